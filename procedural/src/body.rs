@@ -1,0 +1,68 @@
+//! A body: whatever lies on the conveyor.
+
+use crate::flat::{Flat, FlatSlice};
+use crate::truth::{Instance, Matter, Surface};
+use crate::wood::{Plank, PlankSlice};
+use crate::Mesh;
+
+/// Everything that can lie under the laser.
+#[derive(Debug, Clone)]
+pub enum Body {
+    /// A sawn board.
+    Plank(Box<Plank>),
+    /// A flat target of one medium, for calibration and tests.
+    Flat(Flat),
+}
+
+/// A body cut at one position of the scan; holds what is common to all points of the cut.
+#[derive(Debug)]
+pub enum Slice<'a> {
+    /// Through a board.
+    Plank(PlankSlice<'a>),
+    /// Through a flat target.
+    Flat(FlatSlice<'a>),
+}
+
+impl Body {
+    /// The cut at scan position `y` [mm].
+    pub fn slice(&self, y: f32) -> Slice<'_> {
+        match self {
+            Self::Plank(plank) => Slice::Plank(plank.slice(y)),
+            Self::Flat(flat) => Slice::Flat(flat.slice(y)),
+        }
+    }
+
+    /// A closed coarse hull, within 0.2 mm of the surface, for shadows [mm].
+    pub fn hull(&self) -> Mesh {
+        match self {
+            Self::Plank(plank) => plank.hull(),
+            Self::Flat(flat) => flat.hull(),
+        }
+    }
+
+    /// The defects inside, ordered by number from 1 without gaps.
+    pub fn instances(&self) -> &[Instance] {
+        match self {
+            Self::Plank(plank) => plank.instances(),
+            Self::Flat(_) => &[],
+        }
+    }
+}
+
+impl Slice<'_> {
+    /// Upper surface above `x` [mm]; `None` beside the body.
+    pub fn surface(&self, x: f32) -> Option<Surface> {
+        match self {
+            Self::Plank(slice) => slice.surface(x),
+            Self::Flat(slice) => slice.surface(x),
+        }
+    }
+
+    /// Medium and truth at (x, z) of the cut, inside the body [mm].
+    pub fn matter(&self, x: f32, z: f32) -> Matter {
+        match self {
+            Self::Plank(slice) => slice.matter(x, z),
+            Self::Flat(slice) => slice.matter(),
+        }
+    }
+}

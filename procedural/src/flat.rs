@@ -1,0 +1,72 @@
+//! A flat target of one medium: the calibration plane.
+//!
+//! Height is linear: z = height + slope_x x + slope_y y, over a rectangle that starts at y = 0 and is centred on x = 0.
+
+use glam::Vec3;
+
+use crate::truth::{Class, Matter, Surface};
+use crate::{Medium, Mesh};
+
+/// A tilted plane of one medium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flat {
+    /// Height at the origin [mm].
+    pub height_mm: f32,
+    /// dz/dx [1].
+    pub slope_x: f32,
+    /// dz/dy [1].
+    pub slope_y: f32,
+    /// Size along the laser line [mm].
+    pub width_mm: f32,
+    /// Size along the scan [mm].
+    pub length_mm: f32,
+    /// What it is made of.
+    pub medium: Medium,
+}
+
+/// A flat target cut at one scan position.
+#[derive(Debug, Clone, Copy)]
+pub struct FlatSlice<'a> {
+    flat: &'a Flat,
+    y: f32,
+}
+
+impl Flat {
+    /// The cut at `y` [mm].
+    pub fn slice(&self, y: f32) -> FlatSlice<'_> {
+        FlatSlice { flat: self, y }
+    }
+
+    fn height(&self, x: f32, y: f32) -> f32 {
+        self.height_mm + self.slope_x * x + self.slope_y * y
+    }
+
+    /// The plate down to the conveyor [mm].
+    pub fn hull(&self) -> Mesh {
+        let half = 0.5 * self.width_mm;
+        let corners = [(-half, 0.0), (half, 0.0), (half, self.length_mm), (-half, self.length_mm)];
+        let mut positions: Vec<Vec3> = corners.iter().map(|&(x, y)| Vec3::new(x, y, self.height(x, y))).collect();
+        positions.extend(corners.iter().map(|&(x, y)| Vec3::new(x, y, 0.0)));
+        let mut triangles = vec![[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
+        for side in 0..4u32 {
+            let next = (side + 1) % 4;
+            triangles.push([side, side + 4, next + 4]);
+            triangles.push([side, next + 4, next]);
+        }
+        Mesh { positions, triangles }
+    }
+}
+
+impl FlatSlice<'_> {
+    /// The plane above `x` [mm], where the target is.
+    pub fn surface(&self, x: f32) -> Option<Surface> {
+        let flat = self.flat;
+        let inside = x.abs() <= 0.5 * flat.width_mm && (0.0..=flat.length_mm).contains(&self.y);
+        inside.then(|| Surface { z: flat.height(x, self.y), slope_x: flat.slope_x, slope_y: flat.slope_y })
+    }
+
+    /// The one medium, without defect.
+    pub fn matter(&self) -> Matter {
+        Matter { medium: self.flat.medium, class: Class::Clear, instance: 0 }
+    }
+}

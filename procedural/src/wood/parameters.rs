@@ -1,0 +1,163 @@
+//! The numbers that make a board: how it was sawn, the log it came from, its knots, its decay and its media.
+//!
+//! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
+//! [L] the literature named in docs/wood.md; [C] chosen so that the observables of docs/wood.md come out.
+
+use crate::parameters;
+
+parameters! {
+    /// The sawn board and how it lies on the conveyor.
+    board: Board {
+        /// Width along the laser line.
+        width_mm: 2.0, 2000.0, 94.0, "[T]";
+        /// Length along the scan.
+        length_mm: 2.0, 10000.0, 210.0, "[T]";
+        /// Thickness.
+        thickness_mm: 1.0, 200.0, 22.0, "[T]";
+        /// Centre of the board along the laser line.
+        offset_mm: -1000.0, 1000.0, 0.0, "free";
+        /// Conveyor before the board's front edge enters the laser.
+        lead_in_mm: 0.0, 1000.0, 20.0, "free";
+        /// Height of the upper surface's middle over its edges (cupping).
+        cup_mm: -5.0, 5.0, 0.3, "[L]";
+        /// Turn of the upper surface about the scan axis from front to back (twist).
+        twist_deg: -5.0, 5.0, 0.1, "[L]";
+        /// Ripple left by the saw, root mean square.
+        saw_ripple_um: 0.0, 500.0, 30.0, "[L] 20 to 100";
+        /// Distance between two ridges of the ripple.
+        saw_pitch_mm: 0.5, 100.0, 12.0, "[L] 5 to 25";
+        /// Roughness of torn fibres, root mean square.
+        roughness_um: 0.0, 200.0, 12.0, "[L] 10 to 50";
+    }
+}
+
+parameters! {
+    /// The log that the board was cut from.
+    log: Log {
+        /// Depth of the pith below the upper surface; negative is above it, so that the bark side lies down.
+        pith_depth_mm: -400.0, 400.0, 70.0, "[G]";
+        /// Offset of the pith along the laser line from the board's middle.
+        pith_offset_mm: -400.0, 400.0, 10.0, "[G]";
+        /// Dive of the pith line against the board, towards the far end.
+        pith_tilt_deg: -10.0, 10.0, 0.6, "[G] 0.6 over 1 m";
+        /// Sideways wander of the pith line, root mean square.
+        pith_wander_mm: 0.0, 30.0, 2.0, "[G] 3.5 to 4.0 over 4 m";
+        /// Turn of the log against the board about the vertical.
+        grain_angle_deg: -90.0, 90.0, 0.0, "[L] sd 2 to 4";
+        /// Spiral grain at the pith, left-handed positive.
+        spiral_deg: -10.0, 10.0, 2.5, "[L] Säll 2002";
+        /// Change of the spiral grain with the distance from the pith.
+        spiral_slope_deg_per_mm: -0.2, 0.2, -0.025, "[L] Säll 2002";
+        /// Mean width of an annual ring.
+        ring_width_mm: 0.3, 15.0, 1.8, "[L] 0.5 to 6";
+        /// Standard deviation of the logarithm of the ring width.
+        ring_width_log_sd: 0.0, 1.0, 0.35, "[L]";
+        /// Correlation of one ring's width with the next.
+        ring_width_correlation: 0.0, 0.99, 0.6, "[L]";
+        /// Share of latewood in a ring.
+        latewood_share: 0.02, 0.8, 0.2, "[L] 0.1 to 0.4";
+        /// Relative variation of the coefficients from fibre bundle to fibre bundle.
+        streak: 0.0, 0.5, 0.06, "[C]";
+    }
+}
+
+parameters! {
+    /// Knots that the upper surface shows.
+    knots: Knots {
+        /// How many were alive where the saw met them.
+        sound_count: 0.0, 40.0, 0.0, "per board", count;
+        /// How many had died before.
+        dead_count: 0.0, 40.0, 0.0, "per board", count;
+        /// Median width at the upper surface.
+        width_mm: 1.0, 80.0, 12.0, "[G] times 2 for fast-grown stock";
+        /// Standard deviation of the logarithm of the width from knot to knot.
+        width_log_sd: 0.0, 1.5, 0.35, "[G] 0.64 over a whole log";
+        /// Slope of the axes against the plane across the pith, upwards positive, median.
+        slope_deg: -45.0, 45.0, -10.0, "[G]";
+        /// Spread of that slope from knot to knot.
+        slope_sd_deg: 0.0, 30.0, 8.0, "[G]";
+        /// Half distance of source and sink over the knot's radius in the flow of fibres around it (Rankine oval).
+        flow_ratio: 0.05, 4.0, 1.0, "[L] 0.5 to 1.5";
+        /// Distance from the pith where a dead knot died, over the distance where the saw met it.
+        death_share: 0.05, 0.98, 0.7, "[G] mean 0.79 of the end radius";
+        /// Thickness of the bark ring around a dead knot.
+        bark_mm: 0.0, 5.0, 0.7, "[L] 0.3 to 1.5";
+    }
+}
+
+parameters! {
+    /// Decay that grows in from one long edge.
+    rot: Rot {
+        /// How far it reaches in from the edge; 0 for none.
+        reach_mm: 0.0, 500.0, 0.0, "[T] a strip along the whole edge";
+        /// Which long edge: -1 or 1.
+        edge: -1.0, 1.0, 1.0, "free";
+        /// Severity in the middle of it, 0 to 1.
+        severity: 0.0, 1.0, 0.5, "[C] 0.5 is the medium of the class table";
+        /// Width of the change from sound to decayed wood.
+        transition_mm: 0.2, 50.0, 4.0, "[L] 2 to 8";
+        /// How much the front wanders, root mean square.
+        front_mm: 0.0, 30.0, 3.0, "[L]";
+        /// Length over width of the wandering, along the fibre.
+        elongation: 1.0, 40.0, 8.0, "[L] 5 to 20";
+        /// Width of the dark rim of reaction before the front.
+        rim_mm: 0.0, 20.0, 2.0, "[L] 1 to 4";
+    }
+}
+
+parameters! {
+    /// Optical coefficients of the kinds of wood at the laser's wavelength.
+    media: Media {
+        /// Absorption of earlywood.
+        earlywood_mu_a_per_mm: 0.001, 20.0, 0.08, "[C] 0.04 to 0.16";
+        /// Isotropic reduced scattering of earlywood.
+        earlywood_sigma_i_per_mm: 0.05, 50.0, 2.0, "[C] 1 to 4";
+        /// Cylinder scattering of earlywood.
+        earlywood_k_per_mm: 0.0, 200.0, 10.0, "[C] 5 to 16";
+        /// Absorption of latewood.
+        latewood_mu_a_per_mm: 0.001, 20.0, 0.14, "[C]";
+        /// Isotropic reduced scattering of latewood.
+        latewood_sigma_i_per_mm: 0.05, 50.0, 2.5, "[C]";
+        /// Cylinder scattering of latewood.
+        latewood_k_per_mm: 0.0, 200.0, 14.0, "[C]";
+        /// Absorption of a sound knot.
+        knot_mu_a_per_mm: 0.001, 20.0, 0.22, "[C]";
+        /// Absorption of a dead knot.
+        dead_knot_mu_a_per_mm: 0.001, 20.0, 0.8, "[C]";
+        /// Isotropic reduced scattering of knots.
+        knot_sigma_i_per_mm: 0.05, 50.0, 3.0, "[C]";
+        /// Cylinder scattering of knots.
+        knot_k_per_mm: 0.0, 200.0, 14.0, "[C]";
+        /// Absorption of bark.
+        bark_mu_a_per_mm: 0.001, 50.0, 2.5, "[L] 1.5 to 4";
+        /// Absorption of rot at severity 0.5; it grows from the clear wood's with the severity.
+        rot_mu_a_per_mm: 0.001, 20.0, 0.5, "[C] 0.2 to 1.2";
+        /// Isotropic reduced scattering of rot at severity 0.5.
+        rot_sigma_i_per_mm: 0.05, 50.0, 4.0, "[C]";
+        /// Cylinder scattering of rot at severity 0.5.
+        rot_k_per_mm: 0.0, 200.0, 8.0, "[C]";
+        /// Effective refractive index of clear wood.
+        clear_n_eff: 1.0, 1.6, 1.18, "[C] density 420 kg/m3";
+        /// Effective refractive index of knots.
+        knot_n_eff: 1.0, 1.6, 1.22, "[C]";
+        /// Effective refractive index of rot.
+        rot_n_eff: 1.0, 1.6, 1.15, "[C]";
+        /// Share of the surface that reflects like a dielectric facet.
+        gloss: 0.0, 1.0, 0.3, "[C] 0.1 to 0.6";
+    }
+}
+
+/// Everything that makes a board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wood {
+    /// The sawn board.
+    pub board: Board,
+    /// The log.
+    pub log: Log,
+    /// Its knots.
+    pub knots: Knots,
+    /// Its decay.
+    pub rot: Rot,
+    /// Its media.
+    pub media: Media,
+}

@@ -1,0 +1,96 @@
+//! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
+
+/// Sizes of the scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Sensor columns, and columns of the unbinned images [px].
+    pub columns: usize,
+    /// Sensor rows [px].
+    pub rows: usize,
+    /// Profiles in a scan, and rows of the unbinned images.
+    pub profiles: usize,
+}
+
+/// Which side windows Scatter sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ScatterMode {
+    /// Both sides of the peak.
+    Symmetric,
+    /// Rows before the peak (smaller row numbers).
+    Front,
+    /// Rows after the peak.
+    Back,
+}
+
+/// How a profile is read from a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extraction {
+    /// Rows on each side of the peak that the centre of gravity uses: 3, 7 or 15 [px].
+    pub window_rows: usize,
+    /// Smallest digital number of a peak [DN].
+    pub threshold_dn: f64,
+    /// Steps per row in which the peak position is given; 0 leaves it unrounded.
+    pub subpixel_steps: u32,
+    /// Which side windows Scatter sums.
+    pub scatter_mode: ScatterMode,
+    /// Distance from the peak to the first summed row; 0 includes the peak [px].
+    pub scatter_offset_rows: usize,
+    /// Rows that are summed on each side [px].
+    pub scatter_width_rows: usize,
+}
+
+/// Which sensor frames are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorStack {
+    /// None.
+    None,
+    /// Every k-th profile, from profile 0.
+    Every(usize),
+    /// All of them (`every: 1`).
+    All,
+}
+
+/// An image that can be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    /// Height.
+    Range,
+    /// Digital number at the peak.
+    Reflectance,
+    /// Light beside the peak.
+    Scatter,
+    /// Class of each pixel.
+    Label,
+    /// Instance of each pixel.
+    Instance,
+}
+
+/// What is written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Columns averaged into one.
+    pub bin_columns: usize,
+    /// Profiles averaged into one.
+    pub bin_profiles: usize,
+    /// Images in the Parquet rows, as PNG.
+    pub png: Vec<Channel>,
+    /// Images in the EXR files; empty for no EXR files.
+    pub exr: Vec<Channel>,
+    /// Whether the EXR files hold height, fibre azimuth and fibre dive too.
+    pub truth_maps: bool,
+    /// Sensor frames kept.
+    pub sensor_stack: SensorStack,
+    /// Samples in a shard; `None` keeps a shard under about 500 MB.
+    pub samples_per_shard: Option<usize>,
+}
+
+/// Shares of the splits [1]; they sum to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Splits {
+    /// For training.
+    pub train: f64,
+    /// For choosing.
+    pub validation: f64,
+    /// For the last word.
+    pub test: f64,
+}
