@@ -9,6 +9,8 @@ parameters! {
     motion: Motion {
         /// Distance between two profiles.
         step_mm: 0.001, 5.0, 0.068, "[T]";
+        /// Diffuse reflectance of the conveyor.
+        conveyor_reflectance: 0.0, 1.0, 0.04, "[M] black rubber";
     }
 }
 

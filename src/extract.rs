@@ -1,0 +1,128 @@
+//! From frames to numbers, as blind as the real instrument: nothing here knows the object.
+//!
+//! Model: the behaviour of a laser triangulation camera's extractor (SICK Ranger3, docs/instrument.md). The peak is the
+//! first greatest digital number of a column, so a saturated plateau counts from its first saturated row; the position
+//! is the centre of gravity of the dark-corrected numbers in a window around it, given in fractions of a row;
+//! Reflectance is the number at the peak; Scatter is the plain sum of numbers (dark level included, as the camera has
+//! it) in windows beside the peak. A peak under the threshold, or too near the sensor's edge for its windows, is missing.
+
+use multiversion::multiversion;
+
+use crate::frame::{Calibration, Frame};
+use crate::settings::{Extraction, ScatterMode};
+
+/// Largest number of columns worked on together.
+const LANES: usize = 128;
+
+/// Where the numbers of one profile go, one a column of the frame.
+#[derive(Debug)]
+pub struct Profile<'a> {
+    /// Height [mm]; NaN where missing.
+    pub range: &'a mut [f32],
+    /// Digital number at the peak [DN]; 0 where missing.
+    pub reflectance: &'a mut [f32],
+    /// Sum of the side windows [DN]; 0 where missing.
+    pub scatter: &'a mut [f32],
+}
+
+/// Rows that a reading needs on each side of its peak.
+pub fn margin(settings: &Extraction) -> usize {
+    settings.window_rows.max(settings.scatter_offset_rows + settings.scatter_width_rows - 1)
+}
+
+/// Number of pixels that Scatter sums.
+pub fn scatter_pixels(settings: &Extraction) -> usize {
+    let side = settings.scatter_width_rows;
+    match settings.scatter_mode {
+        ScatterMode::Symmetric if settings.scatter_offset_rows == 0 => 2 * side - 1,
+        ScatterMode::Symmetric => 2 * side,
+        ScatterMode::Front | ScatterMode::Back => side,
+    }
+}
+
+/// Reads every column of `frame`.
+pub fn extract(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
+    let rig = &calibration.rig;
+    // z = s (d - f) / (f sin a + s cos a), s = (centre - row) pixel cos(beta).
+    let (sin, cos) = rig.tilt.sin_cos();
+    let optics = [
+        rig.centre_row as f32,
+        (rig.pixel * rig.scheimpflug().cos()) as f32,
+        (rig.distance - rig.focal_length) as f32,
+        (rig.focal_length * sin) as f32,
+        cos as f32,
+    ];
+    for start in (0..frame.cols).step_by(LANES) {
+        let columns = start..(start + LANES).min(frame.cols);
+        read(frame, columns, calibration, settings, optics, out);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn read(
+    frame: &Frame,
+    columns: std::ops::Range<usize>,
+    calibration: &Calibration,
+    settings: &Extraction,
+    optics: [f32; 5],
+    out: &mut Profile<'_>,
+) {
+    let n = columns.len();
+    let line = |k: usize| {
+        let mut lanes = [0u8; LANES];
+        lanes[..n].copy_from_slice(&frame.dn[k * frame.cols + columns.start..][..n]);
+        lanes
+    };
+    let (mut best, mut at) = ([0u8; LANES], [0u8; LANES]);
+    for k in 0..frame.rows {
+        let dn = line(k);
+        for c in 0..LANES {
+            let higher = dn[c] > best[c];
+            best[c] = if higher { dn[c] } else { best[c] };
+            at[c] = if higher { k as u8 } else { at[c] };
+        }
+    }
+    let window = settings.window_rows as i32;
+    let (near, far) = (settings.scatter_offset_rows as i32, settings.scatter_width_rows as i32);
+    let (front, back) = match settings.scatter_mode {
+        ScatterMode::Symmetric => (1.0, 1.0),
+        ScatterMode::Front => (1.0, 0.0),
+        ScatterMode::Back => (0.0, 1.0),
+    };
+    let (mut sum, mut moment, mut scatter) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
+    for k in 0..frame.rows {
+        let dn = line(k);
+        for c in 0..LANES {
+            let d = k as i32 - i32::from(at[c]);
+            let aside = d.abs();
+            let level = f32::from(dn[c]);
+            let inside = if aside <= window { level - calibration.dark_level } else { 0.0 };
+            sum[c] += inside;
+            moment[c] += inside * d as f32;
+            let side = if d < 0 { front } else if d > 0 { back } else { 1.0 };
+            scatter[c] += if aside >= near && aside < near + far { level * side } else { 0.0 };
+        }
+    }
+    let need = margin(settings) as i32;
+    let steps = settings.subpixel_steps as f32;
+    let [centre, pitch, depth, gain, cos] = optics;
+    for c in 0..n {
+        let peak = i32::from(at[c]);
+        let row = frame.first_row[columns.start + c] + peak;
+        let found = f64::from(best[c]) >= settings.threshold_dn
+            && peak >= need
+            && peak + need < frame.rows as i32
+            && row >= need
+            && row + need < calibration.sensor_rows as i32
+            && sum[c] > 0.0;
+        let mut position = row as f32 + moment[c] / sum[c];
+        if settings.subpixel_steps > 0 {
+            position = (position * steps).round() / steps;
+        }
+        let s = (centre - position) * pitch;
+        let place = columns.start + c;
+        out.range[place] = if found { s * depth / (gain + s * cos) } else { f32::NAN };
+        out.reflectance[place] = if found { f32::from(best[c]) } else { 0.0 };
+        out.scatter[place] = if found { scatter[c] } else { 0.0 };
+    }
+}

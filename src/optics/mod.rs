@@ -1,0 +1,202 @@
+//! What the light does: from a specimen to digitised frames.
+//!
+//! `Specimen -> Band` works the light out once for each position of the scan, `Band -> Frame` exposes: every profile
+//! looks at the rows around its own. Exposure runs over tiles of [`TILE`] columns, so that the window of rows stays in
+//! the cache while the profiles of a band pass by.
+
+pub mod camera;
+pub mod expose;
+pub mod fresnel;
+pub mod lanes;
+pub mod parameters;
+pub mod row;
+pub mod sensor;
+pub mod speckle;
+pub mod transport;
+
+use std::sync::Arc;
+
+use procedural::{Class, Medium, Stream};
+
+use self::camera::Camera;
+use self::parameters::Bench;
+use self::row::{Row, RowMaker, RowScratch};
+use self::sensor::Chain;
+use self::speckle::{FINE, Tile, Tiles};
+use crate::frame::{Calibration, Frame};
+use crate::settings::Size;
+use crate::specimen::Specimen;
+
+pub use self::expose::{CENTRE, ROWS, Scratch};
+pub use self::speckle::TILE;
+
+/// Most rows of the specimen that a profile looks at before or behind its own; for steps under 0.035 mm the light that
+/// leaves further away is let out by the last of them.
+const FARTHEST: usize = 64;
+
+/// Laser, camera and sensor over one scan.
+#[derive(Debug)]
+pub struct Sensor {
+    camera: Camera,
+    chain: Chain,
+    tiles: Arc<[Tile; 2]>,
+    /// Contrast of light from the surface and from below [1].
+    contrast: [f32; 2],
+    /// Offset of the row that lets light out, for each row of the window [profiles].
+    neighbours: [isize; ROWS],
+    /// Movement of the pattern in one profile [fine rows].
+    drift: f64,
+    step: f64,
+    size: Size,
+    speckle_key: u64,
+    maker: RowMaker,
+}
+
+/// Rows of the specimen around some profiles of the scan.
+#[derive(Debug)]
+pub struct Band {
+    /// Profiles that can be exposed.
+    pub profiles: std::ops::Range<usize>,
+    /// Rows before the first profile.
+    halo: usize,
+    rows: Vec<Row>,
+}
+
+impl Band {
+    /// The row under the laser in `profile`.
+    pub fn row(&self, profile: usize) -> &Row {
+        self.neighbour(profile, 0)
+    }
+
+    fn neighbour(&self, profile: usize, offset: isize) -> &Row {
+        let place = (profile - self.profiles.start + self.halo) as isize + offset;
+        &self.rows[place as usize]
+    }
+}
+
+impl Sensor {
+    /// Sets the bench up over a specimen whose upper surface lies about `height` [mm]; `clear` is the medium whose paths
+    /// decide how far speckle from below is washed out; `stream` belongs to the sample.
+    pub fn new(bench: &Bench, size: Size, height: f64, clear: &Medium, tiles: &Tiles, stream: Stream) -> Self {
+        let camera = Camera::new(bench, &size);
+        let magnification = camera.rig.magnification();
+        let grain = bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification)
+            / bench.camera.pixel_um;
+        let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
+        let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
+        let paths =
+            transport::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
+        let contrast = [
+            developed / bench.speckle.surface_patterns.sqrt(),
+            developed * paths / bench.speckle.volume_patterns.sqrt(),
+        ];
+        let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
+        let step = bench.motion.step_mm;
+        let neighbours = std::array::from_fn(|k| {
+            let y = (CENTRE as f64 - k as f64) / rows_per_mm;
+            ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
+        });
+        Self {
+            tiles: tiles.get(grain),
+            contrast: contrast.map(|c| c as f32),
+            neighbours,
+            drift: rows_per_mm * step * FINE as f64,
+            step,
+            size,
+            speckle_key: stream.child("speckle").key(),
+            maker: RowMaker::new(bench.motion.conveyor_reflectance),
+            chain: Chain::new(&bench.exposure, size.rows, stream.child("sensor")),
+            camera,
+        }
+    }
+
+    /// The geometry and radiometry in use.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Contrast of speckle from the surface and from below in one pixel [1].
+    pub fn speckle_contrast(&self) -> [f32; 2] {
+        self.contrast
+    }
+
+    /// What a reader of the frames has to know.
+    pub fn calibration(&self) -> Calibration {
+        Calibration {
+            rig: self.camera.rig,
+            sensor_rows: self.size.rows as u32,
+            dark_level: self.chain.dark_level,
+        }
+    }
+
+    /// Rows of the specimen that a profile needs before and behind its own.
+    pub fn halo(&self) -> usize {
+        self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
+    }
+
+    /// Works out the light at every position that `profiles` look at.
+    pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>) -> Band {
+        let halo = self.halo();
+        let mut scratch = RowScratch::new(self.size.columns);
+        let rows = (0..profiles.len() + 2 * halo)
+            .map(|place| {
+                let position = (profiles.start + place) as f64 - halo as f64;
+                let mut row = Row::default();
+                self.maker.make(specimen, &self.camera, (position * self.step) as f32, &mut scratch, &mut row);
+                row
+            })
+            .collect();
+        Band { profiles, halo, rows }
+    }
+
+    /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.
+    pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
+        self.chain.rows(profile, offsets);
+    }
+
+    /// Exposes columns `tile * TILE ..` of `profile`; `offsets` come from [`Self::row_offsets`].
+    pub fn expose(
+        &self,
+        band: &Band,
+        profile: usize,
+        tile: usize,
+        offsets: &[f32],
+        scratch: &mut Scratch,
+        frame: &mut Frame,
+    ) {
+        expose::window(self, band, profile, tile, scratch);
+        expose::digitise(self, profile, tile, offsets, scratch, frame);
+    }
+
+    /// The whole sensor in exposure `profile`, `[rows, columns]`, row-major [DN]; rows outside the windows are dark.
+    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u8> {
+        let (rows, columns) = (self.size.rows, self.size.columns);
+        let mut offsets = Vec::new();
+        self.row_offsets(profile, &mut offsets);
+        let keys = self.chain.keys("dark", profile);
+        let mut sensor: Vec<u8> = (0..rows * columns)
+            .map(|pixel| {
+                let (normal, _) = lanes::normals(pixel as u32, keys);
+                self.chain.digitise(0.0, normal, offsets[pixel / columns])
+            })
+            .collect();
+        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        for tile in 0..columns.div_ceil(TILE) {
+            self.expose(band, profile, tile, &offsets, &mut scratch, &mut frame);
+            for column in 0..frame.cols {
+                for k in 0..frame.rows {
+                    let row = frame.first_row[column] + k as i32;
+                    if (0..rows as i32).contains(&row) {
+                        sensor[row as usize * columns + frame.first_col + column] = frame.dn[k * frame.cols + column];
+                    }
+                }
+            }
+        }
+        sensor
+    }
+}
+
+/// Whether a hit shows the body rather than the conveyor.
+pub fn on_body(class: Class) -> bool {
+    class != Class::Background
+}

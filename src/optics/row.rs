@@ -1,0 +1,193 @@
+//! One row of the specimen in the words of the camera: what each column sends out when the laser stands on it, and what
+//! it lets out of its neighbours' light.
+//!
+//! The light's answer at a point belongs to the object: it is worked out once for each position of the scan and used by
+//! every profile whose window holds it.
+
+use glam::Vec3;
+use procedural::{Class, Medium};
+
+use super::camera::Camera;
+use super::fresnel::{self, BoundaryTable};
+use super::transport::{BASIS, MediaRow, SIDEWAYS, SPREAD_MM, SpreadRow, line_spread};
+use crate::specimen::{Hit, Specimen};
+
+/// Numbers of one position of the scan, structure of arrays over sensor columns.
+#[derive(Debug, Clone, Default)]
+pub struct Row {
+    /// What each column sees; noise-free truth.
+    pub hits: Vec<Hit>,
+    /// Sensor row of the line's centre [px].
+    pub centre: Vec<f32>,
+    /// Shift of the light from below against that [px].
+    pub shift: Vec<f32>,
+    /// Rows per mm along the motion [px/mm].
+    pub rows_per_mm: Vec<f32>,
+    /// Variance of laser, lens and pixel [px^2].
+    pub variance: Vec<f32>,
+    /// Light thrown back by the surface itself [e-].
+    pub glare: Vec<f32>,
+    /// Light that entered, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
+    pub source: [Vec<f32>; BASIS],
+    /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
+    pub exit: [Vec<f32>; BASIS],
+}
+
+/// Makes rows; holds what is worked out once.
+#[derive(Debug)]
+pub struct RowMaker {
+    boundary: BoundaryTable,
+    conveyor: Medium,
+    conveyor_reflectance: f32,
+}
+
+/// Room that one thread needs to make rows.
+#[derive(Debug)]
+pub struct RowScratch {
+    media: MediaRow,
+    spread: SpreadRow,
+    electrons: Vec<f32>,
+    line: Vec<f32>,
+}
+
+impl RowScratch {
+    /// Room for `columns` columns.
+    pub fn new(columns: usize) -> Self {
+        Self {
+            media: MediaRow::new(columns),
+            spread: SpreadRow::new(columns),
+            electrons: vec![0.0; columns],
+            line: vec![0.0; columns],
+        }
+    }
+}
+
+impl RowMaker {
+    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface.
+    pub fn new(conveyor_reflectance: f64) -> Self {
+        Self {
+            boundary: BoundaryTable::new(),
+            conveyor: Medium::opaque(0.0),
+            conveyor_reflectance: conveyor_reflectance as f32,
+        }
+    }
+
+    /// The row at scan position `y` [mm] of `specimen`.
+    pub fn make(&self, specimen: &Specimen, camera: &Camera, y: f32, scratch: &mut RowScratch, row: &mut Row) {
+        let columns = scratch.electrons.len();
+        specimen.look(y, columns, self.conveyor, &mut row.hits);
+        for field in [&mut row.centre, &mut row.shift, &mut row.rows_per_mm, &mut row.variance, &mut row.glare] {
+            field.resize(columns, 0.0);
+        }
+        let (mut first, mut last) = (columns, 0);
+        for (column, hit) in row.hits.iter().enumerate() {
+            let sight = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
+            row.centre[column] = sight.row;
+            row.rows_per_mm[column] = sight.rows_per_mm;
+            row.variance[column] = sight.variance;
+            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
+            let facing = normal.dot(sight.view).max(0.0);
+            let reach = if hit.lit && hit.seen { 1.0 } else { 0.0 };
+            // Lambert's share towards the lens; what follows multiplies it by radiance factors.
+            let white = sight.electrons * facing * reach;
+            scratch.electrons[column] = white;
+            let medium = &hit.matter.medium;
+            if hit.matter.class == Class::Background {
+                row.glare[column] = white * self.conveyor_reflectance;
+                scratch.media.enter[column] = 0.0;
+                continue;
+            }
+            (first, last) = (first.min(column), column + 1);
+            let half = (sight.view - sight.light).normalize();
+            let lobe = fresnel::gloss(-normal.dot(sight.light), facing, half.dot(normal), half.dot(sight.view));
+            row.glare[column] = white * medium.gloss * lobe;
+            self.enter(medium, normal, sight.view, sight.light, column, &mut scratch.media);
+        }
+        for j in 0..BASIS {
+            row.source[j].clear();
+            row.source[j].resize(columns, 0.0);
+            row.exit[j].clear();
+            row.exit[j].resize(columns, 0.0);
+        }
+        row.shift.fill(0.0);
+        if first >= last {
+            return;
+        }
+        line_spread(&scratch.media, first, last, &mut scratch.spread);
+        let pixel_mm = camera.rig.pixel * (camera.rig.distance - camera.rig.focal_length) / camera.rig.focal_length;
+        for j in 0..BASIS {
+            for column in first..last {
+                // Beside the body's own columns (a gap seen through it, say) nothing leaves.
+                let inside = if row.hits[column].matter.class == Class::Background { 0.0 } else { 1.0 };
+                row.exit[j][column] = scratch.spread.exit[j][column] * inside;
+                row.source[j][column] = scratch.spread.enter[j][column] * scratch.electrons[column] * inside;
+            }
+            let sigma = f64::from(SPREAD_MM[j] * SIDEWAYS) / pixel_mm;
+            let variance = (sigma * sigma) as f32 + camera.blur_variance;
+            blur(&mut row.source[j][first..last], variance, &mut scratch.line);
+        }
+        for column in first..last {
+            row.shift[column] = -scratch.spread.shift[column] * row.rows_per_mm[column];
+        }
+    }
+
+    fn enter(&self, medium: &Medium, normal: Vec3, view: Vec3, light: Vec3, column: usize, media: &mut MediaRow) {
+        // The fibre's sign has no meaning: take the end that points along the motion.
+        let fibre = if medium.fibre.y < 0.0 { -medium.fibre } else { medium.fibre };
+        let sin_dive = fibre.dot(normal).clamp(-1.0, 1.0);
+        let along = fibre - normal * sin_dive;
+        media.mu_a[column] = medium.mu_a;
+        media.sigma_i[column] = medium.sigma_i;
+        media.k[column] = medium.k;
+        media.boundary[column] = self.boundary.at(medium.n_eff);
+        media.enter[column] = 1.0 - fresnel::normal_reflectance(medium.n_eff);
+        media.sin_dive[column] = sin_dive;
+        media.cos_azimuth[column] = along.y / along.length().max(1e-6);
+        media.cone[column] = view.dot(fibre) - light.dot(fibre);
+    }
+}
+
+/// Blurs a line by a kernel of the given variance [px^2]: two boxes with fractional ends (extended box filter, Gwosdek
+/// et al. 2011). The ends keep their light, since nothing leaves the body sideways: what would is folded back.
+pub fn blur(line: &mut [f32], variance: f32, room: &mut [f32]) {
+    let n = line.len() as isize;
+    let v = 0.5 * f64::from(variance);
+    // Widest whole box of at most the wanted variance h (h + 1) / 3; the fold reaches no further than the line itself.
+    let h = (((12.0 * v + 1.0).sqrt() - 1.0) * 0.5).floor().min((n - 2).max(0) as f64);
+    let whole = h * (h + 1.0) * (2.0 * h + 1.0) / 3.0;
+    let end = ((v * (2.0 * h + 1.0) - whole) / (2.0 * ((h + 1.0) * (h + 1.0) - v))).clamp(0.0, 1.0);
+    let scale = 1.0 / (2.0 * h + 1.0 + 2.0 * end);
+    let reach = h as isize;
+    let fold = |i: isize| (if i < 0 { -1 - i } else if i >= n { 2 * n - 1 - i } else { i }).clamp(0, n - 1) as usize;
+    for _ in 0..2 {
+        let at = |i: isize| f64::from(line[fold(i)]);
+        let mut sum: f64 = (-reach..=reach).map(at).sum();
+        for i in 0..n {
+            room[i as usize] = ((sum + end * (at(i - reach - 1) + at(i + reach + 1))) * scale) as f32;
+            sum += at(i + reach + 1) - at(i - reach);
+        }
+        line.copy_from_slice(&room[..n as usize]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blur_keeps_light_and_has_its_variance() {
+        for variance in [0.1f32, 0.4, 1.0, 3.0, 17.0, 140.0] {
+            let mut line = vec![0.0f32; 301];
+            line[150] = 1.0;
+            blur(&mut line, variance, &mut [0.0; 301]);
+            let sum: f64 = line.iter().map(|&v| f64::from(v)).sum();
+            let second: f64 = line.iter().enumerate().map(|(i, &v)| (i as f64 - 150.0).powi(2) * f64::from(v)).sum();
+            assert!((sum - 1.0).abs() < 1e-5, "light {sum}");
+            assert!((second / f64::from(variance) - 1.0).abs() < 1e-3, "variance {second} for {variance}");
+            let mut edge = vec![0.0f32; 40];
+            edge[0] = 1.0;
+            blur(&mut edge, variance, &mut [0.0; 40]);
+            assert!((edge.iter().sum::<f32>() - 1.0).abs() < 1e-4, "light at the edge");
+        }
+    }
+}

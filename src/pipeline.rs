@@ -1,0 +1,238 @@
+//! The spine: `Scene -> Record`, the only function that a newcomer must read.
+
+use procedural::wood::{Media, Plank};
+use procedural::{Body, Medium};
+use rayon::prelude::*;
+
+use crate::extract::{self, Profile, extract};
+use crate::frame::{Calibration, Frame};
+use crate::labels;
+use crate::optics::speckle::Tiles;
+use crate::optics::{Scratch, Sensor, TILE};
+use crate::recipe::Scene;
+use crate::record::{Labels, Maps, Record, StackFrame, TruthMaps};
+use crate::settings::SensorStack;
+use crate::specimen::Specimen;
+
+/// Memory for rows of the specimen, all threads together [bytes].
+const BAND_BYTES: usize = 256 << 20;
+/// Fewest and most profiles of a band.
+const BAND_PROFILES: (usize, usize) = (32, 512);
+
+/// Renders one sample. `progress` is told the number of profiles whenever some are finished.
+///
+/// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
+pub fn render(scene: &Scene, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
+    render_body(scene, body, tiles, progress)
+}
+
+/// [`render`] for any body.
+pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    let clear = earlywood(&scene.wood.media);
+    let height = f64::from(body.bounds().1.z);
+    let sensor = Sensor::new(&scene.bench, scene.size, height, &clear, tiles, scene.stream);
+    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
+
+    let mut scan = Scan::new(scene);
+    scan.expose(scene, &sensor, &specimen, progress);
+    scan.record(scene, &sensor, &specimen, &clear)
+}
+
+/// The clear wood of a scene, for effective numbers.
+pub fn earlywood(media: &Media) -> Medium {
+    Medium {
+        mu_a: media.earlywood_mu_a_per_mm as f32,
+        sigma_i: media.earlywood_sigma_i_per_mm as f32,
+        k: media.earlywood_k_per_mm as f32,
+        n_eff: media.clear_n_eff as f32,
+        fibre: glam::Vec3::Y,
+        gloss: media.gloss as f32,
+    }
+}
+
+/// Full-size maps of one sample, `[profiles, columns]`, row-major.
+struct Scan {
+    maps: Maps,
+    labels: Labels,
+    truth: Option<TruthMaps>,
+    stack: Vec<StackFrame>,
+}
+
+/// The part of a scan's maps that one band fills.
+struct Part<'a> {
+    range: &'a mut [f32],
+    reflectance: &'a mut [f32],
+    scatter: &'a mut [f32],
+    class: &'a mut [u8],
+    instance: &'a mut [u16],
+    truth: Option<[&'a mut [f32]; 3]>,
+}
+
+impl Scan {
+    fn new(scene: &Scene) -> Self {
+        let pixels = scene.size.columns * scene.size.profiles;
+        let map = || vec![0.0f32; pixels];
+        Self {
+            maps: Maps { range: map(), reflectance: map(), scatter: map() },
+            labels: Labels { class: vec![0; pixels], instance: vec![0; pixels] },
+            truth: scene
+                .output
+                .truth_maps
+                .then(|| TruthMaps { height: map(), fibre_azimuth: map(), fibre_dive: map() }),
+            stack: Vec::new(),
+        }
+    }
+
+    fn expose(&mut self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) {
+        let (columns, profiles) = (scene.size.columns, scene.size.profiles);
+        let length = band_profiles(columns, sensor.halo()).min(profiles);
+        let calibration = sensor.calibration();
+        let step = length * columns;
+        let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
+        let mut truth = self.truth.as_mut().map(|t| {
+            [&mut t.height, &mut t.fibre_azimuth, &mut t.fibre_dive].map(|map| map.chunks_mut(step))
+        });
+        let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
+        let measured = measured.zip(self.maps.scatter.chunks_mut(step));
+        let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
+        for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
+            let truth = truth.as_mut().map(|maps| maps.each_mut().map(|map| map.next().unwrap_or_default()));
+            parts.push(Part { range, reflectance, scatter, class, instance, truth });
+        }
+        let stacks: Vec<Vec<StackFrame>> = parts
+            .into_par_iter()
+            .enumerate()
+            .map(|(number, part)| {
+                let start = number * length;
+                part.fill(scene, sensor, specimen, &calibration, start..(start + length).min(profiles), progress)
+            })
+            .collect();
+        self.stack = stacks.into_iter().flatten().collect();
+    }
+
+    fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, clear: &Medium) -> Record {
+        let (columns, rows) = (scene.output.bin_columns, scene.output.bin_profiles);
+        let cols = scene.size.columns;
+        let rig = sensor.camera().rig;
+        let missing = |map: &[f32]| labels::bin_map(map, cols, columns, rows, 0.0, |v| v > 0.0);
+        let maps = Maps {
+            range: labels::bin_map(&self.maps.range, cols, columns, rows, f32::NAN, |v| !v.is_nan()),
+            reflectance: missing(&self.maps.reflectance),
+            scatter: missing(&self.maps.scatter),
+        };
+        let labels = labels::bin(&self.labels, cols, columns, rows);
+        let truth = self.truth.map(|truth| labels::bin_truth(&truth, cols, columns, rows));
+        let top = f64::from(specimen.top());
+        let col_mm = rig.along(1.0, top) - rig.along(0.0, top);
+        let (col_mm, row_mm) = (col_mm * columns as f64, scene.bench.motion.step_mm * rows as f64);
+        let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, specimen.body().instances());
+        // Sixteen bits over the sensor's whole height; 0 is missing.
+        let (low, high) = (rig.height(scene.size.rows as f64 - 0.5), rig.height(-0.5));
+        let scale = (high - low) / 65534.0;
+        Record {
+            index: scene.index,
+            id: scene.id.clone(),
+            split: scene.split,
+            class: scene.class.clone(),
+            cols: cols / columns,
+            rows: scene.size.profiles / rows,
+            row_mm,
+            col_mm,
+            range_offset_mm: low - scale,
+            range_scale_mm: scale,
+            draws: scene.draws(),
+            physics: physics(scene, sensor, clear, top),
+            maps,
+            labels,
+            truth,
+            objects,
+            stack: self.stack,
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Fills the part with `profiles` and returns the sensor frames that the recipe keeps.
+    fn fill(
+        mut self,
+        scene: &Scene,
+        sensor: &Sensor,
+        specimen: &Specimen,
+        calibration: &Calibration,
+        profiles: std::ops::Range<usize>,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Vec<StackFrame> {
+        let columns = scene.size.columns;
+        let band = sensor.band(specimen, profiles.clone());
+        let mut offsets = vec![Vec::new(); profiles.len()];
+        let mut stack = Vec::new();
+        for (place, profile) in profiles.clone().enumerate() {
+            let line = place * columns..(place + 1) * columns;
+            let hits = &band.row(profile).hits;
+            labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
+            if let Some([height, azimuth, dive]) = &mut self.truth {
+                labels::truth_row(hits, &mut height[line.clone()], &mut azimuth[line.clone()], &mut dive[line]);
+            }
+            sensor.row_offsets(profile, &mut offsets[place]);
+            if keeps(scene.output.sensor_stack, profile) {
+                stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(&band, profile) });
+            }
+        }
+        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        for tile in 0..columns.div_ceil(TILE) {
+            for (place, profile) in profiles.clone().enumerate() {
+                sensor.expose(&band, profile, tile, &offsets[place], &mut scratch, &mut frame);
+                let line = place * columns + frame.first_col..place * columns + frame.first_col + frame.cols;
+                let mut out = Profile {
+                    range: &mut self.range[line.clone()],
+                    reflectance: &mut self.reflectance[line.clone()],
+                    scatter: &mut self.scatter[line],
+                };
+                extract(&frame, calibration, &scene.extraction, &mut out);
+            }
+        }
+        progress(profiles.len() as u64);
+        stack
+    }
+}
+
+/// Whether the recipe keeps the sensor frame of `profile`.
+fn keeps(stack: SensorStack, profile: usize) -> bool {
+    match stack {
+        SensorStack::None => false,
+        SensorStack::All => true,
+        SensorStack::Every(k) => profile % k == 0,
+    }
+}
+
+/// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
+fn band_profiles(columns: usize, halo: usize) -> usize {
+    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + 22 * std::mem::size_of::<f32>());
+    let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
+    rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
+}
+
+/// Numbers that follow from the draws.
+fn physics(scene: &Scene, sensor: &Sensor, clear: &Medium, top: f64) -> Vec<(&'static str, f64)> {
+    let camera = sensor.camera();
+    let sight = camera.sight(0.0, top as f32, 0.0);
+    let [surface, volume] = sensor.speckle_contrast();
+    let rows = (camera.rig.height(camera.rig.centre_row) - camera.rig.height(camera.rig.centre_row + 1.0)).abs();
+    let boundary = crate::optics::fresnel::boundary_factor(f64::from(clear.n_eff));
+    let d_par = 1.0 / (3.0 * f64::from(clear.sigma_i));
+    vec![
+        ("magnification", camera.rig.magnification()),
+        ("scheimpflug_deg", camera.rig.scheimpflug().to_degrees()),
+        ("height_per_row_mm", rows),
+        ("motion_per_row_mm", 1.0 / f64::from(sight.rows_per_mm)),
+        ("line_sigma_px", f64::from(sight.variance.sqrt())),
+        ("electrons_white_e", f64::from(sight.electrons * sight.view.z)),
+        ("gain_dn_per_e", (255.0 - scene.bench.exposure.dark_level_dn) / scene.bench.exposure.full_well_e),
+        ("speckle_surface", f64::from(surface)),
+        ("speckle_volume", f64::from(volume)),
+        ("scatter_dark_dn", extract::scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn),
+        ("clear_diffusion_along_mm", d_par),
+        ("clear_boundary_factor", boundary),
+    ]
+}
