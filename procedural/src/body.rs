@@ -1,5 +1,7 @@
 //! A body: whatever lies on the conveyor.
 
+use glam::Vec3;
+
 use crate::flat::{Flat, FlatSlice};
 use crate::truth::{Instance, Matter, Surface};
 use crate::wood::{Plank, PlankSlice};
@@ -37,6 +39,14 @@ impl Body {
         match self {
             Self::Plank(plank) => plank.hull(),
             Self::Flat(flat) => flat.hull(),
+        }
+    }
+
+    /// Lowest and highest corner of a box around the body [mm].
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        match self {
+            Self::Plank(plank) => plank.bounds(),
+            Self::Flat(flat) => flat.bounds(),
         }
     }
 

@@ -41,6 +41,14 @@ impl Flat {
         self.height_mm + self.slope_x * x + self.slope_y * y
     }
 
+    /// Lowest and highest corner of a box around the plate [mm].
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let half = 0.5 * self.width_mm;
+        let near = self.height(-half, 0.0).max(self.height(half, 0.0));
+        let far = self.height(-half, self.length_mm).max(self.height(half, self.length_mm));
+        (Vec3::new(-half, 0.0, 0.0), Vec3::new(half, self.length_mm, near.max(far)))
+    }
+
     /// The plate down to the conveyor [mm].
     pub fn hull(&self) -> Mesh {
         let half = 0.5 * self.width_mm;

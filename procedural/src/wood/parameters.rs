@@ -161,3 +161,16 @@ pub struct Wood {
     /// Its media.
     pub media: Media,
 }
+
+impl Wood {
+    /// Fills every group from `value`, asked once for each declaration in order.
+    pub fn from_values(value: &mut dyn FnMut(&'static crate::Parameter) -> f64) -> Self {
+        Self {
+            board: Board::from_values(value),
+            log: Log::from_values(value),
+            knots: Knots::from_values(value),
+            rot: Rot::from_values(value),
+            media: Media::from_values(value),
+        }
+    }
+}

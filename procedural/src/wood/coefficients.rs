@@ -1,0 +1,81 @@
+//! The optical coefficients of the kinds of wood, and what lies between two kinds.
+//!
+//! Models: the kinds of wood as points in the space of coefficients, joined by straight lines.
+//! Source: the class table of docs/wood.md. Limits: one wavelength; no moisture; the same gloss everywhere.
+
+use super::parameters::Media;
+
+/// Coefficients without a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Coefficients {
+    /// Absorption [mm^-1].
+    pub mu_a: f32,
+    /// Isotropic reduced scattering [mm^-1].
+    pub sigma_i: f32,
+    /// Cylinder scattering [mm^-1].
+    pub k: f32,
+    /// Effective refractive index [1].
+    pub n_eff: f32,
+}
+
+impl Coefficients {
+    fn new(mu_a: f64, sigma_i: f64, k: f64, n_eff: f64) -> Self {
+        Self { mu_a: mu_a as f32, sigma_i: sigma_i as f32, k: k as f32, n_eff: n_eff as f32 }
+    }
+
+    /// The point a share of the way to another kind.
+    #[inline]
+    pub fn mix(self, to: Self, share: f32) -> Self {
+        let along = |a: f32, b: f32| a + share * (b - a);
+        Self {
+            mu_a: along(self.mu_a, to.mu_a),
+            sigma_i: along(self.sigma_i, to.sigma_i),
+            k: along(self.k, to.k),
+            n_eff: along(self.n_eff, to.n_eff),
+        }
+    }
+
+    /// With absorption and scattering multiplied [1].
+    #[inline]
+    pub fn scaled(self, absorption: f32, scattering: f32) -> Self {
+        Self {
+            mu_a: self.mu_a * absorption,
+            sigma_i: self.sigma_i * scattering,
+            k: self.k * scattering,
+            n_eff: self.n_eff,
+        }
+    }
+}
+
+/// The kinds of wood in a board.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kinds {
+    /// Earlywood.
+    pub earlywood: Coefficients,
+    /// Latewood.
+    pub latewood: Coefficients,
+    /// Knot wood that lived.
+    pub sound_knot: Coefficients,
+    /// Knot wood that had died.
+    pub dead_knot: Coefficients,
+    /// Bark around a dead knot.
+    pub bark: Coefficients,
+    /// Decayed wood at severity 1/2.
+    pub rot: Coefficients,
+}
+
+impl Kinds {
+    /// The kinds of a recipe.
+    pub fn new(m: &Media) -> Self {
+        let knot = |mu_a| Coefficients::new(mu_a, m.knot_sigma_i_per_mm, m.knot_k_per_mm, m.knot_n_eff);
+        let clear = |mu_a, sigma_i, k| Coefficients::new(mu_a, sigma_i, k, m.clear_n_eff);
+        Self {
+            earlywood: clear(m.earlywood_mu_a_per_mm, m.earlywood_sigma_i_per_mm, m.earlywood_k_per_mm),
+            latewood: clear(m.latewood_mu_a_per_mm, m.latewood_sigma_i_per_mm, m.latewood_k_per_mm),
+            sound_knot: knot(m.knot_mu_a_per_mm),
+            dead_knot: knot(m.dead_knot_mu_a_per_mm),
+            bark: knot(m.bark_mu_a_per_mm),
+            rot: Coefficients::new(m.rot_mu_a_per_mm, m.rot_sigma_i_per_mm, m.rot_k_per_mm, m.rot_n_eff),
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! How the trunk grew around its knots: time of growth and fibre direction at a point.
+//!
+//! Models: time of growth t as the distance from the pith with a slight waviness, less the bulges around knots; fibres
+//! that follow the pith, turned by the spiral grain, pushed aside by the flow around every knot, and then laid into the
+//! growth surface t = const, f = normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its
+//! axis; they pass over smoothly into a living branch and end sharply at a dead one.
+//! Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and `flow` for the rest.
+//! Limits: the disturbances of several knots add up; the upper side of a branch is as well connected as the lower.
+
+use glam::{Vec2, Vec3};
+
+use super::bulge::{ASPECT, Bulge, REACH, height};
+use super::flow::{Oval, SLOWEST};
+use super::knot::{Distance, Knot, Section};
+use super::parameters::Wood;
+use super::pith::Place;
+use crate::Stream;
+use crate::noise::{Noise, smoothstep};
+
+/// Waviness of the growth layers over the distance from the pith, root mean square [1].
+const WAVINESS: f32 = 0.005;
+/// Lattice steps of the waviness over a radian about the pith [1].
+const WAVES_PER_RAD: f32 = 3.0;
+/// Cell of the waviness along the log [mm].
+const WAVE_MM: f32 = 90.0;
+/// Largest spiral grain [rad].
+const SPIRAL_LIMIT: f32 = 10.0 * std::f32::consts::PI / 180.0;
+/// Distance from a living branch's axis over which fibres pass into it [half widths].
+const BLEND: [f32; 2] = [0.85, 1.15];
+/// Outlines are looked at within this distance [half widths].
+const OUTLINE_REACH: f32 = 1.35;
+/// How far fibre bundles follow the streamlines [1]; less than 1, or the tips of the oval would hold a single bundle.
+const FOLLOW: f32 = 0.85;
+
+/// What all points of a log share.
+#[derive(Debug, Clone)]
+pub(super) struct Growth {
+    spiral: [f32; 2],
+    waves: Noise,
+    bulge: Bulge,
+    oval: Oval,
+}
+
+/// Wood at a point as it grew.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grown<'a> {
+    /// Radius that the trunk had then [mm].
+    pub t: f32,
+    /// Fibre: sideways and upwards in the log, then along it; unit length [1].
+    pub fibre: Vec3,
+    /// Which fibre bundle: around the log, counted at the pith's foot of the spiral [mm].
+    pub bundle: f32,
+    /// The nearest knot, if its outline is near.
+    pub branch: Option<Branch<'a>>,
+    /// Gradient of t in the same axes as the fibre, knots included [1].
+    #[cfg(test)]
+    pub gradient: Vec3,
+}
+
+/// A point at or in a branch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Branch<'a> {
+    /// The branch.
+    pub knot: &'a Knot,
+    /// Distance from the axis [half widths, wobble of the outline included].
+    pub x: f32,
+    /// Half width [mm].
+    pub half_width: f32,
+    /// Wobble of the outline here [1].
+    pub wobble: f32,
+    /// It had died when this point grew.
+    pub dead: bool,
+    offset: Vec2,
+    section: Section,
+}
+
+impl Growth {
+    /// The growth of a log.
+    pub fn new(stream: Stream, wood: &Wood) -> Self {
+        let log = &wood.log;
+        let slope = log.spiral_slope_deg_per_mm.to_radians();
+        Self {
+            spiral: [log.spiral_deg.to_radians() as f32, slope as f32],
+            waves: Noise::new(stream.child("waves")),
+            bulge: Bulge::new(),
+            oval: Oval::new(wood.knots.flow_ratio as f32),
+        }
+    }
+
+    /// Time of growth and fibre at a place among the knots that may be near.
+    #[inline]
+    pub fn at<'a>(&self, place: &Place, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
+        let (r, around) = (place.r, place.around());
+        let (wave, wave_slope) =
+            self.waves.space_slope((WAVES_PER_RAD * place.outward).extend(place.l / WAVE_MM));
+        let mut t = r * (1.0 + WAVINESS * wave);
+        // Slopes of t outwards, around and along.
+        let mut slope = Vec3::new(
+            1.0 + WAVINESS * wave,
+            WAVINESS * WAVES_PER_RAD * wave_slope.truncate().dot(around),
+            WAVINESS * r * wave_slope.z / WAVE_MM,
+        );
+        let spiral = (self.spiral[0] + self.spiral[1] * r).clamp(-SPIRAL_LIMIT, SPIRAL_LIMIT);
+        let (sin, cos) = (spiral * (1.0 - spiral * spiral / 6.0), 1.0 - 0.5 * spiral * spiral);
+        let mut stream = Vec2::X;
+        let mut bundle = r * place.phi * cos + place.l * sin;
+        let mut branch: Option<Branch<'a>> = None;
+        let mut distance = None;
+        for knot in knots {
+            let section = knot.section(distance.get_or_insert_with(|| Distance::new(r)));
+            let a = section.half_width;
+            let offset = Vec2::new(r * wrap(place.phi - section.phi), place.l - section.l);
+            let shorten = knot.cos_slope / ASPECT;
+            let square = offset.x * offset.x + (shorten * offset.y).powi(2);
+            if square >= REACH * REACH * a * a {
+                continue;
+            }
+            let x = square.sqrt() / a;
+            let merge = self.bulge.at(x);
+            let (h, h_slope) = height(a, section.widening, r - knot.death);
+            t -= h * merge.depth;
+            let drift = offset.x * (offset.x / r - section.turn) - shorten * shorten * offset.y * section.slope;
+            let steep = h * merge.slope_over_x / (a * a);
+            slope -= Vec3::new(
+                h_slope * merge.depth + steep * (drift - x * x * a * section.widening),
+                steep * offset.x,
+                steep * shorten * shorten * offset.y,
+            );
+            let rise = offset.y * knot.cos_slope;
+            let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
+            let disturbance = self.oval.disturb(turned);
+            stream += merge.weight * disturbance.velocity;
+            bundle += FOLLOW * merge.weight * a * disturbance.psi;
+            let d = Vec2::new(offset.x, rise);
+            if d.length_squared() < (OUTLINE_REACH * a).powi(2) {
+                let wobble = knot.wobble(d, r);
+                let x = d.length() / (a * (1.0 + wobble));
+                if branch.is_none_or(|other| x < other.x) {
+                    branch = Some(Branch { knot, x, half_width: a, wobble, dead: r >= knot.death, offset, section });
+                }
+            }
+        }
+        let normal_across = slope.x * place.outward + slope.y * around;
+        let normal = normal_across.extend(slope.z - place.pith_slope.dot(normal_across));
+        let stream = Vec2::new(stream.x.max(SLOWEST), stream.y);
+        let (along, aside) = (stream.x * cos + stream.y * sin, stream.y * cos - stream.x * sin);
+        let free = (along * place.pith_slope + aside * around).extend(along);
+        let laid = free - normal * (free.dot(normal) / normal.length_squared());
+        let mut fibre = laid.normalize_or(Vec3::Z);
+        if let Some(branch) = &branch {
+            fibre = branch.fibre(fibre, place);
+        }
+        Grown {
+            t,
+            fibre,
+            bundle,
+            branch,
+            #[cfg(test)]
+            gradient: normal,
+        }
+    }
+}
+
+impl Branch<'_> {
+    /// The fibre here, given that of the trunk around.
+    #[inline]
+    fn fibre(&self, trunk: Vec3, place: &Place) -> Vec3 {
+        let share = if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(BLEND[0], BLEND[1], self.x) };
+        if share == 0.0 {
+            return trunk;
+        }
+        // Lines that keep their place in the widening branch.
+        let spread = self.section.widening / self.half_width;
+        let around = self.section.turn + self.offset.x * spread;
+        let along = self.section.slope + self.offset.y * spread;
+        let axis = place.outward + around * place.around() + along * place.pith_slope;
+        trunk.lerp(axis.extend(along).normalize(), share).normalize_or(trunk)
+    }
+}
+
+/// An angle brought within half a turn of 0 [rad].
+#[inline]
+fn wrap(angle: f32) -> f32 {
+    use std::f32::consts::{PI, TAU};
+    if angle > PI {
+        angle - TAU
+    } else if angle < -PI {
+        angle + TAU
+    } else {
+        angle
+    }
+}

@@ -1,0 +1,246 @@
+//! One knot: the branch that the trunk grew around.
+//!
+//! Models: a branch whose skeleton runs outwards from the pith, at the distance r from it at
+//!   l(r) = C + D sqrt r + E r  along the log and  phi(r) = F + G ln r  about it,
+//! and whose width grows as r (A + B r^(1/4)) while it lives. A dead branch keeps its width; bark takes the outer part
+//! of it. A point belongs to the skeleton point at its own distance from the pith (Larsson et al. 2022).
+//! Sources: form of the skeleton and spread of its numbers from the 108 knots of the scanned log of Larsson et al.
+//! (2022); dead branches are cylinders (Trincado and Burkhart 2008).
+//! Limits: a branch never ends before the surface and its stub is not grown over; no swelling at the base.
+
+use glam::Vec2;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::noise::Noise;
+use crate::{Class, Stream};
+
+/// Mean and spread of A over the scanned knots [rad].
+const OPENING: [f64; 2] = [0.29, 0.17];
+/// A stays within these, the 5th and 95th percentiles [rad].
+const OPENING_RANGE: [f64; 2] = [0.06, 0.6];
+/// B as a line of A, and the spread about it [1, mm^(-1/4), mm^(-1/4)].
+const TAPER: [f64; 3] = [-0.285, 0.0079, 0.009];
+/// Largest B r^(1/4) / A at the surface: just below 4/5, where the width would begin to shrink [1].
+const TAPER_LIMIT: f64 = 0.78;
+/// Largest D of the scanned knots [mm^(1/2)].
+const BEND: f64 = 0.21;
+/// Spread of G [rad].
+const TURN_SD: f64 = 0.055;
+/// Root mean square of the outline's wobble over the radius [1].
+const WOBBLE: f32 = 0.04;
+/// Cells of the wobble around the axis: lattice steps a radius [1], and along it [mm].
+const WOBBLE_CELLS: [f32; 2] = [1.4, 9.0];
+/// Part of the radius that bark may take at most [1].
+const BARK_LIMIT: f32 = 0.6;
+
+/// What is drawn for a knot whatever the recipe says; scaled to the recipe later.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Draw {
+    /// Standard normal behind the width.
+    pub width: f64,
+    /// Standard normal behind the slope.
+    pub slope: f64,
+    opening: f64,
+    taper: f64,
+    bend: f64,
+    turn: f64,
+    outline: Noise,
+}
+
+impl Draw {
+    /// The draws of one knot's own stream.
+    pub fn new(stream: Stream) -> Self {
+        let mut rng = stream.child("shape").rng();
+        let mut normal = || StandardNormal.sample(&mut rng);
+        let (width, slope, opening, taper, turn) = (normal(), normal(), normal(), normal(), normal());
+        let bend = BEND * rng.random::<f64>();
+        let outline = Noise::new(stream.child("outline"));
+        Self { width, slope, opening, taper, bend, turn, outline }
+    }
+}
+
+/// Where a knot meets the upper surface, and how.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spot {
+    /// Distance from the pith [mm].
+    pub r: f32,
+    /// Azimuth [rad].
+    pub phi: f32,
+    /// Along the log [mm].
+    pub l: f32,
+    /// Half width [mm].
+    pub half_width: f32,
+    /// dl/dr [1].
+    pub slope: f32,
+    /// Distance from the pith where it died [mm]; infinite for a sound knot.
+    pub death: f32,
+    /// Thickness of the bark ring [mm].
+    pub bark: f32,
+}
+
+/// A branch in the log.
+#[derive(Debug, Clone)]
+pub(super) struct Knot {
+    /// What it is at the upper surface.
+    pub class: Class,
+    /// Its number among the instances.
+    pub id: u16,
+    /// Distance from the pith where it died [mm]; infinite for a sound knot.
+    pub death: f32,
+    /// Thickness of the bark ring [mm].
+    pub bark: f32,
+    /// Cosine of the axis' slope: the cut along the log is longer by its inverse [1].
+    pub cos_slope: f32,
+    skeleton: [f32; 5],
+    /// Half width where the growth law is fixed [mm], the distance from the pith there [mm], B r^(1/4) / A there [1].
+    half_width: f32,
+    fixed: f32,
+    taper: f32,
+    /// r / fixed beyond which the width stays [1].
+    widest: f32,
+    outline: Noise,
+}
+
+/// Powers of the distance from the pith that all knots at a point share.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Distance {
+    /// [mm].
+    pub r: f32,
+    root: f32,
+    log: f32,
+    fourth_root: f32,
+}
+
+impl Distance {
+    /// Of a point `r` away from the pith [mm].
+    #[inline]
+    pub fn new(r: f32) -> Self {
+        let root = r.sqrt();
+        Self { r, root, log: r.ln(), fourth_root: root.sqrt() }
+    }
+}
+
+/// A knot's skeleton and width at one distance from the pith.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Section {
+    /// Azimuth [rad] and r times its slope [rad].
+    pub phi: f32,
+    /// See `phi`.
+    pub turn: f32,
+    /// Along the log [mm] and its slope [1].
+    pub l: f32,
+    /// See `l`.
+    pub slope: f32,
+    /// Half width [mm] and its slope [1].
+    pub half_width: f32,
+    /// See `half_width`.
+    pub widening: f32,
+}
+
+impl Knot {
+    /// The branch through a spot.
+    pub fn new(id: u16, class: Class, spot: &Spot, draw: &Draw) -> Self {
+        let opening = (OPENING[0] + OPENING[1] * draw.opening).clamp(OPENING_RANGE[0], OPENING_RANGE[1]);
+        let narrowing = TAPER[0] * opening + TAPER[1] + TAPER[2] * draw.taper;
+        let fixed = spot.r.min(spot.death);
+        let taper = (-narrowing * f64::from(fixed).sqrt().sqrt() / opening).clamp(0.0, TAPER_LIMIT) as f32;
+        let bend = draw.bend as f32;
+        let turn = (TURN_SD * draw.turn) as f32;
+        let rise = spot.slope - 0.5 * bend / spot.r.sqrt();
+        let start = spot.l - bend * spot.r.sqrt() - rise * spot.r;
+        Self {
+            class,
+            id,
+            death: spot.death,
+            bark: spot.bark.min(BARK_LIMIT * spot.half_width),
+            cos_slope: 1.0 / (1.0 + spot.slope * spot.slope).sqrt(),
+            skeleton: [start, bend, rise, spot.phi - turn * spot.r.ln(), turn],
+            half_width: spot.half_width,
+            fixed,
+            taper,
+            widest: if taper > 0.0 { (0.8 / taper).powi(4) } else { f32::INFINITY },
+            outline: draw.outline,
+        }
+    }
+
+    /// The knot at a distance from the pith.
+    #[inline]
+    pub fn section(&self, at: &Distance) -> Section {
+        let [start, bend, rise, azimuth, turn] = self.skeleton;
+        let share = at.r / self.fixed;
+        let (half_width, widening) = if at.r >= self.death || share >= self.widest {
+            let share = self.widest.min(self.death / self.fixed);
+            (self.half_width * self.growth(share, share.sqrt().sqrt()), 0.0)
+        } else {
+            let fourth = at.fourth_root / self.fixed.sqrt().sqrt();
+            let slope = (1.0 - 1.25 * self.taper * fourth) / (1.0 - self.taper);
+            (self.half_width * self.growth(share, fourth), self.half_width * slope / self.fixed)
+        };
+        Section {
+            phi: azimuth + turn * at.log,
+            turn,
+            l: start + bend * at.root + rise * at.r,
+            slope: rise + 0.5 * bend / at.root,
+            half_width,
+            widening,
+        }
+    }
+
+    #[inline]
+    fn growth(&self, share: f32, fourth_root: f32) -> f32 {
+        share * (1.0 - self.taper * fourth_root) / (1.0 - self.taper)
+    }
+
+    /// Wobble of the outline at a place off the axis (around, along) [mm], as a part of the radius.
+    #[inline]
+    pub fn wobble(&self, offset: Vec2, r: f32) -> f32 {
+        let d = offset.length().max(1.0e-6);
+        let around = WOBBLE_CELLS[0] * offset / d;
+        (WOBBLE * self.outline.space(around.extend(r / WOBBLE_CELLS[1]))).clamp(-3.0 * WOBBLE, 3.0 * WOBBLE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knot(death: f32, index: u64) -> Knot {
+        let spot = Spot { r: 70.0, phi: 0.3, l: 12.0, half_width: 6.0, slope: -0.18, death, bark: 0.7 };
+        Knot::new(1, Class::SoundKnot, &spot, &Draw::new(Stream::root(2).index(index)))
+    }
+
+    #[test]
+    fn a_knot_passes_its_spot_with_its_width_and_slope() {
+        for death in [f32::INFINITY, 49.0] {
+            for index in 0..50 {
+                let section = knot(death, index).section(&Distance::new(70.0));
+                assert!((section.l - 12.0).abs() < 1.0e-4 && (section.phi - 0.3).abs() < 1.0e-5);
+                assert!((section.half_width - 6.0).abs() < 1.0e-4 && (section.slope + 0.18).abs() < 1.0e-5);
+            }
+        }
+    }
+
+    #[test]
+    fn width_grows_while_the_branch_lives_and_then_stays() {
+        for index in 0..50 {
+            let knot = knot(49.0, index);
+            let widths: Vec<f32> = (1..120).map(|r| knot.section(&Distance::new(r as f32)).half_width).collect();
+            assert!(widths.windows(2).all(|w| w[1] >= w[0]), "{widths:?}");
+            assert!(widths[49..].iter().all(|&w| w == widths[60]) && widths[20] < 0.9 * widths[60]);
+        }
+    }
+
+    #[test]
+    fn slopes_are_derivatives() {
+        for (death, r) in [(f32::INFINITY, 30.0), (f32::INFINITY, 65.0), (49.0, 40.0), (49.0, 60.0)] {
+            let knot = knot(death, 3);
+            let h = 0.05;
+            let (low, mid, high) =
+                (knot.section(&Distance::new(r - h)), knot.section(&Distance::new(r)), knot.section(&Distance::new(r + h)));
+            assert!(((high.l - low.l) / (2.0 * h) - mid.slope).abs() < 1.0e-3);
+            assert!(((high.phi - low.phi) / (2.0 * h) * r - mid.turn).abs() < 1.0e-3);
+            assert!(((high.half_width - low.half_width) / (2.0 * h) - mid.widening).abs() < 1.0e-3);
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Solid wood: a board sawn from a log with annual rings, knots and rot.
+//!
+//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`.
+//!
+//! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
+//! (`knot`, `placing`, `bulge`, `flow`), decay (`decay`), the saw (`sawn`), and what all of that means for light
+//! (`coefficients`). What is inside was sawn flat and then warped with the board.
+//! Sources stand in each file; docs/wood.md says what is not modelled.
+
+mod bulge;
+mod coefficients;
+mod decay;
+mod flow;
+mod growth;
+mod knot;
+pub mod parameters;
+mod pith;
+mod placing;
+mod rings;
+mod sawn;
+#[cfg(test)]
+mod tests;
+
+use glam::{Vec2, Vec3};
+
+use self::coefficients::{Coefficients, Kinds};
+use self::decay::Decay;
+use self::growth::{Branch, Growth, Grown};
+use self::parameters::Wood;
+use self::pith::{Place, Trunk};
+use self::placing::Placed;
+use self::rings::Rings;
+use self::sawn::{Sawn, SawnCut};
+use crate::noise::{Noise, smoothstep};
+use crate::{Class, Instance, Matter, Medium, Mesh, Stream, Surface};
+
+/// Rings are grown this far beyond the farthest corner [mm].
+const RING_MARGIN_MM: f32 = 10.0;
+/// One over the cells of fine bundles: around and outwards, along [mm^-1]; three or four tracheids, a fibre's length.
+const FINE_PER_MM: [f32; 2] = [1.0 / 0.12, 1.0 / 3.5];
+/// One over the cells of coarse bundles [mm^-1].
+const COARSE_PER_MM: [f32; 2] = [1.0 / 0.6, 1.0 / 18.0];
+/// Their shares of the root mean square; squares sum to 1 [1].
+const STREAK_SHARES: [f32; 2] = [0.8, 0.6];
+/// Scattering varies against absorption by this part of it [1]: a dense bundle absorbs more and guides light less.
+const STREAK_SCATTERING: f32 = -0.5;
+/// Smallest factor that a streak may put on a coefficient [1].
+const STREAK_LEAST: f32 = 0.1;
+/// Distance from a living branch's axis over which its medium begins [half widths].
+const RIND: [f32; 2] = [0.94, 1.04];
+/// How much latewood raises the absorption within a knot [1].
+const KNOT_RINGS: f32 = 0.35;
+/// Part by which bark is thicker where the outline wobbles outwards by one part [1].
+const BARK_WOBBLE: f32 = 6.0;
+
+/// A sawn board.
+#[derive(Debug, Clone)]
+pub struct Plank {
+    trunk: Trunk,
+    rings: Rings,
+    growth: Growth,
+    knots: Vec<Placed>,
+    decay: Option<Decay>,
+    sawn: Sawn,
+    kinds: Kinds,
+    streaks: [Noise; 2],
+    streak: f32,
+    latewood_share: f32,
+    gloss: f32,
+    instances: Vec<Instance>,
+}
+
+/// A board cut at one scan position.
+#[derive(Debug, Clone)]
+pub struct PlankSlice<'a> {
+    plank: &'a Plank,
+    y: f32,
+    middle: f32,
+    cut: SawnCut<'a>,
+    /// Knots that disturb this cut.
+    near: Vec<&'a Placed>,
+}
+
+impl Plank {
+    /// Grows the log and saws the board; every part draws from its own child of `stream`.
+    pub fn grow(stream: Stream, wood: &Wood) -> Self {
+        let board = &wood.board;
+        let trunk = Trunk::grow(stream.child("pith"), wood);
+        let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
+        let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
+        let kinds = Kinds::new(&wood.media);
+        let knots = placing::place(stream.child("knot"), wood, &trunk);
+        let decay = Decay::grow(stream.child("rot"), wood, kinds.rot);
+        let mut instances: Vec<Instance> = knots.iter().map(|placed| placed.instance).collect();
+        if let Some(decay) = &decay {
+            let inwards = 0.5 * (board.width_mm - wood.rot.reach_mm.min(board.width_mm));
+            instances.push(Instance {
+                id: instances.len() as u16 + 1,
+                class: Class::Rot,
+                x_mm: board.offset_mm + f64::from(decay.side) * inwards,
+                y_mm: board.lead_in_mm + 0.5 * board.length_mm,
+                diameter_mm: f64::NAN,
+                dive_deg: f64::NAN,
+                death_radius_mm: f64::NAN,
+                severity: f64::from(decay.severity),
+            });
+        }
+        Self {
+            rings: Rings::grow(stream.child("rings"), &wood.log, reach),
+            growth: Growth::new(stream.child("growth"), wood),
+            sawn: Sawn::grow(stream.child("saw"), wood),
+            streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
+            streak: wood.log.streak as f32,
+            latewood_share: wood.log.latewood_share as f32,
+            gloss: wood.media.gloss as f32,
+            trunk,
+            knots,
+            decay,
+            kinds,
+            instances,
+        }
+    }
+
+    /// The cut at scan position `y` [mm].
+    pub fn slice(&self, y: f32) -> PlankSlice<'_> {
+        let near = self.knots.iter().filter(|placed| placed.y[0] <= y && y <= placed.y[1]).collect();
+        let (low, high) = self.sawn.bounds();
+        PlankSlice { plank: self, y, middle: 0.5 * (low.x + high.x), cut: self.sawn.cut(y), near }
+    }
+
+    /// A closed coarse hull, warped and rippled like the board but smooth [mm].
+    pub fn hull(&self) -> Mesh {
+        self.sawn.hull()
+    }
+
+    /// Lowest and highest corner of a box around the board [mm].
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.sawn.bounds()
+    }
+
+    /// Its knots, sound ones first, then its rot.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// Relative departure of the fibre bundle at a place from the mean [1].
+    #[inline]
+    fn streak(&self, place: &Place, grown: &Grown) -> f32 {
+        let layer = |i: usize, cell: [f32; 2]| {
+            let p = Vec3::new(grown.bundle * cell[0], grown.t * cell[0], place.l * cell[1]);
+            STREAK_SHARES[i] * self.streaks[i].space(p)
+        };
+        self.streak * (layer(0, FINE_PER_MM) + layer(1, COARSE_PER_MM))
+    }
+
+    /// Wood without defect.
+    #[inline]
+    fn clear(&self, place: &Place, grown: &Grown) -> Coefficients {
+        let phase = self.rings.at(grown.t);
+        let streak = self.streak(place, grown);
+        let absorption = phase.gain * (1.0 + streak).max(STREAK_LEAST);
+        let scattering = (1.0 + STREAK_SCATTERING * streak).max(STREAK_LEAST);
+        self.kinds.earlywood.mix(self.kinds.latewood, phase.latewood).scaled(absorption, scattering)
+    }
+
+    /// Wood of a branch, with its own rings or its bark.
+    #[inline]
+    fn branch(&self, branch: &Branch, r: f32) -> Coefficients {
+        let knot = branch.knot;
+        if branch.dead {
+            let bark = (knot.bark / branch.half_width * (1.0 + BARK_WOBBLE * branch.wobble)).max(0.0);
+            if branch.x > 1.0 - bark {
+                return self.kinds.bark;
+            }
+        }
+        let kind = if branch.dead { self.kinds.dead_knot } else { self.kinds.sound_knot };
+        // Time runs from the axis to the outline as it does from the pith to here.
+        let latewood = self.rings.at(r * branch.x).latewood;
+        kind.scaled(1.0 + KNOT_RINGS * (latewood - self.latewood_share), 1.0)
+    }
+}
+
+impl PlankSlice<'_> {
+    /// Upper surface above `x` [mm]; `None` beside the board.
+    #[inline]
+    pub fn surface(&self, x: f32) -> Option<Surface> {
+        self.cut.surface(x)
+    }
+
+    /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
+    pub fn matter(&self, x: f32, z: f32) -> Matter {
+        let plank = self.plank;
+        let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
+        let near = self.near.iter().filter(|placed| placed.x[0] <= x && x <= placed.x[1]).map(|placed| &placed.knot);
+        let grown = plank.growth.at(&place, near);
+        let mut class = Class::Clear;
+        let mut instance = 0;
+        let share = grown.branch.map_or(0.0, |b| match b.dead {
+            true => f32::from(b.x < 1.0),
+            false => 1.0 - smoothstep(RIND[0], RIND[1], b.x),
+        });
+        let mut coefficients = self.plank.kinds.earlywood;
+        if share < 1.0 {
+            coefficients = plank.clear(&place, &grown);
+            if let Some(decay) = &plank.decay {
+                let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
+                if let Some(decayed) = decay.at(x, log) {
+                    coefficients = decay.change(coefficients, decayed);
+                    if decayed.passed >= 0.5 {
+                        (class, instance) = (Class::Rot, plank.instances.len() as u16);
+                    }
+                }
+            }
+        }
+        if let Some(branch) = &grown.branch {
+            if share > 0.0 {
+                coefficients = coefficients.mix(plank.branch(branch, place.r), share);
+            }
+            if branch.x < 1.0 {
+                (class, instance) = (branch.knot.class, branch.knot.id);
+            }
+        }
+        let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
+        let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
+        Matter { medium: Medium { mu_a, sigma_i, k, n_eff, fibre, gloss: plank.gloss }, class, instance }
+    }
+}

@@ -1,0 +1,219 @@
+//! The sawn upper surface: warp, saw ripple and roughness.
+//!
+//! Models: z = thickness + warp + ripple + roughness above the conveyor. Warp is a parabola across the board (cup) plus
+//! a turn that grows along it (twist). The band saw leaves a ripple sqrt2 rms a(y) sin(2 pi (y + q x) / pitch + p(y))
+//! whose amplitude a and phase p drift. Torn fibres leave two layers of noise, longer along the fibre.
+//! Sources: sizes in docs/wood.md. Limits: torn grain around knots, chip marks, wane and checks are not modelled.
+
+use std::f32::consts::{PI, SQRT_2, TAU};
+
+use glam::{Vec2, Vec3};
+
+use super::parameters::Wood;
+use crate::noise::Noise;
+use crate::{Mesh, Stream, Surface};
+
+use rand_distr::{Distribution, StandardNormal};
+
+/// How much the ripple's amplitude drifts, root mean square [1].
+const RIPPLE_DRIFT: f32 = 0.25;
+/// How much its phase drifts, root mean square [rad].
+const RIPPLE_PHASE: f32 = 0.7;
+/// Cells of both drifts [pitch].
+const RIPPLE_CELL: f32 = 2.5;
+/// Spread of the ridges' slant against the laser line from board to board [1].
+const RIPPLE_SLANT: f64 = 0.03;
+/// Cells of the fine roughness across and along the fibre [mm]; its slope is 8 rad/mm of height across.
+const FINE_MM: Vec2 = Vec2::new(0.3, 0.9);
+/// Cells of the coarse roughness across and along the fibre [mm].
+const COARSE_MM: Vec2 = Vec2::new(1.3, 6.0);
+/// Their shares of the root mean square; squares sum to 1 [1].
+const ROUGHNESS_SHARES: [f32; 2] = [0.8, 0.6];
+/// Longest edge of the hull [mm], and the most edges across and along.
+const HULL_EDGE_MM: f32 = 5.0;
+/// See `HULL_EDGE_MM`.
+const HULL_LIMITS: [f32; 2] = [64.0, 2000.0];
+/// Hull edges in a pitch of the ripple [1].
+const HULL_PER_PITCH: f32 = 6.0;
+/// Lowest place of the hull's upper side [mm].
+const HULL_LOWEST_MM: f32 = 0.01;
+
+/// The upper surface of a board.
+#[derive(Debug, Clone)]
+pub(super) struct Sawn {
+    middle: Vec2,
+    half: Vec2,
+    thickness: f32,
+    cup: f32,
+    /// Slope across the board gained along it [mm^-1].
+    twist: f32,
+    ripple: f32,
+    pitch: f32,
+    slant: f32,
+    drift: [Noise; 2],
+    roughness: f32,
+    grain: [Noise; 2],
+    /// Cosine and sine of the log's turn [1].
+    turn: Vec2,
+}
+
+/// The upper surface along one profile.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SawnCut<'a> {
+    sawn: &'a Sawn,
+    inside: bool,
+    dy: f32,
+    /// Amplitude of the ripple [mm] and its slope along the scan [1].
+    amplitude: Vec2,
+    /// Phase of the ripple in the board's middle [rad] and its slope along the scan [rad/mm].
+    phase: Vec2,
+}
+
+impl Sawn {
+    /// The surface of a board.
+    pub fn grow(stream: Stream, wood: &Wood) -> Self {
+        let board = &wood.board;
+        let noise = |name: &str| Noise::new(stream.child(name));
+        let slant: f64 = StandardNormal.sample(&mut stream.child("slant").rng());
+        let (sin, cos) = wood.log.grain_angle_deg.to_radians().sin_cos();
+        Self {
+            middle: Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32),
+            half: 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32),
+            thickness: board.thickness_mm as f32,
+            cup: board.cup_mm as f32,
+            twist: (board.twist_deg.to_radians().tan() / board.length_mm) as f32,
+            ripple: SQRT_2 * 1.0e-3 * board.saw_ripple_um as f32 / (1.0 + RIPPLE_DRIFT * RIPPLE_DRIFT).sqrt(),
+            pitch: board.saw_pitch_mm as f32,
+            slant: (RIPPLE_SLANT * slant) as f32,
+            drift: [noise("amplitude"), noise("phase")],
+            roughness: 1.0e-3 * board.roughness_um as f32,
+            grain: [noise("fine"), noise("coarse")],
+            turn: Vec2::new(cos as f32, sin as f32),
+        }
+    }
+
+    /// The surface along the profile at `y` [mm].
+    pub fn cut(&self, y: f32) -> SawnCut<'_> {
+        let dy = y - self.middle.y;
+        let cell = RIPPLE_CELL * self.pitch;
+        let drift = self.drift.map(|noise| {
+            let (value, slope) = noise.line(y / cell);
+            Vec2::new(value, slope / cell)
+        });
+        let phase = RIPPLE_PHASE * drift[1] + TAU / self.pitch * Vec2::new(dy, 1.0);
+        SawnCut {
+            sawn: self,
+            inside: dy.abs() <= self.half.y,
+            dy,
+            amplitude: self.ripple * (Vec2::X + RIPPLE_DRIFT * drift[0]),
+            phase: Vec2::new(phase.x.rem_euclid(TAU) - PI, phase.y),
+        }
+    }
+
+    /// Lowest and highest corner of the board with all its warp [mm].
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let rise = self.cup.abs() + (self.twist * self.half.x * self.half.y).abs() + 2.0 * self.ripple;
+        let (low, high) = (self.middle - self.half, self.middle + self.half);
+        (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
+    }
+
+    /// A closed hull without the roughness, down to the conveyor.
+    pub fn hull(&self) -> Mesh {
+        let edge = if self.ripple > 0.0 { HULL_EDGE_MM.min(self.pitch / HULL_PER_PITCH) } else { HULL_EDGE_MM };
+        let nx = (2.0 * self.half.x / HULL_EDGE_MM).ceil().clamp(1.0, HULL_LIMITS[0]) as u32;
+        let ny = (2.0 * self.half.y / edge).ceil().clamp(1.0, HULL_LIMITS[1]) as u32;
+        let mut positions = Vec::new();
+        for j in 0..=ny {
+            let y = self.middle.y + self.half.y * (2.0 * j as f32 / ny as f32 - 1.0);
+            let cut = self.cut(y);
+            for i in 0..=nx {
+                let dx = self.half.x * (2.0 * i as f32 / nx as f32 - 1.0);
+                let z = self.thickness + cut.warp(dx).z + cut.ripple(dx).z;
+                positions.push(Vec3::new(self.middle.x + dx, y, z.max(HULL_LOWEST_MM)));
+            }
+        }
+        let at = |i: u32, j: u32| j * (nx + 1) + i;
+        let mut triangles = Vec::new();
+        for j in 0..ny {
+            for i in 0..nx {
+                triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+                triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+        // Around the upper rim, counter-clockwise from above, with a foot below each corner.
+        let rim: Vec<u32> = (0..nx).map(|i| at(i, 0))
+            .chain((0..ny).map(|j| at(nx, j)))
+            .chain((0..nx).map(|i| at(nx - i, ny)))
+            .chain((0..ny).map(|j| at(0, ny - j)))
+            .collect();
+        let foot = positions.len() as u32;
+        let feet: Vec<Vec3> = rim.iter().map(|&corner| positions[corner as usize].with_z(0.0)).collect();
+        positions.extend(feet);
+        let centre = positions.len() as u32;
+        positions.push(self.middle.extend(0.0));
+        for (side, &corner) in rim.iter().enumerate() {
+            let next = (side + 1) % rim.len();
+            let (low, next_low) = (foot + side as u32, foot + next as u32);
+            triangles.push([corner, low, next_low]);
+            triangles.push([corner, next_low, rim[next]]);
+            triangles.push([centre, next_low, low]);
+        }
+        Mesh { positions, triangles }
+    }
+}
+
+impl SawnCut<'_> {
+    /// How far the board's matter was moved upwards at `dx` from its middle [mm], with slopes.
+    #[inline]
+    pub fn warp(&self, dx: f32) -> Surface {
+        let sawn = self.sawn;
+        let share = dx / sawn.half.x;
+        Surface {
+            // The mean of the parabola over the width is taken out, so that cupping keeps the thickness.
+            z: sawn.cup * (1.0 / 3.0 - share * share) + sawn.twist * dx * self.dy,
+            slope_x: -2.0 * sawn.cup * share / sawn.half.x + sawn.twist * self.dy,
+            slope_y: sawn.twist * dx,
+        }
+    }
+
+    #[inline]
+    fn ripple(&self, dx: f32) -> Surface {
+        let across = TAU / self.sawn.pitch * self.sawn.slant;
+        let (sin, cos) = (self.phase.x + across * dx).sin_cos();
+        Surface {
+            z: self.amplitude.x * sin,
+            slope_x: self.amplitude.x * cos * across,
+            slope_y: self.amplitude.x * cos * self.phase.y + self.amplitude.y * sin,
+        }
+    }
+
+    #[inline]
+    fn roughness(&self, dx: f32) -> Surface {
+        let turn = self.sawn.turn;
+        let log = Vec2::new(dx * turn.x - self.dy * turn.y, dx * turn.y + self.dy * turn.x);
+        let (fine, fine_slope) = self.sawn.grain[0].plane(log / FINE_MM);
+        let (coarse, coarse_slope) = self.sawn.grain[1].plane(log / COARSE_MM);
+        let [a, b] = ROUGHNESS_SHARES.map(|share| share * self.sawn.roughness);
+        let slope = a * fine_slope / FINE_MM + b * coarse_slope / COARSE_MM;
+        Surface {
+            z: a * fine + b * coarse,
+            slope_x: slope.x * turn.x + slope.y * turn.y,
+            slope_y: slope.y * turn.x - slope.x * turn.y,
+        }
+    }
+
+    /// The upper surface above `x` [mm]; `None` beside the board.
+    #[inline]
+    pub fn surface(&self, x: f32) -> Option<Surface> {
+        let dx = x - self.sawn.middle.x;
+        if !self.inside || dx.abs() > self.sawn.half.x {
+            return None;
+        }
+        let (warp, ripple, roughness) = (self.warp(dx), self.ripple(dx), self.roughness(dx));
+        Some(Surface {
+            z: self.sawn.thickness + warp.z + ripple.z + roughness.z,
+            slope_x: warp.slope_x + ripple.slope_x + roughness.slope_x,
+            slope_y: warp.slope_y + ripple.slope_y + roughness.slope_y,
+        })
+    }
+}
