@@ -22,6 +22,18 @@ pub enum ScatterMode {
     Back,
 }
 
+impl ScatterMode {
+    /// Every mode in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 3] = [Self::Symmetric, Self::Front, Self::Back];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 3] = ["symmetric", "front", "back"];
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
 /// How a profile is read from a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extraction {
@@ -63,6 +75,27 @@ pub enum Channel {
     Label,
     /// Instance of each pixel.
     Instance,
+}
+
+impl Channel {
+    /// Every channel in the order of files.
+    pub const ALL: [Self; 5] = [Self::Range, Self::Reflectance, Self::Scatter, Self::Label, Self::Instance];
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Range => "range",
+            Self::Reflectance => "reflectance",
+            Self::Scatter => "scatter",
+            Self::Label => "label",
+            Self::Instance => "instance",
+        }
+    }
+
+    /// The channels that `chosen` marks, in the order of [`Self::ALL`].
+    pub(crate) fn chosen(chosen: [bool; Self::ALL.len()]) -> Vec<Self> {
+        Self::ALL.into_iter().zip(chosen).filter_map(|(channel, chosen)| chosen.then_some(channel)).collect()
+    }
 }
 
 /// What is written.

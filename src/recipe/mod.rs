@@ -1,11 +1,83 @@
 //! Recipe: distributions, classes, sensor and sizes, exactly as in the YAML; and what one draw makes of it.
+//!
+//! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names its
+//! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
+
+mod canonical;
+mod check;
+mod dist;
+mod dist_read;
+mod draw;
+mod embedded;
+mod fault;
+mod forms;
+mod node;
+mod read;
+mod reference;
+mod schema;
+mod setting_read;
+mod settings;
+mod table;
+mod walk;
+
+use std::collections::BTreeMap;
 
 use procedural::Stream;
 use procedural::wood::Wood;
 
+use self::settings::Settings;
 use crate::optics::parameters::Bench;
 use crate::record::Split;
 use crate::settings::{Extraction, Output, Size, Splits};
+
+pub use self::canonical::differences;
+pub use self::dist::Distribution;
+pub use self::fault::{Fault, Faults, RecipeError};
+pub use self::reference::reference_markdown;
+pub use self::schema::schema;
+
+/// What a dataset is made from; every number in it is in range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recipe {
+    name: String,
+    subject: Subject,
+    settings: Settings,
+    /// Every parameter's distribution by path.
+    parameters: BTreeMap<String, Distribution>,
+    /// By name.
+    classes: Vec<Class>,
+    text: String,
+    canonical: serde_json::Value,
+    hash: String,
+}
+
+/// What the objects are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// Sawn boards of softwood.
+    Wood,
+}
+
+impl Subject {
+    /// Names in recipes.
+    pub const NAMES: [&str; 1] = ["wood"];
+
+    /// Name in recipes.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+/// A kind of sample: what it changes of the top level, and how often it comes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Class {
+    /// Name, of a-z, 0-9 and _.
+    pub name: String,
+    /// Share of the samples [1]; the shares of all classes sum to 1.
+    pub share: f64,
+    /// Distributions in place of the top level's, by path.
+    overrides: BTreeMap<String, Distribution>,
+}
 
 /// One draw: plain numbers, no distributions.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,7 +86,7 @@ pub struct Scene {
     pub index: u64,
     /// UUID v5 of (recipe hash, seed, index).
     pub id: String,
-    /// Split, by hash of the id.
+    /// Split, keyed by (seed, index) and not by the recipe.
     pub split: Split,
     /// Name of the class.
     pub class: String,
@@ -30,4 +102,81 @@ pub struct Scene {
     pub extraction: Extraction,
     /// What is written.
     pub output: Output,
+}
+
+impl Recipe {
+    /// The recipe in the file `name`, or else the embedded one of that name, also as `recipes/{name}.yaml`.
+    pub fn load(name: &str) -> Result<Self, RecipeError> {
+        Self::parse(name, &embedded::text(name)?)
+    }
+
+    /// The recipe that `text` writes; `origin` is where faults say that it comes from.
+    pub fn parse(origin: &str, text: &str) -> Result<Self, RecipeError> {
+        let resolved = read::read(origin, text)?;
+        let canonical = canonical::json(&resolved);
+        let hash = canonical::hash(&canonical);
+        let read::Resolved { name, subject, settings, parameters, classes } = resolved;
+        Ok(Self { name, subject, settings, parameters, classes, text: text.to_owned(), canonical, hash })
+    }
+
+    /// Names of the recipes that are built in.
+    pub fn embedded() -> impl Iterator<Item = &'static str> {
+        embedded::EMBEDDED.iter().map(|(name, _)| *name)
+    }
+
+    /// Name of the dataset.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the objects are.
+    pub fn subject(&self) -> Subject {
+        self.subject
+    }
+
+    /// Sizes of the scan.
+    pub fn size(&self) -> Size {
+        self.settings.size()
+    }
+
+    /// How profiles are read.
+    pub fn extraction(&self) -> Extraction {
+        self.settings.extraction()
+    }
+
+    /// What is written.
+    pub fn output(&self) -> Output {
+        self.settings.output()
+    }
+
+    /// Shares of the splits.
+    pub fn splits(&self) -> Splits {
+        self.settings.splits()
+    }
+
+    /// The classes by name; their shares sum to 1.
+    pub fn classes(&self) -> &[Class] {
+        &self.classes
+    }
+
+    /// The distribution of the parameter `path` (`camera.tilt_deg`) in `class`; `None` where there is no such one.
+    pub fn distribution(&self, class: &str, path: &str) -> Option<&Distribution> {
+        let class = self.classes.iter().find(|known| known.name == class)?;
+        class.overrides.get(path).or_else(|| self.parameters.get(path))
+    }
+
+    /// The text that the recipe was read from.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Everything that the recipe means, defaults included, as JSON that is a recipe itself.
+    pub fn canonical_json(&self) -> String {
+        format!("{:#}\n", self.canonical)
+    }
+
+    /// SHA-256 of the canonical form without its blanks, in hexadecimal: comments, order and spelling leave it as it is.
+    pub fn hash(&self) -> String {
+        self.hash.clone()
+    }
 }

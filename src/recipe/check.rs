@@ -1,0 +1,115 @@
+//! What keys must mean together, once each is in its own range.
+
+use std::collections::BTreeMap;
+
+use super::dist::Distribution;
+use super::settings::Settings;
+use super::table::{self, MOST_PIXELS};
+use super::walk::{Walk, shown};
+use crate::settings::ScatterMode;
+
+/// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.
+const HALF_WINDOW: usize = 16;
+/// Most rows that the camera sums, so that 8-bit rows fit in 16 bits [px].
+const MOST_SUMMED: usize = 29;
+/// Slack of a sum that should be 1.
+const SUM_SLACK: f64 = 1e-9;
+/// Variance of rounding to whole digital numbers [DN^2].
+const ROUNDING: f64 = 1.0 / 12.0;
+
+/// The settings together.
+pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
+    let size = settings.size();
+    if size.columns * size.profiles > MOST_PIXELS {
+        let problem = format!("{} columns times {} profiles are {} pixels", size.columns, size.profiles, size.columns * size.profiles);
+        walk.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MOST_PIXELS}"));
+    }
+    let output = settings.output();
+    for (name, bin, whole) in [("columns", output.bin_columns, size.columns), ("profiles", output.bin_profiles, size.profiles)] {
+        if !whole.is_multiple_of(bin) {
+            let keys = [format!("output.bin.{name}"), format!("scan.{name}")];
+            let near = (1..=whole).filter(|factor| whole.is_multiple_of(*factor)).min_by_key(|factor| factor.abs_diff(bin));
+            let remedy = format!("the nearest factor of {whole} is {}", near.unwrap_or(1));
+            walk.joint_fault(&keys, format!("{bin} does not divide the {whole} {name} of the scan"), remedy);
+        }
+    }
+    let extraction = settings.extraction();
+    let (offset, width) = (extraction.scatter_offset_rows, extraction.scatter_width_rows);
+    let keys = paths("extraction", &["scatter_width_rows", "scatter_offset_rows", "scatter_mode"]);
+    if offset + width > HALF_WINDOW {
+        let problem = format!("offset {offset} and width {width} reach {} rows, beyond the 31-row window", offset + width - 1);
+        walk.joint_fault(&keys, problem, format!("offset and width together are at most {HALF_WINDOW}"));
+    }
+    let summed = match extraction.scatter_mode {
+        ScatterMode::Symmetric => 2 * width - usize::from(offset == 0),
+        ScatterMode::Front | ScatterMode::Back => width,
+    };
+    if summed > MOST_SUMMED {
+        walk.joint_fault(&keys, format!("{summed} rows are summed"), format!("at most {MOST_SUMMED} fit in 16 bits"));
+    }
+    let splits = settings.splits();
+    let sum = splits.train + splits.validation + splits.test;
+    if (sum - 1.0).abs() > SUM_SLACK {
+        let keys = paths("splits", &["train", "validation", "test"]);
+        walk.joint_fault(&keys, format!("train, validation and test sum to {}", shown(sum)), "make them sum to 1");
+    }
+}
+
+/// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
+pub(super) fn scene(
+    walk: &mut Walk,
+    prefix: &str,
+    base: &BTreeMap<String, Distribution>,
+    overrides: &BTreeMap<String, Distribution>,
+) {
+    let distribution = |path: &str| overrides.get(path).or_else(|| base.get(path));
+    let bounds = |path: &str| {
+        let parameter = table::parameters().find(|parameter| parameter.path() == path);
+        let (distribution, parameter) = distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
+        distribution.bounds(parameter)
+    };
+    // Faults stand at the class's key where a class changes one, else at the top level's.
+    let concerned = |keys: &[&str]| prefix.is_empty() || keys.iter().any(|key| overrides.contains_key(*key));
+    let places = |keys: &[&str]| -> Vec<String> {
+        keys.iter().map(|key| format!("{prefix}{key}")).chain(keys.iter().map(|key| (*key).to_owned())).collect()
+    };
+
+    let keys = ["camera.focal_length_mm", "camera.distance_mm"];
+    let (focal, distance) = (bounds(keys[0]).1, bounds(keys[1]).0);
+    if concerned(&keys) && focal >= distance / 2.0 {
+        let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
+        walk.joint_fault(&places(&keys), problem, "it must stay below half the distance for an image smaller than the object");
+    }
+
+    let keys = ["exposure.dark_noise_dn", "exposure.row_noise_dn", "exposure.row_pattern_dn"];
+    let (dark, row, pattern) = (bounds(keys[0]).0, bounds(keys[1]).1, bounds(keys[2]).1);
+    let parts = row * row + pattern * pattern + ROUNDING;
+    if concerned(&keys) && parts > dark * dark {
+        let problem = format!(
+            "the dark noise can be {} DN, below its parts: row noise {}, row pattern {} and rounding make {:.3} DN",
+            shown(dark), shown(row), shown(pattern), parts.sqrt(),
+        );
+        walk.joint_fault(&places(&keys), problem, "raise it or lower the parts");
+    }
+
+    let thickness = bounds("board.thickness_mm").1;
+    for height in ["laser.fan_height_mm", "camera.distance_mm"] {
+        let keys = [height, "board.thickness_mm", "camera.tilt_deg"];
+        let tilt = if height.starts_with("camera") { bounds("camera.tilt_deg").1 } else { 0.0 };
+        let lowest = bounds(height).0 * tilt.to_radians().cos();
+        if concerned(&keys) && lowest <= thickness {
+            let problem = format!("stands {} mm high, and the board can be {} mm thick", shown(lowest), shown(thickness));
+            walk.joint_fault(&places(&keys), problem, "laser and camera must be above the board");
+        }
+    }
+
+    let keys = ["rot.edge"];
+    let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
+    if concerned(&keys) && !distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
+        walk.joint_fault(&places(&keys), "can be neither -1 nor 1", "give -1, 1 or {choice: {values: [-1, 1]}}");
+    }
+}
+
+fn paths(section: &str, names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| format!("{section}.{name}")).collect()
+}

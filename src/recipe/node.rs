@@ -1,0 +1,221 @@
+//! The YAML as a plain tree in which every key and value knows its place; nothing here knows what a recipe means.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_saphyr::options::{DuplicateKeyPolicy, NonFiniteFloatPolicy};
+use serde_saphyr::{Location, Spanned};
+
+/// Longest recipe that is read [bytes]; the longest of ours has a hundredth of it.
+const LONGEST: usize = 1 << 20;
+/// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`, value).
+const DEEPEST: usize = 24;
+/// Most keys, values and list entries, those repeated by aliases included.
+const MOST_NODES: usize = 50_000;
+/// Most anchors, aliases and merge keys each.
+const MOST_ALIASES: usize = 256;
+
+/// A line and a column of the text, both from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Line.
+    pub line: usize,
+    /// Column [characters].
+    pub column: usize,
+}
+
+impl Place {
+    /// The first character of the file.
+    pub const START: Self = Self { line: 1, column: 1 };
+}
+
+impl From<Location> for Place {
+    fn from(location: Location) -> Self {
+        let from_one = |n: u64| usize::try_from(n).unwrap_or(usize::MAX).max(1);
+        Self { line: from_one(location.line()), column: from_one(location.column()) }
+    }
+}
+
+/// A value with its place.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    /// Where it stands; for an alias, where the alias stands.
+    pub place: Place,
+    /// What stands there.
+    pub value: Value,
+}
+
+/// A key with its place.
+#[derive(Debug, Clone)]
+pub(super) struct Key {
+    /// Where it stands.
+    pub place: Place,
+    /// What it says.
+    pub name: String,
+}
+
+/// What YAML can say.
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    /// `null`, `~` or nothing at all.
+    Nothing,
+    /// `true` or `false`.
+    Flag(bool),
+    /// A number, whole or not; counts up to 2^53 are exact.
+    Number(f64),
+    /// A text, quoted or not.
+    Text(String),
+    /// A list.
+    List(Vec<Node>),
+    /// A map in the order of the file; keys are unique.
+    Map(Vec<(Key, Node)>),
+}
+
+impl Value {
+    /// What it is, in words.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing",
+            Self::Flag(_) => "true or false",
+            Self::Number(_) => "a number",
+            Self::Text(_) => "a text",
+            Self::List(_) => "a list",
+            Self::Map(_) => "a map",
+        }
+    }
+}
+
+/// Why a text is no YAML that we read.
+pub(super) struct Unreadable {
+    /// Where the reading stopped.
+    pub place: Place,
+    /// What is wrong there.
+    pub problem: String,
+}
+
+/// Reads `text` as one YAML document.
+pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
+    if text.len() > LONGEST {
+        let problem = format!("the file has {} bytes and a recipe at most {LONGEST}", text.len());
+        return Err(Unreadable { place: Place::START, problem });
+    }
+    let options = serde_saphyr::options! {
+        budget: serde_saphyr::budget! {
+            flow_nesting_limit: DEEPEST,
+            max_depth: DEEPEST,
+            max_nodes: MOST_NODES,
+            max_events: 4 * MOST_NODES,
+            max_aliases: MOST_ALIASES,
+            max_anchors: MOST_ALIASES,
+            max_merge_keys: MOST_ALIASES,
+            max_recorded_anchor_events: MOST_NODES,
+            max_documents: 1,
+        },
+        alias_limits: serde_saphyr::alias_limits! {
+            max_total_replayed_events: MOST_NODES,
+            max_replay_stack_depth: DEEPEST,
+        },
+        duplicate_keys: DuplicateKeyPolicy::Error,
+        non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
+        strict_booleans: true,
+        reject_unsupported_tags: true,
+        with_snippet: false,
+    };
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| Unreadable {
+        place: error.location().map_or(Place::START, Place::from),
+        problem: without_place(&error.to_string()),
+    })
+}
+
+/// The reader's first line without the place it ends in, which a fault shows in front.
+fn without_place(message: &str) -> String {
+    let line = message.lines().next().unwrap_or_default();
+    let end = line.rfind(" at line ").unwrap_or(line.len());
+    let start = line.find("error: ").map_or(0, |i| i + "error: ".len());
+    line.get(start..end).unwrap_or(line).to_owned()
+}
+
+impl<'de> Deserialize<'de> for Node {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let spanned = Spanned::<Value>::deserialize(deserializer)?;
+        Ok(Self { place: spanned.referenced.into(), value: spanned.value })
+    }
+}
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let spanned = Spanned::<String>::deserialize(deserializer)?;
+        Ok(Self { place: spanned.referenced.into(), name: spanned.value })
+    }
+}
+
+impl<'de> Deserialize<'de> for Value {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AnyValue)
+    }
+}
+
+/// Takes whatever the reader finds.
+struct AnyValue;
+
+impl<'de> Visitor<'de> for AnyValue {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number, a text, true, false, a list or a map")
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Value, E> {
+        Ok(Value::Nothing)
+    }
+
+    fn visit_none<E: Error>(self) -> Result<Value, E> {
+        Ok(Value::Nothing)
+    }
+
+    fn visit_bool<E: Error>(self, flag: bool) -> Result<Value, E> {
+        Ok(Value::Flag(flag))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Value, E> {
+        Ok(Value::Number(number as f64))
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Value, E> {
+        Ok(Value::Number(number as f64))
+    }
+
+    fn visit_i128<E: Error>(self, number: i128) -> Result<Value, E> {
+        Ok(Value::Number(number as f64))
+    }
+
+    fn visit_u128<E: Error>(self, number: u128) -> Result<Value, E> {
+        Ok(Value::Number(number as f64))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Value, E> {
+        // Adding zero turns -0 into 0, so that the two have one meaning and one hash.
+        Ok(Value::Number(number + 0.0))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Value, E> {
+        Ok(Value::Text(text.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+        let mut list = Vec::new();
+        while let Some(entry) = entries.next_element()? {
+            list.push(entry);
+        }
+        Ok(Value::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+        let mut map = Vec::new();
+        while let Some(entry) = entries.next_entry()? {
+            map.push(entry);
+        }
+        Ok(Value::Map(map))
+    }
+}

@@ -1,0 +1,206 @@
+//! From text to recipe: parse, walk the tables, check what keys mean together.
+
+use std::collections::BTreeMap;
+
+use super::check;
+use super::dist::Distribution;
+use super::dist_read;
+use super::fault::Faults;
+use super::node::{self, Node};
+use super::setting_read;
+use super::settings::Settings;
+use super::table::{self, SECTIONS, Value};
+use super::walk::{Range, Section, Walk, clipped};
+use super::{Class, Subject};
+
+/// Largest share of a class; shares are relative, so this is no limit in practice.
+pub(super) const LARGEST_SHARE: f64 = 1e6;
+/// Most classes, of which files keep the number in a byte.
+const MOST_CLASSES: usize = 255;
+/// Longest name of a recipe or class [bytes].
+const LONGEST_NAME: usize = 64;
+
+/// What a text says, with every default filled in.
+pub(super) struct Resolved {
+    pub name: String,
+    pub subject: Subject,
+    pub settings: Settings,
+    pub parameters: BTreeMap<String, Distribution>,
+    pub classes: Vec<Class>,
+}
+
+/// Reads `text`; every fault that is found comes back.
+pub(super) fn read(origin: &str, text: &str) -> Result<Resolved, Faults> {
+    let mut walk = Walk::new(text);
+    let resolved = match node::parse(text) {
+        Ok(root) => recipe(&mut walk, &root),
+        Err(error) => {
+            walk.fault(error.place, "", error.problem, "this is no YAML that a recipe can be read from");
+            None
+        }
+    };
+    walk.finish(origin)?;
+    Ok(resolved.expect("whatever gives no recipe notes a fault"))
+}
+
+fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
+    if matches!(root.value, node::Value::Nothing) {
+        walk.fault(root.place, "", "the file is empty", "a recipe has at least `name`, `subject` and `classes`");
+        return None;
+    }
+    let mut top = walk.section(root, "");
+    let name = required(walk, &mut top, root, "name").and_then(|node| name(walk, node, "name"));
+    let subject = required(walk, &mut top, root, "subject").and_then(|node| {
+        walk.word(node, "subject", &Subject::NAMES)?;
+        Some(Subject::Wood)
+    });
+    let mut settings = BTreeMap::new();
+    let mut parameters = BTreeMap::new();
+    for section in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
+        let node = top.take(walk, section.path);
+        keys(walk, node, section, "", &mut Keys { settings: Some(&mut settings), parameters: &mut parameters });
+    }
+    let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, &parameters));
+    let sections = SECTIONS.iter().map(|section| section.path).filter(|path| !path.contains('.'));
+    let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
+    top.close(walk, &known, &table::home);
+
+    for section in &SECTIONS {
+        for setting in section.settings {
+            settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
+        }
+    }
+    for parameter in table::parameters() {
+        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
+    }
+    let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
+    check::settings(walk, &settings);
+    check::scene(walk, "", &parameters, &BTreeMap::new());
+    for class in &classes {
+        check::scene(walk, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+    }
+    Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
+}
+
+/// Where the keys of a section go; classes have no settings.
+struct Keys<'k> {
+    settings: Option<&'k mut BTreeMap<String, Value>>,
+    parameters: &'k mut BTreeMap<String, Distribution>,
+}
+
+/// Reads the keys of `section` from `node`, whose path is the section's after `prefix`.
+fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: &str, into: &mut Keys) {
+    let Some(node) = node else { return };
+    let mut map = walk.section(node, &format!("{prefix}{}", section.path));
+    let mut known = Vec::new();
+    for parameter in section.parameters {
+        known.push(parameter.name);
+        if let Some(node) = map.take(walk, parameter.name) {
+            let path = map.path_of(parameter.name);
+            let read = dist_read::read(walk, node, &path, parameter);
+            into.parameters.extend(read.map(|distribution| (parameter.path(), distribution)));
+        }
+    }
+    if let Some(settings) = &mut into.settings {
+        for setting in section.settings {
+            known.push(setting.name);
+            if let Some(node) = map.take(walk, setting.name) {
+                let path = map.path_of(setting.name);
+                let read = setting_read::read(walk, node, &path, setting);
+                settings.extend(read.map(|value| (path, value)));
+            }
+        }
+        for inner in &SECTIONS {
+            if let Some(name) = inner.path.strip_prefix(section.path).and_then(|rest| rest.strip_prefix('.')) {
+                known.push(name);
+                let node = map.take(walk, name);
+                let mut none = BTreeMap::new();
+                keys(walk, node, inner, prefix, &mut Keys { settings: Some(settings), parameters: &mut none });
+            }
+        }
+    }
+    let in_class = into.settings.is_none();
+    map.close(walk, &known, &|name| {
+        let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
+        let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
+        if setting { Some(fixed()) } else { table::home(name) }
+    });
+}
+
+/// The classes by name.
+fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) -> Vec<Class> {
+    let entries = walk.section(node, "classes").take_all();
+    if entries.is_empty() || entries.len() > MOST_CLASSES {
+        let problem = format!("has {} classes", entries.len());
+        walk.fault(node.place, "classes", problem, format!("give 1 to {MOST_CLASSES} classes, each `name: {{share: ...}}`"));
+    }
+    let mut classes: Vec<_> = entries.iter().take(MOST_CLASSES).filter_map(|(key, node)| {
+        let path = format!("classes.{}", clipped(&key.name));
+        let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        if key.name.is_empty() || key.name.len() > LONGEST_NAME || !key.name.chars().all(letters) {
+            walk.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
+        }
+        class(walk, node, &path, &key.name, base)
+    }).collect();
+    classes.sort_by(|a, b| a.name.cmp(&b.name));
+    let sum: f64 = classes.iter().map(|class| class.share).sum();
+    // Shares that were written to sum to 1 stay as they were written.
+    if (sum - 1.0).abs() > 1e-9 {
+        classes.iter_mut().for_each(|class| class.share /= sum);
+    }
+    classes
+}
+
+fn class(
+    walk: &mut Walk,
+    node: &Node,
+    path: &str,
+    name: &str,
+    base: &BTreeMap<String, Distribution>,
+) -> Option<Class> {
+    let mut map = walk.section(node, path);
+    let range = Range { min: 0.0, max: LARGEST_SHARE, whole: false, unit: "" };
+    let share = required(walk, &mut map, node, "share").and_then(|node| {
+        let path = format!("{path}.share");
+        let share = walk.number_in(node, &path, range)?;
+        if share == 0.0 {
+            walk.fault(node.place, &path, "is 0", "give a share above 0, or remove the class");
+        }
+        Some(share)
+    });
+    let mut overrides = BTreeMap::new();
+    let drawn = || SECTIONS.iter().filter(|section| !section.parameters.is_empty());
+    for section in drawn() {
+        let node = map.take(walk, section.path);
+        keys(walk, node, section, &format!("{path}."), &mut Keys { settings: None, parameters: &mut overrides });
+    }
+    let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
+    map.close(walk, &known, &|name| {
+        let fixed = SECTIONS.iter().any(|section| section.path == name) || name == "name" || name == "subject";
+        if fixed { Some(format!("`{name}` is the same for all classes: set it at the top level")) } else { table::home(name) }
+    });
+    // What repeats the top level has no meaning of its own and leaves the hash as it is.
+    overrides.retain(|path, distribution| base.get(path) != Some(distribution));
+    Some(Class { name: name.to_owned(), share: share?, overrides })
+}
+
+/// The value of a key that has no default.
+fn required<'n>(walk: &mut Walk, map: &mut Section<'n>, node: &Node, key: &str) -> Option<&'n Node> {
+    let found = map.take(walk, key);
+    if found.is_none() {
+        walk.fault(node.place, &map.path_of(key), "is missing", "it has no default");
+    }
+    found
+}
+
+/// The name of a dataset, which is part of file names.
+fn name(walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
+    let allowed = "a name of a-z, 0-9, - and _, at most 64 of them";
+    let name = walk.text(node, path, allowed)?;
+    let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+    if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(letters) {
+        walk.fault(node.place, path, format!("`{}` is no name", clipped(name)), format!("give {allowed}"));
+        return None;
+    }
+    Some(name.to_owned())
+}

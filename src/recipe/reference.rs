@@ -1,0 +1,145 @@
+//! The reference of every key, from the same tables; `recipes/README.md` is its committed copy.
+
+use std::fmt::Write;
+
+use super::dist_read::range;
+use super::forms::FORMS;
+use super::table::{Kind, SECTIONS, Section, tidy, unit};
+use super::walk::shown;
+
+const OPENING: &str = "\
+# Recipes
+
+A recipe is a YAML file that says what a dataset is made of: the bench, the board, the kinds of samples and what is
+written. `wood.yaml` is the scan of the thesis at full size; `wood-small.yaml` is a small one to try things with. Both are
+built into the program, so `wood` names the first wherever no file of that name exists.
+
+This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
+writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
+
+    # yaml-language-server: $schema=recipe.schema.json
+
+## How a recipe reads
+
+- `name`, `subject` (`wood`) and `classes` are required; every other key has a default.
+- A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
+- A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts or
+  shares.
+- All faults of a recipe are reported at once, each with its line, its key, what is allowed and the nearest right spelling.
+
+A whole recipe:
+
+```yaml
+# yaml-language-server: $schema=recipe.schema.json
+name: two-kinds
+subject: wood
+scan: {columns: 512, profiles: 256}
+camera:
+  tilt_deg: 30                                       # a number
+  blur_um: {uniform: [1.5, 4]}                       # a distribution
+classes:
+  clear: {share: 2}                                  # two of three samples
+  knotty:
+    share: 1                                         # one of three
+    knots: {sound_count: {uniform: [1, 4]}}          # only here; everything else as at the top level
+output: {bin: {columns: 2, profiles: 2}}
+```
+";
+
+const CLASSES: &str = "\
+## Classes
+
+`classes` maps names (a-z, 0-9, _) to kinds of samples. Each has a `share`, relative to the other shares, and may repeat any
+group of parameters with the keys that it changes; settings stay the same for all classes. Sample i belongs to the class
+at the point (offset + i / golden ratio) mod 1 of the shares, classes in the order of their names, so every prefix of a
+dataset holds each class within two or three samples of its share, and the first hundred samples of a large dataset are
+the dataset of a hundred.
+
+## What stays when a recipe is edited
+
+Each parameter of each sample has a random stream of its own, keyed by the seed, the sample and the key path. Editing one
+key leaves every other draw as it was. The split of a sample is keyed by seed and sample alone. The identity of a sample
+(a UUID) follows from the meaning of the whole recipe, the seed and its number: comments, the order of keys and the way a
+number is written do not matter, everything else does.
+
+## What must fit together
+
+- `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the board.
+- `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + 1/12 (rounding) is at most its square.
+- `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
+- `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
+- `splits` sum to 1; `rot.edge` is -1 or 1.
+
+These hold for every draw: a distribution is checked at its ends.
+";
+
+const SOURCES: &str = "\
+## Sources
+
+[T] Kihl and Källberg 2021, the thesis whose bench this is; [V] vendors' published figures; [M] engineering estimate;
+[C] computed or chosen so that the observables come out; [G] statistics of a scanned spruce log (Larsson et al. 2022);
+[L] literature named in the project's documentation.
+";
+
+/// Every key of a recipe: meaning, unit, default, range and source, in Markdown.
+pub fn reference_markdown() -> String {
+    let mut page = OPENING.to_owned();
+    page.push_str("\n## Distributions\n\n");
+    page.push_str("| form | draws | source |\n|---|---|---|\n| `v` | always v | |\n");
+    for form in FORMS {
+        row(&mut page, &[&format!("`{}`", form.example), form.law, form.source]);
+    }
+    page.push_str(
+        "\nEvery draw is made again until it lies in the parameter's own range; a distribution with less than 1 % chance of \
+         that is a fault, and so is\nan end or a value out of range. Counts are rounded to the nearest whole number.\n\n",
+    );
+    page.push_str("## Keys\n");
+    for section in &SECTIONS {
+        keys(&mut page, section);
+    }
+    page.push('\n');
+    for part in [CLASSES, SOURCES] {
+        page.push_str(part);
+        page.push('\n');
+    }
+    page.truncate(page.trim_end().len());
+    page.push('\n');
+    page
+}
+
+fn keys(page: &mut String, section: &Section) {
+    let kind = match (section.settings.is_empty(), section.parameters.is_empty()) {
+        (false, true) => " (settings)",
+        (true, false) => " (parameters)",
+        _ => " (parameters, and a setting)",
+    };
+    // Writing to a string cannot fail.
+    let _ = write!(page, "\n### `{}`{kind}\n\n{}\n\n", section.path, tidy(section.doc));
+    page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");
+    for setting in section.settings {
+        let (unit, range) = match setting.kind {
+            Kind::Count { min, max, unit } => (unit, format!("{min} to {max}")),
+            Kind::Number { min, max, unit } => (unit, format!("{} to {}", shown(min), shown(max))),
+            kind => (unit(setting.name), kind.to_string()),
+        };
+        let default = setting.default.json().to_string().replace('"', "").replace(',', ", ");
+        row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);
+    }
+    for parameter in section.parameters {
+        let allowed = range(parameter);
+        let whole = if parameter.integer { ", whole" } else { "" };
+        row(page, &[
+            &format!("`{}`", parameter.name),
+            &tidy(parameter.doc),
+            allowed.unit,
+            &shown(parameter.default),
+            &format!("{} to {}{whole}", shown(parameter.min), shown(parameter.max)),
+            parameter.source,
+        ]);
+    }
+}
+
+fn row(page: &mut String, cells: &[&str]) {
+    let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    let _ = writeln!(page, "| {} |", cells.join(" | "));
+}

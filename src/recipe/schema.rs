@@ -1,0 +1,159 @@
+//! The JSON Schema of recipes, from the same tables; editors complete and check recipes with it.
+
+use procedural::Parameter;
+use serde_json::{Map, Value, json};
+
+use super::Subject;
+use super::dist_read::range;
+use super::forms::FORMS;
+use super::table::{Kind, SECTIONS, Section, Setting, tidy};
+use super::read::LARGEST_SHARE;
+use crate::settings::Channel;
+
+/// JSON Schema (draft 2020-12) of a recipe.
+pub fn schema() -> Value {
+    let mut properties = Map::new();
+    properties.insert("name".into(), json!({
+        "description": "Name of the dataset, part of file names.",
+        "type": "string", "pattern": "^[a-z0-9_-]{1,64}$",
+    }));
+    properties.insert("subject".into(), json!({
+        "description": "What the objects are.", "enum": Subject::NAMES,
+    }));
+    for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
+        properties.insert(top.path.into(), section(top));
+    }
+    properties.insert("classes".into(), json!({
+        "description": "Kinds of samples by name: how often each comes and what it changes of the top level.",
+        "type": "object", "minProperties": 1, "additionalProperties": { "$ref": "#/$defs/class" },
+        "propertyNames": { "pattern": "^[a-z0-9_]{1,64}$" },
+    }));
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Sheetlight recipe",
+        "type": "object",
+        "required": ["name", "subject", "classes"],
+        "additionalProperties": false,
+        "properties": properties,
+        "$defs": definitions(),
+    })
+}
+
+/// A top-level section: its settings, its parameters and the sections below it.
+fn section(top: &Section) -> Value {
+    let mut properties = parameters(top.parameters);
+    properties.extend(top.settings.iter().map(|row| (row.name.to_owned(), setting(row))));
+    for inner in &SECTIONS {
+        if let Some(name) = inner.path.strip_prefix(top.path).and_then(|rest| rest.strip_prefix('.')) {
+            properties.insert(name.to_owned(), section(inner));
+        }
+    }
+    map(&tidy(top.doc), properties)
+}
+
+/// A map of known keys, which may be left empty.
+fn map(description: &str, properties: Map<String, Value>) -> Value {
+    json!({
+        "description": description,
+        "type": ["object", "null"],
+        "additionalProperties": false,
+        "properties": properties,
+    })
+}
+
+fn parameters(table: &[Parameter]) -> Map<String, Value> {
+    table.iter().map(|row| (row.name.to_owned(), parameter(row))).collect()
+}
+
+/// A number in range, or a distribution whose bounded arguments are.
+fn parameter(row: &Parameter) -> Value {
+    let limits = json!({ "minimum": row.min, "maximum": row.max });
+    let number = if row.integer { "integer" } else { "number" };
+    json!({
+        "description": format!("{} Give {} or a distribution. Source: {}.", tidy(row.doc), range(row), row.source),
+        "default": row.default,
+        "oneOf": [
+            { "type": number, "minimum": row.min, "maximum": row.max },
+            { "$ref": "#/$defs/distribution" },
+        ],
+        "properties": {
+            "uniform": { "items": limits },
+            "log_uniform": { "items": limits },
+            "choice": { "properties": { "values": { "items": limits } } },
+            "truncated": { "properties": { "min": limits, "max": limits } },
+        },
+    })
+}
+
+fn setting(row: &Setting) -> Value {
+    let mut schema = match row.kind {
+        Kind::Count { min, max, .. } => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Kind::OneOf(counts) => json!({ "enum": counts }),
+        Kind::Number { min, max, .. } => json!({ "type": "number", "minimum": min, "maximum": max }),
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Word(words) => json!({ "enum": words }),
+        Kind::Channels => json!({
+            "type": "array", "uniqueItems": true, "items": { "enum": Channel::ALL.map(Channel::name) },
+        }),
+        Kind::Stack { max } => json!({ "oneOf": [
+            { "enum": ["none", "all"] },
+            object(&[("every", json!({ "type": "integer", "minimum": 1, "maximum": max }))], &["every"]),
+        ] }),
+        Kind::CountOrAuto { min, max } => json!({ "oneOf": [
+            { "const": "auto" },
+            { "type": "integer", "minimum": min, "maximum": max },
+        ] }),
+    };
+    schema["description"] = format!("{} Give {}. Source: {}.", row.doc, row.kind, row.source).into();
+    schema["default"] = row.default.json();
+    schema
+}
+
+/// Forms of distributions, groups of parameters and the class.
+fn definitions() -> Map<String, Value> {
+    let number = || json!({ "type": "number" });
+    let not_negative = || json!({ "type": "number", "minimum": 0 });
+    let positive = || json!({ "type": "number", "exclusiveMinimum": 0 });
+    let pair = |end: Value| json!({ "type": "array", "items": end, "minItems": 2, "maxItems": 2 });
+    let list = |entry: Value| json!({ "type": "array", "items": entry, "minItems": 1 });
+    let reference = |name: &str| json!({ "$ref": format!("#/$defs/{name}") });
+    let mut definitions = Map::new();
+    for form in FORMS {
+        let arguments = match form.key {
+            "uniform" => pair(number()),
+            "log_uniform" => pair(positive()),
+            "normal" => object(&[("mean", number()), ("sd", not_negative())], &["mean", "sd"]),
+            "lognormal" => object(&[("median", positive()), ("log_sd", not_negative())], &["median", "log_sd"]),
+            "choice" => object(&[("values", list(number())), ("weights", list(not_negative()))], &["values"]),
+            _ => object(&[("of", reference("untruncated")), ("min", number()), ("max", number())], &["of"]),
+        };
+        let mut schema = object(&[(form.key, arguments)], &[form.key]);
+        schema["description"] = format!("{}: {}.", form.example, form.law).into();
+        definitions.insert(form.key.into(), schema);
+    }
+    let forms = FORMS.map(|form| reference(form.key));
+    let plain = FORMS.iter().filter(|form| form.key != "truncated").map(|form| reference(form.key));
+    let untruncated: Vec<_> = [number()].into_iter().chain(plain).collect();
+    definitions.insert("distribution".into(), json!({ "oneOf": forms }));
+    definitions.insert("untruncated".into(), json!({ "oneOf": untruncated }));
+
+    let mut class = Map::new();
+    class.insert("share".into(), json!({
+        "description": "How often it comes, relative to the other classes.",
+        "type": "number", "exclusiveMinimum": 0, "maximum": LARGEST_SHARE,
+    }));
+    for section in SECTIONS.iter().filter(|section| !section.parameters.is_empty()) {
+        class.insert(section.path.into(), map(&tidy(section.doc), parameters(section.parameters)));
+    }
+    definitions.insert("class".into(), json!({
+        "type": "object", "required": ["share"], "additionalProperties": false, "properties": class,
+    }));
+    definitions
+}
+
+
+/// An object of known keys.
+fn object(properties: &[(&str, Value)], required: &[&str]) -> Value {
+    let properties: Map<_, _> = properties.iter().map(|(key, schema)| ((*key).to_owned(), schema.clone())).collect();
+    json!({ "type": "object", "required": required, "additionalProperties": false, "properties": properties })
+}

@@ -1,0 +1,87 @@
+//! The settings of a recipe by path, and as the plain structs that the rest of the program takes.
+
+use std::collections::BTreeMap;
+
+use super::table::Value;
+use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits};
+
+/// Every setting by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Settings(pub BTreeMap<String, Value>);
+
+impl Settings {
+    /// The setting at `path`.
+    pub fn get(&self, path: &str) -> Value {
+        *self.0.get(path).unwrap_or_else(|| panic!("no table declares {path}"))
+    }
+
+    /// The whole number at `path`.
+    pub fn count(&self, path: &str) -> usize {
+        match self.get(path) {
+            Value::Count(count) => count,
+            other => panic!("{path} is {other:?}"),
+        }
+    }
+
+    /// The number at `path`.
+    pub fn number(&self, path: &str) -> f64 {
+        match self.get(path) {
+            Value::Number(number) => number,
+            other => panic!("{path} is {other:?}"),
+        }
+    }
+
+    /// Sizes of the scan.
+    pub fn size(&self) -> Size {
+        let [columns, rows, profiles] = ["scan.columns", "camera.rows", "scan.profiles"].map(|path| self.count(path));
+        Size { columns, rows, profiles }
+    }
+
+    /// How a profile is read.
+    pub fn extraction(&self) -> Extraction {
+        let mode = self.get("extraction.scatter_mode");
+        Extraction {
+            window_rows: self.count("extraction.window_rows"),
+            threshold_dn: self.number("extraction.threshold_dn"),
+            // The table ends it at 256.
+            subpixel_steps: self.count("extraction.subpixel_steps") as u32,
+            scatter_mode: ScatterMode::ALL.into_iter().find(|known| Value::Word(known.name()) == mode)
+                .unwrap_or_else(|| panic!("no scatter mode {mode:?}")),
+            scatter_offset_rows: self.count("extraction.scatter_offset_rows"),
+            scatter_width_rows: self.count("extraction.scatter_width_rows"),
+        }
+    }
+
+    /// What is written.
+    pub fn output(&self) -> Output {
+        Output {
+            bin_columns: self.count("output.bin.columns"),
+            bin_profiles: self.count("output.bin.profiles"),
+            png: self.channels("output.png"),
+            exr: self.channels("output.exr"),
+            truth_maps: self.get("output.truth_maps") == Value::Flag(true),
+            sensor_stack: match self.get("output.sensor_stack") {
+                Value::Every(k) => SensorStack::Every(k),
+                Value::Word("all") => SensorStack::All,
+                _ => SensorStack::None,
+            },
+            samples_per_shard: match self.get("output.samples_per_shard") {
+                Value::Count(samples) => Some(samples),
+                _ => None,
+            },
+        }
+    }
+
+    /// Shares of the splits.
+    pub fn splits(&self) -> Splits {
+        let [train, validation, test] = ["train", "validation", "test"].map(|name| self.number(&format!("splits.{name}")));
+        Splits { train, validation, test }
+    }
+
+    fn channels(&self, path: &str) -> Vec<Channel> {
+        match self.get(path) {
+            Value::Channels(chosen) => Channel::chosen(chosen),
+            other => panic!("{path} is {other:?}"),
+        }
+    }
+}
