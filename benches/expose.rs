@@ -1,5 +1,99 @@
-//! Profiles a second: the light of a band of rows, its exposure and its extraction, on the recipe of the full scan.
+//! Profiles a second on the recipe of the full scan, 2560 columns, every effect on, one core: the light of the rows,
+//! exposure and extraction apart and together. `make bench` prints it; docs/performance.md reads it.
+
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use procedural::Body;
+use procedural::wood::Plank;
+use sheetlight::extract::{Profile, extract};
+use sheetlight::frame::Frame;
+use sheetlight::optics::speckle::Tiles;
+use sheetlight::optics::{Band, Scratch, Sensor, TILE};
+use sheetlight::pipeline;
+use sheetlight::recipe::{Recipe, Scene};
+use sheetlight::specimen::Specimen;
+
+/// Profiles of one band.
+const PROFILES: usize = 64;
+
+struct Bench {
+    scene: Scene,
+    sensor: Sensor,
+    specimen: Specimen,
+    start: usize,
+}
+
+impl Bench {
+    /// The first board with knots, `across` the middle of it.
+    fn new() -> Self {
+        let recipe = Recipe::load("wood.yaml").expect("the embedded recipe loads");
+        let scene = (0..).map(|i| recipe.draw(0, i)).find(|s| s.wood.knots.sound_count >= 2.0).expect("some board has knots");
+        let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
+        let clear = pipeline::earlywood(&scene.wood.media);
+        let height = f64::from(body.bounds().1.z);
+        let sensor = Sensor::new(&scene.bench, scene.size, height, &clear, &Tiles::new(0), scene.stream);
+        let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
+        Self { scene, sensor, specimen, start: 1500 }
+    }
+
+    fn band(&self) -> Band {
+        self.sensor.band(&self.specimen, self.start..self.start + PROFILES)
+    }
+
+    fn expose(&self, band: &Band, read: bool) {
+        let columns = self.scene.size.columns;
+        let (mut scratch, mut frame, mut offsets) = (Scratch::default(), Frame::default(), Vec::new());
+        let calibration = self.sensor.calibration();
+        let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
+        for tile in 0..columns / TILE {
+            for profile in band.profiles.clone() {
+                self.sensor.row_offsets(profile, &mut offsets);
+                self.sensor.expose(band, profile, tile, &offsets, &mut scratch, &mut frame);
+                if read {
+                    let mut out =
+                        Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+                    extract(&frame, &calibration, &self.scene.extraction, &mut out);
+                }
+                black_box((&frame, &range, &scatter));
+            }
+        }
+    }
+}
 
 fn main() {
     divan::main();
+}
+
+/// Matter, geometry and line spread of the rows (halo included, as bands pay for it: 64 + 66 rows for 64 profiles).
+#[divan::bench]
+fn rows(bencher: Bencher) {
+    let bench = Bench::new();
+    let rows = PROFILES + 2 * bench.sensor.halo();
+    bencher.counter(ItemsCount::new(rows)).bench(|| bench.band());
+}
+
+/// Exposure alone.
+#[divan::bench]
+fn expose(bencher: Bencher) {
+    let bench = Bench::new();
+    let band = bench.band();
+    bencher.counter(ItemsCount::new(PROFILES)).bench(|| bench.expose(&band, false));
+}
+
+/// Exposure and extraction.
+#[divan::bench]
+fn expose_and_extract(bencher: Bencher) {
+    let bench = Bench::new();
+    let band = bench.band();
+    bencher.counter(ItemsCount::new(PROFILES)).bench(|| bench.expose(&band, true));
+}
+
+/// The whole scan of one sample as `gen` renders it, on all cores: the figure to quote.
+#[divan::bench(sample_count = 3, sample_size = 1)]
+fn sample(bencher: Bencher) {
+    let bench = Bench::new();
+    let tiles = Tiles::new(0);
+    bencher
+        .counter(ItemsCount::new(bench.scene.size.profiles))
+        .bench(|| pipeline::render(&bench.scene, &tiles, &|_| ()));
 }

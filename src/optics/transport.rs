@@ -124,27 +124,62 @@ fn persistent(tau: f32, l: f32) -> f32 {
     (tau - 2.0 * l + exp(-tau / l) * (2.0 * l + tau)).max(0.0)
 }
 
-/// Fills `spread` for texels `from..to` of `media`.
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut SpreadRow) {
-    let nodes = nodes();
-    let variance: [f32; BASIS] = SPREAD_MM.map(|s| s * s);
-    let mut start = from;
-    while start < to {
-        let count = LANES.min(to - start);
+/// Eight numbers of each of [`LANES`] media that the path lengths share.
+struct Lanes {
+    scale: [f32; LANES],
+    mu_a: [f32; LANES],
+    sigma_i: [f32; LANES],
+    z0: [f32; LANES],
+    z2: [f32; LANES],
+    /// 1 / (4 D_zz) [mm^-1].
+    quarter: [f32; LANES],
+    d_par: [f32; LANES],
+    d_perp: [f32; LANES],
+    d_e: [f32; LANES],
+    l_across: [f32; LANES],
+    l_along: [f32; LANES],
+    /// Share of light that stays with its cone until it meets an isotropic event.
+    keep: [f32; LANES],
+    cos2_azimuth: [f32; LANES],
+    core_start: [f32; LANES],
+    core_walk: [f32; LANES],
+    shift: [f32; LANES],
+    cone: [f32; LANES],
+}
+
+impl Lanes {
+    #[inline(always)]
+    fn new(media: &MediaRow, start: usize, count: usize) -> Self {
         let load = |values: &[f32], fill: f32| -> [f32; LANES] {
             let mut lanes = [fill; LANES];
             lanes[..count].copy_from_slice(&values[start..start + count]);
             lanes
         };
-        let (mu_a, sigma_i, k) = (load(&media.mu_a, 1.0), load(&media.sigma_i, 1.0), load(&media.k, 1.0));
+        let zero = [0.0; LANES];
+        let k = load(&media.k, 1.0);
         let (boundary, enter) = (load(&media.boundary, 1.0), load(&media.enter, 0.0));
         let (sin_dive, cos_azimuth) = (load(&media.sin_dive, 0.0), load(&media.cos_azimuth, 1.0));
+        let (mu_a, sigma_i) = (load(&media.mu_a, 1.0), load(&media.sigma_i, 1.0));
         let cone = load(&media.cone, 0.0);
-
-        let mut core = [[0.0f32; LANES]; BASIS];
-        let mut rest = [[0.0f32; LANES]; BASIS];
-        let mut shift = [0.0f32; LANES];
+        let mut lanes = Self {
+            scale: zero,
+            mu_a,
+            sigma_i,
+            z0: zero,
+            z2: zero,
+            quarter: zero,
+            d_par: zero,
+            d_perp: zero,
+            d_e: zero,
+            l_across: zero,
+            l_along: zero,
+            keep: zero,
+            cos2_azimuth: zero,
+            core_start: zero,
+            core_walk: zero,
+            shift: zero,
+            cone,
+        };
         for l in 0..LANES {
             let (a, s, k) = (mu_a[l], sigma_i[l], k[l]);
             let sin2 = sin_dive[l] * sin_dive[l];
@@ -156,63 +191,96 @@ pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut Spread
                 d_perp += 0.5 * WEIGHTS[i] * SINES[i] * SINES[i] * SINES[i] / (s + k * SINES[i]);
             }
             let d_zz = d_perp + (d_par - d_perp) * sin2;
-            let d_e = d_perp * d_par / d_zz;
             let across = 1.0 / (s + k * cos);
             let z0 = cos2 * across + sin2 / s;
-            let z2 = z0 + 4.0 * boundary[l] * d_zz;
-            let (q0, q2) = (z0 * z0 / (4.0 * d_zz), z2 * z2 / (4.0 * d_zz));
-            let scale = enter[l] * exp(-BALLISTIC * a * z0) / d_zz.sqrt();
-            let keep = cos2 * cos2 * cos2 * cos2;
-            let l_across = PERSIST_ACROSS * across;
-            let l_along = PERSIST_ALONG / (s + TURN_ALONG * k * cos * sin2);
-            let c2 = cos_azimuth[l] * cos_azimuth[l];
-            let s2 = 1.0 - c2;
-            let core_start = FIBRE_DISPERSION * FIBRE_DISPERSION * z0 * z0;
-            let core_walk = CORE_WALK / 3.0 * FIBRE_DISPERSION * FIBRE_DISPERSION * k;
+            lanes.z0[l] = z0;
+            lanes.z2[l] = z0 + 4.0 * boundary[l] * d_zz;
+            lanes.quarter[l] = 0.25 / d_zz;
+            lanes.scale[l] = enter[l] * exp(-BALLISTIC * a * z0) / d_zz.sqrt();
+            lanes.d_par[l] = d_par;
+            lanes.d_perp[l] = d_perp;
+            lanes.d_e[l] = d_perp * d_par / d_zz;
+            lanes.l_across[l] = PERSIST_ACROSS * across;
+            lanes.l_along[l] = PERSIST_ALONG / (s + TURN_ALONG * k * cos * sin2);
+            lanes.keep[l] = cos2 * cos2 * cos2 * cos2;
+            lanes.cos2_azimuth[l] = cos_azimuth[l] * cos_azimuth[l];
+            lanes.core_start[l] = FIBRE_DISPERSION * FIBRE_DISPERSION * z0 * z0;
+            lanes.core_walk[l] = CORE_WALK / 3.0 * FIBRE_DISPERSION * FIBRE_DISPERSION * k;
             // Towards the end of the fibre that dives, less the drift of diffusion along the slanted tensor.
             let slant = sin_dive[l] * cos;
-            shift[l] = -cos_azimuth[l] * slant * ((1.0 / s - across) - (d_par - d_perp) / d_zz * z0);
+            lanes.shift[l] = -cos_azimuth[l] * slant * ((1.0 / s - across) - (d_par - d_perp) / d_zz * z0);
+        }
+        lanes
+    }
 
-            for &(tau, step) in &nodes {
-                let weight = scale * step * (z0 * exp(-q0 / tau - a * tau) + z2 * exp(-q2 / tau - a * tau));
-                let straight = exp(-s * tau);
-                let v_across = 2.0 * d_perp * persistent(tau, l_across);
-                let free = 1.0 / s;
-                let turned = (tau - 2.0 * free + straight * (2.0 * free + tau)).max(0.0) / (1.0 - straight).max(1e-4);
-                let v_along = keep * 2.0 * d_par * turned + (1.0 - keep) * 2.0 * d_e * persistent(tau, l_along);
-                let v_core = (core_start + core_walk * tau * tau * tau).min(tau * tau / 3.0);
-                let w_core = weight * keep * straight;
-                let w_rest = weight - w_core;
-                let y_core = v_core * c2 + v_across * s2;
-                let y_rest = v_along * c2 + v_across * s2;
-                core[0][l] += w_core;
-                rest[0][l] += w_rest;
+    /// Weight and variance along the motion of light after path `tau`: cone light, then light that has left its cone.
+    #[inline(always)]
+    fn gaussians(&self, tau: f32, step: f32, l: usize) -> [(f32, f32); 2] {
+        let (a, s, z0, z2) = (self.mu_a[l], self.sigma_i[l], self.z0[l], self.z2[l]);
+        let (near, far) = (z0 * z0 * self.quarter[l] / tau, z2 * z2 * self.quarter[l] / tau);
+        let weight = self.scale[l] * step * (z0 * exp(-near - a * tau) + z2 * exp(-far - a * tau));
+        let straight = exp(-s * tau);
+        let keep = self.keep[l];
+        let across = 2.0 * self.d_perp[l] * persistent(tau, self.l_across[l]);
+        let free = 1.0 / s;
+        let turned = (tau - 2.0 * free + straight * (2.0 * free + tau)).max(0.0) / (1.0 - straight).max(1e-4);
+        let along = keep * 2.0 * self.d_par[l] * turned
+            + (1.0 - keep) * 2.0 * self.d_e[l] * persistent(tau, self.l_along[l]);
+        let core = (self.core_start[l] + self.core_walk[l] * tau * tau * tau).min(tau * tau / 3.0);
+        let w_core = weight * keep * straight;
+        let c2 = self.cos2_azimuth[l];
+        let sideways = across * (1.0 - c2);
+        [(w_core, core * c2 + sideways), (weight - w_core, along * c2 + sideways)]
+    }
+}
+
+/// Fills `spread` for texels `from..to` of `media`.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut SpreadRow) {
+    let nodes = nodes();
+    let variance: [f32; BASIS] = SPREAD_MM.map(|s| s * s);
+    let mut start = from;
+    while start < to {
+        let count = LANES.min(to - start);
+        let lanes = Lanes::new(media, start, count);
+        // What lies at width j and beyond, hats summed: cone light, then the rest.
+        let mut beyond = [[[0.0f32; LANES]; BASIS + 1]; 2];
+        for &(tau, step) in &nodes {
+            let (mut w, mut v) = ([[0.0f32; LANES]; 2], [[0.0f32; LANES]; 2]);
+            for l in 0..LANES {
+                let [(w_core, v_core), (w_rest, v_rest)] = lanes.gaussians(tau, step, l);
+                (w[0][l], v[0][l]) = (w_core, v_core);
+                (w[1][l], v[1][l]) = (w_rest, v_rest);
+            }
+            for part in 0..2 {
+                for l in 0..LANES {
+                    beyond[part][0][l] += w[part][l];
+                }
                 for j in 1..BASIS {
                     let (low, inverse) = (variance[j - 1], 1.0 / (variance[j] - variance[j - 1]));
-                    core[j][l] += w_core * ((y_core - low) * inverse).clamp(0.0, 1.0);
-                    rest[j][l] += w_rest * ((y_rest - low) * inverse).clamp(0.0, 1.0);
+                    for l in 0..LANES {
+                        beyond[part][j][l] += w[part][l] * ((v[part][l] - low) * inverse).clamp(0.0, 1.0);
+                    }
                 }
             }
         }
-        // core[j] and rest[j] hold what lies at width j and beyond, hats summed; differences give each width its own.
-        let mut out_enter = [[0.0f32; LANES]; BASIS];
-        let mut out_exit = [[0.0f32; LANES]; BASIS];
+        let mut towards = [0.0f32; LANES];
+        for l in 0..LANES {
+            let turned = lanes.cone[l] * (1.0 / CONE_WIDTH);
+            towards[l] = CONE_PEAK * exp(-0.5 * turned * turned);
+        }
         for j in 0..BASIS {
+            let (mut enter, mut exit) = ([0.0f32; LANES], [0.0f32; LANES]);
             for l in 0..LANES {
-                let (next_core, next_rest) = if j + 1 < BASIS { (core[j + 1][l], rest[j + 1][l]) } else { (0.0, 0.0) };
-                let (c, r) = ((core[j][l] - next_core).max(0.0), (rest[j][l] - next_rest).max(0.0));
-                let root = (c + r).sqrt();
-                let turned = cone[l] * (1.0 / CONE_WIDTH);
-                let towards = CONE_PEAK * exp(-0.5 * turned * turned);
-                out_enter[j][l] = root;
-                out_exit[j][l] = (c * towards + r * ISOTROPIC_EXIT) / root.max(1e-12);
+                let core = (beyond[0][j][l] - beyond[0][j + 1][l]).max(0.0);
+                let rest = (beyond[1][j][l] - beyond[1][j + 1][l]).max(0.0);
+                enter[l] = (core + rest).sqrt();
+                exit[l] = (core * towards[l] + rest * ISOTROPIC_EXIT) / enter[l].max(1e-12);
             }
+            spread.enter[j][start..start + count].copy_from_slice(&enter[..count]);
+            spread.exit[j][start..start + count].copy_from_slice(&exit[..count]);
         }
-        for j in 0..BASIS {
-            spread.enter[j][start..start + count].copy_from_slice(&out_enter[j][..count]);
-            spread.exit[j][start..start + count].copy_from_slice(&out_exit[j][..count]);
-        }
-        spread.shift[start..start + count].copy_from_slice(&shift[..count]);
+        spread.shift[start..start + count].copy_from_slice(&lanes.shift[..count]);
         start += count;
     }
 }

@@ -26,7 +26,7 @@ use glam::{Vec2, Vec3};
 use self::coefficients::{Coefficients, Kinds};
 use self::decay::Decay;
 use self::growth::{Branch, Growth, Grown};
-use self::parameters::Wood;
+pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
 use self::pith::{Place, Trunk};
 use self::placing::Placed;
 use self::rings::Rings;
