@@ -37,18 +37,21 @@ impl Bench {
     }
 
     fn band(&self) -> Band {
-        self.sensor.band(&self.specimen, self.start..self.start + PROFILES)
+        self.sensor.band(&self.specimen, self.start..self.start + PROFILES, Band::default())
     }
 
     fn expose(&self, band: &Band, read: bool) {
         let columns = self.scene.size.columns;
-        let (mut scratch, mut frame, mut offsets) = (Scratch::default(), Frame::default(), Vec::new());
+        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
         let calibration = self.sensor.calibration();
         let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
+        let mut offsets = vec![Vec::new(); PROFILES];
+        for (place, profile) in band.profiles.clone().enumerate() {
+            self.sensor.row_offsets(profile, &mut offsets[place]);
+        }
         for tile in 0..columns / TILE {
-            for profile in band.profiles.clone() {
-                self.sensor.row_offsets(profile, &mut offsets);
-                self.sensor.expose(band, profile, tile, &offsets, &mut scratch, &mut frame);
+            for (place, profile) in band.profiles.clone().enumerate() {
+                self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
                 if read {
                     let mut out =
                         Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };

@@ -8,7 +8,7 @@ use crate::extract::{self, Profile, extract};
 use crate::frame::{Calibration, Frame};
 use crate::labels;
 use crate::optics::speckle::Tiles;
-use crate::optics::{Scratch, Sensor, TILE};
+use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::Scene;
 use crate::record::{Labels, Maps, Record, StackFrame, TruthMaps};
 use crate::settings::SensorStack;
@@ -103,9 +103,14 @@ impl Scan {
         let stacks: Vec<Vec<StackFrame>> = parts
             .into_par_iter()
             .enumerate()
-            .map(|(number, part)| {
+            .map_init(Band::default, |room, (number, part)| {
                 let start = number * length;
-                part.fill(scene, sensor, specimen, &calibration, start..(start + length).min(profiles), progress)
+                let profiles = start..(start + length).min(profiles);
+                let band = sensor.band(specimen, profiles, std::mem::take(room));
+                let stack = part.fill(scene, sensor, &band, &calibration);
+                progress(band.profiles.len() as u64);
+                *room = band;
+                stack
             })
             .collect();
         self.stack = stacks.into_iter().flatten().collect();
@@ -153,18 +158,9 @@ impl Scan {
 }
 
 impl Part<'_> {
-    /// Fills the part with `profiles` and returns the sensor frames that the recipe keeps.
-    fn fill(
-        mut self,
-        scene: &Scene,
-        sensor: &Sensor,
-        specimen: &Specimen,
-        calibration: &Calibration,
-        profiles: std::ops::Range<usize>,
-        progress: &(dyn Fn(u64) + Sync),
-    ) -> Vec<StackFrame> {
-        let columns = scene.size.columns;
-        let band = sensor.band(specimen, profiles.clone());
+    /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
+    fn fill(mut self, scene: &Scene, sensor: &Sensor, band: &Band, calibration: &Calibration) -> Vec<StackFrame> {
+        let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
         for (place, profile) in profiles.clone().enumerate() {
@@ -176,13 +172,13 @@ impl Part<'_> {
             }
             sensor.row_offsets(profile, &mut offsets[place]);
             if keeps(scene.output.sensor_stack, profile) {
-                stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(&band, profile) });
+                stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }
         let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
         for tile in 0..columns.div_ceil(TILE) {
             for (place, profile) in profiles.clone().enumerate() {
-                sensor.expose(&band, profile, tile, &offsets[place], &mut scratch, &mut frame);
+                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
                 let line = place * columns + frame.first_col..place * columns + frame.first_col + frame.cols;
                 let mut out = Profile {
                     range: &mut self.range[line.clone()],
@@ -192,7 +188,6 @@ impl Part<'_> {
                 extract(&frame, calibration, &scene.extraction, &mut out);
             }
         }
-        progress(profiles.len() as u64);
         stack
     }
 }

@@ -49,13 +49,10 @@ impl Scratch {
     }
 }
 
-/// Columns `start..` of `values` as a fixed array, zero beyond the end.
+/// Columns `start..` of a row, which is padded to whole tiles.
 #[inline(always)]
-fn load(values: &[f32], start: usize) -> [f32; TILE] {
-    let mut lanes = [0.0; TILE];
-    let part = &values[start..values.len().min(start + TILE)];
-    lanes[..part.len()].copy_from_slice(part);
-    lanes
+fn load(values: &[f32], start: usize) -> &[f32; TILE] {
+    values[start..].first_chunk().expect("rows are padded to whole tiles")
 }
 
 /// Fills `scratch` with the electrons of one tile.
@@ -63,7 +60,7 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
     let start = tile * TILE;
     let own = band.row(profile);
     let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
-    scratch.columns = (own.centre.len() - start).min(TILE);
+    scratch.columns = (own.hits.len() - start).min(TILE);
     spread(own, &neighbours, start, scratch);
 }
 
@@ -84,7 +81,7 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
         scratch.volume[k] = [0.0; TILE];
         scratch.surface[k] = [0.0; TILE];
     }
-    let surface = Walk::new(&phase, &variance);
+    let surface = Walk::new(&phase, variance);
     surface.run(|k, g| {
         let out = &mut scratch.surface[k];
         for c in 0..TILE {
@@ -99,7 +96,7 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
-        let mut wide = variance;
+        let mut wide = *variance;
         for c in 0..TILE {
             let sigma = SPREAD_MM[j] * rows_per_mm[c];
             wide[c] += sigma * sigma;

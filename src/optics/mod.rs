@@ -53,7 +53,7 @@ pub struct Sensor {
 }
 
 /// Rows of the specimen around some profiles of the scan.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Band {
     /// Profiles that can be exposed.
     pub profiles: std::ops::Range<usize>,
@@ -134,19 +134,16 @@ impl Sensor {
         self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
     }
 
-    /// Works out the light at every position that `profiles` look at.
-    pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>) -> Band {
-        let halo = self.halo();
+    /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
+    pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
+        (band.halo, band.profiles) = (self.halo(), profiles);
+        band.rows.resize_with(band.profiles.len() + 2 * band.halo, Row::default);
         let mut scratch = RowScratch::new(self.size.columns);
-        let rows = (0..profiles.len() + 2 * halo)
-            .map(|place| {
-                let position = (profiles.start + place) as f64 - halo as f64;
-                let mut row = Row::default();
-                self.maker.make(specimen, &self.camera, (position * self.step) as f32, &mut scratch, &mut row);
-                row
-            })
-            .collect();
-        Band { profiles, halo, rows }
+        for (place, row) in band.rows.iter_mut().enumerate() {
+            let position = (band.profiles.start + place) as f64 - band.halo as f64;
+            self.maker.make(specimen, &self.camera, (position * self.step) as f32, &mut scratch, row);
+        }
+        band
     }
 
     /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.

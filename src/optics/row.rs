@@ -9,10 +9,11 @@ use procedural::{Class, Medium};
 
 use super::camera::Camera;
 use super::fresnel::{self, BoundaryTable};
+use super::speckle::TILE;
 use super::transport::{BASIS, MediaRow, SIDEWAYS, SPREAD_MM, SpreadRow, line_spread};
 use crate::specimen::{Hit, Specimen};
 
-/// Numbers of one position of the scan, structure of arrays over sensor columns.
+/// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
     /// What each column sees; noise-free truth.
@@ -77,7 +78,7 @@ impl RowMaker {
         let columns = scratch.electrons.len();
         specimen.look(y, columns, self.conveyor, &mut row.hits);
         for field in [&mut row.centre, &mut row.shift, &mut row.rows_per_mm, &mut row.variance, &mut row.glare] {
-            field.resize(columns, 0.0);
+            field.resize(columns.next_multiple_of(TILE), 0.0);
         }
         let (mut first, mut last) = (columns, 0);
         for (column, hit) in row.hits.iter().enumerate() {
@@ -105,9 +106,9 @@ impl RowMaker {
         }
         for j in 0..BASIS {
             row.source[j].clear();
-            row.source[j].resize(columns, 0.0);
+            row.source[j].resize(columns.next_multiple_of(TILE), 0.0);
             row.exit[j].clear();
-            row.exit[j].resize(columns, 0.0);
+            row.exit[j].resize(columns.next_multiple_of(TILE), 0.0);
         }
         row.shift.fill(0.0);
         if first >= last {
