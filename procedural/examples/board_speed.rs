@@ -15,7 +15,9 @@ const STEP_X_MM: f32 = 0.05;
 const STEP_Y_MM: f32 = 0.7;
 
 fn main() {
-    for (name, sound, dead, reach) in [("clear", 0.0, 0.0, 0.0), ("4 knots", 2.0, 2.0, 0.0), ("4 knots, rot", 2.0, 2.0, 30.0)] {
+    for (name, sound, dead, reach) in
+        [("clear", 0.0, 0.0, 0.0), ("4 knots", 2.0, 2.0, 0.0), ("4 knots, rot", 2.0, 2.0, 30.0)]
+    {
         let mut wood = Wood::from_values(&mut |p| p.default);
         wood.knots.sound_count = sound;
         wood.knots.dead_count = dead;

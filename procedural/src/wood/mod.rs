@@ -25,7 +25,7 @@ use glam::{Vec2, Vec3};
 
 use self::coefficients::{Coefficients, Kinds};
 use self::decay::Decay;
-use self::growth::{Branch, Growth, Grown};
+use self::growth::{Branch, Grown, Growth};
 use self::parameters::Wood;
 use self::pith::{Place, Trunk};
 use self::placing::Placed;

@@ -141,7 +141,8 @@ impl Sawn {
             }
         }
         // Around the upper rim, counter-clockwise from above, with a foot below each corner.
-        let rim: Vec<u32> = (0..nx).map(|i| at(i, 0))
+        let rim: Vec<u32> = (0..nx)
+            .map(|i| at(i, 0))
             .chain((0..ny).map(|j| at(nx, j)))
             .chain((0..nx).map(|i| at(nx - i, ny)))
             .chain((0..ny).map(|j| at(0, ny - j)))
