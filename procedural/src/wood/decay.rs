@@ -21,6 +21,11 @@ const NOISE_LIMIT: f32 = 4.0;
 /// Absorption in the rim over that of clear wood [1].
 const RIM_FACTOR: f32 = 1.5;
 
+/// Isotropic scattering stays above this where severity goes beyond the class table [mm^-1].
+const LEAST_SIGMA_I: f32 = 0.01;
+/// Effective indices lie between air and just above the cell wall's 1.55 [1].
+const INDICES: [f32; 2] = [1.0, 1.6];
+
 /// Decay of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Decay {
@@ -98,9 +103,9 @@ impl Decay {
         let along = |from: f32, to: f32| from + v * (to - from);
         Coefficients {
             mu_a: mu_a * (self.rot.mu_a / mu_a).powf(v),
-            sigma_i: along(clear.sigma_i, self.rot.sigma_i).max(0.0),
+            sigma_i: along(clear.sigma_i, self.rot.sigma_i).max(LEAST_SIGMA_I),
             k: along(clear.k, self.rot.k).max(0.0),
-            n_eff: along(clear.n_eff, self.rot.n_eff).max(1.0),
+            n_eff: along(clear.n_eff, self.rot.n_eff).clamp(INDICES[0], INDICES[1]),
         }
     }
 }
