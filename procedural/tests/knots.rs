@@ -139,3 +139,19 @@ fn another_knot_leaves_the_earlier_ones_alone() {
         }
     }
 }
+
+#[test]
+fn the_fibre_at_a_knots_centre_is_the_axis_that_its_instance_tells() {
+    for seed in 0..12 {
+        let plank = grow(seed, &wood(2.0, 2.0));
+        for knot in plank.instances() {
+            let (x, y) = (knot.x_mm as f32, knot.y_mm as f32);
+            let slice = plank.slice(y);
+            let matter = slice.matter(x, slice.surface(x).expect("knots are on the board").z);
+            assert_eq!((matter.instance, matter.class), (knot.id, knot.class));
+            // Cup, twist and ripple move the surface by up to half a millimetre along the axis.
+            assert!((f64::from(dive_deg(&matter)) - knot.dive_deg).abs() < 1.0, "seed {seed}: {knot:?}");
+            assert_eq!(knot.death_radius_mm.is_nan(), knot.class == Class::SoundKnot);
+        }
+    }
+}

@@ -45,7 +45,8 @@ pub(super) struct Draw {
     opening: f64,
     taper: f64,
     bend: f64,
-    turn: f64,
+    /// G: turn of the axis about the log over a logarithm of the distance from the pith [rad].
+    pub turn: f32,
     outline: [Vec2; HARMONICS],
 }
 
@@ -54,7 +55,8 @@ impl Draw {
     pub fn new(stream: Stream) -> Self {
         let mut rng = stream.child("shape").rng();
         let mut normal = || StandardNormal.sample(&mut rng);
-        let (width, slope, opening, taper, turn) = (normal(), normal(), normal(), normal(), normal());
+        let (width, slope, opening, taper, turn): (f64, f64, f64, f64, f64) =
+            (normal(), normal(), normal(), normal(), normal());
         let bend = BEND * rng.random::<f64>();
         let mut rng = stream.child("outline").rng();
         // Amplitudes fall as 1/order; the root mean square of a harmonic is its amplitude over sqrt 2, of its two
@@ -65,7 +67,7 @@ impl Draw {
             let amplitude = WOBBLE / ((i + 2) as f64 * power.sqrt());
             Vec2::new((amplitude * part()) as f32, (amplitude * part()) as f32)
         });
-        Self { width, slope, opening, taper, bend, turn, outline }
+        Self { width, slope, opening, taper, bend, turn: (TURN_SD * turn) as f32, outline }
     }
 }
 
@@ -155,7 +157,7 @@ impl Knot {
         let fixed = spot.r.min(spot.death);
         let taper = (-narrowing * f64::from(fixed).sqrt().sqrt() / opening).clamp(0.0, TAPER_LIMIT) as f32;
         let bend = draw.bend as f32;
-        let turn = (TURN_SD * draw.turn) as f32;
+        let turn = draw.turn;
         let rise = spot.slope - 0.5 * bend / spot.r.sqrt();
         let start = spot.l - bend * spot.r.sqrt() - rise * spot.r;
         Self {
