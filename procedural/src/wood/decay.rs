@@ -29,20 +29,28 @@ const INDICES: [f32; 2] = [1.0, 1.6];
 /// Decay of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Decay {
-    /// Middle of the board along the laser line, half its width [mm].
+    /// Middle of the board along the laser line [mm].
     middle: f32,
+    /// Half the board's width [mm].
     half_width: f32,
     /// -1 or 1: the edge that it came from.
     pub side: f32,
+    /// Mean distance of the front from the edge [mm].
     reach: f32,
+    /// Severity behind the front, 0 to 1 [1].
     pub severity: f32,
+    /// Half width of the front [mm].
     half_transition: f32,
+    /// Root mean square of the front's wandering [mm].
     wander: f32,
+    /// Width of the rim before the front [mm].
     rim: f32,
     noise: Noise,
-    /// One over the cells of the noise [mm^-1].
+    /// One over the cell of the noise across the fibre [mm^-1].
     across: f32,
+    /// One over the cell of the noise along the fibre [mm^-1].
     along: f32,
+    /// The class table's medium.
     rot: Coefficients,
 }
 

@@ -27,6 +27,8 @@ const WAVE_MM: f32 = 120.0;
 const SPIRAL_LIMIT: f32 = 10.0 * std::f32::consts::PI / 180.0;
 /// Distance from a living branch's axis over which fibres pass into it [half widths].
 const BLEND: [f32; 2] = [0.85, 1.15];
+/// Distance from a living branch's axis over which its medium begins [half widths].
+const RIND: [f32; 2] = [0.94, 1.04];
 /// Outlines are looked at within this distance [half widths].
 const OUTLINE_REACH: f32 = 1.35;
 /// How far fibre bundles follow the streamlines [1]; less than 1, or the tips of the oval would hold a single bundle.
@@ -161,6 +163,12 @@ impl Growth {
 }
 
 impl Branch<'_> {
+    /// How much of the medium here is the branch's [1]: a living one begins gradually, a dead one sharply.
+    #[inline]
+    pub fn share(&self) -> f32 {
+        if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(RIND[0], RIND[1], self.x) }
+    }
+
     /// The fibre here, given that of the trunk around.
     #[inline]
     fn fibre(&self, trunk: Vec3, place: &Place) -> Vec3 {

@@ -103,10 +103,13 @@ pub(super) struct Knot {
     pub bark: f32,
     /// Cosine of the axis' slope: the cut along the log is longer by its inverse [1].
     pub cos_slope: f32,
+    /// C [mm], D [mm^(1/2)], E [1], F [rad] and G [rad].
     skeleton: [f32; 5],
-    /// Half width where the growth law is fixed [mm], the distance from the pith there [mm], B r^(1/4) / A there [1].
-    half_width: f32,
+    /// Distance from the pith where the width is given: at the surface, or where the branch died [mm].
     fixed: f32,
+    /// Half width there [mm].
+    half_width: f32,
+    /// B r^(1/4) / A there, with its sign turned [1].
     taper: f32,
     /// r / fixed beyond which the width stays [1].
     widest: f32,
@@ -116,7 +119,7 @@ pub(super) struct Knot {
 /// Powers of the distance from the pith that all knots at a point share.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Distance {
-    /// [mm].
+    /// The distance itself [mm].
     pub r: f32,
     root: f32,
     log: f32,
@@ -135,17 +138,17 @@ impl Distance {
 /// A knot's skeleton and width at one distance from the pith.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Section {
-    /// Azimuth [rad] and r times its slope [rad].
+    /// Azimuth of the axis [rad].
     pub phi: f32,
-    /// See `phi`.
+    /// r d(phi)/dr of the axis [rad].
     pub turn: f32,
-    /// Along the log [mm] and its slope [1].
+    /// Axis along the log [mm].
     pub l: f32,
-    /// See `l`.
+    /// dl/dr of the axis [1].
     pub slope: f32,
-    /// Half width [mm] and its slope [1].
+    /// Half width [mm].
     pub half_width: f32,
-    /// See `half_width`.
+    /// Change of the half width with r [1].
     pub widening: f32,
 }
 

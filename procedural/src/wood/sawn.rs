@@ -8,12 +8,11 @@
 use std::f32::consts::{PI, SQRT_2, TAU};
 
 use glam::{Vec2, Vec3};
+use rand_distr::{Distribution, StandardNormal};
 
 use super::parameters::Wood;
 use crate::noise::Noise;
 use crate::{Mesh, Stream, Surface};
-
-use rand_distr::{Distribution, StandardNormal};
 
 /// How much the ripple's amplitude drifts, root mean square [1].
 const RIPPLE_DRIFT: f32 = 0.25;
@@ -29,9 +28,9 @@ const FINE_MM: Vec2 = Vec2::new(0.3, 0.9);
 const COARSE_MM: Vec2 = Vec2::new(1.3, 6.0);
 /// Their shares of the root mean square; squares sum to 1 [1].
 const ROUGHNESS_SHARES: [f32; 2] = [0.8, 0.6];
-/// Longest edge of the hull [mm], and the most edges across and along.
+/// Longest edge of the hull [mm].
 const HULL_EDGE_MM: f32 = 5.0;
-/// See `HULL_EDGE_MM`.
+/// Most edges of the hull across and along: warp needs few, and a hull of millions would help nobody.
 const HULL_LIMITS: [f32; 2] = [64.0, 2000.0];
 /// Hull edges in a pitch of the ripple [1].
 const HULL_PER_PITCH: f32 = 6.0;
@@ -41,17 +40,22 @@ const HULL_LOWEST_MM: f32 = 0.01;
 /// The upper surface of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Sawn {
+    /// Middle of the board and half its size [mm].
     middle: Vec2,
     half: Vec2,
     thickness: f32,
     cup: f32,
     /// Slope across the board gained along it [mm^-1].
     twist: f32,
+    /// Amplitude of the ripple without drift [mm].
     ripple: f32,
     pitch: f32,
     slant: f32,
+    /// Drift of amplitude and phase.
     drift: [Noise; 2],
+    /// Root mean square [mm].
     roughness: f32,
+    /// Fine and coarse roughness.
     grain: [Noise; 2],
     /// Cosine and sine of the log's turn [1].
     turn: Vec2,
@@ -62,6 +66,7 @@ pub(super) struct Sawn {
 pub(super) struct SawnCut<'a> {
     sawn: &'a Sawn,
     inside: bool,
+    /// Distance of the profile from the board's middle [mm].
     dy: f32,
     /// Amplitude of the ripple [mm] and its slope along the scan [1].
     amplitude: Vec2,
