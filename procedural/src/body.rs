@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
+use crate::Mesh;
 use crate::flat::{Flat, FlatSlice};
 use crate::truth::{Instance, Matter, Surface};
 use crate::wood::{Plank, PlankSlice};
-use crate::Mesh;
 
 /// Everything that can lie under the laser.
 #[derive(Debug, Clone)]

@@ -78,3 +78,18 @@ impl FlatSlice<'_> {
         Matter { medium: self.flat.medium, class: Class::Clear, instance: 0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_box_touches_the_highest_corner_of_a_tilted_plate() {
+        let medium = Medium::opaque(0.5);
+        let flat = Flat { height_mm: 5.0, slope_x: -0.1, slope_y: 0.02, width_mm: 40.0, length_mm: 50.0, medium };
+        let (low, high) = flat.bounds();
+        assert_eq!(low, Vec3::new(-20.0, 0.0, 0.0));
+        assert!(high.distance(Vec3::new(20.0, 50.0, 8.0)) < 1.0e-5);
+        assert_eq!(flat.slice(50.0).surface(-20.0).map(|s| s.z), Some(high.z));
+    }
+}

@@ -21,23 +21,36 @@ const NOISE_LIMIT: f32 = 4.0;
 /// Absorption in the rim over that of clear wood [1].
 const RIM_FACTOR: f32 = 1.5;
 
+/// Isotropic scattering stays above this where severity goes beyond the class table [mm^-1].
+const LEAST_SIGMA_I: f32 = 0.01;
+/// Effective indices lie between air and just above the cell wall's 1.55 [1].
+const INDICES: [f32; 2] = [1.0, 1.6];
+
 /// Decay of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Decay {
-    /// Middle of the board along the laser line, half its width [mm].
+    /// Middle of the board along the laser line [mm].
     middle: f32,
+    /// Half the board's width [mm].
     half_width: f32,
     /// -1 or 1: the edge that it came from.
     pub side: f32,
+    /// Mean distance of the front from the edge [mm].
     reach: f32,
+    /// Severity behind the front, 0 to 1 [1].
     pub severity: f32,
+    /// Half width of the front [mm].
     half_transition: f32,
+    /// Root mean square of the front's wandering [mm].
     wander: f32,
+    /// Width of the rim before the front [mm].
     rim: f32,
     noise: Noise,
-    /// One over the cells of the noise [mm^-1].
+    /// One over the cell of the noise across the fibre [mm^-1].
     across: f32,
+    /// One over the cell of the noise along the fibre [mm^-1].
     along: f32,
+    /// The class table's medium.
     rot: Coefficients,
 }
 
@@ -98,9 +111,9 @@ impl Decay {
         let along = |from: f32, to: f32| from + v * (to - from);
         Coefficients {
             mu_a: mu_a * (self.rot.mu_a / mu_a).powf(v),
-            sigma_i: along(clear.sigma_i, self.rot.sigma_i).max(0.0),
+            sigma_i: along(clear.sigma_i, self.rot.sigma_i).max(LEAST_SIGMA_I),
             k: along(clear.k, self.rot.k).max(0.0),
-            n_eff: along(clear.n_eff, self.rot.n_eff).max(1.0),
+            n_eff: along(clear.n_eff, self.rot.n_eff).clamp(INDICES[0], INDICES[1]),
         }
     }
 }

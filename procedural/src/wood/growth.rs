@@ -22,11 +22,13 @@ const WAVINESS: f32 = 0.005;
 /// Lattice steps of the waviness over a radian about the pith [1].
 const WAVES_PER_RAD: f32 = 3.0;
 /// Cell of the waviness along the log [mm].
-const WAVE_MM: f32 = 90.0;
+const WAVE_MM: f32 = 120.0;
 /// Largest spiral grain [rad].
 const SPIRAL_LIMIT: f32 = 10.0 * std::f32::consts::PI / 180.0;
 /// Distance from a living branch's axis over which fibres pass into it [half widths].
 const BLEND: [f32; 2] = [0.85, 1.15];
+/// Distance from a living branch's axis over which its medium begins [half widths].
+const RIND: [f32; 2] = [0.94, 1.04];
 /// Outlines are looked at within this distance [half widths].
 const OUTLINE_REACH: f32 = 1.35;
 /// How far fibre bundles follow the streamlines [1]; less than 1, or the tips of the oval would hold a single bundle.
@@ -91,8 +93,7 @@ impl Growth {
     #[inline]
     pub fn at<'a>(&self, place: &Place, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
         let (r, around) = (place.r, place.around());
-        let (wave, wave_slope) =
-            self.waves.space_slope((WAVES_PER_RAD * place.outward).extend(place.l / WAVE_MM));
+        let (wave, wave_slope) = self.waves.space_slope((WAVES_PER_RAD * place.outward).extend(place.l / WAVE_MM));
         let mut t = r * (1.0 + WAVINESS * wave);
         // Slopes of t outwards, around and along.
         let mut slope = Vec3::new(
@@ -133,7 +134,7 @@ impl Growth {
             bundle += FOLLOW * merge.weight * a * disturbance.psi;
             let d = Vec2::new(offset.x, rise);
             if d.length_squared() < (OUTLINE_REACH * a).powi(2) {
-                let wobble = knot.wobble(d, r);
+                let wobble = knot.wobble(d);
                 let x = d.length() / (a * (1.0 + wobble));
                 if branch.is_none_or(|other| x < other.x) {
                     branch = Some(Branch { knot, x, half_width: a, wobble, dead: r >= knot.death, offset, section });
@@ -162,6 +163,12 @@ impl Growth {
 }
 
 impl Branch<'_> {
+    /// How much of the medium here is the branch's [1]: a living one begins gradually, a dead one sharply.
+    #[inline]
+    pub fn share(&self) -> f32 {
+        if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(RIND[0], RIND[1], self.x) }
+    }
+
     /// The fibre here, given that of the trunk around.
     #[inline]
     fn fibre(&self, trunk: Vec3, place: &Place) -> Vec3 {

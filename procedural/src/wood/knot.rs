@@ -12,7 +12,6 @@ use glam::Vec2;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::noise::Noise;
 use crate::{Class, Stream};
 
 /// Mean and spread of A over the scanned knots [rad].
@@ -28,9 +27,11 @@ const BEND: f64 = 0.21;
 /// Spread of G [rad].
 const TURN_SD: f64 = 0.055;
 /// Root mean square of the outline's wobble over the radius [1].
-const WOBBLE: f32 = 0.04;
-/// Cells of the wobble around the axis: lattice steps a radius [1], and along it [mm].
-const WOBBLE_CELLS: [f32; 2] = [1.4, 9.0];
+const WOBBLE: f64 = 0.035;
+/// Harmonics of the wobble: from the oval to the pentagon and on; the first would only shift the knot.
+const HARMONICS: usize = 5;
+/// Largest wobble [1].
+const WOBBLE_LIMIT: f32 = 0.12;
 /// Part of the radius that bark may take at most [1].
 const BARK_LIMIT: f32 = 0.6;
 
@@ -44,8 +45,9 @@ pub(super) struct Draw {
     opening: f64,
     taper: f64,
     bend: f64,
-    turn: f64,
-    outline: Noise,
+    /// G: turn of the axis about the log over a logarithm of the distance from the pith [rad].
+    pub turn: f32,
+    outline: [Vec2; HARMONICS],
 }
 
 impl Draw {
@@ -53,10 +55,19 @@ impl Draw {
     pub fn new(stream: Stream) -> Self {
         let mut rng = stream.child("shape").rng();
         let mut normal = || StandardNormal.sample(&mut rng);
-        let (width, slope, opening, taper, turn) = (normal(), normal(), normal(), normal(), normal());
+        let (width, slope, opening, taper, turn): (f64, f64, f64, f64, f64) =
+            (normal(), normal(), normal(), normal(), normal());
         let bend = BEND * rng.random::<f64>();
-        let outline = Noise::new(stream.child("outline"));
-        Self { width, slope, opening, taper, bend, turn, outline }
+        let mut rng = stream.child("outline").rng();
+        // Amplitudes fall as 1/order; the root mean square of a harmonic is its amplitude over sqrt 2, of its two
+        // normal parts that of one of them.
+        let power: f64 = (0..HARMONICS).map(|i| 1.0 / ((i + 2) as f64).powi(2)).sum();
+        let outline = std::array::from_fn(|i| {
+            let mut part = || -> f64 { StandardNormal.sample(&mut rng) };
+            let amplitude = WOBBLE / ((i + 2) as f64 * power.sqrt());
+            Vec2::new((amplitude * part()) as f32, (amplitude * part()) as f32)
+        });
+        Self { width, slope, opening, taper, bend, turn: (TURN_SD * turn) as f32, outline }
     }
 }
 
@@ -92,20 +103,23 @@ pub(super) struct Knot {
     pub bark: f32,
     /// Cosine of the axis' slope: the cut along the log is longer by its inverse [1].
     pub cos_slope: f32,
+    /// C [mm], D [mm^(1/2)], E [1], F [rad] and G [rad].
     skeleton: [f32; 5],
-    /// Half width where the growth law is fixed [mm], the distance from the pith there [mm], B r^(1/4) / A there [1].
-    half_width: f32,
+    /// Distance from the pith where the width is given: at the surface, or where the branch died [mm].
     fixed: f32,
+    /// Half width there [mm].
+    half_width: f32,
+    /// B r^(1/4) / A there, with its sign turned [1].
     taper: f32,
     /// r / fixed beyond which the width stays [1].
     widest: f32,
-    outline: Noise,
+    outline: [Vec2; HARMONICS],
 }
 
 /// Powers of the distance from the pith that all knots at a point share.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Distance {
-    /// [mm].
+    /// The distance itself [mm].
     pub r: f32,
     root: f32,
     log: f32,
@@ -124,17 +138,17 @@ impl Distance {
 /// A knot's skeleton and width at one distance from the pith.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Section {
-    /// Azimuth [rad] and r times its slope [rad].
+    /// Azimuth of the axis [rad].
     pub phi: f32,
-    /// See `phi`.
+    /// r d(phi)/dr of the axis [rad].
     pub turn: f32,
-    /// Along the log [mm] and its slope [1].
+    /// Axis along the log [mm].
     pub l: f32,
-    /// See `l`.
+    /// dl/dr of the axis [1].
     pub slope: f32,
-    /// Half width [mm] and its slope [1].
+    /// Half width [mm].
     pub half_width: f32,
-    /// See `half_width`.
+    /// Change of the half width with r [1].
     pub widening: f32,
 }
 
@@ -146,7 +160,7 @@ impl Knot {
         let fixed = spot.r.min(spot.death);
         let taper = (-narrowing * f64::from(fixed).sqrt().sqrt() / opening).clamp(0.0, TAPER_LIMIT) as f32;
         let bend = draw.bend as f32;
-        let turn = (TURN_SD * draw.turn) as f32;
+        let turn = draw.turn;
         let rise = spot.slope - 0.5 * bend / spot.r.sqrt();
         let start = spot.l - bend * spot.r.sqrt() - rise * spot.r;
         Self {
@@ -192,12 +206,18 @@ impl Knot {
         share * (1.0 - self.taper * fourth_root) / (1.0 - self.taper)
     }
 
-    /// Wobble of the outline at a place off the axis (around, along) [mm], as a part of the radius.
+    /// Wobble of the outline in the direction of a place off the axis (around, along), as a part of the radius [1].
     #[inline]
-    pub fn wobble(&self, offset: Vec2, r: f32) -> f32 {
-        let d = offset.length().max(1.0e-6);
-        let around = WOBBLE_CELLS[0] * offset / d;
-        (WOBBLE * self.outline.space(around.extend(r / WOBBLE_CELLS[1]))).clamp(-3.0 * WOBBLE, 3.0 * WOBBLE)
+    pub fn wobble(&self, offset: Vec2) -> f32 {
+        let direction = offset / offset.length().max(1.0e-6);
+        // Cosine and sine of the multiples of the direction's angle are powers of it as a complex number.
+        let mut turned = direction;
+        let mut sum = 0.0;
+        for harmonic in self.outline {
+            turned = turned.rotate(direction);
+            sum += harmonic.dot(turned);
+        }
+        sum.clamp(-WOBBLE_LIMIT, WOBBLE_LIMIT)
     }
 }
 
@@ -236,8 +256,11 @@ mod tests {
         for (death, r) in [(f32::INFINITY, 30.0), (f32::INFINITY, 65.0), (49.0, 40.0), (49.0, 60.0)] {
             let knot = knot(death, 3);
             let h = 0.05;
-            let (low, mid, high) =
-                (knot.section(&Distance::new(r - h)), knot.section(&Distance::new(r)), knot.section(&Distance::new(r + h)));
+            let (low, mid, high) = (
+                knot.section(&Distance::new(r - h)),
+                knot.section(&Distance::new(r)),
+                knot.section(&Distance::new(r + h)),
+            );
             assert!(((high.l - low.l) / (2.0 * h) - mid.slope).abs() < 1.0e-3);
             assert!(((high.phi - low.phi) / (2.0 * h) * r - mid.turn).abs() < 1.0e-3);
             assert!(((high.half_width - low.half_width) / (2.0 * h) - mid.widening).abs() < 1.0e-3);

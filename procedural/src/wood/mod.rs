@@ -25,13 +25,18 @@ use glam::{Vec2, Vec3};
 
 use self::coefficients::{Coefficients, Kinds};
 use self::decay::Decay;
+<<<<<<< HEAD
 use self::growth::{Branch, Growth, Grown};
 pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
+=======
+use self::growth::{Branch, Grown, Growth};
+use self::parameters::Wood;
+>>>>>>> wood
 use self::pith::{Place, Trunk};
 use self::placing::Placed;
 use self::rings::Rings;
 use self::sawn::{Sawn, SawnCut};
-use crate::noise::{Noise, smoothstep};
+use crate::noise::Noise;
 use crate::{Class, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// Rings are grown this far beyond the farthest corner [mm].
@@ -46,8 +51,6 @@ const STREAK_SHARES: [f32; 2] = [0.8, 0.6];
 const STREAK_SCATTERING: f32 = -0.5;
 /// Smallest factor that a streak may put on a coefficient [1].
 const STREAK_LEAST: f32 = 0.1;
-/// Distance from a living branch's axis over which its medium begins [half widths].
-const RIND: [f32; 2] = [0.94, 1.04];
 /// How much latewood raises the absorption within a knot [1].
 const KNOT_RINGS: f32 = 0.35;
 /// Part by which bark is thicker where the outline wobbles outwards by one part [1].
@@ -163,6 +166,19 @@ impl Plank {
         self.kinds.earlywood.mix(self.kinds.latewood, phase.latewood).scaled(absorption, scattering)
     }
 
+    /// Wood outside of branches, clear or decayed, with its class and instance.
+    #[inline]
+    fn stem(&self, x: f32, place: &Place, grown: &Grown) -> (Coefficients, Class, u16) {
+        let clear = self.clear(place, grown);
+        let Some(decay) = &self.decay else { return (clear, Class::Clear, 0) };
+        let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
+        match decay.at(x, log) {
+            None => (clear, Class::Clear, 0),
+            Some(decayed) if decayed.passed < 0.5 => (decay.change(clear, decayed), Class::Clear, 0),
+            Some(decayed) => (decay.change(clear, decayed), Class::Rot, self.instances.len() as u16),
+        }
+    }
+
     /// Wood of a branch, with its own rings or its bark.
     #[inline]
     fn branch(&self, branch: &Branch, r: f32) -> Coefficients {
@@ -193,27 +209,14 @@ impl PlankSlice<'_> {
         let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
         let near = self.near.iter().filter(|placed| placed.x[0] <= x && x <= placed.x[1]).map(|placed| &placed.knot);
         let grown = plank.growth.at(&place, near);
-        let mut class = Class::Clear;
-        let mut instance = 0;
-        let share = grown.branch.map_or(0.0, |b| match b.dead {
-            true => f32::from(b.x < 1.0),
-            false => 1.0 - smoothstep(RIND[0], RIND[1], b.x),
-        });
-        let mut coefficients = self.plank.kinds.earlywood;
-        if share < 1.0 {
-            coefficients = plank.clear(&place, &grown);
-            if let Some(decay) = &plank.decay {
-                let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
-                if let Some(decayed) = decay.at(x, log) {
-                    coefficients = decay.change(coefficients, decayed);
-                    if decayed.passed >= 0.5 {
-                        (class, instance) = (Class::Rot, plank.instances.len() as u16);
-                    }
-                }
-            }
-        }
+        let (mut coefficients, mut class, mut instance) = match &grown.branch {
+            // The surroundings of a branch are only asked for where some of them are there.
+            Some(branch) if branch.share() == 1.0 => (plank.branch(branch, place.r), Class::Clear, 0),
+            _ => plank.stem(x, &place, &grown),
+        };
         if let Some(branch) = &grown.branch {
-            if share > 0.0 {
+            let share = branch.share();
+            if 0.0 < share && share < 1.0 {
                 coefficients = coefficients.mix(plank.branch(branch, place.r), share);
             }
             if branch.x < 1.0 {

@@ -99,7 +99,13 @@ impl Trunk {
         });
         let middle = Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32);
         let to_board = Vec2::new(0.0, 0.5 * board.thickness_mm as f32) - straight;
-        Self { middle, turn, zenith: to_board.try_normalize().unwrap_or(Vec2::Y), start: -reach, nodes: nodes.collect() }
+        Self {
+            middle,
+            turn,
+            zenith: to_board.try_normalize().unwrap_or(Vec2::Y),
+            start: -reach,
+            nodes: nodes.collect(),
+        }
     }
 
     #[inline]

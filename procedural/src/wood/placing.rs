@@ -126,7 +126,8 @@ fn look(share: Vec2, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, take
         death: if dead { place.r * knots.death_share as f32 } else { f32::INFINITY },
         bark: if dead { knots.bark_mm as f32 } else { 0.0 },
     };
-    let axis = trunk.vector(place.outward + spot.slope * place.pith_slope, spot.slope).normalize();
+    let across = place.outward + draw.turn * place.around() + spot.slope * place.pith_slope;
+    let axis = trunk.vector(across, spot.slope).normalize();
     let dive = axis.z.abs().min(1.0).asin();
     // The outline is an ellipse: half a width across, and longer where the axis leans.
     let long = spot.half_width * WOBBLE_ROOM / axis.z.abs().max(LEAST_SINE);

@@ -1,3 +1,142 @@
 //! Tests of the parts together that need to see inside a board.
 
 use super::*;
+
+fn board(sound: f64, dead: f64, seed: u64) -> Plank {
+    let mut wood = Wood::from_values(&mut |p| p.default);
+    wood.knots.sound_count = sound;
+    wood.knots.dead_count = dead;
+    Plank::grow(Stream::root(seed), &wood)
+}
+
+/// Places all over a board and through its thickness [mm].
+fn places(count: u32) -> impl Iterator<Item = Vec3> {
+    // The plastic number's powers fill the cube evenly (Roberts 2018).
+    let turn = |i: u32, by: f32| (0.5 + i as f32 * by).fract();
+    (0..count).map(move |i| {
+        Vec3::new(-46.0 + 92.0 * turn(i, 0.819_172_5), 21.0 + 208.0 * turn(i, 0.671_043_6), 22.0 * turn(i, 0.549_700_5))
+    })
+}
+
+fn grown<'a>(plank: &'a Plank, p: Vec3) -> Grown<'a> {
+    let place = plank.trunk.place(p.x, p.y, p.z);
+    plank.growth.at(&place, plank.knots.iter().map(|placed| &placed.knot))
+}
+
+#[test]
+fn the_gradient_is_that_of_the_time_of_growth() {
+    let h = 0.02;
+    let mut checked = 0;
+    for seed in 0..6 {
+        let plank = board(2.0, 2.0, seed);
+        for p in places(3000) {
+            let here = grown(&plank, p);
+            let numeric = Vec3::from_array(
+                [Vec3::X, Vec3::Y, Vec3::Z]
+                    .map(|axis| (grown(&plank, p + h * axis).t - grown(&plank, p - h * axis).t) / (2.0 * h)),
+            );
+            let analytic = plank.trunk.vector(here.gradient.truncate(), here.gradient.z);
+            // Where a branch dies the gradient itself jumps.
+            let r = plank.trunk.place(p.x, p.y, p.z).r;
+            if plank.knots.iter().any(|placed| (placed.knot.death - r).abs() < 0.1) {
+                continue;
+            }
+            // f32 gives t to 4e-6, so its difference to 2e-4; the table of the bulge and the pith's steps add the rest.
+            assert!(numeric.distance(analytic) < 0.02, "at {p}: {numeric} against {analytic}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 15_000);
+}
+
+#[test]
+fn fibres_are_unit_vectors_and_lie_in_the_growth_surface() {
+    let mut outside = 0;
+    for seed in 0..6 {
+        let plank = board(2.0, 2.0, seed);
+        for p in places(3000) {
+            let here = grown(&plank, p);
+            assert!((here.fibre.length() - 1.0).abs() < 1.0e-5);
+            if here.branch.is_none_or(|branch| branch.x > 1.2) {
+                assert!(here.fibre.dot(here.gradient.normalize()).abs() < 1.0e-5, "at {p}");
+                outside += 1;
+            }
+        }
+    }
+    assert!(outside > 15_000);
+}
+
+#[test]
+fn far_from_knots_rings_are_cylinders_around_the_pith() {
+    let plank = board(0.0, 0.0, 3);
+    let n = 4000;
+    let squares: f64 = places(n)
+        .map(|p| {
+            let r = plank.trunk.place(p.x, p.y, p.z).r;
+            f64::from(grown(&plank, p).t / r - 1.0).powi(2)
+        })
+        .sum();
+    // The waviness has a root mean square of 0.005, and the board shows few of its cells: a factor of 2 either way.
+    let rms = (squares / f64::from(n)).sqrt();
+    assert!((0.0025..0.01).contains(&rms), "waviness {rms}");
+}
+
+#[test]
+fn clear_wood_shows_the_ring_that_its_time_of_growth_names() {
+    let mut wood = Wood::from_values(&mut |p| p.default);
+    wood.log.streak = 0.0;
+    let plank = Plank::grow(Stream::root(4), &wood);
+    let (early, late) = (plank.kinds.earlywood, plank.kinds.latewood);
+    for p in places(2000) {
+        let slice = plank.slice(p.y);
+        let medium = slice.matter(p.x, p.z).medium;
+        let t = grown(&plank, Vec3::new(p.x, p.y, p.z - slice.cut.warp(p.x).z)).t;
+        let phase = plank.rings.at(t);
+        let expected = phase.gain * (early.mu_a + phase.latewood * (late.mu_a - early.mu_a));
+        assert!((medium.mu_a - expected).abs() < 1.0e-6);
+        assert!((medium.k - (early.k + phase.latewood * (late.k - early.k))).abs() < 1.0e-4);
+    }
+}
+
+#[test]
+fn a_knot_outside_its_room_changes_nothing() {
+    // The rooms are only a shortcut: the slice must agree with asking every knot everywhere.
+    for seed in 0..8 {
+        let mut wood = Wood::from_values(&mut |p| p.default);
+        wood.knots.sound_count = 3.0;
+        wood.knots.dead_count = 3.0;
+        wood.log.grain_angle_deg = 15.0 * seed as f64;
+        wood.knots.slope_deg = -5.0 * seed as f64;
+        let plank = Plank::grow(Stream::root(seed), &wood);
+        for p in places(2000) {
+            let slice = plank.slice(p.y);
+            let z = p.z + slice.cut.warp(p.x).z;
+            let all = grown(&plank, p).fibre;
+            let fibre = plank.trunk.vector(all.truncate(), all.z);
+            assert!(slice.matter(p.x, z).medium.fibre.distance(fibre) < 1.0e-3, "seed {seed} at {p}");
+        }
+    }
+}
+
+#[test]
+fn streaks_have_the_asked_size_and_follow_the_fibre() {
+    let mut wood = Wood::from_values(&mut |p| p.default);
+    wood.media.latewood_k_per_mm = wood.media.earlywood_k_per_mm;
+    let plank = Plank::grow(Stream::root(6), &wood);
+    let departure = |x: f32, y: f32| {
+        let k = plank.slice(y).matter(x, 20.0).medium.k / wood.media.earlywood_k_per_mm as f32;
+        f64::from(k - 1.0) / f64::from(STREAK_SCATTERING)
+    };
+    let (mut square, mut along, mut across) = (0.0, 0.0, 0.0);
+    let n = 20_000;
+    for p in places(n) {
+        let here = departure(p.x, p.y);
+        square += here * here;
+        along += here * departure(p.x, p.y + 1.0);
+        across += here * departure(p.x + 1.0, p.y);
+    }
+    // 20 000 points share the coarse cells, 0.6 by 18 mm, about twenty to one: 1000 independent ones, 3 percent.
+    let rms = (square / f64::from(n)).sqrt();
+    assert!((rms / wood.log.streak - 1.0).abs() < 3.3 * 0.03, "streaks of {rms}");
+    assert!(along / square > 0.7 && across / square < 0.15, "a millimetre along {along}, across {across}, of {square}");
+}
