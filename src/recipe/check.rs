@@ -51,7 +51,7 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
     let sum = splits.train + splits.validation + splits.test;
     if (sum - 1.0).abs() > SUM_SLACK {
         let keys = paths("splits", &["train", "validation", "test"]);
-        walk.joint_fault(&keys, format!("train, validation and test sum to {}", shown(sum)), "make them sum to 1");
+        walk.joint_fault(&keys, format!("train, validation and test sum to {}", shown((sum * 1e9).round() / 1e9)), "make them sum to 1");
     }
 }
 
@@ -106,7 +106,7 @@ pub(super) fn scene(
     let keys = ["rot.edge"];
     let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
     if concerned(&keys) && !distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
-        walk.joint_fault(&places(&keys), "can be neither -1 nor 1", "give -1, 1 or {choice: {values: [-1, 1]}}");
+        walk.joint_fault(&places(&keys), "can be something other than -1 and 1", "give -1, 1 or {choice: {values: [-1, 1]}}");
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_saphyr::budget::BudgetBreach;
 use serde_saphyr::options::{DuplicateKeyPolicy, NonFiniteFloatPolicy};
 use serde_saphyr::{Location, Spanned};
 
@@ -92,13 +93,15 @@ pub(super) struct Unreadable {
     pub place: Place,
     /// What is wrong there.
     pub problem: String,
+    /// What to do.
+    pub remedy: &'static str,
 }
 
 /// Reads `text` as one YAML document.
 pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
     if text.len() > LONGEST {
         let problem = format!("the file has {} bytes and a recipe at most {LONGEST}", text.len());
-        return Err(Unreadable { place: Place::START, problem });
+        return Err(Unreadable { place: Place::START, problem, remedy: "write it more plainly" });
     }
     let options = serde_saphyr::options! {
         budget: serde_saphyr::budget! {
@@ -122,16 +125,36 @@ pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
         reject_unsupported_tags: true,
         with_snippet: false,
     };
-    serde_saphyr::from_str_with_options(text, options).map_err(|error| Unreadable {
-        place: error.location().map_or(Place::START, Place::from),
-        problem: without_place(&error.to_string()),
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| {
+        let place = error.location().map_or(Place::START, Place::from);
+        let (problem, remedy) = words(&error);
+        Unreadable { place, problem, remedy }
     })
+}
+
+/// What the reader stumbled over, and what to do about it.
+fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
+    use serde_saphyr::Error;
+    match error {
+        Error::DuplicateMappingKey { key: Some(key), .. } => (format!("key `{key}` stands here twice"), "remove one of them"),
+        Error::DuplicateMappingKey { .. } => ("a key stands here twice".to_owned(), "remove one of them"),
+        Error::MultipleDocuments { .. } | Error::Budget { breach: BudgetBreach::Documents { .. }, .. } => {
+            ("a second document begins".to_owned(), "keep one recipe in a file")
+        }
+        Error::Budget { .. }
+        | Error::AliasReplayLimitExceeded { .. }
+        | Error::AliasExpansionLimitExceeded { .. }
+        | Error::AliasReplayStackDepthExceeded { .. } => {
+            ("more nesting, values or aliases than any recipe needs".to_owned(), "write it more plainly")
+        }
+        other => (without_place(&other.to_string()), "correct the YAML here"),
+    }
 }
 
 /// The reader's first line without the place it ends in, which a fault shows in front.
 fn without_place(message: &str) -> String {
     let line = message.lines().next().unwrap_or_default();
-    let end = line.rfind(" at line ").unwrap_or(line.len());
+    let end = line.find(" at line ").unwrap_or(line.len());
     let start = line.find("error: ").map_or(0, |i| i + "error: ".len());
     line.get(start..end).unwrap_or(line).to_owned()
 }

@@ -35,7 +35,7 @@ pub(super) fn read(origin: &str, text: &str) -> Result<Resolved, Faults> {
     let resolved = match node::parse(text) {
         Ok(root) => recipe(&mut walk, &root),
         Err(error) => {
-            walk.fault(error.place, "", error.problem, "this is no YAML that a recipe can be read from");
+            walk.fault(error.place, "", error.problem, error.remedy);
             None
         }
     };
@@ -44,8 +44,12 @@ pub(super) fn read(origin: &str, text: &str) -> Result<Resolved, Faults> {
 }
 
 fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
-    if matches!(root.value, node::Value::Nothing) {
-        walk.fault(root.place, "", "the file is empty", "a recipe has at least `name`, `subject` and `classes`");
+    if !matches!(root.value, node::Value::Map(_)) {
+        let problem = match &root.value {
+            node::Value::Nothing => "the file is empty".to_owned(),
+            other => format!("the file is {}", other.kind()),
+        };
+        walk.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
         return None;
     }
     let mut top = walk.section(root, "");

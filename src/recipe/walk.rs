@@ -146,10 +146,8 @@ impl<'n> Section<'n> {
             let name = clipped(&key.name);
             let path = self.path_of(&name);
             let all = format!("keys of {of} are {}", known.join(", "));
-            let hint = match nearest(&key.name, known.iter().copied()) {
-                Some(meant) => remedy(Some(meant), &all),
-                None => elsewhere(&key.name).unwrap_or_else(|| all.clone()),
-            };
+            let meant = || nearest(&key.name, known.iter().copied()).map(|meant| remedy(Some(meant), &all));
+            let hint = elsewhere(&key.name).or_else(meant).unwrap_or_else(|| all.clone());
             walk.fault(key.place, &path, format!("`{name}` is no key of {of}"), hint);
         }
     }
