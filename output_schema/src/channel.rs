@@ -1,0 +1,151 @@
+//! The channels of `exr/*/*.exr`: one layer, scan lines from the top, row 0 exposed first.
+
+/// Type of a channel's samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SampleType {
+    /// 16-bit float: whole numbers up to 2048 are exact.
+    Half,
+    /// 32-bit float: whole numbers up to 16 777 216 are exact.
+    Float,
+    /// 32-bit unsigned whole number.
+    Uint,
+}
+
+impl SampleType {
+    /// Name in OpenEXR.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Half => "HALF",
+            Self::Float => "FLOAT",
+            Self::Uint => "UINT",
+        }
+    }
+}
+
+/// The declaration of one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Channel {
+    /// Name in the file.
+    pub name: &'static str,
+    /// The key that asks for it: a name in `images.exr` of `dataset.json`, or `truth_maps`.
+    pub asked_by: &'static str,
+    /// Type of the samples.
+    pub samples: SampleType,
+    /// Unit.
+    pub unit: &'static str,
+    /// Values that it may take.
+    pub range: &'static str,
+    /// How a missing value is written.
+    pub missing: &'static str,
+    /// What it means.
+    pub doc: &'static str,
+    /// Why this type.
+    pub why: &'static str,
+}
+
+const fn channel(
+    (name, asked_by): (&'static str, &'static str),
+    samples: SampleType,
+    unit: &'static str,
+    range: &'static str,
+    missing: &'static str,
+    doc: &'static str,
+    why: &'static str,
+) -> Channel {
+    Channel { name, asked_by, samples, unit, range, missing, doc, why }
+}
+
+/// Every channel in the order of files (by name, as OpenEXR asks).
+pub const CHANNELS: [Channel; 9] = [
+    channel(
+        ("FibreAzimuth", "truth_maps"),
+        SampleType::Half,
+        "deg",
+        "-90 to 90",
+        "NaN",
+        "Angle of the fibre in the surface against the scan direction.",
+        "rounded by at most 0.03 deg",
+    ),
+    channel(
+        ("FibreDive", "truth_maps"),
+        SampleType::Half,
+        "deg",
+        "0 to 90",
+        "NaN",
+        "Angle of the fibre against the surface.",
+        "rounded by at most 0.03 deg",
+    ),
+    channel(
+        ("Height", "truth_maps"),
+        SampleType::Float,
+        "mm",
+        "any",
+        "NaN",
+        "True height of the surface.",
+        "half would round 20 mm to 0.016 mm",
+    ),
+    channel(
+        ("Instance", "instance"),
+        SampleType::Uint,
+        "",
+        "0 for none, else `objects.instance`",
+        "never",
+        "Which defect each pixel really shows.",
+        "half is exact up to 2048 only",
+    ),
+    channel(
+        ("Label", "label"),
+        SampleType::Half,
+        "",
+        "number of a pixel class",
+        "never",
+        "What each pixel really shows.",
+        "exact",
+    ),
+    channel(
+        ("Range", "range"),
+        SampleType::Float,
+        "mm",
+        "any",
+        "NaN",
+        "Measured height.",
+        "half would round 20 mm to 0.016 mm",
+    ),
+    channel(
+        ("Reflectance", "reflectance"),
+        SampleType::Half,
+        "DN",
+        "0 to 255",
+        "0",
+        "Digital number at the peak of the laser line.",
+        "exact unbinned; binned means are rounded by at most 0.0625 DN, far below the noise",
+    ),
+    channel(
+        ("Scatter", "scatter"),
+        SampleType::Float,
+        "DN",
+        "0 or more",
+        "0",
+        "Sum of digital numbers beside the peak.",
+        "sums pass 2048, where half is not exact, and may pass its end at 65504",
+    ),
+    channel(
+        ("Y", "reflectance"),
+        SampleType::Half,
+        "DN",
+        "0 to 255",
+        "0",
+        "Reflectance once more, under the name that OpenCV and viewers look for.",
+        "exact, as Reflectance",
+    ),
+];
+
+/// The one text attribute that holds units, spacing and id as ASCII JSON.
+pub const ATTRIBUTE: &str = "sheetlight";
+
+/// The channels that a file holds, given the asked images and whether truth maps are written.
+pub fn channels(asked: &[String], truth_maps: bool) -> Vec<Channel> {
+    let holds =
+        |c: &Channel| if c.asked_by == "truth_maps" { truth_maps } else { asked.iter().any(|a| a == c.asked_by) };
+    if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).collect() }
+}

@@ -1,0 +1,136 @@
+//! The declaration of one column, and the rule that gives a drawn number its unit.
+
+use serde::{Deserialize, Serialize};
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// UTF-8 text.
+    Text,
+    /// Signed whole number, 32 bits.
+    Int32,
+    /// Signed whole number, 64 bits.
+    Int64,
+    /// Unsigned whole number, 64 bits.
+    UInt64,
+    /// Floating point, 64 bits.
+    Float64,
+    /// Number of a class of the recipe, 64 bits; the names are in `dataset.json`.
+    SampleClass,
+    /// Number of a pixel class, 64 bits; the names are [`crate::PIXEL_CLASSES`].
+    PixelClass,
+    /// Four whole numbers of 32 bits: first column, first row, columns, rows.
+    Box4,
+    /// A grey PNG with this many bits in a pixel, as struct of `bytes` and `path`.
+    Image(u8),
+    /// A struct with one 64-bit whole number for each pixel class.
+    PixelCounts,
+    /// One struct for each group of drawn numbers; the groups are in `dataset.json` as `parameters`.
+    Parameters,
+    /// A struct of the numbers that are in `dataset.json` as `physics`.
+    Physics,
+    /// A list of structs with these fields.
+    List(&'static [Column]),
+    /// An image of 8-bit numbers as `arrow.fixed_shape_tensor`, row-major.
+    Tensor,
+}
+
+impl Kind {
+    /// Name in the data dictionary.
+    pub fn name(self) -> String {
+        match self {
+            Self::Text => "string".into(),
+            Self::Int32 => "int32".into(),
+            Self::Int64 => "int64".into(),
+            Self::UInt64 => "uint64".into(),
+            Self::Float64 => "float64".into(),
+            Self::SampleClass => "int64, ClassLabel of the recipe's classes".into(),
+            Self::PixelClass => "int64, ClassLabel of the pixel classes".into(),
+            Self::Box4 => "fixed list of 4 int32".into(),
+            Self::Image(bits) => format!("struct of bytes (grey PNG, {bits} bits) and path"),
+            Self::PixelCounts => "struct of int64, one for each pixel class".into(),
+            Self::Parameters => "one struct of float64 for each group".into(),
+            Self::Physics => "struct of float64".into(),
+            Self::List(_) => "list of struct".into(),
+            Self::Tensor => "fixed list of uint8, `arrow.fixed_shape_tensor`".into(),
+        }
+    }
+}
+
+/// The declaration of one column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    /// Name of the column.
+    pub name: &'static str,
+    /// What it holds.
+    pub kind: Kind,
+    /// Unit; `1` for pure numbers, empty where a unit has no meaning.
+    pub unit: &'static str,
+    /// Values that it may take.
+    pub range: &'static str,
+    /// How a missing value is written; `never` where none can be missing.
+    pub missing: &'static str,
+    /// What it means.
+    pub doc: &'static str,
+}
+
+/// The declaration of one drawn or derived number: known only together with a recipe, and so kept in `dataset.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NumberColumn {
+    /// Struct column; empty for the numbers of `physics`.
+    pub group: String,
+    /// Field in the struct; ends in its unit.
+    pub key: String,
+    /// Unit.
+    pub unit: String,
+    /// What it means.
+    pub doc: String,
+}
+
+impl NumberColumn {
+    /// A number whose unit is told by the end of its key.
+    pub fn new(group: &str, key: &str, doc: &str) -> Self {
+        Self { group: group.into(), key: key.into(), unit: unit_of(key).into(), doc: doc.trim().into() }
+    }
+
+    /// `group.key`, or `key` alone without a group.
+    pub fn path(&self) -> String {
+        if self.group.is_empty() { self.key.clone() } else { format!("{}.{}", self.group, self.key) }
+    }
+}
+
+/// Ends of keys and the unit that they stand for, longest first.
+const UNITS: [(&str, &str); 21] = [
+    ("_deg_per_mm", "deg/mm"),
+    ("_um_per_mm", "um/mm"),
+    ("_per_mm", "1/mm"),
+    ("_w_per_mm2", "W/mm^2"),
+    ("_mm_per_s", "mm/s"),
+    ("_mm2", "mm^2"),
+    ("_mm", "mm"),
+    ("_um", "um"),
+    ("_nm", "nm"),
+    ("_deg", "deg"),
+    ("_rad", "rad"),
+    ("_mw", "mW"),
+    ("_us", "us"),
+    ("_ms", "ms"),
+    ("_s", "s"),
+    ("_hz", "Hz"),
+    ("_px", "px"),
+    ("_rows", "px"),
+    ("_e", "electrons"),
+    ("_dn", "DN"),
+    ("_kg_per_m3", "kg/m^3"),
+];
+
+/// The unit that the end of a key stands for; `1` where it names none.
+///
+/// ```
+/// assert_eq!(output_schema::unit_of("power_mw"), "mW");
+/// assert_eq!(output_schema::unit_of("spiral_slope_deg_per_mm"), "deg/mm");
+/// assert_eq!(output_schema::unit_of("f_number"), "1");
+/// ```
+pub fn unit_of(key: &str) -> &'static str {
+    UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or("1", |(_, unit)| unit)
+}

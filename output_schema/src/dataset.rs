@@ -1,0 +1,166 @@
+//! `dataset.json`: what is known before the first sample. No clock, no host.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::channel::{Channel, channels};
+use crate::column::NumberColumn;
+
+/// Value of `format`.
+pub const FORMAT: &str = "sheetlight-dataset";
+
+/// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
+/// something was added.
+pub const SCHEMA_VERSION: [u32; 2] = [1, 0];
+
+/// The program that wrote a dataset.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Generator {
+    /// Its name.
+    pub name: String,
+    /// Its version; another version may give other numbers.
+    pub version: String,
+}
+
+/// The recipe of a dataset.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecipeHead {
+    /// Name, for titles.
+    pub name: String,
+    /// The file as the user wrote it.
+    pub text: String,
+    /// SHA-256 of the canonical form, hexadecimal.
+    pub hash: String,
+    /// Every key with its value, defaults filled in.
+    pub canonical: Value,
+}
+
+/// Shares of the splits [1].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SplitShares {
+    /// For training.
+    pub train: f64,
+    /// For choosing.
+    pub validation: f64,
+    /// For the last word.
+    pub test: f64,
+}
+
+impl SplitShares {
+    /// Names and shares in the order of files.
+    pub fn named(&self) -> [(&'static str, f64); 3] {
+        [("train", self.train), ("validation", self.validation), ("test", self.test)]
+    }
+}
+
+/// Sizes and kinds of the images.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Images {
+    /// Columns of every image [px].
+    pub cols: u64,
+    /// Rows of every image [px].
+    pub rows: u64,
+    /// Images in the Parquet rows.
+    pub png: Vec<String>,
+    /// Images in the EXR files; empty where there are none.
+    pub exr: Vec<String>,
+    /// Whether the EXR files hold the truth maps.
+    pub truth_maps: bool,
+    /// Every how many profiles a sensor frame is kept; null for none.
+    pub stack_every: Option<u64>,
+    /// Columns of a sensor frame [px].
+    pub sensor_cols: u64,
+    /// Rows of a sensor frame [px].
+    pub sensor_rows: u64,
+}
+
+impl Images {
+    /// The channels of every EXR file, in the order of files.
+    pub fn channels(&self) -> Vec<Channel> {
+        channels(&self.exr, self.truth_maps)
+    }
+}
+
+/// `dataset.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DatasetHead {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`SCHEMA_VERSION`] of the writer: major, minor.
+    pub schema_version: [u32; 2],
+    /// The program.
+    pub generator: Generator,
+    /// Target triple that the program was built for; bytes are promised for one target.
+    pub target: String,
+    /// The recipe.
+    pub recipe: RecipeHead,
+    /// Seed.
+    pub seed: u64,
+    /// Samples (n).
+    pub samples: u64,
+    /// Samples in a shard; the last one may hold fewer.
+    pub samples_per_shard: u64,
+    /// Shards.
+    pub shards: u64,
+    /// Names of the recipe's classes; the position is the value of the column `class`.
+    pub classes: Vec<String>,
+    /// Names of the pixel classes; the position is the value in label images.
+    pub pixel_classes: Vec<String>,
+    /// Shares of the splits.
+    pub splits: SplitShares,
+    /// Images.
+    pub images: Images,
+    /// Drawn numbers in the order of columns.
+    pub parameters: Vec<NumberColumn>,
+    /// Derived numbers in the order of columns.
+    pub physics: Vec<NumberColumn>,
+}
+
+impl DatasetHead {
+    /// Shards that `samples` samples need.
+    pub fn shards_for(samples: u64, samples_per_shard: u64) -> u64 {
+        samples.div_ceil(samples_per_shard.max(1))
+    }
+
+    /// First index and count of a shard; the count is 0 past the end.
+    pub fn span(&self, shard: u64) -> (u64, u64) {
+        let first = shard.saturating_mul(self.samples_per_shard);
+        (first, self.samples.saturating_sub(first).min(self.samples_per_shard))
+    }
+
+    /// Groups of drawn numbers in the order of columns, each with its columns.
+    pub fn groups(&self) -> Vec<(&str, Vec<&NumberColumn>)> {
+        let mut groups: Vec<(&str, Vec<&NumberColumn>)> = Vec::new();
+        for number in &self.parameters {
+            match groups.iter_mut().find(|(name, _)| *name == number.group) {
+                Some((_, columns)) => columns.push(number),
+                None => groups.push((&number.group, vec![number])),
+            }
+        }
+        groups
+    }
+}
+
+/// Says why a document cannot be read by this version, or `None` where it can.
+///
+/// ```
+/// assert!(output_schema::refuse_version("sheetlight-dataset", [1, 7]).is_none());
+/// assert!(output_schema::refuse_version("sheetlight-dataset", [2, 0]).unwrap().contains("newer"));
+/// ```
+pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
+    let [major, minor] = version;
+    let [known, _] = SCHEMA_VERSION;
+    if format != FORMAT {
+        Some(format!("its format is `{format}`, not `{FORMAT}`"))
+    } else if major > known {
+        Some(format!(
+            "it was written with schema {major}.{minor}, newer than {known}.x that this program reads; use a newer program"
+        ))
+    } else if major < known {
+        Some(format!(
+            "it was written with schema {major}.{minor}, older than {known}.x that this program reads; use an older program"
+        ))
+    } else {
+        None
+    }
+}

@@ -1,0 +1,101 @@
+//! The data dictionary: declarations -> `output_schema/README.md`.
+
+use std::fmt::Write;
+
+use crate::channel::{ATTRIBUTE, CHANNELS};
+use crate::column::Column;
+use crate::dataset::SCHEMA_VERSION;
+use crate::file::FILES;
+use crate::row::{OBJECT, PIXEL_CLASSES, ROW};
+use crate::stack::STACK;
+
+/// The whole page, Markdown.
+pub fn dictionary() -> String {
+    let mut page = String::new();
+    let [major, minor] = SCHEMA_VERSION;
+    line(&mut page, "# What is on disk\n");
+    line(
+        &mut page,
+        "This page is written from the declarations in `src/`; `BLESS=1 cargo test -p output_schema` renews it.\n",
+    );
+    line(&mut page, &format!("Schema version {major}.{minor}. Readers refuse a newer major number.\n"));
+    line(
+        &mut page,
+        "Lengths are in mm, angles in deg, digital numbers (DN) as the camera gives them. Images are `[rows, cols]`,",
+    );
+    line(
+        &mut page,
+        "row-major: x along the columns (the laser line), y along the rows (the scan, row 0 exposed first), z up.\n",
+    );
+
+    line(&mut page, "## Files\n\n| path | when | what |\n|---|---|---|");
+    for file in &FILES {
+        line(&mut page, &format!("| `{}` | {} | {} |", file.path, file.when, file.doc));
+    }
+    line(
+        &mut page,
+        "\n`<shard>` has five digits. Temporary names start with `.tmp-`, lock files with `.lock-`; a finished dataset has",
+    );
+    line(&mut page, "neither. A shard without a manifest is not finished and is made again.");
+
+    line(&mut page, "\n## Pixel classes\n\n| value | name |\n|---|---|");
+    for (value, name) in PIXEL_CLASSES.iter().enumerate() {
+        line(&mut page, &format!("| {value} | `{name}` |"));
+    }
+
+    table(&mut page, "Columns of `data/*.parquet`", &ROW);
+    line(
+        &mut page,
+        "\nThe columns of `parameters` and `physics` are listed with unit and meaning in `dataset.json`, and in the",
+    );
+    line(
+        &mut page,
+        "metadata (`unit`, `doc`) of each Arrow field. Images are there only where the recipe's output asks for them.",
+    );
+    table(&mut page, "Fields of `objects`", &OBJECT);
+
+    line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
+    line(
+        &mut page,
+        "| channel | type | unit | values | missing | meaning | why this type |\n|---|---|---|---|---|---|---|",
+    );
+    for c in &CHANNELS {
+        let (samples, unit) = (c.samples.name(), c.unit);
+        line(
+            &mut page,
+            &format!("| `{}` | {samples} | {unit} | {} | {} | {} | {} |", c.name, c.range, c.missing, c.doc, c.why),
+        );
+    }
+    line(
+        &mut page,
+        "\n`FibreAzimuth`, `FibreDive` and `Height` are written with `truth_maps`, the others where the recipe's output asks for",
+    );
+    line(
+        &mut page,
+        &format!(
+            "them. The text attribute `{ATTRIBUTE}` holds id, index, spacing and units as ASCII JSON; `pixelAspectRatio` and"
+        ),
+    );
+    line(&mut page, "`xDensity` hold the spacing for programs that know OpenEXR alone.");
+
+    table(&mut page, "Columns of `stacks/*.parquet`", &STACK);
+    page
+}
+
+fn line(page: &mut String, text: &str) {
+    // Writing to a String cannot fail.
+    let _ = writeln!(page, "{text}");
+}
+
+fn table(page: &mut String, title: &str, columns: &[Column]) {
+    line(
+        page,
+        &format!("\n## {title}\n\n| column | type | unit | values | missing | meaning |\n|---|---|---|---|---|---|"),
+    );
+    for c in columns {
+        line(
+            page,
+            &format!("| `{}` | {} | {} | {} | {} | {} |", c.name, c.kind.name(), c.unit, c.range, c.missing, c.doc),
+        );
+    }
+}

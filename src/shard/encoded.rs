@@ -1,0 +1,140 @@
+//! `Record -> Encoded`: everything about a sample as it will be on disk. Pure, and called from many threads.
+
+use output_schema::PIXEL_CLASSES;
+use output_schema::channel::channels;
+use sha2::{Digest, Sha256};
+
+use super::durable::hex;
+use super::png::{range_numbers, rounded8, rounded16};
+use super::{Grey, exr, write_exr, write_png};
+use crate::record::{Object, Record, Split, StackFrame};
+use crate::settings::{Channel, Output};
+
+/// One sample, ready to be written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Encoded {
+    /// Number in the dataset.
+    pub index: u64,
+    /// UUID.
+    pub id: String,
+    /// Part of the dataset.
+    pub split: Split,
+    /// Name of the recipe's class.
+    pub class: String,
+    /// Columns of the images [px].
+    pub cols: usize,
+    /// Rows of the images [px].
+    pub rows: usize,
+    /// Distance between two rows [mm].
+    pub row_mm: f64,
+    /// Distance between two columns at z = 0 [mm].
+    pub col_mm: f64,
+    /// Range numbers r > 0 mean `range_offset_mm + r * range_scale_mm`.
+    pub range_offset_mm: f64,
+    /// See `range_offset_mm`.
+    pub range_scale_mm: f64,
+    /// Every drawn number, by its path.
+    pub draws: Vec<(String, f64)>,
+    /// Derived numbers, by name.
+    pub physics: Vec<(&'static str, f64)>,
+    /// Defects that at least one pixel shows.
+    pub objects: Vec<Object>,
+    /// Pixels of each class [px].
+    pub class_area_px: [u64; PIXEL_CLASSES.len()],
+    /// PNG files in the order of [`Channel`].
+    pub png: Vec<(Channel, Vec<u8>)>,
+    /// The EXR file, where the recipe asks for one.
+    pub exr: Option<Vec<u8>>,
+    /// Sensor frames that are kept.
+    pub stack: Vec<StackFrame>,
+}
+
+impl Encoded {
+    /// SHA-256 over the maps as the manifest gives it: name, length and bytes of each PNG, then of the EXR file.
+    pub fn sha256(&self) -> String {
+        let mut sum = Sha256::new();
+        let png = self.png.iter().map(|(channel, bytes)| (channel_name(*channel), bytes));
+        for (name, bytes) in png.chain(self.exr.iter().map(|bytes| ("exr", bytes))) {
+            sum.update(name);
+            sum.update((bytes.len() as u64).to_le_bytes());
+            sum.update(bytes);
+        }
+        hex(&sum.finalize())
+    }
+
+    /// Size of everything that goes to disk, before the compression of numbers and sensor frames [bytes].
+    pub fn bytes(&self) -> u64 {
+        let png: usize = self.png.iter().map(|(_, bytes)| bytes.len()).sum();
+        let stack: usize = self.stack.iter().map(|frame| frame.dn.len()).sum();
+        (png + self.exr.as_ref().map_or(0, Vec::len) + stack) as u64
+    }
+}
+
+/// Name of an image in files; a column of the rows and a word of `images` in `dataset.json`.
+pub fn channel_name(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Range => "range",
+        Channel::Reflectance => "reflectance",
+        Channel::Scatter => "scatter",
+        Channel::Label => "label",
+        Channel::Instance => "instance",
+    }
+}
+
+/// A record as it will be on disk; the float maps end here.
+///
+/// # Panics
+/// Where a map does not hold `rows * cols` numbers, or truth maps are asked for and the record has none.
+pub fn encode(record: Record, output: &Output) -> Encoded {
+    let mut asked = output.png.clone();
+    asked.sort_unstable();
+    asked.dedup();
+    let png = asked.into_iter().map(|channel| (channel, image(&record, channel))).collect();
+
+    let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
+    let declared = channels(&names, output.truth_maps);
+    let exr = (!declared.is_empty()).then(|| {
+        let channels = exr::record_channels(&record, &declared);
+        let description = exr::description(&record, &declared);
+        write_exr(channels, record.cols, (record.col_mm, record.row_mm), &description)
+    });
+
+    let mut class_area_px = [0; PIXEL_CLASSES.len()];
+    for &class in &record.labels.class {
+        class_area_px[usize::from(class)] += 1;
+    }
+    Encoded {
+        index: record.index,
+        id: record.id,
+        split: record.split,
+        class: record.class,
+        cols: record.cols,
+        rows: record.rows,
+        row_mm: record.row_mm,
+        col_mm: record.col_mm,
+        range_offset_mm: record.range_offset_mm,
+        range_scale_mm: record.range_scale_mm,
+        draws: record.draws,
+        physics: record.physics,
+        objects: record.objects,
+        class_area_px,
+        png,
+        exr,
+        stack: record.stack,
+    }
+}
+
+fn image(record: &Record, channel: Channel) -> Vec<u8> {
+    let (maps, labels) = (&record.maps, &record.labels);
+    let (grey, smooth) = match channel {
+        Channel::Range => {
+            let numbers = range_numbers(&maps.range, record.range_offset_mm, record.range_scale_mm);
+            (Grey::Sixteen(numbers), false)
+        }
+        Channel::Reflectance => (Grey::Eight(rounded8(&maps.reflectance)), false),
+        Channel::Scatter => (Grey::Sixteen(rounded16(&maps.scatter)), false),
+        Channel::Label => (Grey::Eight(labels.class.clone()), true),
+        Channel::Instance => (Grey::Sixteen(labels.instance.clone()), true),
+    };
+    write_png(&grey, record.cols, smooth)
+}

@@ -1,0 +1,60 @@
+//! How large a sample will be on disk, and how many of them make a shard.
+
+use crate::settings::{Channel, Output, SensorStack, Size};
+
+/// Largest shard that is aimed at [bytes]: it fits a download and a restart.
+const SHARD_BYTES: u64 = 500_000_000;
+/// Most samples in a shard, however small they are: manifests and folders stay readable.
+const MOST_SAMPLES: u64 = 1000;
+/// What numbers, objects and file headers take in a sample [bytes].
+const OVERHEAD: f64 = 4096.0;
+
+/// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up.
+fn png_bytes(channel: Channel) -> f64 {
+    match channel {
+        Channel::Range => 1.9,
+        Channel::Reflectance => 0.9,
+        Channel::Scatter => 1.4,
+        Channel::Label => 0.02,
+        Channel::Instance => 0.03,
+    }
+}
+
+/// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up; Reflectance counts twice, see `Y`.
+fn exr_bytes(channel: Channel) -> f64 {
+    match channel {
+        Channel::Range => 3.0,
+        Channel::Reflectance => 1.8,
+        Channel::Scatter => 1.8,
+        Channel::Label | Channel::Instance => 0.05,
+    }
+}
+
+/// Bytes for each pixel of the three truth maps together.
+const TRUTH_BYTES: f64 = 6.0;
+/// Bytes for each pixel of a sensor frame: most of it is dark noise.
+const FRAME_BYTES: f64 = 0.5;
+
+/// Estimate of what one sample takes on disk [bytes], on the large side; a pure function of sizes and output.
+pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
+    let cols = size.columns / output.bin_columns.max(1);
+    let rows = size.profiles / output.bin_profiles.max(1);
+    let png: f64 = output.png.iter().map(|&channel| png_bytes(channel)).sum();
+    let exr: f64 = output.exr.iter().map(|&channel| exr_bytes(channel)).sum();
+    let truth = if output.truth_maps && !output.exr.is_empty() { TRUTH_BYTES } else { 0.0 };
+    let frames = match output.sensor_stack {
+        SensorStack::None => 0,
+        SensorStack::Every(step) => size.profiles.div_ceil(step.max(1)),
+        SensorStack::All => size.profiles,
+    };
+    let images = (cols * rows) as f64 * (png + exr + truth);
+    let stack = (frames * size.columns * size.rows) as f64 * FRAME_BYTES;
+    (OVERHEAD + images + stack).ceil() as u64
+}
+
+/// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB, at most 1000, at least 1.
+/// A pure function of sizes and output, so that every process cuts alike.
+pub fn samples_per_shard(output: &Output, size: &Size) -> usize {
+    let fitting = (SHARD_BYTES / estimated_bytes_per_sample(output, size)).clamp(1, MOST_SAMPLES);
+    output.samples_per_shard.unwrap_or(fitting as usize).max(1)
+}

@@ -1,0 +1,120 @@
+//! `RecordBatch` of one row -> plain values; every access checks name, type and presence.
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
+use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
+use output_schema::{DatasetHead, PIXEL_CLASSES};
+
+/// One object as it is stored.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct StoredObject {
+    pub(super) instance: i32,
+    pub(super) class: i64,
+    pub(super) bbox: [i32; 4],
+    pub(super) area_px: i64,
+}
+
+/// One row as it is stored.
+#[derive(Debug, Clone)]
+pub(super) struct StoredRow {
+    pub(super) id: String,
+    pub(super) index: i64,
+    pub(super) seed: u64,
+    pub(super) split: String,
+    pub(super) class: i64,
+    pub(super) cols: i32,
+    pub(super) rows: i32,
+    pub(super) row_mm: f64,
+    pub(super) col_mm: f64,
+    pub(super) range_offset_mm: f64,
+    pub(super) range_scale_mm: f64,
+    pub(super) objects: Vec<StoredObject>,
+    pub(super) class_area_px: Vec<i64>,
+    /// PNG files by name, in the order of columns.
+    pub(super) png: Vec<(String, Vec<u8>)>,
+}
+
+/// The first row of a batch.
+///
+/// # Errors
+/// Which column is missing, empty or of another type.
+pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<StoredRow, String> {
+    let column = |name: &str| present(batch.column_by_name(name), name);
+    for (group, numbers) in head.groups() {
+        let group_column = structure(&column(group)?, group)?;
+        for number in numbers {
+            present(group_column.column_by_name(&number.key), &number.path())?;
+        }
+    }
+    let areas = structure(&column("class_area_px")?, "class_area_px")?;
+    let area = |name: &&str| int64(&present(areas.column_by_name(name), name)?, name);
+    let png = |name: &String| {
+        let image = structure(&column(name)?, name)?;
+        let bytes = present(image.column_by_name("bytes"), name)?;
+        let bytes = bytes.as_binary_opt::<i32>().ok_or_else(|| format!("`{name}` has no bytes"))?;
+        Ok((name.clone(), bytes.value(0).to_vec()))
+    };
+    Ok(StoredRow {
+        id: text(&column("id")?, "id")?,
+        index: int64(&column("index")?, "index")?,
+        seed: column("seed")?.as_primitive_opt::<UInt64Type>().ok_or("`seed` is not uint64")?.value(0),
+        split: text(&column("split")?, "split")?,
+        class: int64(&column("class")?, "class")?,
+        cols: int32(&column("cols")?, "cols")?,
+        rows: int32(&column("rows")?, "rows")?,
+        row_mm: float64(&column("row_mm")?, "row_mm")?,
+        col_mm: float64(&column("col_mm")?, "col_mm")?,
+        range_offset_mm: float64(&column("range_offset_mm")?, "range_offset_mm")?,
+        range_scale_mm: float64(&column("range_scale_mm")?, "range_scale_mm")?,
+        objects: objects(&column("objects")?)?,
+        class_area_px: PIXEL_CLASSES.iter().map(area).collect::<Result<_, _>>()?,
+        png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
+    })
+}
+
+fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
+    let list = column.as_list_opt::<i32>().ok_or("`objects` is no list")?.value(0);
+    let fields = structure(&list, "objects")?;
+    let child = |name: &str| {
+        let child = fields.column_by_name(name).ok_or_else(|| format!("`objects.{name}` is missing"))?;
+        if child.null_count() > 0 { Err(format!("`objects.{name}` is empty")) } else { Ok(child.clone()) }
+    };
+    let (instances, classes, areas) = (child("instance")?, child("class")?, child("area_px")?);
+    let instances = instances.as_primitive_opt::<Int32Type>().ok_or("`objects.instance` is not int32")?;
+    let classes = classes.as_primitive_opt::<Int64Type>().ok_or("`objects.class` is not int64")?;
+    let areas = areas.as_primitive_opt::<Int64Type>().ok_or("`objects.area_px` is not int64")?;
+    let boxes = child("bbox")?;
+    let boxes = boxes.as_fixed_size_list_opt().ok_or("`objects.bbox` is no fixed list")?;
+    let object = |i: usize| {
+        let sides = boxes.value(i);
+        let sides = sides.as_primitive_opt::<Int32Type>().ok_or("`objects.bbox` does not hold int32")?;
+        let bbox = sides.values().as_ref().try_into().map_err(|_| "`objects.bbox` does not hold four numbers")?;
+        Ok(StoredObject { instance: instances.value(i), class: classes.value(i), bbox, area_px: areas.value(i) })
+    };
+    (0..fields.len()).map(object).collect()
+}
+
+fn present(column: Option<&ArrayRef>, name: &str) -> Result<ArrayRef, String> {
+    let column = column.ok_or_else(|| format!("`{name}` is missing"))?;
+    if column.is_empty() || column.is_null(0) { Err(format!("`{name}` is empty")) } else { Ok(column.clone()) }
+}
+
+fn structure(column: &ArrayRef, name: &str) -> Result<StructArray, String> {
+    column.as_struct_opt().cloned().ok_or_else(|| format!("`{name}` is no struct"))
+}
+
+fn text(column: &ArrayRef, name: &str) -> Result<String, String> {
+    column.as_string_opt::<i32>().map(|c| c.value(0).into()).ok_or_else(|| format!("`{name}` is no text"))
+}
+
+fn int32(column: &ArrayRef, name: &str) -> Result<i32, String> {
+    column.as_primitive_opt::<Int32Type>().map(|c| c.value(0)).ok_or_else(|| format!("`{name}` is not int32"))
+}
+
+fn int64(column: &ArrayRef, name: &str) -> Result<i64, String> {
+    column.as_primitive_opt::<Int64Type>().map(|c| c.value(0)).ok_or_else(|| format!("`{name}` is not int64"))
+}
+
+fn float64(column: &ArrayRef, name: &str) -> Result<f64, String> {
+    column.as_primitive_opt::<Float64Type>().map(|c| c.value(0)).ok_or_else(|| format!("`{name}` is not float64"))
+}

@@ -1,0 +1,89 @@
+//! EXR files: declared channels, ranges, and the same content as the row's images.
+
+use output_schema::Channel;
+use serde_json::Value;
+
+use super::columns::StoredRow;
+use super::images::Decoded;
+use super::report::{Code, Fault, Report};
+use crate::shard::{ExrChannel, read_exr};
+
+/// Checks one EXR file against its declaration and the images of its row; adds label and instance to the images where
+/// the row has none.
+pub(super) fn check(
+    bytes: &[u8],
+    declared: &[Channel],
+    row: &StoredRow,
+    decoded: &mut Decoded,
+    place: &str,
+    report: &mut Report,
+) {
+    let (cols, rows, channels, text) = match read_exr(bytes) {
+        Ok(content) => content,
+        Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
+    };
+    report.images += channels.len() as u64;
+    let expected: Vec<_> = declared.iter().map(|c| (c.name, c.samples)).collect();
+    let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
+    if expected != found || (cols, rows) != (row.cols as usize, row.rows as usize) {
+        let what = format!("it holds {cols} x {rows} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
+        return report.faults.push(Fault::new(Code::ExrChannels, place, what));
+    }
+    let description: Value = serde_json::from_str(&text).unwrap_or_default();
+    if description["id"] != Value::from(row.id.as_str()) {
+        let what = format!("its attribute names the sample {}, not {}", description["id"], row.id);
+        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+    }
+    for channel in &channels {
+        let numbers = channel.numbers();
+        let outside = numbers.iter().filter(|&&n| !in_range(&channel.name, n)).count();
+        if outside > 0 {
+            let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
+            report.faults.push(Fault::new(Code::ValueRange, place, what));
+        }
+        compare(channel, &numbers, row, decoded, place, report);
+        let name = channel.name.to_lowercase();
+        if matches!(name.as_str(), "label" | "instance") {
+            decoded.add(&name, numbers.iter().map(|&n| n as u16).collect());
+        }
+    }
+}
+
+fn in_range(channel: &str, value: f32) -> bool {
+    match channel {
+        "Reflectance" | "Y" => (0.0..=255.0).contains(&value),
+        "Scatter" => value >= 0.0 && value.is_finite(),
+        "FibreAzimuth" => value.is_nan() || (-90.0..=90.0).contains(&value),
+        "FibreDive" => value.is_nan() || (0.0..=90.0).contains(&value),
+        _ => !value.is_infinite(),
+    }
+}
+
+fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+    let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
+    let Some(png) = decoded.get(&name) else { return };
+    let same = |exr: f32, png: u16| match name.as_str() {
+        "range" => same_range(exr, png, row),
+        // Rounded to whole numbers, and to half precision before: 2^-4 at most below 256.
+        "reflectance" => (exr - f32::from(png)).abs() <= 0.5 + 0.0625,
+        "scatter" => (exr - f32::from(png)).abs() <= 0.5 || (png == u16::MAX && exr > 65535.0),
+        _ => exr == f32::from(png),
+    };
+    let other = exr.iter().zip(png).filter(|(exr, png)| !same(**exr, **png)).count();
+    if other > 0 {
+        let what = format!("{other} samples of {} are not those of the image `{name}`", channel.name);
+        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+    }
+}
+
+/// Within half a step, or beyond the ends where the image saturates.
+fn same_range(exr: f32, png: u16, row: &StoredRow) -> bool {
+    let (offset, scale) = (row.range_offset_mm, row.range_scale_mm);
+    let exact = (f64::from(exr) - offset) / scale;
+    match png {
+        0 => exr.is_nan(),
+        1 => exact <= 1.5 + 1e-6,
+        u16::MAX => exact >= 65534.5 - 1e-6,
+        _ => (exact - f64::from(png)).abs() <= 0.5 + 1e-6,
+    }
+}

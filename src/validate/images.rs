@@ -1,0 +1,87 @@
+//! The PNG images of a row: size, depth, values, and the rule for missing pixels.
+
+use output_schema::row::{IMAGES, ROW};
+use output_schema::{Kind, PIXEL_CLASSES};
+
+use super::columns::StoredRow;
+use super::report::{Code, Fault, Report};
+use crate::shard::read_png;
+
+/// Decoded images by name.
+#[derive(Debug, Default)]
+pub(super) struct Decoded(Vec<(String, Vec<u16>)>);
+
+impl Decoded {
+    /// Numbers of an image, row-major.
+    pub(super) fn get(&self, name: &str) -> Option<&[u16]> {
+        self.0.iter().find(|(known, _)| known == name).map(|(_, numbers)| numbers.as_slice())
+    }
+
+    /// Adds an image that was found elsewhere, where there is none of that name.
+    pub(super) fn add(&mut self, name: &str, numbers: Vec<u16>) {
+        if self.get(name).is_none() {
+            self.0.push((name.into(), numbers));
+        }
+    }
+}
+
+/// Decodes every image, and checks size, depth and values.
+pub(super) fn check(row: &StoredRow, place: &str, report: &mut Report) -> Decoded {
+    let mut decoded = Decoded::default();
+    for (name, png) in &row.png {
+        match read_png(png) {
+            Err(e) => report.faults.push(Fault::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
+            Ok((cols, rows, grey)) => {
+                report.images += 1;
+                let bits = declared_bits(name);
+                if (i64::from(cols), i64::from(rows), grey.bits()) == (row.cols.into(), row.rows.into(), bits) {
+                    decoded.add(name, grey.numbers());
+                } else {
+                    let found = format!("`{name}` is {cols} x {rows} with {} bits", grey.bits());
+                    let what = format!("{found}, not {} x {} with {bits} bits", row.cols, row.rows);
+                    report.faults.push(Fault::new(Code::ImageSize, place, what));
+                }
+            }
+        }
+    }
+    missing_rule(&decoded, place, report);
+    decoded
+}
+
+fn declared_bits(name: &str) -> u8 {
+    let declared = ROW.iter().find(|column| column.name == name && IMAGES.contains(&column.name));
+    match declared.map(|column| column.kind) {
+        Some(Kind::Image(bits)) => bits,
+        _ => 0,
+    }
+}
+
+/// Range is 0 exactly where reflectance and scatter are 0.
+fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
+    let Some(range) = decoded.get("range") else { return };
+    let (reflectance, scatter) = (decoded.get("reflectance"), decoded.get("scatter"));
+    let light = |map: Option<&[u16]>, i: usize| map.is_some_and(|map| map[i] > 0);
+    let both = reflectance.is_some() && scatter.is_some();
+    let broken = |&i: &usize| {
+        let lit = light(reflectance, i) || light(scatter, i);
+        if range[i] == 0 { lit } else { both && !lit }
+    };
+    let count = (0..range.len()).filter(broken).count();
+    if count > 0 {
+        let what = format!("{count} pixels have range without light, or light without range");
+        report.faults.push(Fault::new(Code::MissingRule, place, what));
+    }
+}
+
+/// Every label is a pixel class.
+pub(super) fn known_labels(decoded: &Decoded, place: &str, report: &mut Report) -> bool {
+    let Some(label) = decoded.get("label") else { return true };
+    match label.iter().find(|&&class| usize::from(class) >= PIXEL_CLASSES.len()) {
+        None => true,
+        Some(class) => {
+            let what = format!("the label {class} is no pixel class");
+            report.faults.push(Fault::new(Code::LabelUnknown, place, what));
+            false
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Labels against themselves: objects and areas are what the images show.
+
+use std::collections::BTreeMap;
+
+use output_schema::PIXEL_CLASSES;
+
+use super::columns::StoredRow;
+use super::images::{Decoded, known_labels};
+use super::report::{Code, Fault, Report};
+
+/// Pixels and corners of one instance.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    area: i64,
+    first: (usize, usize),
+    last: (usize, usize),
+}
+
+/// Checks objects, their numbers, and the areas of classes.
+pub(super) fn check(row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+    let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
+    let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
+    if row.class_area_px.iter().sum::<i64>() != cols * rows {
+        fault(Code::ClassAreaDiffers, format!("the areas {:?} are not {cols} x {rows} pixels", row.class_area_px));
+    }
+    for object in &row.objects {
+        let [x, y, width, height] = object.bbox.map(i64::from);
+        let inside = x >= 0 && y >= 0 && width > 0 && height > 0 && x + width <= cols && y + height <= rows;
+        let area = (1..=width.saturating_mul(height)).contains(&object.area_px);
+        if !inside || !area || !(0..PIXEL_CLASSES.len() as i64).contains(&object.class) || object.instance < 1 {
+            fault(Code::ValueRange, format!("object {object:?} is not inside the image, or of no known class"));
+        }
+    }
+    if !known_labels(decoded, place, report) {
+        return;
+    }
+    if let Some(label) = decoded.get("label") {
+        let mut areas = vec![0i64; PIXEL_CLASSES.len()];
+        label.iter().for_each(|&class| areas[usize::from(class)] += 1);
+        if areas != row.class_area_px {
+            let what = format!("the label image shows {areas:?} pixels, the row says {:?}", row.class_area_px);
+            report.faults.push(Fault::new(Code::ClassAreaDiffers, place, what));
+        }
+    }
+    if let Some(instance) = decoded.get("instance") {
+        objects(row, instance, place, report);
+    }
+}
+
+fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) {
+    let mut seen: BTreeMap<i32, Seen> = BTreeMap::new();
+    let cols = row.cols.max(1) as usize;
+    for (i, &number) in instance.iter().enumerate().filter(|(_, number)| **number > 0) {
+        let (x, y) = (i % cols, i / cols);
+        let entry = seen.entry(number.into()).or_insert(Seen { area: 0, first: (x, y), last: (x, y) });
+        entry.area += 1;
+        entry.first = (entry.first.0.min(x), entry.first.1.min(y));
+        entry.last = (entry.last.0.max(x), entry.last.1.max(y));
+    }
+    let mut fault = |what| report.faults.push(Fault::new(Code::ObjectDiffers, place, what));
+    let mut last = 0;
+    for object in &row.objects {
+        if object.instance <= last {
+            fault(format!("object {} is not in order, or there twice", object.instance));
+        }
+        last = object.instance;
+        let Some(found) = seen.remove(&object.instance) else {
+            fault(format!("no pixel shows object {}", object.instance));
+            continue;
+        };
+        let (width, height) = (found.last.0 - found.first.0 + 1, found.last.1 - found.first.1 + 1);
+        let bbox = [found.first.0, found.first.1, width, height].map(|side| side as i32);
+        if (bbox, found.area) != (object.bbox, object.area_px) {
+            let said = format!("box {:?} and {} pixels", object.bbox, object.area_px);
+            fault(format!("object {} has {said}, the image shows box {bbox:?} and {}", object.instance, found.area));
+        }
+    }
+    for number in seen.keys() {
+        fault(format!("the image shows instance {number}, which is no object"));
+    }
+}

@@ -1,0 +1,122 @@
+//! One sample: its row against file, manifest and images, and against itself when it is rendered again.
+
+use std::fs;
+use std::sync::Arc;
+
+use arrow_array::RecordBatch;
+use output_schema::file::exr_path;
+use output_schema::{ManifestFile, ManifestSample};
+use sha2::{Digest, Sha256};
+
+use super::columns::{StoredRow, stored_row};
+use super::report::{Code, Fault, Report};
+use super::shard::Task;
+use super::{exr, images, labels};
+use crate::shard::{hex, row_batch};
+
+/// Checks one row; `listed` is what the manifest says about it.
+pub(super) fn check(
+    task: &Task,
+    batch: &RecordBatch,
+    file: &ManifestFile,
+    listed: Option<&ManifestSample>,
+    whole: &dyn Fn(&str) -> bool,
+    report: &mut Report,
+) {
+    report.samples += 1;
+    let row = match stored_row(batch, task.head) {
+        Ok(row) => row,
+        Err(what) => return report.faults.push(Fault::new(Code::NumberMissing, &file.path, what)),
+    };
+    let place = format!("{}, sample {}", file.path, row.index);
+    let Some(listed) = listed else {
+        let what = format!("index {} is not the next one of this split in the manifest", row.index);
+        return report.faults.push(Fault::new(Code::IndexOrder, place, what));
+    };
+    if row.index != listed.index as i64 {
+        let what = format!("index {} stands where the manifest has {}", row.index, listed.index);
+        report.faults.push(Fault::new(Code::IndexOrder, &place, what));
+        return;
+    }
+    numbers(task, &row, listed, &place, report);
+    let mut decoded = images::check(&row, &place, report);
+
+    let path = exr_path(task.number, &row.id);
+    let exr = (!task.head.images.exr.is_empty() && whole(&path)).then(|| fs::read(task.root.join(&path)));
+    let exr = match exr.transpose() {
+        Ok(exr) => exr,
+        Err(e) => return report.faults.push(Fault::new(Code::FileMissing, path, e.to_string())),
+    };
+    if let Some(bytes) = &exr {
+        exr::check(bytes, &task.head.images.channels(), &row, &mut decoded, &path, report);
+    }
+    labels::check(&row, &decoded, &place, report);
+    let complete = exr.is_some() || task.head.images.exr.is_empty();
+    if complete && sum(&row, exr.as_deref()) != listed.sha256 {
+        report.faults.push(Fault::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
+    }
+    if task.chosen.contains(&listed.index) {
+        rerender(task, batch, exr.as_deref(), listed.index, &place, report);
+    }
+}
+
+fn numbers(task: &Task, row: &StoredRow, listed: &ManifestSample, place: &str, report: &mut Report) {
+    let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
+    let head = task.head;
+    if (&row.id, &row.split, row.seed) != (&listed.id, &listed.split, head.seed) {
+        let said = format!("id {}, split {}, seed {}", row.id, row.split, row.seed);
+        let expected = format!("id {}, split {}, seed {}", listed.id, listed.split, head.seed);
+        fault(Code::RowDiffers, format!("it says {said}, the manifest says {expected}"));
+    }
+    match usize::try_from(row.class).ok().and_then(|class| head.classes.get(class)) {
+        None => fault(Code::ClassUnknown, format!("class {} is none of {:?}", row.class, head.classes)),
+        Some(name) if *name != listed.class => {
+            fault(Code::RowDiffers, format!("it is of class {name}, the manifest says {}", listed.class));
+        }
+        Some(_) => {}
+    }
+    if (i64::from(row.cols), i64::from(row.rows)) != (head.images.cols as i64, head.images.rows as i64) {
+        let (cols, rows) = (head.images.cols, head.images.rows);
+        fault(Code::ValueRange, format!("it has {} columns and {} rows, not {cols} and {rows}", row.cols, row.rows));
+    }
+    for (name, value) in [("row_mm", row.row_mm), ("col_mm", row.col_mm), ("range_scale_mm", row.range_scale_mm)] {
+        if !(value > 0.0 && value.is_finite()) {
+            fault(Code::ValueRange, format!("{name} is {value}"));
+        }
+    }
+    if !row.range_offset_mm.is_finite() {
+        fault(Code::ValueRange, format!("range_offset_mm is {}", row.range_offset_mm));
+    }
+}
+
+/// As [`crate::shard::Encoded::sha256`], from what was read.
+fn sum(row: &StoredRow, exr: Option<&[u8]>) -> String {
+    let mut sum = Sha256::new();
+    let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
+    for (name, bytes) in png.chain(exr.map(|bytes| ("exr", bytes))) {
+        sum.update(name);
+        sum.update((bytes.len() as u64).to_le_bytes());
+        sum.update(bytes);
+    }
+    hex(&sum.finalize())
+}
+
+fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, place: &str, report: &mut Report) {
+    let Some(render) = task.rerender else { return };
+    report.rerendered += 1;
+    let schema = Arc::new(output_schema::arrow::row_schema(task.head));
+    let again = render(index).and_then(|sample| Ok((row_batch(&schema, task.head, &sample)?, sample)));
+    let (row, sample) = match again {
+        Ok(again) => again,
+        Err(what) => return report.faults.push(Fault::new(Code::RerenderFailed, place, what)),
+    };
+    let names = schema.fields().iter().map(|field| field.name());
+    let mut other: Vec<&str> =
+        names.filter(|name| row.column_by_name(name) != stored.column_by_name(name)).map(String::as_str).collect();
+    if sample.exr.as_deref() != exr {
+        other.push("EXR file");
+    }
+    if !other.is_empty() {
+        report.faults.push(Fault::new(Code::RerenderDiffers, place, format!("not the same: {}", other.join(", "))));
+    }
+}

@@ -1,0 +1,74 @@
+//! Sensor frames: every kept profile of every sample, in order.
+
+use std::fs::File;
+use std::path::Path;
+
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Int32Type, Int64Type};
+use output_schema::arrow::stack_schema;
+use output_schema::{DatasetHead, Manifest, ManifestFile};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+use super::report::{Code, Fault, Report};
+
+/// Checks the sensor frames of a shard; `profiles` is the number of exposures in a scan, unknown where images are binned.
+pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {
+    let mut fault = |code, what: String| report.faults.push(Fault::new(code, &file.path, what));
+    let rows = match read(&root.join(&file.path), head) {
+        Ok(rows) => rows,
+        Err((code, what)) => return fault(code, what),
+    };
+    if file.rows != Some(rows.len() as u64) {
+        fault(Code::RowCount, format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows));
+    }
+    // `stack_every` is checked by the caller; a step of 1 keeps the rule harmless without it.
+    let step = head.images.stack_every.unwrap_or(1) as i64;
+    let mut rows = rows.iter().peekable();
+    let mut counts = Vec::new();
+    for sample in &manifest.samples {
+        let mut count = 0;
+        while let Some((id, _, profile)) = rows.next_if(|(_, index, _)| *index == sample.index as i64) {
+            if *id != sample.id || *profile != count * step {
+                return fault(
+                    Code::StackDiffers,
+                    format!("sample {}: frame {count} is profile {profile} of {id}", sample.index),
+                );
+            }
+            count += 1;
+        }
+        counts.push(count);
+    }
+    if let Some((id, index, profile)) = rows.next() {
+        fault(Code::StackDiffers, format!("profile {profile} of sample {index} ({id}) is out of order"));
+    }
+    if counts.iter().any(|count| *count == 0 || *count != counts[0]) {
+        fault(Code::StackDiffers, format!("the samples have {counts:?} frames"));
+    }
+}
+
+/// Id, index and profile of each row.
+type Key = (String, i64, i64);
+
+fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Key>, (Code, String)> {
+    let unreadable = |e: String| (Code::TableUnreadable, e);
+    let file = File::open(path).map_err(|e| unreadable(e.to_string()))?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
+    if **builder.schema() != stack_schema(head) {
+        return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
+    }
+    let mut keys = Vec::new();
+    for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
+        let batch = batch.map_err(|e| unreadable(e.to_string()))?;
+        keys_of(&batch, &mut keys).ok_or_else(|| unreadable("a column has another type".into()))?;
+    }
+    Ok(keys)
+}
+
+fn keys_of(batch: &RecordBatch, keys: &mut Vec<Key>) -> Option<()> {
+    let id = batch.column(0).as_string_opt::<i32>()?;
+    let index = batch.column(1).as_primitive_opt::<Int64Type>()?;
+    let profile = batch.column(2).as_primitive_opt::<Int32Type>()?;
+    keys.extend((0..batch.num_rows()).map(|i| (id.value(i).into(), index.value(i), profile.value(i).into())));
+    Some(())
+}
