@@ -27,7 +27,8 @@ impl Bench {
     /// The first board with knots, `across` the middle of it.
     fn new() -> Self {
         let recipe = Recipe::load("wood.yaml").expect("the embedded recipe loads");
-        let scene = (0..).map(|i| recipe.draw(0, i)).find(|s| s.wood.knots.sound_count >= 2.0).expect("some board has knots");
+        let scene =
+            (0..).map(|i| recipe.draw(0, i)).find(|s| s.wood.knots.sound_count >= 2.0).expect("some board has knots");
         let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
         let clear = pipeline::earlywood(&scene.wood.media);
         let height = f64::from(body.bounds().1.z);
@@ -53,8 +54,7 @@ impl Bench {
             for (place, profile) in band.profiles.clone().enumerate() {
                 self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
                 if read {
-                    let mut out =
-                        Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+                    let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
                     extract(&frame, &calibration, &self.scene.extraction, &mut out);
                 }
                 black_box((&frame, &range, &scatter));

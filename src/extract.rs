@@ -99,7 +99,13 @@ fn read(
             let inside = if aside <= window { level - calibration.dark_level } else { 0.0 };
             sum[c] += inside;
             moment[c] += inside * d as f32;
-            let side = if d < 0 { front } else if d > 0 { back } else { 1.0 };
+            let side = if d < 0 {
+                front
+            } else if d > 0 {
+                back
+            } else {
+                1.0
+            };
             scatter[c] += if aside >= near && aside < near + far { level * side } else { 0.0 };
         }
     }

@@ -98,9 +98,8 @@ pub fn objects(labels: &Labels, cols: usize, pixel_mm2: f64, instances: &[Instan
 pub fn bin_truth(truth: &TruthMaps, cols: usize, columns: usize, rows: usize) -> TruthMaps {
     let mean = |map: &[f32]| bin_map(map, cols, columns, rows, f32::NAN, |v| !v.is_nan());
     // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
-    let part = |f: fn(f32) -> f32| -> Vec<f32> {
-        truth.fibre_azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect()
-    };
+    let part =
+        |f: fn(f32) -> f32| -> Vec<f32> { truth.fibre_azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
     let (cos, sin) = (mean(&part(f32::cos)), mean(&part(f32::sin)));
     TruthMaps {
         height: mean(&truth.height),
@@ -170,11 +169,8 @@ mod tests {
 
     #[test]
     fn azimuth_is_averaged_as_an_axis() {
-        let truth = TruthMaps {
-            height: vec![1.0, 3.0],
-            fibre_azimuth: vec![89.0, -89.0],
-            fibre_dive: vec![10.0, f32::NAN],
-        };
+        let truth =
+            TruthMaps { height: vec![1.0, 3.0], fibre_azimuth: vec![89.0, -89.0], fibre_dive: vec![10.0, f32::NAN] };
         let binned = bin_truth(&truth, 2, 2, 1);
         assert!((binned.fibre_azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", binned.fibre_azimuth[0]);
         assert_eq!((binned.height[0], binned.fibre_dive[0]), (2.0, 10.0));

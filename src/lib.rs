@@ -11,16 +11,25 @@
 //! - [`pipeline`]: `Scene` -> `Record`, the spine
 //! - [`record`]: everything about one sample that leaves the simulator
 //! - [`shard`]: `Record` -> files
+//! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`validate`]: files -> faults
+//! - [`preview`]: one sample -> a picture for a person
+//! - [`cli`]: the command line
 //!
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
-pub mod settings;
-pub mod recipe;
-pub mod specimen;
-pub mod optics;
-pub mod frame;
+pub mod cli;
+pub mod effective;
 pub mod extract;
+pub mod frame;
+pub mod generate;
 pub mod labels;
+pub mod optics;
 pub mod pipeline;
+pub mod preview;
+pub mod recipe;
 pub mod record;
+pub mod settings;
+pub mod shard;
+pub mod specimen;
+pub mod validate;

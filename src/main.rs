@@ -1,2 +1,7 @@
-//! The `gen` program.
-fn main() {}
+//! The `gen` program: see [`sheetlight::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sheetlight::cli::run()
+}

@@ -4,7 +4,8 @@ use procedural::wood::{Media, Plank};
 use procedural::{Body, Medium};
 use rayon::prelude::*;
 
-use crate::extract::{self, Profile, extract};
+use crate::effective::effective;
+use crate::extract::{Profile, extract};
 use crate::frame::{Calibration, Frame};
 use crate::labels;
 use crate::optics::speckle::Tiles;
@@ -76,10 +77,11 @@ impl Scan {
         Self {
             maps: Maps { range: map(), reflectance: map(), scatter: map() },
             labels: Labels { class: vec![0; pixels], instance: vec![0; pixels] },
-            truth: scene
-                .output
-                .truth_maps
-                .then(|| TruthMaps { height: map(), fibre_azimuth: map(), fibre_dive: map() }),
+            truth: scene.output.truth_maps.then(|| TruthMaps {
+                height: map(),
+                fibre_azimuth: map(),
+                fibre_dive: map(),
+            }),
             stack: Vec::new(),
         }
     }
@@ -90,9 +92,10 @@ impl Scan {
         let calibration = sensor.calibration();
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
-        let mut truth = self.truth.as_mut().map(|t| {
-            [&mut t.height, &mut t.fibre_azimuth, &mut t.fibre_dive].map(|map| map.chunks_mut(step))
-        });
+        let mut truth = self
+            .truth
+            .as_mut()
+            .map(|t| [&mut t.height, &mut t.fibre_azimuth, &mut t.fibre_dive].map(|map| map.chunks_mut(step)));
         let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
         let measured = measured.zip(self.maps.scatter.chunks_mut(step));
         let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
@@ -147,7 +150,7 @@ impl Scan {
             range_offset_mm: low - scale,
             range_scale_mm: scale,
             draws: scene.draws(),
-            physics: physics(scene, sensor, clear, top),
+            physics: effective(scene, sensor, clear, top),
             maps,
             labels,
             truth,
@@ -206,28 +209,4 @@ fn band_profiles(columns: usize, halo: usize) -> usize {
     let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + 22 * std::mem::size_of::<f32>());
     let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
     rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
-}
-
-/// Numbers that follow from the draws.
-fn physics(scene: &Scene, sensor: &Sensor, clear: &Medium, top: f64) -> Vec<(&'static str, f64)> {
-    let camera = sensor.camera();
-    let sight = camera.sight(0.0, top as f32, 0.0);
-    let [surface, volume] = sensor.speckle_contrast();
-    let rows = (camera.rig.height(camera.rig.centre_row) - camera.rig.height(camera.rig.centre_row + 1.0)).abs();
-    let boundary = crate::optics::fresnel::boundary_factor(f64::from(clear.n_eff));
-    let d_par = 1.0 / (3.0 * f64::from(clear.sigma_i));
-    vec![
-        ("magnification", camera.rig.magnification()),
-        ("scheimpflug_deg", camera.rig.scheimpflug().to_degrees()),
-        ("height_per_row_mm", rows),
-        ("motion_per_row_mm", 1.0 / f64::from(sight.rows_per_mm)),
-        ("line_sigma_px", f64::from(sight.variance.sqrt())),
-        ("electrons_white_e", f64::from(sight.electrons * sight.view.z)),
-        ("gain_dn_per_e", (255.0 - scene.bench.exposure.dark_level_dn) / scene.bench.exposure.full_well_e),
-        ("speckle_surface", f64::from(surface)),
-        ("speckle_volume", f64::from(volume)),
-        ("scatter_dark_dn", extract::scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn),
-        ("clear_diffusion_along_mm", d_par),
-        ("clear_boundary_factor", boundary),
-    ]
 }

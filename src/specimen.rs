@@ -7,11 +7,11 @@
 use std::time::Duration;
 
 use glam::Vec3A;
+use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::Ray;
 use obvhs::triangle::Triangle;
-use obvhs::BvhBuildParams;
 use procedural::{Body, Class, Matter, Medium, Surface};
 
 use crate::frame::Rig;

@@ -76,7 +76,8 @@ fn rows(spread: &SpreadRow, from: i32, to: i32) -> f64 {
                 let sigma = f64::from(s).hypot(LINE_MM);
                 let steps = 20;
                 let y = |i: i32| (f64::from(k) - 0.5 + (f64::from(i) + 0.5) / f64::from(steps)) * ROW_MM - shift;
-                let mean: f64 = (0..steps).map(|i| (-0.5 * (y(i) / sigma).powi(2)).exp()).sum::<f64>() / f64::from(steps);
+                let mean: f64 =
+                    (0..steps).map(|i| (-0.5 * (y(i) / sigma).powi(2)).exp()).sum::<f64>() / f64::from(steps);
                 w * mean * ROW_MM / (sigma * (2.0 * std::f64::consts::PI).sqrt())
             })
             .sum()

@@ -126,8 +126,8 @@ impl Camera {
         let to_lens = self.lens - Vec3::new(x, 0.0, z);
         let far2 = to_lens.length_squared();
         let view = to_lens / far2.sqrt();
-        let pixel_mm = self.rig.pixel as f32 * (distance - self.rig.focal_length as f32 - z * cos)
-            / self.rig.focal_length as f32;
+        let pixel_mm =
+            self.rig.pixel as f32 * (distance - self.rig.focal_length as f32 - z * cos) / self.rig.focal_length as f32;
         let electrons = self.electrons * end / depth * pixel_mm * -view.dot(self.axis) / far2;
         let light = Vec3::new(x, 0.0, z - self.fan_height).normalize();
         Sight { row, rows_per_mm, variance, electrons, view, light }

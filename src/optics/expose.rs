@@ -125,8 +125,7 @@ impl Walk {
     /// `phase` is the distance from the line's centre to the window's middle row [px].
     #[inline(always)]
     fn new(phase: &[f32; TILE], variance: &[f32; TILE]) -> Self {
-        let mut walk =
-            Self { middle: [0.0; TILE], up: [0.0; TILE], down: [0.0; TILE], ratio: [0.0; TILE], reach: 0 };
+        let mut walk = Self { middle: [0.0; TILE], up: [0.0; TILE], down: [0.0; TILE], ratio: [0.0; TILE], reach: 0 };
         let mut widest = 0.0f32;
         for c in 0..TILE {
             let v = variance[c].max(0.05);
@@ -167,14 +166,7 @@ impl Walk {
 }
 
 /// Adds speckle and noise to the electrons in `scratch` and writes them to `frame`.
-pub fn digitise(
-    sensor: &Sensor,
-    profile: usize,
-    tile: usize,
-    offsets: &[f32],
-    scratch: &Scratch,
-    frame: &mut Frame,
-) {
+pub fn digitise(sensor: &Sensor, profile: usize, tile: usize, offsets: &[f32], scratch: &Scratch, frame: &mut Frame) {
     let columns = scratch.columns;
     frame.cols = columns;
     frame.rows = ROWS;

@@ -80,12 +80,11 @@ impl Sensor {
     pub fn new(bench: &Bench, size: Size, height: f64, clear: &Medium, tiles: &Tiles, stream: Stream) -> Self {
         let camera = Camera::new(bench, &size);
         let magnification = camera.rig.magnification();
-        let grain = bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification)
-            / bench.camera.pixel_um;
+        let grain =
+            bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
         let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
-        let paths =
-            transport::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
+        let paths = transport::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
         let contrast = [
             developed / bench.speckle.surface_patterns.sqrt(),
             developed * paths / bench.speckle.volume_patterns.sqrt(),
@@ -122,11 +121,7 @@ impl Sensor {
 
     /// What a reader of the frames has to know.
     pub fn calibration(&self) -> Calibration {
-        Calibration {
-            rig: self.camera.rig,
-            sensor_rows: self.size.rows as u32,
-            dark_level: self.chain.dark_level,
-        }
+        Calibration { rig: self.camera.rig, sensor_rows: self.size.rows as u32, dark_level: self.chain.dark_level }
     }
 
     /// Rows of the specimen that a profile needs before and behind its own.

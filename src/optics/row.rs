@@ -159,7 +159,16 @@ pub fn blur(line: &mut [f32], variance: f32, room: &mut [f32]) {
     let end = ((v * (2.0 * h + 1.0) - whole) / (2.0 * ((h + 1.0) * (h + 1.0) - v))).clamp(0.0, 1.0);
     let scale = 1.0 / (2.0 * h + 1.0 + 2.0 * end);
     let reach = h as isize;
-    let fold = |i: isize| (if i < 0 { -1 - i } else if i >= n { 2 * n - 1 - i } else { i }).clamp(0, n - 1) as usize;
+    let fold = |i: isize| {
+        (if i < 0 {
+            -1 - i
+        } else if i >= n {
+            2 * n - 1 - i
+        } else {
+            i
+        })
+        .clamp(0, n - 1) as usize
+    };
     for _ in 0..2 {
         let at = |i: isize| f64::from(line[fold(i)]);
         let mut sum: f64 = (-reach..=reach).map(at).sum();

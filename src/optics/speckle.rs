@@ -199,7 +199,8 @@ mod tests {
         let mut sums = Vec::new();
         for row in (0..SIDE).step_by(FINE) {
             for column in (0..SIDE).step_by(FINE) {
-                let sum: f64 = (0..FINE * FINE).map(|i| f64::from(field[(row + i / FINE) * SIDE + column + i % FINE])).sum();
+                let sum: f64 =
+                    (0..FINE * FINE).map(|i| f64::from(field[(row + i / FINE) * SIDE + column + i % FINE])).sum();
                 sums.push(sum / (FINE * FINE) as f64);
             }
         }

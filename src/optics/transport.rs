@@ -224,8 +224,8 @@ impl Lanes {
         let across = 2.0 * self.d_perp[l] * persistent(tau, self.l_across[l]);
         let free = 1.0 / s;
         let turned = (tau - 2.0 * free + straight * (2.0 * free + tau)).max(0.0) / (1.0 - straight).max(1e-4);
-        let along = keep * 2.0 * self.d_par[l] * turned
-            + (1.0 - keep) * 2.0 * self.d_e[l] * persistent(tau, self.l_along[l]);
+        let along =
+            keep * 2.0 * self.d_par[l] * turned + (1.0 - keep) * 2.0 * self.d_e[l] * persistent(tau, self.l_along[l]);
         let core = (self.core_start[l] + self.core_walk[l] * tau * tau * tau).min(tau * tau / 3.0);
         let w_core = weight * keep * straight;
         let c2 = self.cos2_azimuth[l];
@@ -288,6 +288,15 @@ pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut Spread
 /// Radiance factor in the middle of the cone: flux over a half circle against Lambert's, (pi / 2) / (sqrt(2 pi) width).
 const CONE_PEAK: f32 = 0.626_657 / CONE_WIDTH;
 
+/// Diffusion coefficients along and across the fibre [mm]: 1 / (3 sigma_i) and 1/4 int sin^3 / (sigma_i + k sin).
+pub fn diffusion(sigma_i: f64, k: f64) -> (f64, f64) {
+    let term = |(sine, weight): (f32, f32)| {
+        let sine = f64::from(sine);
+        0.5 * f64::from(weight) * sine.powi(3) / (sigma_i + k * sine)
+    };
+    (1.0 / (3.0 * sigma_i), SINES.into_iter().zip(WEIGHTS).map(term).sum())
+}
+
 /// Contrast of speckle in light from below after paths of different lengths, for a Gaussian laser line [1].
 ///
 /// C^2 = sum over pairs of path lengths of w w' exp(-(pi (dlambda / lambda^2) n (tau - tau'))^2 / (2 ln 2)), Goodman's
@@ -295,10 +304,7 @@ const CONE_PEAK: f32 = 0.626_657 / CONE_WIDTH;
 pub fn coherence_contrast(medium: &procedural::Medium, boundary: f64, wavelength_nm: f64, linewidth_nm: f64) -> f64 {
     const STEPS: usize = 200;
     let (a, s, k) = (f64::from(medium.mu_a), f64::from(medium.sigma_i), f64::from(medium.k));
-    let d_perp = 0.5 * (0..6).fold(0.0, |sum, i| {
-        let sine = f64::from(SINES[i]);
-        sum + f64::from(WEIGHTS[i]) * sine.powi(3) / (s + k * sine)
-    });
+    let (_, d_perp) = diffusion(s, k);
     let z0 = 1.0 / (s + k);
     let z2 = z0 + 4.0 * boundary * d_perp;
     let weights: Vec<(f64, f64)> = (0..STEPS)

@@ -25,7 +25,7 @@ impl Recipe {
     pub fn draw(&self, seed: u64, index: u64) -> Scene {
         let root = Stream::root(seed);
         let stream = root.child("sample").index(index);
-        let class = self.class(root, index);
+        let class = self.class_of(seed, index);
         let mut value = |parameter: &'static Parameter| {
             let path = parameter.path();
             let distribution = class.overrides.get(&path).unwrap_or_else(|| &self.parameters[&path]);
@@ -62,16 +62,16 @@ impl Recipe {
     /// The class of sample `index`: golden-ratio rotation (Weyl 1916) over the shares from an offset of the seed's own.
     ///
     /// By Denjoy and Koksma, any prefix of n samples holds each class within 2 + log_phi(n) of its share of n.
-    fn class(&self, root: Stream, index: u64) -> &Class {
-        let turn = root.child("class").key().wrapping_add(index.wrapping_mul(GOLDEN));
+    pub fn class_of(&self, seed: u64, index: u64) -> &Class {
+        let turn = Stream::root(seed).child("class").key().wrapping_add(index.wrapping_mul(GOLDEN));
         let shares: Vec<_> = self.classes.iter().map(|class| class.share).collect();
         &self.classes[pick(&shares, unit(turn))]
     }
 }
 
 impl Scene {
-    /// Every drawn number by its path, in the order of the declarations: bench, then board.
-    pub fn draws(&self) -> Vec<(String, f64)> {
+    /// Every drawn number with its declaration, in their order: bench, then board.
+    pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
         let Bench { motion, laser, camera, exposure, speckle } = &self.bench;
         let Wood { board, log, knots, rot, media } = &self.wood;
         let groups = [
@@ -86,7 +86,12 @@ impl Scene {
             rot.values(),
             media.values(),
         ];
-        groups.into_iter().flatten().map(|(parameter, value)| (parameter.path(), value)).collect()
+        groups.into_iter().flatten().collect()
+    }
+
+    /// Every drawn number by its path, in the order of [`Self::values`].
+    pub fn draws(&self) -> Vec<(String, f64)> {
+        self.values().into_iter().map(|(parameter, value)| (parameter.path(), value)).collect()
     }
 }
 

@@ -175,6 +175,11 @@ impl Recipe {
         format!("{:#}\n", self.canonical)
     }
 
+    /// The same as a JSON value.
+    pub fn canonical(&self) -> serde_json::Value {
+        self.canonical.clone()
+    }
+
     /// SHA-256 of the canonical form without its blanks, in hexadecimal: comments, order and spelling leave it as it is.
     pub fn hash(&self) -> String {
         self.hash.clone()

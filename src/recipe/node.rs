@@ -136,7 +136,9 @@ pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
 fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
     use serde_saphyr::Error;
     match error {
-        Error::DuplicateMappingKey { key: Some(key), .. } => (format!("key `{key}` stands here twice"), "remove one of them"),
+        Error::DuplicateMappingKey { key: Some(key), .. } => {
+            (format!("key `{key}` stands here twice"), "remove one of them")
+        }
         Error::DuplicateMappingKey { .. } => ("a key stands here twice".to_owned(), "remove one of them"),
         Error::MultipleDocuments { .. } | Error::Budget { breach: BudgetBreach::Documents { .. }, .. } => {
             ("a second document begins".to_owned(), "keep one recipe in a file")

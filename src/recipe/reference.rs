@@ -128,14 +128,17 @@ fn keys(page: &mut String, section: &Section) {
     for parameter in section.parameters {
         let allowed = range(parameter);
         let whole = if parameter.integer { ", whole" } else { "" };
-        row(page, &[
-            &format!("`{}`", parameter.name),
-            &tidy(parameter.doc),
-            allowed.unit,
-            &shown(parameter.default),
-            &format!("{} to {}{whole}", shown(parameter.min), shown(parameter.max)),
-            parameter.source,
-        ]);
+        row(
+            page,
+            &[
+                &format!("`{}`", parameter.name),
+                &tidy(parameter.doc),
+                allowed.unit,
+                &shown(parameter.default),
+                &format!("{} to {}{whole}", shown(parameter.min), shown(parameter.max)),
+                parameter.source,
+            ],
+        );
     }
 }
 

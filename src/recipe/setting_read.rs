@@ -25,7 +25,9 @@ pub(super) fn read(walk: &mut Walk, node: &Node, path: &str, setting: &Setting) 
         Kind::Stack { .. } if text == Some("all") => Some(Value::Word("all")),
         Kind::Stack { max } => stack(walk, node, path, max),
         Kind::CountOrAuto { .. } if text == Some("auto") => Some(Value::Word("auto")),
-        Kind::CountOrAuto { .. } if text.is_some() => walk.word(node, path, &["auto", "a whole number"]).map(Value::Word),
+        Kind::CountOrAuto { .. } if text.is_some() => {
+            walk.word(node, path, &["auto", "a whole number"]).map(Value::Word)
+        }
         Kind::CountOrAuto { min, max } => count(walk, node, path, (min, max), "").map(Value::Count),
     }
 }

@@ -88,67 +88,159 @@ const fn setting(name: &'static str, kind: Kind, default: Value, doc: &'static s
 }
 
 const SCAN: &[Setting] = &[
-    setting("columns", Kind::Count { min: COLUMNS.0, max: COLUMNS.1, unit: "px" }, Value::Count(2560),
-        "Sensor columns, and columns of the unbinned images.", "[T]"),
-    setting("profiles", Kind::Count { min: 1, max: MOST_PROFILES, unit: "" }, Value::Count(4000),
-        "Profiles in a scan, and rows of the unbinned images.", "[T]; the buffers of the real camera hold 16383"),
+    setting(
+        "columns",
+        Kind::Count { min: COLUMNS.0, max: COLUMNS.1, unit: "px" },
+        Value::Count(2560),
+        "Sensor columns, and columns of the unbinned images.",
+        "[T]",
+    ),
+    setting(
+        "profiles",
+        Kind::Count { min: 1, max: MOST_PROFILES, unit: "" },
+        Value::Count(4000),
+        "Profiles in a scan, and rows of the unbinned images.",
+        "[T]; the buffers of the real camera hold 16383",
+    ),
 ];
 
-const CAMERA: &[Setting] = &[setting("rows", Kind::Count { min: 64, max: 4096, unit: "px" }, Value::Count(832),
-    "Sensor rows; the same for all samples, so a class cannot change it.", "[T]")];
+const CAMERA: &[Setting] = &[setting(
+    "rows",
+    Kind::Count { min: 64, max: 4096, unit: "px" },
+    Value::Count(832),
+    "Sensor rows; the same for all samples, so a class cannot change it.",
+    "[T]",
+)];
 
 const EXTRACTION: &[Setting] = &[
-    setting("method", Kind::Word(&["centre_of_gravity"]), Value::Word("centre_of_gravity"),
-        "How the peak is placed between the rows.", "[T]"),
-    setting("window_rows", Kind::OneOf(&[3, 7, 15]), Value::Count(7),
-        "Rows on each side of the peak that the centre of gravity uses.", "window around the maximum of the real camera"),
-    setting("threshold_dn", Kind::Number { min: 0.0, max: 255.0, unit: "DN" }, Value::Number(17.0),
-        "Smallest digital number of a peak.", "dark level plus five standard deviations"),
-    setting("subpixel_steps", Kind::Count { min: 0, max: 256, unit: "" }, Value::Count(16),
-        "Steps per row in which the peak position is given; 0 leaves it unrounded.", "1/16 px of the real camera"),
-    setting("scatter_mode", Kind::Word(&ScatterMode::NAMES), Value::Word("symmetric"),
-        "Which side windows Scatter sums: both, `front` (smaller row numbers) or `back`.", "modes of the real camera"),
-    setting("scatter_offset_rows", Kind::Count { min: 0, max: 15, unit: "px" }, Value::Count(1),
-        "Distance from the peak to the first summed row; 0 includes the peak.", "[T] wood"),
-    setting("scatter_width_rows", Kind::Count { min: 1, max: 16, unit: "px" }, Value::Count(8),
-        "Rows that are summed on each side; offset and width together at most 16, at most 29 rows in all.", "[T] wood"),
+    setting(
+        "method",
+        Kind::Word(&["centre_of_gravity"]),
+        Value::Word("centre_of_gravity"),
+        "How the peak is placed between the rows.",
+        "[T]",
+    ),
+    setting(
+        "window_rows",
+        Kind::OneOf(&[3, 7, 15]),
+        Value::Count(7),
+        "Rows on each side of the peak that the centre of gravity uses.",
+        "window around the maximum of the real camera",
+    ),
+    setting(
+        "threshold_dn",
+        Kind::Number { min: 0.0, max: 255.0, unit: "DN" },
+        Value::Number(17.0),
+        "Smallest digital number of a peak.",
+        "dark level plus five standard deviations",
+    ),
+    setting(
+        "subpixel_steps",
+        Kind::Count { min: 0, max: 256, unit: "" },
+        Value::Count(16),
+        "Steps per row in which the peak position is given; 0 leaves it unrounded.",
+        "1/16 px of the real camera",
+    ),
+    setting(
+        "scatter_mode",
+        Kind::Word(&ScatterMode::NAMES),
+        Value::Word("symmetric"),
+        "Which side windows Scatter sums: both, `front` (smaller row numbers) or `back`.",
+        "modes of the real camera",
+    ),
+    setting(
+        "scatter_offset_rows",
+        Kind::Count { min: 0, max: 15, unit: "px" },
+        Value::Count(1),
+        "Distance from the peak to the first summed row; 0 includes the peak.",
+        "[T] wood",
+    ),
+    setting(
+        "scatter_width_rows",
+        Kind::Count { min: 1, max: 16, unit: "px" },
+        Value::Count(8),
+        "Rows that are summed on each side; offset and width together at most 16, at most 29 rows in all.",
+        "[T] wood",
+    ),
 ];
 
 const SPLITS: &[Setting] = &[
     setting("train", Kind::Number { min: 0.0, max: 1.0, unit: "" }, Value::Number(0.8), "Share for training.", "usual"),
-    setting("validation", Kind::Number { min: 0.0, max: 1.0, unit: "" }, Value::Number(0.1), "Share for choosing.", "usual"),
-    setting("test", Kind::Number { min: 0.0, max: 1.0, unit: "" }, Value::Number(0.1), "Share for the last word.", "usual"),
+    setting(
+        "validation",
+        Kind::Number { min: 0.0, max: 1.0, unit: "" },
+        Value::Number(0.1),
+        "Share for choosing.",
+        "usual",
+    ),
+    setting(
+        "test",
+        Kind::Number { min: 0.0, max: 1.0, unit: "" },
+        Value::Number(0.1),
+        "Share for the last word.",
+        "usual",
+    ),
 ];
 
 const OUTPUT: &[Setting] = &[
-    setting("png", Kind::Channels, Value::Channels([true, true, true, true, false]),
-        "Images in the Parquet rows, as PNG.", "free"),
-    setting("exr", Kind::Channels, Value::Channels([true; 5]),
-        "Images in the EXR files; `[]` for no EXR files.", "free"),
-    setting("truth_maps", Kind::Flag, Value::Flag(true),
-        "Whether the EXR files hold noise-free height, fibre azimuth and fibre dive too.", "free"),
-    setting("sensor_stack", Kind::Stack { max: MOST_PROFILES }, Value::Word("none"),
-        "Which sensor frames are kept: none, all, or every k-th from the first.", "free"),
-    setting("samples_per_shard", Kind::CountOrAuto { min: 1, max: 100_000 }, Value::Word("auto"),
-        "Samples in a shard; `auto` keeps a shard under about 500 MB.", "free"),
+    setting(
+        "png",
+        Kind::Channels,
+        Value::Channels([true, true, true, true, false]),
+        "Images in the Parquet rows, as PNG.",
+        "free",
+    ),
+    setting(
+        "exr",
+        Kind::Channels,
+        Value::Channels([true; 5]),
+        "Images in the EXR files; `[]` for no EXR files.",
+        "free",
+    ),
+    setting(
+        "truth_maps",
+        Kind::Flag,
+        Value::Flag(true),
+        "Whether the EXR files hold noise-free height, fibre azimuth and fibre dive too.",
+        "free",
+    ),
+    setting(
+        "sensor_stack",
+        Kind::Stack { max: MOST_PROFILES },
+        Value::Word("none"),
+        "Which sensor frames are kept: none, all, or every k-th from the first.",
+        "free",
+    ),
+    setting(
+        "samples_per_shard",
+        Kind::CountOrAuto { min: 1, max: 100_000 },
+        Value::Word("auto"),
+        "Samples in a shard; `auto` keeps a shard under about 500 MB.",
+        "free",
+    ),
 ];
 
 const BIN: &[Setting] = &[
-    setting("columns", Kind::Count { min: 1, max: COLUMNS.1, unit: "px" }, Value::Count(1),
-        "Columns averaged into one; divides `scan.columns`.", "free"),
-    setting("profiles", Kind::Count { min: 1, max: MOST_PROFILES, unit: "" }, Value::Count(1),
-        "Profiles averaged into one; divides `scan.profiles`.", "free"),
+    setting(
+        "columns",
+        Kind::Count { min: 1, max: COLUMNS.1, unit: "px" },
+        Value::Count(1),
+        "Columns averaged into one; divides `scan.columns`.",
+        "free",
+    ),
+    setting(
+        "profiles",
+        Kind::Count { min: 1, max: MOST_PROFILES, unit: "" },
+        Value::Count(1),
+        "Profiles averaged into one; divides `scan.profiles`.",
+        "free",
+    ),
 ];
 
 /// A section of parameters, and perhaps settings beside them.
 macro_rules! drawn {
     ($Group:ty, $settings:expr) => {
-        Section {
-            path: <$Group>::GROUP,
-            doc: <$Group>::DOC,
-            settings: $settings,
-            parameters: <$Group>::PARAMETERS,
-        }
+        Section { path: <$Group>::GROUP, doc: <$Group>::DOC, settings: $settings, parameters: <$Group>::PARAMETERS }
     };
 }
 

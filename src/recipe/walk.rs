@@ -69,7 +69,12 @@ impl<'t> Walk<'t> {
         match &node.value {
             Value::Number(number) if number.is_finite() => Some(*number),
             Value::Number(number) => {
-                self.fault(node.place, path, format!("is {number}, which is no finite number"), format!("give {allowed}"));
+                self.fault(
+                    node.place,
+                    path,
+                    format!("is {number}, which is no finite number"),
+                    format!("give {allowed}"),
+                );
                 None
             }
             Value::Text(text) if text.trim().parse::<f64>().is_ok_and(f64::is_finite) => {

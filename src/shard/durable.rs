@@ -111,7 +111,7 @@ pub(super) fn names(path: &Path) -> Result<Vec<String>, ShardError> {
 }
 
 /// Space that this user may still fill at `path` [bytes]; `None` where the system does not tell.
-pub(super) fn free_bytes(path: &Path) -> Option<u64> {
+pub(crate) fn free_bytes(path: &Path) -> Option<u64> {
     let mut place: PathBuf = path.into();
     loop {
         match rustix::fs::statvfs(&place) {

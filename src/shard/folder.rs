@@ -68,6 +68,14 @@ impl DatasetFolder {
         Ok(folder)
     }
 
+    /// Opens the dataset at `path` to read what is finished; `None` where there is none.
+    ///
+    /// # Errors
+    /// [`ShardError::Io`]; [`ShardError::Refused`] where `dataset.json` cannot be read.
+    pub fn open(path: &Path) -> Result<Option<Self>, ShardError> {
+        Ok(read_head(path)?.map(|head| Self { root: path.into(), head: Arc::new(head) }))
+    }
+
     /// The folder.
     pub fn root(&self) -> &Path {
         &self.root

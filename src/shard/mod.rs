@@ -26,7 +26,7 @@ mod size;
 mod table;
 mod writer;
 
-pub(crate) use durable::hex;
+pub(crate) use durable::{free_bytes, hex};
 pub use encoded::{Encoded, channel_name, encode};
 pub use error::ShardError;
 pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};

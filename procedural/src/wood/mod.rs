@@ -25,13 +25,8 @@ use glam::{Vec2, Vec3};
 
 use self::coefficients::{Coefficients, Kinds};
 use self::decay::Decay;
-<<<<<<< HEAD
-use self::growth::{Branch, Growth, Grown};
-pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
-=======
 use self::growth::{Branch, Grown, Growth};
-use self::parameters::Wood;
->>>>>>> wood
+pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
 use self::pith::{Place, Trunk};
 use self::placing::Placed;
 use self::rings::Rings;

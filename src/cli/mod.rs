@@ -1,0 +1,187 @@
+//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`.
+//!
+//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments.
+
+mod generate;
+mod progress;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+
+use crate::optics::speckle::Tiles;
+use crate::preview;
+use crate::recipe::{self, Recipe};
+use crate::shard::DatasetFolder;
+use crate::validate::{self, validate};
+
+/// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
+#[derive(Debug, Parser)]
+#[command(name = "gen", version, max_term_width = 100, args_conflicts_with_subcommands = true)]
+#[command(after_help = "Examples:
+  gen preview --recipe wood.yaml --index 3 --out plank.png     look at one sample first
+  gen --recipe wood.yaml --n 10000 --estimate                  what it would take
+  gen --recipe wood.yaml --n 10000 --out planks                make it, or continue it
+  gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
+  gen validate planks                                          check every file and label
+  gen schema recipe > recipe.schema.json                       for an editor's completion")]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    generate: Generate,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Draw one sample: sensor frame, Range, Reflectance, Scatter and labels side by side
+    Preview(Preview),
+    /// Check a dataset: files, checksums, schema, ranges, labels against images, a sample rendered again
+    Validate(Validate),
+    /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
+    Schema {
+        /// What to print
+        what: Schema,
+    },
+}
+
+/// Arguments of a generating run.
+#[derive(Debug, Args)]
+pub(crate) struct Generate {
+    /// Recipe: a YAML file, or a built-in one (wood.yaml, wood-small.yaml)
+    #[arg(long, value_name = "FILE")]
+    recipe: Option<String>,
+    /// Samples that the dataset shall have; a larger number later extends it
+    #[arg(long, value_name = "N")]
+    n: Option<u64>,
+    /// Folder of the dataset [default: out/<recipe name>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Seed; sample i depends on recipe, seed and i alone
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "T")]
+    threads: Option<usize>,
+    /// Make part K of M only (shards K, K+M, K+2M, ...), for as many processes or machines as wanted
+    #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1")]
+    part: (u64, u64),
+    /// Samples in a shard [default: the recipe's, else as many as stay under about 500 MB]
+    #[arg(long, value_name = "S")]
+    samples_per_shard: Option<u64>,
+    /// Say what it would take (time, disk, samples of each class) and stop
+    #[arg(long)]
+    estimate: bool,
+}
+
+#[derive(Debug, Args)]
+struct Preview {
+    /// Recipe: a YAML file, or a built-in one
+    #[arg(long, value_name = "FILE")]
+    recipe: String,
+    /// Which sample
+    #[arg(long, default_value_t = 0)]
+    index: u64,
+    /// Seed
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Where the picture goes (PNG)
+    #[arg(long, value_name = "FILE", default_value = "preview.png")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct Validate {
+    /// Folder of the dataset
+    dir: PathBuf,
+    /// How many samples to render again and compare byte for byte
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    rerender: u64,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Schema {
+    /// JSON Schema of a recipe
+    Recipe,
+    /// JSON Schema of dataset.json and the manifests, with every column
+    Dataset,
+    /// Every recipe key in words (recipes/README.md)
+    RecipeReference,
+}
+
+/// What a command ends with.
+type Outcome = Result<ExitCode, Box<dyn std::error::Error + Send + Sync>>;
+
+/// Reads the arguments and does what they say.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match cli.command {
+        Some(Command::Preview(arguments)) => show(&arguments),
+        Some(Command::Validate(arguments)) => check(&arguments),
+        Some(Command::Schema { what }) => schema(what),
+        None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
+            // Nobody asked for anything: the help, and the status of a usage error.
+            let mut command = Cli::command();
+            let _ = command.print_help();
+            return ExitCode::from(2);
+        }
+        None => generate::run(&cli.generate),
+    };
+    outcome.unwrap_or_else(|error| {
+        eprintln!("gen: {error}");
+        ExitCode::FAILURE
+    })
+}
+
+fn show(arguments: &Preview) -> Outcome {
+    let recipe = Recipe::load(&arguments.recipe)?;
+    let picture = preview::preview(&recipe, arguments.seed, arguments.index);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, image::ImageFormat::Png)?;
+    std::fs::write(&arguments.out, bytes.into_inner())
+        .map_err(|error| format!("cannot write {}: {error}; give another place with --out", arguments.out.display()))?;
+    eprintln!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn check(arguments: &Validate) -> Outcome {
+    let folder = DatasetFolder::open(&arguments.dir).ok().flatten();
+    let again = folder.as_ref().map(|folder| {
+        let head = folder.head();
+        let recipe = Recipe::parse("dataset.json", &head.recipe.text).map_err(|error| error.to_string());
+        (recipe, Tiles::new(head.seed), head)
+    });
+    let rerender = |index: u64| match &again {
+        Some((Ok(recipe), tiles, head)) => Ok(crate::generate::sample(recipe, head.seed, index, tiles, &|_| ())),
+        Some((Err(error), _, _)) => Err(error.clone()),
+        None => Err("there is no readable dataset.json".into()),
+    };
+    let options = validate::Options { rerender: Some(&rerender), rerender_samples: arguments.rerender };
+    let report = validate(&arguments.dir, &options);
+    let mut out = std::io::stdout().lock();
+    // A closed pipe is the reader's business, not a fault of the dataset.
+    let _ = if arguments.json { writeln!(out, "{:#}", report.json()) } else { writeln!(out, "{report}") };
+    Ok(if report.is_clean() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn schema(what: Schema) -> Outcome {
+    let text = match what {
+        Schema::Recipe => format!("{:#}\n", recipe::schema()),
+        Schema::Dataset => format!("{:#}\n", output_schema::json_schema()),
+        Schema::RecipeReference => recipe::reference_markdown(),
+    };
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn parse_part(text: &str) -> Result<(u64, u64), String> {
+    let wrong = || format!("'{text}' is not K/M with 0 <= K < M, for instance 0/4 for the first of four parts");
+    let (part, parts) = text.split_once('/').ok_or_else(wrong)?;
+    let (part, parts): (u64, u64) = (part.parse().map_err(|_| wrong())?, parts.parse().map_err(|_| wrong())?);
+    if part < parts { Ok((part, parts)) } else { Err(wrong()) }
+}

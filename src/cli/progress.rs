@@ -1,0 +1,138 @@
+//! Progress on long work: a bar for people, plain lines where the output is not a terminal.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::generate::{Event, Order};
+use crate::recipe::Recipe;
+
+/// Least time between two plain lines.
+const LINE_INTERVAL: Duration = Duration::from_secs(30);
+
+/// Shows the events of a run.
+pub(super) struct Progress {
+    bar: Option<ProgressBar>,
+    profiles_per_sample: u64,
+    total: AtomicU64,
+    samples: AtomicU64,
+    bytes: AtomicU64,
+    started: Instant,
+    line: Mutex<Instant>,
+    hint: String,
+}
+
+impl Progress {
+    /// For a run; nothing is shown before its first event.
+    pub(super) fn new(recipe: &Recipe, order: &Order) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let template = "{bar:24} {percent:>3} %  {msg}  {per_sec}, {eta} left";
+            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let style = style.with_key("per_sec", |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = write!(out, "{:.0} profiles/s", state.per_sec());
+            });
+            ProgressBar::no_length().with_style(style)
+        });
+        Self {
+            bar,
+            profiles_per_sample: recipe.size().profiles as u64,
+            total: AtomicU64::new(0),
+            samples: AtomicU64::new(0),
+            bytes: AtomicU64::new(0),
+            started: Instant::now(),
+            line: Mutex::new(Instant::now()),
+            hint: format!("gen preview --recipe {} --seed {}", recipe.name(), order.seed),
+        }
+    }
+
+    /// Takes one event.
+    pub(super) fn show(&self, event: Event) {
+        match event {
+            Event::Begin { samples, finished } => self.begin(samples, finished),
+            Event::Profiles(n) => {
+                if let Some(bar) = &self.bar {
+                    bar.inc(n);
+                }
+            }
+            Event::Sample(size) => {
+                let samples = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
+                let written = self.bytes.fetch_add(size, Ordering::Relaxed) + size;
+                match &self.bar {
+                    Some(bar) => bar.set_message(format!(
+                        "{samples}/{} samples, {}",
+                        self.total.load(Ordering::Relaxed),
+                        bytes(written)
+                    )),
+                    None => self.line(samples, written),
+                }
+            }
+            Event::Shard(_) => {}
+            Event::Busy(shard) => self.say(&format!("shard {shard} is being made by another process")),
+        }
+    }
+
+    /// Takes the bar away.
+    pub(super) fn end(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn begin(&self, samples: u64, finished: u64) {
+        self.total.store(samples, Ordering::Relaxed);
+        if finished > 0 {
+            self.say(&format!("{finished} samples are there already; {samples} to make"));
+        } else if let Some(bar) = &self.bar
+            && samples > 20
+        {
+            bar.println(format!("{samples} samples to make; to look at one first: {}", self.hint));
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_length(samples * self.profiles_per_sample);
+        }
+    }
+
+    fn line(&self, samples: u64, written: u64) {
+        let Ok(mut last) = self.line.lock() else { return };
+        if last.elapsed() < LINE_INTERVAL {
+            return;
+        }
+        *last = Instant::now();
+        let total = self.total.load(Ordering::Relaxed);
+        let elapsed = self.started.elapsed();
+        let left = elapsed.mul_f64((total.saturating_sub(samples)) as f64 / samples.max(1) as f64);
+        let rate = (samples * self.profiles_per_sample) as f64 / elapsed.as_secs_f64();
+        eprintln!("{samples}/{total} samples, {}, {rate:.0} profiles/s, {} left", bytes(written), duration(left));
+    }
+
+    fn say(&self, text: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(text),
+            None => eprintln!("{text}"),
+        }
+    }
+}
+
+/// A size in words.
+pub(super) fn bytes(n: u64) -> String {
+    let units = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
+    let n = n as f64;
+    units
+        .iter()
+        .find(|(_, size)| n >= *size)
+        .map_or(format!("{n} bytes"), |(unit, size)| format!("{:.1} {unit}", n / size))
+}
+
+/// A time in words.
+pub(super) fn duration(time: Duration) -> String {
+    let s = time.as_secs();
+    match s {
+        0..60 => format!("{:.1} s", time.as_secs_f64()),
+        60..3600 => format!("{} min {} s", s / 60, s % 60),
+        3600..86400 => format!("{} h {} min", s / 3600, s % 3600 / 60),
+        _ => format!("{} d {} h", s / 86400, s % 86400 / 3600),
+    }
+}

@@ -1,0 +1,259 @@
+//! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
+
+use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
+use embedded_graphics::pixelcolor::Rgb888;
+use embedded_graphics::prelude::*;
+use embedded_graphics::primitives::Rectangle;
+use embedded_graphics::text::Text;
+use image::{Rgb, RgbImage};
+use procedural::Class;
+
+use crate::optics::speckle::Tiles;
+use crate::pipeline;
+use crate::recipe::{Recipe, Scene};
+use crate::record::Record;
+use crate::settings::SensorStack;
+
+/// Largest panel [px].
+const PANEL: (u32, u32) = (400, 800);
+/// Space around panels, and for words above and below [px].
+const MARGIN: u32 = 14;
+const HEAD: u32 = 22;
+const FOOT: u32 = 46;
+/// Rows of the sensor frame shown above and below the line [px].
+const FRAME_MARGIN: usize = 20;
+const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
+const INK: Rgb888 = Rgb888::new(30, 30, 30);
+
+/// Renders sample `index` and draws it.
+pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
+    let mut scene = recipe.draw(seed, index);
+    // One exposure of the middle of the scan; the images as the camera has them.
+    scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
+    (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
+    let record = pipeline::render(&scene, &Tiles::new(seed), &|_| ());
+    draw(&scene, &record)
+}
+
+/// Draws a sample that kept an exposure.
+pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
+    let panel = Panel::fit(record);
+    let dark = scene.bench.exposure.dark_level_dn as f32;
+    let scatter_dark = crate::extract::scatter_pixels(&scene.extraction) as f32 * dark;
+    let on_body = |map: &[f32]| -> Vec<f32> {
+        map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
+    };
+    let (low, high) = ends(on_body(&record.maps.range));
+    let bright = ends(on_body(&record.maps.reflectance)).1;
+    let deep = ends(on_body(&record.maps.scatter)).1 - scatter_dark;
+    let scatter: Vec<f32> = record.maps.scatter.iter().map(|v| (v - scatter_dark).max(0.0)).collect();
+
+    let width = 4 * (panel.width + MARGIN) + MARGIN;
+    let strip = frame_strip(scene, record, width - 2 * MARGIN);
+    let top = HEAD + strip.as_ref().map_or(0, |s| s.height() + FOOT);
+    let mut page = Page(RgbImage::from_pixel(width, top + HEAD + panel.height + FOOT, PAPER));
+    if let Some(strip) = strip {
+        page.words(
+            MARGIN,
+            15,
+            &format!("Sensor frame, profile {}: square root of DN", record.stack[record.stack.len() / 2].profile),
+        );
+        page.picture(MARGIN, HEAD, &strip);
+        let size = format!("{} columns, {} rows around the line", scene.size.columns, strip_rows(scene, record).len());
+        page.words(MARGIN, HEAD + strip.height() + 14, &size);
+    }
+    let title =
+        format!("sample {}  class {}  split {}  {}", record.index, record.class, record.split.name(), record.id);
+    page.words(MARGIN, top - 6, &title);
+    let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
+    let maps: [(&str, &str, &[f32], f32, f32, Ramp); 3] = [
+        ("Range", "mm", &record.maps.range, low, high, &viridis),
+        ("Reflectance", "DN", &record.maps.reflectance, 0.0, bright, &grey),
+        ("Scatter less dark", "DN", &scatter, 0.0, deep, &grey),
+    ];
+    for (place, (name, unit, map, low, high, ramp)) in maps.into_iter().enumerate() {
+        let left = MARGIN + place as u32 * (panel.width + MARGIN);
+        page.words(left, top + 15, name);
+        page.picture(left, top + HEAD, &panel.paint(map, low, high, ramp));
+        page.scale(left, top + HEAD + panel.height + 8, panel.width, (low, high, unit), ramp);
+    }
+    let left = MARGIN + 3 * (panel.width + MARGIN);
+    page.words(left, top + 15, "Labels");
+    page.picture(left, top + HEAD, &panel.paint_classes(&record.labels.class));
+    page.legend(left, top + HEAD + panel.height + 8, panel.mm_per_px);
+    page.0
+}
+
+/// A colour for a number in [0, 1].
+type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
+
+/// Half a per cent from either end of the values.
+fn ends(mut values: Vec<f32>) -> (f32, f32) {
+    values.sort_by(f32::total_cmp);
+    let at = |share: f64| values.get(((values.len() as f64 - 1.0).max(0.0) * share) as usize).copied().unwrap_or(0.0);
+    let (low, high) = (at(0.005), at(0.995));
+    (low, high.max(low + 1e-3))
+}
+
+/// Sensor rows around the line in the kept exposure.
+fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
+    let columns = scene.size.columns;
+    let threshold = scene.extraction.threshold_dn;
+    let lit = |row: &usize| {
+        let dn = &record.stack[record.stack.len() / 2].dn;
+        dn[row * columns..(row + 1) * columns].iter().filter(|&&v| f64::from(v) >= threshold + 8.0).count()
+            > columns / 200
+    };
+    let first = (0..scene.size.rows).find(lit).unwrap_or(0);
+    let last = (0..scene.size.rows).rev().find(lit).unwrap_or(scene.size.rows - 1);
+    first.saturating_sub(FRAME_MARGIN)..(last + FRAME_MARGIN + 1).min(scene.size.rows)
+}
+
+fn frame_strip(scene: &Scene, record: &Record, width: u32) -> Option<RgbImage> {
+    let frame = record.stack.get(record.stack.len() / 2)?;
+    let (rows, columns) = (strip_rows(scene, record), scene.size.columns);
+    let zoom = f64::from(width) / columns as f64;
+    let height = ((rows.len() as f64 * zoom.max(1.0)) as u32).clamp(1, 400);
+    Some(RgbImage::from_fn(width, height, |x, y| {
+        let row = rows.start + (f64::from(y) / f64::from(height) * rows.len() as f64) as usize;
+        let column = ((f64::from(x) / zoom) as usize).min(columns - 1);
+        let value = f32::from(frame.dn[row * columns + column]) / 255.0;
+        Rgb([(255.0 * value.sqrt()) as u8; 3])
+    }))
+}
+
+/// A map shown true to scale.
+struct Panel {
+    cols: usize,
+    rows: usize,
+    width: u32,
+    height: u32,
+    mm_per_px: f64,
+}
+
+impl Panel {
+    fn fit(record: &Record) -> Self {
+        let (across, along) = (record.cols as f64 * record.col_mm, record.rows as f64 * record.row_mm);
+        let mm_per_px = (across / f64::from(PANEL.0)).max(along / f64::from(PANEL.1));
+        let pixels = |mm: f64| (mm / mm_per_px).round().max(1.0) as u32;
+        Self { cols: record.cols, rows: record.rows, width: pixels(across).max(150), height: pixels(along), mm_per_px }
+    }
+
+    /// Map pixels behind one panel pixel.
+    fn behind(&self, x: u32, y: u32) -> impl Iterator<Item = usize> + use<> {
+        let span = |p: u32, size: u32, count: usize| {
+            let edge = |p: u32| (u64::from(p) * count as u64 / u64::from(size)) as usize;
+            let start = edge(p);
+            start..edge(p + 1).max(start + 1).min(count)
+        };
+        let (columns, cols) = (span(x, self.width, self.cols), self.cols);
+        span(y, self.height, self.rows).flat_map(move |row| columns.clone().map(move |column| row * cols + column))
+    }
+
+    fn paint(&self, map: &[f32], low: f32, high: f32, ramp: Ramp) -> RgbImage {
+        RgbImage::from_fn(self.width, self.height, |x, y| {
+            let values = self.behind(x, y).map(|i| map[i]).filter(|v| !v.is_nan());
+            let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
+            if count == 0 {
+                return Rgb([60, 0, 40]);
+            }
+            ramp((((sum / f64::from(count)) as f32 - low) / (high - low)).clamp(0.0, 1.0))
+        })
+    }
+
+    fn paint_classes(&self, class: &[u8]) -> RgbImage {
+        RgbImage::from_fn(self.width, self.height, |x, y| {
+            colour(self.behind(x, y).map(|i| class[i]).max().unwrap_or(0))
+        })
+    }
+}
+
+/// Colour of a pixel class.
+fn colour(class: u8) -> Rgb<u8> {
+    match Class::ALL.get(usize::from(class)) {
+        Some(Class::Clear) => Rgb([222, 196, 150]),
+        Some(Class::SoundKnot) => Rgb([214, 96, 30]),
+        Some(Class::DeadKnot) => Rgb([70, 36, 20]),
+        Some(Class::Rot) => Rgb([74, 128, 92]),
+        Some(Class::Background) | None => Rgb([40, 44, 52]),
+    }
+}
+
+/// Viridis (van der Walt and Smith 2015) through nine of its colours.
+fn viridis(t: f32) -> Rgb<u8> {
+    const STOPS: [[f32; 3]; 9] = [
+        [68.0, 1.0, 84.0],
+        [71.0, 44.0, 122.0],
+        [59.0, 81.0, 139.0],
+        [44.0, 113.0, 142.0],
+        [33.0, 144.0, 141.0],
+        [39.0, 173.0, 129.0],
+        [92.0, 200.0, 99.0],
+        [170.0, 220.0, 50.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let place = t.clamp(0.0, 1.0) * 8.0;
+    let i = (place as usize).min(7);
+    Rgb(std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8))
+}
+
+struct Page(RgbImage);
+
+impl Page {
+    fn words(&mut self, x: u32, y: u32, text: &str) {
+        let style = MonoTextStyle::new(&FONT_7X13, INK);
+        // Drawing on a page that is in memory cannot fail.
+        let Ok(_) = Text::new(text, Point::new(x as i32, y as i32), style).draw(self);
+    }
+
+    fn picture(&mut self, x: u32, y: u32, picture: &RgbImage) {
+        image::imageops::overlay(&mut self.0, picture, i64::from(x), i64::from(y));
+    }
+
+    fn scale(&mut self, x: u32, y: u32, width: u32, (low, high, unit): (f32, f32, &str), ramp: Ramp) {
+        let bar = RgbImage::from_fn(width, 10, |px, _| ramp(px as f32 / width as f32));
+        self.picture(x, y, &bar);
+        let digits = if high - low < 10.0 { 2 } else { 0 };
+        self.words(x, y + 24, &format!("{low:.digits$}"));
+        let end = format!("{high:.digits$} {unit}");
+        self.words(x + width.saturating_sub(7 * end.len() as u32), y + 24, &end);
+    }
+
+    /// Colours of classes in two lines, and a bar of a round length.
+    fn legend(&mut self, x: u32, y: u32, mm_per_px: f64) {
+        let mut left = x;
+        for class in Class::ALL {
+            let name = class.name().replace('_', " ");
+            self.picture(left, y, &RgbImage::from_pixel(8, 10, colour(class as u8)));
+            self.words(left + 10, y + 9, &name);
+            left += 14 + 7 * name.len() as u32;
+            if left + 80 > self.0.width() {
+                break;
+            }
+        }
+        let mm = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
+        let mm = mm.into_iter().rfind(|mm| mm / mm_per_px < 120.0).unwrap_or(1.0);
+        let length = (mm / mm_per_px).max(1.0) as u32;
+        self.picture(x, y + 20, &RgbImage::from_pixel(length, 3, Rgb([30, 30, 30])));
+        self.words(x + length + 6, y + 26, &format!("{mm} mm"));
+    }
+}
+
+impl OriginDimensions for Page {
+    fn size(&self) -> embedded_graphics::geometry::Size {
+        embedded_graphics::geometry::Size::new(self.0.width(), self.0.height())
+    }
+}
+
+impl DrawTarget for Page {
+    type Color = Rgb888;
+    type Error = std::convert::Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Self::Error> {
+        let bounds = Rectangle::new(Point::zero(), OriginDimensions::size(self));
+        for Pixel(point, colour) in pixels.into_iter().filter(|pixel| bounds.contains(pixel.0)) {
+            self.0.put_pixel(point.x as u32, point.y as u32, Rgb([colour.r(), colour.g(), colour.b()]));
+        }
+        Ok(())
+    }
+}
