@@ -1,1 +1,6 @@
 //! Sheetlight.
+
+pub mod record;
+pub mod settings;
+pub mod shard;
+pub mod validate;

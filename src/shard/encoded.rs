@@ -11,7 +11,7 @@ use crate::record::{Object, Record, Split, StackFrame};
 use crate::settings::{Channel, Output};
 
 /// One sample, ready to be written.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Encoded {
     /// Number in the dataset.
     pub index: u64,
@@ -126,15 +126,12 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
 
 fn image(record: &Record, channel: Channel) -> Vec<u8> {
     let (maps, labels) = (&record.maps, &record.labels);
-    let (grey, smooth) = match channel {
-        Channel::Range => {
-            let numbers = range_numbers(&maps.range, record.range_offset_mm, record.range_scale_mm);
-            (Grey::Sixteen(numbers), false)
-        }
-        Channel::Reflectance => (Grey::Eight(rounded8(&maps.reflectance)), false),
-        Channel::Scatter => (Grey::Sixteen(rounded16(&maps.scatter)), false),
-        Channel::Label => (Grey::Eight(labels.class.clone()), true),
-        Channel::Instance => (Grey::Sixteen(labels.instance.clone()), true),
+    let grey = match channel {
+        Channel::Range => Grey::Sixteen(range_numbers(&maps.range, record.range_offset_mm, record.range_scale_mm)),
+        Channel::Reflectance => Grey::Eight(rounded8(&maps.reflectance)),
+        Channel::Scatter => Grey::Sixteen(rounded16(&maps.scatter)),
+        Channel::Label => Grey::Eight(labels.class.clone()),
+        Channel::Instance => Grey::Sixteen(labels.instance.clone()),
     };
-    write_png(&grey, record.cols, smooth)
+    write_png(&grey, record.cols)
 }
