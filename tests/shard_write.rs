@@ -69,6 +69,7 @@ fn what_a_killed_process_left_is_removed_unless_somebody_holds_it() {
     let again = DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens again");
     let left = tree(place.path());
     assert!(names(&left).iter().all(|name| !name.contains("00001")), "{:?}", names(&left));
+    assert!(!names(&left).contains(&".tmp-dataset.json"), "{:?}", names(&left));
     assert!(names(&left).contains(&"data/.tmp-train-00000.parquet"), "the held shard must stay: {:?}", names(&left));
     assert!(matches!(ShardWriter::create(&again, 0), Err(ShardError::Busy { shard: 0 })));
     for index in 1..4 {

@@ -52,14 +52,8 @@ pub struct Encoded {
 impl Encoded {
     /// SHA-256 over the maps as the manifest gives it: name, length and bytes of each PNG, then of the EXR file.
     pub fn sha256(&self) -> String {
-        let mut sum = Sha256::new();
-        let png = self.png.iter().map(|(channel, bytes)| (channel_name(*channel), bytes));
-        for (name, bytes) in png.chain(self.exr.iter().map(|bytes| ("exr", bytes))) {
-            sum.update(name);
-            sum.update((bytes.len() as u64).to_le_bytes());
-            sum.update(bytes);
-        }
-        hex(&sum.finalize())
+        let png = self.png.iter().map(|(channel, bytes)| (channel_name(*channel), bytes.as_slice()));
+        maps_sha256(png, self.exr.as_deref())
     }
 
     /// Size of everything that goes to disk, before the compression of numbers and sensor frames [bytes].
@@ -68,6 +62,17 @@ impl Encoded {
         let stack: usize = self.stack.iter().map(|frame| frame.dn.len()).sum();
         (png + self.exr.as_ref().map_or(0, Vec::len) + stack) as u64
     }
+}
+
+/// See [`Encoded::sha256`].
+pub(crate) fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, exr: Option<&'a [u8]>) -> String {
+    let mut sum = Sha256::new();
+    for (name, bytes) in png.chain(exr.map(|bytes| ("exr", bytes))) {
+        sum.update(name);
+        sum.update((bytes.len() as u64).to_le_bytes());
+        sum.update(bytes);
+    }
+    hex(&sum.finalize())
 }
 
 /// Name of an image in files; a column of the rows and a word of `images` in `dataset.json`.
