@@ -12,7 +12,8 @@ use image::codecs::png::{CompressionType, FilterType};
 use sheetlight::record::Record;
 use sheetlight::settings::{Output, SensorStack, Size};
 use sheetlight::shard::{
-    ExrChannel, Grey, Samples, encode, estimated_bytes_per_sample, read_exr, read_png, write_exr_as, write_png_as,
+    DatasetFolder, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
+    write_exr_as, write_png_as,
 };
 
 const SIZE: Size = Size { columns: 2560, rows: 512, profiles: 500 };
@@ -174,9 +175,27 @@ fn whole_sample(bencher: Bencher) {
         .bench_local_values(|record| encode(record, &output));
 }
 
+/// Sensor frames of dark noise through Parquet: ten of 2560 x 512.
+fn sensor_frames() {
+    let output = Output { png: vec![], exr: vec![], sensor_stack: SensorStack::Every(50), ..shard_support::output() };
+    let sample = encode(shard_support::record(0, &SIZE, &output), &output);
+    let (frames, pixels) = (sample.stack.len(), sample.stack.len() * SIZE.columns * SIZE.rows);
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = DatasetFolder::open_or_create(place.path(), shard_support::head(&output, &SIZE, 1)).expect("it opens");
+    let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let start = std::time::Instant::now();
+    writer.push(sample).expect("it is written");
+    let manifest = writer.finish().expect("it is finished");
+    let seconds = start.elapsed().as_secs_f64();
+    let bytes = manifest.files.iter().find(|file| file.path.starts_with("stacks")).map_or(0, |file| file.bytes);
+    let rate = bytes as f64 / pixels as f64;
+    println!("{frames} sensor frames: {bytes} bytes, {rate:.3} bytes/pixel, {:.0} MB/s", pixels as f64 / 1e6 / seconds);
+}
+
 fn main() {
     if std::env::args().any(|arg| arg == "--bench") {
         sizes();
+        sensor_frames();
     }
     divan::main();
 }

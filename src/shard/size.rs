@@ -33,7 +33,7 @@ fn exr_bytes(channel: Channel) -> f64 {
 /// Bytes for each pixel of the three truth maps together.
 const TRUTH_BYTES: f64 = 3.0;
 /// Bytes for each pixel of a sensor frame: most of it is dark noise.
-const FRAME_BYTES: f64 = 0.5;
+const FRAME_BYTES: f64 = 0.4;
 
 /// Estimate of what one sample takes on disk [bytes], on the large side; a pure function of sizes and output.
 pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
