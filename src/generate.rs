@@ -205,7 +205,7 @@ impl Estimate {
             }
         }
         let (part, parts) = order.part;
-        let folder = DatasetFolder::open(&order.out).ok().flatten();
+        let folder = DatasetFolder::open(&order.out).ok();
         let head = head(recipe, order);
         let mine = (part..head.shards).step_by(parts as usize);
         let samples =
