@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::dist::Distribution;
+use super::setting::MOST_PIXELS;
 use super::settings::Settings;
-use super::table::{self, MOST_PIXELS};
+use super::table;
 use super::walk::{Walk, shown};
 use crate::settings::ScatterMode;
 
@@ -21,14 +22,22 @@ const ROUNDING: f64 = 1.0 / 12.0;
 pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
-        let problem = format!("{} columns times {} profiles are {} pixels", size.columns, size.profiles, size.columns * size.profiles);
+        let problem = format!(
+            "{} columns times {} profiles are {} pixels",
+            size.columns,
+            size.profiles,
+            size.columns * size.profiles
+        );
         walk.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MOST_PIXELS}"));
     }
     let output = settings.output();
-    for (name, bin, whole) in [("columns", output.bin_columns, size.columns), ("profiles", output.bin_profiles, size.profiles)] {
+    for (name, bin, whole) in
+        [("columns", output.bin_columns, size.columns), ("profiles", output.bin_profiles, size.profiles)]
+    {
         if !whole.is_multiple_of(bin) {
             let keys = [format!("output.bin.{name}"), format!("scan.{name}")];
-            let near = (1..=whole).filter(|factor| whole.is_multiple_of(*factor)).min_by_key(|factor| factor.abs_diff(bin));
+            let near =
+                (1..=whole).filter(|factor| whole.is_multiple_of(*factor)).min_by_key(|factor| factor.abs_diff(bin));
             let remedy = format!("the nearest factor of {whole} is {}", near.unwrap_or(1));
             walk.joint_fault(&keys, format!("{bin} does not divide the {whole} {name} of the scan"), remedy);
         }
@@ -37,7 +46,8 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
     let (offset, width) = (extraction.scatter_offset_rows, extraction.scatter_width_rows);
     let keys = paths("extraction", &["scatter_width_rows", "scatter_offset_rows", "scatter_mode"]);
     if offset + width > HALF_WINDOW {
-        let problem = format!("offset {offset} and width {width} reach {} rows, beyond the 31-row window", offset + width - 1);
+        let problem =
+            format!("offset {offset} and width {width} reach {} rows, beyond the 31-row window", offset + width - 1);
         walk.joint_fault(&keys, problem, format!("offset and width together are at most {HALF_WINDOW}"));
     }
     let summed = match extraction.scatter_mode {
@@ -51,7 +61,11 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
     let sum = splits.train + splits.validation + splits.test;
     if (sum - 1.0).abs() > SUM_SLACK {
         let keys = paths("splits", &["train", "validation", "test"]);
-        walk.joint_fault(&keys, format!("train, validation and test sum to {}", shown((sum * 1e9).round() / 1e9)), "make them sum to 1");
+        walk.joint_fault(
+            &keys,
+            format!("train, validation and test sum to {}", shown((sum * 1e9).round() / 1e9)),
+            "make them sum to 1",
+        );
     }
 }
 
@@ -65,7 +79,8 @@ pub(super) fn scene(
     let distribution = |path: &str| overrides.get(path).or_else(|| base.get(path));
     let bounds = |path: &str| {
         let parameter = table::parameters().find(|parameter| parameter.path() == path);
-        let (distribution, parameter) = distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
+        let (distribution, parameter) =
+            distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
         distribution.bounds(parameter)
     };
     // Faults stand at the class's key where a class changes one, else at the top level's.
@@ -78,7 +93,11 @@ pub(super) fn scene(
     let (focal, distance) = (bounds(keys[0]).1, bounds(keys[1]).0);
     if concerned(&keys) && focal >= distance / 2.0 {
         let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
-        walk.joint_fault(&places(&keys), problem, "it must stay below half the distance for an image smaller than the object");
+        walk.joint_fault(
+            &places(&keys),
+            problem,
+            "it must stay below half the distance for an image smaller than the object",
+        );
     }
 
     let keys = ["exposure.dark_noise_dn", "exposure.row_noise_dn", "exposure.row_pattern_dn"];
@@ -87,7 +106,10 @@ pub(super) fn scene(
     if concerned(&keys) && parts > dark * dark {
         let problem = format!(
             "the dark noise can be {} DN, below its parts: row noise {}, row pattern {} and rounding make {:.3} DN",
-            shown(dark), shown(row), shown(pattern), parts.sqrt(),
+            shown(dark),
+            shown(row),
+            shown(pattern),
+            parts.sqrt(),
         );
         walk.joint_fault(&places(&keys), problem, "raise it or lower the parts");
     }
@@ -98,7 +120,8 @@ pub(super) fn scene(
         let tilt = if height.starts_with("camera") { bounds("camera.tilt_deg").1 } else { 0.0 };
         let lowest = bounds(height).0 * tilt.to_radians().cos();
         if concerned(&keys) && lowest <= thickness {
-            let problem = format!("stands {} mm high, and the board can be {} mm thick", shown(lowest), shown(thickness));
+            let problem =
+                format!("stands {} mm high, and the board can be {} mm thick", shown(lowest), shown(thickness));
             walk.joint_fault(&places(&keys), problem, "laser and camera must be above the board");
         }
     }
@@ -106,7 +129,11 @@ pub(super) fn scene(
     let keys = ["rot.edge"];
     let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
     if concerned(&keys) && !distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
-        walk.joint_fault(&places(&keys), "can be something other than -1 and 1", "give -1, 1 or {choice: {values: [-1, 1]}}");
+        walk.joint_fault(
+            &places(&keys),
+            "can be something other than -1 and 1",
+            "give -1, 1 or {choice: {values: [-1, 1]}}",
+        );
     }
 }
 

@@ -72,9 +72,7 @@ impl Reader<'_, '_> {
                     None
                 }
             },
-            Value::Number(_) | Value::Text(_) => {
-                self.walk.number_in(node, path, self.range).map(Distribution::Fixed)
-            }
+            Value::Number(_) | Value::Text(_) => self.walk.number_in(node, path, self.range).map(Distribution::Fixed),
             other => {
                 let (problem, remedy) = (format!("is {}", other.kind()), all_forms());
                 self.walk.fault(node.place, path, problem, remedy);
@@ -170,7 +168,9 @@ impl Reader<'_, '_> {
     fn truncated(&mut self, node: &Node, path: &str) -> Option<Distribution> {
         let range = self.range;
         let mut section = self.walk.section(node, path);
-        let bound = |reader: &mut Self, section: &mut Section, name: &str, otherwise: f64| match section.take(reader.walk, name) {
+        let bound = |reader: &mut Self, section: &mut Section, name: &str, otherwise: f64| match section
+            .take(reader.walk, name)
+        {
             Some(bound) => reader.walk.number_in(bound, &section.path_of(name), range),
             None => Some(otherwise),
         };
@@ -206,7 +206,12 @@ impl Reader<'_, '_> {
         let path = section.path_of(name);
         let node = section.take(self.walk, name)?;
         let Value::List(entries) = &node.value else {
-            self.walk.fault(node.place, &path, format!("is {}", node.value.kind()), format!("give a list, each {range}"));
+            self.walk.fault(
+                node.place,
+                &path,
+                format!("is {}", node.value.kind()),
+                format!("give a list, each {range}"),
+            );
             return Some(None);
         };
         let numbers: Vec<_> = entries.iter().map(|entry| self.walk.number_in(entry, &path, range)).collect();

@@ -7,10 +7,8 @@ use super::node::Place;
 use super::walk::Walk;
 
 /// The recipes that are built in, by name.
-pub(super) const EMBEDDED: [(&str, &str); 2] = [
-    ("wood", include_str!("../../recipes/wood.yaml")),
-    ("wood-small", include_str!("../../recipes/wood-small.yaml")),
-];
+pub(super) const EMBEDDED: [(&str, &str); 2] =
+    [("wood", include_str!("../../recipes/wood.yaml")), ("wood-small", include_str!("../../recipes/wood-small.yaml"))];
 
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`.
 pub(super) fn text(name: &str) -> Result<String, RecipeError> {

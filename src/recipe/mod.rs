@@ -15,6 +15,7 @@ mod node;
 mod read;
 mod reference;
 mod schema;
+mod setting;
 mod setting_read;
 mod settings;
 mod table;

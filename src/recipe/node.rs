@@ -132,11 +132,18 @@ pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
     })
 }
 
+/// A budget is exhausted.
+fn too_much() -> (String, &'static str) {
+    ("more nesting, values or aliases than any recipe needs".to_owned(), "write it more plainly")
+}
+
 /// What the reader stumbled over, and what to do about it.
 fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
     use serde_saphyr::Error;
     match error {
-        Error::DuplicateMappingKey { key: Some(key), .. } => (format!("key `{key}` stands here twice"), "remove one of them"),
+        Error::DuplicateMappingKey { key: Some(key), .. } => {
+            (format!("key `{key}` stands here twice"), "remove one of them")
+        }
         Error::DuplicateMappingKey { .. } => ("a key stands here twice".to_owned(), "remove one of them"),
         Error::MultipleDocuments { .. } | Error::Budget { breach: BudgetBreach::Documents { .. }, .. } => {
             ("a second document begins".to_owned(), "keep one recipe in a file")
@@ -144,10 +151,12 @@ fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
         Error::Budget { .. }
         | Error::AliasReplayLimitExceeded { .. }
         | Error::AliasExpansionLimitExceeded { .. }
-        | Error::AliasReplayStackDepthExceeded { .. } => {
-            ("more nesting, values or aliases than any recipe needs".to_owned(), "write it more plainly")
-        }
-        other => (without_place(&other.to_string()), "correct the YAML here"),
+        | Error::AliasReplayStackDepthExceeded { .. } => too_much(),
+        // Within an alias, the reader hands its refusals on as text.
+        other => match without_place(&other.to_string()) {
+            text if text.starts_with("budget breached") => too_much(),
+            text => (text, "correct the YAML here"),
+        },
     }
 }
 

@@ -7,9 +7,10 @@ use super::dist::Distribution;
 use super::dist_read;
 use super::fault::Faults;
 use super::node::{self, Node};
+use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
-use super::table::{self, SECTIONS, Value};
+use super::table::{self, SECTIONS};
 use super::walk::{Range, Section, Walk, clipped};
 use super::{Class, Subject};
 
@@ -64,6 +65,9 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
         let node = top.take(walk, section.path);
         keys(walk, node, section, "", &mut Keys { settings: Some(&mut settings), parameters: &mut parameters });
     }
+    for parameter in table::parameters() {
+        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
+    }
     let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, &parameters));
     let sections = SECTIONS.iter().map(|section| section.path).filter(|path| !path.contains('.'));
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
@@ -73,9 +77,6 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
         for setting in section.settings {
             settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
         }
-    }
-    for parameter in table::parameters() {
-        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, &settings);
@@ -136,16 +137,25 @@ fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) 
     let entries = walk.section(node, "classes").take_all();
     if entries.is_empty() || entries.len() > MOST_CLASSES {
         let problem = format!("has {} classes", entries.len());
-        walk.fault(node.place, "classes", problem, format!("give 1 to {MOST_CLASSES} classes, each `name: {{share: ...}}`"));
+        walk.fault(
+            node.place,
+            "classes",
+            problem,
+            format!("give 1 to {MOST_CLASSES} classes, each `name: {{share: ...}}`"),
+        );
     }
-    let mut classes: Vec<_> = entries.iter().take(MOST_CLASSES).filter_map(|(key, node)| {
-        let path = format!("classes.{}", clipped(&key.name));
-        let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-        if key.name.is_empty() || key.name.len() > LONGEST_NAME || !key.name.chars().all(letters) {
-            walk.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
-        }
-        class(walk, node, &path, &key.name, base)
-    }).collect();
+    let mut classes: Vec<_> = entries
+        .iter()
+        .take(MOST_CLASSES)
+        .filter_map(|(key, node)| {
+            let path = format!("classes.{}", clipped(&key.name));
+            let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+            if key.name.is_empty() || key.name.len() > LONGEST_NAME || !key.name.chars().all(letters) {
+                walk.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
+            }
+            class(walk, node, &path, &key.name, base)
+        })
+        .collect();
     classes.sort_by(|a, b| a.name.cmp(&b.name));
     let sum: f64 = classes.iter().map(|class| class.share).sum();
     // Shares that were written to sum to 1 stay as they were written.
@@ -155,13 +165,7 @@ fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) 
     classes
 }
 
-fn class(
-    walk: &mut Walk,
-    node: &Node,
-    path: &str,
-    name: &str,
-    base: &BTreeMap<String, Distribution>,
-) -> Option<Class> {
+fn class(walk: &mut Walk, node: &Node, path: &str, name: &str, base: &BTreeMap<String, Distribution>) -> Option<Class> {
     let mut map = walk.section(node, path);
     let range = Range { min: 0.0, max: LARGEST_SHARE, whole: false, unit: "" };
     let share = required(walk, &mut map, node, "share").and_then(|node| {
@@ -181,7 +185,11 @@ fn class(
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(walk, &known, &|name| {
         let fixed = SECTIONS.iter().any(|section| section.path == name) || name == "name" || name == "subject";
-        if fixed { Some(format!("`{name}` is the same for all classes: set it at the top level")) } else { table::home(name) }
+        if fixed {
+            Some(format!("`{name}` is the same for all classes: set it at the top level"))
+        } else {
+            table::home(name)
+        }
     });
     // What repeats the top level has no meaning of its own and leaves the hash as it is.
     overrides.retain(|path, distribution| base.get(path) != Some(distribution));

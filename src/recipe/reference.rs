@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::dist_read::range;
 use super::forms::FORMS;
-use super::table::{Kind, SECTIONS, Section, tidy, unit};
+use super::setting::Kind;
+use super::table::{SECTIONS, Section, tidy, unit};
 use super::walk::shown;
 
 const OPENING: &str = "\
@@ -128,14 +129,17 @@ fn keys(page: &mut String, section: &Section) {
     for parameter in section.parameters {
         let allowed = range(parameter);
         let whole = if parameter.integer { ", whole" } else { "" };
-        row(page, &[
-            &format!("`{}`", parameter.name),
-            &tidy(parameter.doc),
-            allowed.unit,
-            &shown(parameter.default),
-            &format!("{} to {}{whole}", shown(parameter.min), shown(parameter.max)),
-            parameter.source,
-        ]);
+        row(
+            page,
+            &[
+                &format!("`{}`", parameter.name),
+                &tidy(parameter.doc),
+                allowed.unit,
+                &shown(parameter.default),
+                &format!("{} to {}{whole}", shown(parameter.min), shown(parameter.max)),
+                parameter.source,
+            ],
+        );
     }
 }
 

@@ -6,28 +6,39 @@ use serde_json::{Map, Value, json};
 use super::Subject;
 use super::dist_read::range;
 use super::forms::FORMS;
-use super::table::{Kind, SECTIONS, Section, Setting, tidy};
 use super::read::LARGEST_SHARE;
+use super::setting::{Kind, Setting};
+use super::table::{SECTIONS, Section, tidy};
 use crate::settings::Channel;
 
 /// JSON Schema (draft 2020-12) of a recipe.
 pub fn schema() -> Value {
     let mut properties = Map::new();
-    properties.insert("name".into(), json!({
-        "description": "Name of the dataset, part of file names.",
-        "type": "string", "pattern": "^[a-z0-9_-]{1,64}$",
-    }));
-    properties.insert("subject".into(), json!({
-        "description": "What the objects are.", "enum": Subject::NAMES,
-    }));
+    properties.insert(
+        "name".into(),
+        json!({
+            "description": "Name of the dataset, part of file names.",
+            "type": "string", "pattern": "^[a-z0-9_-]{1,64}$",
+        }),
+    );
+    properties.insert(
+        "subject".into(),
+        json!({
+            "description": "What the objects are.", "enum": Subject::NAMES,
+        }),
+    );
     for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
-        properties.insert(top.path.into(), section(top));
+        let drawn_only = top.settings.is_empty();
+        properties.insert(top.path.into(), if drawn_only { reference(top.path) } else { section(top) });
     }
-    properties.insert("classes".into(), json!({
-        "description": "Kinds of samples by name: how often each comes and what it changes of the top level.",
-        "type": "object", "minProperties": 1, "additionalProperties": { "$ref": "#/$defs/class" },
-        "propertyNames": { "pattern": "^[a-z0-9_]{1,64}$" },
-    }));
+    properties.insert(
+        "classes".into(),
+        json!({
+            "description": "Kinds of samples by name: how often each comes and what it changes of the top level.",
+            "type": "object", "minProperties": 1, "additionalProperties": { "$ref": "#/$defs/class" },
+            "propertyNames": { "pattern": "^[a-z0-9_]{1,64}$" },
+        }),
+    );
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Sheetlight recipe",
@@ -116,7 +127,6 @@ fn definitions() -> Map<String, Value> {
     let positive = || json!({ "type": "number", "exclusiveMinimum": 0 });
     let pair = |end: Value| json!({ "type": "array", "items": end, "minItems": 2, "maxItems": 2 });
     let list = |entry: Value| json!({ "type": "array", "items": entry, "minItems": 1 });
-    let reference = |name: &str| json!({ "$ref": format!("#/$defs/{name}") });
     let mut definitions = Map::new();
     for form in FORMS {
         let arguments = match form.key {
@@ -138,19 +148,30 @@ fn definitions() -> Map<String, Value> {
     definitions.insert("untruncated".into(), json!({ "oneOf": untruncated }));
 
     let mut class = Map::new();
-    class.insert("share".into(), json!({
-        "description": "How often it comes, relative to the other classes.",
-        "type": "number", "exclusiveMinimum": 0, "maximum": LARGEST_SHARE,
-    }));
+    class.insert(
+        "share".into(),
+        json!({
+            "description": "How often it comes, relative to the other classes.",
+            "type": "number", "exclusiveMinimum": 0, "maximum": LARGEST_SHARE,
+        }),
+    );
     for section in SECTIONS.iter().filter(|section| !section.parameters.is_empty()) {
-        class.insert(section.path.into(), map(&tidy(section.doc), parameters(section.parameters)));
+        definitions.insert(section.path.into(), map(&tidy(section.doc), parameters(section.parameters)));
+        class.insert(section.path.into(), reference(section.path));
     }
-    definitions.insert("class".into(), json!({
-        "type": "object", "required": ["share"], "additionalProperties": false, "properties": class,
-    }));
+    definitions.insert(
+        "class".into(),
+        json!({
+            "type": "object", "required": ["share"], "additionalProperties": false, "properties": class,
+        }),
+    );
     definitions
 }
 
+/// What is defined as `name`.
+fn reference(name: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{name}") })
+}
 
 /// An object of known keys.
 fn object(properties: &[(&str, Value)], required: &[&str]) -> Value {

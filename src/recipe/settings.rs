@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::table::Value;
+use super::setting::Value;
 use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits};
 
 /// Every setting by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -45,7 +45,9 @@ impl Settings {
             threshold_dn: self.number("extraction.threshold_dn"),
             // The table ends it at 256.
             subpixel_steps: self.count("extraction.subpixel_steps") as u32,
-            scatter_mode: ScatterMode::ALL.into_iter().find(|known| Value::Word(known.name()) == mode)
+            scatter_mode: ScatterMode::ALL
+                .into_iter()
+                .find(|known| Value::Word(known.name()) == mode)
                 .unwrap_or_else(|| panic!("no scatter mode {mode:?}")),
             scatter_offset_rows: self.count("extraction.scatter_offset_rows"),
             scatter_width_rows: self.count("extraction.scatter_width_rows"),
@@ -74,7 +76,8 @@ impl Settings {
 
     /// Shares of the splits.
     pub fn splits(&self) -> Splits {
-        let [train, validation, test] = ["train", "validation", "test"].map(|name| self.number(&format!("splits.{name}")));
+        let [train, validation, test] =
+            ["train", "validation", "test"].map(|name| self.number(&format!("splits.{name}")));
         Splits { train, validation, test }
     }
 

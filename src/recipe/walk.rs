@@ -69,7 +69,12 @@ impl<'t> Walk<'t> {
         match &node.value {
             Value::Number(number) if number.is_finite() => Some(*number),
             Value::Number(number) => {
-                self.fault(node.place, path, format!("is {number}, which is no finite number"), format!("give {allowed}"));
+                self.fault(
+                    node.place,
+                    path,
+                    format!("is {number}, which is no finite number"),
+                    format!("give {allowed}"),
+                );
                 None
             }
             Value::Text(text) if text.trim().parse::<f64>().is_ok_and(f64::is_finite) => {
@@ -132,6 +137,11 @@ impl<'n> Section<'n> {
         let (key, node) = self.entries.remove(at);
         walk.places.insert(self.path_of(name), key.place);
         Some(node)
+    }
+
+    /// Whether every key is taken.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
     }
 
     /// Takes every key that is left.
