@@ -142,7 +142,9 @@ fn classes_are_checked_like_the_top_level() {
     case("classes: {}", (3, 10), "classes", &["0 classes"]);
     case("other: 1\nclasses: {a: {share: 1}}", (3, 1), "other", &["no key of a recipe"]);
     case("classes: {a: {}}", (3, 14), "classes.a.share", &["is missing"]);
-    case("classes: {a: {share: 0}}", (3, 22), "classes.a.share", &["is 0"]);
+    case("classes: {a: {share: 0}}", (3, 15), "classes.a.share", &["is 0 of all shares", "remove the class"]);
+    let rare = "classes: {a: {share: 1e-3}, b: {share: 1e6}}";
+    case(rare, (3, 15), "classes.a.share", &["is 9.99", "at least 0.000001"]);
     case("classes: {a: {share: -1}}", (3, 22), "classes.a.share", &["out of range"]);
     case("classes: {A b: {share: 1}}", (3, 11), "classes.A b", &["a-z"]);
     case("classes: {a: {share: 1, camera: {rows: 64}}}", (3, 34), "classes.a.camera.rows", &["same for all classes"]);

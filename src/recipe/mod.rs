@@ -60,6 +60,8 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// Every subject in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 1] = [Self::Wood];
     /// Names in recipes.
     pub const NAMES: [&str; 1] = ["wood"];
 

@@ -197,7 +197,7 @@ pub(super) fn shown(number: f64) -> String {
 
 /// A text short enough for a message, without control characters.
 pub(super) fn clipped(text: &str) -> String {
-    const LONGEST: usize = 40;
+    const LONGEST: usize = 64;
     let clean = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c });
     clean.chain(text.chars().nth(LONGEST).map(|_| '…')).collect()
 }
