@@ -174,7 +174,7 @@ fn broken_yaml_is_one_fault_at_its_place() {
     for deep in ["[", "{a: ", "- ", "a:\n "] {
         assert_eq!(faults(&deep.repeat(10_000)).list.len(), 1, "{deep}");
     }
-    assert!(faults(&"# long\n".repeat(200_000)).to_string().contains("at most 1048576"));
+    assert!(faults(&"# long\n".repeat(200_000)).to_string().contains("longer than 1048576"));
 }
 
 #[test]
@@ -224,6 +224,10 @@ fn bytes_that_are_no_text_are_a_fault_at_their_place() {
     let RecipeError::Faulty(faults) = error else { panic!("{error}") };
     assert_eq!((faults.list[0].line, faults.list[0].column), (2, 4));
     assert!(faults.to_string().contains("UTF-8"));
+    if cfg!(unix) {
+        let endless = Recipe::load("/dev/zero").expect_err("no recipe").to_string();
+        assert!(endless.contains("longer than"), "{endless}");
+    }
     let folder = tempfile::tempdir().expect("a temporary folder");
     assert!(matches!(Recipe::load(&folder.path().to_string_lossy()), Err(RecipeError::NotFound { .. })));
 }

@@ -9,7 +9,7 @@ use serde_saphyr::options::{DuplicateKeyPolicy, NonFiniteFloatPolicy};
 use serde_saphyr::{Location, Spanned};
 
 /// Longest recipe that is read [bytes]; the longest of ours has a hundredth of it.
-const LONGEST: usize = 1 << 20;
+pub(super) const LONGEST: usize = 1 << 20;
 /// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`, value).
 const DEEPEST: usize = 24;
 /// Most keys, values and list entries, those repeated by aliases included.
@@ -100,7 +100,7 @@ pub(super) struct Unreadable {
 /// Reads `text` as one YAML document.
 pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
     if text.len() > LONGEST {
-        let problem = format!("the file has {} bytes and a recipe at most {LONGEST}", text.len());
+        let problem = format!("the file is longer than {LONGEST} bytes, and no recipe is");
         return Err(Unreadable { place: Place::START, problem, remedy: "write it more plainly" });
     }
     let options = serde_saphyr::options! {
