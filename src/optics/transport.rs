@@ -5,8 +5,8 @@
 //! D_perp = 1/4 int sin^3 / (sigma_i + k sin), source at the persistence depth z0, extrapolated boundary z_e = 2 A D_zz.
 //! docs/physics.md derives each term. Four numbers below ([`BALLISTIC`] to [`CORE_WALK`]) carry what diffusion lacks near
 //! the entry; they were fitted once to the 15 media of docs/physics.md (own Monte Carlo of the full transport equation).
-//! Valid for media with sigma_i > mu_a and for distances up to some mm; total reflectance within 0.011, the light 0.1 to
-//! 0.8 mm beside the line within 6 % on those media. Neglected: layers, finite thickness, the difference of media between
+//! Valid for media with sigma_i > mu_a and for distances up to some mm; total reflectance within 0.012, the light 0.1 to
+//! 0.8 mm beside the line within 5 % on those media. Neglected: layers, finite thickness, the difference of media between
 //! source and exit other than through [`SPREAD_MM`]'s symmetric blend.
 //!
 //! The 32 Gaussians of a medium are put on [`BASIS`] fixed widths, each shared between its two neighbours so that energy
@@ -25,21 +25,20 @@ pub const SPREAD_MM: [f32; BASIS] = [0.0, 0.05, 0.1, 0.18, 0.32, 0.56, 1.0, 1.8]
 pub const SIDEWAYS: f32 = 0.6;
 
 /// Share of the way to the first scattering that absorption still has to be paid for [1]; fitted.
-const BALLISTIC: f32 = 0.4;
+const BALLISTIC: f32 = 0.5;
 /// Persistence of the entry direction across the fibre, in mean free paths [1]; fitted.
-const PERSIST_ACROSS: f32 = 1.0 / 3.0;
+const PERSIST_ACROSS: f32 = 0.2;
 /// Persistence of the entry direction along a diving fibre, in mean free paths [1]; fitted.
-const PERSIST_ALONG: f32 = 0.25;
+const PERSIST_ALONG: f32 = 0.18;
 /// Weight of cylinder scattering in turning light that runs along a diving fibre [1]; fitted.
-const TURN_ALONG: f32 = 0.8;
+const TURN_ALONG: f32 = 1.0;
 /// Growth of the walk along the fibre of light that met cylinders alone [1]; fitted.
-const CORE_WALK: f32 = 5.5;
+const CORE_WALK: f32 = 10.0;
 /// Dispersion of the fibre axes, 5 degrees [rad].
 const FIBRE_DISPERSION: f32 = 0.087_266;
-/// Radiance factor of light that met an isotropic event, over Lambert's [1]; fitted to R_cam / R_h of the 15 media.
-const ISOTROPIC_EXIT: f32 = 1.02;
-/// Width of the cone of light that met cylinders alone, in the cosine to the fibre [1]; fitted likewise.
-const CONE_WIDTH: f32 = 0.255;
+/// Width of the cone of light that met cylinders alone, in the cosine to the fibre [1]; fitted to
+/// R_cam / R_h of the 15 media. Light that met an isotropic event leaves like Lambert's, which fits within 6 %.
+const CONE_WIDTH: f32 = 0.25;
 
 /// Path lengths of the Gaussians, log-spaced [mm].
 const NODES: usize = 16;
@@ -275,7 +274,7 @@ pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut Spread
                 let core = (beyond[0][j][l] - beyond[0][j + 1][l]).max(0.0);
                 let rest = (beyond[1][j][l] - beyond[1][j + 1][l]).max(0.0);
                 enter[l] = (core + rest).sqrt();
-                exit[l] = (core * towards[l] + rest * ISOTROPIC_EXIT) / enter[l].max(1e-12);
+                exit[l] = (core * towards[l] + rest) / enter[l].max(1e-12);
             }
             spread.enter[j][start..start + count].copy_from_slice(&enter[..count]);
             spread.exit[j][start..start + count].copy_from_slice(&exit[..count]);
