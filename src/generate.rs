@@ -17,7 +17,7 @@ use crate::shard::{
 };
 
 /// Memory for samples on their way to disk [bytes].
-const FLIGHT_BYTES: usize = 640 << 20;
+const FLIGHT_BYTES: usize = 900 << 20;
 /// Bytes of maps, truth and encoded images that a pixel needs while its sample is on the way.
 const BYTES_PER_PIXEL: usize = 40;
 
