@@ -22,8 +22,8 @@ const FIBRE_DISPERSION: f32 = 0.087_266;
 /// R_cam / R_h of the 15 media. Light that met an isotropic event leaves like Lambert's, which fits within 6 %.
 pub(super) const CONE_WIDTH: f32 = 0.25;
 
-/// Path lengths of the Gaussians, log-spaced [mm].
-const NODES: usize = 16;
+/// Path lengths of the Gaussians, log-spaced [mm]; with 32 instead, no figure of the table of media moves by 1 %.
+const NODES: usize = 12;
 const SHORTEST_MM: f64 = 0.003;
 const LONGEST_MM: f64 = 200.0;
 /// Texels worked on together.
@@ -60,7 +60,7 @@ fn persistent(tau: f32, l: f32) -> f32 {
     (tau - 2.0 * l + exp(-tau / l) * (2.0 * l + tau)).max(0.0)
 }
 
-/// Eight numbers of each of [`LANES`] media that the path lengths share.
+/// What the path lengths of [`LANES`] media share.
 pub(super) struct Lanes {
     scale: [f32; LANES],
     mu_a: [f32; LANES],

@@ -106,7 +106,7 @@ impl Sensor {
             step,
             size,
             speckle_key: stream.child("speckle").key(),
-            maker: RowMaker::new(bench.motion.conveyor_reflectance),
+            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns),
             chain: Chain::new(&bench.exposure, size.rows, stream.child("sensor")),
             camera,
         }

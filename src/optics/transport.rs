@@ -10,8 +10,9 @@
 //! source and exit other than through [`SPREAD_MM`]'s symmetric blend.
 //!
 //! The 32 Gaussians of a medium are put on [`BASIS`] fixed widths, each shared between its two neighbours so that energy
-//! and variance stay exact: then unlike media can be blended term by term, sqrt(w_m(source) w_m(exit)), which is
-//! reciprocal and never creates energy (Cauchy and Schwarz).
+//! and variance stay exact (wider ones count as the widest): then unlike media can be blended term by term,
+//! sqrt(w_m(source) w_m(exit)), symmetric in source and exit; over a whole scan it creates no energy (Cauchy and
+//! Schwarz), beside a sharp border one line position can.
 
 use multiversion::multiversion;
 
