@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::dist::Distribution;
+use super::setting::MOST_PIXELS;
 use super::settings::Settings;
-use super::table::{self, MOST_PIXELS};
+use super::table;
 use super::walk::{Walk, shown};
 use crate::settings::ScatterMode;
 

@@ -15,6 +15,7 @@ mod node;
 mod read;
 mod reference;
 mod schema;
+mod setting;
 mod setting_read;
 mod settings;
 mod table;
@@ -59,6 +60,8 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// Every subject in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 1] = [Self::Wood];
     /// Names in recipes.
     pub const NAMES: [&str; 1] = ["wood"];
 

@@ -9,7 +9,7 @@ use serde_saphyr::options::{DuplicateKeyPolicy, NonFiniteFloatPolicy};
 use serde_saphyr::{Location, Spanned};
 
 /// Longest recipe that is read [bytes]; the longest of ours has a hundredth of it.
-const LONGEST: usize = 1 << 20;
+pub(super) const LONGEST: usize = 1 << 20;
 /// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`, value).
 const DEEPEST: usize = 24;
 /// Most keys, values and list entries, those repeated by aliases included.
@@ -100,7 +100,7 @@ pub(super) struct Unreadable {
 /// Reads `text` as one YAML document.
 pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
     if text.len() > LONGEST {
-        let problem = format!("the file has {} bytes and a recipe at most {LONGEST}", text.len());
+        let problem = format!("the file is longer than {LONGEST} bytes, and no recipe is");
         return Err(Unreadable { place: Place::START, problem, remedy: "write it more plainly" });
     }
     let options = serde_saphyr::options! {
@@ -132,6 +132,11 @@ pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
     })
 }
 
+/// A budget is exhausted.
+fn too_much() -> (String, &'static str) {
+    ("more nesting, values or aliases than any recipe needs".to_owned(), "write it more plainly")
+}
+
 /// What the reader stumbled over, and what to do about it.
 fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
     use serde_saphyr::Error;
@@ -146,10 +151,12 @@ fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
         Error::Budget { .. }
         | Error::AliasReplayLimitExceeded { .. }
         | Error::AliasExpansionLimitExceeded { .. }
-        | Error::AliasReplayStackDepthExceeded { .. } => {
-            ("more nesting, values or aliases than any recipe needs".to_owned(), "write it more plainly")
-        }
-        other => (without_place(&other.to_string()), "correct the YAML here"),
+        | Error::AliasReplayStackDepthExceeded { .. } => too_much(),
+        // Within an alias, the reader hands its refusals on as text.
+        other => match without_place(&other.to_string()) {
+            text if text.starts_with("budget breached") => too_much(),
+            text => (text, "correct the YAML here"),
+        },
     }
 }
 

@@ -7,14 +7,17 @@ use super::dist::Distribution;
 use super::dist_read;
 use super::fault::Faults;
 use super::node::{self, Node};
+use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
-use super::table::{self, SECTIONS, Value};
-use super::walk::{Range, Section, Walk, clipped};
+use super::table::{self, SECTIONS};
+use super::walk::{Range, Section, Walk, clipped, shown};
 use super::{Class, Subject};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.
 pub(super) const LARGEST_SHARE: f64 = 1e6;
+/// Smallest share of the samples; a rarer class would be missing from most datasets.
+const SMALLEST_SHARE: f64 = 1e-6;
 /// Most classes, of which files keep the number in a byte.
 const MOST_CLASSES: usize = 255;
 /// Longest name of a recipe or class [bytes].
@@ -55,14 +58,17 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     let mut top = walk.section(root, "");
     let name = required(walk, &mut top, root, "name").and_then(|node| name(walk, node, "name"));
     let subject = required(walk, &mut top, root, "subject").and_then(|node| {
-        walk.word(node, "subject", &Subject::NAMES)?;
-        Some(Subject::Wood)
+        let word = walk.word(node, "subject", &Subject::NAMES)?;
+        Subject::ALL.into_iter().find(|subject| subject.name() == word)
     });
     let mut settings = BTreeMap::new();
     let mut parameters = BTreeMap::new();
     for section in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
         let node = top.take(walk, section.path);
         keys(walk, node, section, "", &mut Keys { settings: Some(&mut settings), parameters: &mut parameters });
+    }
+    for parameter in table::parameters() {
+        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
     let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, &parameters));
     let sections = SECTIONS.iter().map(|section| section.path).filter(|path| !path.contains('.'));
@@ -73,9 +79,6 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
         for setting in section.settings {
             settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
         }
-    }
-    for parameter in table::parameters() {
-        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, &settings);
@@ -158,8 +161,13 @@ fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) 
     classes.sort_by(|a, b| a.name.cmp(&b.name));
     let sum: f64 = classes.iter().map(|class| class.share).sum();
     // Shares that were written to sum to 1 stay as they were written.
-    if (sum - 1.0).abs() > 1e-9 {
+    if sum > 0.0 && (sum - 1.0).abs() > 1e-9 {
         classes.iter_mut().for_each(|class| class.share /= sum);
+    }
+    for class in classes.iter().filter(|class| class.share < SMALLEST_SHARE) {
+        let key = format!("classes.{}.share", class.name);
+        let problem = format!("is {} of all shares", shown(class.share));
+        walk.joint_fault(&[key], problem, format!("give at least {SMALLEST_SHARE} of their sum, or remove the class"));
     }
     classes
 }
@@ -169,11 +177,7 @@ fn class(walk: &mut Walk, node: &Node, path: &str, name: &str, base: &BTreeMap<S
     let range = Range { min: 0.0, max: LARGEST_SHARE, whole: false, unit: "" };
     let share = required(walk, &mut map, node, "share").and_then(|node| {
         let path = format!("{path}.share");
-        let share = walk.number_in(node, &path, range)?;
-        if share == 0.0 {
-            walk.fault(node.place, &path, "is 0", "give a share above 0, or remove the class");
-        }
-        Some(share)
+        walk.number_in(node, &path, range)
     });
     let mut overrides = BTreeMap::new();
     let drawn = || SECTIONS.iter().filter(|section| !section.parameters.is_empty());

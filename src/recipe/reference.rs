@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::dist_read::range;
 use super::forms::FORMS;
-use super::table::{Kind, SECTIONS, Section, tidy, unit};
+use super::setting::{Kind, Value};
+use super::table::{SECTIONS, Section, tidy, unit};
 use super::walk::shown;
 
 const OPENING: &str = "\
@@ -46,14 +47,20 @@ output: {bin: {columns: 2, profiles: 2}}
 ```
 ";
 
+const BOUNDS: &str = "
+Every draw is made again until it lies in the parameter's own range; a distribution with less than 1 % chance of that is a
+fault, and so is an end or a value out of range. Counts are rounded to the nearest whole number.
+
+";
+
 const CLASSES: &str = "\
 ## Classes
 
-`classes` maps names (a-z, 0-9, _) to kinds of samples. Each has a `share`, relative to the other shares, and may repeat any
-group of parameters with the keys that it changes; settings stay the same for all classes. Sample i belongs to the class
-at the point (offset + i / golden ratio) mod 1 of the shares, classes in the order of their names, so every prefix of a
-dataset holds each class within two or three samples of its share, and the first hundred samples of a large dataset are
-the dataset of a hundred.
+`classes` maps names (a-z, 0-9, _) to kinds of samples. Each has a `share`, relative to the other shares (at least a
+millionth of their sum), and may repeat any group of parameters with the keys that it changes; settings stay the same for
+all classes. Sample i belongs to the class at the point (offset + i / golden ratio) mod 1 of the shares, classes in the
+order of their names, so every prefix of a dataset holds each class within a few samples of its share, and the first
+hundred samples of a large dataset are the dataset of a hundred.
 
 ## What stays when a recipe is edited
 
@@ -89,10 +96,7 @@ pub fn reference_markdown() -> String {
     for form in FORMS {
         row(&mut page, &[&format!("`{}`", form.example), form.law, form.source]);
     }
-    page.push_str(
-        "\nEvery draw is made again until it lies in the parameter's own range; a distribution with less than 1 % chance of \
-         that is a fault, and so is\nan end or a value out of range. Counts are rounded to the nearest whole number.\n\n",
-    );
+    page.push_str(BOUNDS);
     page.push_str("## Keys\n");
     for section in &SECTIONS {
         keys(&mut page, section);
@@ -122,7 +126,10 @@ fn keys(page: &mut String, section: &Section) {
             Kind::Number { min, max, unit } => (unit, format!("{} to {}", shown(min), shown(max))),
             kind => (unit(setting.name), kind.to_string()),
         };
-        let default = setting.default.json().to_string().replace('"', "").replace(',', ", ");
+        let default = match setting.default {
+            Value::Number(number) => shown(number),
+            other => other.json().to_string().replace('"', "").replace(',', ", "),
+        };
         row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);
     }
     for parameter in section.parameters {

@@ -7,7 +7,8 @@ use super::Subject;
 use super::dist_read::range;
 use super::forms::FORMS;
 use super::read::LARGEST_SHARE;
-use super::table::{Kind, SECTIONS, Section, Setting, tidy};
+use super::setting::{Kind, Setting};
+use super::table::{SECTIONS, Section, tidy};
 use crate::settings::Channel;
 
 /// JSON Schema (draft 2020-12) of a recipe.
@@ -27,7 +28,8 @@ pub fn schema() -> Value {
         }),
     );
     for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
-        properties.insert(top.path.into(), section(top));
+        let drawn_only = top.settings.is_empty();
+        properties.insert(top.path.into(), if drawn_only { reference(top.path) } else { section(top) });
     }
     properties.insert(
         "classes".into(),
@@ -125,7 +127,6 @@ fn definitions() -> Map<String, Value> {
     let positive = || json!({ "type": "number", "exclusiveMinimum": 0 });
     let pair = |end: Value| json!({ "type": "array", "items": end, "minItems": 2, "maxItems": 2 });
     let list = |entry: Value| json!({ "type": "array", "items": entry, "minItems": 1 });
-    let reference = |name: &str| json!({ "$ref": format!("#/$defs/{name}") });
     let mut definitions = Map::new();
     for form in FORMS {
         let arguments = match form.key {
@@ -155,7 +156,8 @@ fn definitions() -> Map<String, Value> {
         }),
     );
     for section in SECTIONS.iter().filter(|section| !section.parameters.is_empty()) {
-        class.insert(section.path.into(), map(&tidy(section.doc), parameters(section.parameters)));
+        definitions.insert(section.path.into(), map(&tidy(section.doc), parameters(section.parameters)));
+        class.insert(section.path.into(), reference(section.path));
     }
     definitions.insert(
         "class".into(),
@@ -164,6 +166,11 @@ fn definitions() -> Map<String, Value> {
         }),
     );
     definitions
+}
+
+/// What is defined as `name`.
+fn reference(name: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{name}") })
 }
 
 /// An object of known keys.

@@ -2,7 +2,7 @@
 
 use super::fault::nearest;
 use super::node::{self, Node};
-use super::table::{Kind, Setting, Value};
+use super::setting::{Kind, Setting, Value};
 use super::walk::{Range, Walk};
 use crate::settings::Channel;
 
@@ -90,10 +90,10 @@ fn stack(walk: &mut Walk, node: &Node, path: &str, max: usize) -> Option<Value> 
     let mut map = walk.section(node, path);
     let every = map.take(walk, "every");
     let path = map.path_of("every");
-    map.close(walk, &["every"], &|_| None);
-    let Some(every) = every else {
+    if every.is_none() && map.is_empty() {
         walk.fault(node.place, &path, "is missing", remedy);
-        return None;
-    };
+    }
+    map.close(walk, &["every"], &|_| None);
+    let every = every?;
     count(walk, every, &path, (1, max), "").map(Value::Every)
 }

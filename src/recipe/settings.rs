@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::table::Value;
+use super::setting::Value;
 use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits};
 
 /// Every setting by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.

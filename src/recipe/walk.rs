@@ -139,6 +139,11 @@ impl<'n> Section<'n> {
         Some(node)
     }
 
+    /// Whether every key is taken.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
     /// Takes every key that is left.
     pub fn take_all(&mut self) -> Vec<&'n (Key, Node)> {
         std::mem::take(&mut self.entries)
@@ -192,7 +197,7 @@ pub(super) fn shown(number: f64) -> String {
 
 /// A text short enough for a message, without control characters.
 pub(super) fn clipped(text: &str) -> String {
-    const LONGEST: usize = 40;
+    const LONGEST: usize = 64;
     let clean = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c });
     clean.chain(text.chars().nth(LONGEST).map(|_| '…')).collect()
 }

@@ -1,0 +1,170 @@
+//! Purpose: the recipes load, the schema knows all their keys, and the committed schema and reference are fresh.
+//!
+//! `BLESS=1 cargo test --test recipe_schema` writes the committed copies again.
+
+use std::path::Path;
+
+use serde_json::Value;
+use sheetlight::recipe::{Recipe, reference_markdown, schema};
+
+fn recipes() -> Vec<(String, String)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes");
+    let files = std::fs::read_dir(&folder).expect("recipes/").map(|entry| entry.expect("an entry").path());
+    let yaml = files.filter(|path| path.extension().is_some_and(|end| end == "yaml"));
+    yaml.map(|path| (path.display().to_string(), std::fs::read_to_string(&path).expect("a text"))).collect()
+}
+
+#[test]
+fn every_recipe_loads_and_is_embedded() {
+    let recipes = recipes();
+    assert_eq!(recipes.len(), Recipe::embedded().count());
+    for (path, text) in recipes {
+        let recipe = Recipe::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(recipe.text(), text);
+        let name = recipe.name();
+        assert!(path.ends_with(&format!("{name}.yaml")), "{path} is called {name}");
+        for spelling in [name.to_owned(), format!("./recipes/{name}.yaml"), format!("{name}.yaml")] {
+            assert_eq!(Recipe::load(&spelling).expect("embedded").hash(), recipe.hash(), "{spelling}");
+        }
+        assert!(text.starts_with("# yaml-language-server: $schema=recipe.schema.json\n"), "{path}");
+        let classes: Vec<_> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
+        assert_eq!(classes, ["clear", "dead_knot", "mixed", "rot", "sound_knot"]);
+        assert!((recipe.classes().iter().map(|class| class.share).sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn classes_hold_what_their_names_say() {
+    for name in Recipe::embedded() {
+        let recipe = Recipe::load(name).expect("embedded");
+        for index in 0..400 {
+            let scene = recipe.draw(0, index);
+            let (knots, rot) = (scene.wood.knots, scene.wood.rot);
+            let shown = (knots.sound_count > 0.0, knots.dead_count > 0.0, rot.reach_mm > 0.0);
+            let meant = match scene.class.as_str() {
+                "clear" => (false, false, false),
+                "sound_knot" => (true, false, false),
+                "dead_knot" => (false, true, false),
+                "rot" => (false, false, true),
+                "mixed" => (true, true, true),
+                other => panic!("{other}"),
+            };
+            assert_eq!(shown, meant, "{name} {index} {}", scene.class);
+        }
+    }
+}
+
+#[test]
+fn the_board_lies_in_the_field() {
+    for name in Recipe::embedded() {
+        let recipe = Recipe::load(name).expect("embedded");
+        for index in 0..400 {
+            let scene = recipe.draw(1, index);
+            let (board, camera) = (scene.wood.board, scene.bench.camera);
+            assert!(board.lead_in_mm + board.length_mm <= scene.size.profiles as f64 * scene.bench.motion.step_mm);
+            // Pixel pitch on the upper surface, docs of the camera: (d - f - z cos a) / f times the pitch.
+            let height = board.thickness_mm * camera.tilt_deg.to_radians().cos();
+            let pitch = 1e-3 * camera.pixel_um * (camera.distance_mm - camera.focal_length_mm - height)
+                / camera.focal_length_mm;
+            let half_field = 0.5 * pitch * scene.size.columns as f64;
+            assert!(
+                board.offset_mm.abs() + 0.5 * board.width_mm <= half_field,
+                "{name} {index}: {board:?} {half_field}"
+            );
+        }
+    }
+}
+
+/// Every key of `value` is a property of `schema`, and every word one of its words.
+fn covered(root: &Value, schema: &Value, value: &Value, path: &str) {
+    if let Some(reference) = schema["$ref"].as_str() {
+        let target = root.pointer(reference.trim_start_matches('#')).unwrap_or_else(|| panic!("{reference}"));
+        return covered(root, target, value, path);
+    }
+    if let Some(options) = schema["oneOf"].as_array() {
+        // The option is found by the kind of the value: a map for a distribution, else a number or a word.
+        let forms = |option: &&Value| match value.as_object() {
+            Some(map) => option["$ref"].is_string() || map.keys().all(|key| !option["properties"][key].is_null()),
+            None => option["$ref"].is_null(),
+        };
+        let maps = |option: &&Value| forms(option) && has_form(root, option, value);
+        let option = options.iter().find(maps).unwrap_or_else(|| panic!("{path}: {value} is none of {options:?}"));
+        return covered(root, option, value, path);
+    }
+    if let Some(words) = schema["enum"].as_array() {
+        assert!(words.contains(value), "{path}: {value} is none of {words:?}");
+    }
+    if let Some(number) = value.as_f64() {
+        let limit = |name: &str, none: f64| schema[name].as_f64().unwrap_or(none);
+        assert!((limit("minimum", f64::MIN)..=limit("maximum", f64::MAX)).contains(&number), "{path}: {number}");
+    }
+    for (key, inner) in value.as_object().into_iter().flatten() {
+        let path = format!("{path}.{key}");
+        let property = &schema["properties"][key];
+        let known = if property.is_null() { &schema["additionalProperties"] } else { property };
+        assert!(known.is_object(), "{path} is not in the schema");
+        covered(root, known, inner, &path);
+    }
+}
+
+/// Whether a reference to a form of distribution is to the form of `value`.
+fn has_form(root: &Value, option: &Value, value: &Value) -> bool {
+    let Some(reference) = option["$ref"].as_str() else { return true };
+    let target = &root.pointer(reference.trim_start_matches('#')).unwrap_or_else(|| panic!("{reference}"));
+    let keys = value.as_object().map(|map| map.keys().map(String::as_str).collect::<Vec<_>>()).unwrap_or_default();
+    target["oneOf"].is_array() || keys.iter().all(|key| !target["properties"][key].is_null())
+}
+
+#[test]
+fn the_schema_knows_every_key() {
+    let schema = schema();
+    for (path, text) in recipes() {
+        let written: Value = serde_saphyr::from_str(&text).expect("YAML");
+        covered(&schema, &schema, &written, &path);
+        // The canonical form has every key, defaults included.
+        let canonical = Recipe::load(&path).expect("a recipe").canonical_json();
+        covered(&schema, &schema, &serde_json::from_str(&canonical).expect("JSON"), &path);
+    }
+}
+
+#[test]
+fn every_map_of_the_schema_is_closed() {
+    fn closed(value: &Value, path: &str) {
+        // What stands beside `oneOf` narrows the forms, which are closed themselves.
+        if value["properties"].is_object() && value["type"].is_string() {
+            assert!(!value["additionalProperties"].is_null(), "{path}");
+        }
+        for (key, inner) in value.as_object().into_iter().flatten() {
+            closed(inner, &format!("{path}/{key}"));
+        }
+    }
+    closed(&schema(), "");
+}
+
+/// The committed `file` is `fresh`; with BLESS=1 it is written.
+fn committed(file: &str, fresh: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, fresh).expect("it can be written");
+    }
+    let stale = std::fs::read_to_string(&path).unwrap_or_default() != fresh;
+    assert!(!stale, "{file} is stale: run `BLESS=1 cargo test --test recipe_schema` and commit it");
+}
+
+#[test]
+fn the_committed_schema_is_fresh() {
+    committed("recipes/recipe.schema.json", &format!("{:#}\n", schema()));
+}
+
+#[test]
+fn the_committed_reference_is_fresh() {
+    committed("recipes/README.md", &reference_markdown());
+}
+
+#[test]
+fn the_whole_recipe_of_the_reference_is_one() {
+    let page = reference_markdown();
+    let example = page.split("```yaml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+    let recipe = Recipe::parse("README.md", example).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(recipe.classes().len(), 2);
+}
