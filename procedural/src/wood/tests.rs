@@ -121,7 +121,7 @@ fn a_knot_outside_its_room_changes_nothing() {
 #[test]
 fn streaks_have_the_asked_size_and_follow_the_fibre() {
     let mut wood = Wood::from_values(&mut |p| p.default);
-    wood.media.latewood_k_per_mm = wood.media.earlywood_k_per_mm;
+    wood.media.latewood_k_ratio = 1.0;
     let plank = Plank::grow(Stream::root(6), &wood);
     let departure = |x: f32, y: f32| {
         let k = plank.slice(y).matter(x, 20.0).medium.k / wood.media.earlywood_k_per_mm as f32;
