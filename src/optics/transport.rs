@@ -111,10 +111,10 @@ impl SpreadRow {
 
 /// Path lengths and their integration weights tau^-3/2 d tau / (4 sqrt(pi)).
 fn nodes() -> [(f32, f32); NODES] {
-    let ratio = (LONGEST_MM / SHORTEST_MM).ln() / (NODES as f64 - 1.0);
+    let ratio = libm::log(LONGEST_MM / SHORTEST_MM) / (NODES as f64 - 1.0);
     std::array::from_fn(|m| {
-        let tau = SHORTEST_MM * (ratio * m as f64).exp();
-        (tau as f32, (ratio * tau.powf(-0.5) * 0.25 / std::f64::consts::PI.sqrt()) as f32)
+        let tau = SHORTEST_MM * libm::exp(ratio * m as f64);
+        (tau as f32, (ratio * 0.25 / (std::f64::consts::PI * tau).sqrt()) as f32)
     })
 }
 
@@ -309,9 +309,9 @@ pub fn coherence_contrast(medium: &procedural::Medium, boundary: f64, wavelength
     let z2 = z0 + 4.0 * boundary * d_perp;
     let weights: Vec<(f64, f64)> = (0..STEPS)
         .map(|i| {
-            let tau = SHORTEST_MM * (LONGEST_MM / SHORTEST_MM).powf(i as f64 / (STEPS as f64 - 1.0));
-            let term = |z: f64| z * (-z * z / (4.0 * d_perp * tau)).exp();
-            (tau, (term(z0) + term(z2)) * (-a * tau).exp() / tau.sqrt())
+            let tau = SHORTEST_MM * libm::pow(LONGEST_MM / SHORTEST_MM, i as f64 / (STEPS as f64 - 1.0));
+            let term = |z: f64| z * libm::exp(-z * z / (4.0 * d_perp * tau));
+            (tau, (term(z0) + term(z2)) * libm::exp(-a * tau) / tau.sqrt())
         })
         .collect();
     let total: f64 = weights.iter().map(|(_, w)| w).sum();
@@ -321,7 +321,7 @@ pub fn coherence_contrast(medium: &procedural::Medium, boundary: f64, wavelength
     for &(t, w) in &weights {
         for &(t2, w2) in &weights {
             let phase = band * (t - t2);
-            sum += w * w2 * (-phase * phase / (2.0 * std::f64::consts::LN_2)).exp();
+            sum += w * w2 * libm::exp(-phase * phase / (2.0 * std::f64::consts::LN_2));
         }
     }
     (sum / (total * total)).sqrt()
