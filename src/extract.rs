@@ -44,10 +44,10 @@ pub fn scatter_pixels(settings: &Extraction) -> usize {
 pub fn extract(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
     let rig = &calibration.rig;
     // z = s (d - f) / (f sin a + s cos a), s = (centre - row) pixel cos(beta).
-    let (sin, cos) = rig.tilt.sin_cos();
+    let (sin, cos) = libm::sincos(rig.tilt);
     let optics = [
         rig.centre_row as f32,
-        (rig.pixel * rig.scheimpflug().cos()) as f32,
+        (rig.pixel * libm::cos(rig.scheimpflug())) as f32,
         (rig.distance - rig.focal_length) as f32,
         (rig.focal_length * sin) as f32,
         cos as f32,

@@ -46,30 +46,30 @@ impl Rig {
 
     /// Sensor tilt that focuses the laser plane [rad].
     pub fn scheimpflug(&self) -> f64 {
-        (self.magnification() / self.tilt.tan()).atan()
+        libm::atan(self.magnification() / libm::tan(self.tilt))
     }
 
     /// Sensor position (column, row) of a point in space [px]; exact off the laser plane too.
     pub fn project(&self, x: f64, y: f64, z: f64) -> (f64, f64) {
-        let (sin, cos) = self.tilt.sin_cos();
+        let (sin, cos) = libm::sincos(self.tilt);
         let beta = self.scheimpflug();
         let v0 = self.focal_length * self.distance / (self.distance - self.focal_length);
         let yc = y * cos + z * sin;
         let zc = self.distance + y * sin - z * cos;
-        let v = v0 / (1.0 - beta.tan() * yc / zc);
-        (self.centre_col + v * x / zc / self.pixel, self.centre_row - v * yc / zc / beta.cos() / self.pixel)
+        let v = v0 / (1.0 - libm::tan(beta) * yc / zc);
+        (self.centre_col + v * x / zc / self.pixel, self.centre_row - v * yc / zc / libm::cos(beta) / self.pixel)
     }
 
     /// Height of a point of the laser plane seen in `row` [mm].
     pub fn height(&self, row: f64) -> f64 {
-        let (sin, cos) = self.tilt.sin_cos();
-        let s = (self.centre_row - row) * self.pixel * self.scheimpflug().cos();
+        let (sin, cos) = libm::sincos(self.tilt);
+        let s = (self.centre_row - row) * self.pixel * libm::cos(self.scheimpflug());
         s * (self.distance - self.focal_length) / (self.focal_length * sin + s * cos)
     }
 
     /// Position along the laser line of a point of the laser plane at height `z` seen in `col` [mm].
     pub fn along(&self, col: f64, z: f64) -> f64 {
-        let scale = (self.distance - self.focal_length - z * self.tilt.cos()) / self.focal_length;
+        let scale = (self.distance - self.focal_length - z * libm::cos(self.tilt)) / self.focal_length;
         (col - self.centre_col) * self.pixel * scale
     }
 }

@@ -1,6 +1,6 @@
 //! Labels from the truth alone: noise-free hits and the body's own instances, never a measured map.
 
-use procedural::{Class, Instance};
+use procedural::{Class, Instance, atan2};
 
 use crate::record::{Labels, Object, TruthMaps};
 use crate::specimen::Hit;
@@ -25,8 +25,8 @@ pub fn truth_row(hits: &[Hit], height: &mut [f32], azimuth: &mut [f32], dive: &m
             let along = fibre - normal * rise;
             // The fibre's sign has no meaning: the end that points along the scan gives the angle.
             let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
-            let turn = (sign * along.x).atan2(sign * along.y).to_degrees();
-            (hit.surface.z, turn, rise.abs().asin().to_degrees())
+            let turn = atan2(sign * along.x, sign * along.y).to_degrees();
+            (hit.surface.z, turn, atan2(rise.abs(), along.length()).to_degrees())
         };
     }
 }
@@ -103,10 +103,10 @@ pub fn bin_truth(truth: TruthMaps, cols: usize, columns: usize, rows: usize) -> 
     // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
     let part =
         |f: fn(f32) -> f32| -> Vec<f32> { truth.fibre_azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
-    let (cos, sin) = (mean(part(f32::cos)), mean(part(f32::sin)));
+    let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
     TruthMaps {
         height: mean(truth.height),
-        fibre_azimuth: cos.iter().zip(&sin).map(|(c, s)| 0.5 * s.atan2(*c).to_degrees()).collect(),
+        fibre_azimuth: cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect(),
         fibre_dive: mean(truth.fibre_dive),
     }
 }

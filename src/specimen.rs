@@ -78,11 +78,11 @@ impl Specimen {
     pub fn look(&self, y: f32, columns: usize, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
         let slice = self.body.slice(y);
-        let shadow = self.high.z * self.rig.tilt.tan() as f32 * 1.2 + 1.0;
+        let shadow = self.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
         let near_y = y > self.low.y - LEAVE_MM && y < self.high.y + shadow;
         // x of a column is linear in height.
         let scale = self.rig.pixel * (self.rig.distance - self.rig.focal_length) / self.rig.focal_length;
-        let drop = self.rig.pixel * self.rig.tilt.cos() / self.rig.focal_length;
+        let drop = self.rig.pixel * libm::cos(self.rig.tilt) / self.rig.focal_length;
         let mut guess = self.high.z;
         for column in 0..columns {
             let offset = column as f64 - self.rig.centre_col;
@@ -110,7 +110,7 @@ impl Specimen {
         let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
         let matter = Matter { medium, class: Class::Background, instance: 0 };
         let point = Vec3A::new(x, y, 0.0);
-        let (sin, cos) = self.rig.tilt.sin_cos();
+        let (sin, cos) = libm::sincos(self.rig.tilt);
         let lens = Vec3A::new(0.0, y - (self.rig.distance * sin) as f32, (self.rig.distance * cos) as f32);
         // Shadows reach no further than the lower of fan and lens throws them over the body's top, and a margin.
         let over = (self.fan_height.min(lens.z) - self.high.z).max(1.0);

@@ -5,19 +5,23 @@
 //!
 //! Units: mm, mm^-1, rad. Axes: x along the laser line, y along the scan, z up; z = 0 is the conveyor.
 
+pub mod arctangent;
 pub mod body;
 pub mod flat;
 pub mod medium;
 pub mod mesh;
 pub mod noise;
+pub mod normal;
 pub mod parameter;
 pub mod stream;
 pub mod truth;
 pub mod wood;
 
+pub use arctangent::atan2;
 pub use body::Body;
 pub use medium::Medium;
 pub use mesh::Mesh;
+pub use normal::normal;
 pub use parameter::Parameter;
 pub use stream::Stream;
 pub use truth::{Class, Instance, Matter, Surface};

@@ -198,9 +198,9 @@ fn rot_is_the_class_table_at_half_severity() {
             let m = matter.medium;
             assert_eq!((matter.class, matter.instance), (Class::Rot, 1));
             for (value, asked) in [
-                (m.mu_a, wood.media.rot_mu_a_per_mm),
-                (m.sigma_i, wood.media.rot_sigma_i_per_mm),
-                (m.k, wood.media.rot_k_per_mm),
+                (m.mu_a, wood.media.rot_mu_a_ratio * wood.media.earlywood_mu_a_per_mm),
+                (m.sigma_i, wood.media.rot_sigma_i_ratio * wood.media.earlywood_sigma_i_per_mm),
+                (m.k, wood.media.rot_k_ratio * wood.media.earlywood_k_per_mm),
                 (m.n_eff, wood.media.rot_n_eff),
             ] {
                 assert!((f64::from(value) / asked - 1.0).abs() < 1.0e-6, "{value} against {asked}");

@@ -77,7 +77,7 @@ impl Camera {
         let (camera, laser, exposure) = (&bench.camera, &bench.laser, &bench.exposure);
         let photon = HC / (laser.wavelength_nm * 1e-9);
         let pupil = 0.5 * camera.focal_length_mm / camera.f_number;
-        let fan_half = (0.5 * laser.fan_angle_deg).to_radians().tan();
+        let fan_half = libm::tan((0.5 * laser.fan_angle_deg).to_radians());
         let electrons = laser.power_mw * 1e-3 / (2.0 * fan_half) * exposure.time_us * 1e-6 / photon
             * exposure.quantum_efficiency
             * camera.transmission
@@ -86,7 +86,7 @@ impl Camera {
         let rayleigh = std::f64::consts::PI * laser.waist_mm.powi(2) / (laser.m_squared * laser.wavelength_nm * 1e-6);
         let v0 = rig.focal_length * rig.distance / (rig.distance - rig.focal_length);
         let beta = rig.scheimpflug();
-        let (sin, cos) = rig.tilt.sin_cos();
+        let (sin, cos) = libm::sincos(rig.tilt);
         Self {
             rig,
             electrons: electrons as f32,
@@ -97,10 +97,10 @@ impl Camera {
             waist: [laser.waist_mm as f32, laser.waist_height_mm as f32, rayleigh as f32],
             blur_variance: (camera.blur_um / camera.pixel_um).powi(2) as f32,
             row: [
-                (v0 / (beta.cos() * rig.pixel)) as f32,
+                (v0 / (libm::cos(beta) * rig.pixel)) as f32,
                 sin as f32,
                 cos as f32,
-                beta.tan() as f32,
+                libm::tan(beta) as f32,
                 rig.distance as f32,
             ],
         }

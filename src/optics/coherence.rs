@@ -22,9 +22,9 @@ pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, li
     let z2 = z0 + 4.0 * boundary * d_perp;
     let weights: Vec<(f64, f64)> = (0..STEPS)
         .map(|i| {
-            let tau = PATHS_MM.0 * (PATHS_MM.1 / PATHS_MM.0).powf(i as f64 / (STEPS as f64 - 1.0));
-            let term = |z: f64| z * (-z * z / (4.0 * d_perp * tau)).exp();
-            (tau, (term(z0) + term(z2)) * (-a * tau).exp() / tau.sqrt())
+            let tau = PATHS_MM.0 * libm::pow(PATHS_MM.1 / PATHS_MM.0, i as f64 / (STEPS as f64 - 1.0));
+            let term = |z: f64| z * libm::exp(-z * z / (4.0 * d_perp * tau));
+            (tau, (term(z0) + term(z2)) * libm::exp(-a * tau) / tau.sqrt())
         })
         .collect();
     let total: f64 = weights.iter().map(|(_, w)| w).sum();
@@ -34,7 +34,7 @@ pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, li
     for &(t, w) in &weights {
         for &(t2, w2) in &weights {
             let phase = band * (t - t2);
-            sum += w * w2 * (-phase * phase / (2.0 * std::f64::consts::LN_2)).exp();
+            sum += w * w2 * libm::exp(-phase * phase / (2.0 * std::f64::consts::LN_2));
         }
     }
     (sum / (total * total)).sqrt()

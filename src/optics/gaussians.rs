@@ -47,10 +47,10 @@ pub(crate) fn diffusion(sigma_i: f64, k: f64) -> (f64, f64) {
 
 /// Path lengths and their integration weights tau^-3/2 d tau / (4 sqrt(pi)).
 pub(super) fn nodes() -> [(f32, f32); NODES] {
-    let ratio = (LONGEST_MM / SHORTEST_MM).ln() / (NODES as f64 - 1.0);
+    let ratio = libm::log(LONGEST_MM / SHORTEST_MM) / (NODES as f64 - 1.0);
     std::array::from_fn(|m| {
-        let tau = SHORTEST_MM * (ratio * m as f64).exp();
-        (tau as f32, (ratio * tau.powf(-0.5) * 0.25 / std::f64::consts::PI.sqrt()) as f32)
+        let tau = SHORTEST_MM * libm::exp(ratio * m as f64);
+        (tau as f32, (ratio * 0.25 / (std::f64::consts::PI * tau).sqrt()) as f32)
     })
 }
 

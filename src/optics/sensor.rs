@@ -6,9 +6,7 @@
 //! is split into pixel, row (each exposure anew) and row pattern (fixed). Not modelled here: differences between pixels
 //! (PRNU, DSNU), dark current, blooming, several slopes.
 
-use procedural::Stream;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use procedural::{Stream, normal};
 
 use super::lanes;
 use super::parameters::Exposure;
@@ -41,8 +39,7 @@ impl Chain {
             - exposure.row_pattern_dn.powi(2)
             - 1.0 / 12.0;
         let mut rng = stream.child("row_pattern").rng();
-        let pattern =
-            (0..rows).map(|_| (exposure.row_pattern_dn * rng.sample::<f64, _>(StandardNormal)) as f32).collect();
+        let pattern = (0..rows).map(|_| (exposure.row_pattern_dn * normal(&mut rng)) as f32).collect();
         Self {
             gain: gain as f32,
             dark_level: exposure.dark_level_dn as f32,

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use procedural::Stream;
 use procedural::stream::mix;
 use rand::RngExt;
-use rustfft::FftPlanner;
+use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex32;
 
 /// Pixels along the line after which a pattern repeats.
@@ -49,7 +49,7 @@ impl Tiles {
 
     /// The patterns for speckles of `grain` pixels: surface and volume.
     pub fn get(&self, grain: f64) -> Arc<[Tile; 2]> {
-        let key = (grain.ln() / GRAIN_STEP.ln()).round() as i32;
+        let key = (libm::log(grain) / libm::log(GRAIN_STEP)).round() as i32;
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         let tile = |patterns: usize, stream: Stream| Tile::new(GRAIN_STEP.powi(key), patterns, stream);
         made.entry(key)
@@ -106,12 +106,14 @@ fn intensity(grain: f64, stream: Stream) -> Vec<f32> {
     for row in 0..SIDE {
         for column in 0..SIDE {
             let phase = rng.random::<f64>() * TAU;
-            if (row as f64 - centre).hypot(column as f64 - centre) <= 0.5 * diameter {
-                field[row * SIDE + column] = Complex32::new(phase.cos() as f32, phase.sin() as f32);
+            if libm::hypot(row as f64 - centre, column as f64 - centre) <= 0.5 * diameter {
+                let (sin, cos) = libm::sincos(phase);
+                field[row * SIDE + column] = Complex32::new(cos as f32, sin as f32);
             }
         }
     }
-    let transform = FftPlanner::new().plan_fft_forward(SIDE);
+    // The other planners pick instructions by the CPU, and with them the last bits.
+    let transform = FftPlannerScalar::new().plan_fft_forward(SIDE);
     for _ in 0..2 {
         transform.process(&mut field);
         // Transpose in place: the second pass transforms the columns.
@@ -132,19 +134,12 @@ pub fn pixel_contrast(grain: f64) -> f64 {
     for i in 0..STEPS {
         for j in 0..STEPS {
             let (x, y) = ((i as f64 + 0.5) / STEPS as f64, (j as f64 + 0.5) / STEPS as f64);
-            let r = PI * x.hypot(y) / grain;
-            let airy = 2.0 * bessel_j1(r) / r;
+            let r = PI * libm::hypot(x, y) / grain;
+            let airy = 2.0 * libm::j1(r) / r;
             sum += (1.0 - x) * (1.0 - y) * airy * airy;
         }
     }
     (4.0 * sum / (STEPS * STEPS) as f64).sqrt()
-}
-
-/// Bessel function J1 by its integral, (1 / pi) int_0^pi cos(t - x sin t) dt; the midpoint rule converges geometrically.
-fn bessel_j1(x: f64) -> f64 {
-    let steps = 24 + x as usize;
-    (0..steps).map(|i| PI * (i as f64 + 0.5) / steps as f64).map(|t| (t - x * t.sin()).cos()).sum::<f64>()
-        / steps as f64
 }
 
 /// Where a column tile reads its pattern: another offset for each tile and each time around.
@@ -187,7 +182,7 @@ mod tests {
                 .sum::<f64>()
                 / n;
             let r = PI * lag as f64 / grain;
-            let theory = (2.0 * bessel_j1(r) / r).powi(2);
+            let theory = (2.0 * libm::j1(r) / r).powi(2);
             assert!((covariance / variance - theory).abs() < 4.0 / cells.sqrt(), "lag {lag}: {covariance} {theory}");
         }
     }

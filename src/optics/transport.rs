@@ -161,7 +161,7 @@ pub fn point_spread(media: &MediaRow, cells: usize, cell_mm: f64) -> Vec<f64> {
                 let y = ((i / side) as f64 - cells as f64) * cell_mm;
                 let x = ((i % side) as f64 - cells as f64) * cell_mm;
                 let (e, f) = (y * cos + x * sin, x * cos - y * sin);
-                *out += peak * (-0.5 * (e * e / v + f * f / u)).exp();
+                *out += peak * libm::exp(-0.5 * (e * e / v + f * f / u));
             }
         }
     }

@@ -118,7 +118,7 @@ pub(super) fn scene(
     for height in ["laser.fan_height_mm", "camera.distance_mm"] {
         let keys = [height, "board.thickness_mm", "camera.tilt_deg"];
         let tilt = if height.starts_with("camera") { bounds("camera.tilt_deg").1 } else { 0.0 };
-        let lowest = bounds(height).0 * tilt.to_radians().cos();
+        let lowest = bounds(height).0 * libm::cos(tilt.to_radians());
         if concerned(&keys) && lowest <= thickness {
             let problem =
                 format!("stands {} mm high, and the board can be {} mm thick", shown(lowest), shown(thickness));

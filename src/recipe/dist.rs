@@ -5,7 +5,7 @@
 //! | fixed v | always v | |
 //! | uniform [a, b] | 1 / (b - a) | |
 //! | log_uniform [a, b] | 1 / (x ln(b / a)) | Hamming 1970: the prior of a scale |
-//! | normal (m, s) | exp(-(x - m)^2 / 2 s^2) / (s sqrt(2 pi)) | Gauss; ziggurat of Marsaglia and Tsang 2000 (rand_distr) |
+//! | normal (m, s) | exp(-(x - m)^2 / 2 s^2) / (s sqrt(2 pi)) | Gauss; polar method of Marsaglia and Bray 1964 |
 //! | lognormal (m, s) | normal of ln x about ln m | Limpert, Stahel, Abbt 2001: m is the median |
 //! | choice (v, w) | w_i / sum w for v_i | |
 //!
@@ -14,9 +14,8 @@
 //! the checks between parameters can rely. Counts: the continuous forms are rounded to the nearest whole number; uniform
 //! and log-uniform reach half a number further first, so that a uniform count takes each of its numbers equally often.
 
-use procedural::{Parameter, Stream};
+use procedural::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};
-use rand_distr::{Distribution as _, StandardNormal};
 
 /// Cut of normal and lognormal [standard deviations].
 const CUT: f64 = 8.0;
@@ -126,9 +125,9 @@ impl Distribution {
         let value = match self {
             Self::Fixed(value) => *value,
             Self::Uniform { min, max } => between(min - half, max + half, rng),
-            Self::LogUniform { min, max } => between((min - half).ln(), (max + half).ln(), rng).exp(),
+            Self::LogUniform { min, max } => libm::exp(between(libm::log(min - half), libm::log(max + half), rng)),
             Self::Normal { mean, sd } => mean + sd * normal(rng),
-            Self::Lognormal { median, log_sd } => median * (log_sd * normal(rng)).exp(),
+            Self::Lognormal { median, log_sd } => median * libm::exp(log_sd * normal(rng)),
             Self::Choice { values, weights } => values[pick(weights, rng.random())],
             Self::Truncated { of, .. } => of.sample(count, rng),
         };
@@ -141,7 +140,7 @@ impl Distribution {
             Self::Fixed(value) => (*value, *value),
             Self::Uniform { min, max } | Self::LogUniform { min, max } => (*min, *max),
             Self::Normal { mean, sd } => (mean - CUT * sd, mean + CUT * sd),
-            Self::Lognormal { median, log_sd } => (median * (-CUT * log_sd).exp(), median * (CUT * log_sd).exp()),
+            Self::Lognormal { median, log_sd } => (median * libm::exp(-CUT * log_sd), median * libm::exp(CUT * log_sd)),
             Self::Choice { values, weights } => {
                 let possible = values.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
                 possible.fold((f64::MAX, f64::MIN), |(min, max), (value, _)| (min.min(*value), max.max(*value)))
@@ -160,14 +159,14 @@ impl Distribution {
             Self::Fixed(value) => inside(*value),
             Self::Uniform { min, max } => overlap(min - half, max + half, low, high),
             Self::LogUniform { min, max } => {
-                let ln = |x: f64| x.max(f64::MIN_POSITIVE).ln();
+                let ln = |x: f64| libm::log(x.max(f64::MIN_POSITIVE));
                 overlap(ln(min - half), ln(max + half), ln(low), ln(high))
             }
             Self::Normal { mean, sd: 0.0 } => inside(*mean),
             Self::Normal { mean, sd } => normal_below((high - mean) / sd) - normal_below((low - mean) / sd),
             Self::Lognormal { median, log_sd: 0.0 } => inside(*median),
             Self::Lognormal { median, log_sd } => {
-                let below = |x: f64| if x > 0.0 { normal_below((x / median).ln() / log_sd) } else { 0.0 };
+                let below = |x: f64| if x > 0.0 { normal_below(libm::log(x / median) / log_sd) } else { 0.0 };
                 below(high) - below(low)
             }
             Self::Choice { values, weights } => {
@@ -182,11 +181,6 @@ impl Distribution {
 /// Even between `min` and `max`.
 fn between(min: f64, max: f64, rng: &mut impl Rng) -> f64 {
     min + (max - min) * rng.random::<f64>()
-}
-
-/// Gaussian of mean 0 and standard deviation 1.
-fn normal(rng: &mut impl Rng) -> f64 {
-    StandardNormal.sample(rng)
 }
 
 /// Index into `weights` at the share `u` in [0, 1) of their sum; never one of weight 0.
@@ -216,6 +210,6 @@ fn overlap(min: f64, max: f64, low: f64, high: f64) -> f64 {
 fn normal_below(z: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.2316419 * z.abs());
     let series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))));
-    let above = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt() * series;
+    let above = libm::exp(-0.5 * z * z) / (2.0 * std::f64::consts::PI).sqrt() * series;
     if z < 0.0 { above } else { 1.0 - above }
 }

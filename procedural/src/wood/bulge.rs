@@ -2,18 +2,20 @@
 //!
 //! Models: t is the radius that the trunk had when a point grew [mm]; annual rings are its level sets. Far from knots t
 //! is the distance r from the pith. Near a knot trunk and branch merge by a smooth minimum of their times,
-//!   smin(1, x) = (1 + x^-k)^(-1/k),  k = 1.75 (1 - x) / (0.3 + |1 - x|) + 3.25,
-//! with x the distance from the axis over the knot's half width (measured 1.6 times shorter along the grain), and
-//!   t = r - f h (1 - smin),  h = 2.5 half widths.
+//!   smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7),
+//! with x >= 1 the distance from the axis over the knot's half width (measured 1.6 times shorter along the grain), and
+//!   t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths.
+//! The slope of t, which is the fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg four half
+//! widths along the grain from its axis, and without a step to 0 at x = 4.
 //! After the branch's death f falls from 1 to -1/2: rings stop bulging outwards and bend in around the stub.
-//! Source: Larsson et al. (2022) for the exponent and f; in their field the bulge scales with the trunk's radius, here
-//! with the knot's, so that small knots bend few rings.
-//! Limits: inside a knot the branch's own rings replace this field; the bulge fades to nothing at x = 4.
+//! Source: Larsson et al. (2022) for the merging and f. Their k falls by 1.75 instead of 0.8, and their bulge scales with the
+//! trunk's radius; here it scales with the knot's and ends sooner, so that small knots bend few rings.
+//! Limits: inside a knot the branch's own rings replace this field.
 
 /// Largest distance from the axis at which a knot disturbs wood [half widths across, 1.6 times as many along].
 pub(super) const REACH: f32 = 4.0;
-/// Where the disturbance begins to fade [half widths].
-const FADE_FROM: f32 = 2.2;
+/// Where the flow of fibres around the knot begins to fade [half widths].
+const FADE_FROM: f32 = 1.5;
 /// The disturbance is longer along the grain than across by this [1]; chosen by eye on flat-sawn spruce.
 pub(super) const ASPECT: f32 = 1.6;
 /// Height of the merging over the knot's half width [1]; the bulge at the knot is a fifth of it.
@@ -26,7 +28,7 @@ const STEPS: usize = 256;
 /// The merging of trunk and branch, tabulated over the distance from the axis.
 #[derive(Debug, Clone)]
 pub(super) struct Bulge {
-    /// 1 - smin, its slope over the distance, and the weight of the knot's disturbance, in equal steps.
+    /// w (1 - smin), its slope over the distance, and the weight of the flow around the knot, in equal steps.
     table: Vec<[f32; 3]>,
 }
 
@@ -37,15 +39,14 @@ pub(super) struct Merge {
     pub depth: f32,
     /// Slope of that depth over x, divided by x [1].
     pub slope_over_x: f32,
-    /// Weight of everything that the knot disturbs, 1 near and 0 at the reach [1].
+    /// Weight of the flow of fibres around the knot, 1 near and 0 at the reach [1].
     pub weight: f32,
 }
 
 fn depth(x: f64) -> f64 {
-    let gap = 1.0 - x;
-    let k = 1.75 * gap / (0.3 + gap.abs()) + 3.25;
-    let fade = weight(x);
-    fade * (1.0 - (1.0 + x.powf(-k)).powf(-1.0 / k))
+    let k = 3.25 - 0.8 * (x - 1.0) / (x - 0.7);
+    let u = ((x - 1.0) / (f64::from(REACH) - 1.0)).clamp(0.0, 1.0);
+    (1.0 - u * u).powi(3) * (1.0 - libm::pow(1.0 + libm::pow(x, -k), -1.0 / k))
 }
 
 fn weight(x: f64) -> f64 {
@@ -109,6 +110,15 @@ mod tests {
         assert!((merge.depth - (1.0 - 2.0_f32.powf(-1.0 / 3.25))).abs() < 2.0e-3, "{merge:?}");
         let end = Bulge::new().at(REACH - 1.0e-4);
         assert!(end.depth.abs() < 1.0e-6 && end.weight.abs() < 1.0e-6);
+    }
+
+    #[test]
+    fn the_dive_falls_steadily_and_is_small_two_diameters_along_the_grain() {
+        let bulge = Bulge::new();
+        let dive = |x: f32| (HEIGHT / ASPECT * bulge.at(x).slope_over_x * x).abs().atan().to_degrees();
+        let dives: Vec<f32> = (0..=60).map(|i| dive(1.0 + 0.05 * (i as f32 - 0.01).max(0.1))).collect();
+        assert!(dives.windows(2).all(|w| w[1] < w[0] && w[0] - w[1] < 1.5), "an outline shows: {dives:?}");
+        assert!(dives[0] < 25.0 && dive(4.0 / ASPECT) < 4.0 && dive(3.0) < 2.0, "{dives:?}");
     }
 
     #[test]

@@ -65,17 +65,50 @@ pub(super) struct Kinds {
 }
 
 impl Kinds {
-    /// The kinds of a recipe.
+    /// The kinds of a recipe: earlywood as it is given, everything else but bark's absorption by its ratios to earlywood.
     pub fn new(m: &Media) -> Self {
-        let knot = |mu_a| Coefficients::new(mu_a, m.knot_sigma_i_per_mm, m.knot_k_per_mm, m.knot_n_eff);
-        let clear = |mu_a, sigma_i, k| Coefficients::new(mu_a, sigma_i, k, m.clear_n_eff);
+        let (mu_a, sigma_i, k) = (m.earlywood_mu_a_per_mm, m.earlywood_sigma_i_per_mm, m.earlywood_k_per_mm);
+        let knot = |mu_a| Coefficients::new(mu_a, m.knot_sigma_i_ratio * sigma_i, m.knot_k_ratio * k, m.knot_n_eff);
         Self {
-            earlywood: clear(m.earlywood_mu_a_per_mm, m.earlywood_sigma_i_per_mm, m.earlywood_k_per_mm),
-            latewood: clear(m.latewood_mu_a_per_mm, m.latewood_sigma_i_per_mm, m.latewood_k_per_mm),
-            sound_knot: knot(m.knot_mu_a_per_mm),
-            dead_knot: knot(m.dead_knot_mu_a_per_mm),
+            earlywood: Coefficients::new(mu_a, sigma_i, k, m.clear_n_eff),
+            latewood: Coefficients::new(
+                m.latewood_mu_a_ratio * mu_a,
+                m.latewood_sigma_i_ratio * sigma_i,
+                m.latewood_k_ratio * k,
+                m.clear_n_eff,
+            ),
+            sound_knot: knot(m.knot_mu_a_ratio * mu_a),
+            dead_knot: knot(m.dead_knot_mu_a_ratio * mu_a),
             bark: knot(m.bark_mu_a_per_mm),
-            rot: Coefficients::new(m.rot_mu_a_per_mm, m.rot_sigma_i_per_mm, m.rot_k_per_mm, m.rot_n_eff),
+            rot: Coefficients::new(
+                m.rot_mu_a_ratio * mu_a,
+                m.rot_sigma_i_ratio * sigma_i,
+                m.rot_k_ratio * k,
+                m.rot_n_eff,
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wood::Wood;
+
+    #[test]
+    fn the_defaults_are_the_class_table() {
+        let kinds = Kinds::new(&Wood::from_values(&mut |p| p.default).media);
+        // docs/wood.md.
+        let table = [
+            (kinds.earlywood, 0.08, 2.0, 10.0, 1.18),
+            (kinds.latewood, 0.2, 2.5, 14.0, 1.18),
+            (kinds.sound_knot, 0.22, 3.0, 14.0, 1.22),
+            (kinds.dead_knot, 0.8, 3.0, 14.0, 1.22),
+            (kinds.bark, 2.5, 3.0, 14.0, 1.22),
+            (kinds.rot, 0.5, 4.0, 8.0, 1.15),
+        ];
+        for (kind, mu_a, sigma_i, k, n_eff) in table {
+            assert_eq!(kind, Coefficients { mu_a, sigma_i, k, n_eff });
         }
     }
 }

@@ -110,7 +110,7 @@ impl Decay {
         let mu_a = clear.mu_a * decayed.rim;
         let along = |from: f32, to: f32| from + v * (to - from);
         Coefficients {
-            mu_a: mu_a * (self.rot.mu_a / mu_a).powf(v),
+            mu_a: mu_a * libm::powf(self.rot.mu_a / mu_a, v),
             sigma_i: along(clear.sigma_i, self.rot.sigma_i).max(LEAST_SIGMA_I),
             k: along(clear.k, self.rot.k).max(0.0),
             n_eff: along(clear.n_eff, self.rot.n_eff).clamp(INDICES[0], INDICES[1]),

@@ -11,11 +11,17 @@
 
 use glam::Vec2;
 
+use crate::atan2;
+
 /// Entries of the table of the outline.
 const STEPS: usize = 64;
 /// Slowest speed along the fibre [1]: sharpens the blunt nose of the oval to the spindle that wood shows, where fibres
 /// part at about 60 deg, and keeps the direction defined at the tips.
 pub(super) const SLOWEST: f32 = 0.35;
+
+/// Half width of the seam along the oval's axis where fibres that parted come together again [half width]: a point would
+/// turn them within less than a fibre's width.
+const SEAM: f32 = 0.3;
 
 /// A Rankine oval of half width 1.
 #[derive(Debug, Clone)]
@@ -42,7 +48,7 @@ pub(super) struct Disturbance {
 impl Oval {
     /// The oval whose source and sink lie `ratio` half widths from its middle.
     pub fn new(ratio: f32) -> Self {
-        let m = 0.5 / ratio.atan();
+        let m = 0.5 / libm::atanf(ratio);
         let tip = (ratio * ratio + 2.0 * m * ratio).sqrt();
         let mut oval = Self { b: ratio, m, tip, outline: [0.0; STEPS + 1] };
         for i in 0..STEPS {
@@ -66,13 +72,21 @@ impl Oval {
         let (a, c) = (1.0 / (before * before + square), 1.0 / (after * after + square));
         let velocity = self.m * Vec2::new(before * a - after * c, p.y * (a - c));
         // Both angles in one: the angle between the directions to source and sink.
-        let angle = (-2.0 * self.b * p.y).atan2(p.length_squared() - self.b * self.b);
+        let angle = atan2(-2.0 * self.b * p.y, p.length_squared() - self.b * self.b);
         Disturbance { velocity, psi: self.m * angle }
     }
 
-    /// The disturbance anywhere: inside the oval that of the nearest outline point across, in proportion.
+    /// The disturbance anywhere, with the seam behind the tips made as wide as [`SEAM`].
     #[inline]
     pub fn disturb(&self, p: Vec2) -> Disturbance {
+        let y = (p.y * p.y + SEAM * SEAM).sqrt();
+        let (side, beside) = (p.y / y, self.parted(Vec2::new(p.x, y)));
+        Disturbance { velocity: Vec2::new(beside.velocity.x, beside.velocity.y * side), psi: beside.psi * side }
+    }
+
+    /// The disturbance with a sharp seam: inside the oval that of the nearest outline point across, in proportion.
+    #[inline]
+    fn parted(&self, p: Vec2) -> Disturbance {
         let at = p.x.abs() / self.tip * STEPS as f32;
         if at >= STEPS as f32 || p.y.abs() >= 1.0 {
             return self.outside(p);
@@ -145,9 +159,9 @@ mod tests {
             let x = oval.tip * (i as f32 / 60.0) * 0.97;
             let edge = (0..=4000)
                 .map(|j| j as f32 / 4000.0)
-                .find(|&y| oval.disturb(Vec2::new(x, y)) == oval.outside(Vec2::new(x, y)));
+                .find(|&y| oval.parted(Vec2::new(x, y)) == oval.outside(Vec2::new(x, y)));
             let edge = edge.expect("the outline is no wider than 1");
-            let (inner, outer) = (oval.disturb(Vec2::new(x, edge - 1.0e-3)), oval.disturb(Vec2::new(x, edge + 1.0e-3)));
+            let (inner, outer) = (oval.parted(Vec2::new(x, edge - 1.0e-3)), oval.parted(Vec2::new(x, edge + 1.0e-3)));
             assert!(inner.velocity.distance(outer.velocity) < 0.05, "at {x}: {inner:?} {outer:?}");
         }
     }

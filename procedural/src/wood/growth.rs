@@ -3,9 +3,10 @@
 //! Models: time of growth t as the distance from the pith with a slight waviness, less the bulges around knots; fibres
 //! that follow the pith, turned by the spiral grain, pushed aside by the flow around every knot, and then laid into the
 //! growth surface t = const, f = normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its
-//! axis; they pass over smoothly into a living branch and end sharply at a dead one.
+//! axis. Fibres that come up the stem bend outwards into a living branch from below; on its flanks they pass by, above it
+//! the bulge lets them dive under it, and there, as all around a dead one, branch and stem meet without a passage.
 //! Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and `flow` for the rest.
-//! Limits: the disturbances of several knots add up; the upper side of a branch is as well connected as the lower.
+//! Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own.
 
 use glam::{Vec2, Vec3};
 
@@ -25,12 +26,14 @@ const WAVES_PER_RAD: f32 = 3.0;
 const WAVE_MM: f32 = 120.0;
 /// Largest spiral grain [rad].
 const SPIRAL_LIMIT: f32 = 10.0 * std::f32::consts::PI / 180.0;
-/// Distance from a living branch's axis over which fibres pass into it [half widths].
-const BLEND: [f32; 2] = [0.85, 1.15];
+/// Distance from a living branch's axis over which fibres pass into it straight below it [half widths].
+const BLEND: [f32; 2] = [0.75, 1.6];
+/// Cosine of the angle from the direction down the stem over which that passage opens [1].
+const BELOW: [f32; 2] = [0.1, 0.8];
 /// Distance from a living branch's axis over which its medium begins [half widths].
 const RIND: [f32; 2] = [0.94, 1.04];
 /// Outlines are looked at within this distance [half widths].
-const OUTLINE_REACH: f32 = 1.35;
+const OUTLINE_REACH: f32 = 1.85;
 /// How far fibre bundles follow the streamlines [1]; less than 1, or the tips of the oval would hold a single bundle.
 const FOLLOW: f32 = 0.85;
 
@@ -72,6 +75,8 @@ pub(super) struct Branch<'a> {
     pub wobble: f32,
     /// It had died when this point grew.
     pub dead: bool,
+    /// Cosine of the angle between the direction from the axis to here and down the stem [1].
+    pub below: f32,
     offset: Vec2,
     section: Section,
 }
@@ -135,9 +140,11 @@ impl Growth {
             let d = Vec2::new(offset.x, rise);
             if d.length_squared() < (OUTLINE_REACH * a).powi(2) {
                 let wobble = knot.wobble(d);
-                let x = d.length() / (a * (1.0 + wobble));
+                let length = d.length();
+                let x = length / (a * (1.0 + wobble));
                 if branch.is_none_or(|other| x < other.x) {
-                    branch = Some(Branch { knot, x, half_width: a, wobble, dead: r >= knot.death, offset, section });
+                    let (dead, below) = (r >= knot.death, -rise / length.max(1.0e-6));
+                    branch = Some(Branch { knot, x, half_width: a, wobble, dead, below, offset, section });
                 }
             }
         }
@@ -169,10 +176,22 @@ impl Branch<'_> {
         if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(RIND[0], RIND[1], self.x) }
     }
 
+    /// How far the fibre here has turned from the stem's into the branch's [1]: gradually straight below a living branch,
+    /// less and less so towards its flanks, at once elsewhere.
+    #[inline]
+    fn joined(&self) -> f32 {
+        let apart = f32::from(self.x < 1.0);
+        if self.dead || self.below <= BELOW[0] {
+            return apart;
+        }
+        let together = 1.0 - smoothstep(BLEND[0], BLEND[1], self.x);
+        apart + smoothstep(BELOW[0], BELOW[1], self.below) * (together - apart)
+    }
+
     /// The fibre here, given that of the trunk around.
     #[inline]
     fn fibre(&self, trunk: Vec3, place: &Place) -> Vec3 {
-        let share = if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(BLEND[0], BLEND[1], self.x) };
+        let share = self.joined();
         if share == 0.0 {
             return trunk;
         }

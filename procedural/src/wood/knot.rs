@@ -10,9 +10,8 @@
 
 use glam::Vec2;
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 
-use crate::{Class, Stream};
+use crate::{Class, Stream, normal};
 
 /// Mean and spread of A over the scanned knots [rad].
 const OPENING: [f64; 2] = [0.29, 0.17];
@@ -54,16 +53,15 @@ impl Draw {
     /// The draws of one knot's own stream.
     pub fn new(stream: Stream) -> Self {
         let mut rng = stream.child("shape").rng();
-        let mut normal = || StandardNormal.sample(&mut rng);
-        let (width, slope, opening, taper, turn): (f64, f64, f64, f64, f64) =
-            (normal(), normal(), normal(), normal(), normal());
+        let mut next = || normal(&mut rng);
+        let (width, slope, opening, taper, turn): (f64, f64, f64, f64, f64) = (next(), next(), next(), next(), next());
         let bend = BEND * rng.random::<f64>();
         let mut rng = stream.child("outline").rng();
         // Amplitudes fall as 1/order; the root mean square of a harmonic is its amplitude over sqrt 2, of its two
         // normal parts that of one of them.
         let power: f64 = (0..HARMONICS).map(|i| 1.0 / ((i + 2) as f64).powi(2)).sum();
         let outline = std::array::from_fn(|i| {
-            let mut part = || -> f64 { StandardNormal.sample(&mut rng) };
+            let mut part = || normal(&mut rng);
             let amplitude = WOBBLE / ((i + 2) as f64 * power.sqrt());
             Vec2::new((amplitude * part()) as f32, (amplitude * part()) as f32)
         });
@@ -131,7 +129,7 @@ impl Distance {
     #[inline]
     pub fn new(r: f32) -> Self {
         let root = r.sqrt();
-        Self { r, root, log: r.ln(), fourth_root: root.sqrt() }
+        Self { r, root, log: libm::logf(r), fourth_root: root.sqrt() }
     }
 }
 
@@ -169,7 +167,7 @@ impl Knot {
             death: spot.death,
             bark: spot.bark.min(BARK_LIMIT * spot.half_width),
             cos_slope: 1.0 / (1.0 + spot.slope * spot.slope).sqrt(),
-            skeleton: [start, bend, rise, spot.phi - turn * spot.r.ln(), turn],
+            skeleton: [start, bend, rise, spot.phi - turn * libm::logf(spot.r), turn],
             half_width: spot.half_width,
             fixed,
             taper,

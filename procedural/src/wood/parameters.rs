@@ -114,28 +114,28 @@ parameters! {
         earlywood_sigma_i_per_mm: 0.05, 50.0, 2.0, "[C] 1 to 4";
         /// Cylinder scattering of earlywood.
         earlywood_k_per_mm: 0.0, 200.0, 10.0, "[C] 5 to 16";
-        /// Absorption of latewood.
-        latewood_mu_a_per_mm: 0.001, 20.0, 0.14, "[C]";
-        /// Isotropic reduced scattering of latewood.
-        latewood_sigma_i_per_mm: 0.05, 50.0, 2.5, "[C]";
-        /// Cylinder scattering of latewood.
-        latewood_k_per_mm: 0.0, 200.0, 14.0, "[C]";
-        /// Absorption of a sound knot.
-        knot_mu_a_per_mm: 0.001, 20.0, 0.22, "[C]";
-        /// Absorption of a dead knot.
-        dead_knot_mu_a_per_mm: 0.001, 20.0, 0.8, "[C]";
-        /// Isotropic reduced scattering of knots.
-        knot_sigma_i_per_mm: 0.05, 50.0, 3.0, "[C]";
-        /// Cylinder scattering of knots.
-        knot_k_per_mm: 0.0, 200.0, 14.0, "[C]";
+        /// Absorption of latewood over that of earlywood.
+        latewood_mu_a_ratio: 0.2, 20.0, 2.5, "[C] goes with density, 800 over 320 kg/m3";
+        /// Isotropic reduced scattering of latewood over that of earlywood.
+        latewood_sigma_i_ratio: 0.2, 5.0, 1.25, "[C]";
+        /// Cylinder scattering of latewood over that of earlywood.
+        latewood_k_ratio: 0.0, 5.0, 1.4, "[C]";
+        /// Absorption of a sound knot over that of earlywood.
+        knot_mu_a_ratio: 0.2, 50.0, 2.75, "[C]";
+        /// Absorption of a dead knot over that of earlywood.
+        dead_knot_mu_a_ratio: 0.2, 100.0, 10.0, "[C]";
+        /// Isotropic reduced scattering of knots over that of earlywood.
+        knot_sigma_i_ratio: 0.2, 5.0, 1.5, "[C]";
+        /// Cylinder scattering of knots over that of earlywood.
+        knot_k_ratio: 0.0, 5.0, 1.4, "[C]";
         /// Absorption of bark.
         bark_mu_a_per_mm: 0.001, 50.0, 2.5, "[L] 1.5 to 4";
-        /// Absorption of rot at severity 0.5; it grows from the clear wood's with the severity.
-        rot_mu_a_per_mm: 0.001, 20.0, 0.5, "[C] 0.2 to 1.2";
-        /// Isotropic reduced scattering of rot at severity 0.5.
-        rot_sigma_i_per_mm: 0.05, 50.0, 4.0, "[C]";
-        /// Cylinder scattering of rot at severity 0.5.
-        rot_k_per_mm: 0.0, 200.0, 8.0, "[C]";
+        /// Absorption of rot at severity 0.5 over that of earlywood; it grows from the clear wood's with the severity.
+        rot_mu_a_ratio: 0.2, 100.0, 6.25, "[C] 2.5 to 15";
+        /// Isotropic reduced scattering of rot at severity 0.5 over that of earlywood.
+        rot_sigma_i_ratio: 0.2, 10.0, 2.0, "[C]";
+        /// Cylinder scattering of rot at severity 0.5 over that of earlywood.
+        rot_k_ratio: 0.0, 5.0, 0.8, "[C]";
         /// Effective refractive index of clear wood.
         clear_n_eff: 1.0, 1.6, 1.18, "[C] density 420 kg/m3";
         /// Effective refractive index of knots.

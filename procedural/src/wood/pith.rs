@@ -9,8 +9,8 @@
 use glam::{Vec2, Vec3};
 
 use super::parameters::Wood;
-use crate::Stream;
 use crate::noise::Noise;
+use crate::{Stream, atan2};
 
 /// Spacing of the table of the pith line [mm]; its bends are hundred times longer.
 const STEP_MM: f32 = 2.0;
@@ -73,12 +73,12 @@ impl Trunk {
     /// The log of a board.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let (board, log) = (&wood.board, &wood.log);
-        let (sin, cos) = log.grain_angle_deg.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(log.grain_angle_deg.to_radians());
         let turn = Vec2::new(cos as f32, sin as f32);
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let reach = half.x * turn.y.abs() + half.y * turn.x.abs() + MARGIN_MM;
         let count = (2.0 * reach / STEP_MM).ceil() as usize + 2;
-        let tilt = (log.pith_tilt_deg.to_radians().tan()) as f32;
+        let tilt = libm::tan(log.pith_tilt_deg.to_radians()) as f32;
         let straight = Vec2::new(log.pith_offset_mm as f32, (board.thickness_mm - log.pith_depth_mm) as f32);
         // The root mean square is that of the distance; sideways and upwards share it.
         let wander = log.pith_wander_mm as f32 * std::f32::consts::FRAC_1_SQRT_2;
@@ -126,13 +126,13 @@ impl Trunk {
         let offset = Vec2::new(sideways, z) - pith.place;
         let r = offset.length().max(NEAREST_MM);
         let outward = offset / r;
-        let phi = outward.perp_dot(self.zenith).atan2(outward.dot(self.zenith));
+        let phi = atan2(outward.perp_dot(self.zenith), outward.dot(self.zenith));
         Place { r, phi, l, outward, pith_slope: pith.slope }
     }
 
     /// Point of the unwarped board at log coordinates [mm].
     pub fn point(&self, r: f32, phi: f32, l: f32) -> Vec3 {
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = libm::sincosf(phi);
         let across = Vec2::new(self.zenith.y, -self.zenith.x);
         let spot = self.pith(l).place + r * (cos * self.zenith + sin * across);
         let level = self.vector(Vec2::new(spot.x, 0.0), l);

@@ -112,7 +112,7 @@ fn look(share: Vec2, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, take
     let middle = Vec2::new(board.offset_mm as f32, board.lead_in_mm as f32 + half.y);
     let centre = middle + share * half;
     let place = trunk.place(centre.x, centre.y, board.thickness_mm as f32);
-    let width = (knots.width_mm * (knots.width_log_sd * draw.width).exp()) as f32;
+    let width = (knots.width_mm * libm::exp(knots.width_log_sd * draw.width)) as f32;
     let fitting = width.min(WIDEST_SHARE * 2.0 * half.min_element());
     let width = fitting.min(WIDEST_OPENING * place.r);
     let slope = (knots.slope_deg + knots.slope_sd_deg * draw.slope).to_radians().clamp(-STEEPEST, STEEPEST);
@@ -122,18 +122,18 @@ fn look(share: Vec2, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, take
         phi: place.phi,
         l: place.l,
         half_width: 0.5 * width,
-        slope: slope.tan() as f32,
+        slope: libm::tan(slope) as f32,
         death: if dead { place.r * knots.death_share as f32 } else { f32::INFINITY },
         bark: if dead { knots.bark_mm as f32 } else { 0.0 },
     };
     let across = place.outward + draw.turn * place.around() + spot.slope * place.pith_slope;
     let axis = trunk.vector(across, spot.slope).normalize();
-    let dive = axis.z.abs().min(1.0).asin();
+    let dive = libm::asinf(axis.z.abs().min(1.0));
     // The outline is an ellipse: half a width across, and longer where the axis leans.
     let long = spot.half_width * WOBBLE_ROOM / axis.z.abs().max(LEAST_SINE);
     let lean = axis.truncate().try_normalize().unwrap_or(Vec2::X);
     let round = spot.half_width * WOBBLE_ROOM;
-    let extent = Vec2::new((long * lean.x).hypot(round * lean.y), (long * lean.y).hypot(round * lean.x));
+    let extent = Vec2::new(libm::hypotf(long * lean.x, round * lean.y), libm::hypotf(long * lean.y, round * lean.x));
     let over = ((share * half).abs() + extent + EDGE_GAP_MM - half).max(Vec2::ZERO);
     let crowd: f32 = taken
         .iter()

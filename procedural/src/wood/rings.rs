@@ -6,11 +6,9 @@
 //! its width, so that wide rings have a smaller share of it.
 //! Sources: forestry practice for the numbers (docs/wood.md). Limits: no age trend, no false rings, no growth stress.
 
-use rand_distr::{Distribution, StandardNormal};
-
 use super::parameters::Log;
-use crate::Stream;
 use crate::noise::smoothstep;
+use crate::{Stream, normal};
 
 /// Spread of the absorption from ring to ring [1].
 const GAIN_SD: f64 = 0.08;
@@ -61,17 +59,16 @@ impl Rings {
     pub fn grow(stream: Stream, log: &Log, reach: f32) -> Self {
         let (mut widths, mut gains) = (stream.child("widths").rng(), stream.child("gains").rng());
         let (sd, rho) = (log.ring_width_log_sd, log.ring_width_correlation);
-        let log_mean = log.ring_width_mm.ln() - 0.5 * sd * sd;
-        let mut state: f64 = StandardNormal.sample(&mut widths);
+        let log_mean = libm::log(log.ring_width_mm) - 0.5 * sd * sd;
+        let mut state = normal(&mut widths);
         let mut start = 0.0_f64;
         let mut rings = Vec::new();
         while start <= f64::from(reach) {
-            let width = (log_mean + sd * state).exp().max(THINNEST_MM);
+            let width = libm::exp(log_mean + sd * state).max(THINNEST_MM);
             let share = log.latewood_share * (log.ring_width_mm / width).clamp(1.0 / SHARE_FACTOR, SHARE_FACTOR);
             let share = share.min(0.9);
             let half = (RAMP_PER_SHARE * share).min(RAMP_LIMIT).min(1.0 - share);
-            let normal: f64 = StandardNormal.sample(&mut gains);
-            let gain = 1.0 + (GAIN_SD * normal).clamp(-GAIN_LIMIT, GAIN_LIMIT);
+            let gain = 1.0 + (GAIN_SD * normal(&mut gains)).clamp(-GAIN_LIMIT, GAIN_LIMIT);
             rings.push(Ring {
                 start: start as f32,
                 per_width: (1.0 / width) as f32,
@@ -79,8 +76,7 @@ impl Rings {
                 gain: gain as f32,
             });
             start += width;
-            let step: f64 = StandardNormal.sample(&mut widths);
-            state = rho * state + (1.0 - rho * rho).sqrt() * step;
+            state = rho * state + (1.0 - rho * rho).sqrt() * normal(&mut widths);
         }
         let per_mean = (1.0 / log.ring_width_mm) as f32;
         let stretches = (reach * per_mean) as usize + 2;
@@ -125,7 +121,10 @@ mod tests {
         // 3 tests, alpha 0.001 in all: 3.6 standard errors of an AR(1) process of n values (Bartlett's formulas).
         let z = 3.6;
         let stretch = ((1.0 + rho) / (1.0 - rho)).sqrt();
-        assert!((mean - (log.ring_width_mm.ln() - 0.5 * sd * sd)).abs() < z * sd * stretch / n.sqrt(), "mean {mean}");
+        assert!(
+            (mean - (libm::log(log.ring_width_mm) - 0.5 * sd * sd)).abs() < z * sd * stretch / n.sqrt(),
+            "mean {mean}"
+        );
         let doubled = ((1.0 + rho * rho) / (1.0 - rho * rho)).sqrt();
         assert!((variance / (sd * sd) - 1.0).abs() < z * 2.0_f64.sqrt() * doubled / n.sqrt(), "variance {variance}");
         let r1 = lagged / variance;

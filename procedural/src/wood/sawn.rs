@@ -8,11 +8,10 @@
 use std::f32::consts::{PI, SQRT_2, TAU};
 
 use glam::{Vec2, Vec3};
-use rand_distr::{Distribution, StandardNormal};
 
 use super::parameters::Wood;
 use crate::noise::Noise;
-use crate::{Mesh, Stream, Surface};
+use crate::{Mesh, Stream, Surface, normal};
 
 /// How much the ripple's amplitude drifts, root mean square [1].
 const RIPPLE_DRIFT: f32 = 0.25;
@@ -79,14 +78,14 @@ impl Sawn {
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let board = &wood.board;
         let noise = |name: &str| Noise::new(stream.child(name));
-        let slant: f64 = StandardNormal.sample(&mut stream.child("slant").rng());
-        let (sin, cos) = wood.log.grain_angle_deg.to_radians().sin_cos();
+        let slant = normal(&mut stream.child("slant").rng());
+        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
         Self {
             middle: Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32),
             half: 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32),
             thickness: board.thickness_mm as f32,
             cup: board.cup_mm as f32,
-            twist: (board.twist_deg.to_radians().tan() / board.length_mm) as f32,
+            twist: (libm::tan(board.twist_deg.to_radians()) / board.length_mm) as f32,
             ripple: SQRT_2 * 1.0e-3 * board.saw_ripple_um as f32 / (1.0 + RIPPLE_DRIFT * RIPPLE_DRIFT).sqrt(),
             pitch: board.saw_pitch_mm as f32,
             slant: (RIPPLE_SLANT * slant) as f32,

@@ -57,13 +57,45 @@ fn fibres_are_unit_vectors_and_lie_in_the_growth_surface() {
         for p in places(3000) {
             let here = grown(&plank, p);
             assert!((here.fibre.length() - 1.0).abs() < 1.0e-5);
-            if here.branch.is_none_or(|branch| branch.x > 1.2) {
+            // Straight below a living branch, fibres begin to leave it for the branch at 1.6 half widths.
+            if here.branch.is_none_or(|branch| branch.x > if branch.below > 0.0 { 1.6 } else { 1.0 }) {
                 assert!(here.fibre.dot(here.gradient.normalize()).abs() < 1.0e-5, "at {p}");
                 outside += 1;
             }
         }
     }
     assert!(outside > 15_000);
+}
+
+#[test]
+fn fibres_run_into_a_living_branch_from_below_and_dive_under_it_above() {
+    let mut wood = Wood::from_values(&mut |p| p.default);
+    wood.knots.sound_count = 1.0;
+    wood.log.spiral_deg = 0.0;
+    wood.log.spiral_slope_deg_per_mm = 0.0;
+    for seed in 0..40 {
+        let plank = Plank::grow(Stream::root(seed), &wood);
+        let knot = &plank.instances()[0];
+        let middle = plank.trunk.place(knot.x_mm as f32, knot.y_mm as f32, 20.0);
+        let half = 0.5 * knot.diameter_mm as f32;
+        // How far outwards the fibre runs, up the stem or out along the branch, `x` half widths up the stem from the axis and as far around it as it is wide.
+        let outwards = |x: f32, aside: f32| {
+            let section = plank.knots[0].knot.section(&knot::Distance::new(middle.r));
+            let p = plank.trunk.point(middle.r, section.phi + aside * half / middle.r, section.l + x * half);
+            let place = plank.trunk.place(p.x, p.y, p.z);
+            grown(&plank, p).fibre.truncate().dot(place.outward)
+        };
+        let below: Vec<f32> = (0..=30).map(|i| outwards(-0.5 - 0.05 * i as f32, 0.0)).collect();
+        assert!(below.iter().all(|&rise| rise > 0.0), "seed {seed}: {below:?}");
+        let steps = below.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+        // The turn of 80 deg is spread over 0.85 half widths along a smooth step: at most 3/2 of the mean.
+        assert!(steps < 0.15, "seed {seed}: a jump of {steps} below, {below:?}");
+        let above = outwards(1.3, 0.0);
+        assert!((-0.6..-0.05).contains(&above), "seed {seed}: {above} above");
+        for aside in [-1.25, 1.25] {
+            assert!(outwards(0.0, aside).abs() < 0.15, "seed {seed}: {} beside", outwards(0.0, aside));
+        }
+    }
 }
 
 #[test]
@@ -121,7 +153,7 @@ fn a_knot_outside_its_room_changes_nothing() {
 #[test]
 fn streaks_have_the_asked_size_and_follow_the_fibre() {
     let mut wood = Wood::from_values(&mut |p| p.default);
-    wood.media.latewood_k_per_mm = wood.media.earlywood_k_per_mm;
+    wood.media.latewood_k_ratio = 1.0;
     let plank = Plank::grow(Stream::root(6), &wood);
     let departure = |x: f32, y: f32| {
         let k = plank.slice(y).matter(x, 20.0).medium.k / wood.media.earlywood_k_per_mm as f32;
