@@ -17,7 +17,7 @@ use crate::shard::{
 };
 
 /// Memory for samples on their way to disk [bytes].
-const FLIGHT_BYTES: usize = 640 << 20;
+const FLIGHT_BYTES: usize = 900 << 20;
 /// Bytes of maps, truth and encoded images that a pixel needs while its sample is on the way.
 const BYTES_PER_PIXEL: usize = 40;
 
@@ -205,7 +205,7 @@ impl Estimate {
             }
         }
         let (part, parts) = order.part;
-        let folder = DatasetFolder::open(&order.out).ok().flatten();
+        let folder = DatasetFolder::open(&order.out).ok();
         let head = head(recipe, order);
         let mine = (part..head.shards).step_by(parts as usize);
         let samples =

@@ -82,7 +82,7 @@ pub const CHANNELS: [Channel; 9] = [
         "any",
         "NaN",
         "True height of the surface.",
-        "half would round 20 mm to 0.016 mm",
+        "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
     ),
     channel(
         ("Instance", "instance"),
@@ -109,7 +109,7 @@ pub const CHANNELS: [Channel; 9] = [
         "any",
         "NaN",
         "Measured height.",
-        "half would round 20 mm to 0.016 mm",
+        "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
     ),
     channel(
         ("Reflectance", "reflectance"),

@@ -150,7 +150,7 @@ fn show(arguments: &Preview) -> Outcome {
 }
 
 fn check(arguments: &Validate) -> Outcome {
-    let folder = DatasetFolder::open(&arguments.dir).ok().flatten();
+    let folder = DatasetFolder::open(&arguments.dir).ok();
     let again = folder.as_ref().map(|folder| {
         let head = folder.head();
         let recipe = Recipe::parse("dataset.json", &head.recipe.text).map_err(|error| error.to_string());

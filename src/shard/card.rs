@@ -93,7 +93,7 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
     );
     add(
         &mut page,
-        "distributions and no survey of real boards. Test on real scans before you trust a model that was trained here.\n",
+        "distributions, which need not be those of your boards. Test on real scans before you trust a model that was trained here.\n",
     );
     add(
         &mut page,

@@ -11,7 +11,7 @@ use crate::record::{Object, Record, Split, StackFrame};
 use crate::settings::{Channel, Output};
 
 /// One sample, ready to be written.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Encoded {
     /// Number in the dataset.
     pub index: u64,
@@ -52,14 +52,8 @@ pub struct Encoded {
 impl Encoded {
     /// SHA-256 over the maps as the manifest gives it: name, length and bytes of each PNG, then of the EXR file.
     pub fn sha256(&self) -> String {
-        let mut sum = Sha256::new();
-        let png = self.png.iter().map(|(channel, bytes)| (channel_name(*channel), bytes));
-        for (name, bytes) in png.chain(self.exr.iter().map(|bytes| ("exr", bytes))) {
-            sum.update(name);
-            sum.update((bytes.len() as u64).to_le_bytes());
-            sum.update(bytes);
-        }
-        hex(&sum.finalize())
+        let png = self.png.iter().map(|(channel, bytes)| (channel_name(*channel), bytes.as_slice()));
+        maps_sha256(png, self.exr.as_deref())
     }
 
     /// Size of everything that goes to disk, before the compression of numbers and sensor frames [bytes].
@@ -68,6 +62,17 @@ impl Encoded {
         let stack: usize = self.stack.iter().map(|frame| frame.dn.len()).sum();
         (png + self.exr.as_ref().map_or(0, Vec::len) + stack) as u64
     }
+}
+
+/// See [`Encoded::sha256`].
+pub(crate) fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, exr: Option<&'a [u8]>) -> String {
+    let mut sum = Sha256::new();
+    for (name, bytes) in png.chain(exr.map(|bytes| ("exr", bytes))) {
+        sum.update(name);
+        sum.update((bytes.len() as u64).to_le_bytes());
+        sum.update(bytes);
+    }
+    hex(&sum.finalize())
 }
 
 /// Name of an image in files; a column of the rows and a word of `images` in `dataset.json`.
@@ -126,15 +131,12 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
 
 fn image(record: &Record, channel: Channel) -> Vec<u8> {
     let (maps, labels) = (&record.maps, &record.labels);
-    let (grey, smooth) = match channel {
-        Channel::Range => {
-            let numbers = range_numbers(&maps.range, record.range_offset_mm, record.range_scale_mm);
-            (Grey::Sixteen(numbers), false)
-        }
-        Channel::Reflectance => (Grey::Eight(rounded8(&maps.reflectance)), false),
-        Channel::Scatter => (Grey::Sixteen(rounded16(&maps.scatter)), false),
-        Channel::Label => (Grey::Eight(labels.class.clone()), true),
-        Channel::Instance => (Grey::Sixteen(labels.instance.clone()), true),
+    let grey = match channel {
+        Channel::Range => Grey::Sixteen(range_numbers(&maps.range, record.range_offset_mm, record.range_scale_mm)),
+        Channel::Reflectance => Grey::Eight(rounded8(&maps.reflectance)),
+        Channel::Scatter => Grey::Sixteen(rounded16(&maps.scatter)),
+        Channel::Label => Grey::Eight(labels.class.clone()),
+        Channel::Instance => Grey::Sixteen(labels.instance.clone()),
     };
-    write_png(&grey, record.cols, smooth)
+    write_png(&grey, record.cols)
 }

@@ -57,7 +57,7 @@ pub enum ShardError {
         shard: u64,
     },
     /// The folder holds something else.
-    #[error("cannot write to {}: {}; {remedy}", path.display(), reasons.join("; "))]
+    #[error("cannot use {}: {}; {remedy}", path.display(), reasons.join("; "))]
     Refused {
         /// The folder.
         path: PathBuf,

@@ -18,6 +18,15 @@ use crate::record::Record;
 /// Compression of every file: on noisy maps smaller than ZIP and faster; see `benches/write.rs`.
 pub(super) const COMPRESSION: Compression = Compression::PIZ;
 
+/// Steps of heights in files, per mm: a power of two, so that they are exact. 0.12 um is far below any noise of such an
+/// instrument; the bits beyond it would be a third of a file that holds truth maps.
+const HEIGHT_STEPS: f32 = 8192.0;
+
+/// A height as it is written [mm]; NaN stays.
+fn stepped(height: f32) -> f32 {
+    (height * HEIGHT_STEPS).round() / HEIGHT_STEPS
+}
+
 /// Samples of one channel, row-major.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
@@ -65,10 +74,10 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
         let numbers = match c.name {
             "FibreAzimuth" => truth(|t| &t.fibre_azimuth),
             "FibreDive" => truth(|t| &t.fibre_dive),
-            "Height" => truth(|t| &t.height),
+            "Height" => truth(|t| &t.height).into_iter().map(stepped).collect(),
             "Instance" => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
             "Label" => record.labels.class.iter().map(|&n| f32::from(n)).collect(),
-            "Range" => record.maps.range.clone(),
+            "Range" => record.maps.range.iter().copied().map(stepped).collect(),
             "Scatter" => record.maps.scatter.clone(),
             _ => record.maps.reflectance.clone(),
         };
@@ -122,9 +131,12 @@ pub fn write_exr_as(
         sampling: Vec2(1, 1),
     });
     let encoding = Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let mut layer = LayerAttributes::default();
-    layer.software_name = Text::new_or_none(format!("sheetlight {}", super::GENERATOR_VERSION));
-    layer.horizontal_density = Some((25.4 / col_mm) as f32);
+    let layer = LayerAttributes {
+        software_name: Text::new_or_none(format!("sheetlight {}", super::GENERATOR_VERSION)),
+        // Pixels in an inch, as OpenEXR has it.
+        horizontal_density: Some((25.4 / col_mm) as f32),
+        ..LayerAttributes::default()
+    };
     let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(size));
     attributes.pixel_aspect = (col_mm / row_mm) as f32;
     let text = Text::from(ascii(&description.to_string()).as_str());

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use output_schema::file::{
     CARD, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
 };
-use output_schema::{DatasetHead, Manifest};
+use output_schema::{DatasetHead, Manifest, refuse_version};
 
 use super::durable::{create_directory, names, remove, write_whole};
 use super::lock::Lock;
@@ -68,12 +68,18 @@ impl DatasetFolder {
         Ok(folder)
     }
 
-    /// Opens the dataset at `path` to read what is finished; `None` where there is none.
+    /// Opens the dataset at `path` to read it; changes nothing.
     ///
     /// # Errors
-    /// [`ShardError::Io`]; [`ShardError::Refused`] where `dataset.json` cannot be read.
-    pub fn open(path: &Path) -> Result<Option<Self>, ShardError> {
-        Ok(read_head(path)?.map(|head| Self { root: path.into(), head: Arc::new(head) }))
+    /// [`ShardError::Refused`] where it is no dataset, or one that this program does not read; [`ShardError::Io`].
+    pub fn open(path: &Path) -> Result<Self, ShardError> {
+        let refused = |reason: String| ShardError::Refused {
+            path: path.into(),
+            reasons: vec![reason],
+            remedy: "name the folder of a dataset",
+        };
+        let head = read_head(path)?.ok_or_else(|| refused(format!("it holds no {DATASET}")))?;
+        Ok(Self { root: path.into(), head: Arc::new(head) })
     }
 
     /// The folder.
@@ -122,7 +128,8 @@ impl DatasetFolder {
         write_whole(&self.root, CARD, card.as_bytes())
     }
 
-    pub(super) fn manifest(&self, shard: u64) -> Option<Manifest> {
+    /// The manifest of a finished shard.
+    pub fn manifest(&self, shard: u64) -> Option<Manifest> {
         let text = fs::read(self.root.join(manifest_path(shard))).ok()?;
         serde_json::from_slice(&text).ok()
     }
@@ -143,7 +150,12 @@ impl DatasetFolder {
     }
 
     /// Removes what processes left behind that were killed: temporary names and locks of shards that nobody holds.
+    /// Asks for the dataset's lock.
     fn sweep(&self) -> Result<(), ShardError> {
+        // The dataset's lock is held: nobody is at work on these.
+        for path in [DATASET, CARD] {
+            remove(&self.root.join(temporary(path)))?;
+        }
         let mut shards = Vec::new();
         for directory in DIRECTORIES {
             let found = names(&self.root.join(directory))?;
@@ -185,13 +197,17 @@ fn read_head(root: &Path) -> Result<Option<DatasetHead>, ShardError> {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
         Err(e) => return Err(ShardError::io("read", &path, e)),
     };
-    serde_json::from_slice(&text).map(Some).map_err(|e| ShardError::Refused {
-        path,
-        reasons: vec![format!("it cannot be read: {e}")],
-        remedy: "choose another folder, or bring the file back",
-    })
+    let remedy = "choose another folder, or bring the file back";
+    let refused = |reason: String| ShardError::Refused { path: path.clone(), reasons: vec![reason], remedy };
+    let value: serde_json::Value =
+        serde_json::from_slice(&text).map_err(|e| refused(format!("it cannot be read: {e}")))?;
+    // The version first: a newer document may have other keys.
+    let version = serde_json::from_value(value["schema_version"].clone()).unwrap_or([0, 0]);
+    if let Some(reason) = refuse_version(value["format"].as_str().unwrap_or(""), version) {
+        return Err(refused(reason));
+    }
+    serde_json::from_value(value).map(Some).map_err(|e| refused(format!("it cannot be read: {e}")))
 }
-
 /// A document as it is written: indented, with a last line end.
 pub(super) fn json<T: serde::Serialize>(document: &T) -> Vec<u8> {
     // Heads and manifests are plain data with text keys: they always become JSON.

@@ -27,6 +27,7 @@ mod table;
 mod writer;
 
 pub(crate) use durable::{free_bytes, hex};
+pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};
 pub use error::ShardError;
 pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};

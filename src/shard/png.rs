@@ -53,18 +53,13 @@ pub(super) fn rounded8(map: &[f32]) -> Vec<u8> {
     map.iter().map(|v| v.round() as u8).collect()
 }
 
-/// Which compression and filter an image gets; see `benches/write.rs`.
-fn setting(smooth: bool) -> (CompressionType, FilterType) {
-    if smooth { (CompressionType::Fast, FilterType::NoFilter) } else { (CompressionType::Fast, FilterType::Adaptive) }
-}
-
-/// An image of `cols` columns as PNG; `smooth` for labels, which are constant over wide areas.
+/// An image of `cols` columns as PNG, with fast compression and adaptive filters: on noisy maps ten times as fast as
+/// deflate's default for a sixth more bytes, and small on labels too.
 ///
 /// # Panics
 /// Where the pixels are not whole rows of `cols`, or there are none.
-pub fn write_png(image: &Grey, cols: usize, smooth: bool) -> Vec<u8> {
-    let (compression, filter) = setting(smooth);
-    write_png_as(image, cols, compression, filter)
+pub fn write_png(image: &Grey, cols: usize) -> Vec<u8> {
+    write_png_as(image, cols, CompressionType::Fast, FilterType::Adaptive)
 }
 
 /// As [`write_png`] with a given compression and filter.
@@ -85,7 +80,7 @@ pub fn write_png_as(image: &Grey, cols: usize, compression: CompressionType, fil
 }
 
 fn image_size(pixels: usize, cols: usize) -> (u32, u32) {
-    assert!(cols > 0 && pixels > 0 && pixels % cols == 0, "{pixels} pixels are not whole rows of {cols}");
+    assert!(cols > 0 && pixels > 0 && pixels.is_multiple_of(cols), "{pixels} pixels are not whole rows of {cols}");
     let side = |n: usize| u32::try_from(n).expect("an image side is far below 2^32");
     (side(cols), side(pixels / cols))
 }

@@ -1,6 +1,6 @@
 //! Why a folder that holds a dataset cannot be continued.
 
-use output_schema::{DatasetHead, refuse_version};
+use output_schema::DatasetHead;
 use serde_json::Value;
 
 /// What differs between two documents, by key: `key.path: old -> new`.
@@ -44,9 +44,6 @@ fn short(value: &Value) -> String {
 /// Every reason why samples of `new` cannot go into a dataset of `old`; the number of samples may differ, and so may
 /// the recipe's text where its meaning is the same.
 pub(super) fn reasons(old: &DatasetHead, new: &DatasetHead) -> Vec<String> {
-    if let Some(reason) = refuse_version(&old.format, old.schema_version) {
-        return vec![reason];
-    }
     let mut reasons = Vec::new();
     if old.recipe.hash != new.recipe.hash {
         let mut keys = differences("recipe", &old.recipe.canonical, &new.recipe.canonical);

@@ -12,9 +12,9 @@ const OVERHEAD: f64 = 4096.0;
 /// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up.
 fn png_bytes(channel: Channel) -> f64 {
     match channel {
-        Channel::Range => 1.9,
+        Channel::Range => 1.4,
         Channel::Reflectance => 0.9,
-        Channel::Scatter => 1.4,
+        Channel::Scatter => 1.3,
         Channel::Label => 0.02,
         Channel::Instance => 0.03,
     }
@@ -23,17 +23,17 @@ fn png_bytes(channel: Channel) -> f64 {
 /// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up; Reflectance counts twice, see `Y`.
 fn exr_bytes(channel: Channel) -> f64 {
     match channel {
-        Channel::Range => 3.0,
-        Channel::Reflectance => 1.8,
-        Channel::Scatter => 1.8,
+        Channel::Range => 2.2,
+        Channel::Reflectance => 1.6,
+        Channel::Scatter => 1.4,
         Channel::Label | Channel::Instance => 0.05,
     }
 }
 
 /// Bytes for each pixel of the three truth maps together.
-const TRUTH_BYTES: f64 = 6.0;
+const TRUTH_BYTES: f64 = 3.0;
 /// Bytes for each pixel of a sensor frame: most of it is dark noise.
-const FRAME_BYTES: f64 = 0.5;
+const FRAME_BYTES: f64 = 0.4;
 
 /// Estimate of what one sample takes on disk [bytes], on the large side; a pure function of sizes and output.
 pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {

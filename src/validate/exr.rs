@@ -30,7 +30,7 @@ pub(super) fn check(
         return report.faults.push(Fault::new(Code::ExrChannels, place, what));
     }
     let description: Value = serde_json::from_str(&text).unwrap_or_default();
-    if description["id"] != Value::from(row.id.as_str()) {
+    if description["id"] != row.id.as_str() {
         let what = format!("its attribute names the sample {}, not {}", description["id"], row.id);
         report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
@@ -76,14 +76,17 @@ fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded
     }
 }
 
-/// Within half a step, or beyond the ends where the image saturates.
+/// Half the step in which EXR files give heights, 2^-13 mm [mm].
+const HALF_STEP_MM: f64 = 1.0 / 16384.0;
+
+/// Within half a step of both, or beyond the ends where the image saturates.
 fn same_range(exr: f32, png: u16, row: &StoredRow) -> bool {
-    let (offset, scale) = (row.range_offset_mm, row.range_scale_mm);
-    let exact = (f64::from(exr) - offset) / scale;
+    let exact = (f64::from(exr) - row.range_offset_mm) / row.range_scale_mm;
+    let half = 0.5 + HALF_STEP_MM / row.range_scale_mm + 1e-6;
     match png {
         0 => exr.is_nan(),
-        1 => exact <= 1.5 + 1e-6,
-        u16::MAX => exact >= 65534.5 - 1e-6,
-        _ => (exact - f64::from(png)).abs() <= 0.5 + 1e-6,
+        1 => exact <= 1.0 + half,
+        u16::MAX => exact >= 65535.0 - half,
+        _ => (exact - f64::from(png)).abs() <= half,
     }
 }

@@ -6,13 +6,12 @@ use std::sync::Arc;
 use arrow_array::RecordBatch;
 use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
-use sha2::{Digest, Sha256};
 
 use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
 use super::shard::Task;
-use super::{exr, images, labels};
-use crate::shard::{hex, row_batch};
+use super::{exr, images, labels, stack};
+use crate::shard::{maps_sha256, row_batch};
 
 /// Checks one row; `listed` is what the manifest says about it.
 pub(super) fn check(
@@ -52,7 +51,8 @@ pub(super) fn check(
     }
     labels::check(&row, &decoded, &place, report);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
-    if complete && sum(&row, exr.as_deref()) != listed.sha256 {
+    let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
+    if complete && maps_sha256(png, exr.as_deref()) != listed.sha256 {
         report.faults.push(Fault::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
     }
     if task.chosen.contains(&listed.index) {
@@ -89,18 +89,6 @@ fn numbers(task: &Task, row: &StoredRow, listed: &ManifestSample, place: &str, r
     }
 }
 
-/// As [`crate::shard::Encoded::sha256`], from what was read.
-fn sum(row: &StoredRow, exr: Option<&[u8]>) -> String {
-    let mut sum = Sha256::new();
-    let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
-    for (name, bytes) in png.chain(exr.map(|bytes| ("exr", bytes))) {
-        sum.update(name);
-        sum.update((bytes.len() as u64).to_le_bytes());
-        sum.update(bytes);
-    }
-    hex(&sum.finalize())
-}
-
 fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, place: &str, report: &mut Report) {
     let Some(render) = task.rerender else { return };
     report.rerendered += 1;
@@ -115,6 +103,9 @@ fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, p
         names.filter(|name| row.column_by_name(name) != stored.column_by_name(name)).map(String::as_str).collect();
     if sample.exr.as_deref() != exr {
         other.push("EXR file");
+    }
+    if task.head.images.stack_every.is_some() && stack::frames(task, index) != Ok(sample.stack) {
+        other.push("sensor frames");
     }
     if !other.is_empty() {
         report.faults.push(Fault::new(Code::RerenderDiffers, place, format!("not the same: {}", other.join(", "))));

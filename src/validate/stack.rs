@@ -5,14 +5,17 @@ use std::path::Path;
 
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Int32Type, Int64Type};
+use arrow_array::types::{Int32Type, Int64Type, UInt8Type};
 use output_schema::arrow::stack_schema;
+use output_schema::file::stack_path;
 use output_schema::{DatasetHead, Manifest, ManifestFile};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::report::{Code, Fault, Report};
+use super::shard::Task;
+use crate::record::StackFrame;
 
-/// Checks the sensor frames of a shard; `profiles` is the number of exposures in a scan, unknown where images are binned.
+/// Checks the sensor frames of a shard: the same number for each sample, as the number of profiles is not on disk.
 pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {
     let mut fault = |code, what: String| report.faults.push(Fault::new(code, &file.path, what));
     let rows = match read(&root.join(&file.path), head) {
@@ -63,6 +66,28 @@ fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Key>, (Code, String)> {
         keys_of(&batch, &mut keys).ok_or_else(|| unreadable("a column has another type".into()))?;
     }
     Ok(keys)
+}
+
+/// The sensor frames of one sample.
+///
+/// # Errors
+/// Why they cannot be read.
+pub(super) fn frames(task: &Task, index: u64) -> Result<Vec<StackFrame>, String> {
+    let file = File::open(task.root.join(stack_path(task.number))).map_err(|e| e.to_string())?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
+    let mut frames = Vec::new();
+    for batch in builder.with_batch_size(8).build().map_err(|e| e.to_string())? {
+        let batch = batch.map_err(|e| e.to_string())?;
+        let mut keys = Vec::new();
+        keys_of(&batch, &mut keys).ok_or("a column has another type")?;
+        let tensors = batch.column(3).as_fixed_size_list_opt().ok_or("the frames are no tensors")?;
+        for (i, (.., profile)) in keys.iter().enumerate().filter(|(_, key)| key.1 == index as i64) {
+            let pixels = tensors.value(i);
+            let pixels = pixels.as_primitive_opt::<UInt8Type>().ok_or("the frames are not uint8")?;
+            frames.push(StackFrame { profile: *profile as u32, dn: pixels.values().to_vec() });
+        }
+    }
+    Ok(frames)
 }
 
 fn keys_of(batch: &RecordBatch, keys: &mut Vec<Key>) -> Option<()> {

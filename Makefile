@@ -1,0 +1,68 @@
+# `make` prints every target. Nothing here needs more than cargo, python3 and a network for their packages.
+
+.DEFAULT_GOAL := help
+GEN := target/release/gen
+VENV := .venv
+DIR ?= out/wood-small
+RECIPE ?= recipes/wood.yaml
+INDEX ?= 0
+N ?= 2
+FUZZ_SECONDS ?= 600
+
+.PHONY: help build test check bench wood wood-small preview validate schema bless fuzz doc clean venv
+
+help: ## print this help
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
+
+build: ## build gen (target/release/gen)
+	cargo build --release --locked
+
+venv: $(VENV)/.ready ## Python readers for the tests (.venv)
+
+$(VENV)/.ready: python/requirements.txt
+	python3 -m venv $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt
+	touch $@
+
+test: venv ## run every test, readers in Python included
+	cargo test --release --locked --workspace
+
+check: venv ## what CI runs: format, lints, docs, tests
+	cargo fmt --all --check
+	cargo clippy --release --locked --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps
+	cargo test --release --locked --workspace
+
+bench: ## profiles a second, bytes and MB/s of writing
+	cargo bench --locked
+
+wood: build ## full-size wood dataset of N samples (N=2) in out/wood
+	$(GEN) --recipe recipes/wood.yaml --n $(N) --out out/wood
+
+wood-small: build ## small wood dataset of 16 samples in out/wood-small
+	$(GEN) --recipe recipes/wood-small.yaml --n 16 --out out/wood-small
+
+preview: build ## picture of one sample: RECIPE=recipes/wood.yaml INDEX=0
+	mkdir -p out
+	$(GEN) preview --recipe $(RECIPE) --index $(INDEX) --out out/preview.png
+
+validate: build ## check a dataset: DIR=out/wood-small
+	$(GEN) validate $(DIR)
+
+schema: build ## JSON Schemas of recipes and datasets in out/
+	mkdir -p out
+	$(GEN) schema recipe > out/recipe.schema.json
+	$(GEN) schema dataset > out/dataset.schema.json
+
+bless: ## renew committed references (schema, key reference, data dictionary, golden numbers)
+	BLESS=1 cargo test --release --locked --workspace
+
+fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
+	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
+
+doc: ## Rust documentation in target/doc
+	cargo doc --release --locked --workspace --no-deps
+
+clean: ## remove build products and out/
+	cargo clean
+	rm -rf out $(VENV)
