@@ -200,7 +200,7 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
     match stack {
         SensorStack::None => false,
         SensorStack::All => true,
-        SensorStack::Every(k) => profile % k == 0,
+        SensorStack::Every(k) => profile.is_multiple_of(k),
     }
 }
 

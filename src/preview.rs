@@ -66,7 +66,8 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
         format!("sample {}  class {}  split {}  {}", record.index, record.class, record.split.name(), record.id);
     page.words(MARGIN, top - 6, &title);
     let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
-    let maps: [(&str, &str, &[f32], f32, f32, Ramp); 3] = [
+    type Map<'a> = (&'a str, &'a str, &'a [f32], f32, f32, Ramp<'a>);
+    let maps: [Map; 3] = [
         ("Range", "mm", &record.maps.range, low, high, &viridis),
         ("Reflectance", "DN", &record.maps.reflectance, 0.0, bright, &grey),
         ("Scatter less dark", "DN", &scatter, 0.0, deep, &grey),

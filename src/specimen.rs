@@ -126,6 +126,6 @@ impl Specimen {
         let way = to - from;
         let length = way.length();
         let ray = Ray::new(from, way / length, LEAVE_MM, length);
-        self.hull.ray_traverse_miss(ray, |ray, id| self.triangles[id as usize].intersect(ray))
+        self.hull.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
     }
 }

@@ -65,7 +65,7 @@ fn quarter_sine(t: f32) -> f32 {
     let p = -76.705_86 + t2 * p;
     let p = 81.605_25 + t2 * p;
     let p = -41.341_7 + t2 * p;
-    t * (6.283_185_3 + t2 * p)
+    t * (std::f32::consts::TAU + t2 * p)
 }
 
 /// A hash of 32 bits into 32 bits with two multiplications: an invertible mixer after Wellons' search for low bias.
