@@ -112,7 +112,8 @@ pub(super) fn names(path: &Path) -> Result<Vec<String>, ShardError> {
 
 /// Space that this user may still fill at `path` [bytes]; `None` where the system does not tell.
 pub(crate) fn free_bytes(path: &Path) -> Option<u64> {
-    let mut place: PathBuf = path.into();
+    // A relative path ends at an empty name, of which the system knows nothing.
+    let mut place: PathBuf = std::path::absolute(path).ok()?;
     loop {
         match rustix::fs::statvfs(&place) {
             Ok(state) => return Some(state.f_bavail.saturating_mul(state.f_frsize)),
