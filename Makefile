@@ -54,11 +54,12 @@ schema: build ## JSON Schemas of recipes and datasets in out/
 	$(GEN) schema recipe > out/recipe.schema.json
 	$(GEN) schema dataset > out/dataset.schema.json
 
-bless: ## renew committed references (schema, key reference, data dictionary, golden numbers)
+bless: ## renew committed references (recipe schema and key reference, data dictionary)
 	BLESS=1 cargo test --release --locked --workspace
 
 fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
-	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
+	mkdir -p fuzz/corpus/recipe
+	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus/recipe fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
 
 doc: ## Rust documentation in target/doc
 	cargo doc --release --locked --workspace --no-deps

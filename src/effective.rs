@@ -31,7 +31,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, clear: &Medium, top: f64) -> Ve
     let sight = camera.sight(0.0, top as f32, 0.0);
     let [surface, volume] = sensor.speckle_contrast();
     let exposure = &scene.bench.exposure;
-    let (along, across) = crate::optics::transport::diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
+    let (along, across) = crate::optics::diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
     let values = [
         rig.magnification(),
         rig.scheimpflug().to_degrees(),

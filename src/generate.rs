@@ -18,7 +18,7 @@ use crate::shard::{
 };
 
 /// Memory for samples on their way to disk [bytes].
-const FLIGHT_BYTES: usize = 640 << 20;
+const FLIGHT_BYTES: usize = 900 << 20;
 /// Bytes of maps, truth and encoded images that a pixel needs while its sample is on the way.
 const BYTES_PER_PIXEL: usize = 40;
 /// Copies of its kept sensor frames that a sample holds at most: as exposed, and as a row of a table.

@@ -33,9 +33,9 @@ pub fn truth_row(hits: &[Hit], height: &mut [f32], azimuth: &mut [f32], dive: &m
 
 /// Groups of `columns x rows` pixels into one: the most frequent class (the greater value on a tie, so that a small
 /// defect is not lost to sound wood), and among its pixels the most frequent instance.
-pub fn bin(labels: &Labels, cols: usize, columns: usize, rows: usize) -> Labels {
+pub fn bin(labels: Labels, cols: usize, columns: usize, rows: usize) -> Labels {
     if columns == 1 && rows == 1 {
-        return labels.clone();
+        return labels;
     }
     let (out_cols, out_rows) = (cols / columns, labels.class.len() / cols / rows);
     let mut out = Labels { class: Vec::with_capacity(out_cols * out_rows), instance: Vec::new() };
@@ -95,22 +95,25 @@ pub fn objects(labels: &Labels, cols: usize, pixel_mm2: f64, instances: &[Instan
 }
 
 /// Means of groups of `columns x rows` truth pixels; angles by their vectors, NaN left out.
-pub fn bin_truth(truth: &TruthMaps, cols: usize, columns: usize, rows: usize) -> TruthMaps {
-    let mean = |map: &[f32]| bin_map(map, cols, columns, rows, f32::NAN, |v| !v.is_nan());
+pub fn bin_truth(truth: TruthMaps, cols: usize, columns: usize, rows: usize) -> TruthMaps {
+    if columns == 1 && rows == 1 {
+        return truth;
+    }
+    let mean = |map: Vec<f32>| bin_map(map, cols, columns, rows, f32::NAN, |v| !v.is_nan());
     // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
     let part =
         |f: fn(f32) -> f32| -> Vec<f32> { truth.fibre_azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
-    let (cos, sin) = (mean(&part(f32::cos)), mean(&part(f32::sin)));
+    let (cos, sin) = (mean(part(f32::cos)), mean(part(f32::sin)));
     TruthMaps {
-        height: mean(&truth.height),
+        height: mean(truth.height),
         fibre_azimuth: cos.iter().zip(&sin).map(|(c, s)| 0.5 * s.atan2(*c).to_degrees()).collect(),
-        fibre_dive: mean(&truth.fibre_dive),
+        fibre_dive: mean(truth.fibre_dive),
     }
 }
 
 /// Means of groups of `columns x rows` pixels for which `valid` holds; `missing` where none does.
 pub fn bin_map(
-    map: &[f32],
+    map: Vec<f32>,
     cols: usize,
     columns: usize,
     rows: usize,
@@ -118,7 +121,7 @@ pub fn bin_map(
     valid: impl Fn(f32) -> bool,
 ) -> Vec<f32> {
     if columns == 1 && rows == 1 {
-        return map.to_vec();
+        return map;
     }
     let mut out = Vec::with_capacity(map.len() / columns / rows);
     for band in map.chunks_exact(cols * rows) {
@@ -143,7 +146,7 @@ mod tests {
     #[test]
     fn majority_wins_and_ties_go_to_the_defect() {
         let labels = Labels { class: vec![1, 1, 2, 1, 1, 2, 2, 0], instance: vec![0, 0, 3, 0, 0, 3, 3, 0] };
-        let binned = bin(&labels, 4, 2, 2);
+        let binned = bin(labels, 4, 2, 2);
         assert_eq!(binned.class, vec![1, 2]);
         assert_eq!(binned.instance, vec![0, 3]);
     }
@@ -171,7 +174,7 @@ mod tests {
     fn azimuth_is_averaged_as_an_axis() {
         let truth =
             TruthMaps { height: vec![1.0, 3.0], fibre_azimuth: vec![89.0, -89.0], fibre_dive: vec![10.0, f32::NAN] };
-        let binned = bin_truth(&truth, 2, 2, 1);
+        let binned = bin_truth(truth, 2, 2, 1);
         assert!((binned.fibre_azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", binned.fibre_azimuth[0]);
         assert_eq!((binned.height[0], binned.fibre_dive[0]), (2.0, 10.0));
     }

@@ -123,14 +123,14 @@ impl Scan {
         let (columns, rows) = (scene.output.bin_columns, scene.output.bin_profiles);
         let cols = scene.size.columns;
         let rig = sensor.camera().rig;
-        let missing = |map: &[f32]| labels::bin_map(map, cols, columns, rows, 0.0, |v| v > 0.0);
+        let missing = |map: Vec<f32>| labels::bin_map(map, cols, columns, rows, 0.0, |v| v > 0.0);
         let maps = Maps {
-            range: labels::bin_map(&self.maps.range, cols, columns, rows, f32::NAN, |v| !v.is_nan()),
-            reflectance: missing(&self.maps.reflectance),
-            scatter: missing(&self.maps.scatter),
+            range: labels::bin_map(self.maps.range, cols, columns, rows, f32::NAN, |v| !v.is_nan()),
+            reflectance: missing(self.maps.reflectance),
+            scatter: missing(self.maps.scatter),
         };
-        let labels = labels::bin(&self.labels, cols, columns, rows);
-        let truth = self.truth.map(|truth| labels::bin_truth(&truth, cols, columns, rows));
+        let labels = labels::bin(self.labels, cols, columns, rows);
+        let truth = self.truth.map(|truth| labels::bin_truth(truth, cols, columns, rows));
         let top = f64::from(specimen.top());
         let col_mm = rig.along(1.0, top) - rig.along(0.0, top);
         let (col_mm, row_mm) = (col_mm * columns as f64, scene.bench.motion.step_mm * rows as f64);

@@ -97,7 +97,7 @@ pub struct Record {
     pub rows: usize,
     /// Distance between two rows [mm].
     pub row_mm: f64,
-    /// Distance between two columns at z = 0 [mm].
+    /// Distance between two columns at the upper surface's height [mm].
     pub col_mm: f64,
     /// Integer range r > 0 means `range_offset_mm + r * range_scale_mm`.
     pub range_offset_mm: f64,

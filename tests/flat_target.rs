@@ -20,23 +20,30 @@ fn errors(record: &Record) -> Vec<f64> {
     pairs.map(|(z, h)| 1000.0 * f64::from(z - h)).collect()
 }
 
-/// Exposure that brings the ceramic to about three quarters of saturation.
+/// Exposure that brings the ceramic to about 200 DN.
 fn bright(profiles: usize) -> Scene {
     let mut scene = scene(profiles);
-    scene.bench.exposure.time_us = 14.0;
+    scene.bench.exposure.time_us = 22.0;
     scene
 }
 
+/// What error is left comes from the fixed pattern of the rows, which all pixels of a level plate share: without it the
+/// greatest of the 30 is 0.5 um.
 #[test]
 fn range_is_right_at_ten_heights_and_three_tilts() {
     let scene = bright(120);
     for (slope_x, slope_y) in TILTS {
         for step in 0..10 {
             let height = 2.0 + 5.37 * step as f32;
-            let errors = errors(&render(&scene, plate(ceramic(), height, slope_x, slope_y)));
+            let record = render(&scene, plate(ceramic(), height, slope_x, slope_y));
+            let (bright, _) = moments(record.maps.reflectance[EDGE * record.cols..].iter().map(|&v| f64::from(v)));
+            let errors = errors(&record);
             assert!(errors.iter().all(|e| e.is_finite()), "missing pixels on a flat plate at {height}");
             let (mean, sd) = moments(errors.iter().copied());
-            println!("height {height} tilt {slope_x} {slope_y}: {mean:.2} um mean error, {sd:.1} um spread");
+            println!(
+                "DN {:.0} height {height} tilt {slope_x} {slope_y}: {mean:.2} um mean error, {sd:.1} um spread",
+                bright
+            );
             assert!(mean.abs() < 5.0, "height {height}, tilt {slope_x} {slope_y}: mean error {mean} um");
         }
     }
@@ -47,7 +54,7 @@ fn range_is_right_at_ten_heights_and_three_tilts() {
 fn range_spreads_as_sensor_noise_says() {
     let mut scene = bright(200);
     scene.bench.speckle.strength = 0.0;
-    for time_us in [5.0, 14.0] {
+    for time_us in [5.0, 15.0] {
         scene.bench.exposure.time_us = time_us;
         let body = plate(ceramic(), 20.0, 0.0, 0.0);
         let (sensor, band) = expose(&scene, body.clone(), 100..101);
@@ -88,7 +95,7 @@ fn range_spreads_as_speckle_says() {
     let mirror = Medium { gloss: 1.0, ..Medium::opaque(1.0) };
     let record = render(&scene, plate(mirror, 20.0, 0.0, 0.0));
     let number = |name: &str| record.physics.iter().find(|(n, _)| *n == name).expect(name).1;
-    // Grain over a pixel as wide as sensor.md's, docs/instrument.md: Lc = 1.081 grain for a point, 0.68 um behind 6 um.
+    // Correlation length behind a pixel of 6 um, docs/instrument.md: Lc = 1.081 grain for a point, 0.68 um behind 6 um.
     let sigma_um = 6.0 * number("line_sigma_px");
     let theory_px = (sigma_um * 0.68 / (4.0 * std::f64::consts::PI.sqrt())).sqrt() / 6.0;
     let (_, sd) = moments(errors(&record).into_iter());

@@ -47,7 +47,7 @@ pub const ROW: [Column; 20] = [
         "",
         "train, validation, test",
         "never",
-        "Part of the dataset; follows from the id, so it stays as n grows.",
+        "Part of the dataset; follows from seed and index, so it stays as n grows and as the recipe is edited.",
     ),
     column(
         "class",
@@ -67,7 +67,14 @@ pub const ROW: [Column; 20] = [
         "Rows of the images, along the scan (y): row 0 was exposed first.",
     ),
     column("row_mm", Kind::Float64, "mm", "above 0", "never", "Distance between two rows."),
-    column("col_mm", Kind::Float64, "mm", "above 0", "never", "Distance between two columns at z = 0."),
+    column(
+        "col_mm",
+        Kind::Float64,
+        "mm",
+        "above 0",
+        "never",
+        "Distance between two columns at the upper surface's height.",
+    ),
     column("range_offset_mm", Kind::Float64, "mm", "any", "never", "See `range`."),
     column("range_scale_mm", Kind::Float64, "mm", "above 0", "never", "See `range`."),
     column(

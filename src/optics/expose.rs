@@ -81,13 +81,7 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
         scratch.volume[k] = [0.0; TILE];
         scratch.surface[k] = [0.0; TILE];
     }
-    let surface = Walk::new(&phase, variance);
-    surface.run(|k, g| {
-        let out = &mut scratch.surface[k];
-        for c in 0..TILE {
-            out[c] += glare[c] * g[c];
-        }
-    });
+    Walk::new(&phase, variance).add(glare, |_| &EVERYWHERE, &mut scratch.surface);
     for (place, s) in phase.iter_mut().zip(shift) {
         *place -= s;
     }
@@ -101,16 +95,13 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
             let sigma = SPREAD_MM[j] * rows_per_mm[c];
             wide[c] += sigma * sigma;
         }
-        let walk = Walk::new(&phase, &wide);
-        walk.run(|k, g| {
-            let exit = load(&neighbours[k].exit[j], start);
-            let out = &mut scratch.volume[k];
-            for c in 0..TILE {
-                out[c] += source[c] * g[c] * exit[c];
-            }
-        });
+        let exit = |k: usize| load(&neighbours[k].exit[j], start);
+        Walk::new(&phase, &wide).add(source, exit, &mut scratch.volume);
     }
 }
+
+/// The exit of light that the surface throws back.
+const EVERYWHERE: [f32; TILE] = [1.0; TILE];
 
 /// Gaussians of one tile, stepped from row to row.
 struct Walk {
@@ -142,25 +133,29 @@ impl Walk {
         walk
     }
 
-    /// Calls `add` with every row of the window in reach and the Gaussians there.
+    /// Adds source x Gaussian x exit to every row of the window in reach.
     #[inline(always)]
-    fn run(&self, mut add: impl FnMut(usize, &[f32; TILE])) {
-        let (mut g, mut q) = (self.middle, self.up);
-        add(CENTRE, &g);
-        for k in CENTRE + 1..(CENTRE + self.reach + 1).min(ROWS) {
-            for c in 0..TILE {
-                g[c] *= q[c];
-                q[c] *= self.ratio[c];
-            }
-            add(k, &g);
+    fn add<'a>(&self, source: &[f32; TILE], exit: impl Fn(usize) -> &'a [f32; TILE], out: &mut [[f32; TILE]; ROWS]) {
+        let (middle, row) = (exit(CENTRE), &mut out[CENTRE]);
+        let mut start = [0.0f32; TILE];
+        for c in 0..TILE {
+            start[c] = source[c] * self.middle[c];
+            row[c] += start[c] * middle[c];
         }
-        let (mut g, mut q) = (self.middle, self.down);
-        for k in (CENTRE - self.reach..CENTRE).rev() {
+        let step = |g: &mut [f32; TILE], q: &mut [f32; TILE], exit: &[f32; TILE], row: &mut [f32; TILE]| {
             for c in 0..TILE {
                 g[c] *= q[c];
                 q[c] *= self.ratio[c];
+                row[c] += g[c] * exit[c];
             }
-            add(k, &g);
+        };
+        let (mut g, mut q) = (start, self.up);
+        for k in CENTRE + 1..(CENTRE + self.reach + 1).min(ROWS) {
+            step(&mut g, &mut q, exit(k), &mut out[k]);
+        }
+        let (mut g, mut q) = (start, self.down);
+        for k in (CENTRE - self.reach..CENTRE).rev() {
+            step(&mut g, &mut q, exit(k), &mut out[k]);
         }
     }
 }

@@ -5,8 +5,10 @@
 //! the cache while the profiles of a band pass by.
 
 pub mod camera;
+pub mod coherence;
 pub mod expose;
 pub mod fresnel;
+mod gaussians;
 pub mod lanes;
 pub mod parameters;
 pub mod row;
@@ -28,6 +30,7 @@ use crate::settings::Size;
 use crate::specimen::Specimen;
 
 pub use self::expose::{CENTRE, ROWS, Scratch};
+pub(crate) use self::gaussians::diffusion;
 pub use self::speckle::TILE;
 
 /// Most rows of the specimen that a profile looks at before or behind its own; for steps under 0.035 mm the light that
@@ -84,7 +87,7 @@ impl Sensor {
             bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
         let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
-        let paths = transport::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
+        let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
         let contrast = [
             developed / bench.speckle.surface_patterns.sqrt(),
             developed * paths / bench.speckle.volume_patterns.sqrt(),
@@ -103,7 +106,7 @@ impl Sensor {
             step,
             size,
             speckle_key: stream.child("speckle").key(),
-            maker: RowMaker::new(bench.motion.conveyor_reflectance),
+            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns),
             chain: Chain::new(&bench.exposure, size.rows, stream.child("sensor")),
             camera,
         }

@@ -7,7 +7,7 @@
 use glam::Vec3;
 use procedural::{Class, Medium};
 
-use super::camera::Camera;
+use super::camera::{Camera, Sight};
 use super::fresnel::{self, BoundaryTable};
 use super::speckle::TILE;
 use super::transport::{BASIS, MediaRow, SIDEWAYS, SPREAD_MM, SpreadRow, line_spread};
@@ -40,6 +40,8 @@ pub struct RowMaker {
     boundary: BoundaryTable,
     conveyor: Medium,
     conveyor_reflectance: f32,
+    /// How the camera sees the bare conveyor in each column.
+    conveyor_sights: Vec<Sight>,
 }
 
 /// Room that one thread needs to make rows.
@@ -64,9 +66,12 @@ impl RowScratch {
 }
 
 impl RowMaker {
-    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface.
-    pub fn new(conveyor_reflectance: f64) -> Self {
+    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, and a sensor of
+    /// `columns` columns.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, columns: usize) -> Self {
+        let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
+            conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             boundary: BoundaryTable::new(),
             conveyor: Medium::opaque(0.0),
             conveyor_reflectance: conveyor_reflectance as f32,
@@ -82,22 +87,28 @@ impl RowMaker {
         }
         let (mut first, mut last) = (columns, 0);
         for (column, hit) in row.hits.iter().enumerate() {
-            let sight = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
+            let bare = hit.matter.class == Class::Background;
+            let sight = if bare {
+                self.conveyor_sights[column]
+            } else {
+                camera.sight(hit.x, hit.surface.z, hit.surface.slope_y)
+            };
             row.centre[column] = sight.row;
             row.rows_per_mm[column] = sight.rows_per_mm;
             row.variance[column] = sight.variance;
-            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
-            let facing = normal.dot(sight.view).max(0.0);
-            let reach = if hit.lit && hit.seen { 1.0 } else { 0.0 };
-            // Lambert's share towards the lens; what follows multiplies it by radiance factors.
-            let white = sight.electrons * facing * reach;
-            scratch.electrons[column] = white;
-            let medium = &hit.matter.medium;
-            if hit.matter.class == Class::Background {
-                row.glare[column] = white * self.conveyor_reflectance;
+            let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
+            if bare {
+                row.glare[column] = reach * sight.view.z * self.conveyor_reflectance;
+                scratch.electrons[column] = 0.0;
                 scratch.media.enter[column] = 0.0;
                 continue;
             }
+            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
+            let facing = normal.dot(sight.view).max(0.0);
+            // Lambert's share towards the lens; what follows multiplies it by radiance factors.
+            let white = facing * reach;
+            scratch.electrons[column] = white;
+            let medium = &hit.matter.medium;
             (first, last) = (first.min(column), column + 1);
             let half = (sight.view - sight.light).normalize();
             let lobe = fresnel::gloss(-normal.dot(sight.light), facing, half.dot(normal), half.dot(sight.view));
@@ -141,7 +152,9 @@ impl RowMaker {
         media.sigma_i[column] = medium.sigma_i;
         media.k[column] = medium.k;
         media.boundary[column] = self.boundary.at(medium.n_eff);
-        media.enter[column] = 1.0 - fresnel::normal_reflectance(medium.n_eff);
+        // What facets throw back does not enter.
+        let thrown = medium.gloss * fresnel::normal_reflectance(fresnel::CELL_WALL);
+        media.enter[column] = (1.0 - thrown) * (1.0 - fresnel::normal_reflectance(medium.n_eff));
         media.sin_dive[column] = sin_dive;
         media.cos_azimuth[column] = along.y / along.length().max(1e-6);
         media.cone[column] = view.dot(fibre) - light.dot(fibre);

@@ -3,18 +3,20 @@
 //! Model: steady anisotropic diffusion below a plane boundary, written as an integral over path length tau of Gaussians
 //! (quantised diffusion, d'Eon and Irving 2011) with the tensor of cylinder scattering, D_par = 1 / (3 sigma_i),
 //! D_perp = 1/4 int sin^3 / (sigma_i + k sin), source at the persistence depth z0, extrapolated boundary z_e = 2 A D_zz.
-//! docs/physics.md derives each term. Four numbers below ([`BALLISTIC`] to [`CORE_WALK`]) carry what diffusion lacks near
+//! docs/physics.md derives each term. Five numbers in `gaussians.rs` carry what diffusion lacks near
 //! the entry; they were fitted once to the 15 media of docs/physics.md (own Monte Carlo of the full transport equation).
-//! Valid for media with sigma_i > mu_a and for distances up to some mm; total reflectance within 0.011, the light 0.1 to
-//! 0.8 mm beside the line within 6 % on those media. Neglected: layers, finite thickness, the difference of media between
+//! Valid for media with sigma_i > mu_a and for distances up to some mm; total reflectance within 0.012, the light 0.1 to
+//! 0.8 mm beside the line within 5 % on those media. Neglected: layers, finite thickness, the difference of media between
 //! source and exit other than through [`SPREAD_MM`]'s symmetric blend.
 //!
 //! The 32 Gaussians of a medium are put on [`BASIS`] fixed widths, each shared between its two neighbours so that energy
-//! and variance stay exact: then unlike media can be blended term by term, sqrt(w_m(source) w_m(exit)), which is
-//! reciprocal and never creates energy (Cauchy and Schwarz).
+//! and variance stay exact (wider ones count as the widest): then unlike media can be blended term by term,
+//! sqrt(w_m(source) w_m(exit)), symmetric in source and exit; over a whole scan it creates no energy (Cauchy and
+//! Schwarz), beside a sharp border one line position can.
 
 use multiversion::multiversion;
 
+use super::gaussians::{CONE_PEAK, CONE_WIDTH, LANES, Lanes, nodes};
 use super::lanes::exp;
 
 /// Number of fixed widths.
@@ -23,34 +25,6 @@ pub const BASIS: usize = 8;
 pub const SPREAD_MM: [f32; BASIS] = [0.0, 0.05, 0.1, 0.18, 0.32, 0.56, 1.0, 1.8];
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SIDEWAYS: f32 = 0.6;
-
-/// Share of the way to the first scattering that absorption still has to be paid for [1]; fitted.
-const BALLISTIC: f32 = 0.4;
-/// Persistence of the entry direction across the fibre, in mean free paths [1]; fitted.
-const PERSIST_ACROSS: f32 = 1.0 / 3.0;
-/// Persistence of the entry direction along a diving fibre, in mean free paths [1]; fitted.
-const PERSIST_ALONG: f32 = 0.25;
-/// Weight of cylinder scattering in turning light that runs along a diving fibre [1]; fitted.
-const TURN_ALONG: f32 = 0.8;
-/// Growth of the walk along the fibre of light that met cylinders alone [1]; fitted.
-const CORE_WALK: f32 = 5.5;
-/// Dispersion of the fibre axes, 5 degrees [rad].
-const FIBRE_DISPERSION: f32 = 0.087_266;
-/// Radiance factor of light that met an isotropic event, over Lambert's [1]; fitted to R_cam / R_h of the 15 media.
-const ISOTROPIC_EXIT: f32 = 1.02;
-/// Width of the cone of light that met cylinders alone, in the cosine to the fibre [1]; fitted likewise.
-const CONE_WIDTH: f32 = 0.255;
-
-/// Path lengths of the Gaussians, log-spaced [mm].
-const NODES: usize = 16;
-const SHORTEST_MM: f64 = 0.003;
-const LONGEST_MM: f64 = 200.0;
-/// Texels worked on together.
-const LANES: usize = 16;
-
-/// Sines and weights of a 6-point Gauss-Legendre rule on [0, pi/2] for the tensor's integral.
-const SINES: [f32; 6] = [0.053_013_46, 0.262_956_75, 0.562_980_01, 0.826_470_51, 0.964_807_62, 0.998_593_8];
-const WEIGHTS: [f32; 6] = [0.134_557_94, 0.283_341_48, 0.367_498_74, 0.367_498_74, 0.283_341_48, 0.134_557_94];
 
 /// Media of a row of texels, structure of arrays, all of one length.
 #[derive(Debug, Clone, Default)]
@@ -109,131 +83,6 @@ impl SpreadRow {
     }
 }
 
-/// Path lengths and their integration weights tau^-3/2 d tau / (4 sqrt(pi)).
-fn nodes() -> [(f32, f32); NODES] {
-    let ratio = (LONGEST_MM / SHORTEST_MM).ln() / (NODES as f64 - 1.0);
-    std::array::from_fn(|m| {
-        let tau = SHORTEST_MM * (ratio * m as f64).exp();
-        (tau as f32, (ratio * tau.powf(-0.5) * 0.25 / std::f64::consts::PI.sqrt()) as f32)
-    })
-}
-
-/// Mean square displacement over 2 D after `tau` for a walk that keeps its first direction over `l`, in mm.
-#[inline(always)]
-fn persistent(tau: f32, l: f32) -> f32 {
-    (tau - 2.0 * l + exp(-tau / l) * (2.0 * l + tau)).max(0.0)
-}
-
-/// Eight numbers of each of [`LANES`] media that the path lengths share.
-struct Lanes {
-    scale: [f32; LANES],
-    mu_a: [f32; LANES],
-    sigma_i: [f32; LANES],
-    z0: [f32; LANES],
-    z2: [f32; LANES],
-    /// 1 / (4 D_zz) [mm^-1].
-    quarter: [f32; LANES],
-    d_par: [f32; LANES],
-    d_perp: [f32; LANES],
-    d_e: [f32; LANES],
-    l_across: [f32; LANES],
-    l_along: [f32; LANES],
-    /// Share of light that stays with its cone until it meets an isotropic event.
-    keep: [f32; LANES],
-    cos2_azimuth: [f32; LANES],
-    core_start: [f32; LANES],
-    core_walk: [f32; LANES],
-    shift: [f32; LANES],
-    cone: [f32; LANES],
-}
-
-impl Lanes {
-    #[inline(always)]
-    fn new(media: &MediaRow, start: usize, count: usize) -> Self {
-        let load = |values: &[f32], fill: f32| -> [f32; LANES] {
-            let mut lanes = [fill; LANES];
-            lanes[..count].copy_from_slice(&values[start..start + count]);
-            lanes
-        };
-        let zero = [0.0; LANES];
-        let k = load(&media.k, 1.0);
-        let (boundary, enter) = (load(&media.boundary, 1.0), load(&media.enter, 0.0));
-        let (sin_dive, cos_azimuth) = (load(&media.sin_dive, 0.0), load(&media.cos_azimuth, 1.0));
-        let (mu_a, sigma_i) = (load(&media.mu_a, 1.0), load(&media.sigma_i, 1.0));
-        let cone = load(&media.cone, 0.0);
-        let mut lanes = Self {
-            scale: zero,
-            mu_a,
-            sigma_i,
-            z0: zero,
-            z2: zero,
-            quarter: zero,
-            d_par: zero,
-            d_perp: zero,
-            d_e: zero,
-            l_across: zero,
-            l_along: zero,
-            keep: zero,
-            cos2_azimuth: zero,
-            core_start: zero,
-            core_walk: zero,
-            shift: zero,
-            cone,
-        };
-        for l in 0..LANES {
-            let (a, s, k) = (mu_a[l], sigma_i[l], k[l]);
-            let sin2 = sin_dive[l] * sin_dive[l];
-            let cos2 = (1.0 - sin2).max(0.0);
-            let cos = cos2.sqrt();
-            let d_par = 1.0 / (3.0 * s);
-            let mut d_perp = 0.0;
-            for i in 0..6 {
-                d_perp += 0.5 * WEIGHTS[i] * SINES[i] * SINES[i] * SINES[i] / (s + k * SINES[i]);
-            }
-            let d_zz = d_perp + (d_par - d_perp) * sin2;
-            let across = 1.0 / (s + k * cos);
-            let z0 = cos2 * across + sin2 / s;
-            lanes.z0[l] = z0;
-            lanes.z2[l] = z0 + 4.0 * boundary[l] * d_zz;
-            lanes.quarter[l] = 0.25 / d_zz;
-            lanes.scale[l] = enter[l] * exp(-BALLISTIC * a * z0) / d_zz.sqrt();
-            lanes.d_par[l] = d_par;
-            lanes.d_perp[l] = d_perp;
-            lanes.d_e[l] = d_perp * d_par / d_zz;
-            lanes.l_across[l] = PERSIST_ACROSS * across;
-            lanes.l_along[l] = PERSIST_ALONG / (s + TURN_ALONG * k * cos * sin2);
-            lanes.keep[l] = cos2 * cos2 * cos2 * cos2;
-            lanes.cos2_azimuth[l] = cos_azimuth[l] * cos_azimuth[l];
-            lanes.core_start[l] = FIBRE_DISPERSION * FIBRE_DISPERSION * z0 * z0;
-            lanes.core_walk[l] = CORE_WALK / 3.0 * FIBRE_DISPERSION * FIBRE_DISPERSION * k;
-            // Towards the end of the fibre that dives, less the drift of diffusion along the slanted tensor.
-            let slant = sin_dive[l] * cos;
-            lanes.shift[l] = -cos_azimuth[l] * slant * ((1.0 / s - across) - (d_par - d_perp) / d_zz * z0);
-        }
-        lanes
-    }
-
-    /// Weight and variance along the motion of light after path `tau`: cone light, then light that has left its cone.
-    #[inline(always)]
-    fn gaussians(&self, tau: f32, step: f32, l: usize) -> [(f32, f32); 2] {
-        let (a, s, z0, z2) = (self.mu_a[l], self.sigma_i[l], self.z0[l], self.z2[l]);
-        let (near, far) = (z0 * z0 * self.quarter[l] / tau, z2 * z2 * self.quarter[l] / tau);
-        let weight = self.scale[l] * step * (z0 * exp(-near - a * tau) + z2 * exp(-far - a * tau));
-        let straight = exp(-s * tau);
-        let keep = self.keep[l];
-        let across = 2.0 * self.d_perp[l] * persistent(tau, self.l_across[l]);
-        let free = 1.0 / s;
-        let turned = (tau - 2.0 * free + straight * (2.0 * free + tau)).max(0.0) / (1.0 - straight).max(1e-4);
-        let along =
-            keep * 2.0 * self.d_par[l] * turned + (1.0 - keep) * 2.0 * self.d_e[l] * persistent(tau, self.l_along[l]);
-        let core = (self.core_start[l] + self.core_walk[l] * tau * tau * tau).min(tau * tau / 3.0);
-        let w_core = weight * keep * straight;
-        let c2 = self.cos2_azimuth[l];
-        let sideways = across * (1.0 - c2);
-        [(w_core, core * c2 + sideways), (weight - w_core, along * c2 + sideways)]
-    }
-}
-
 /// Fills `spread` for texels `from..to` of `media`.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut SpreadRow) {
@@ -275,7 +124,7 @@ pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut Spread
                 let core = (beyond[0][j][l] - beyond[0][j + 1][l]).max(0.0);
                 let rest = (beyond[1][j][l] - beyond[1][j + 1][l]).max(0.0);
                 enter[l] = (core + rest).sqrt();
-                exit[l] = (core * towards[l] + rest * ISOTROPIC_EXIT) / enter[l].max(1e-12);
+                exit[l] = (core * towards[l] + rest) / enter[l].max(1e-12);
             }
             spread.enter[j][start..start + count].copy_from_slice(&enter[..count]);
             spread.exit[j][start..start + count].copy_from_slice(&exit[..count]);
@@ -285,44 +134,36 @@ pub fn line_spread(media: &MediaRow, from: usize, to: usize, spread: &mut Spread
     }
 }
 
-/// Radiance factor in the middle of the cone: flux over a half circle against Lambert's, (pi / 2) / (sqrt(2 pi) width).
-const CONE_PEAK: f32 = 0.626_657 / CONE_WIDTH;
-
-/// Diffusion coefficients along and across the fibre [mm]: 1 / (3 sigma_i) and 1/4 int sin^3 / (sigma_i + k sin).
-pub fn diffusion(sigma_i: f64, k: f64) -> (f64, f64) {
-    let term = |(sine, weight): (f32, f32)| {
-        let sine = f64::from(sine);
-        0.5 * f64::from(weight) * sine.powi(3) / (sigma_i + k * sine)
-    };
-    (1.0 / (3.0 * sigma_i), SINES.into_iter().zip(WEIGHTS).map(term).sum())
-}
-
-/// Contrast of speckle in light from below after paths of different lengths, for a Gaussian laser line [1].
+/// Where light of a fine vertical beam comes out, `[2 cells + 1, 2 cells + 1]` cells of `cell_mm`, row-major, rows along
+/// the motion, share of the beam's energy a cell; the beam enters in the middle cell. Texel 0 of `media`.
 ///
-/// C^2 = sum over pairs of path lengths of w w' exp(-(pi (dlambda / lambda^2) n (tau - tau'))^2 / (2 ln 2)), Goodman's
-/// rule for partial coherence; `linewidth_nm` is the full width at half maximum. Medium as in [`MediaRow`], one texel.
-pub fn coherence_contrast(medium: &procedural::Medium, boundary: f64, wavelength_nm: f64, linewidth_nm: f64) -> f64 {
-    const STEPS: usize = 200;
-    let (a, s, k) = (f64::from(medium.mu_a), f64::from(medium.sigma_i), f64::from(medium.k));
-    let (_, d_perp) = diffusion(s, k);
-    let z0 = 1.0 / (s + k);
-    let z2 = z0 + 4.0 * boundary * d_perp;
-    let weights: Vec<(f64, f64)> = (0..STEPS)
-        .map(|i| {
-            let tau = SHORTEST_MM * (LONGEST_MM / SHORTEST_MM).powf(i as f64 / (STEPS as f64 - 1.0));
-            let term = |z: f64| z * (-z * z / (4.0 * d_perp * tau)).exp();
-            (tau, (term(z0) + term(z2)) * (-a * tau).exp() / tau.sqrt())
-        })
-        .collect();
-    let total: f64 = weights.iter().map(|(_, w)| w).sum();
-    // Wave numbers per mm: wavelength in mm is 1e-6 of it in nm.
-    let band = std::f64::consts::PI * linewidth_nm / (wavelength_nm * wavelength_nm) * 1e6 * f64::from(medium.n_eff);
-    let mut sum = 0.0;
-    for &(t, w) in &weights {
-        for &(t2, w2) in &weights {
-            let phase = band * (t - t2);
-            sum += w * w2 * (-phase * phase / (2.0 * std::f64::consts::LN_2)).exp();
+/// The same Gaussians as [`line_spread`], each with its own variance along and across the fibre in the surface, and not
+/// put on fixed widths. The rigid shift along a diving fibre is left out.
+pub fn point_spread(media: &MediaRow, cells: usize, cell_mm: f64) -> Vec<f64> {
+    let (sin, cos) = {
+        let cos = f64::from(media.cos_azimuth[0]);
+        ((1.0 - cos * cos).max(0.0).sqrt(), cos)
+    };
+    let seen_along = |cos2: f32| {
+        let mut lanes = Lanes::new(media, 0, 1);
+        lanes.cos2_azimuth[0] = cos2;
+        lanes
+    };
+    let (along, across) = (seen_along(1.0), seen_along(0.0));
+    let side = 2 * cells + 1;
+    let mut spread = vec![0.0; side * side];
+    for (tau, step) in nodes() {
+        for ((weight, v), (_, u)) in along.gaussians(tau, step, 0).into_iter().zip(across.gaussians(tau, step, 0)) {
+            // A cell blurs what is finer than itself.
+            let (v, u) = (f64::from(v) + cell_mm * cell_mm / 12.0, f64::from(u) + cell_mm * cell_mm / 12.0);
+            let peak = f64::from(weight) * cell_mm * cell_mm / (std::f64::consts::TAU * (u * v).sqrt());
+            for (i, out) in spread.iter_mut().enumerate() {
+                let y = ((i / side) as f64 - cells as f64) * cell_mm;
+                let x = ((i % side) as f64 - cells as f64) * cell_mm;
+                let (e, f) = (y * cos + x * sin, x * cos - y * sin);
+                *out += peak * (-0.5 * (e * e / v + f * f / u)).exp();
+            }
         }
     }
-    (sum / (total * total)).sqrt()
+    spread
 }

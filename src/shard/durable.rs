@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use output_schema::file::temporary;
 use sha2::{Digest, Sha256};
@@ -112,13 +112,7 @@ pub(super) fn names(path: &Path) -> Result<Vec<String>, ShardError> {
 
 /// Space that this user may still fill at `path` [bytes]; `None` where the system does not tell.
 pub(crate) fn free_bytes(path: &Path) -> Option<u64> {
-    // A relative path ends at an empty name, of which the system knows nothing.
-    let mut place: PathBuf = std::path::absolute(path).ok()?;
-    loop {
-        match rustix::fs::statvfs(&place) {
-            Ok(state) => return Some(state.f_bavail.saturating_mul(state.f_frsize)),
-            Err(_) if place.pop() => {}
-            Err(_) => return None,
-        }
-    }
+    let absolute = std::path::absolute(path).ok()?;
+    let state = absolute.ancestors().find_map(|place| rustix::fs::statvfs(place).ok())?;
+    Some(state.f_bavail.saturating_mul(state.f_frsize))
 }

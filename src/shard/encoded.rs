@@ -27,7 +27,7 @@ pub struct Encoded {
     pub rows: usize,
     /// Distance between two rows [mm].
     pub row_mm: f64,
-    /// Distance between two columns at z = 0 [mm].
+    /// Distance between two columns at the upper surface's height [mm].
     pub col_mm: f64,
     /// Range numbers r > 0 mean `range_offset_mm + r * range_scale_mm`.
     pub range_offset_mm: f64,

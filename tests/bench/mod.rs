@@ -36,7 +36,7 @@ pub fn scene(profiles: usize) -> Scene {
 
 /// Bright ceramic: light leaves within some hundredths of a mm of where it entered.
 pub fn ceramic() -> Medium {
-    Medium { mu_a: 0.02, sigma_i: 150.0, k: 0.0, n_eff: 1.0, fibre: glam::Vec3::Y, gloss: 0.0 }
+    Medium { mu_a: 0.5, sigma_i: 150.0, k: 0.0, n_eff: 1.0, fibre: glam::Vec3::Y, gloss: 0.0 }
 }
 
 /// A wide plate: height at the origin [mm], dz/dx, dz/dy.
