@@ -13,13 +13,16 @@ use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Recipe;
 use crate::shard::{
-    self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, estimated_bytes_per_sample, number_column,
+    self, DatasetFolder, Encoded, GENERATOR_VERSION, ROW_BYTES, ShardError, ShardWriter, TABLES_BYTES,
+    estimated_bytes_per_sample, number_column,
 };
 
 /// Memory for samples on their way to disk [bytes].
 const FLIGHT_BYTES: usize = 900 << 20;
 /// Bytes of maps, truth and encoded images that a pixel needs while its sample is on the way.
 const BYTES_PER_PIXEL: usize = 40;
+/// Copies of its kept sensor frames that a sample holds at most: as exposed, and as a row of a table.
+const FRAME_COPIES: usize = 2;
 
 /// What to make.
 #[derive(Debug, Clone)]
@@ -157,7 +160,8 @@ pub fn generate(recipe: &Recipe, order: &Order, watch: &(dyn Fn(Event) + Sync)) 
 /// Samples rendered side by side: several a thread so that none waits, as many as memory allows.
 fn in_flight(recipe: &Recipe) -> u64 {
     let size = recipe.size();
-    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL).max(1);
+    let frames = FRAME_COPIES * recipe.output().frames(&size) * size.columns * size.rows;
+    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames).max(1);
     (4 * rayon::current_num_threads()).min(fitting).max(1) as u64
 }
 
@@ -166,62 +170,86 @@ fn flights(samples: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>>
     samples.step_by(length as usize).map(move |start| start..(start + length).min(end))
 }
 
+/// Samples of each class in the whole dataset, in the recipe's order.
+fn classes(recipe: &Recipe, order: &Order) -> Vec<(String, u64)> {
+    let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
+    let one = |mut counts: Vec<u64>, index: u64| {
+        let class = &recipe.class_of(order.seed, index).name;
+        names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| *count += 1);
+        counts
+    };
+    let none = || vec![0; names.len()];
+    let sum = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
+    let counts = (0..order.samples).into_par_iter().fold(none, one).reduce(none, sum);
+    names.iter().map(|name| name.to_string()).zip(counts).collect()
+}
+
 /// What a dataset would take.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Samples still to be made by this order.
     pub samples: u64,
+    /// Shards that they fill.
+    pub shards: u64,
     /// Size of one sample on disk [bytes].
     pub sample_bytes: u64,
     /// Time of one sample on this machine, all threads busy.
     pub sample_time: Duration,
     /// Free space where the dataset would lie [bytes].
     pub free: Option<u64>,
-    /// Samples of each class, in the recipe's order.
+    /// Samples of each class in the whole dataset, in the recipe's order.
     pub classes: Vec<(String, u64)>,
 }
 
 impl Estimate {
-    /// Renders sample 0 to see what it takes, and counts.
+    /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy.
+    pub fn trial(recipe: &Recipe, order: &Order) -> u64 {
+        in_flight(recipe).min(order.samples)
+    }
+
+    /// Renders the first samples to see what one takes, and counts.
     pub fn measure(recipe: &Recipe, order: &Order) -> Self {
         let tiles = Tiles::new(order.seed);
-        // As many samples as a run has in the air, so that threads are as busy; the first one warms up the tables.
-        sample(recipe, order.seed, 0, &tiles, &|_| ());
-        let together = in_flight(recipe).min(order.samples);
+        let together = Self::trial(recipe, order);
+        if together > 1 {
+            // Tables are filled before the clock runs; a sample so large that it flies alone hides them.
+            sample(recipe, order.seed, 0, &tiles, &|_| ());
+        }
         let start = Instant::now();
         let bytes: u64 =
             (0..together).into_par_iter().map(|i| sample(recipe, order.seed, i, &tiles, &|_| ()).bytes()).sum();
         let sample_time = start.elapsed() / together as u32;
-        Self { sample_bytes: bytes / together, sample_time, ..Self::count(recipe, order) }
+        let (count, classes) = (Self::count(recipe, order), classes(recipe, order));
+        Self { sample_bytes: bytes / together + ROW_BYTES, sample_time, classes, ..count }
     }
 
-    /// Counts without rendering; size from the recipe's channels, no time.
+    /// Counts what is to be made; size from the recipe's channels, no time and no classes.
     pub fn count(recipe: &Recipe, order: &Order) -> Self {
-        let mut classes: Vec<(String, u64)> = recipe.classes().iter().map(|c| (c.name.clone(), 0)).collect();
-        for index in 0..order.samples {
-            let class = recipe.class_of(order.seed, index);
-            if let Some((_, count)) = classes.iter_mut().find(|(name, _)| *name == class.name) {
-                *count += 1;
-            }
-        }
         let (part, parts) = order.part;
         let folder = DatasetFolder::open(&order.out).ok();
         let head = head(recipe, order);
-        let mine = (part..head.shards).step_by(parts as usize);
-        let samples =
-            mine.filter(|&s| folder.as_ref().is_none_or(|f| !f.is_done(s))).map(|shard| head.span(shard).1).sum();
+        // A shard that the folder's head ends early is made again.
+        let missing = |&shard: &u64| {
+            folder.as_ref().is_none_or(|f| f.head().span(shard) != head.span(shard) || !f.is_done(shard))
+        };
+        let (mut samples, mut shards) = (0, 0);
+        for shard in (part..head.shards).step_by(parts as usize).filter(missing) {
+            samples += head.span(shard).1;
+            shards += 1;
+        }
         Self {
             samples,
+            shards,
             sample_bytes: estimated_bytes_per_sample(&recipe.output(), &recipe.size()),
             sample_time: Duration::ZERO,
             free: shard::free_bytes(&order.out),
-            classes,
+            classes: Vec::new(),
         }
     }
 
     /// Size of what is to be made [bytes].
     pub fn bytes(&self) -> u64 {
-        self.sample_bytes.saturating_mul(self.samples)
+        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards)
     }
 
     /// Time that it takes.

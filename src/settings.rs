@@ -117,6 +117,17 @@ pub struct Output {
     pub samples_per_shard: Option<usize>,
 }
 
+impl Output {
+    /// Sensor frames kept of a scan.
+    pub fn frames(&self, size: &Size) -> usize {
+        match self.sensor_stack {
+            SensorStack::None => 0,
+            SensorStack::Every(step) => size.profiles.div_ceil(step.max(1)),
+            SensorStack::All => size.profiles,
+        }
+    }
+}
+
 /// Shares of the splits [1]; they sum to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Splits {

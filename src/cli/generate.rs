@@ -3,69 +3,106 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::progress::{Progress, bytes, duration};
-use super::{Generate, Outcome};
-use crate::generate::{Estimate, Order, generate};
+use super::progress::{Progress, bytes, counted, duration, say};
+use super::{Generate, Outcome, Usage, print};
+use crate::generate::{Estimate, Order, Summary, generate, head};
 use crate::recipe::Recipe;
+
+/// Most samples and shards of a dataset: a folder lists as many files.
+const MOST: (u64, u64) = (100_000_000, 1_000_000);
+/// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
+const MOST_THREADS: (usize, usize) = (4, 16);
 
 pub(super) fn run(arguments: &Generate) -> Outcome {
     let Some(name) = &arguments.recipe else {
-        return Err(
-            "--recipe is missing: name a YAML file or a built-in recipe, for instance --recipe wood.yaml".into()
-        );
+        return Err(Usage(
+            "--recipe is missing: name a YAML file or a built-in recipe, for instance --recipe wood.yaml".into(),
+        )
+        .into());
     };
+    let threads = threads(arguments)?;
+    let samples = samples(arguments)?;
     let recipe = Recipe::load(name)?;
-    let order = order(arguments, &recipe)?;
-    let threads = match arguments.threads {
-        Some(0) => return Err("--threads 0: use 1 or more, or leave it out for all cores".into()),
-        other => other.unwrap_or(0),
-    };
+    let order = order(arguments, &recipe, samples)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
         if arguments.estimate {
+            say(&format!("rendering {} to measure ...", counted(Estimate::trial(&recipe, &order), "sample")));
             let estimate = Estimate::measure(&recipe, &order);
-            print!("{}", describe(&estimate, &order));
+            print(&describe(&estimate, &order));
             return Ok(if estimate.fits() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
         }
         let estimate = Estimate::count(&recipe, &order);
         if !estimate.fits() {
             return Err(refusal(&estimate, &order).into());
         }
-        make(&recipe, &order)
+        make(name, &recipe, &order)
     })
 }
 
-fn order(arguments: &Generate, recipe: &Recipe) -> Result<Order, String> {
-    let samples = match arguments.n {
-        None => return Err("--n is missing: how many samples shall the dataset have? for instance --n 100".into()),
-        Some(0) => return Err("--n 0: a dataset has 1 sample or more".into()),
-        Some(n) if n > 1_000_000_000 => return Err(format!("--n {n}: at most 1000000000 samples")),
-        Some(n) => n,
+fn threads(arguments: &Generate) -> Result<usize, Usage> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = (MOST_THREADS.0 * cores).max(MOST_THREADS.1);
+    match arguments.threads {
+        Some(0) => Err(Usage("--threads 0: use 1 or more, or leave it out for all cores".into())),
+        Some(n) if n > most => Err(Usage(format!(
+            "--threads {n}: at most {most} on this machine of {}; leave it out for one a core",
+            counted(cores as u64, "core")
+        ))),
+        other => Ok(other.unwrap_or(0)),
+    }
+}
+
+fn samples(arguments: &Generate) -> Result<u64, Usage> {
+    let n = match arguments.n {
+        None => Err("--n is missing: how many samples shall the dataset have? for instance --n 100".into()),
+        Some(0) => Err("--n 0: a dataset has 1 sample or more".into()),
+        Some(n) if n > MOST.0 => Err(format!("--n {n}: at most {} samples", MOST.0)),
+        Some(n) => Ok(n),
     };
     if let Some(size @ (0 | 100_001..)) = arguments.samples_per_shard {
-        return Err(format!("--samples-per-shard {size}: from 1 to 100000"));
+        return Err(Usage(format!("--samples-per-shard {size}: from 1 to 100000")));
     }
-    Ok(Order {
+    n.map_err(Usage)
+}
+
+fn order(arguments: &Generate, recipe: &Recipe, samples: u64) -> Result<Order, Usage> {
+    let order = Order {
         samples,
         seed: arguments.seed,
         out: arguments.out.clone().unwrap_or_else(|| PathBuf::from("out").join(recipe.name())),
         part: arguments.part,
         samples_per_shard: arguments.samples_per_shard,
-    })
+    };
+    let shards = head(recipe, &order).shards;
+    if shards > MOST.1 {
+        let remedy = "ask for more --samples-per-shard, or for fewer samples";
+        return Err(Usage(format!("{samples} samples would be {shards} shards, at most {}; {remedy}", MOST.1)));
+    }
+    Ok(order)
 }
 
-fn make(recipe: &Recipe, order: &Order) -> Outcome {
-    let progress = Progress::new(recipe, order);
+fn make(name: &str, recipe: &Recipe, order: &Order) -> Outcome {
+    let progress = Progress::new(name, recipe, order);
     let summary = generate(recipe, order, &|event| progress.show(event));
     progress.end();
-    let summary = summary?;
-    let made = format!("{} samples in {} shards made now", summary.samples, summary.shards);
-    let busy = match summary.busy {
-        0 => String::new(),
-        n => format!("; {n} shards are left to other processes that work on them"),
-    };
-    eprintln!("{}: {made}{busy}; dataset of {} samples", order.out.display(), summary.total);
+    say(&format!("{}: {}", order.out.display(), told(&summary?, order)));
     Ok(ExitCode::SUCCESS)
+}
+
+/// What a run did, in words.
+fn told(summary: &Summary, order: &Order) -> String {
+    let part = match order.part {
+        (0, 1) => String::new(),
+        (part, parts) => format!(", part {part}/{parts}"),
+    };
+    let dataset = format!("dataset of {}{part}", counted(summary.total, "sample"));
+    let made = format!("{} in {} made", counted(summary.samples, "sample"), counted(summary.shards, "shard"));
+    match summary.busy {
+        0 if summary.shards == 0 => format!("nothing to do, all is there; {dataset}"),
+        0 => format!("{made}; {dataset}"),
+        n => format!("{made}, {} left to other processes that work on them; {dataset}", counted(n, "shard")),
+    }
 }
 
 /// The estimate in words.
@@ -92,9 +129,9 @@ fn describe(estimate: &Estimate, order: &Order) -> String {
 
 fn refusal(estimate: &Estimate, order: &Order) -> String {
     format!(
-        "{} samples need about {} but {} has {} free; make room, choose another --out, bin the images (output.bin), \
+        "{} more need about {} but {} has {} free; make room, choose another --out, bin the images (output.bin), \
          leave channels out (output.exr: []), or ask for fewer samples",
-        estimate.samples,
+        counted(estimate.samples, "sample"),
         bytes(estimate.bytes()),
         order.out.display(),
         bytes(estimate.free.unwrap_or(0)),

@@ -16,6 +16,7 @@ use crate::preview;
 use crate::recipe::{self, Recipe};
 use crate::shard::DatasetFolder;
 use crate::validate::{self, validate};
+use progress::{counted, say};
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
 #[derive(Debug, Parser)]
@@ -126,16 +127,25 @@ pub fn run() -> ExitCode {
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
-            let mut command = Cli::command();
-            let _ = command.print_help();
+            print(&Cli::command().render_help().to_string());
             return ExitCode::from(2);
         }
         None => generate::run(&cli.generate),
     };
     outcome.unwrap_or_else(|error| {
-        eprintln!("gen: {error}");
-        ExitCode::FAILURE
+        say(&format!("gen: {}", error.to_string().trim_end()));
+        if error.is::<Usage>() { ExitCode::from(2) } else { ExitCode::FAILURE }
     })
+}
+
+/// Arguments that cannot be used, and what to give instead.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Usage(String);
+
+/// Writes to standard output. A reader that has gone away is no fault.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
 fn show(arguments: &Preview) -> Outcome {
@@ -145,7 +155,7 @@ fn show(arguments: &Preview) -> Outcome {
     picture.write_to(&mut bytes, image::ImageFormat::Png)?;
     std::fs::write(&arguments.out, bytes.into_inner())
         .map_err(|error| format!("cannot write {}: {error}; give another place with --out", arguments.out.display()))?;
-    eprintln!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height());
+    say(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -163,10 +173,12 @@ fn check(arguments: &Validate) -> Outcome {
     };
     let options = validate::Options { rerender: Some(&rerender), rerender_samples: arguments.rerender };
     let report = validate(&arguments.dir, &options);
-    let mut out = std::io::stdout().lock();
-    // A closed pipe is the reader's business, not a fault of the dataset.
-    let _ = if arguments.json { writeln!(out, "{:#}", report.json()) } else { writeln!(out, "{report}") };
-    Ok(if report.is_clean() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
+    if report.is_clean() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    say(&format!("gen: {} has {}", arguments.dir.display(), counted(report.faults.len() as u64, "fault")));
+    Ok(ExitCode::FAILURE)
 }
 
 fn schema(what: Schema) -> Outcome {
@@ -175,7 +187,7 @@ fn schema(what: Schema) -> Outcome {
         Schema::Dataset => format!("{:#}\n", output_schema::json_schema()),
         Schema::RecipeReference => recipe::reference_markdown(),
     };
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    print(&text);
     Ok(ExitCode::SUCCESS)
 }
 

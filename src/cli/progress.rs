@@ -1,6 +1,6 @@
 //! Progress on long work: a bar for people, plain lines where the output is not a terminal.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -27,7 +27,7 @@ pub(super) struct Progress {
 
 impl Progress {
     /// For a run; nothing is shown before its first event.
-    pub(super) fn new(recipe: &Recipe, order: &Order) -> Self {
+    pub(super) fn new(name: &str, recipe: &Recipe, order: &Order) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let template = "{bar:24} {percent:>3} %  {msg}  {per_sec}, {eta} left";
             let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -44,7 +44,7 @@ impl Progress {
             bytes: AtomicU64::new(0),
             started: Instant::now(),
             line: Mutex::new(Instant::now()),
-            hint: format!("gen preview --recipe {} --seed {}", recipe.name(), order.seed),
+            hint: format!("gen preview --recipe {name} --seed {}", order.seed),
         }
     }
 
@@ -105,15 +105,25 @@ impl Progress {
         let elapsed = self.started.elapsed();
         let left = elapsed.mul_f64((total.saturating_sub(samples)) as f64 / samples.max(1) as f64);
         let rate = (samples * self.profiles_per_sample) as f64 / elapsed.as_secs_f64();
-        eprintln!("{samples}/{total} samples, {}, {rate:.0} profiles/s, {} left", bytes(written), duration(left));
+        say(&format!("{samples}/{total} samples, {}, {rate:.0} profiles/s, {} left", bytes(written), duration(left)));
     }
 
     fn say(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.println(text),
-            None => eprintln!("{text}"),
+            None => say(text),
         }
     }
+}
+
+/// A line for the user. Whoever closes the other end of standard error does not stop the work.
+pub(super) fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// A number of things in words.
+pub(super) fn counted(n: u64, thing: &str) -> String {
+    if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
 }
 
 /// A size in words.

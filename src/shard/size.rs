@@ -1,13 +1,15 @@
 //! How large a sample will be on disk, and how many of them make a shard.
 
-use crate::settings::{Channel, Output, SensorStack, Size};
+use crate::settings::{Channel, Output, Size};
 
 /// Largest shard that is aimed at [bytes]: it fits a download and a restart.
 const SHARD_BYTES: u64 = 500_000_000;
 /// Most samples in a shard, however small they are: manifests and folders stay readable.
 const MOST_SAMPLES: u64 = 1000;
-/// What numbers, objects and file headers take in a sample [bytes].
-const OVERHEAD: f64 = 4096.0;
+/// What numbers, objects and file headers take in a sample, on the large side [bytes].
+pub(crate) const ROW_BYTES: u64 = 16_000;
+/// What schemas and footers of a shard's tables, and its manifest, take, on the large side [bytes].
+pub(crate) const TABLES_BYTES: u64 = 150_000;
 
 /// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up.
 fn png_bytes(channel: Channel) -> f64 {
@@ -42,14 +44,9 @@ pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
     let png: f64 = output.png.iter().map(|&channel| png_bytes(channel)).sum();
     let exr: f64 = output.exr.iter().map(|&channel| exr_bytes(channel)).sum();
     let truth = if output.truth_maps && !output.exr.is_empty() { TRUTH_BYTES } else { 0.0 };
-    let frames = match output.sensor_stack {
-        SensorStack::None => 0,
-        SensorStack::Every(step) => size.profiles.div_ceil(step.max(1)),
-        SensorStack::All => size.profiles,
-    };
     let images = (cols * rows) as f64 * (png + exr + truth);
-    let stack = (frames * size.columns * size.rows) as f64 * FRAME_BYTES;
-    (OVERHEAD + images + stack).ceil() as u64
+    let stack = (output.frames(size) * size.columns * size.rows) as f64 * FRAME_BYTES;
+    ROW_BYTES + (images + stack).ceil() as u64
 }
 
 /// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB, at most 1000, at least 1.

@@ -1,0 +1,166 @@
+//! The table of dependencies in ARCHITECTURE.md, read off the sources; and files that stay short.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Longest source file [lines].
+const LONGEST: usize = 300;
+
+/// Folder or file, and what may not be named there.
+const FORBIDDEN: [(&str, &[&str]); 10] = [
+    ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
+    ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
+    ("src/recipe", &["crate::specimen", "crate::extract", "crate::shard", "crate::pipeline", "crate::labels"]),
+    ("src/optics", &["crate::recipe", "crate::extract", "crate::labels", "crate::shard", "crate::record"]),
+    ("src/labels.rs", &["crate::frame", "crate::extract", "crate::optics"]),
+    ("src/shard", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::pipeline"]),
+    ("src/validate", &["crate::optics", "crate::extract", "crate::specimen", "crate::recipe"]),
+    ("src/specimen.rs", &["crate::recipe", "crate::extract", "crate::shard", "crate::optics"]),
+    ("src/frame.rs", &["crate::", "procedural"]),
+    ("src/record.rs", &["crate::recipe", "crate::optics", "crate::extract", "crate::shard", "crate::specimen"]),
+];
+
+/// All that the instrument's own software may know.
+const EXTRACT_MAY: [&str; 2] = ["crate::frame", "crate::settings"];
+
+/// The only file that names the ray tracer.
+const RAYS: &str = "src/specimen.rs";
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every Rust file below a path of the repository, or the file itself, with its text.
+fn sources(relative: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut paths = vec![root().join(relative)];
+    while let Some(path) = paths.pop() {
+        if path.is_dir() {
+            let entries = fs::read_dir(&path).expect("the folder can be listed");
+            paths.extend(entries.map(|entry| entry.expect("the folder can be listed").path()));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let name = path.strip_prefix(root()).expect("it lies below").to_string_lossy().into_owned();
+            found.push((name, fs::read_to_string(&path).expect("it is text")));
+        }
+    }
+    assert!(!found.is_empty(), "no source at {relative}");
+    found
+}
+
+/// The paths that a source names: of its `use` lines with groups taken apart, and those in the code.
+fn paths(text: &str) -> Vec<String> {
+    let code: Vec<&str> = text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+    let code = code.join("\n");
+    let mut paths = Vec::new();
+    for (start, _) in code.match_indices("use ") {
+        let before = code[..start].trim_end();
+        if !(before.is_empty() || before.ends_with([';', '}', '{', ']', ')']) || before.ends_with("pub")) {
+            continue;
+        }
+        let rest = &code[start + 4..];
+        spread("", &rest[..rest.find(';').unwrap_or(rest.len())], &mut paths);
+    }
+    let word = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    paths.extend(code.split(|c| !word(c)).filter(|path| path.contains("::")).map(String::from));
+    paths
+}
+
+/// `a::{b, c::{d, e}}` as `a::b`, `a::c::d` and `a::c::e`.
+fn spread(prefix: &str, tree: &str, paths: &mut Vec<String>) {
+    let (mut depth, mut from) = (0, 0);
+    let mut parts = Vec::new();
+    for (i, c) in tree.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(&tree[from..i]);
+                from = i + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&tree[from..]);
+    for part in parts.into_iter().map(str::trim).filter(|part| !part.is_empty()) {
+        match part.split_once('{') {
+            Some((head, tail)) => spread(&format!("{prefix}{head}"), tail.trim_end_matches('}'), paths),
+            None => paths.push(format!("{prefix}{part}")),
+        }
+    }
+}
+
+/// Whether `path` lies in what `name` names: a module, a crate, or a family of crates.
+fn within(path: &str, name: &str) -> bool {
+    let path = path.strip_prefix("::").unwrap_or(path);
+    match path.strip_prefix(name) {
+        Some(rest) => {
+            name.ends_with("::")
+                || rest.is_empty()
+                || rest.starts_with("::")
+                || (name == "arrow" && rest.starts_with('_'))
+        }
+        None => false,
+    }
+}
+
+#[test]
+fn paths_are_found() {
+    let text = "use a::{b, c::{self, d}};\npub(crate) use e::f as g;\nfn h() { i::j(k::l::M); } // use n::o;\nuse p;";
+    let found = paths(text);
+    for path in ["a::b", "a::c::self", "a::c::d", "i::j", "k::l::M", "p"] {
+        assert!(found.iter().any(|p| p == path), "{path} is not in {found:?}");
+    }
+    assert!(found.iter().any(|p| within(p, "e::f")) && !found.iter().any(|p| p.contains("n::o")), "{found:?}");
+    assert!(
+        within("arrow_array::Array", "arrow") && !within("images::a", "image") && within("crate::a::B", "crate::a")
+    );
+}
+
+#[test]
+fn nothing_names_what_it_must_not_know() {
+    let mut faults = Vec::new();
+    for (place, forbidden) in FORBIDDEN {
+        for (file, text) in sources(place) {
+            let named = paths(&text);
+            let bad = forbidden.iter().filter(|name| named.iter().any(|path| within(path, name)));
+            faults.extend(bad.map(|name| format!("{file} names {name}")));
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn extraction_sees_frames_alone() {
+    let (file, text) = sources("src/extract.rs").remove(0);
+    let known = paths(&text).into_iter().filter(|path| within(path, "crate") || within(path, "procedural"));
+    let beyond: Vec<_> = known.filter(|path| !EXTRACT_MAY.iter().any(|name| within(path, name))).collect();
+    assert!(beyond.is_empty(), "{file} names {beyond:?}");
+}
+
+#[test]
+fn recipes_know_of_optics_only_the_parameters() {
+    for (file, text) in sources("src/recipe") {
+        let optics = paths(&text).into_iter().filter(|path| within(path, "crate::optics"));
+        let beyond: Vec<_> = optics.filter(|path| !within(path, "crate::optics::parameters")).collect();
+        assert!(beyond.is_empty(), "{file} names {beyond:?}");
+    }
+}
+
+#[test]
+fn one_file_names_the_ray_tracer() {
+    let naming: Vec<String> = sources("src")
+        .into_iter()
+        .filter(|(_, text)| paths(text).iter().any(|path| within(path, "obvhs")))
+        .map(|(file, _)| file)
+        .collect();
+    assert_eq!(naming, [RAYS]);
+}
+
+#[test]
+fn files_are_short() {
+    let folders = ["src", "tests", "benches", "examples", "procedural", "output_schema", "build.rs"];
+    let all =
+        folders.iter().filter(|folder| Path::new(&root().join(folder)).exists()).flat_map(|folder| sources(folder));
+    let long: Vec<_> = all.filter(|(_, text)| text.lines().count() > LONGEST).map(|(file, _)| file).collect();
+    assert!(long.is_empty(), "longer than {LONGEST} lines: {long:?}");
+}
