@@ -1,10 +1,8 @@
 //! The Gaussians of light inside matter: weight and variance after each path length, for sixteen media at a time.
 //!
-//! The model, its sources and limits stand in [`super::transport`], which is its only user beside the contrast of
-//! speckle; the formulas here are those of docs/physics.md, in its order.
+//! The model, its sources and limits stand in `transport.rs`, which is its only user beside the contrast of speckle; the formulas here are those of docs/physics.md, in its order.
 
 use super::lanes::exp;
-use super::transport::MediaRow;
 
 /// Share of the way to the first scattering that absorption still has to be paid for [1]; fitted.
 const BALLISTIC: f32 = 0.5;
@@ -35,6 +33,44 @@ const WEIGHTS: [f32; 6] = [0.134_557_94, 0.283_341_48, 0.367_498_74, 0.367_498_7
 
 /// Radiance factor in the middle of the cone: flux over a half circle against Lambert's, (pi / 2) / (sqrt(2 pi) width).
 pub(super) const CONE_PEAK: f32 = 0.626_657 / CONE_WIDTH;
+
+/// Media of a row of texels, structure of arrays, all of one length.
+#[derive(Debug, Clone, Default)]
+pub struct MediaRow {
+    /// Absorption [mm^-1].
+    pub mu_a: Vec<f32>,
+    /// Isotropic reduced scattering [mm^-1].
+    pub sigma_i: Vec<f32>,
+    /// Cylinder scattering [mm^-1].
+    pub k: Vec<f32>,
+    /// Boundary factor A(n) [1].
+    pub boundary: Vec<f32>,
+    /// Share of light that enters, 1 - R(normal) [1].
+    pub enter: Vec<f32>,
+    /// Sine of the fibre's angle with the surface, positive where its +y end rises [1].
+    pub sin_dive: Vec<f32>,
+    /// Cosine of the angle between the fibre in the surface and the motion [1].
+    pub cos_azimuth: Vec<f32>,
+    /// Change of the cosine to the fibre between incident and viewed light [1].
+    pub cone: Vec<f32>,
+}
+
+impl MediaRow {
+    /// A row of `texels` black texels.
+    pub fn new(texels: usize) -> Self {
+        let row = || vec![1.0; texels];
+        Self {
+            mu_a: row(),
+            sigma_i: row(),
+            k: row(),
+            boundary: row(),
+            enter: vec![0.0; texels],
+            sin_dive: vec![0.0; texels],
+            cos_azimuth: row(),
+            cone: vec![0.0; texels],
+        }
+    }
+}
 
 /// Diffusion coefficients along and across the fibre [mm]: 1 / (3 sigma_i) and 1/4 int sin^3 / (sigma_i + k sin).
 pub(crate) fn diffusion(sigma_i: f64, k: f64) -> (f64, f64) {

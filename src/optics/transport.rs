@@ -16,6 +16,7 @@
 
 use multiversion::multiversion;
 
+pub use super::gaussians::MediaRow;
 use super::gaussians::{CONE_PEAK, CONE_WIDTH, LANES, Lanes, nodes};
 use super::lanes::exp;
 
@@ -26,27 +27,6 @@ pub const SPREAD_MM: [f32; BASIS] = [0.0, 0.05, 0.1, 0.18, 0.32, 0.56, 1.0, 1.8]
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SIDEWAYS: f32 = 0.6;
 
-/// Media of a row of texels, structure of arrays, all of one length.
-#[derive(Debug, Clone, Default)]
-pub struct MediaRow {
-    /// Absorption [mm^-1].
-    pub mu_a: Vec<f32>,
-    /// Isotropic reduced scattering [mm^-1].
-    pub sigma_i: Vec<f32>,
-    /// Cylinder scattering [mm^-1].
-    pub k: Vec<f32>,
-    /// Boundary factor A(n) [1].
-    pub boundary: Vec<f32>,
-    /// Share of light that enters, 1 - R(normal) [1].
-    pub enter: Vec<f32>,
-    /// Sine of the fibre's angle with the surface, positive where its +y end rises [1].
-    pub sin_dive: Vec<f32>,
-    /// Cosine of the angle between the fibre in the surface and the motion [1].
-    pub cos_azimuth: Vec<f32>,
-    /// Change of the cosine to the fibre between incident and viewed light [1].
-    pub cone: Vec<f32>,
-}
-
 /// What the media do to a line of light, structure of arrays.
 #[derive(Debug, Clone, Default)]
 pub struct SpreadRow {
@@ -56,23 +36,6 @@ pub struct SpreadRow {
     pub exit: [Vec<f32>; BASIS],
     /// Shift of the pattern along the motion [mm].
     pub shift: Vec<f32>,
-}
-
-impl MediaRow {
-    /// A row of `texels` black texels.
-    pub fn new(texels: usize) -> Self {
-        let row = || vec![1.0; texels];
-        Self {
-            mu_a: row(),
-            sigma_i: row(),
-            k: row(),
-            boundary: row(),
-            enter: vec![0.0; texels],
-            sin_dive: vec![0.0; texels],
-            cos_azimuth: row(),
-            cone: vec![0.0; texels],
-        }
-    }
 }
 
 impl SpreadRow {

@@ -15,6 +15,7 @@ mod report;
 mod sample;
 mod shard;
 mod stack;
+mod task;
 
 use std::collections::HashMap;
 use std::fs;
@@ -56,7 +57,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
         .into_par_iter()
         .map(|number| {
             let rerender = options.rerender.filter(|_| !chosen.is_empty());
-            shard::check(&shard::Task { root: folder, head: &head, number, rerender, chosen: &chosen })
+            shard::check(&task::Task { root: folder, head: &head, number, rerender, chosen: &chosen })
         })
         .collect();
 

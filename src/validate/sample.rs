@@ -9,7 +9,7 @@ use output_schema::{ManifestFile, ManifestSample};
 
 use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
-use super::shard::Task;
+use super::task::Task;
 use super::{exr, images, labels, stack};
 use crate::shard::{maps_sha256, row_batch};
 

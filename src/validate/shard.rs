@@ -4,25 +4,16 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 
 use output_schema::arrow::row_schema;
 use output_schema::file::{data_path, exr_path, manifest_path, stack_path};
-use output_schema::{DatasetHead, Manifest, ManifestFile, ManifestSample, refuse_version};
+use output_schema::{Manifest, ManifestFile, ManifestSample, refuse_version};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::report::{Code, Fault, Report};
-use super::{Rerender, files, sample, stack};
+use super::task::Task;
+use super::{files, sample, stack};
 use crate::record::Split;
-
-/// What is to be checked.
-pub(super) struct Task<'a> {
-    pub(super) root: &'a Path,
-    pub(super) head: &'a DatasetHead,
-    pub(super) number: u64,
-    pub(super) rerender: Option<Rerender<'a>>,
-    pub(super) chosen: &'a [u64],
-}
 
 /// What was found in one shard.
 #[derive(Default)]

@@ -12,7 +12,7 @@ use output_schema::{DatasetHead, Manifest, ManifestFile};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::report::{Code, Fault, Report};
-use super::shard::Task;
+use super::task::Task;
 use crate::record::StackFrame;
 
 /// Checks the sensor frames of a shard: the same number for each sample, as the number of profiles is not on disk.

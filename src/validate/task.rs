@@ -1,0 +1,16 @@
+//! What the checks of one shard share.
+
+use std::path::Path;
+
+use output_schema::DatasetHead;
+
+use super::Rerender;
+
+/// What is to be checked.
+pub(super) struct Task<'a> {
+    pub(super) root: &'a Path,
+    pub(super) head: &'a DatasetHead,
+    pub(super) number: u64,
+    pub(super) rerender: Option<Rerender<'a>>,
+    pub(super) chosen: &'a [u64],
+}
