@@ -70,7 +70,11 @@ fn assert_frames(place: &Place, samples: i64, frames: i32, step: i32) {
 #[test]
 fn a_binned_label_is_the_majority_of_its_pixels() {
     let png = ["png: [range, reflectance, scatter, label]", "png: [reflectance, label, instance]"];
-    let (full, binned) = (Place::with(&[png]), Place::with(&[png, BIN]));
+    // A view of the whole board, so that its defects are seen.
+    let wide = [["s: 64 ", "s: 256 "], ["s: 48 ", "s: 64 "], ["step_mm: 0.068", "step_mm: 0.25"]];
+    let [columns, profiles, step] = wide;
+    let full = Place::with(&[png, columns, profiles, step]);
+    let binned = Place::with(&[png, columns, profiles, step, BIN]);
     full.make("set", "--n 5");
     binned.make("set", "--n 5");
     let (full, binned) = (full.samples("set"), binned.samples("set"));
@@ -80,10 +84,10 @@ fn a_binned_label_is_the_majority_of_its_pixels() {
         let ((w, h, label), (_, _, instance)) = (sample.image("label"), sample.image("instance"));
         let reflectance = sample.image("reflectance").2;
         let small = ["label", "instance", "reflectance"].map(|channel| binned[index].image(channel));
-        assert_eq!([w, h, small[0].0, small[0].1], [64, 48, 32, 12]);
+        assert_eq!([w, h, small[0].0, small[0].1], [256, 64, 128, 16]);
         for (i, &class) in small[0].2.iter().enumerate() {
-            let (x, y) = (i % 32 * 2, i / 32 * 4);
-            let behind: Vec<usize> = (0..8).map(|p| (y + p / 2) * 64 + x + p % 2).collect();
+            let (x, y) = (i % 128 * 2, i / 128 * 4);
+            let behind: Vec<usize> = (0..8).map(|p| (y + p / 2) * 256 + x + p % 2).collect();
             let count = |wanted: u16| behind.iter().filter(|p| label[**p] == wanted).count();
             let most = (0..5).map(count).max().expect("five classes");
             // Of equals the greater class wins, so that a small defect is not lost.

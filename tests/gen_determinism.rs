@@ -91,7 +91,9 @@ fn seeds_are_seeds_and_zero_is_the_one_unsaid() {
     let (zero, one) = (place.samples("zero"), place.samples("one"));
     for index in 0..3 {
         assert!(zero[&index].text("id") != one[&index].text("id"));
-        assert!(zero[&index].draws() != one[&index].draws());
+        let (a, b) = (zero[&index].draws(), one[&index].draws());
+        let differing = a.iter().filter(|(name, value)| b[*name] != **value).count();
+        assert!(differing > 30, "{differing} of {} numbers differ", a.len());
         assert!(zero[&index].image("range") != one[&index].image("range"));
     }
     assert_eq!(place.json("last/dataset.json")["seed"], u64::MAX);

@@ -74,7 +74,7 @@ fn a_disk_that_is_too_small_is_refused_before_the_work() {
 fn a_disk_that_fills_up_stops_the_work_and_loses_nothing() {
     let place = Place::with(&[["sensor_stack: none", "sensor_stack: {every: 8}"]]);
     let Some(disk) = Disk::mount(&place, 12) else { return };
-    let order = "--recipe tiny.yaml --n 24 --samples-per-shard 3 --out";
+    let order = "--recipe tiny.yaml --n 24 --samples-per-shard 3 --threads 1 --out";
     place.done(&format!("{order} whole"));
 
     let mut child = place.command(&format!("{order} disk/set")).spawn().expect("the program starts");

@@ -172,6 +172,12 @@ impl Sample {
     }
 }
 
+/// Rows of a Parquet file by its footer, which is written last.
+pub fn row_count(path: &Path) -> i64 {
+    let file = fs::File::open(path).expect("the table is there");
+    SerializedFileReader::new(file).expect("it is Parquet").metadata().file_metadata().num_rows()
+}
+
 /// Every row of a Parquet file.
 pub fn rows(path: &Path) -> Vec<BTreeMap<String, Field>> {
     let file = fs::File::open(path).expect("the table is there");
