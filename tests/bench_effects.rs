@@ -1,0 +1,105 @@
+//! Every number of the bench and every setting of the extraction changes what comes out, one by one.
+
+mod bench;
+
+use bench::{nominal, scene, tiles};
+use procedural::Parameter;
+use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
+use sheetlight::pipeline;
+use sheetlight::recipe::Scene;
+use sheetlight::record::Record;
+use sheetlight::settings::ScatterMode;
+
+fn render(scene: &Scene) -> Record {
+    pipeline::render(scene, tiles(), &|_| ())
+}
+
+/// A small scene of the nominal bench whose laser stands out of its waist, so that beam quality counts.
+fn base() -> Scene {
+    let mut scene = scene(48);
+    scene.size.columns = 128;
+    scene.wood.board.lead_in_mm = 0.5;
+    scene.wood.board.width_mm = 8.0;
+    scene.bench.laser.waist_height_mm = 0.0;
+    scene
+}
+
+/// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
+fn changed(parameter: &'static Parameter) -> Bench {
+    let old = nominal_with(&mut |p| p.default);
+    let default = parameter.default;
+    let step = (0.25 * default.abs()).max(0.05 * (parameter.max - parameter.min).min(4.0));
+    let new = if default + step <= parameter.max { default + step } else { default - step };
+    let new = if parameter.integer { new.round().max(default + 1.0) } else { new };
+    let bench = nominal_with(&mut |p| if p == parameter { new } else { p.default });
+    assert_ne!(old, bench, "{}: the change did not arrive", parameter.path());
+    bench
+}
+
+fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
+    Bench {
+        motion: Motion::from_values(value),
+        laser: Laser::from_values(value),
+        camera: Camera::from_values(value),
+        exposure: Exposure::from_values(value),
+        speckle: Speckle::from_values(value),
+    }
+}
+
+#[test]
+fn every_number_of_the_bench_has_an_effect() {
+    assert_eq!(nominal(), nominal_with(&mut |p| p.default));
+    let base = base();
+    let plain = render(&base);
+    let tables = [Motion::PARAMETERS, Laser::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
+    let mut idle = Vec::new();
+    for parameter in tables.into_iter().flatten() {
+        let mut scene = base.clone();
+        let waist_height = scene.bench.laser.waist_height_mm;
+        scene.bench = changed(parameter);
+        if parameter.name != "waist_height_mm" {
+            scene.bench.laser.waist_height_mm = waist_height;
+        }
+        let record = render(&scene);
+        let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
+        if same(&record.maps.range, &plain.maps.range)
+            && same(&record.maps.reflectance, &plain.maps.reflectance)
+            && same(&record.maps.scatter, &plain.maps.scatter)
+        {
+            idle.push(parameter.path());
+        }
+    }
+    assert!(idle.is_empty(), "numbers without effect: {idle:?}");
+}
+
+#[test]
+fn every_setting_of_the_extraction_has_an_effect() {
+    let base = base();
+    let plain = render(&base);
+    type Change = fn(&mut sheetlight::settings::Extraction);
+    let changes: [(&str, Change, fn(&Record) -> &Vec<f32>); 7] = [
+        ("window_rows", |e| e.window_rows = 3, |r| &r.maps.range),
+        ("threshold_dn", |e| e.threshold_dn = 120.0, |r| &r.maps.reflectance),
+        ("subpixel_steps", |e| e.subpixel_steps = 2, |r| &r.maps.range),
+        ("scatter_mode front", |e| e.scatter_mode = ScatterMode::Front, |r| &r.maps.scatter),
+        ("scatter_mode back", |e| e.scatter_mode = ScatterMode::Back, |r| &r.maps.scatter),
+        ("scatter_offset_rows", |e| e.scatter_offset_rows = 3, |r| &r.maps.scatter),
+        ("scatter_width_rows", |e| e.scatter_width_rows = 4, |r| &r.maps.scatter),
+    ];
+    for (name, change, map) in changes {
+        let mut scene = base.clone();
+        change(&mut scene.extraction);
+        let record = render(&scene);
+        let differ =
+            map(&record).iter().zip(map(&plain)).filter(|(a, b)| a != b && !(a.is_nan() && b.is_nan())).count();
+        assert!(differ > 100, "{name}: {differ} pixels changed");
+    }
+    // Front and back are the two sides: together they are the symmetric sum.
+    let side = |mode: ScatterMode| {
+        let mut scene = base.clone();
+        scene.extraction.scatter_mode = mode;
+        render(&scene).maps.scatter
+    };
+    let (front, back) = (side(ScatterMode::Front), side(ScatterMode::Back));
+    assert!(plain.maps.scatter.iter().zip(front.iter().zip(&back)).all(|(s, (f, b))| *s == f + b));
+}
