@@ -77,7 +77,8 @@ fn every_setting_of_the_extraction_has_an_effect() {
     let base = base();
     let plain = render(&base);
     type Change = fn(&mut sheetlight::settings::Extraction);
-    let changes: [(&str, Change, fn(&Record) -> &Vec<f32>); 7] = [
+    type Map = fn(&Record) -> &Vec<f32>;
+    let changes: [(&str, Change, Map); 7] = [
         ("window_rows", |e| e.window_rows = 3, |r| &r.maps.range),
         ("threshold_dn", |e| e.threshold_dn = 120.0, |r| &r.maps.reflectance),
         ("subpixel_steps", |e| e.subpixel_steps = 2, |r| &r.maps.range),

@@ -52,6 +52,11 @@ fn unknown_keys_get_the_nearest_spelling() {
 }
 
 #[test]
+fn frames_that_memory_cannot_hold_are_refused() {
+    only("output: {sensor_stack: all}", (1, 10), "output.sensor_stack", &["8.5 GB", "{every: 4}"]);
+}
+
+#[test]
 fn wrong_types_say_what_is_right() {
     only("laser: {power_mw: [1, 2]}", (1, 19), "laser.power_mw", &["is a list", "0.01 to 5000 mW", "uniform"]);
     only("laser: {power_mw: '50'}", (1, 19), "laser.power_mw", &["remove the quotes"]);

@@ -7,12 +7,14 @@ use super::setting::MOST_PIXELS;
 use super::settings::Settings;
 use super::table;
 use super::walk::{Walk, shown};
-use crate::settings::ScatterMode;
+use crate::settings::{ScatterMode, SensorStack};
 
 /// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.
 const HALF_WINDOW: usize = 16;
 /// Most rows that the camera sums, so that 8-bit rows fit in 16 bits [px].
 const MOST_SUMMED: usize = 29;
+/// Most bytes of sensor frames that one sample may keep: they are in memory until the sample is written [bytes].
+const MOST_FRAME_BYTES: usize = 2 << 30;
 /// Slack of a sum that should be 1.
 const SUM_SLACK: f64 = 1e-9;
 /// Variance of rounding to whole digital numbers [DN^2].
@@ -41,6 +43,24 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
             let remedy = format!("the nearest factor of {whole} is {}", near.unwrap_or(1));
             walk.joint_fault(&keys, format!("{bin} does not divide the {whole} {name} of the scan"), remedy);
         }
+    }
+    let every = match output.sensor_stack {
+        SensorStack::None => size.profiles + 1,
+        SensorStack::Every(k) => k,
+        SensorStack::All => 1,
+    };
+    let (kept, frame) = (size.profiles / every, size.columns * size.rows);
+    if kept * frame > MOST_FRAME_BYTES {
+        let problem = format!(
+            "{kept} sensor frames of {} x {} pixels are {:.1} GB a sample",
+            size.columns,
+            size.rows,
+            (kept * frame) as f64 / 1e9
+        );
+        let least = (size.profiles * frame).div_ceil(MOST_FRAME_BYTES);
+        let remedy =
+            format!("at most 2 GiB are kept: {{every: {least}}} or more, fewer camera.rows, or fewer profiles");
+        walk.joint_fault(&["output.sensor_stack".to_owned()], problem, remedy);
     }
     let extraction = settings.extraction();
     let (offset, width) = (extraction.scatter_offset_rows, extraction.scatter_width_rows);
