@@ -70,6 +70,10 @@ impl ExrChannel {
 pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrChannel> {
     let empty = Vec::new();
     let truth = |pick: fn(&crate::record::TruthMaps) -> &Vec<f32>| record.truth.as_ref().map_or(&empty, pick).clone();
+    // Missing is NaN in float images, the picture for viewers apart.
+    let seen = |map: &[f32]| -> Vec<f32> {
+        map.iter().zip(&record.maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect()
+    };
     let channel = |c: &Channel| {
         let numbers = match c.name {
             "FibreAzimuth" => truth(|t| &t.fibre_azimuth),
@@ -78,7 +82,8 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
             "Instance" => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
             "Label" => record.labels.class.iter().map(|&n| f32::from(n)).collect(),
             "Range" => record.maps.range.iter().copied().map(stepped).collect(),
-            "Scatter" => record.maps.scatter.clone(),
+            "Scatter" => seen(&record.maps.scatter),
+            "Reflectance" => seen(&record.maps.reflectance),
             _ => record.maps.reflectance.clone(),
         };
         let samples = match c.samples {

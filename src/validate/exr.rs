@@ -51,8 +51,9 @@ pub(super) fn check(
 
 fn in_range(channel: &str, value: f32) -> bool {
     match channel {
-        "Reflectance" | "Y" => (0.0..=255.0).contains(&value),
-        "Scatter" => value >= 0.0 && value.is_finite(),
+        "Reflectance" => value.is_nan() || (0.0..=255.0).contains(&value),
+        "Y" => (0.0..=255.0).contains(&value),
+        "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),
         "FibreAzimuth" => value.is_nan() || (-90.0..=90.0).contains(&value),
         "FibreDive" => value.is_nan() || (0.0..=90.0).contains(&value),
         _ => !value.is_infinite(),
@@ -64,6 +65,7 @@ fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded
     let Some(png) = decoded.get(&name) else { return };
     let same = |exr: f32, png: u16| match name.as_str() {
         "range" => same_range(exr, png, row),
+        "reflectance" | "scatter" if exr.is_nan() => png == 0,
         // Rounded to whole numbers, and to half precision before: 2^-4 at most below 256.
         "reflectance" => (exr - f32::from(png)).abs() <= 0.5 + 0.0625,
         "scatter" => (exr - f32::from(png)).abs() <= 0.5 || (png == u16::MAX && exr > 65535.0),
