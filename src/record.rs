@@ -1,6 +1,6 @@
 //! Everything about one sample that leaves the simulator.
 
-use procedural::{Class, Instance};
+use procedural::Instance;
 
 /// Which part of the dataset a sample belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -41,7 +41,7 @@ pub struct Maps {
 /// What is true on the same grid as [`Maps`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Labels {
-    /// [`Class`] of each pixel.
+    /// Value of `procedural::Class` of each pixel.
     pub class: Vec<u8>,
     /// Number of the [`Instance`] of each pixel; 0 for none.
     pub instance: Vec<u16>,
@@ -117,13 +117,4 @@ pub struct Record {
     pub objects: Vec<Object>,
     /// Sensor frames that the recipe keeps, by profile.
     pub stack: Vec<StackFrame>,
-}
-
-/// Share of each [`Class`] among the pixels [1].
-pub fn class_shares(labels: &Labels) -> [f64; Class::ALL.len()] {
-    let mut counts = [0u64; Class::ALL.len()];
-    for &class in &labels.class {
-        counts[usize::from(class)] += 1;
-    }
-    counts.map(|count| count as f64 / labels.class.len().max(1) as f64)
 }

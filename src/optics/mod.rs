@@ -18,7 +18,7 @@ pub mod transport;
 
 use std::sync::Arc;
 
-use procedural::{Class, Medium, Stream};
+use procedural::{Medium, Stream};
 
 use self::camera::Camera;
 use self::parameters::Bench;
@@ -189,9 +189,4 @@ impl Sensor {
         }
         sensor
     }
-}
-
-/// Whether a hit shows the body rather than the conveyor.
-pub fn on_body(class: Class) -> bool {
-    class != Class::Background
 }
