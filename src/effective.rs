@@ -4,8 +4,8 @@ use procedural::Medium;
 
 use crate::extract;
 use crate::optics::Sensor;
-use crate::optics::fresnel::boundary_factor;
 use crate::recipe::Scene;
+use crate::transport::fresnel::boundary_factor;
 
 /// Name (ending in its unit) and meaning of each effective number, in the order of [`effective`].
 pub const EFFECTIVE: [(&str, &str); 13] = [
@@ -31,7 +31,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, clear: &Medium, top: f64) -> Ve
     let sight = camera.sight(0.0, top as f32, 0.0);
     let [surface, volume] = sensor.speckle_contrast();
     let exposure = &scene.bench.exposure;
-    let (along, across) = crate::optics::diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
+    let (along, across) = crate::transport::kernel::diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
     let values = [
         rig.magnification(),
         rig.scheimpflug().to_degrees(),

@@ -4,6 +4,7 @@
 //!
 //! - [`recipe`]: YAML -> `Recipe`, `Recipe::draw(seed, index)` -> `Scene`
 //! - [`specimen`]: `procedural::Body` -> `Specimen`, ready for rays
+//! - [`transport`]: light inside matter
 //! - [`optics`]: `Specimen` -> `Band` -> `Frame`, what the light does
 //! - [`frame`]: the wall between what is there and what is measured
 //! - [`extract`]: `Frame` + `Calibration` -> Range, Reflectance, Scatter
@@ -24,6 +25,7 @@ pub mod extract;
 pub mod frame;
 pub mod generate;
 pub mod labels;
+pub mod lanes;
 pub mod optics;
 pub mod pipeline;
 pub mod preview;
@@ -32,4 +34,5 @@ pub mod record;
 pub mod settings;
 pub mod shard;
 pub mod specimen;
+pub mod transport;
 pub mod validate;

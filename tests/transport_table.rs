@@ -1,8 +1,8 @@
 //! The closed-form line spread against the Monte Carlo table of docs/physics.md: 15 media, pencil of light from above.
 
 use sheetlight::optics::coherence::coherence_contrast;
-use sheetlight::optics::fresnel;
-use sheetlight::optics::transport::{BASIS, MediaRow, SPREAD_MM, SpreadRow, line_spread, point_spread};
+use sheetlight::transport::fresnel;
+use sheetlight::transport::kernel::{BASIS, MediaRow, SPREAD_MM, SpreadRow, line_spread, point_spread};
 
 /// mu_a, sigma_i, k [mm^-1], n_eff, dive [deg], azimuth [deg].
 struct Case {

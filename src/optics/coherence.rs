@@ -1,11 +1,11 @@
 //! How far the spread of path lengths in matter washes speckle out.
 //!
-//! Goodman's rule for partial coherence over the path lengths of quantised diffusion (see [`super::transport`]).
+//! Goodman's rule for partial coherence over the path lengths of quantised diffusion (see [`crate::transport::kernel`]).
 //! Neglected: light that met cylinders alone has shorter paths than the diffusion gives it.
 
 use procedural::Medium;
 
-use super::gaussians::diffusion;
+use crate::transport::kernel::diffusion;
 
 /// Shortest and longest path [mm].
 const PATHS_MM: (f64, f64) = (0.003, 200.0);

@@ -7,12 +7,12 @@
 
 use multiversion::multiversion;
 
-use super::lanes::{exp, normals};
 use super::row::Row;
 use super::speckle::{self, FINE, TURN};
-use super::transport::{BASIS, SPREAD_MM};
 use super::{Band, Sensor, TILE};
 use crate::frame::Frame;
+use crate::lanes::{exp, normals};
+use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Rows of the window around the line.
 pub const ROWS: usize = 44;

@@ -7,14 +7,10 @@
 pub mod camera;
 pub mod coherence;
 pub mod expose;
-pub mod fresnel;
-mod gaussians;
-pub mod lanes;
 pub mod parameters;
 pub mod row;
 pub mod sensor;
 pub mod speckle;
-pub mod transport;
 
 use std::sync::Arc;
 
@@ -26,11 +22,12 @@ use self::row::{Row, RowMaker, RowScratch};
 use self::sensor::Chain;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
+use crate::lanes;
 use crate::settings::Size;
 use crate::specimen::Specimen;
+use crate::transport::fresnel;
 
 pub use self::expose::{CENTRE, ROWS, Scratch};
-pub(crate) use self::gaussians::diffusion;
 pub use self::speckle::TILE;
 
 /// Most rows of the specimen that a profile looks at before or behind its own; for steps under 0.035 mm the light that

@@ -8,10 +8,10 @@ use glam::Vec3;
 use procedural::{Class, Medium};
 
 use super::camera::{Camera, Sight};
-use super::fresnel::{self, BoundaryTable};
 use super::speckle::TILE;
-use super::transport::{BASIS, MediaRow, SIDEWAYS, SPREAD_MM, SpreadRow, line_spread};
 use crate::specimen::{Hit, Specimen};
+use crate::transport::fresnel::{self, BoundaryTable};
+use crate::transport::kernel::{BASIS, MediaRow, SIDEWAYS, SPREAD_MM, SpreadRow, line_spread};
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]

@@ -8,8 +8,8 @@
 
 use procedural::{Stream, normal};
 
-use super::lanes;
 use super::parameters::Exposure;
+use crate::lanes;
 
 /// The chain of one sensor.
 #[derive(Debug, Clone)]

@@ -16,9 +16,12 @@
 
 use multiversion::multiversion;
 
-pub use super::gaussians::MediaRow;
-use super::gaussians::{CONE_PEAK, CONE_WIDTH, LANES, Lanes, nodes};
-use super::lanes::exp;
+mod gaussians;
+
+pub use self::gaussians::MediaRow;
+pub(crate) use self::gaussians::diffusion;
+use self::gaussians::{CONE_PEAK, CONE_WIDTH, LANES, Lanes, nodes};
+use crate::lanes::exp;
 
 /// Number of fixed widths.
 pub const BASIS: usize = 8;

@@ -1,8 +1,8 @@
 //! The Gaussians of light inside matter: weight and variance after each path length, for sixteen media at a time.
 //!
-//! The model, its sources and limits stand in `transport.rs`, which is its only user beside the contrast of speckle; the formulas here are those of docs/physics.md, in its order.
+//! The model, its sources and limits stand in `mod.rs`, which is its only user beside the contrast of speckle; the formulas here are those of docs/physics.md, in its order.
 
-use super::lanes::exp;
+use crate::lanes::exp;
 
 /// Share of the way to the first scattering that absorption still has to be paid for [1]; fitted.
 const BALLISTIC: f32 = 0.5;

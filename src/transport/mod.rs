@@ -1,0 +1,17 @@
+//! Light inside matter: where light that enters a body comes out again, and towards whom.
+//!
+//! Four models answer the same question, from the slowest and truest to the fastest:
+//!
+//! - [`path`]: Monte Carlo of the transport equation, the judge
+//! - [`kernel`]: Gaussians over path length, what datasets are rendered with
+//!
+//! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say. docs/physics.md has
+//! the equations, their sources and where each model fails.
+
+pub mod answer;
+pub mod fresnel;
+pub mod kernel;
+pub mod line;
+//path
+pub mod phase;
+pub mod stack;

@@ -1,0 +1,124 @@
+//! Matter in plane layers: what the models of transport are asked about.
+//!
+//! Surface at z = 0, matter below, z upwards; x along the laser line, y along the motion. Three laws of scattering:
+//!
+//! | law | extinction in direction w | after it |
+//! |---|---|---|
+//! | `Isotropic` | mu_a + mu_s | Henyey and Greenstein (1941) |
+//! | `Fibres` | mu_a + sigma_i + sigma_c sin(w, f) | background isotropic, cylinders turn w about the fibre f |
+//! | `Tensor` | mu_a + sum mu_i w_i^2 | Henyey and Greenstein about w (Pini, Giusfredi and Pattelli 2026); not reciprocal |
+//!
+//! Valid for planes and for indices that change only between layers. Neglected: polarisation, interference in thin
+//! layers, roughness of the interfaces.
+
+use glam::DVec3;
+use procedural::Medium;
+
+/// Dispersion of wood's fibres about their mean axis, 5 degrees [rad].
+pub const WOOD_DISPERSION: f64 = 0.087_266_462_599_716_48;
+
+/// How a cylinder turns light about its axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Turn {
+    /// Wrapped Cauchy law with this mean cosine, in (-1, 1) [1].
+    Cauchy(f64),
+    /// A mirror-like cylinder: density sin(turn / 2) / 4, mean cosine -1/3.
+    Mirror,
+}
+
+impl Turn {
+    /// Mean cosine g2 of the turn [1].
+    pub fn mean_cosine(self) -> f64 {
+        match self {
+            Self::Cauchy(g2) => g2,
+            Self::Mirror => -1.0 / 3.0,
+        }
+    }
+}
+
+/// How a layer scatters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scattering {
+    /// The same in all directions of travel.
+    Isotropic {
+        /// Scattering [mm^-1].
+        mu_s: f64,
+        /// Mean cosine, in (-1, 1) [1].
+        g: f64,
+    },
+    /// Parallel cylinders in an isotropic background.
+    Fibres {
+        /// Reduced scattering of the background [mm^-1].
+        sigma_i: f64,
+        /// Scattering by cylinders for light across them [mm^-1].
+        sigma_c: f64,
+        /// How they turn light.
+        turn: Turn,
+        /// Unit vector along the fibres.
+        axis: DVec3,
+        /// Standard deviation of their tilt in each of two directions [rad].
+        dispersion: f64,
+    },
+    /// Scattering along each axis of the frame.
+    Tensor {
+        /// Scattering of light along x, y, z [mm^-1].
+        mu_s: DVec3,
+        /// Mean cosine, in (-1, 1) [1].
+        g: f64,
+    },
+}
+
+/// One layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    /// Thickness; infinite for a half space [mm].
+    pub thickness: f64,
+    /// Refractive index [1].
+    pub n: f64,
+    /// Absorption [mm^-1].
+    pub mu_a: f64,
+    /// Scattering.
+    pub scattering: Scattering,
+}
+
+/// Layers from the surface downwards, and what lies above and below.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stack {
+    /// Refractive index above [1].
+    pub above: f64,
+    /// The layers, first one on top; at least one.
+    pub layers: Vec<Layer>,
+    /// Refractive index below [1].
+    pub below: f64,
+}
+
+impl Stack {
+    /// One medium without end, below air.
+    pub fn half_space(n: f64, mu_a: f64, scattering: Scattering) -> Self {
+        Self { above: 1.0, layers: vec![Layer { thickness: f64::INFINITY, n, mu_a, scattering }], below: 1.0 }
+    }
+
+    /// One slab of `thickness` [mm] in air.
+    pub fn slab(thickness: f64, n: f64, mu_a: f64, scattering: Scattering) -> Self {
+        Self { above: 1.0, layers: vec![Layer { thickness, n, mu_a, scattering }], below: 1.0 }
+    }
+}
+
+impl From<&Medium> for Stack {
+    /// A half space of a body's medium, whose cylinders scatter evenly about their axis (g2 = 0).
+    fn from(medium: &Medium) -> Self {
+        Self::half_space(f64::from(medium.n_eff), f64::from(medium.mu_a), Scattering::from(medium))
+    }
+}
+
+impl From<&Medium> for Scattering {
+    fn from(medium: &Medium) -> Self {
+        Self::Fibres {
+            sigma_i: f64::from(medium.sigma_i),
+            sigma_c: f64::from(medium.k),
+            turn: Turn::Cauchy(0.0),
+            axis: medium.fibre.as_dvec3(),
+            dispersion: WOOD_DISPERSION,
+        }
+    }
+}
