@@ -97,6 +97,8 @@ pub struct Answer {
     pub absorbed: Vec<Estimate>,
     /// Radiance factor towards the lens, pi L / E [1]; `None` where the model has none.
     pub towards_lens: Option<Estimate>,
+    /// The same from light counted in a cone of 5 degrees about the lens [1]; `None` where the model has none.
+    pub cone: Option<Estimate>,
     /// Exit angles; empty where the model has none.
     pub angles: Vec<Angle>,
     /// Pitch of `line` [mm].

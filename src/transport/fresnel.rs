@@ -18,14 +18,21 @@ pub fn normal_reflectance(n: f32) -> f32 {
 
 /// Unpolarised reflectance for light inside a medium of index `n` that meets air under cosine `mu` [1].
 pub fn internal_reflectance(n: f64, mu: f64) -> f64 {
-    let sine = n * (1.0 - mu * mu).sqrt();
-    if sine >= 1.0 {
-        return 1.0;
+    interface(n, 1.0, mu).0
+}
+
+/// Unpolarised reflectance of a plane from index `n` to index `other` under cosine `mu`, and the cosine beyond [1].
+#[inline]
+pub fn interface(n: f64, other: f64, mu: f64) -> (f64, f64) {
+    let ratio = n / other;
+    let sine2 = ratio * ratio * (1.0 - mu * mu);
+    if sine2 >= 1.0 {
+        return (1.0, 0.0);
     }
-    let cosine = (1.0 - sine * sine).sqrt();
-    let s = (n * mu - cosine) / (n * mu + cosine);
-    let p = (mu - n * cosine) / (mu + n * cosine);
-    0.5 * (s * s + p * p)
+    let cosine = (1.0 - sine2).sqrt();
+    let s = (n * mu - other * cosine) / (n * mu + other * cosine);
+    let p = (other * mu - n * cosine) / (other * mu + n * cosine);
+    (0.5 * (s * s + p * p), cosine)
 }
 
 /// Boundary factor A(n) of diffusion theory [1].

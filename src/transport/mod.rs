@@ -12,6 +12,6 @@ pub mod answer;
 pub mod fresnel;
 pub mod kernel;
 pub mod line;
-//path
+pub mod path;
 pub mod phase;
 pub mod stack;

@@ -1,0 +1,87 @@
+//! The judge: Monte Carlo of the transport equation.
+//!
+//! Model: radiance in plane layers ([`Stack`]) with the three laws of [`Scattering`](super::stack::Scattering) and
+//! Fresnel's law at every plane where the index changes. No approximation but chance: every number comes with its
+//! standard error, from batches of photons. Batch b draws from stream (seed, b) and results are added in the order of
+//! batches, so an answer is the same for any number of threads.
+//!
+//! Towards the lens a next-event estimate is taken at each collision: the density with which light would be scattered
+//! straight to the lens, times what gets through. It needs dispersed fibres; parallel ones (dispersion 0) send light
+//! to a point with probability zero.
+
+mod tally;
+mod towards;
+pub mod walk;
+
+use glam::DVec3;
+use procedural::Stream;
+use rand::Rng;
+use rayon::prelude::*;
+
+use self::tally::Count;
+use self::walk::{Photon, Walk};
+use super::answer::{Answer, Question};
+use super::fresnel::interface;
+use super::phase::disc;
+use super::stack::Stack;
+
+/// Independent batches that standard errors are taken from.
+const BATCHES: u64 = 128;
+/// Path after which a photon is given up where absorption cannot end it [mm].
+const LONGEST_MM: f64 = 1e6;
+
+/// How long to walk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Photons, rounded up to whole batches.
+    pub photons: u64,
+    /// Seed of all chance.
+    pub seed: u64,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { photons: 1_000_000, seed: 0 }
+    }
+}
+
+/// Asks the judge about `stack`.
+pub fn solve(stack: &Stack, question: &Question, effort: Effort) -> Answer {
+    let walk = Walk::new(stack, LONGEST_MM);
+    let each = effort.photons.div_ceil(BATCHES).max(1);
+    let counts: Vec<Count> = (0..BATCHES)
+        .into_par_iter()
+        .map(|batch| {
+            let mut rng = Stream::root(effort.seed).child("transport").child("path").index(batch).rng();
+            let mut count = Count::new(&walk, question);
+            for _ in 0..each {
+                let (photon, thrown) = enter(stack, question, &mut rng);
+                count.begin(thrown);
+                walk.follow(photon, &mut count, &mut rng);
+            }
+            count
+        })
+        .collect();
+    tally::answer(&counts, each, stack, question)
+}
+
+/// A photon below the surface at the origin, and the share that the first surface threw back.
+fn enter(stack: &Stack, question: &Question, rng: &mut impl Rng) -> (Photon, f64) {
+    let way = match question.incidence {
+        Some(angle) => {
+            let (sin, cos) = libm::sincos(angle);
+            let (up, along) = libm::sincos(question.incidence_azimuth);
+            DVec3::new(sin * along, sin * up, -cos)
+        }
+        None => {
+            let (x, y, s) = disc(rng);
+            DVec3::new(x, y, -(1.0 - s).sqrt())
+        }
+    };
+    let n = stack.layers[0].n;
+    let (thrown, cosine) = interface(stack.above, n, -way.z);
+    let ratio = stack.above / n;
+    let way = DVec3::new(way.x * ratio, way.y * ratio, -cosine);
+    let place = DVec3::ZERO;
+    (Photon { place, way, weight: 1.0 - thrown, layer: 0, path: 0.0, turned: 0, guided: 0 }, thrown)
+}
