@@ -65,21 +65,32 @@ impl Lens {
     /// Radiance factor that a collision adds, per photon [1].
     #[inline]
     pub(super) fn estimate(&self, photon: &Photon, layer: &Prepared, rng: &mut impl Rng) -> f64 {
+        let [turned, guided] = self.estimates(photon, layer, rng);
+        turned + guided
+    }
+
+    /// The same, by light that the collision turns anywhere and by light that a cylinder turns [1].
+    #[inline]
+    pub(super) fn estimates(&self, photon: &Photon, layer: &Prepared, rng: &mut impl Rng) -> [f64; 2] {
         let up = &self.0[photon.layer];
         let depth = (layer.top - photon.place.z) / up.way.z * up.extinction;
         if up.factor == 0.0 || depth > 40.0 {
-            return 0.0;
+            return [0.0; 2];
         }
-        let share = match layer.layer.scattering {
-            Scattering::Isotropic { mu_s, g } => mu_s * henyey_greenstein_density(photon.way.dot(up.way), g),
+        let scale = photon.weight / layer.extinction(photon.way) * libm::exp(-depth) * up.factor;
+        match layer.layer.scattering {
+            Scattering::Isotropic { mu_s, g } => {
+                [scale * mu_s * henyey_greenstein_density(photon.way.dot(up.way), g), 0.0]
+            }
             Scattering::Tensor { mu_s, g } => {
-                mu_s.dot(photon.way * photon.way) * henyey_greenstein_density(photon.way.dot(up.way), g)
+                let mu_s = mu_s.dot(photon.way * photon.way);
+                [scale * mu_s * henyey_greenstein_density(photon.way.dot(up.way), g), 0.0]
             }
             Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
-                sigma_i / (4.0 * PI) + sigma_c * cylinder_towards(photon.way, up.way, axis, turn, dispersion, rng)
+                let cylinders = cylinder_towards(photon.way, up.way, axis, turn, dispersion, rng);
+                [scale * sigma_i / (4.0 * PI), scale * sigma_c * cylinders]
             }
-        };
-        photon.weight * share / layer.extinction(photon.way) * libm::exp(-depth) * up.factor
+        }
     }
 }
 
