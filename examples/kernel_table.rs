@@ -1,27 +1,29 @@
-//! Measures the table of `transport: kernel` with the judge: `cargo run --release --example kernel_table -- FILE`.
+//! Measures the table of `transport: kernel` with the judge and writes it.
 //!
-//! Appends one JSON line a half space to FILE, and goes on where it stopped. `make kernel-table` runs it.
+//! `cargo run --release --example kernel_table -- MEASUREMENTS TABLE`: appends one JSON line a half space to MEASUREMENTS,
+//! goes on where an earlier run stopped, and at the end condenses them into TABLE. `make kernel-table` runs it; on two
+//! cores it takes half an hour.
 
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Write};
 
+use sheetlight::transport::kernel::{condense, table};
 use sheetlight::transport::path::paths::{HalfSpace, Paths, measure};
 
 /// Photons of one half space.
 const PHOTONS: u64 = 250_000;
-const RHO: [f64; 8] = [0.03, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6, 1.0];
-const DIVE_DEG: [f64; 10] = [0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 75.0, 90.0];
-const N: [f64; 5] = [1.12, 1.25, 1.4, 1.55, 1.0];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).ok_or("name the file of measurements")?;
-    let mut file = OpenOptions::new().create(true).read(true).append(true).open(&path)?;
-    let mut done: Vec<Paths> = BufReader::new(file.try_clone()?)
-        .lines()
-        .map(|line| Ok(serde_json::from_str(&line?)?))
-        .collect::<Result<_, Box<dyn std::error::Error>>>()?;
-    let spaces = N.iter().flat_map(|&n| RHO.iter().flat_map(move |&rho| DIVE_DEG.map(|dive_deg| HalfSpace { rho, dive_deg, n })));
-    for of in spaces {
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> Result<()> {
+    let mut names = std::env::args().skip(1);
+    let (Some(measurements), Some(out)) = (names.next(), names.next()) else {
+        return Err("name the file of measurements and the table".into());
+    };
+    let mut file = OpenOptions::new().create(true).read(true).append(true).open(&measurements)?;
+    let lines = BufReader::new(file.try_clone()?).lines();
+    let mut done: Vec<Paths> = lines.map(|line| Ok(serde_json::from_str(&line?)?)).collect::<Result<_>>()?;
+    for of in spaces() {
         if done.iter().any(|paths| paths.of == of) {
             continue;
         }
@@ -35,5 +37,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         eprintln!("{of:?}: {:.4} left", paths.left);
         done.push(paths);
     }
+    let mut bytes = Vec::new();
+    for of in spaces() {
+        let paths = done.iter().find(|paths| paths.of == of).ok_or("a half space is missing")?;
+        bytes.extend(condense(paths).iter().flat_map(|value| value.to_le_bytes()));
+    }
+    std::fs::write(&out, bytes)?;
     Ok(())
+}
+
+/// The table's half spaces in its order.
+fn spaces() -> impl Iterator<Item = HalfSpace> {
+    let wide = |value: f32| (f64::from(value) * 1e6).round() / 1e6;
+    table::N.into_iter().flat_map(move |n| {
+        table::RHO.into_iter().flat_map(move |rho| {
+            let space = move |dive: f32| HalfSpace { rho: wide(rho), dive_deg: f64::from(dive), n: wide(n) };
+            table::DIVE_DEG.into_iter().map(space)
+        })
+    })
 }

@@ -14,6 +14,7 @@ use crate::recipe::Scene;
 use crate::record::{Labels, Maps, Record, StackFrame, TruthMaps};
 use crate::settings::SensorStack;
 use crate::specimen::Specimen;
+use crate::transport::kernel::BASIS;
 
 /// Memory for rows of the specimen, all threads together [bytes].
 const BAND_BYTES: usize = 256 << 20;
@@ -206,7 +207,7 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
 
 /// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
 fn band_profiles(columns: usize, halo: usize) -> usize {
-    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + 22 * std::mem::size_of::<f32>());
+    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + (6 + 3 * BASIS) * std::mem::size_of::<f32>());
     let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
     rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
 }

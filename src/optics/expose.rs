@@ -67,7 +67,6 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scratch) {
     let centre = load(&own.centre, start);
-    let shift = load(&own.shift, start);
     let rows_per_mm = load(&own.rows_per_mm, start);
     let variance = load(&own.variance, start);
     let glare = load(&own.glare, start);
@@ -82,21 +81,20 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
         scratch.surface[k] = [0.0; TILE];
     }
     Walk::new(&phase, variance).add(glare, |_| &EVERYWHERE, &mut scratch.surface);
-    for (place, s) in phase.iter_mut().zip(shift) {
-        *place -= s;
-    }
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
-        let mut wide = *variance;
+        let shift = load(&own.shift[j], start);
+        let (mut wide, mut place) = (*variance, phase);
         for c in 0..TILE {
             let sigma = SPREAD_MM[j] * rows_per_mm[c];
             wide[c] += sigma * sigma;
+            place[c] -= shift[c];
         }
         let exit = |k: usize| load(&neighbours[k].exit[j], start);
-        Walk::new(&phase, &wide).add(source, exit, &mut scratch.volume);
+        Walk::new(&place, &wide).add(source, exit, &mut scratch.volume);
     }
 }
 

@@ -10,8 +10,8 @@ use procedural::{Class, Medium};
 use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen};
-use crate::transport::fresnel::{self, BoundaryTable};
-use crate::transport::kernel::{BASIS, MediaRow, SIDEWAYS, SPREAD_MM, SpreadRow, line_spread};
+use crate::transport::fresnel;
+use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread};
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
@@ -20,8 +20,6 @@ pub struct Row {
     pub hits: Vec<Hit>,
     /// Sensor row of the line's centre [px].
     pub centre: Vec<f32>,
-    /// Shift of the light from below against that [px].
-    pub shift: Vec<f32>,
     /// Rows per mm along the motion [px/mm].
     pub rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
@@ -30,6 +28,8 @@ pub struct Row {
     pub glare: Vec<f32>,
     /// Light that entered, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
     pub source: [Vec<f32>; BASIS],
+    /// Shift of each width's light against the centre, `[BASIS][columns]` [px].
+    pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
 }
@@ -37,7 +37,7 @@ pub struct Row {
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
 pub struct RowMaker {
-    boundary: BoundaryTable,
+    shares: Shares,
     conveyor: Medium,
     conveyor_reflectance: f32,
     /// How the camera sees the bare conveyor in each column.
@@ -47,7 +47,7 @@ pub struct RowMaker {
 /// Room that one thread needs to make rows.
 #[derive(Debug)]
 pub struct RowScratch {
-    media: MediaRow,
+    texels: Vec<Texel>,
     spread: SpreadRow,
     electrons: Vec<f32>,
     line: Vec<f32>,
@@ -57,7 +57,7 @@ impl RowScratch {
     /// Room for `columns` columns.
     pub fn new(columns: usize) -> Self {
         Self {
-            media: MediaRow::new(columns),
+            texels: vec![Texel::BLACK; columns],
             spread: SpreadRow::new(columns),
             electrons: vec![0.0; columns],
             line: vec![0.0; columns],
@@ -72,7 +72,7 @@ impl RowMaker {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
-            boundary: BoundaryTable::new(),
+            shares: Shares::new(),
             conveyor: Medium::opaque(0.0),
             conveyor_reflectance: conveyor_reflectance as f32,
         }
@@ -82,7 +82,7 @@ impl RowMaker {
     pub fn make(&self, specimen: &Specimen, camera: &Camera, y: f32, scratch: &mut RowScratch, row: &mut Row) {
         let columns = scratch.electrons.len();
         specimen.look(y, columns, self.conveyor, &mut row.hits);
-        for field in [&mut row.centre, &mut row.shift, &mut row.rows_per_mm, &mut row.variance, &mut row.glare] {
+        for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare] {
             field.resize(columns.next_multiple_of(TILE), 0.0);
         }
         let (mut first, mut last) = (columns, 0);
@@ -100,7 +100,7 @@ impl RowMaker {
             if bare {
                 row.glare[column] = reach * sight.view.z * self.conveyor_reflectance;
                 scratch.electrons[column] = 0.0;
-                scratch.media.enter[column] = 0.0;
+                scratch.texels[column] = Texel::BLACK;
                 continue;
             }
             let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
@@ -113,19 +113,18 @@ impl RowMaker {
             let half = (sight.view - sight.light).normalize();
             let lobe = fresnel::gloss(-normal.dot(sight.light), facing, half.dot(normal), half.dot(sight.view));
             row.glare[column] = white * medium.gloss * lobe;
-            self.enter(medium, normal, sight.view, sight.light, column, &mut scratch.media);
+            scratch.texels[column] = texel(medium, normal, sight.view);
         }
         for j in 0..BASIS {
-            row.source[j].clear();
-            row.source[j].resize(columns.next_multiple_of(TILE), 0.0);
-            row.exit[j].clear();
-            row.exit[j].resize(columns.next_multiple_of(TILE), 0.0);
+            for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
+                field.clear();
+                field.resize(columns.next_multiple_of(TILE), 0.0);
+            }
         }
-        row.shift.fill(0.0);
         if first >= last {
             return;
         }
-        line_spread(&scratch.media, first, last, &mut scratch.spread);
+        line_spread(&scratch.texels[first..last], first, &self.shares, &mut scratch.spread);
         let pixel_mm = camera.rig.pixel * (camera.rig.distance - camera.rig.focal_length) / camera.rig.focal_length;
         for j in 0..BASIS {
             for column in first..last {
@@ -133,31 +132,35 @@ impl RowMaker {
                 let inside = if row.hits[column].matter.class == Class::Background { 0.0 } else { 1.0 };
                 row.exit[j][column] = scratch.spread.exit[j][column] * inside;
                 row.source[j][column] = scratch.spread.enter[j][column] * scratch.electrons[column] * inside;
+                row.shift[j][column] = -scratch.spread.shift[j][column] * row.rows_per_mm[column];
             }
             let sigma = f64::from(SPREAD_MM[j] * SIDEWAYS) / pixel_mm;
             let variance = (sigma * sigma) as f32 + camera.blur_variance;
             blur(&mut row.source[j][first..last], variance, &mut scratch.line);
         }
-        for column in first..last {
-            row.shift[column] = -scratch.spread.shift[column] * row.rows_per_mm[column];
-        }
     }
+}
 
-    fn enter(&self, medium: &Medium, normal: Vec3, view: Vec3, light: Vec3, column: usize, media: &mut MediaRow) {
-        // The fibre's sign has no meaning: take the end that points along the motion.
-        let fibre = if medium.fibre.y < 0.0 { -medium.fibre } else { medium.fibre };
-        let sin_dive = fibre.dot(normal).clamp(-1.0, 1.0);
-        let along = fibre - normal * sin_dive;
-        media.mu_a[column] = medium.mu_a;
-        media.sigma_i[column] = medium.sigma_i;
-        media.k[column] = medium.k;
-        media.boundary[column] = self.boundary.at(medium.n_eff);
-        // What facets throw back does not enter.
-        let thrown = medium.gloss * fresnel::normal_reflectance(fresnel::CELL_WALL);
-        media.enter[column] = (1.0 - thrown) * (1.0 - fresnel::normal_reflectance(medium.n_eff));
-        media.sin_dive[column] = sin_dive;
-        media.cos_azimuth[column] = along.y / along.length().max(1e-6);
-        media.cone[column] = view.dot(fibre) - light.dot(fibre);
+/// A point of the surface as the kernel asks for it.
+fn texel(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
+    // The fibre's sign has no meaning: take the end that dives.
+    let fibre = if medium.fibre.dot(normal) > 0.0 { -medium.fibre } else { medium.fibre };
+    let sin_dive = (-fibre.dot(normal)).clamp(0.0, 1.0);
+    let flat = fibre + normal * sin_dive;
+    let length = flat.length();
+    let track = if length > 1e-4 { flat / length } else { Vec3::Y };
+    // What facets throw back does not enter.
+    let thrown = medium.gloss * fresnel::normal_reflectance(fresnel::CELL_WALL);
+    Texel {
+        mu_a: medium.mu_a,
+        sigma_i: medium.sigma_i,
+        k: medium.k,
+        n: medium.n_eff,
+        enter: (1.0 - thrown) * (1.0 - fresnel::normal_reflectance(medium.n_eff)),
+        sin_dive,
+        cos_azimuth: track.y,
+        view_along: view.dot(track),
+        view_up: view.dot(normal),
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Question {
     pub incidence: Option<f64>,
     /// Azimuth of the incident light's travel, 0 towards +x, a quarter turn towards +y [rad].
     pub incidence_azimuth: f64,
-    /// Unit vector towards the lens, outside, z > 0.
+    /// Unit vector towards the lens, outside; z < 0 for a lens below the last layer.
     pub view: glam::DVec3,
     /// Standard deviation of the laser line along y [mm]; blurs the line spread alone.
     pub line_mm: f64,

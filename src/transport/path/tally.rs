@@ -89,15 +89,15 @@ impl Tally for Count {
         if scattered && let Some(angle) = angles.get_mut(bin as usize) {
             *angle += weight;
         }
+        if scattered && photon.way.dot(self.view) > self.inside {
+            self.cone += weight;
+        }
         if !up {
             self.transmitted += weight;
             self.unscattered += if scattered { 0.0 } else { weight };
             return;
         }
         self.reflected += weight;
-        if photon.way.dot(self.view) > self.inside {
-            self.cone += weight;
-        }
         let row = (photon.place.y / self.row_mm).round() as i64 + self.rows;
         if (0..=2 * self.rows).contains(&row) {
             self.line[row as usize] += weight;
@@ -126,7 +126,7 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
         }
     });
     let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE));
-    let cone = mean(&|count| count.cone * std::f64::consts::PI / (solid * question.view.z));
+    let cone = mean(&|count| count.cone * std::f64::consts::PI / (solid * question.view.z.abs()));
     Answer {
         model: "path".into(),
         specular: counts.iter().map(|count| count.thrown).sum::<f64>() / (each * counts.len() as f64),

@@ -21,45 +21,52 @@ const TURNS: usize = 32;
 
 /// The way to the lens from each layer.
 #[derive(Debug, Clone)]
-pub(super) struct Lens(Vec<Up>);
+pub(super) struct Lens(Vec<Out>);
 
-/// The way to the lens from inside one layer; `None` where total reflection bars it.
+/// The way to the lens from inside one layer.
 #[derive(Debug, Clone, Copy)]
-struct Up {
+struct Out {
     /// Unit vector inside towards the lens.
     way: DVec3,
+    /// The layer's plane that it leaves through [mm].
+    edge: f64,
     /// Mean extinction along it, null collisions left out [mm^-1].
     extinction: f64,
-    /// pi T dOmega'/dOmega / cos(v), through all layers above with their extinction; 0 if barred [1].
+    /// pi T dOmega'/dOmega / cos(v), through all layers passed with their extinction; 0 if barred [1].
     factor: f64,
 }
 
 impl Lens {
+    /// A lens far away in direction `view`: above, or below the last layer where `view.z < 0`.
+    ///
     /// `None` where planes inside reflect: they send light to the lens along ways that no collision looks along.
     pub(super) fn new(walk: &Walk, view: DVec3) -> Option<Self> {
-        if walk.mirrors_inside() {
+        let up = view.z > 0.0;
+        if walk.mirrors_inside(up) {
             return None;
         }
-        let mut ups: Vec<Up> = Vec::new();
-        let mut index = walk.above;
-        // Transmittance from the current layer to the outside.
-        let mut through = 1.0;
-        for (i, layer) in walk.layers.iter().enumerate() {
+        let outside = if up { walk.above } else { walk.below };
+        let (mut index, mut through) = (outside, 1.0);
+        let mut outs: Vec<Out> = Vec::new();
+        let count = walk.layers.len();
+        for passed in 0..count {
+            let layer = &walk.layers[if up { passed } else { count - 1 - passed }];
             let n = layer.layer.n;
-            let sine = walk.above / n;
-            let (x, y) = (view.x * sine, view.y * sine);
+            let ratio = outside / n;
+            let (x, y) = (view.x * ratio, view.y * ratio);
             let cosine = (1.0 - x * x - y * y).max(0.0).sqrt();
-            if let Some(up) = i.checked_sub(1).and_then(|above| ups.get(above)) {
-                let above = &walk.layers[i - 1];
-                through *= libm::exp(-up.extinction * (above.top - above.bottom) / up.way.z.max(1e-12));
-            }
             through *= 1.0 - interface(n, index, cosine).0;
             index = n;
-            let way = DVec3::new(x, y, cosine);
-            let factor = if cosine > 0.0 { PI * through * sine * sine / cosine } else { 0.0 };
-            ups.push(Up { way, extinction: extinction(layer, way), factor });
+            let way = DVec3::new(x, y, cosine.copysign(view.z));
+            let factor = if cosine > 0.0 { PI * through * ratio * ratio / cosine } else { 0.0 };
+            let extinction = extinction(layer, way);
+            outs.push(Out { way, edge: if up { layer.top } else { layer.bottom }, extinction, factor });
+            through *= libm::exp(-extinction * (layer.top - layer.bottom) / cosine.max(1e-12));
         }
-        Some(Self(ups))
+        if !up {
+            outs.reverse();
+        }
+        Some(Self(outs))
     }
 
     /// Radiance factor that a collision adds, per photon [1].
@@ -72,22 +79,25 @@ impl Lens {
     /// The same, by light that the collision turns anywhere and by light that a cylinder turns [1].
     #[inline]
     pub(super) fn estimates(&self, photon: &Photon, layer: &Prepared, rng: &mut impl Rng) -> [f64; 2] {
-        let up = &self.0[photon.layer];
-        let depth = (layer.top - photon.place.z) / up.way.z * up.extinction;
-        if up.factor == 0.0 || depth > 40.0 {
+        let out = &self.0[photon.layer];
+        if out.factor == 0.0 {
             return [0.0; 2];
         }
-        let scale = photon.weight / layer.extinction(photon.way) * libm::exp(-depth) * up.factor;
+        let depth = (out.edge - photon.place.z) / out.way.z * out.extinction;
+        if depth > 40.0 {
+            return [0.0; 2];
+        }
+        let scale = photon.weight / layer.extinction(photon.way) * libm::exp(-depth) * out.factor;
         match layer.layer.scattering {
             Scattering::Isotropic { mu_s, g } => {
-                [scale * mu_s * henyey_greenstein_density(photon.way.dot(up.way), g), 0.0]
+                [scale * mu_s * henyey_greenstein_density(photon.way.dot(out.way), g), 0.0]
             }
             Scattering::Tensor { mu_s, g } => {
                 let mu_s = mu_s.dot(photon.way * photon.way);
-                [scale * mu_s * henyey_greenstein_density(photon.way.dot(up.way), g), 0.0]
+                [scale * mu_s * henyey_greenstein_density(photon.way.dot(out.way), g), 0.0]
             }
             Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
-                let cylinders = cylinder_towards(photon.way, up.way, axis, turn, dispersion, rng);
+                let cylinders = cylinder_towards(photon.way, out.way, axis, turn, dispersion, rng);
                 [scale * sigma_i / (4.0 * PI), scale * sigma_c * cylinders]
             }
         }

@@ -67,7 +67,8 @@ pub struct Walk {
     pub layers: Vec<Prepared>,
     /// Refractive index above [1].
     pub above: f64,
-    below: f64,
+    /// Refractive index below [1].
+    pub below: f64,
     /// Path after which a photon is given up [mm].
     longest: f64,
 }
@@ -88,11 +89,12 @@ impl Walk {
         Self { layers: layers.collect(), above: stack.above, below: stack.below, longest }
     }
 
-    /// Whether the index changes at any plane below the surface.
-    pub fn mirrors_inside(&self) -> bool {
+    /// Whether the index changes at any plane but the one that light to a lens above (`up`) or below leaves through.
+    pub fn mirrors_inside(&self, up: bool) -> bool {
         let index = |layer: &Prepared| layer.layer.n;
         let last = self.layers.last().is_some_and(|last| last.bottom.is_finite() && index(last) != self.below);
-        last || self.layers.windows(2).any(|pair| index(&pair[0]) != index(&pair[1]))
+        let first = self.layers.first().is_some_and(|first| index(first) != self.above);
+        (if up { last } else { first }) || self.layers.windows(2).any(|pair| index(&pair[0]) != index(&pair[1]))
     }
 
     /// Follows a photon from where it is until it leaves, dies or has gone too far.

@@ -1,0 +1,132 @@
+//! The table of light after each length of path, measured with the judge and kept beside this file as `table.bin`.
+//!
+//! Three axes: index of refraction, background's share of scattering, the fibres' dive; linear between values.
+//! Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it anew; docs/physics.md says how and what
+//! it was tested against.
+
+use std::sync::OnceLock;
+
+/// Bins of path lengths of light that met cylinders alone, and of the rest.
+pub const CONE: usize = 14;
+/// Bins in all, cone light first.
+pub const BINS: usize = 38;
+/// Numbers kept for a bin: weight, path, displacement along, variance along, variance across.
+pub const FIELDS: usize = 5;
+/// Bins with padding, so that a field fills whole vectors.
+pub const LANES: usize = 40;
+/// Numbers that describe to where light leaves: four of cone light, four of the rest.
+pub const VIEWS: usize = 8;
+/// Numbers kept for one half space.
+pub const NODE: usize = FIELDS * LANES + VIEWS;
+
+/// Refractive indices of the table [1].
+pub const N: [f32; 5] = [1.0, 1.12, 1.25, 1.4, 1.55];
+/// Shares of the background in scattering [1].
+pub const RHO: [f32; 8] = [0.03, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6, 1.0];
+/// Dives of the fibres below the surface [deg].
+pub const DIVE_DEG: [f32; 11] = [0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 70.0, 80.0, 90.0];
+
+/// What is kept of one half space, or between half spaces.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct Node(pub [f32; NODE]);
+
+impl Node {
+    /// Weight of each bin, of light that entered [1].
+    pub fn weight(&self) -> &[f32; LANES] {
+        self.field(0)
+    }
+
+    /// Mean path [mean free paths].
+    pub fn path(&self) -> &[f32; LANES] {
+        self.field(1)
+    }
+
+    /// Mean displacement towards the diving end [mean free paths].
+    pub fn along(&self) -> &[f32; LANES] {
+        self.field(2)
+    }
+
+    /// Variance along the fibres' track [mean free paths^2].
+    pub fn variance_along(&self) -> &[f32; LANES] {
+        self.field(3)
+    }
+
+    /// Variance across it [mean free paths^2].
+    pub fn variance_across(&self) -> &[f32; LANES] {
+        self.field(4)
+    }
+
+    /// Coefficients of the radiance factors, see [`super::view`].
+    pub fn views(&self) -> &[f32; VIEWS] {
+        self.0[FIELDS * LANES..].first_chunk().expect("a node holds its views")
+    }
+
+    #[inline(always)]
+    fn field(&self, i: usize) -> &[f32; LANES] {
+        self.0[i * LANES..].first_chunk().expect("a node holds its fields")
+    }
+}
+
+/// The whole table, `[N][RHO][DIVE]`.
+#[derive(Debug)]
+pub struct Table {
+    nodes: Vec<Node>,
+    /// [`steepness`] of [`DIVE_DEG`].
+    dives: [f32; DIVE_DEG.len()],
+}
+
+impl Table {
+    /// The table, read once.
+    pub fn get() -> &'static Self {
+        static TABLE: OnceLock<Table> = OnceLock::new();
+        TABLE.get_or_init(|| {
+            let words: Vec<f32> =
+                include_bytes!("table.bin").as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+            let nodes = words.as_chunks().0.iter().map(|node| Node(*node)).collect();
+            Self { nodes, dives: DIVE_DEG.map(|dive| steepness(libm::sin(f64::from(dive).to_radians()) as f32)) }
+        })
+    }
+
+    /// The half space of index `n`, background's share `rho` and sine of dive `sin_dive`, linear between the table's;
+    /// clamped to its ends.
+    #[inline(always)]
+    pub fn between(&self, n: f32, rho: f32, sin_dive: f32) -> Node {
+        let (a, fa) = locate(&N, n);
+        let (b, fb) = locate(&RHO, rho);
+        let (c, fc) = locate(&self.dives, steepness(sin_dive));
+        let mut out = Node([0.0; NODE]);
+        for (i, wi) in [(a, 1.0 - fa), (a + 1, fa)] {
+            for (j, wj) in [(b, 1.0 - fb), (b + 1, fb)] {
+                let at = (i * RHO.len() + j) * DIVE_DEG.len() + c;
+                let (w, w2) = (wi * wj * (1.0 - fc), wi * wj * fc);
+                if w + w2 == 0.0 {
+                    continue;
+                }
+                let (near, far) = (&self.nodes[at].0, &self.nodes[at + 1].0);
+                for l in 0..NODE {
+                    out.0[l] += w * near[l] + w2 * far[l];
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Nearly even in the angle of dive: sin / (sin + cos) [1].
+#[inline(always)]
+fn steepness(sin: f32) -> f32 {
+    sin / (sin + (1.0 - sin * sin).max(0.0).sqrt())
+}
+
+/// The value below `x` of rising `values`, and how far `x` is on the way to the next one.
+#[inline(always)]
+fn locate(values: &[f32], x: f32) -> (usize, f32) {
+    let mut low = 0;
+    for (i, &value) in values[..values.len() - 1].iter().enumerate().skip(1) {
+        if x >= value {
+            low = i;
+        }
+    }
+    (low, ((x - values[low]) / (values[low + 1] - values[low])).clamp(0.0, 1.0))
+}
