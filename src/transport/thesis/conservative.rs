@@ -12,6 +12,7 @@
 //! Light that comes out is sum_m w_m u(tau_m) over path lengths tau_m (quantised diffusion, d'Eon and Irving
 //! 2011), with w_m = dtau [z0 e^(-z0^2 / 4 D_zz tau) + z2 e^(-z2^2 / 4 D_zz tau)] / (4 sqrt(pi D_zz) tau^(3/2)) of the
 //! medium at the exit, and e^(-mu_a dt) of the medium on the way. Beyond the edges of picture and body nothing flows.
+//! With four steps from path to path the light beyond 0.5, 1 and 2 mm of a line is within 3 % of the exact Gaussians'.
 //! Neglected: the entry direction's memory (light near the line is too wide), the source's own z0, the shift of diving
 //! fibres, the direction of exit, thickness.
 
@@ -91,18 +92,19 @@ impl Stencil {
         let mut light = start.to_vec();
         let mut rest = self.each(|i| start[i] - self.flow(i, |at| light[at], dt));
         let mut way = self.each(|i| rest[i] / diagonal[i]);
+        let mut pushed = self.each(|_| 0.0);
         let mut size = self.sum(|i| rest[i] * way[i]);
         for _ in 0..MOST {
             if self.sum(|i| rest[i].abs()) <= aim {
                 break;
             }
-            let pushed = self.each(|i| self.flow(i, |at| way[at], dt));
+            self.set(&mut pushed, |i, _| self.flow(i, |at| way[at], dt));
             let far = size / self.sum(|i| way[i] * pushed[i]);
-            light = self.each(|i| light[i] + far * way[i]);
-            rest = self.each(|i| rest[i] - far * pushed[i]);
+            self.set(&mut light, |i, light| light + far * way[i]);
+            self.set(&mut rest, |i, rest| rest - far * pushed[i]);
             let next = self.sum(|i| rest[i] * rest[i] / diagonal[i]);
             let turn = next / size;
-            way = self.each(|i| rest[i] / diagonal[i] + turn * way[i]);
+            self.set(&mut way, |i, way| rest[i] / diagonal[i] + turn * way);
             size = next;
         }
         light
@@ -128,14 +130,19 @@ impl Stencil {
 
     /// A value for each pixel, 0 on the ring.
     fn each(&self, of: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+        let mut out = vec![0.0; self.faces.len()];
+        self.set(&mut out, |i, _| of(i));
+        out
+    }
+
+    /// Sets each pixel from its place and its old value.
+    fn set(&self, values: &mut [f64], of: impl Fn(usize, f64) -> f64 + Sync) {
         let stride = self.cols + 2;
-        let mut out = vec![0.0; (self.rows + 2) * stride];
-        out[stride..(self.rows + 1) * stride].par_chunks_mut(stride).enumerate().for_each(|(row, out)| {
+        values[stride..(self.rows + 1) * stride].par_chunks_mut(stride).enumerate().for_each(|(row, values)| {
             for col in 1..=self.cols {
-                out[col] = of((row + 1) * stride + col);
+                values[col] = of((row + 1) * stride + col, values[col]);
             }
         });
-        out
     }
 
     /// Sum over pixels, row by row in their order.

@@ -98,3 +98,69 @@ pub(super) fn spread(picture: &Picture, map: &DirectionMap, rule: Rule, reach: u
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(rule: Rule, direction: DVec2, reach: u32) -> Vec<(i32, i32)> {
+        rule.pixels(direction, reach).into_iter().map(|(x, y, _)| (x, y)).collect()
+    }
+
+    /// Bresenham's pixels in all octants against the list worked out by hand for a rise of 2 in 5.
+    #[test]
+    fn bresenham_hits_what_was_worked_out_by_hand() {
+        let half = [(1, 0), (2, 1), (3, 1), (4, 2), (5, 2)];
+        for (along_x, along_y) in [(1, 1), (1, -1), (-1, 1), (-1, -1)] {
+            for steep in [false, true] {
+                let turn =
+                    |(x, y): (i32, i32)| if steep { (along_x * y, along_y * x) } else { (along_x * x, along_y * y) };
+                let (x, y) = turn((5, 2));
+                let direction = DVec2::new(f64::from(x), f64::from(y)).normalize();
+                let mut expected: Vec<_> = half.map(turn).into_iter().map(|(x, y)| (-x, -y)).rev().collect();
+                expected.push((0, 0));
+                expected.extend(half.map(turn));
+                assert_eq!(places(Rule::Bresenham, direction, 5), expected, "towards {direction}");
+            }
+        }
+    }
+
+    /// Smooth lines: each step's coverages sum to 1 and lie about the line, alike on both sides of the middle.
+    #[test]
+    fn coverage_of_smooth_lines_sums_to_one_a_step() {
+        for degrees in [0.0, 13.0, 45.0, 61.0, 90.0, 118.0, 135.0, 171.0] {
+            let (sin, cos) = libm::sincos(f64::to_radians(degrees));
+            let direction = DVec2::new(cos, sin);
+            let line = Rule::AntiAliased.pixels(direction, 12);
+            let end = (direction * 12.0).round();
+            let steep = end.y.abs() > end.x.abs();
+            let slope = if steep { end.x / end.y } else { end.y / end.x };
+            let n = end.abs().max_element() as i32;
+            for step in -n..=n {
+                let of = |&(x, y, share): &(i32, i32, f64)| {
+                    let (long, side) = if steep { (y, x) } else { (x, y) };
+                    (long == step).then_some((f64::from(side) * share, share))
+                };
+                let (moment, sum) = line.iter().filter_map(of).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+                assert!((sum - 1.0).abs() < 1e-12, "{degrees} degrees, step {step}: {sum}");
+                assert!((moment - slope * f64::from(step)).abs() < 1e-12, "{degrees} degrees, step {step}: {moment}");
+            }
+            let mirrored = |&(x, y, share): &(i32, i32, f64)| {
+                line.iter().any(|&(u, v, other)| (u, v) == (-x, -y) && (other - share).abs() < 1e-12)
+            };
+            assert!(line.iter().all(mirrored), "{degrees} degrees: {line:?}");
+        }
+    }
+
+    /// The straight equation hits the diagonal, and leaves two of three rows out where it rises by three.
+    #[test]
+    fn the_linear_equation_has_gaps_where_it_is_steep() {
+        assert_eq!(
+            places(Rule::LinearEquation, DVec2::ONE.normalize(), 3),
+            [(-2, -2), (-1, -1), (0, 0), (1, 1), (2, 2)]
+        );
+        let steep = DVec2::new(1.0, 3.0).normalize();
+        assert_eq!(places(Rule::LinearEquation, steep, 7), [(-2, -6), (-1, -3), (0, 0), (1, 3), (2, 6)]);
+        assert_eq!(places(Rule::Bresenham, steep, 7).len(), 15);
+    }
+}

@@ -1,11 +1,12 @@
 //! The thesis' method against lists by hand, closed forms, and what it does wrong.
 
 use glam::{DVec2, DVec3, Vec3};
-use procedural::{Body, Flat, Medium};
+use procedural::flat::Flat;
+use procedural::{Body, Medium};
 
 use super::*;
 use crate::transport::fresnel::BoundaryTable;
-use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::line::LineOfLight;
 
 const CLEAR: Medium = Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: 0.0 };
 const YELLOW: [u8; 4] = [255, 255, 0, 255];
@@ -25,62 +26,6 @@ fn dot(side: usize) -> Picture {
     let mut picture = Picture::dark(side, side);
     picture.light[side / 2 * side + side / 2] = 1.0;
     picture
-}
-
-fn places(rule: Rule, direction: DVec2, reach: u32) -> Vec<(i32, i32)> {
-    rule.pixels(direction, reach).into_iter().map(|(x, y, _)| (x, y)).collect()
-}
-
-/// Bresenham's pixels in all octants against the list worked out by hand for a rise of 2 in 5.
-#[test]
-fn bresenham_hits_what_was_worked_out_by_hand() {
-    let half = [(1, 0), (2, 1), (3, 1), (4, 2), (5, 2)];
-    for (along_x, along_y) in [(1, 1), (1, -1), (-1, 1), (-1, -1)] {
-        for steep in [false, true] {
-            let turn = |(x, y): (i32, i32)| if steep { (along_x * y, along_y * x) } else { (along_x * x, along_y * y) };
-            let (x, y) = turn((5, 2));
-            let direction = DVec2::new(f64::from(x), f64::from(y)).normalize();
-            let mut expected: Vec<_> = half.map(turn).into_iter().map(|(x, y)| (-x, -y)).rev().collect();
-            expected.push((0, 0));
-            expected.extend(half.map(turn));
-            assert_eq!(places(Rule::Bresenham, direction, 5), expected, "towards {direction}");
-        }
-    }
-}
-
-/// Smooth lines: each step's coverages sum to 1 and lie about the line, alike on both sides of the middle.
-#[test]
-fn coverage_of_smooth_lines_sums_to_one_a_step() {
-    for degrees in [0.0, 13.0, 45.0, 61.0, 90.0, 118.0, 135.0, 171.0] {
-        let direction = towards(degrees);
-        let line = Rule::AntiAliased.pixels(direction, 12);
-        let end = (direction * 12.0).round();
-        let steep = end.y.abs() > end.x.abs();
-        let slope = if steep { end.x / end.y } else { end.y / end.x };
-        let n = end.abs().max_element() as i32;
-        for step in -n..=n {
-            let of = |&(x, y, share): &(i32, i32, f64)| {
-                let (long, side) = if steep { (y, x) } else { (x, y) };
-                (long == step).then_some((f64::from(side) * share, share))
-            };
-            let (moment, sum) = line.iter().filter_map(of).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-            assert!((sum - 1.0).abs() < 1e-12, "{degrees} degrees, step {step}: {sum}");
-            assert!((moment - slope * f64::from(step)).abs() < 1e-12, "{degrees} degrees, step {step}: {moment}");
-        }
-        let mirrored = |&(x, y, share): &(i32, i32, f64)| {
-            line.iter().any(|&(u, v, other)| (u, v) == (-x, -y) && (other - share).abs() < 1e-12)
-        };
-        assert!(line.iter().all(mirrored), "{degrees} degrees: {line:?}");
-    }
-}
-
-/// The straight equation hits the diagonal, and leaves two of three rows out where it rises by three.
-#[test]
-fn the_linear_equation_has_gaps_where_it_is_steep() {
-    assert_eq!(places(Rule::LinearEquation, towards(45.0), 3), [(-2, -2), (-1, -1), (0, 0), (1, 1), (2, 2)]);
-    let steep = DVec2::new(1.0, 3.0).normalize();
-    assert_eq!(places(Rule::LinearEquation, steep, 7), [(-2, -6), (-1, -3), (0, 0), (1, 3), (2, 6)]);
-    assert_eq!(places(Rule::Bresenham, steep, 7).len(), 15);
 }
 
 /// Red and blue without green are the vertical, whose slope has no number: every method spreads it upwards, both alike,
@@ -159,7 +104,7 @@ fn only_the_symmetric_stencil_keeps_light_across_a_border() {
         let kept = Stencil::new(side, side, 0.05, &tensors).walk(&spot.picture(side, side), 0.05, 10);
         [point(&ground, &spot, Method::ON_CLEAR_WOOD).sum(), point(&ground, &spot, solved).sum(), kept.sum()]
     };
-    for (column, factor) in [(53.0, -1.0), (67.0, 1.0)] {
+    for (column, factor) in [(53.0, -1.0), (61.0, 1.0)] {
         let [once, solved, kept] = sums(lying, upright, column);
         println!("spot at column {column}: Stam {once:.4}, solved {solved:.4}, symmetric {kept:.9}");
         assert!(factor * (once - 1.0) > 0.02 && factor * (solved - 1.0) > 0.02, "Stam {once}, solved {solved}");
@@ -173,7 +118,7 @@ fn only_the_symmetric_stencil_keeps_light_across_a_border() {
 /// Light spreads by 2 D t along any azimuth of the fibre and in no other way: covariance of a dot against the tensor.
 #[test]
 fn variance_grows_with_the_tensor_at_every_azimuth() {
-    let (side, pitch, dt, steps) = (201, 0.05, 0.02, 6);
+    let (side, pitch, dt, steps) = (101, 0.05, 0.02, 6);
     let (along, across) = (0.1667, 0.0315);
     for degrees in (0..=90).step_by(5) {
         let axis = towards(f64::from(degrees));
@@ -232,6 +177,30 @@ fn light_returns_as_the_closed_form_says() {
     }
 }
 
+/// Implicit steps spread a line as the exact Gaussians over path length do: light beyond three distances, within 3 %.
+#[test]
+fn steps_follow_the_gaussians() {
+    let pixels = 401;
+    let medium = Medium { fibre: Vec3::X, ..CLEAR };
+    let ground = Ground::new(1, pixels, 0.05, &vec![Some(medium); pixels]);
+    let mut line = Picture::dark(1, pixels);
+    line.light[200] = 1.0;
+    let light = spread(&line, &ground, Method::CONSERVATIVE).light;
+    let walk = Walk::new(&medium, &BoundaryTable::new());
+    for beyond in [10usize, 20, 40] {
+        let reach = 0.05 * (beyond as f64 + 0.5);
+        let ratio = 1.01;
+        let paths = std::iter::successors(Some(0.003), |path| Some(path * ratio)).take_while(|&path| path < 200.0);
+        let of = |path: f64| {
+            let outside = libm::erfc(reach / (4.0 * walk.along * path).sqrt());
+            walk.rate(path) * libm::exp(-walk.mu_a * path) * path * libm::log(ratio) * outside
+        };
+        let exact: f64 = paths.map(of).sum();
+        let stepped: f64 = light[..200 - beyond].iter().chain(&light[201 + beyond..]).sum();
+        assert!((stepped / exact - 1.0).abs() < 0.03, "beyond {reach} mm: {stepped} against {exact}");
+    }
+}
+
 /// In an even knot the passes of absorption come to alpha, whatever their number, and light spreads the same all around.
 #[test]
 fn knots_absorb_by_alpha_and_spread_evenly() {
@@ -246,36 +215,38 @@ fn knots_absorb_by_alpha_and_spread_evenly() {
 }
 
 /// A line on a plate: unevenly spaced columns get back what entered them, clear wood in the thesis' model returns all of
-/// it and the right model its reflectance, and the light has the line's and the tensor's variance.
+/// it (times the level that was asked for) and the right model its reflectance; threads change nothing.
 #[test]
 fn a_line_on_a_plate_keeps_its_light() {
     let plate = |medium| {
         Body::Flat(Flat { height_mm: 20.0, slope_x: 0.0, slope_y: 0.0, width_mm: 60.0, length_mm: 60.0, medium })
     };
-    let x: Vec<f32> = (0..20).map(|i| 0.2 * i as f32 + 0.005 * (i * i) as f32).collect();
-    let power: Vec<f32> = (0..20).map(|i| if i == 8 { 3.0 } else { 0.0 }).collect();
-    let ask = |body: &Body, settings: Settings| {
-        let line =
-            LineOfLight { body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view: DVec3::Z, row_mm: 0.1, rows: 60 };
-        glow(&line, &settings)
+    let x: Vec<f32> = (0..20).map(|i| 0.3 * i as f32 + 0.005 * (i * i) as f32).collect();
+    let power: Vec<f32> = (0..20).map(|i| if i == 10 { 3.0 } else { 0.0 }).collect();
+    let ask = |body: &Body, method: Method, pitch_mm: f64| {
+        let (view, row_mm, rows) = (DVec3::Z, 0.1, 40);
+        let line = LineOfLight { body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm, rows };
+        glow(&line, &Settings { method, pitch_mm, margin_mm: 3.0, returned: 0.5 })
     };
     let body = plate(CLEAR);
-    let sum = |glow: &Glow| glow.light.iter().map(|&light| f64::from(light)).sum::<f64>();
+    let sum = |light: &[f32]| light.iter().map(|&light| f64::from(light)).sum::<f64>();
     for method in [Method::BRESENHAM, Method::ON_CLEAR_WOOD] {
-        let answer = ask(&body, Settings { method, ..Settings::default() });
-        assert!((sum(&answer) - 3.0).abs() < 1e-4, "{method:?}: {}", sum(&answer));
-        let middle = sum(&answer) * 0.25;
-        let column: f64 = answer.light.chunks(20).map(|row| f64::from(row[8])).sum();
-        assert!(column > middle, "{method:?}: column 8 holds {column}");
+        let answer = ask(&body, method, 0.05);
+        assert!((sum(&answer.light) - 1.5).abs() < 1e-4, "{method:?}: {}", sum(&answer.light));
+        let column: f64 = answer.light.chunks(20).map(|row| f64::from(row[10])).sum();
+        assert!(column > 0.75, "{method:?}: column 10 holds {column}");
     }
+    // The central row holds a pixel of +-1/2 deviation and half of both neighbours up to 3/2 deviations.
     let still = Method::Diffusion { iterations: 0, sweeps: 1, rate: 8.0, sharpness: 3 };
-    let halved = ask(&body, Settings { method: still, returned: 0.5, ..Settings::default() });
-    assert!((sum(&halved) - 1.5).abs() < 1e-6 && (halved.light[60 * 20 + 8] - 1.5 * 0.682_69).abs() < 0.02);
-    let right = Settings { method: Method::CONSERVATIVE, margin_mm: 6.0, pitch_mm: 0.1, returned: 0.5 };
-    let answer = ask(&body, right);
+    let centre = sum(&ask(&body, still, 0.05).light[40 * 20..41 * 20]);
+    assert!((centre / 1.5 - (0.382_925 + 0.5 * 0.483_461)).abs() < 1e-4, "{centre}");
+
+    let right = Method::Conservative { paths: 16, steps: 1 };
+    let answer = ask(&body, right, 0.1);
     let closed = Walk::new(&CLEAR, &BoundaryTable::new()).reflectance();
-    assert!((sum(&answer) / 3.0 - closed).abs() < 0.02, "{} against {closed}", sum(&answer) / 3.0);
-    let once = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads").install(|| ask(&body, right));
-    let many = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads").install(|| ask(&body, right));
-    assert!(once == answer && many == answer, "the number of threads changes the light");
+    assert!((sum(&answer.light) / 3.0 - closed).abs() < 0.02, "{} against {closed}", sum(&answer.light) / 3.0);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        assert!(pool.install(|| ask(&body, right, 0.1)) == answer, "{threads} threads change the light");
+    }
 }
