@@ -135,3 +135,15 @@ impl Spot {
 pub fn point(ground: &Ground, spot: &Spot, method: Method) -> Picture {
     spread(&spot.picture(ground.map.rows(), ground.map.cols()), ground, method)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns end half way to their neighbours, the outer ones as far beyond; a column alone is as wide as a row.
+    #[test]
+    fn columns_end_half_way_to_their_neighbours() {
+        assert_eq!(edges(&[0.0, 1.0, 3.0], 0.1), [-0.5, 0.5, 2.0, 4.0]);
+        assert_eq!(edges(&[5.0], 0.5), [4.75, 5.25]);
+    }
+}

@@ -214,6 +214,17 @@ fn knots_absorb_by_alpha_and_spread_evenly() {
     }
 }
 
+/// On a knot lines are shorter by alpha, and what they leave is multiplied by it.
+#[test]
+fn lines_on_knots_are_short_and_dim() {
+    for method in [Method::LINEAR_EQUATION, Method::ANTI_ALIASED, Method::BRESENHAM] {
+        let [long, short] = [255, 128].map(|alpha| spread(&dot(61), &even(61, [0, 255, 0, alpha]), method));
+        let lit = |picture: &Picture| picture.light.iter().filter(|&&light| light > 0.0).count();
+        assert_eq!((lit(&long), lit(&short)), (41, 21), "{method:?}");
+        assert!((long.sum() - 1.0).abs() < 1e-12 && (short.sum() - 128.0 / 255.0).abs() < 1e-12, "{method:?}");
+    }
+}
+
 /// A line on a plate: unevenly spaced columns get back what entered them, clear wood in the thesis' model returns all of
 /// it (times the level that was asked for) and the right model its reflectance; threads change nothing.
 #[test]
