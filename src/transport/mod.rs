@@ -4,6 +4,7 @@
 //!
 //! - [`path`]: Monte Carlo of the transport equation, the judge
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
+//! - [`thesis`]: light that spreads in a picture, the method of the thesis, kept to compare with
 //!
 //! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say. docs/physics.md has
 //! the equations, their sources and where each model fails.
@@ -15,3 +16,4 @@ pub mod line;
 pub mod path;
 pub mod phase;
 pub mod stack;
+pub mod thesis;
