@@ -3,12 +3,14 @@
 //! Four models answer the same question, from the slowest and truest to the fastest:
 //!
 //! - [`path`]: Monte Carlo of the transport equation, the judge
+//! - [`diffusion`]: a tensor of diffusion, in layers or on voxels
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
 //!
 //! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say. docs/physics.md has
 //! the equations, their sources and where each model fails.
 
 pub mod answer;
+pub mod diffusion;
 pub mod fresnel;
 pub mod kernel;
 pub mod line;
