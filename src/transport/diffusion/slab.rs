@@ -16,7 +16,7 @@
 //!   partial reflection of straight light between layers is left out.
 //! - Angles: P1, L(mu) ~ (1 - R)(2 A + 3 mu_inside), isotropic in form: it knows no cone light of fibres.
 //!
-//! Absorption begins where light begins to diffuse. Layers without scattering are refused.
+//! Light that leaves straight pays absorption on its way; for the rest it begins where light begins to diffuse. Layers without scattering are refused.
 
 use std::f64::consts::PI;
 
@@ -44,17 +44,18 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
     let line = Line::new(stack)?;
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
-    let mut sources = Vec::new();
+    let (mut sources, mut absorbed) = (Vec::new(), vec![0.0; stack.layers.len()]);
     let (mut specular, mut straight, mut unscattered) = (0.0, 0.0, 0.0);
     for (share, s) in directions(question)? {
         let entry = enter(stack, &line, s);
         specular += share * entry.specular;
         straight += share * entry.straight;
+        absorbed.iter_mut().zip(&entry.paid).for_each(|(sum, paid)| *sum += share * paid);
         unscattered += share * entry.unscattered;
         sources.extend(entry.sources.into_iter().map(|source| Source { share: share * source.share, ..source }));
     }
     sources.retain(|source| source.share > 0.0);
-    let (mut reflected, mut transmitted, mut absorbed) = (0.0, 0.0, vec![0.0; stack.layers.len()]);
+    let (mut reflected, mut transmitted) = (0.0, 0.0);
     for source in &sources {
         let (up, down, own) = line.energy(source, &waves);
         reflected += source.share * up;
@@ -140,14 +141,17 @@ struct Entry {
     sources: Vec<Source>,
     straight: f64,
     unscattered: f64,
+    /// What each layer absorbs of the light that crosses all of them.
+    paid: Vec<f64>,
 }
 
 fn enter(stack: &Stack, line: &Line, s: DVec3) -> Entry {
     let first = stack.layers[0].n;
     let specular = internal_reflectance(stack.above / first, -s.z);
-    let mut entry = Entry { specular, sources: Vec::new(), straight: 0.0, unscattered: 0.0 };
+    let mut entry =
+        Entry { specular, sources: Vec::new(), straight: 0.0, unscattered: 0.0, paid: vec![0.0; line.sheets.len()] };
     let (mut left, mut place, mut optical, mut direction, mut n) = (1.0 - specular, DVec2::ZERO, 0.0, s, stack.above);
-    let (mut end, mut total) = (None, false);
+    let (mut end, mut total, mut absorption) = (None, false, vec![0.0; line.sheets.len()]);
     for (i, sheet) in line.sheets.iter().enumerate() {
         let Some(inside) = refracted(direction, DVec3::Z, sheet.medium.n / n) else {
             // Total reflection between layers: the light stays in the layer above.
@@ -167,10 +171,16 @@ fn enter(stack: &Stack, line: &Line, s: DVec3) -> Entry {
         });
         if keep > 0.0 {
             place += inside.truncate() / -inside.z * sheet.thickness;
-            optical += extinction(stack, i, inside) * sheet.thickness / -inside.z;
+            let way = sheet.thickness / -inside.z;
+            optical += extinction(stack, i, inside) * way;
+            absorption[i] = sheet.medium.mu_a * way;
         }
         left *= keep;
         end = Some((i, sheet.thickness - depth, place));
+    }
+    for (paid, absorption) in entry.paid.iter_mut().zip(&absorption) {
+        *paid = left * (1.0 - libm::exp(-absorption));
+        left -= *paid;
     }
     if left > 0.0
         && let Some((layer, depth, place)) = end

@@ -292,3 +292,27 @@ fn clear_layers_are_refused() {
     let grazing = Question { incidence: Some(1.6), ..question };
     assert!(matches!(ask(vec![layer(9.0)], &grazing), Err(Refusal::Grazing { .. })));
 }
+
+/// Purpose: how far diffusion is from the transport equation, so that nobody trusts it further. Chandrasekhar's
+/// solution for n = 1 (H function), Monte Carlo of 1e-4 for the others.
+#[test]
+fn transport_is_met_within_the_stated_error() {
+    let isotropic = |mu_s, g| Scattering::Isotropic { mu_s, g };
+    let question = Question { cells: 0, rows: 0, ..Question::default() };
+    let albedo = |a: f64, n: f64| Stack::half_space(n, 1.0 - a, isotropic(a, 0.0));
+    let half_spaces = [
+        (albedo(0.9, 1.0), 0.414947, 0.006),
+        (albedo(0.99, 1.0), 0.752721, 0.004),
+        (albedo(0.999, 1.0), 0.912845, 0.002),
+        (albedo(0.99, 1.4), 0.60350, 0.012),
+        (albedo(0.99, 1.5), 0.56230, 0.016),
+    ];
+    for (stack, reflectance, error) in half_spaces {
+        let value = solve(&stack, &question).expect("it scatters").reflectance.value;
+        println!("half space: {value:.5} against {reflectance}");
+        assert!((value - reflectance).abs() < error, "{value} against {reflectance}");
+    }
+    let slab = solve(&Stack::slab(10.0, 1.0, 0.01, isotropic(0.99, 0.0)), &question).expect("it scatters");
+    println!("slab: {:?} {:?} against 0.74098 0.08478", slab.reflectance, slab.transmittance);
+    assert!((slab.reflectance.value - 0.74098).abs() < 0.006 && (slab.transmittance.value - 0.08478).abs() < 0.003);
+}
