@@ -15,6 +15,7 @@
 
 pub mod generalized;
 pub mod glow;
+mod grid;
 mod operator;
 mod quadrature;
 mod sheets;
@@ -23,9 +24,6 @@ pub mod solver;
 mod spread;
 pub mod tensor;
 pub mod voxels;
-
-#[cfg(test)]
-mod tests;
 
 pub use self::glow::{Settings, glow};
 pub use self::slab::solve;
@@ -61,3 +59,6 @@ pub enum Refusal {
         degrees: f64,
     },
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,7 +3,7 @@
 //! A wave exp(i k . r) in the plane obeys, within a layer, D_zz psi'' = (k . D_e . k + mu_a) psi once the cross terms are
 //! sheared away: Phi = exp(-i k . c z) psi with the drift c = (D_xz, D_yz) / D_zz and D_e = D_plane - D_zz c c. So each
 //! layer is a piece of transmission line with q = sqrt((k . D_e . k + mu_a) / D_zz), and everything is closed form for
-//! any number of layers with any tensors; only the sum over waves ([`super::spread`]) is numerical. That is why no grid
+//! any number of layers with any tensors; only the sum over waves (`spread`) is numerical. That is why no grid
 //! is used here.
 //!
 //! - Outer surfaces: extrapolated boundary, Phi = 0 at z_e beyond them, the light that leaves is D_zz Phi' at the surface
@@ -31,6 +31,8 @@ use crate::transport::answer::{Angle, Answer, Estimate, Question};
 use crate::transport::fresnel::{boundary_factor, internal_reflectance};
 use crate::transport::stack::{Scattering, Stack};
 
+/// Least depth at which light begins to diffuse, over the length of its persistence vector [1].
+const LEAST_DEPTH: f64 = 0.05;
 /// Cosines and azimuths that stand for diffuse light.
 const DIFFUSE: [usize; 2] = [6, 8];
 
@@ -160,7 +162,8 @@ fn enter(stack: &Stack, line: &Line, s: DVec3) -> Entry {
         };
         (direction, n) = (inside, sheet.medium.n);
         let h = sheet.medium.persistence(inside);
-        let scale = -h.z;
+        // Slanted light on fibres that rise towards it is led upwards, on average; it still begins below the surface.
+        let scale = (-h.z).max(LEAST_DEPTH * h.length());
         let keep = if sheet.thickness.is_infinite() { 0.0 } else { libm::exp(-sheet.thickness / scale) };
         let depth = if keep > 0.0 { scale - sheet.thickness * keep / (1.0 - keep) } else { scale };
         entry.sources.push(Source {
@@ -210,3 +213,6 @@ fn extinction(stack: &Stack, i: usize, s: DVec3) -> f64 {
             Scattering::Tensor { mu_s, .. } => mu_s.dot(s * s),
         }
 }
+
+#[cfg(test)]
+mod tests;
