@@ -2,12 +2,12 @@
 //!
 //! Model: a walk with scattering mu(s) = sum mu_i s_i^2 in direction s and Henyey and Greenstein's law about s (Pini,
 //! Giusfredi and Pattelli 2026, arXiv 2602.18963). The walk is not reciprocal: in equilibrium radiance goes as 1 / mu.
-//! With the mean free path <l> = 1/4pi int 1/mu and real harmonics Y_lm, to first order in the gradient
+//! With the mean free path l = 1/4pi int 1/mu and real harmonics Y_lm, to first order in the gradient
 //!
 //! ```text
 //! F(s)   = s_i / mu + sum_(l odd) g^l / (1 - g^l) sum_m Y_lm(s) int Y_lm s_i / mu
-//! D_i    = 1 / (4 pi <l>) int s_i / mu F
-//! z_e    = (2 pi D_z + 1/<l> int_up R s_z / mu F) / (1/<l> int_up (1 - R) s_z / mu)
+//! D_i    = 1 / (4 pi l) int s_i / mu F
+//! z_e    = (2 pi D_z + 1/l int_up R s_z / mu F) / (1/l int_up (1 - R) s_z / mu)
 //! h_i    = F(s0)           mean displacement of light that starts in direction s0
 //! ```
 //!

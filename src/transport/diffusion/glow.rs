@@ -31,7 +31,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Voxels of 0.1 mm, 6 mm deep and 8 mm to each side, to 1e-6: 9 million voxels and 0.8 GB for a board of 94 mm.
+    /// Voxels of 0.1 mm, 6 mm deep and 8 mm to each side, to 1e-6: 9 million voxels and 0.7 GB for a board of 94 mm.
     fn default() -> Self {
         Self { voxel_mm: 0.1, depth_mm: 6.0, reach_mm: 8.0, tolerance: 1e-6, iterations: 2000 }
     }

@@ -19,7 +19,7 @@
 //! surface is eliminated, cross terms included. Sides and bottom of a body: the same without cross terms. Where the grid
 //! ends inside matter: J = sqrt(mu_a D) Phi, what a wave that dies out in one dimension does.
 //!
-//! Neglected: Fresnel's law between voxels of unlike index. Coefficients are kept in f32, 40 bytes a voxel.
+//! Neglected: Fresnel's law between voxels of unlike index. Coefficients are kept in f32, 32 bytes a voxel.
 
 use glam::DMat3;
 use rayon::prelude::*;
