@@ -3,6 +3,7 @@
 //! Four models answer the same question, from the slowest and truest to the fastest:
 //!
 //! - [`path`]: Monte Carlo of the transport equation, the judge
+//! - [`diffusion`]: a tensor of diffusion, in layers or on voxels
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
 //! - [`thesis`]: light that spreads in a picture, the method of the thesis, kept to compare with
 //!
@@ -10,6 +11,7 @@
 //! the equations, their sources and where each model fails.
 
 pub mod answer;
+pub mod diffusion;
 pub mod fresnel;
 pub mod kernel;
 pub mod line;
