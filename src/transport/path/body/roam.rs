@@ -174,6 +174,8 @@ impl<'a> Roam<'a> {
                     photon.way = (photon.way + normal * (2.0 * mu)).normalize();
                 }
                 Stop::Ground(_) => return Some(Fate::Dropped),
+                // Beside the body the region ends; what sinks there meets the conveyor farther off.
+                Stop::Beyond(_) | Stop::Taken(_) if photon.way.z < 0.0 => return Some(Fate::Dropped),
                 Stop::Beyond(_) | Stop::Taken(_) => return Some(Fate::Left),
             }
         }
