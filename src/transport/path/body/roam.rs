@@ -8,11 +8,12 @@
 //! body again, across a crack for one, Fresnel's law decides again. So cracks need no rule of their own.
 //!
 //! Towards the lens each collision gives its share as in plane layers, times exp(-depth) along the straight way up, with
-//! the mean extinction over fibre directions in each cell. The way inside is view refracted at the surface's normal,
-//! averaged over a mm: relief finer than that turns light by less than its dispersion. A lens sees radiance
-//! facing n^2 T L / ..., and radiance factors are divided by facing, so that the factor of a collision is
-//! pi T / (n^2 cos), cos that of the way inside against the normal. Where the way ends on a wall, or the body stands
-//! between that place and the lens, the lens sees nothing.
+//! the mean extinction over fibre directions in each cell. The way inside is the view refracted at the surface's normal,
+//! averaged over a mm: finer relief would only blur it. Radiance towards the lens goes with 1 / facing, facing the cosine
+//! between view and normal, as in plane layers; so the factor of a collision is pi T / (n^2 cos), with the cosine of the
+//! way inside, and a white Lambertian surface returns what entered however it is tilted. Where the way ends on a wall, or
+//! the body stands between that place and the lens, the lens sees nothing. Which ways are followed is left to chance by
+//! what they promise to bring, so that most of the time goes where light comes from.
 //!
 //! Neglected: bending of light where n_eff changes inside, light to the lens through walls and sides.
 
@@ -183,7 +184,7 @@ impl<'a> Roam<'a> {
     }
 
     /// Shows the lens what a collision sends its way.
-    #[inline]
+    #[inline(never)]
     fn look(&self, photon: &Photon, medium: &Medium, cell: Cell, ledger: &mut impl Ledger, rng: &mut impl Rng) {
         let relief = self.voxels.relief();
         let (normal, n) = (relief.lean(cell), f64::from(medium.n_eff));

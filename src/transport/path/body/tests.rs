@@ -12,7 +12,10 @@ use crate::transport::line::{Glow, LineOfLight};
 use crate::transport::path::{Effort, solve};
 use crate::transport::stack::Stack;
 
-const VIEW: fn() -> DVec3 = || Question::default().view;
+/// Towards a camera at 25 degrees.
+fn view() -> DVec3 {
+    Question::default().view
+}
 
 fn medium(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, fibre: Vec3) -> Medium {
     Medium { mu_a, sigma_i, k, n_eff, fibre, gloss: 0.0 }
@@ -43,7 +46,7 @@ fn strips(strips: &[(f32, f32, Medium)]) -> Body {
 }
 
 fn ask(body: &Body, x: &[f32], power: &[f32], (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (Glow, Books) {
-    let line = LineOfLight { body, y: 30.0, line_mm: 0.05, x, power, view: VIEW(), row_mm, rows };
+    let line = LineOfLight { body, y: 30.0, line_mm: 0.05, x, power, view: view(), row_mm, rows };
     judge(&line, Effort { photons, seed })
 }
 
@@ -55,7 +58,7 @@ fn layered(stack: &Stack, question: Question, photons: u64) -> Answer {
 }
 
 fn agree(what: &str, got: Estimate, other: Estimate) {
-    let z = (got.value - other.value) / got.error.hypot(other.error);
+    let z = (got.value - other.value) / (got.error.powi(2) + other.error.powi(2)).sqrt();
     println!(
         "{what}: {:.5} +- {:.5} against {:.5} +- {:.5}, z = {z:.2}",
         got.value, got.error, other.value, other.error
@@ -102,7 +105,7 @@ fn tilted_plates_have_radiance_factors() {
     let medium = Medium { fibre: along, ..rot() };
     let (_, books) = ask(&plate(medium, 15.0, slope), &WIDE.0, &WIDE.1, (60.0, 0), 60_000, 2);
     let level = Stack::from(&Medium { fibre: Vec3::Y, ..medium });
-    let local = |axis: Vec3| VIEW().dot(axis.as_dvec3());
+    let local = |axis: Vec3| view().dot(axis.as_dvec3());
     // Light goes straight on where it enters the plate; the stack refracts it into that direction.
     let inside = f64::from(slope) / (1.0 + f64::from(slope).powi(2)).sqrt();
     let incidence = Some(libm::asin(f64::from(medium.n_eff) * inside));
@@ -127,7 +130,7 @@ fn the_line_spread_of_a_knot_is_that_of_the_stack() {
     let truth = layered(&Stack::from(&medium), question, 150_000);
     // Seen from beside the line: from before it, light leaves nearer to the lens than where it was turned.
     let (x, power) = (&WIDE.0, &WIDE.1);
-    let view = DVec3::new(VIEW().y, 0.0, VIEW().z);
+    let view = DVec3::new(view().y, 0.0, view().z);
     let body = plate(medium, 15.0, 0.0);
     let line = LineOfLight { body: &body, y: 30.0, line_mm: 0.05, x, power, view, row_mm: 0.2, rows };
     let (glow, _) = judge(&line, Effort { photons: 60_000, seed: 3 });
@@ -219,17 +222,16 @@ fn threads_do_not_matter() {
     assert_eq!(run(1), run(3));
 }
 
+type Run = (Glow, Books);
+type Pick<'a> = &'a dyn Fn(&Run) -> Estimate;
+
 /// Standard errors are what repeated seeds show: chi-square of 23 degrees of freedom, two-sided alpha 0.001 each.
 #[test]
 fn standard_errors_are_honest() {
     let body = plate(rot(), 15.0, 0.0);
-    let runs: Vec<(Glow, Books)> =
-        (0..24).map(|seed| ask(&body, &WIDE.0, &WIDE.1, (0.3, 1), 4_000, 100 + seed)).collect();
-    let cell = |(glow, _): &(Glow, Books), at: usize| Estimate {
-        value: f64::from(glow.light[at]),
-        error: f64::from(glow.error[at]),
-    };
-    let picks: [(&str, &dyn Fn(&(Glow, Books)) -> Estimate); 4] = [
+    let runs: Vec<Run> = (0..24).map(|seed| ask(&body, &WIDE.0, &WIDE.1, (0.3, 1), 4_000, 100 + seed)).collect();
+    let cell = |run: &Run, at: usize| Estimate { value: f64::from(run.0.light[at]), error: f64::from(run.0.error[at]) };
+    let picks: [(&str, Pick); 4] = [
         ("left", &|run| run.1.left),
         ("seen", &|run| run.1.seen),
         ("central row", &|run| cell(run, 4)),
@@ -260,7 +262,7 @@ fn no_way_jumps_a_crack() {
         line_mm: 0.05,
         x: &[0.0],
         power: &[1.0],
-        view: VIEW(),
+        view: view(),
         row_mm: 0.1,
         rows: 1,
     };
