@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::Mesh;
 use crate::flat::{Flat, FlatSlice};
+use crate::strips::{Strips, StripsSlice};
 use crate::truth::{Instance, Matter, Surface};
 use crate::wood::{Plank, PlankSlice};
 
@@ -14,6 +15,8 @@ pub enum Body {
     Plank(Box<Plank>),
     /// A flat target of one medium, for calibration and tests.
     Flat(Flat),
+    /// A flat target of several media with borders and cracks, for tests.
+    Strips(Strips),
 }
 
 /// A body cut at one position of the scan; holds what is common to all points of the cut.
@@ -23,6 +26,8 @@ pub enum Slice<'a> {
     Plank(PlankSlice<'a>),
     /// Through a flat target.
     Flat(FlatSlice<'a>),
+    /// Through a target of strips.
+    Strips(StripsSlice<'a>),
 }
 
 impl Body {
@@ -31,6 +36,7 @@ impl Body {
         match self {
             Self::Plank(plank) => Slice::Plank(plank.slice(y)),
             Self::Flat(flat) => Slice::Flat(flat.slice(y)),
+            Self::Strips(strips) => Slice::Strips(strips.slice(y)),
         }
     }
 
@@ -39,6 +45,7 @@ impl Body {
         match self {
             Self::Plank(plank) => plank.hull(),
             Self::Flat(flat) => flat.hull(),
+            Self::Strips(strips) => strips.hull(),
         }
     }
 
@@ -47,6 +54,7 @@ impl Body {
         match self {
             Self::Plank(plank) => plank.bounds(),
             Self::Flat(flat) => flat.bounds(),
+            Self::Strips(strips) => strips.bounds(),
         }
     }
 
@@ -54,7 +62,7 @@ impl Body {
     pub fn instances(&self) -> &[Instance] {
         match self {
             Self::Plank(plank) => plank.instances(),
-            Self::Flat(_) => &[],
+            Self::Flat(_) | Self::Strips(_) => &[],
         }
     }
 }
@@ -65,6 +73,7 @@ impl Slice<'_> {
         match self {
             Self::Plank(slice) => slice.surface(x),
             Self::Flat(slice) => slice.surface(x),
+            Self::Strips(slice) => slice.surface(x),
         }
     }
 
@@ -73,6 +82,7 @@ impl Slice<'_> {
         match self {
             Self::Plank(slice) => slice.matter(x, z),
             Self::Flat(slice) => slice.matter(),
+            Self::Strips(slice) => slice.matter(x),
         }
     }
 }

@@ -14,6 +14,7 @@ pub mod noise;
 pub mod normal;
 pub mod parameter;
 pub mod stream;
+pub mod strips;
 pub mod truth;
 pub mod wood;
 

@@ -9,6 +9,7 @@
 //! straight to the lens, times what gets through. It needs dispersed fibres; parallel ones (dispersion 0) send light
 //! to a point with probability zero.
 
+pub mod body;
 pub mod paths;
 mod tally;
 mod towards;

@@ -106,20 +106,28 @@ impl Lens {
 
 /// Mean extinction of a layer in direction `way`, without null collisions [mm^-1].
 fn extinction(layer: &Prepared, way: DVec3) -> f64 {
-    let Scattering::Fibres { sigma_i, sigma_c, axis, dispersion, .. } = layer.layer.scattering else {
-        return layer.extinction(way);
-    };
-    let (u, v) = layer.across;
+    match layer.layer.scattering {
+        Scattering::Fibres { sigma_i, sigma_c, axis, dispersion, .. } => {
+            layer.layer.mu_a + sigma_i + sigma_c * mean_sine(way.dot(axis), dispersion)
+        }
+        _ => layer.extinction(way),
+    }
+}
+
+/// Mean sine between a direction and fibres dispersed about an axis that it meets under cosine `along` [1].
+pub(super) fn mean_sine(along: f64, dispersion: f64) -> f64 {
+    let across = (1.0 - along * along).max(0.0).sqrt();
     let mut sum = 0.0;
     for i in 0..TILTS {
         // Even steps in the chance of Rayleigh's law.
         let chance = (i as f64 + 0.5) / TILTS as f64;
         let (sin, cos) = libm::sincos(dispersion * (-2.0 * libm::log(chance)).sqrt());
         for j in 0..TURNS {
-            let (y, x) = libm::sincos(std::f64::consts::TAU * (j as f64 + 0.5) / TURNS as f64);
-            let along = way.dot(axis * cos + (u * x + v * y) * sin);
-            sum += (1.0 - along * along).max(0.0).sqrt();
+            // Half a turn holds all cosines.
+            let turn = libm::cos(PI * (j as f64 + 0.5) / TURNS as f64);
+            let fibre = along * cos + across * sin * turn;
+            sum += (1.0 - fibre * fibre).max(0.0).sqrt();
         }
     }
-    layer.layer.mu_a + sigma_i + sigma_c * sum / (TILTS * TURNS) as f64
+    sum / (TILTS * TURNS) as f64
 }

@@ -14,7 +14,7 @@ use crate::transport::phase::{dispersed, frame, henyey_greenstein, isotropic, tu
 use crate::transport::stack::{Layer, Scattering, Stack, Turn};
 
 /// Weight under which chance decides about a photon [1].
-const ROULETTE: f64 = 1e-3;
+pub(super) const ROULETTE: f64 = 1e-3;
 /// Chance to survive then [1].
 const SURVIVES: f64 = 0.1;
 
@@ -35,6 +35,17 @@ pub struct Photon {
     pub turned: u32,
     /// Scattering by cylinders.
     pub guided: u32,
+}
+
+impl Photon {
+    /// Lets chance decide about a faint photon: the energy that it leaves behind, negative where it gains; its weight is
+    /// 0 if it dies.
+    #[inline]
+    pub fn gamble(&mut self, rng: &mut impl Rng) -> f64 {
+        let before = self.weight;
+        self.weight = if uniform(rng) > SURVIVES { 0.0 } else { before / SURVIVES };
+        before - self.weight
+    }
 }
 
 /// What happens to photons, for those who keep count.
@@ -119,13 +130,10 @@ impl Walk {
                 photon.weight -= lost;
                 here.scatter(&mut photon, rng);
                 if photon.weight < ROULETTE {
-                    if uniform(rng) > SURVIVES {
-                        tally.absorb(photon.layer, photon.weight);
+                    tally.absorb(photon.layer, photon.gamble(rng));
+                    if photon.weight == 0.0 {
                         return;
                     }
-                    let gained = photon.weight * (1.0 / SURVIVES - 1.0);
-                    tally.absorb(photon.layer, -gained);
-                    photon.weight += gained;
                 }
             } else {
                 photon.place.z = edge;
