@@ -5,13 +5,15 @@
 //! - [`path`]: Monte Carlo of the transport equation, the judge
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
 //!
-//! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say. docs/physics.md has
+//! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say, [`model`] asks
+//! whichever is wanted. docs/physics.md has
 //! the equations, their sources and where each model fails.
 
 pub mod answer;
 pub mod fresnel;
 pub mod kernel;
 pub mod line;
+pub mod model;
 pub mod path;
 pub mod phase;
 pub mod stack;

@@ -16,8 +16,10 @@
 
 use multiversion::multiversion;
 
+mod closed;
 mod gaussians;
 
+pub use self::closed::{Beyond, solve};
 pub use self::gaussians::MediaRow;
 pub(crate) use self::gaussians::diffusion;
 use self::gaussians::{CONE_PEAK, CONE_WIDTH, LANES, Lanes, nodes};
