@@ -16,6 +16,8 @@ use crate::transport::stack::Stack;
 use crate::yaml::fault::Faults;
 use crate::yaml::text;
 
+pub use self::layer::axis;
+
 /// Layers and what is asked about them; every number in it is in range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {

@@ -7,7 +7,8 @@
 //! fitted to the cells' counts ([`fit`](super::fit)). Where b3, b5, b7 and b8 vanish the ellipse is a line of equal light;
 //! what they are moves it there (Newton's steps). Moments inside a contour would weigh the core most, which is
 //! elongated the other way; a fit of the contour's points would lose the counts beside them. The belt is wide enough for
-//! some hundred cells, and its own change of shape with radius is in b4 and b6.
+//! some hundred cells, and its own change of shape with radius is in b4 and b6. Towards its edges cells count less, so
+//! that none comes or goes at once while the belt moves.
 //!
 //! Errors of the coefficients become errors of aspect and angle. Neglected: contours that are no ellipses (what is
 //! beyond the second harmonic), and the blur of a cell.
@@ -93,7 +94,7 @@ pub fn ellipse(map: Map, through: DVec2) -> Option<Ellipse> {
 
 /// A start for the fit: even light.
 fn level(rows: &[Row]) -> [f64; super::fit::TERMS] {
-    let mean = rows.iter().map(|(_, count)| count).sum::<f64>() / rows.len() as f64;
+    let mean = rows.iter().map(|row| row.y).sum::<f64>() / rows.len() as f64;
     let mut start = [0.0; super::fit::TERMS];
     start[0] = libm::log(mean.max(1e-300));
     start
@@ -118,15 +119,17 @@ fn belt(map: Map, centre: DVec2, frame: DMat2) -> Option<Vec<Row>> {
         let z = place(i);
         let rho = z.length();
         let t = rho - 1.0;
-        if t.abs() > BELT {
+        if t.abs() >= BELT {
             return None;
         }
         let (c, s) = (z.x / rho, z.y / rho);
         let (c2, s2) = (c * c - s * s, 2.0 * c * s);
-        Some(([1.0, t, t * t, c2, t * c2, s2, t * s2, c, s], map.light[i]))
+        let taper = 1.0 - (t / BELT).powi(2);
+        let x = [1.0, t, t * t, c2, t * c2, s2, t * s2, c, s];
+        Some(Row { x, y: map.light[i], share: taper * taper })
     };
     let rows: Vec<Row> = (0..side * side).filter_map(term).collect();
-    let lit = rows.iter().filter(|(_, count)| *count > 0.0).count();
+    let lit = rows.iter().filter(|row| row.y > 0.0).count();
     (lit > 3 * super::fit::TERMS).then_some(rows)
 }
 

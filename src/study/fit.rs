@@ -1,13 +1,24 @@
 //! Fit of counts: y ~ exp(sum of b_k x_k), the variance of y proportional to its mean (quasi-Poisson, log link).
 //!
 //! Sparse counts are no trouble, since no logarithm of a count is taken. Solved by iteratively reweighted least squares
-//! (Nelder and Wedderburn 1972); covariance of b = dispersion (X^T W X)^-1, dispersion from Pearson's residuals.
+//! (Nelder and Wedderburn 1972). Observations may count less than whole: with such shares u and W = u mean, covariance of
+//! b = dispersion (X^T W X)^-1 (X^T u W X) (X^T W X)^-1, dispersion from Pearson's residuals.
 
 /// Terms of the model.
 pub(super) const TERMS: usize = 9;
 
-/// One observation: its terms and its count.
-pub(super) type Row = ([f64; TERMS], f64);
+/// One observation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    /// Terms of the model.
+    pub x: [f64; TERMS],
+    /// What was counted.
+    pub y: f64,
+    /// How much it counts, in (0, 1].
+    pub share: f64,
+}
+
+type Matrix = [[f64; TERMS]; TERMS];
 
 /// Coefficients and their standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,14 +45,21 @@ pub(super) fn fit(rows: &[Row], start: [f64; TERMS]) -> Option<Fit> {
             break;
         }
     }
-    let (matrix, _) = normal_equations(rows, &b);
-    let root = Cholesky::of(&matrix)?;
-    let pearson: f64 = rows.iter().map(|(x, y)| (mean(x, &b), y)).map(|(m, y)| (y - m).powi(2) / m).sum();
-    let dispersion = pearson / (rows.len() as f64 - TERMS as f64).max(1.0);
+    let root = Cholesky::of(&normal_equations(rows, &b).0)?;
+    let spread = moments(rows, |row| row.share * row.share * mean(&row.x, &b));
+    let pearson = |row: &Row| {
+        let m = mean(&row.x, &b);
+        row.share * (row.y - m).powi(2) / m
+    };
+    let shares: f64 = rows.iter().map(|row| row.share).sum();
+    let spare = shares * (1.0 - TERMS as f64 / rows.len() as f64);
+    let dispersion = rows.iter().map(pearson).sum::<f64>() / spare.max(1e-9);
     let error = std::array::from_fn(|k| {
         let mut unit = [0.0; TERMS];
         unit[k] = 1.0;
-        (dispersion * root.solve(unit)[k]).sqrt()
+        let c = root.solve(unit);
+        let variance: f64 = (0..TERMS).map(|i| (0..TERMS).map(|j| c[i] * spread[i][j] * c[j]).sum::<f64>()).sum();
+        (dispersion * variance).sqrt()
     });
     Some(Fit { b, error })
 }
@@ -51,29 +69,39 @@ fn mean(x: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
     libm::exp((0..TERMS).map(|k| x[k] * b[k]).sum::<f64>().clamp(-300.0, 300.0))
 }
 
-/// X^T W X and X^T W z of one round.
-fn normal_equations(rows: &[Row], b: &[f64; TERMS]) -> ([[f64; TERMS]; TERMS], [f64; TERMS]) {
-    let (mut matrix, mut right) = ([[0.0; TERMS]; TERMS], [0.0; TERMS]);
-    for (x, y) in rows {
-        let m = mean(x, b);
-        let line: f64 = (0..TERMS).map(|k| x[k] * b[k]).sum();
-        let z = line + (y - m) / m;
+/// Sum of weight x x^T over all rows.
+fn moments(rows: &[Row], weight: impl Fn(&Row) -> f64) -> Matrix {
+    let mut matrix = [[0.0; TERMS]; TERMS];
+    for row in rows {
+        let w = weight(row);
         for i in 0..TERMS {
-            right[i] += x[i] * m * z;
-            for j in 0..=i {
-                matrix[i][j] += x[i] * m * x[j];
+            for j in 0..TERMS {
+                matrix[i][j] += row.x[i] * w * row.x[j];
             }
         }
     }
-    (matrix, right)
+    matrix
+}
+
+/// X^T W X and X^T W z of one round.
+fn normal_equations(rows: &[Row], b: &[f64; TERMS]) -> (Matrix, [f64; TERMS]) {
+    let mut right = [0.0; TERMS];
+    for Row { x, y, share } in rows {
+        let m = mean(x, b);
+        let z = (0..TERMS).map(|k| x[k] * b[k]).sum::<f64>() + (y - m) / m;
+        for i in 0..TERMS {
+            right[i] += share * x[i] * m * z;
+        }
+    }
+    (moments(rows, |row| row.share * mean(&row.x, b)), right)
 }
 
 /// Lower triangle of a positive matrix's root.
-struct Cholesky([[f64; TERMS]; TERMS]);
+struct Cholesky(Matrix);
 
 impl Cholesky {
     /// `None` where the matrix is not positive.
-    fn of(matrix: &[[f64; TERMS]; TERMS]) -> Option<Self> {
+    fn of(matrix: &Matrix) -> Option<Self> {
         let mut root = [[0.0; TERMS]; TERMS];
         for i in 0..TERMS {
             for j in 0..=i {

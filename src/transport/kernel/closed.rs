@@ -2,8 +2,8 @@
 //!
 //! Light that no Gaussian returns counts as absorbed, so energy closes by construction. An isotropic medium is one
 //! without cylinders whose fibres stand upright: then no light belongs to a cone and the tensor is round. Rows of the
-//! line spread are exact integrals of the Gaussians on fixed widths; cells of the point spread are taken at their
-//! middle, blurred by their own width. Neglected: the fibres' own dispersion (5 degrees are built in), angles of exit.
+//! line spread are exact integrals of the Gaussians on fixed widths; cells of the point spread are sums of
+//! smaller ones that are taken at their middle. Neglected: the fibres' own dispersion (5 degrees are built in), angles of exit.
 
 use super::gaussians::MediaRow;
 use super::{BASIS, SPREAD_MM, SpreadRow, line_spread, point_spread};
@@ -47,7 +47,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Beyond> {
         });
         Estimate::exact(shares.sum())
     };
-    let point = if question.cells == 0 { Vec::new() } else { point_spread(&media, question.cells, question.cell_mm) };
+    let point = if question.cells == 0 { Vec::new() } else { point(&media, question) };
     Ok(Answer {
         model: "kernel".into(),
         specular,
@@ -63,6 +63,23 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Beyond> {
         cell_mm: question.cell_mm,
         point: point.into_iter().map(Estimate::exact).collect(),
     })
+}
+
+/// The point spread of the question's cells, each the sum of an odd number of finer ones on a side.
+fn point(media: &MediaRow, question: &Question) -> Vec<f64> {
+    /// Cells as fine as this need no finer ones [mm].
+    const FINE_MM: f64 = 0.02;
+    const MOST: usize = 5;
+    let parts = (question.cell_mm / FINE_MM).ceil().clamp(1.0, MOST as f64) as usize / 2 * 2 + 1;
+    let parts = parts.min(MOST);
+    let (side, cells) = (2 * question.cells + 1, question.cells * parts + parts / 2);
+    let fine = point_spread(media, cells, question.cell_mm / parts as f64);
+    let mut point = vec![0.0; side * side];
+    for (i, light) in fine.into_iter().enumerate() {
+        let (row, column) = (i / (side * parts) / parts, i % (side * parts) / parts);
+        point[row * side + column] += light;
+    }
+    point
 }
 
 /// Share of a normal law below `place`; a step where it has no width.

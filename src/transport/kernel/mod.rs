@@ -122,8 +122,9 @@ pub fn point_spread(media: &MediaRow, cells: usize, cell_mm: f64) -> Vec<f64> {
     let mut spread = vec![0.0; side * side];
     for (tau, step) in nodes() {
         for ((weight, v), (_, u)) in along.gaussians(tau, step, 0).into_iter().zip(across.gaussians(tau, step, 0)) {
-            // A cell blurs what is finer than itself.
-            let (v, u) = (f64::from(v) + cell_mm * cell_mm / 12.0, f64::from(u) + cell_mm * cell_mm / 12.0);
+            // A cell blurs what is finer than itself; half a cell is the narrowest that its middle stands for.
+            let blurred = |v: f32| (f64::from(v) + cell_mm * cell_mm / 12.0).max(cell_mm * cell_mm / 4.0);
+            let (v, u) = (blurred(v), blurred(u));
             let peak = f64::from(weight) * cell_mm * cell_mm / (std::f64::consts::TAU * (u * v).sqrt());
             for (i, out) in spread.iter_mut().enumerate() {
                 let y = ((i / side) as f64 - cells as f64) * cell_mm;
