@@ -11,19 +11,20 @@ use sheetlight::transport::path::Effort;
 
 /// Each model finds the fibre's azimuth on clear wood within 1.6 degrees at 1.5 mm, for azimuths of 0 to 90 degrees.
 ///
-/// The judge walks a quarter of the study's photons, so its error is twice that of the study; a miss by chance would be
-/// five of its standard errors.
+/// The judge walks a tenth of the study's photons, so its error is three times that of the study; the bar is some four of
+/// its standard errors, twelve of the study's.
 #[test]
 fn ellipses_lie_along_the_fibre() {
     let question = Question { rows: 0, angles: 0, cells: 90, cell_mm: 0.05, ..Question::default() };
-    let effort = Effort { photons: PHOTONS / 4, seed: 0 };
+    let effort = Effort { photons: PHOTONS / 10, seed: 0 };
     for model in Model::ALL {
         for azimuth in [0.0, 37.0, 90.0] {
-            let answer = model.ask(&CLEAR_WOOD.turned(azimuth).stack(), &question, effort, &|_| ()).expect("it answers");
+            let answer =
+                model.ask(&CLEAR_WOOD.turned(azimuth).stack(), &question, effort, &|_| ()).expect("it answers");
             let far = contour(&answer, azimuth, 1.5).expect("an ellipse");
             println!("{} {azimuth}: {:?} {:?}", model.name(), far.aspect, far.off);
             assert!(far.off.value.abs() < 1.6, "{} at {azimuth}: {:?}", model.name(), far.off);
-            assert!(far.off.error < 0.35, "{} at {azimuth}: {:?}", model.name(), far.off);
+            assert!(far.off.error < 0.5, "{} at {azimuth}: {:?}", model.name(), far.off);
             // The Monte Carlo of docs/physics.md found 2.17, the closed form 2.13.
             assert!((far.aspect.value / 2.17 - 1.0).abs() < 0.08, "{} at {azimuth}: {:?}", model.name(), far.aspect);
         }

@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 
 use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
-use crate::study::{Report, Watch, lines, point};
+use crate::study::{Report, Step, Watch, lines, point};
 use crate::transport::path::Effort;
 
 /// Most photons for a single question: days of work.
@@ -43,16 +43,6 @@ pub(super) struct Arguments {
     threads: Option<usize>,
 }
 
-impl Watch for Photons {
-    fn say(&self, what: &str) {
-        Photons::say(self, what);
-    }
-
-    fn done(&self, photons: u64) {
-        Photons::done(self, photons);
-    }
-}
-
 pub(super) fn run(study: &Study) -> Outcome {
     match study {
         Study::Point(arguments) => make(arguments, "point", point::PHOTONS, point::work, point::study),
@@ -65,7 +55,7 @@ fn make(
     name: &str,
     photons: u64,
     work: fn(Effort) -> u64,
-    study: fn(Effort, &dyn Watch) -> Report,
+    study: fn(Effort, Watch) -> Report,
 ) -> Outcome {
     let threads = super::generate::threads(arguments.threads)?;
     let out = &arguments.out;
@@ -76,7 +66,12 @@ fn make(
     let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.seed };
     let bar = Photons::new(work(effort));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let report = pool.install(|| study(effort, &bar));
+    let report = pool.install(|| {
+        study(effort, &|step| match step {
+            Step::Asks(what) => bar.say(what),
+            Step::Photons(photons) => bar.done(photons),
+        })
+    });
     bar.end();
     print(&report.table);
     whole::write(&json, format!("{:#}\n", report.json).as_bytes())?;

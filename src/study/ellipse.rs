@@ -107,7 +107,7 @@ fn belt(map: Map, centre: DVec2, frame: DMat2) -> Option<Vec<Row>> {
     let columns = DVec2::new(frame.x_axis.y, frame.y_axis.y).length();
     let most = map.cells as f64 * map.cell_mm;
     let reach = DVec2::new(rows, columns) * (1.0 + BELT) + centre.abs();
-    if !(reach.max_element() <= most) {
+    if reach.is_nan() || reach.max_element() > most {
         return None;
     }
     let side = 2 * map.cells + 1;

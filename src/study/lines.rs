@@ -57,7 +57,7 @@ pub fn work(effort: Effort) -> u64 {
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, watch: &dyn Watch) -> Report {
+pub fn study(effort: Effort, watch: Watch) -> Report {
     let question = Question { rows: ROWS, cells: 0, angles: 0, ..Question::default() };
     let answers = |wood: &Wood, model: Model| {
         ask(model, wood.name, (&wood.stack(), &question), effort, watch).map_err(|refusal| refusal.to_string())

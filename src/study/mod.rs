@@ -33,19 +33,17 @@ pub struct Report {
     pub picture: RgbImage,
 }
 
-/// Whoever wants to know how far a study is.
-pub trait Watch: Sync {
-    /// What is asked now.
-    fn say(&self, what: &str);
-    /// Photons that are done.
-    fn done(&self, photons: u64);
+/// How far a study is.
+#[derive(Debug, Clone, Copy)]
+pub enum Step<'a> {
+    /// A model is asked about something.
+    Asks(&'a str),
+    /// So many photons more are done.
+    Photons(u64),
 }
 
-/// Nobody.
-impl Watch for () {
-    fn say(&self, _what: &str) {}
-    fn done(&self, _photons: u64) {}
-}
+/// Whoever wants to know.
+pub type Watch<'a> = &'a (dyn Fn(Step) + Sync);
 
 /// Asks a model, and tells who watches.
 fn ask(
@@ -53,10 +51,10 @@ fn ask(
     what: &str,
     (stack, question): (&Stack, &Question),
     effort: Effort,
-    watch: &dyn Watch,
+    watch: Watch,
 ) -> Result<Answer, Refusal> {
-    watch.say(&format!("{} of {what}", model.name()));
-    model.ask(stack, question, effort, &|photons| watch.done(photons))
+    watch(Step::Asks(&format!("{} about {what}", model.name())));
+    model.ask(stack, question, effort, &|photons| watch(Step::Photons(photons)))
 }
 
 /// Photons of a study that asks each model `times` times.

@@ -78,7 +78,7 @@ pub fn work(effort: Effort) -> u64 {
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, watch: &dyn Watch) -> Report {
+pub fn study(effort: Effort, watch: Watch) -> Report {
     let case = |wood, title, azimuths, known| Case { wood, title, azimuths, known, spots: Vec::new() };
     let mut cases = [
         case(CLEAR_WOOD, "Clear wood, fibre in the surface", &AZIMUTHS[..], 2.17),
@@ -94,7 +94,7 @@ pub fn study(effort: Effort, watch: &dyn Watch) -> Report {
     Report { table: table(&cases), json: json(&cases, effort), picture: point_page::draw(&cases) }
 }
 
-fn spot(case: &Case, model: Model, azimuth: f64, effort: Effort, watch: &dyn Watch) -> Spot {
+fn spot(case: &Case, model: Model, azimuth: f64, effort: Effort, watch: Watch) -> Spot {
     let wood = case.wood.turned(azimuth);
     let question = Question { rows: 0, angles: 0, cells: CELLS, cell_mm: CELL_MM, ..Question::default() };
     let what = format!("{} at {azimuth} deg", wood.name);

@@ -97,7 +97,7 @@ fn map(page: &mut Page, (left, top): (u32, u32), spot: &Spot, case: &Case) {
 
 fn aspects(case: &Case) -> Chart {
     let axis = Axis::even("half diameter across the fibre [mm]", 0.0, 1.6);
-    let high = if case.far() > 1.5 { 2.8 } else { 1.4 };
+    let (low, high) = if case.far() > 1.5 { (0.0, 3.0) } else { (0.6, 1.4) };
     let mut series = vec![
         Series {
             name: "diffusion, far away".into(),
@@ -120,7 +120,7 @@ fn aspects(case: &Case) -> Chart {
         series.push(Series { name: model.name().into(), colour: colour(model), points, joined: true });
     }
     let title = if case.wood.dive > 0.0 { "Sound knot" } else { "Clear wood" };
-    Chart { title: title.into(), x: axis, y: Axis::even("half diameter along over across", 0.6, high), series }
+    Chart { title: title.into(), x: axis, y: Axis::even("half diameter along over across", low, high), series }
 }
 
 fn angles(case: &Case) -> Chart {

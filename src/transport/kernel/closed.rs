@@ -15,16 +15,18 @@ use crate::transport::stack::{Scattering, Stack};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Beyond {
     /// Several layers, or one with a lower side.
-    #[error("the kernel knows one medium without end: give one layer without `thickness_mm`, or ask --model path")]
+    #[error(
+        "the kernel knows one medium without end: ask it about one layer of no thickness given, or ask the model path"
+    )]
     Layers,
     /// Light that does not come straight down.
-    #[error("the kernel knows light straight from above: leave `incidence_deg` and `diffuse` out, or ask --model path")]
+    #[error("the kernel knows light straight from above: ask it so, or ask the model path")]
     Incidence,
     /// Scattering that is not one of its two laws.
-    #[error("the kernel knows isotropic media and fibres: ask --model path about a `tensor`")]
+    #[error("the kernel knows isotropic media and fibres: ask the model path about a tensor")]
     Law,
     /// Absorption above scattering.
-    #[error("the kernel needs more scattering (isotropic, reduced) than absorption: ask --model path")]
+    #[error("the kernel needs more scattering (isotropic, reduced) than absorption: ask the model path")]
     Absorption,
 }
 
