@@ -4,7 +4,7 @@
 //!
 //!     log I = b0 + b1 t + b2 t^2 + (b3 + b4 t) cos 2 phi + (b5 + b6 t) sin 2 phi + b7 cos phi + b8 sin phi
 //!
-//! fitted to the cells' counts ([`fit`](super::fit)). Where b3, b5, b7 and b8 vanish the ellipse is a line of equal light;
+//! fitted to the cells' counts (fit.rs). Where b3, b5, b7 and b8 vanish the ellipse is a line of equal light;
 //! what they are moves it there (Newton's steps). Moments inside a contour would weigh the core most, which is
 //! elongated the other way; a fit of the contour's points would lose the counts beside them. The belt is wide enough for
 //! some hundred cells, and its own change of shape with radius is in b4 and b6. Towards its edges cells count less, so
