@@ -82,5 +82,7 @@ fn colour(model: Model) -> Rgb<u8> {
 /// A number with its error where it has one.
 fn told(estimate: Estimate, digits: usize) -> String {
     let Estimate { value, error } = estimate;
+    // What rounds to nothing has no sign.
+    let value = if value.abs() < 0.5 * libm::pow(0.1, digits as f64) { 0.0 } else { value };
     if error > 0.0 { format!("{value:.digits$}+-{error:.digits$}") } else { format!("{value:.digits$}") }
 }

@@ -169,7 +169,7 @@ impl Contour {
         // A circle has no long axis.
         let round = self.off.error > 15.0 || self.ellipse.aspect.value < 1.02;
         let off = if round { "round".to_owned() } else { told(self.off, 1) };
-        format!("{}  {off:>10}", told(self.aspect, 2))
+        format!("{}  {off:>10}", told(self.aspect, 3))
     }
 }
 

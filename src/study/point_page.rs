@@ -39,7 +39,7 @@ pub(super) fn draw(cases: &[Case]) -> RgbImage {
             map(&mut page, (left, top + HEAD), spot, case);
         }
         let ramp = |t: f32| viridis(t);
-        page.bar(MARGIN, top + HEAD + SIDE + 8, SIDE, ("1e-5", "10 per mm2"), &ramp);
+        page.bar(MARGIN, top + HEAD + SIDE + 8, SIDE, ("1e-5", "log scale  10 per mm2"), &ramp);
         let words =
             "white: equal light at 0.5, 1, 1.5 mm across the fibre; orange: the fibre; x right, y (motion) down";
         page.words(2 * MARGIN + SIDE, top + HEAD + SIDE + 17, words);
@@ -105,7 +105,7 @@ fn aspects(case: &Case) -> Chart {
             points: vec![(0.0, case.far(), 0.0), (1.6, case.far(), 0.0)],
             joined: true,
         },
-        Series { name: String::new(), colour: GREY, points: vec![(1.5, case.known, 0.0)], joined: false },
+        Series { name: "docs/physics.md".into(), colour: GREY, points: vec![(1.5, case.known, 0.0)], joined: false },
     ];
     for model in Model::ALL {
         let spots = || case.spots.iter().filter(move |spot| spot.model == model);
