@@ -2,9 +2,12 @@
 //!
 //! In flow order:
 //!
+//! - [`yaml`]: files in YAML, and what is wrong with them
 //! - [`recipe`]: YAML -> `Recipe`, `Recipe::draw(seed, index)` -> `Scene`
 //! - [`specimen`]: `procedural::Body` -> `Specimen`, ready for rays
 //! - [`transport`]: light inside matter
+//! - [`medium`]: YAML -> plane layers and a question to the models of transport
+//! - [`study`]: models of transport side by side, in tables and pictures
 //! - [`optics`]: `Specimen` -> `Band` -> `Frame`, what the light does
 //! - [`frame`]: the wall between what is there and what is measured
 //! - [`extract`]: `Frame` + `Calibration` -> Range, Reflectance, Scatter
@@ -15,17 +18,20 @@
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`validate`]: files -> faults
 //! - [`preview`]: one sample -> a picture for a person
+//! - [`drawing`]: words, scales and colours of pictures
 //! - [`cli`]: the command line
 //!
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
 pub mod cli;
+pub mod drawing;
 pub mod effective;
 pub mod extract;
 pub mod frame;
 pub mod generate;
 pub mod labels;
 pub mod lanes;
+pub mod medium;
 pub mod optics;
 pub mod pipeline;
 pub mod preview;
@@ -34,5 +40,7 @@ pub mod record;
 pub mod settings;
 pub mod shard;
 pub mod specimen;
+pub mod study;
 pub mod transport;
 pub mod validate;
+pub mod yaml;

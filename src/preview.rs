@@ -1,13 +1,9 @@
 //! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
 
-use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
-use embedded_graphics::pixelcolor::Rgb888;
-use embedded_graphics::prelude::*;
-use embedded_graphics::primitives::Rectangle;
-use embedded_graphics::text::Text;
 use image::{Rgb, RgbImage};
 use procedural::Class;
 
+use crate::drawing::{LETTER, MARGIN, Page, Ramp, viridis};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene};
@@ -16,14 +12,11 @@ use crate::settings::SensorStack;
 
 /// Largest panel [px].
 const PANEL: (u32, u32) = (400, 800);
-/// Space around panels, and for words above and below [px].
-const MARGIN: u32 = 14;
+/// Space for words above and below panels [px].
 const HEAD: u32 = 22;
 const FOOT: u32 = 46;
 /// Rows of the sensor frame shown above and below the line [px].
 const FRAME_MARGIN: usize = 20;
-const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
-const INK: Rgb888 = Rgb888::new(30, 30, 30);
 
 /// Renders sample `index` and draws it.
 pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
@@ -51,7 +44,7 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let width = 4 * (panel.width + MARGIN) + MARGIN;
     let strip = frame_strip(scene, record, width - 2 * MARGIN);
     let top = HEAD + strip.as_ref().map_or(0, |s| s.height() + FOOT);
-    let mut page = Page(RgbImage::from_pixel(width, top + HEAD + panel.height + FOOT, PAPER));
+    let mut page = Page::new(width, top + HEAD + panel.height + FOOT);
     if let Some(strip) = strip {
         page.words(
             MARGIN,
@@ -81,12 +74,9 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let left = MARGIN + 3 * (panel.width + MARGIN);
     page.words(left, top + 15, "Labels");
     page.picture(left, top + HEAD, &panel.paint_classes(&record.labels.class));
-    page.legend(left, top + HEAD + panel.height + 8, panel.mm_per_px);
+    legend(&mut page, left, top + HEAD + panel.height + 8, panel.mm_per_px);
     page.0
 }
-
-/// A colour for a number in [0, 1].
-type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
 
 /// Half a per cent from either end of the values.
 fn ends(mut values: Vec<f32>) -> (f32, f32) {
@@ -180,81 +170,21 @@ fn colour(class: u8) -> Rgb<u8> {
     }
 }
 
-/// Viridis (van der Walt and Smith 2015) through nine of its colours.
-fn viridis(t: f32) -> Rgb<u8> {
-    const STOPS: [[f32; 3]; 9] = [
-        [68.0, 1.0, 84.0],
-        [71.0, 44.0, 122.0],
-        [59.0, 81.0, 139.0],
-        [44.0, 113.0, 142.0],
-        [33.0, 144.0, 141.0],
-        [39.0, 173.0, 129.0],
-        [92.0, 200.0, 99.0],
-        [170.0, 220.0, 50.0],
-        [253.0, 231.0, 37.0],
-    ];
-    let place = t.clamp(0.0, 1.0) * 8.0;
-    let i = (place as usize).min(7);
-    Rgb(std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8))
-}
-
-struct Page(RgbImage);
-
-impl Page {
-    fn words(&mut self, x: u32, y: u32, text: &str) {
-        let style = MonoTextStyle::new(&FONT_7X13, INK);
-        // Drawing on a page that is in memory cannot fail.
-        let Ok(_) = Text::new(text, Point::new(x as i32, y as i32), style).draw(self);
-    }
-
-    fn picture(&mut self, x: u32, y: u32, picture: &RgbImage) {
-        image::imageops::overlay(&mut self.0, picture, i64::from(x), i64::from(y));
-    }
-
-    fn scale(&mut self, x: u32, y: u32, width: u32, (low, high, unit): (f32, f32, &str), ramp: Ramp) {
-        let bar = RgbImage::from_fn(width, 10, |px, _| ramp(px as f32 / width as f32));
-        self.picture(x, y, &bar);
-        let digits = if high - low < 10.0 { 2 } else { 0 };
-        self.words(x, y + 24, &format!("{low:.digits$}"));
-        let end = format!("{high:.digits$} {unit}");
-        self.words(x + width.saturating_sub(7 * end.len() as u32), y + 24, &end);
-    }
-
-    /// Colours of classes in two lines, and a bar of a round length.
-    fn legend(&mut self, x: u32, y: u32, mm_per_px: f64) {
-        let mut left = x;
-        for class in Class::ALL {
-            let name = class.name().replace('_', " ");
-            self.picture(left, y, &RgbImage::from_pixel(8, 10, colour(class as u8)));
-            self.words(left + 10, y + 9, &name);
-            left += 14 + 7 * name.len() as u32;
-            if left + 80 > self.0.width() {
-                break;
-            }
+/// Colours of classes in two lines, and a bar of a round length.
+fn legend(page: &mut Page, x: u32, y: u32, mm_per_px: f64) {
+    let mut left = x;
+    for class in Class::ALL {
+        let name = class.name().replace('_', " ");
+        page.picture(left, y, &RgbImage::from_pixel(8, 10, colour(class as u8)));
+        page.words(left + 10, y + 9, &name);
+        left += 14 + LETTER * name.len() as u32;
+        if left + 80 > page.0.width() {
+            break;
         }
-        let mm = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
-        let mm = mm.into_iter().rfind(|mm| mm / mm_per_px < 120.0).unwrap_or(1.0);
-        let length = (mm / mm_per_px).max(1.0) as u32;
-        self.picture(x, y + 20, &RgbImage::from_pixel(length, 3, Rgb([30, 30, 30])));
-        self.words(x + length + 6, y + 26, &format!("{mm} mm"));
     }
-}
-
-impl OriginDimensions for Page {
-    fn size(&self) -> embedded_graphics::geometry::Size {
-        embedded_graphics::geometry::Size::new(self.0.width(), self.0.height())
-    }
-}
-
-impl DrawTarget for Page {
-    type Color = Rgb888;
-    type Error = std::convert::Infallible;
-
-    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Self::Error> {
-        let bounds = Rectangle::new(Point::zero(), OriginDimensions::size(self));
-        for Pixel(point, colour) in pixels.into_iter().filter(|pixel| bounds.contains(pixel.0)) {
-            self.0.put_pixel(point.x as u32, point.y as u32, Rgb([colour.r(), colour.g(), colour.b()]));
-        }
-        Ok(())
-    }
+    let mm = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
+    let mm = mm.into_iter().rfind(|mm| mm / mm_per_px < 120.0).unwrap_or(1.0);
+    let length = (mm / mm_per_px).max(1.0) as u32;
+    page.picture(x, y + 20, &RgbImage::from_pixel(length, 3, Rgb([30, 30, 30])));
+    page.words(x + length + 6, y + 26, &format!("{mm} mm"));
 }

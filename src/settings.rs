@@ -138,3 +138,57 @@ pub struct Splits {
     /// For the last word.
     pub test: f64,
 }
+
+/// How light spreads below the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Transport {
+    /// Gaussians over path length from a table: what datasets are made with.
+    Kernel,
+    /// Monte Carlo of the transport equation, the judge.
+    Path {
+        /// Photons of each profile.
+        photons: u64,
+    },
+    /// Steady anisotropic diffusion on voxels around each line.
+    Diffusion {
+        /// Side of a voxel [mm].
+        voxel_mm: f64,
+    },
+    /// The 2-D method of the thesis.
+    Thesis {
+        /// How light is spread over pixels.
+        method: ThesisMethod,
+        /// Iterations of its diffusion.
+        iterations: usize,
+        /// Side of its pixels [mm].
+        pixel_mm: f64,
+    },
+}
+
+/// How the thesis' method spreads light over pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ThesisMethod {
+    /// Eight neighbours, iterated.
+    Diffusion,
+    /// The same with a stencil that keeps energy.
+    Conservative,
+    /// Along lines by their equation.
+    LinearEquation,
+    /// Along anti-aliased lines.
+    AntiAliased,
+    /// Along Bresenham's lines.
+    Bresenham,
+}
+
+impl ThesisMethod {
+    /// Every method in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 5] =
+        [Self::Diffusion, Self::Conservative, Self::LinearEquation, Self::AntiAliased, Self::Bresenham];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 5] = ["diffusion", "conservative", "linear_equation", "anti_aliased", "bresenham"];
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}

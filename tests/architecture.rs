@@ -7,10 +7,13 @@ use std::path::{Path, PathBuf};
 const LONGEST: usize = 300;
 
 /// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 10] = [
+const FORBIDDEN: [(&str, &[&str]); 13] = [
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
     ("src/recipe", &["crate::specimen", "crate::extract", "crate::shard", "crate::pipeline", "crate::labels"]),
+    ("src/yaml", &["crate::recipe", "crate::medium", "crate::transport", "crate::settings", "procedural"]),
+    ("src/medium", &["crate::recipe", "crate::optics", "crate::specimen", "crate::shard", "crate::study"]),
+    ("src/study", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::shard"]),
     ("src/optics", &["crate::recipe", "crate::extract", "crate::labels", "crate::shard", "crate::record"]),
     ("src/labels.rs", &["crate::frame", "crate::extract", "crate::optics"]),
     ("src/shard", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::pipeline"]),

@@ -1,123 +1,167 @@
-//! The closed-form line spread against the Monte Carlo table of docs/physics.md: 15 media, pencil of light from above.
+//! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
 
+use glam::DVec3;
 use sheetlight::optics::coherence::coherence_contrast;
-use sheetlight::transport::fresnel;
-use sheetlight::transport::kernel::{BASIS, MediaRow, SPREAD_MM, SpreadRow, line_spread, point_spread};
+use sheetlight::transport::answer::{Answer, Question, Side};
+use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread};
+use sheetlight::transport::path::{self, Effort};
+use sheetlight::transport::stack::{Scattering, Stack, Turn, WOOD_DISPERSION};
 
-/// mu_a, sigma_i, k [mm^-1], n_eff, dive [deg], azimuth [deg].
 struct Case {
     name: &'static str,
+    /// mu_a, sigma_i, k [mm^-1], n.
     medium: [f64; 4],
+    /// Rise of the fibre's +y end, and its angle with the motion [deg].
     dive: f64,
     azimuth: f64,
-    /// Diffuse reflectance, radiance factor towards the camera over it, central row, S(1,8), S(7,5).
-    truth: [f64; 5],
+    /// R, radiance factor towards the lens over it, central row, S(1,8), S(7,5), (front - back) / S(1,8).
+    truth: [f64; 6],
 }
 
-const fn case(name: &'static str, medium: [f64; 4], dive: f64, azimuth: f64, truth: [f64; 5]) -> Case {
+const fn case(name: &'static str, medium: [f64; 4], dive: f64, azimuth: f64, truth: [f64; 6]) -> Case {
     Case { name, medium, dive, azimuth, truth }
 }
 
-/// Own Monte Carlo of the transport equation, 3e5 to 6e5 photons, R +-0.0005.
+/// By the judge, 1.5e6 photons each: R to 0.0003, factors to 0.002, S(7,5) of the dead knot to 2.5 %, the rest to 0.5 %.
 const TABLE: [Case; 15] = [
-    case("clear along motion", [0.08, 2.0, 10.0, 1.18], 0.0, 0.0, [0.746, 0.84, 0.246, 0.420, 0.055]),
-    case("clear across motion", [0.08, 2.0, 10.0, 1.18], 0.0, 90.0, [0.744, 1.61, 0.213, 0.509, 0.032]),
-    case("dive 15", [0.08, 2.0, 10.0, 1.18], 15.0, 0.0, [0.718, 1.39, 0.183, 0.457, 0.061]),
-    case("dive 30", [0.08, 2.0, 10.0, 1.18], 30.0, 0.0, [0.634, 0.91, 0.101, 0.456, 0.072]),
-    case("dive 45", [0.08, 2.0, 10.0, 1.18], 45.0, 0.0, [0.580, 1.04, 0.088, 0.430, 0.066]),
-    case("dive 60", [0.08, 2.0, 10.0, 1.18], 60.0, 0.0, [0.538, 1.05, 0.089, 0.401, 0.056]),
-    case("dive 90", [0.08, 2.0, 10.0, 1.18], 90.0, 0.0, [0.504, 1.01, 0.093, 0.373, 0.046]),
-    case("latewood", [0.14, 2.5, 14.0, 1.18], 0.0, 0.0, [0.720, 0.84, 0.268, 0.407, 0.041]),
-    case("sound knot", [0.22, 3.0, 14.0, 1.22], 80.0, 0.0, [0.391, 1.01, 0.100, 0.284, 0.0135]),
-    case("dead knot", [0.8, 3.0, 14.0, 1.22], 80.0, 0.0, [0.199, 1.00, 0.069, 0.129, 0.0012]),
-    case("rot", [0.5, 4.0, 8.0, 1.15], 0.0, 0.0, [0.514, 0.83, 0.203, 0.303, 0.0145]),
-    case("blue stain", [0.35, 2.0, 10.0, 1.18], 0.0, 0.0, [0.563, 0.80, 0.227, 0.314, 0.024]),
-    case("compression", [0.20, 4.0, 14.0, 1.25], 0.0, 0.0, [0.660, 0.88, 0.244, 0.391, 0.031]),
-    case("resin", [0.12, 0.7, 3.0, 1.45], 0.0, 0.0, [0.436, 0.94, 0.118, 0.237, 0.035]),
-    case("wet", [0.06, 0.8, 4.0, 1.40], 0.0, 0.0, [0.586, 0.95, 0.147, 0.302, 0.053]),
+    case("clear along motion", [0.08, 2.0, 10.0, 1.18], 0.0, 0.0, [0.7445, 0.823, 0.2573, 0.4079, 0.0552, 0.0]),
+    case("clear across motion", [0.08, 2.0, 10.0, 1.18], 0.0, 90.0, [0.7447, 1.695, 0.2205, 0.5014, 0.0319, 0.001]),
+    case("dive 15", [0.08, 2.0, 10.0, 1.18], 15.0, 0.0, [0.7185, 1.421, 0.1899, 0.4507, 0.0607, -0.206]),
+    case("dive 30", [0.08, 2.0, 10.0, 1.18], 30.0, 0.0, [0.6338, 0.923, 0.1023, 0.4535, 0.0726, -0.122]),
+    case("dive 45", [0.08, 2.0, 10.0, 1.18], 45.0, 0.0, [0.5797, 1.073, 0.0895, 0.4280, 0.0658, -0.012]),
+    case("dive 60", [0.08, 2.0, 10.0, 1.18], 60.0, 0.0, [0.5378, 1.051, 0.0908, 0.3984, 0.0553, 0.060]),
+    case("dive 90", [0.08, 2.0, 10.0, 1.18], 90.0, 0.0, [0.5042, 1.005, 0.0952, 0.3709, 0.0460, -0.001]),
+    case("latewood", [0.14, 2.5, 14.0, 1.18], 0.0, 0.0, [0.7199, 0.810, 0.2811, 0.3940, 0.0407, 0.001]),
+    case("sound knot", [0.22, 3.0, 14.0, 1.22], 80.0, 0.0, [0.3909, 1.019, 0.1034, 0.2809, 0.01336, 0.066]),
+    case("dead knot", [0.8, 3.0, 14.0, 1.22], 80.0, 0.0, [0.1985, 1.002, 0.0718, 0.1264, 0.00123, 0.077]),
+    case("rot", [0.5, 4.0, 8.0, 1.15], 0.0, 0.0, [0.5148, 0.802, 0.2133, 0.2928, 0.01443, 0.001]),
+    case("blue stain", [0.35, 2.0, 10.0, 1.18], 0.0, 0.0, [0.5631, 0.764, 0.2376, 0.3029, 0.02357, 0.001]),
+    case("compression", [0.20, 4.0, 14.0, 1.25], 0.0, 0.0, [0.6589, 0.863, 0.2556, 0.3778, 0.0310, 0.002]),
+    case("resin", [0.12, 0.7, 3.0, 1.45], 0.0, 0.0, [0.4361, 0.904, 0.1231, 0.2317, 0.0357, 0.001]),
+    case("wet", [0.06, 0.8, 4.0, 1.40], 0.0, 0.0, [0.5867, 0.910, 0.1538, 0.2960, 0.0523, 0.0]),
 ];
 
-/// Row pitch and standard deviation of the laser line of the table [mm].
-const ROW_MM: f64 = 0.101;
-const LINE_MM: f64 = 0.05;
-
-fn media(case: &Case) -> MediaRow {
-    let mut media = MediaRow::new(1);
-    let [mu_a, sigma_i, k, n] = case.medium;
-    let (dive, azimuth) = (case.dive.to_radians(), case.azimuth.to_radians());
-    media.mu_a[0] = mu_a as f32;
-    media.sigma_i[0] = sigma_i as f32;
-    media.k[0] = k as f32;
-    media.boundary[0] = fresnel::boundary_factor(n) as f32;
-    media.enter[0] = 1.0 - fresnel::normal_reflectance(n as f32);
-    media.sin_dive[0] = dive.sin() as f32;
-    media.cos_azimuth[0] = azimuth.cos() as f32;
-    // Camera 25 degrees from the vertical on the side of small y; light straight down; fibre rising with y.
-    let view = (-25f64.to_radians().sin(), 25f64.to_radians().cos());
-    let fibre = (azimuth.cos() * dive.cos(), dive.sin());
-    media.cone[0] = (view.0 * fibre.0 + view.1 * fibre.1 + fibre.1) as f32;
-    media
+fn stack(case: &Case) -> Stack {
+    let ((up, flat), (x, y)) = (case.dive.to_radians().sin_cos(), case.azimuth.to_radians().sin_cos());
+    let axis = DVec3::new(x * flat, y * flat, up);
+    let [mu_a, sigma_i, sigma_c, n] = case.medium;
+    let turn = Turn::Cauchy(0.0);
+    Stack::half_space(n, mu_a, Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion: WOOD_DISPERSION })
 }
 
-fn spread(case: &Case) -> SpreadRow {
-    let mut spread = SpreadRow::new(1);
-    line_spread(&media(case), 0, 1, &mut spread);
-    spread
+fn figures(answer: &Answer) -> [f64; 6] {
+    let (ahead, behind) = (answer.rows(1, 8, Side::Ahead), answer.rows(1, 8, Side::Behind));
+    let reflectance = answer.reflectance.value;
+    let lens = answer.towards_lens.unwrap().value;
+    let beside = ahead + behind;
+    [
+        reflectance,
+        lens / reflectance,
+        answer.rows(0, 0, Side::Both),
+        beside,
+        answer.rows(7, 11, Side::Both),
+        (ahead - behind) / beside,
+    ]
 }
 
-/// Weights of the fixed widths as they leave in all directions.
-fn weights(spread: &SpreadRow) -> [f64; BASIS] {
-    std::array::from_fn(|j| f64::from(spread.enter[j][0]).powi(2))
-}
-
-/// Share of the line's energy in rows `from..=to` on both sides of the line.
-fn rows(spread: &SpreadRow, from: i32, to: i32) -> f64 {
-    let shift = f64::from(spread.shift[0]);
-    let row = |k: i32| -> f64 {
-        weights(spread)
-            .iter()
-            .zip(SPREAD_MM)
-            .map(|(w, s)| {
-                let sigma = f64::from(s).hypot(LINE_MM);
-                let steps = 20;
-                let y = |i: i32| (f64::from(k) - 0.5 + (f64::from(i) + 0.5) / f64::from(steps)) * ROW_MM - shift;
-                let mean: f64 =
-                    (0..steps).map(|i| (-0.5 * (y(i) / sigma).powi(2)).exp()).sum::<f64>() / f64::from(steps);
-                w * mean * ROW_MM / (sigma * (2.0 * std::f64::consts::PI).sqrt())
-            })
-            .sum()
+/// What the fixed widths of production say.
+fn produced(case: &Case) -> [f64; 6] {
+    let (question, [mu_a, sigma_i, k, n]) = (Question::default(), case.medium.map(|v| v as f32));
+    // The end that dives points against the motion where the other one rises with it.
+    let (sin_dive, sign) = (case.dive.to_radians().sin() as f32, if case.dive > 0.0 { -1.0 } else { 1.0 });
+    let (x, y) = case.azimuth.to_radians().sin_cos();
+    let texel = Texel {
+        mu_a,
+        sigma_i,
+        k,
+        n,
+        enter: 1.0 - ((n - 1.0) / (n + 1.0)).powi(2),
+        sin_dive,
+        cos_azimuth: sign * y as f32,
+        view_along: sign * (question.view.x * x + question.view.y * y) as f32,
+        view_up: question.view.z as f32,
     };
-    (from..=to).map(|k| if k == 0 { row(0) } else { row(k) + row(-k) }).sum()
+    let mut spread = SpreadRow::new(1);
+    line_spread(&[texel], 0, &Shares::new(), &mut spread);
+    let row = |k: i32| -> f64 {
+        let width = |j: usize| {
+            let sigma = f64::from(SPREAD_MM[j]).hypot(question.line_mm);
+            let below = |edge: f64| {
+                0.5 * libm::erf((edge * question.row_mm - f64::from(spread.shift[j][0])) / (sigma * 2f64.sqrt()))
+            };
+            let weight = f64::from(spread.enter[j][0]).powi(2);
+            weight * (below(f64::from(k) + 0.5) - below(f64::from(k) - 0.5))
+        };
+        (0..BASIS).map(width).sum()
+    };
+    let sum = |from: i32, to: i32| (from..=to).map(row).sum::<f64>();
+    let (ahead, behind) = (sum(1, 8), sum(-8, -1));
+    let weights: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0]).powi(2)).sum();
+    let seen: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0] * spread.exit[j][0])).sum();
+    let beside = ahead + behind;
+    [weights, seen / weights, row(0), beside, sum(7, 11) + sum(-11, -7), (ahead - behind) / beside]
 }
 
+/// Reflectance within 0.01, S(1,8), S(7,5) and the factor towards the lens within 5 %, front against back within 0.03;
+/// the central row, which no Scatter holds, within 11 %. The fixed widths leave out light beyond every window, so their
+/// sum is no reflectance.
 #[test]
-fn table_of_media_comes_out() {
+fn kernel_agrees_with_the_judge() {
     let mut faults = Vec::new();
     for case in &TABLE {
-        let spread = spread(case);
-        let reflectance: f64 = weights(&spread).iter().sum();
-        let seen: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0] * spread.exit[j][0])).sum();
-        let got = [reflectance, seen / reflectance, rows(&spread, 0, 0), rows(&spread, 1, 8), rows(&spread, 7, 11)];
-        println!("{:20} {:.3?} {:?}", case.name, got, case.truth);
-        let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
-        // Index-matched media (resin, wet) are at the edge of the model: n_eff above 1.3, sigma_i under 1.
-        let edge = case.medium[3] > 1.3;
-        let good = (reflectance - case.truth[0]).abs() < 0.012
-            && off(1) < if edge { 0.17 } else { 0.06 }
-            && off(2) < 0.3
-            && off(3) < 0.065
-            && off(4) < 0.2;
-        if !good {
-            faults.push(case.name);
+        let gaussians = figures(&kernel::solve(&stack(case), &Question::default()).unwrap());
+        for (what, got, reflects) in [("gaussians", gaussians, true), ("fixed widths", produced(case), false)] {
+            println!("{:20} {what:12} {got:.4?} {:?}", case.name, case.truth);
+            let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
+            let good = (!reflects || (got[0] - case.truth[0]).abs() < 0.01)
+                && off(1) < 0.05
+                && off(2) < 0.11
+                && off(3) < 0.05
+                && off(4) < if case.name == "dead knot" { 0.075 } else { 0.05 }
+                && (got[5] - case.truth[5]).abs() < 0.03;
+            if !good {
+                faults.push((case.name, what));
+            }
         }
     }
-    assert!(faults.is_empty(), "media off the table: {faults:?}");
+    assert!(faults.is_empty(), "off the judge: {faults:?}");
 }
 
-/// What a scatter image must show: knot, dead knot, rot and stain against clear wood, each within 7 %.
+/// The table above is what the judge says today: R, factor, centre and rows 1 to 8 of four media.
+#[test]
+fn judge_still_says_so() {
+    for i in [2, 8, 10, 13] {
+        let case = &TABLE[i];
+        let photons = 60_000;
+        let got = path::solve(&stack(case), &Question { cells: 0, ..Question::default() }, Effort { photons, seed: 5 });
+        let figures = figures(&got);
+        println!("{:20} {figures:.4?} {:?}", case.name, case.truth);
+        // Shares of independent photons; the table's own error is a fifth of theirs.
+        let share = |truth: f64| (truth * (1.0 - truth) * 1.04 / photons as f64).sqrt();
+        for place in [0, 2, 3, 4] {
+            let z = (figures[place] - case.truth[place]) / share(case.truth[place]);
+            assert!(
+                z.abs() < 4.0,
+                "{} figure {place}: {} against {}, z {z}",
+                case.name,
+                figures[place],
+                case.truth[place]
+            );
+        }
+        let lens = got.towards_lens.unwrap();
+        let z = (lens.value - case.truth[0] * case.truth[1]) / lens.error;
+        assert!(z.abs() < 4.0, "{}: lens {lens:?}, z {z}", case.name);
+    }
+}
+
+/// What a scatter image must show, as a share of clear wood, each within 7 %; the published ratios are those of an
+/// earlier walk.
 #[test]
 fn defects_darken_as_published() {
-    let scatter = |name: &str| rows(&spread(TABLE.iter().find(|c| c.name == name).expect(name)), 1, 8);
+    let scatter = |name: &str| {
+        let case = TABLE.iter().find(|c| c.name == name).expect(name);
+        figures(&kernel::solve(&stack(case), &Question::default()).unwrap())[3]
+    };
     let clear = scatter("clear along motion");
     for (name, ratio) in [("sound knot", 0.68), ("dead knot", 0.31), ("rot", 0.72), ("blue stain", 0.75)] {
         let got = scatter(name) / clear;
@@ -140,13 +184,16 @@ fn coherence_matches_quadrature() {
 
 /// Contour aspect (along over across) of a point of light where the half axis across the fibre is `across` [mm].
 fn aspect(case: &Case, across: f64) -> f64 {
-    const CELLS: usize = 200;
-    const CELL_MM: f64 = 0.02;
-    let point = point_spread(&media(case), CELLS, CELL_MM);
+    const CELLS: usize = 80;
+    const CELL_MM: f64 = 0.05;
+    let question = Question { cells: CELLS, cell_mm: CELL_MM, ..Question::default() };
+    let point = kernel::solve(&stack(case), &question).unwrap().point;
     let side = 2 * CELLS + 1;
-    let level = point[CELLS * side + CELLS + (across / CELL_MM).round() as usize];
-    let along = (0..=CELLS).take_while(|k| point[(CELLS + k) * side + CELLS] > level).count();
-    along as f64 * CELL_MM / across
+    let at = |y: i64, x: usize| point[(CELLS as i64 + y) as usize * side + CELLS + x].value;
+    let level = at(0, (across / CELL_MM).round() as usize);
+    // The pattern of a diving fibre is shifted: half of its whole length.
+    let long = (-(CELLS as i64)..=CELLS as i64).filter(|&y| at(y, 0) > level).count();
+    0.5 * long as f64 * CELL_MM / across
 }
 
 /// A point on clear wood is an ellipse along the fibre, on a knot it is round: aspects of the published table at 1.5 mm.
@@ -164,10 +211,6 @@ fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
     ] {
         let got = aspect(case(name), 1.5);
         println!("{name}: aspect {got:.2}, published {published}");
-        assert!((got / published - 1.0).abs() < 0.12, "{name}: aspect {got}, published {published}");
+        assert!((got / published - 1.0).abs() < 0.06, "{name}: aspect {got}, published {published}");
     }
-    // A point spread is the line spread before it was summed along the line, and keeps its energy within the window.
-    let point: f64 = point_spread(&media(case("sound knot")), 200, 0.02).iter().sum();
-    let line: f64 = weights(&spread(case("sound knot"))).iter().sum();
-    assert!((point / line - 1.0).abs() < 0.01, "point {point}, line {line}");
 }

@@ -20,7 +20,7 @@ pub(super) fn run(arguments: &Generate) -> Outcome {
         )
         .into());
     };
-    let threads = threads(arguments)?;
+    let threads = threads(arguments.threads)?;
     let samples = samples(arguments)?;
     let recipe = Recipe::load(name)?;
     let order = order(arguments, &recipe, samples)?;
@@ -40,10 +40,11 @@ pub(super) fn run(arguments: &Generate) -> Outcome {
     })
 }
 
-fn threads(arguments: &Generate) -> Result<usize, Usage> {
+/// The number of threads to start, 0 for one a core.
+pub(super) fn threads(asked: Option<usize>) -> Result<usize, Usage> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = (MOST_THREADS.0 * cores).max(MOST_THREADS.1);
-    match arguments.threads {
+    match asked {
         Some(0) => Err(Usage("--threads 0: use 1 or more, or leave it out for all cores".into())),
         Some(n) if n > most => Err(Usage(format!(
             "--threads {n}: at most {most} on this machine of {}; leave it out for one a core",

@@ -1,9 +1,12 @@
-//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`.
+//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments.
 
 mod generate;
 mod progress;
+mod study;
+mod transport;
+mod whole;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -27,6 +30,8 @@ use progress::{counted, say};
   gen --recipe wood.yaml --n 10000 --out planks                make it, or continue it
   gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
   gen validate planks                                          check every file and label
+  gen transport --medium wood.yaml --model path                light inside plane layers
+  gen study point                                              a point of light on wood, by every model
   gen schema recipe > recipe.schema.json                       for an editor's completion")]
 struct Cli {
     #[command(subcommand)]
@@ -41,6 +46,14 @@ enum Command {
     Preview(Preview),
     /// Check a dataset: files, checksums, schema, ranges, labels against images, a sample rendered again
     Validate(Validate),
+    /// Ask a model of light inside matter about plane layers: reflectance, spread, angles, with standard errors
+    Transport(transport::Transport),
+    /// Compare the models of light inside matter: a table, a JSON file and a picture
+    Study {
+        /// What to compare
+        #[command(subcommand)]
+        what: study::Study,
+    },
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
     Schema {
         /// What to print
@@ -124,6 +137,8 @@ pub fn run() -> ExitCode {
     let outcome = match cli.command {
         Some(Command::Preview(arguments)) => show(&arguments),
         Some(Command::Validate(arguments)) => check(&arguments),
+        Some(Command::Transport(arguments)) => transport::run(&arguments),
+        Some(Command::Study { what }) => study::run(&what),
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.

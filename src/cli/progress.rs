@@ -116,6 +116,36 @@ impl Progress {
     }
 }
 
+/// A bar for photons that are walked; hidden where standard error is no terminal.
+pub(super) struct Photons(ProgressBar);
+
+impl Photons {
+    /// For `total` photons.
+    pub(super) fn new(total: u64) -> Self {
+        if total == 0 || !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}  {eta} left");
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        Self(ProgressBar::new(total).with_style(style))
+    }
+
+    /// Says what is being walked.
+    pub(super) fn say(&self, text: &str) {
+        self.0.set_message(text.to_owned());
+    }
+
+    /// Takes photons that are done.
+    pub(super) fn done(&self, photons: u64) {
+        self.0.inc(photons);
+    }
+
+    /// Takes the bar away.
+    pub(super) fn end(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// A line for the user. Whoever closes the other end of standard error does not stop the work.
 pub(super) fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");

@@ -6,8 +6,8 @@ use super::dist::Distribution;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
 use super::table;
-use super::walk::{Walk, shown};
 use crate::settings::{ScatterMode, SensorStack};
+use crate::yaml::walk::{Walk, shown};
 
 /// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.
 const HALF_WINDOW: usize = 16;

@@ -3,11 +3,11 @@
 use procedural::Parameter;
 
 use super::dist::{Distribution, LEAST_CHANCE};
-use super::fault::nearest;
 use super::forms;
-use super::node::{Node, Value};
 use super::table::unit;
-use super::walk::{Range, Section, Walk, clipped, shown};
+use crate::yaml::fault::nearest;
+use crate::yaml::node::{Node, Value};
+use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
 
 /// Largest magnitude of an argument that the parameter's own range does not bound.
 const LARGEST: f64 = 1e9;

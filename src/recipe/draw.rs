@@ -54,6 +54,7 @@ impl Recipe {
             size: self.settings.size(),
             bench,
             wood,
+            transport: crate::settings::Transport::Kernel,
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

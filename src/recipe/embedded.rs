@@ -1,12 +1,10 @@
 //! Recipes by name: a file that exists wins, then those that are built in.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
-use super::fault::{Faults, RecipeError, nearest};
-use super::node::{LONGEST, Place};
-use super::walk::Walk;
+use super::fault::RecipeError;
+use crate::yaml::fault::nearest;
+use crate::yaml::text::{read, utf8};
 
 /// The recipes that are built in, by name.
 pub(super) const EMBEDDED: [(&str, &str); 2] =
@@ -17,7 +15,7 @@ pub(super) fn text(name: &str) -> Result<String, RecipeError> {
     let path = Path::new(name);
     if path.exists() && !path.is_dir() {
         return match read(path) {
-            Ok(bytes) => Ok(utf8(name, bytes)?),
+            Ok(bytes) => Ok(utf8(name, bytes, "recipe")?),
             Err(source) => Err(RecipeError::Unreadable { path: path.to_owned(), source }),
         };
     }
@@ -32,27 +30,4 @@ pub(super) fn text(name: &str) -> Result<String, RecipeError> {
             Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
         }
     }
-}
-
-/// The bytes of a file or pipe, as far as it takes to see that they are too many.
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(LONGEST as u64 + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
-/// The bytes as text; the first byte that is none is a fault at its place.
-fn utf8(origin: &str, bytes: Vec<u8>) -> Result<String, Faults> {
-    if bytes.len() > LONGEST {
-        // Cut off in the middle of a letter, perhaps; the parser refuses the length.
-        return Ok(String::from_utf8_lossy(&bytes).into_owned());
-    }
-    String::from_utf8(bytes).or_else(|error| {
-        let good = String::from_utf8_lossy(&error.as_bytes()[..error.utf8_error().valid_up_to()]).into_owned();
-        let column = good.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
-        let place = Place { line: good.matches('\n').count() + 1, column };
-        let mut walk = Walk::new(&good);
-        walk.fault(place, "", "is no UTF-8", "save the recipe as UTF-8 text");
-        walk.finish(origin).map(|()| good)
-    })
 }

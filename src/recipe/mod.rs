@@ -11,7 +11,6 @@ mod draw;
 mod embedded;
 mod fault;
 mod forms;
-mod node;
 mod read;
 mod reference;
 mod schema;
@@ -19,7 +18,6 @@ mod setting;
 mod setting_read;
 mod settings;
 mod table;
-mod walk;
 
 use std::collections::BTreeMap;
 
@@ -29,13 +27,14 @@ use procedural::wood::Wood;
 use self::settings::Settings;
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Output, Size, Splits};
+use crate::settings::{Extraction, Output, Size, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
-pub use self::fault::{Fault, Faults, RecipeError};
+pub use self::fault::RecipeError;
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
+pub use crate::yaml::fault::{Fault, Faults};
 
 /// What a dataset is made from; every number in it is in range.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,6 +100,8 @@ pub struct Scene {
     pub bench: Bench,
     /// Board.
     pub wood: Wood,
+    /// How light spreads below the surface.
+    pub transport: Transport,
     /// How profiles are read.
     pub extraction: Extraction,
     /// What is written.

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use super::check;
 use super::dist::Distribution;
 use super::dist_read;
-use super::fault::Faults;
-use super::node::{self, Node};
 use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS};
-use super::walk::{Range, Section, Walk, clipped, shown};
 use super::{Class, Subject};
+use crate::yaml::fault::Faults;
+use crate::yaml::node::{self, Node};
+use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.
 pub(super) const LARGEST_SHARE: f64 = 1e6;
@@ -34,8 +34,8 @@ pub(super) struct Resolved {
 
 /// Reads `text`; every fault that is found comes back.
 pub(super) fn read(origin: &str, text: &str) -> Result<Resolved, Faults> {
-    let mut walk = Walk::new(text);
-    let resolved = match node::parse(text) {
+    let mut walk = Walk::new(text, "recipe");
+    let resolved = match node::parse(text, "recipe") {
         Ok(root) => recipe(&mut walk, &root),
         Err(error) => {
             walk.fault(error.place, "", error.problem, error.remedy);

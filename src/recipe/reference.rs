@@ -6,7 +6,7 @@ use super::dist_read::range;
 use super::forms::FORMS;
 use super::setting::{Kind, Value};
 use super::table::{SECTIONS, Section, tidy, unit};
-use super::walk::shown;
+use crate::yaml::walk::shown;
 
 const OPENING: &str = "\
 # Recipes

@@ -1,10 +1,10 @@
 //! From a node to a setting.
 
-use super::fault::nearest;
-use super::node::{self, Node};
 use super::setting::{Kind, Setting, Value};
-use super::walk::{Range, Walk};
 use crate::settings::Channel;
+use crate::yaml::fault::nearest;
+use crate::yaml::node::{self, Node};
+use crate::yaml::walk::{Range, Walk};
 
 /// Reads the setting at `node`; faults are noted and give `None`.
 pub(super) fn read(walk: &mut Walk, node: &Node, path: &str, setting: &Setting) -> Option<Value> {

@@ -7,7 +7,8 @@
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
 //! - [`thesis`]: light that spreads in a picture, the method of the thesis, kept to compare with
 //!
-//! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say. docs/physics.md has
+//! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say, [`model`] asks
+//! whichever is wanted. docs/physics.md has
 //! the equations, their sources and where each model fails.
 
 pub mod answer;
@@ -15,6 +16,7 @@ pub mod diffusion;
 pub mod fresnel;
 pub mod kernel;
 pub mod line;
+pub mod model;
 pub mod path;
 pub mod phase;
 pub mod stack;

@@ -74,6 +74,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
         unscattered: Estimate::exact(unscattered),
         absorbed: exact(absorbed),
         towards_lens: Some(Estimate::exact(reflected * radiance_factor(top, question.view.z))),
+        cone: None,
         angles: angles(question.angles, [top, bottom], [reflected, transmitted]),
         row_mm: question.row_mm,
         line: exact(line_spread(&line, &sources, question)),

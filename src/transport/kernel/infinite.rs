@@ -36,6 +36,9 @@ pub enum Refusal {
     /// Light from elsewhere.
     #[error("the kernel's table is for light from straight above; use `--model path` for other incidence")]
     Incidence,
+    /// Nothing that scatters.
+    #[error("the kernel needs matter that scatters; use `--model path` for clear matter")]
+    Clear,
     /// A lens below.
     #[error("a half space lets no light out below; put the lens above it")]
     Below,
@@ -150,6 +153,9 @@ fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refu
         }
         Scattering::Tensor { .. } => return Err(Refusal::Tensor),
     };
+    if sigma_i + k <= 0.0 {
+        return Err(Refusal::Clear);
+    }
     let flat = (axis.x * axis.x + axis.y * axis.y).sqrt();
     let track = if flat > 1e-9 { (axis.x / flat, axis.y / flat) } else { (0.0, 1.0) };
     let texel = Texel {

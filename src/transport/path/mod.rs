@@ -47,20 +47,40 @@ impl Default for Effort {
     }
 }
 
+impl Effort {
+    /// Photons that are really walked.
+    pub fn walked(self) -> u64 {
+        self.each() * BATCHES
+    }
+
+    /// Photons of a batch.
+    fn each(self) -> u64 {
+        self.photons.div_ceil(BATCHES).max(1)
+    }
+}
+
 /// Asks the judge about `stack`.
 pub fn solve(stack: &Stack, question: &Question, effort: Effort) -> Answer {
+    solve_watched(stack, question, effort, &|_| ())
+}
+
+/// As [`solve`]; tells `watch` after each batch how many photons it was.
+pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: &(dyn Fn(u64) + Sync)) -> Answer {
     let walk = Walk::new(stack, LONGEST_MM);
-    let each = effort.photons.div_ceil(BATCHES).max(1);
+    let each = effort.each();
     let counts: Vec<Count> = (0..BATCHES)
         .into_par_iter()
         .map(|batch| {
-            let mut rng = Stream::root(effort.seed).child("transport").child("path").index(batch).rng();
+            let stream = Stream::root(effort.seed).child("transport").child("path").index(batch);
+            // Streams of their own: the width of the line changes no walk.
+            let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
             let mut count = Count::new(&walk, question);
             for _ in 0..each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
-                count.begin(thrown);
+                count.begin(thrown, &mut line);
                 walk.follow(photon, &mut count, &mut rng);
             }
+            watch(each);
             count
         })
         .collect();

@@ -1,6 +1,7 @@
 //! Counting: what a batch of photons did, and what all batches together say.
 
 use glam::DVec3;
+use procedural::normal;
 use rand::Rng;
 
 use super::towards::Lens;
@@ -19,6 +20,9 @@ pub(super) struct Count {
     inside: f64,
     row_mm: f64,
     rows: i64,
+    line_mm: f64,
+    /// Where on the laser line's width the photon stands for [mm].
+    beside: f64,
     cell_mm: f64,
     cells: i64,
     thrown: f64,
@@ -45,6 +49,8 @@ impl Count {
             inside: libm::cos(CONE),
             row_mm: question.row_mm,
             rows,
+            line_mm: question.line_mm,
+            beside: 0.0,
             cell_mm: question.cell_mm,
             cells,
             thrown: 0.0,
@@ -61,9 +67,12 @@ impl Count {
         }
     }
 
-    /// A photon begins of which the surface threw back the share `thrown`.
-    pub(super) fn begin(&mut self, thrown: f64) {
+    /// A photon begins of which the surface threw back the share `thrown`; `line` draws its place on the line's width.
+    pub(super) fn begin(&mut self, thrown: f64, line: &mut impl Rng) {
         self.thrown += thrown;
+        if self.line_mm > 0.0 {
+            self.beside = self.line_mm * normal(line);
+        }
     }
 }
 
@@ -98,7 +107,7 @@ impl Tally for Count {
             return;
         }
         self.reflected += weight;
-        let row = (photon.place.y / self.row_mm).round() as i64 + self.rows;
+        let row = ((photon.place.y + self.beside) / self.row_mm).round() as i64 + self.rows;
         if (0..=2 * self.rows).contains(&row) {
             self.line[row as usize] += weight;
         }

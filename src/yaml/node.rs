@@ -1,4 +1,4 @@
-//! The YAML as a plain tree in which every key and value knows its place; nothing here knows what a recipe means.
+//! The YAML as a plain tree in which every key and value knows its place; nothing here knows what it means.
 
 use std::fmt;
 
@@ -8,8 +8,8 @@ use serde_saphyr::budget::BudgetBreach;
 use serde_saphyr::options::{DuplicateKeyPolicy, NonFiniteFloatPolicy};
 use serde_saphyr::{Location, Spanned};
 
-/// Longest recipe that is read [bytes]; the longest of ours has a hundredth of it.
-pub(super) const LONGEST: usize = 1 << 20;
+/// Longest file that is read [bytes]; the longest of ours has a hundredth of it.
+pub(crate) const LONGEST: usize = 1 << 20;
 /// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`, value).
 const DEEPEST: usize = 24;
 /// Most keys, values and list entries, those repeated by aliases included.
@@ -19,7 +19,7 @@ const MOST_ALIASES: usize = 256;
 
 /// A line and a column of the text, both from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// Line.
     pub line: usize,
     /// Column [characters].
@@ -40,7 +40,7 @@ impl From<Location> for Place {
 
 /// A value with its place.
 #[derive(Debug, Clone)]
-pub(super) struct Node {
+pub(crate) struct Node {
     /// Where it stands; for an alias, where the alias stands.
     pub place: Place,
     /// What stands there.
@@ -49,7 +49,7 @@ pub(super) struct Node {
 
 /// A key with its place.
 #[derive(Debug, Clone)]
-pub(super) struct Key {
+pub(crate) struct Key {
     /// Where it stands.
     pub place: Place,
     /// What it says.
@@ -58,7 +58,7 @@ pub(super) struct Key {
 
 /// What YAML can say.
 #[derive(Debug, Clone)]
-pub(super) enum Value {
+pub(crate) enum Value {
     /// `null`, `~` or nothing at all.
     Nothing,
     /// `true` or `false`.
@@ -88,20 +88,20 @@ impl Value {
 }
 
 /// Why a text is no YAML that we read.
-pub(super) struct Unreadable {
+pub(crate) struct Unreadable {
     /// Where the reading stopped.
     pub place: Place,
     /// What is wrong there.
     pub problem: String,
     /// What to do.
-    pub remedy: &'static str,
+    pub remedy: String,
 }
 
-/// Reads `text` as one YAML document.
-pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
+/// Reads `text`, which is to be a `noun`, as one YAML document.
+pub(crate) fn parse(text: &str, noun: &'static str) -> Result<Node, Unreadable> {
     if text.len() > LONGEST {
-        let problem = format!("the file is longer than {LONGEST} bytes, and no recipe is");
-        return Err(Unreadable { place: Place::START, problem, remedy: "write it more plainly" });
+        let problem = format!("the file is longer than {LONGEST} bytes, and no {noun} is");
+        return Err(Unreadable { place: Place::START, problem, remedy: "write it more plainly".to_owned() });
     }
     let options = serde_saphyr::options! {
         budget: serde_saphyr::budget! {
@@ -127,35 +127,35 @@ pub(super) fn parse(text: &str) -> Result<Node, Unreadable> {
     };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
         let place = error.location().map_or(Place::START, Place::from);
-        let (problem, remedy) = words(&error);
+        let (problem, remedy) = words(&error, noun);
         Unreadable { place, problem, remedy }
     })
 }
 
 /// A budget is exhausted.
-fn too_much() -> (String, &'static str) {
-    ("more nesting, values or aliases than any recipe needs".to_owned(), "write it more plainly")
+fn too_much(noun: &str) -> (String, String) {
+    (format!("more nesting, values or aliases than any {noun} needs"), "write it more plainly".to_owned())
 }
 
 /// What the reader stumbled over, and what to do about it.
-fn words(error: &serde_saphyr::Error) -> (String, &'static str) {
+fn words(error: &serde_saphyr::Error, noun: &str) -> (String, String) {
     use serde_saphyr::Error;
     match error {
         Error::DuplicateMappingKey { key: Some(key), .. } => {
-            (format!("key `{key}` stands here twice"), "remove one of them")
+            (format!("key `{key}` stands here twice"), "remove one of them".to_owned())
         }
-        Error::DuplicateMappingKey { .. } => ("a key stands here twice".to_owned(), "remove one of them"),
+        Error::DuplicateMappingKey { .. } => ("a key stands here twice".to_owned(), "remove one of them".to_owned()),
         Error::MultipleDocuments { .. } | Error::Budget { breach: BudgetBreach::Documents { .. }, .. } => {
-            ("a second document begins".to_owned(), "keep one recipe in a file")
+            ("a second document begins".to_owned(), format!("keep one {noun} in a file"))
         }
         Error::Budget { .. }
         | Error::AliasReplayLimitExceeded { .. }
         | Error::AliasExpansionLimitExceeded { .. }
-        | Error::AliasReplayStackDepthExceeded { .. } => too_much(),
+        | Error::AliasReplayStackDepthExceeded { .. } => too_much(noun),
         // Within an alias, the reader hands its refusals on as text.
         other => match without_place(&other.to_string()) {
-            text if text.starts_with("budget breached") => too_much(),
-            text => (text, "correct the YAML here"),
+            text if text.starts_with("budget breached") => too_much(noun),
+            text => (text, "correct the YAML here".to_owned()),
         },
     }
 }

@@ -9,23 +9,25 @@ use super::node::{Key, Node, Place, Value};
 const MOST_FAULTS: usize = 100;
 
 /// The collector of faults.
-pub(super) struct Walk<'t> {
+pub(crate) struct Walk<'t> {
     text: &'t str,
+    noun: &'static str,
     faults: Vec<Fault>,
     unlisted: usize,
     places: BTreeMap<String, Place>,
 }
 
 /// A map of which keys are taken one by one; what is left in the end is unknown.
-pub(super) struct Section<'n> {
+pub(crate) struct Section<'n> {
     path: String,
+    place: Place,
     entries: Vec<&'n (Key, Node)>,
 }
 
 impl<'t> Walk<'t> {
-    /// A walk over the tree of `text`.
-    pub fn new(text: &'t str) -> Self {
-        Self { text, faults: Vec::new(), unlisted: 0, places: BTreeMap::new() }
+    /// A walk over the tree of `text`, which is to be a `noun`.
+    pub fn new(text: &'t str, noun: &'static str) -> Self {
+        Self { text, noun, faults: Vec::new(), unlisted: 0, places: BTreeMap::new() }
     }
 
     /// Notes a fault.
@@ -61,7 +63,7 @@ impl<'t> Walk<'t> {
                 Vec::new()
             }
         };
-        Section { path: path.to_owned(), entries }
+        Section { path: path.to_owned(), place: node.place, entries }
     }
 
     /// A finite number.
@@ -126,6 +128,11 @@ impl<'t> Walk<'t> {
 }
 
 impl<'n> Section<'n> {
+    /// Where the map stands.
+    pub fn place(&self) -> Place {
+        self.place
+    }
+
     /// Path of the key `name` in it.
     pub fn path_of(&self, name: &str) -> String {
         if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) }
@@ -151,7 +158,7 @@ impl<'n> Section<'n> {
 
     /// Faults every key that is left; `known` are the keys that there are, `elsewhere` tells where a key belongs.
     pub fn close(self, walk: &mut Walk, known: &[&str], elsewhere: &dyn Fn(&str) -> Option<String>) {
-        let of = if self.path.is_empty() { "a recipe".to_owned() } else { format!("`{}`", self.path) };
+        let of = if self.path.is_empty() { format!("a {}", walk.noun) } else { format!("`{}`", self.path) };
         for (key, _) in &self.entries {
             let name = clipped(&key.name);
             let path = self.path_of(&name);
@@ -165,7 +172,7 @@ impl<'n> Section<'n> {
 
 /// The numbers that a key allows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Range {
+pub(crate) struct Range {
     /// Smallest.
     pub min: f64,
     /// Largest.
@@ -190,13 +197,13 @@ fn remedy(meant: Option<&str>, allowed: &str) -> String {
 }
 
 /// A number as people write it.
-pub(super) fn shown(number: f64) -> String {
+pub(crate) fn shown(number: f64) -> String {
     let plain = number == 0.0 || (1e-4..1e7).contains(&number.abs());
     if plain { format!("{number}") } else { format!("{number:e}") }
 }
 
 /// A text short enough for a message, without control characters.
-pub(super) fn clipped(text: &str) -> String {
+pub(crate) fn clipped(text: &str) -> String {
     const LONGEST: usize = 64;
     let clean = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c });
     clean.chain(text.chars().nth(LONGEST).map(|_| '…')).collect()

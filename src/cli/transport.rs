@@ -1,0 +1,117 @@
+//! `gen transport`: one model, one medium, everything that it says as JSON.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use serde_json::{Value, json};
+
+use super::progress::{Photons, say};
+use super::{Outcome, print, whole};
+use crate::medium::Medium;
+use crate::transport::answer::{Answer, Estimate, Side};
+use crate::transport::model::Model;
+use crate::transport::path::Effort;
+
+/// Version of the document's layout.
+const SCHEMA_VERSION: u32 = 1;
+/// Most photons: weeks of work.
+const MOST_PHOTONS: u64 = 1_000_000_000_000;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen transport --medium recipes/media/van-de-hulst.yaml --model path
+  gen transport --medium recipes/media/clear-wood.yaml --model kernel --out clear.json
+  gen transport --medium knot.yaml --model path --photons 10000000 --seed 1 --out knot.json
+
+recipes/media/README.md explains every key of a medium. The same medium, model, photons and seed
+give the same bytes for any number of threads.")]
+pub(super) struct Transport {
+    /// Layers and question: a YAML file
+    #[arg(long, value_name = "FILE")]
+    medium: PathBuf,
+    /// Who is asked
+    #[arg(long, value_parser = PossibleValuesParser::new(Model::ALL.map(Model::name)))]
+    model: String,
+    /// Photons to walk, rounded up to 128 equal batches; models without chance take no notice
+    #[arg(long, value_name = "N", default_value_t = Effort::default().photons,
+          value_parser = clap::value_parser!(u64).range(1..=MOST_PHOTONS))]
+    photons: u64,
+    /// Seed of all chance
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Where the answer goes (JSON) [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "T")]
+    threads: Option<usize>,
+}
+
+pub(super) fn run(arguments: &Transport) -> Outcome {
+    let threads = super::generate::threads(arguments.threads)?;
+    let model = Model::ALL.into_iter().find(|model| model.name() == arguments.model).ok_or("no such model")?;
+    let medium = Medium::load(&arguments.medium)?;
+    if let Some(out) = &arguments.out {
+        whole::check(out)?;
+    }
+    let effort = Effort { photons: arguments.photons, seed: arguments.seed };
+    let bar = Photons::new(if model.walks() { effort.walked() } else { 0 });
+    bar.say("photons");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let answer = pool.install(|| model.ask(&medium.stack, &medium.question, effort, &|photons| bar.done(photons)));
+    bar.end();
+    let answer = answer?;
+    let document = format!("{:#}\n", document(model, effort, &medium, &answer)?);
+    match &arguments.out {
+        Some(out) => whole::write(out, document.as_bytes())?,
+        None => print(&document),
+    }
+    if std::io::stderr().is_terminal() || arguments.out.is_some() {
+        say(&summary(&answer));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn document(model: Model, effort: Effort, medium: &Medium, answer: &Answer) -> Result<Value, serde_json::Error> {
+    let effort = model.walks().then(|| json!({ "photons": effort.walked(), "seed": effort.seed }));
+    let Value::Object(shown) = medium.json() else { return Ok(Value::Null) };
+    let part = |wanted: bool| -> serde_json::Map<String, Value> {
+        let keep = |(key, _): &(String, Value)| (key == "question") == wanted;
+        shown.clone().into_iter().filter(keep).collect()
+    };
+    let question = part(true).remove("question");
+    Ok(json!({
+        "schema_version": SCHEMA_VERSION,
+        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
+        "model": model.name(),
+        "effort": effort,
+        "medium": part(false),
+        "question": question,
+        "answer": serde_json::to_value(answer)?,
+    }))
+}
+
+/// The answer in a few lines.
+fn summary(answer: &Answer) -> String {
+    let mut text = format!("model {}, shares of the incident light", answer.model);
+    let mut line = |name: &str, estimate: Estimate| {
+        let error = if estimate.error > 0.0 { format!(" +- {:.5}", estimate.error) } else { String::new() };
+        text.push_str(&format!("\n  {name:24}{:9.5}{error}", estimate.value));
+    };
+    line("specular", Estimate::exact(answer.specular));
+    line("diffusely reflected", answer.reflectance);
+    line("transmitted", answer.transmittance);
+    line("  never scattered", answer.unscattered);
+    for (i, absorbed) in answer.absorbed.iter().enumerate() {
+        line(&format!("absorbed in layer {}", i + 1), *absorbed);
+    }
+    if let Some(towards) = answer.towards_lens {
+        line("radiance factor to lens", towards);
+    }
+    line("central row of a line", Estimate::exact(answer.rows(0, 0, Side::Both)));
+    line("rows 1 to 8, both sides", Estimate::exact(answer.rows(1, 8, Side::Both)));
+    text
+}

@@ -1,0 +1,109 @@
+//! Pictures for people: a page with words, lines, scales and colours.
+
+use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
+use embedded_graphics::pixelcolor::Rgb888;
+use embedded_graphics::prelude::*;
+use embedded_graphics::primitives::{Line, PrimitiveStyle, Rectangle};
+use embedded_graphics::text::Text;
+use image::{Rgb, RgbImage};
+
+/// Space around panels [px].
+pub(crate) const MARGIN: u32 = 14;
+/// Width of a letter [px].
+pub(crate) const LETTER: u32 = 7;
+/// Colour of paper.
+pub(crate) const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
+/// Colour of words.
+pub(crate) const INK: Rgb<u8> = Rgb([30, 30, 30]);
+
+/// A colour for a number in [0, 1].
+pub(crate) type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
+
+/// Viridis (van der Walt and Smith 2015) through nine of its colours.
+pub(crate) fn viridis(t: f32) -> Rgb<u8> {
+    const STOPS: [[f32; 3]; 9] = [
+        [68.0, 1.0, 84.0],
+        [71.0, 44.0, 122.0],
+        [59.0, 81.0, 139.0],
+        [44.0, 113.0, 142.0],
+        [33.0, 144.0, 141.0],
+        [39.0, 173.0, 129.0],
+        [92.0, 200.0, 99.0],
+        [170.0, 220.0, 50.0],
+        [253.0, 231.0, 37.0],
+    ];
+    let place = t.clamp(0.0, 1.0) * 8.0;
+    let i = (place as usize).min(7);
+    Rgb(std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8))
+}
+
+/// A picture that can be written and drawn on; what lies outside of it is left out.
+pub(crate) struct Page(pub RgbImage);
+
+impl Page {
+    /// A page of paper.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self(RgbImage::from_pixel(width, height, PAPER))
+    }
+
+    /// Words whose base line begins at (x, y).
+    pub fn words(&mut self, x: u32, y: u32, text: &str) {
+        self.words_in(x, y, text, INK);
+    }
+
+    /// Words in a colour.
+    pub fn words_in(&mut self, x: u32, y: u32, text: &str, colour: Rgb<u8>) {
+        let style = MonoTextStyle::new(&FONT_7X13, ink(colour));
+        // Drawing on a page that is in memory cannot fail.
+        let Ok(_) = Text::new(text, Point::new(x as i32, y as i32), style).draw(self);
+    }
+
+    /// A straight line, `width` [px] wide.
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: Rgb<u8>, width: u32) {
+        let point = |(x, y): (f64, f64)| Point::new(x.round() as i32, y.round() as i32);
+        let style = PrimitiveStyle::with_stroke(ink(colour), width);
+        let Ok(_) = Line::new(point(from), point(to)).into_styled(style).draw(self);
+    }
+
+    /// A picture with its upper left corner at (x, y).
+    pub fn picture(&mut self, x: u32, y: u32, picture: &RgbImage) {
+        image::imageops::overlay(&mut self.0, picture, i64::from(x), i64::from(y));
+    }
+
+    /// A bar of colours with its ends written below.
+    pub fn scale(&mut self, x: u32, y: u32, width: u32, (low, high, unit): (f32, f32, &str), ramp: Ramp) {
+        let digits = if high - low < 10.0 { 2 } else { 0 };
+        self.bar(x, y, width, (&format!("{low:.digits$}"), &format!("{high:.digits$} {unit}")), ramp);
+    }
+
+    /// A bar of colours with words below its ends.
+    pub fn bar(&mut self, x: u32, y: u32, width: u32, (low, high): (&str, &str), ramp: Ramp) {
+        let bar = RgbImage::from_fn(width, 10, |px, _| ramp(px as f32 / width as f32));
+        self.picture(x, y, &bar);
+        self.words(x, y + 24, low);
+        self.words(x + width.saturating_sub(LETTER * high.len() as u32), y + 24, high);
+    }
+}
+
+fn ink(colour: Rgb<u8>) -> Rgb888 {
+    Rgb888::new(colour.0[0], colour.0[1], colour.0[2])
+}
+
+impl OriginDimensions for Page {
+    fn size(&self) -> embedded_graphics::geometry::Size {
+        embedded_graphics::geometry::Size::new(self.0.width(), self.0.height())
+    }
+}
+
+impl DrawTarget for Page {
+    type Color = Rgb888;
+    type Error = std::convert::Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Self::Error> {
+        let bounds = Rectangle::new(Point::zero(), OriginDimensions::size(self));
+        for Pixel(point, colour) in pixels.into_iter().filter(|pixel| bounds.contains(pixel.0)) {
+            self.0.put_pixel(point.x as u32, point.y as u32, Rgb([colour.r(), colour.g(), colour.b()]));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! Studies: models of transport side by side, as tables, JSON and pictures.
+//!
+//! - [`point`]: a point of light on wood, the ellipses that it makes
+//! - [`lines`]: a line of light on fifteen media, where it comes out
+//!
+//! A study walks [`Model::ALL`]; a model that refuses a question stands in it with its reason.
+
+mod chart;
+pub mod ellipse;
+mod fit;
+pub mod lines;
+mod lines_page;
+pub mod media;
+pub mod point;
+mod point_page;
+
+use image::{Rgb, RgbImage};
+use serde_json::{Value, json};
+
+use crate::transport::answer::{Answer, Estimate, Question};
+use crate::transport::model::{Model, Refusal};
+use crate::transport::path::Effort;
+use crate::transport::stack::Stack;
+
+/// What a study has found.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// A table for the terminal.
+    pub table: String,
+    /// Everything, with standard errors.
+    pub json: Value,
+    /// The same as a picture.
+    pub picture: RgbImage,
+}
+
+/// How far a study is.
+#[derive(Debug, Clone, Copy)]
+pub enum Step<'a> {
+    /// A model is asked about something.
+    Asks(&'a str),
+    /// So many photons more are done.
+    Photons(u64),
+}
+
+/// Whoever wants to know.
+pub type Watch<'a> = &'a (dyn Fn(Step) + Sync);
+
+/// Asks a model, and tells who watches.
+fn ask(
+    model: Model,
+    what: &str,
+    (stack, question): (&Stack, &Question),
+    effort: Effort,
+    watch: Watch,
+) -> Result<Answer, Refusal> {
+    watch(Step::Asks(&format!("{} about {what}", model.name())));
+    model.ask(stack, question, effort, &|photons| watch(Step::Photons(photons)))
+}
+
+/// Photons of a study that asks each model `times` times.
+fn photons(effort: Effort, times: u64) -> u64 {
+    Model::ALL.into_iter().filter(|model| model.walks()).count() as u64 * times * effort.walked()
+}
+
+/// The head of every study's document.
+fn head(study: &str, effort: Effort) -> Value {
+    json!({
+        "schema_version": 1,
+        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
+        "study": study,
+        "effort": { "photons": effort.walked(), "seed": effort.seed },
+    })
+}
+
+/// The colour that a model has in every chart.
+fn colour(model: Model) -> Rgb<u8> {
+    const COLOURS: [Rgb<u8>; 4] = [Rgb([30, 30, 30]), Rgb([214, 96, 30]), Rgb([44, 113, 142]), Rgb([120, 60, 150])];
+    let place = Model::ALL.into_iter().position(|known| known == model).unwrap_or(0);
+    COLOURS[place % COLOURS.len()]
+}
+
+/// A number with its error where it has one.
+fn told(estimate: Estimate, digits: usize) -> String {
+    let Estimate { value, error } = estimate;
+    // What rounds to nothing has no sign.
+    let value = if value.abs() < 0.5 * libm::pow(0.1, digits as f64) { 0.0 } else { value };
+    if error > 0.0 { format!("{value:.digits$}+-{error:.digits$}") } else { format!("{value:.digits$}") }
+}
