@@ -12,7 +12,7 @@ use crate::optics::speckle::Tiles;
 use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::Scene;
 use crate::record::{Labels, Maps, Record, StackFrame, TruthMaps};
-use crate::settings::SensorStack;
+use crate::settings::{SensorStack, Transport};
 use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
 
@@ -33,7 +33,8 @@ pub fn render(scene: &Scene, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> 
 pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
     let clear = earlywood(&scene.wood.media);
     let height = f64::from(body.bounds().1.z);
-    let sensor = Sensor::new(&scene.bench, scene.size, height, &clear, tiles, scene.stream);
+    let sensor =
+        Sensor::new(&scene.bench, scene.size, height, &clear, tiles, scene.stream).with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
 
     let mut scan = Scan::new(scene);
@@ -89,7 +90,11 @@ impl Scan {
 
     fn expose(&mut self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
-        let length = band_profiles(columns, sensor.halo()).min(profiles);
+        // A slow model takes so long for a line that work and progress go profile by profile.
+        let length = match scene.transport {
+            Transport::Kernel => band_profiles(columns, sensor.halo()).min(profiles),
+            _ => 1,
+        };
         let calibration = sensor.calibration();
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
@@ -207,7 +212,7 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
 
 /// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
 fn band_profiles(columns: usize, halo: usize) -> usize {
-    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + (6 + 3 * BASIS) * std::mem::size_of::<f32>());
+    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + (7 + 3 * BASIS) * std::mem::size_of::<f32>());
     let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
     rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
 }

@@ -62,6 +62,8 @@ pub struct Sight {
     pub rows_per_mm: f32,
     /// Variance that laser, lens and pixel give the line [px^2].
     pub variance: f32,
+    /// The laser's part of it [px^2].
+    pub laser_variance: f32,
     /// Electrons of the whole line in this column for a white Lambertian surface [e-].
     pub electrons: f32,
     /// Unit vector to the lens.
@@ -106,6 +108,11 @@ impl Camera {
         }
     }
 
+    /// Variance that lens and pixel give a point along the rows [px^2].
+    pub fn lens_variance(&self) -> f32 {
+        self.blur_variance + PIXEL_VARIANCE
+    }
+
     /// What becomes of the light at `x`, `z` of the laser plane, on a surface that rises by `slope_y` along the motion.
     #[inline]
     pub fn sight(&self, x: f32, z: f32, slope_y: f32) -> Sight {
@@ -118,7 +125,8 @@ impl Camera {
 
         let defocus = (z - self.waist[1]) / self.waist[2];
         let sigma = 0.5 * self.waist[0] * (1.0 + defocus * defocus).sqrt() * rows_per_mm;
-        let variance = sigma * sigma + self.blur_variance + PIXEL_VARIANCE;
+        let laser_variance = sigma * sigma;
+        let variance = laser_variance + self.lens_variance();
 
         let depth = (self.fan_height - z).max(1.0);
         let side = x.abs() / (depth * self.fan_half);
@@ -130,7 +138,7 @@ impl Camera {
             self.rig.pixel as f32 * (distance - self.rig.focal_length as f32 - z * cos) / self.rig.focal_length as f32;
         let electrons = self.electrons * end / depth * pixel_mm * -view.dot(self.axis) / far2;
         let light = Vec3::new(x, 0.0, z - self.fan_height).normalize();
-        Sight { row, rows_per_mm, variance, electrons, view, light }
+        Sight { row, rows_per_mm, variance, laser_variance, electrons, view, light }
     }
 }
 

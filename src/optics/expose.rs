@@ -59,17 +59,26 @@ fn load(values: &[f32], start: usize) -> &[f32; TILE] {
 pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
     let start = tile * TILE;
     let own = band.row(profile);
-    let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
     scratch.columns = (own.hits.len() - start).min(TILE);
-    spread(own, &neighbours, start, scratch);
+    match band.window(profile) {
+        Some(window) => {
+            lines(own, start, scratch);
+            let padded = window.len() / ROWS;
+            for (k, row) in scratch.volume.iter_mut().enumerate() {
+                *row = *load(window, k * padded + start);
+            }
+        }
+        None => {
+            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
+            spread(own, &neighbours, start, scratch);
+        }
+    }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scratch) {
+/// Light that the surface throws back, and where the windows lie; darkens the volume.
+#[inline(always)]
+fn lines(own: &Row, start: usize, scratch: &mut Scratch) -> [f32; TILE] {
     let centre = load(&own.centre, start);
-    let rows_per_mm = load(&own.rows_per_mm, start);
-    let variance = load(&own.variance, start);
-    let glare = load(&own.glare, start);
     let mut phase = [0.0f32; TILE];
     for c in 0..TILE {
         let whole = centre[c].floor();
@@ -80,7 +89,16 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
         scratch.volume[k] = [0.0; TILE];
         scratch.surface[k] = [0.0; TILE];
     }
+    let (variance, glare) = (load(&own.variance, start), load(&own.glare, start));
     Walk::new(&phase, variance).add(glare, |_| &EVERYWHERE, &mut scratch.surface);
+    phase
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scratch) {
+    let rows_per_mm = load(&own.rows_per_mm, start);
+    let variance = load(&own.variance, start);
+    let phase = lines(own, start, scratch);
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {

@@ -10,6 +10,7 @@ pub mod expose;
 pub mod parameters;
 pub mod row;
 pub mod sensor;
+pub mod slow;
 pub mod speckle;
 
 use std::sync::Arc;
@@ -23,7 +24,7 @@ use self::sensor::Chain;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::Size;
+use crate::settings::{Size, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
@@ -48,6 +49,8 @@ pub struct Sensor {
     drift: f64,
     step: f64,
     size: Size,
+    transport: Transport,
+    stream: Stream,
     speckle_key: u64,
     maker: RowMaker,
 }
@@ -60,12 +63,18 @@ pub struct Band {
     /// Rows before the first profile.
     halo: usize,
     rows: Vec<Row>,
+    /// Light from below by a slow model, a profile; empty where the kernel answers.
+    windows: Vec<slow::Window>,
 }
 
 impl Band {
     /// The row under the laser in `profile`.
     pub fn row(&self, profile: usize) -> &Row {
         self.neighbour(profile, 0)
+    }
+
+    fn window(&self, profile: usize) -> Option<&[f32]> {
+        self.windows.get(profile - self.profiles.start).map(Vec::as_slice)
     }
 
     fn neighbour(&self, profile: usize, offset: isize) -> &Row {
@@ -102,11 +111,18 @@ impl Sensor {
             drift: rows_per_mm * step * FINE as f64,
             step,
             size,
+            transport: Transport::Kernel,
+            stream,
             speckle_key: stream.child("speckle").key(),
             maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns),
             chain: Chain::new(&bench.exposure, size.rows, stream.child("sensor")),
             camera,
         }
+    }
+
+    /// The same with light from below by another model than the kernel.
+    pub fn with_transport(self, transport: Transport) -> Self {
+        Self { transport, ..self }
     }
 
     /// The geometry and radiometry in use.
@@ -138,6 +154,9 @@ impl Sensor {
             let position = (band.profiles.start + place) as f64 - band.halo as f64;
             self.maker.make(specimen, &self.camera, (position * self.step) as f32, &mut scratch, row);
         }
+        let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
+        let window = |profile: usize| slow.window(band.row(profile), profile as u64, profile as f64 * self.step);
+        band.windows = band.profiles.clone().map_while(window).collect();
         band
     }
 

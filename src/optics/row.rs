@@ -26,6 +26,8 @@ pub struct Row {
     pub variance: Vec<f32>,
     /// Light thrown back by the surface itself [e-].
     pub glare: Vec<f32>,
+    /// Light that entered below the surface, as a white Lambertian surface would return it to the lens [e-].
+    pub power: Vec<f32>,
     /// Light that entered, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
     pub source: [Vec<f32>; BASIS],
     /// Shift of each width's light against the centre, `[BASIS][columns]` [px].
@@ -82,7 +84,7 @@ impl RowMaker {
     pub fn make(&self, specimen: &Specimen, camera: &Camera, y: f32, scratch: &mut RowScratch, row: &mut Row) {
         let columns = scratch.electrons.len();
         specimen.look(y, columns, self.conveyor, &mut row.hits);
-        for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare] {
+        for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
             field.resize(columns.next_multiple_of(TILE), 0.0);
         }
         let (mut first, mut last) = (columns, 0);
@@ -99,7 +101,7 @@ impl RowMaker {
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
             if bare {
                 row.glare[column] = reach * sight.view.z * self.conveyor_reflectance;
-                scratch.electrons[column] = 0.0;
+                (scratch.electrons[column], row.power[column]) = (0.0, 0.0);
                 scratch.texels[column] = Texel::BLACK;
                 continue;
             }
@@ -113,7 +115,9 @@ impl RowMaker {
             let half = (sight.view - sight.light).normalize();
             let lobe = fresnel::gloss(-normal.dot(sight.light), facing, half.dot(normal), half.dot(sight.view));
             row.glare[column] = white * medium.gloss * lobe;
-            scratch.texels[column] = texel(medium, normal, sight.view);
+            let texel = texel(medium, normal, sight.view);
+            row.power[column] = white * texel.enter;
+            scratch.texels[column] = texel;
         }
         for j in 0..BASIS {
             for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {

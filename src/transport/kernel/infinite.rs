@@ -2,7 +2,7 @@
 
 use super::table::{BINS, CONE, Table};
 use super::view::View;
-use super::{BIN_SPREAD, Texel};
+use super::{Texel, kept};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::fresnel::interface;
 use crate::transport::stack::{Scattering, Stack};
@@ -57,14 +57,14 @@ pub fn gaussians(texel: &Texel) -> Vec<Gaussian> {
     (0..BINS)
         .map(|l| {
             let path = f64::from(node.path()[l]) / scattering;
-            let lost = f64::from(texel.mu_a) * path;
-            let kept = libm::exp(-lost) * (1.0 + f64::from(BIN_SPREAD) * lost * lost);
+            let (left, narrower) = kept(texel.mu_a * path as f32);
+            let area = f64::from(narrower) / (scattering * scattering);
             Gaussian {
-                weight: f64::from(texel.enter * node.weight()[l]) * kept,
+                weight: f64::from(texel.enter * node.weight()[l] * left),
                 path,
                 along: f64::from(node.along()[l]) / scattering,
-                variance_along: f64::from(node.variance_along()[l]) / (scattering * scattering),
-                variance_across: f64::from(node.variance_across()[l]) / (scattering * scattering),
+                variance_along: f64::from(node.variance_along()[l]) * area,
+                variance_across: f64::from(node.variance_across()[l]) * area,
                 towards: if l < CONE { cone } else { f64::from(rest) },
             }
         })

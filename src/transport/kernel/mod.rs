@@ -32,8 +32,15 @@ use crate::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SIDEWAYS: f32 = 0.6;
-/// Correction for the width of a bin of paths, half its relative variance: ln(1.8225)^2 / 24 [1].
-const BIN_SPREAD: f32 = 0.015;
+/// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
+const BIN_VARIANCE: f32 = 0.03;
+
+/// What absorption leaves of a bin whose mean path costs `lost` = mu_a path, and how much narrower what is left lies:
+/// longer paths of the bin lose more, and spread further.
+#[inline(always)]
+fn kept(lost: f32) -> (f32, f32) {
+    (exp(-lost) * (1.0 + 0.5 * BIN_VARIANCE * lost * lost), (1.0 - BIN_VARIANCE * lost).max(0.3))
+}
 
 /// One point of a surface, as light from above meets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,11 +125,11 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
     let widest = SPREAD_MM[BASIS - 1] * SPREAD_MM[BASIS - 1];
     let (mut w, mut place) = ([0.0f32; LANES], [0.0f32; LANES]);
     for l in 0..LANES {
-        let lost = a * path[l];
-        let variance = f2 * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
+        let (left, narrower) = kept(a * path[l]);
+        let variance = f2 * narrower * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
         // Beyond the widest: the height at the centre goes with one over the width.
         let shrink = (widest / variance.max(widest)).sqrt();
-        w[l] = texel.enter * weight[l] * exp(-lost) * (1.0 + BIN_SPREAD * lost * lost) * shrink;
+        w[l] = texel.enter * weight[l] * left * shrink;
         place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
     }
     let (mut part, mut moment) = ([[0.0f32; BASIS]; 2], [0.0f32; BASIS]);

@@ -79,6 +79,16 @@ impl Method {
     pub const ON_CLEAR_WOOD: Self = Self::Diffusion { iterations: 20, sweeps: 1, rate: 8.0, sharpness: 3 };
     /// Figure 4.24: 10 iterations.
     pub const ON_A_KNOT: Self = Self::Diffusion { iterations: 10, sweeps: 1, rate: 8.0, sharpness: 3 };
+    /// The thesis' diffusion with this many iterations.
+    pub fn diffusion(iterations: u32) -> Self {
+        Self::Diffusion { iterations, sweeps: 1, rate: 8.0, sharpness: 3 }
+    }
+
+    /// The conservative stencil with this many implicit steps from one path length to the next.
+    pub fn conservative(steps: u32) -> Self {
+        Self::Conservative { paths: 16, steps }
+    }
+
     /// With 16 path lengths and four steps each R is within 0.002 of its closed form.
     pub const CONSERVATIVE: Self = Self::Conservative { paths: 16, steps: 4 };
 }

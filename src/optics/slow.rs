@@ -1,0 +1,126 @@
+//! Light from below by a model that knows one line at a time (path, diffusion, thesis), put on the sensor.
+//!
+//! The model answers on cells of the body around the line, columns of the sensor times rows along the scan ([`Glow`]).
+//! Each cell is laid on the sensor's rows with the blur of lens and pixel; the laser's width is in the answer already.
+//! As in the production path, rows of a tilted surface are taken at the scale of the lit point, and the lens blurs along
+//! the line too. One direction of view serves the whole line, that of its middle.
+
+use glam::DVec3;
+use procedural::Stream;
+
+use super::camera::Camera;
+use super::expose::{CENTRE, ROWS};
+use super::row::{Row, blur};
+use super::speckle::TILE;
+use crate::lanes::exp;
+use crate::settings::{ThesisMethod, Transport};
+use crate::specimen::Specimen;
+use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::path::{Effort, body};
+use crate::transport::{diffusion, thesis};
+
+/// Pitch of the answer along the scan, about half a sensor row [mm].
+const ROW_MM: f64 = 0.05;
+/// Standard deviations of lens and pixel beyond which light is left out.
+const REACH: f32 = 5.0;
+
+/// Electrons from below in the window of every column of a profile, `[ROWS][columns]`, columns padded to whole tiles.
+pub type Window = Vec<f32>;
+
+/// What a slow model needs of the bench.
+#[derive(Debug, Clone, Copy)]
+pub struct Slow<'a> {
+    /// The body under camera and laser.
+    pub specimen: &'a Specimen,
+    /// Camera and laser.
+    pub camera: &'a Camera,
+    /// Which model.
+    pub transport: Transport,
+    /// Stream of the sample.
+    pub stream: Stream,
+}
+
+impl Slow<'_> {
+    /// The window of `profile`, which stands at scan position `y` [mm] and whose row of the specimen is `row`; `None`
+    /// where the kernel answers.
+    pub fn window(&self, row: &Row, profile: u64, y: f64) -> Option<Window> {
+        let columns = row.hits.len();
+        let height = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
+        // Bare columns stand where they would see the body.
+        let mut x: Vec<f32> = Vec::with_capacity(columns);
+        for (column, hit) in row.hits.iter().enumerate() {
+            let bare = self.camera.rig.along(column as f64, f64::from(height)) as f32;
+            let own = if row.power[column] > 0.0 { hit.x } else { bare };
+            let floor = x.last().map_or(f32::NEG_INFINITY, |last| last + 1e-3);
+            x.push(own.max(floor));
+        }
+        let middle = self.camera.sight(0.0, height, 0.0);
+        let line_mm = f64::from(middle.laser_variance.sqrt() / middle.rows_per_mm);
+        let reach = ROWS as f64 / 2.0 / f64::from(middle.rows_per_mm) + 3.0 * line_mm;
+        let line = LineOfLight {
+            body: self.specimen.body(),
+            y,
+            line_mm,
+            x: &x,
+            power: &row.power,
+            view: DVec3::from(middle.view.as_dvec3()),
+            row_mm: ROW_MM,
+            rows: (reach / ROW_MM).ceil() as usize,
+        };
+        let glow = match self.transport {
+            Transport::Kernel => return None,
+            Transport::Path { photons } => {
+                let seed = self.stream.child("transport").index(profile).key();
+                body::glow(&line, Effort { photons, seed })
+            }
+            Transport::Diffusion { voxel_mm } => {
+                diffusion::glow(&line, &diffusion::Settings { voxel_mm, ..diffusion::Settings::default() })
+            }
+            Transport::Thesis { method, iterations, pixel_mm } => {
+                let method = thesis_method(method, iterations as u32);
+                thesis::glow(&line, &thesis::Settings { method, pitch_mm: pixel_mm, ..thesis::Settings::default() })
+            }
+        };
+        Some(self.project(&glow, row))
+    }
+
+    /// Lays an answer on the sensor.
+    fn project(&self, glow: &Glow, row: &Row) -> Window {
+        let columns = glow.columns;
+        let padded = columns.next_multiple_of(TILE);
+        let mut window = vec![0.0; ROWS * padded];
+        let (mut line, mut room) = (vec![0.0; columns], vec![0.0; columns]);
+        for (i, light) in glow.light.chunks_exact(columns).enumerate() {
+            line.copy_from_slice(light);
+            blur(&mut line, self.camera.blur_variance, &mut room);
+            let y = (i as f64 - glow.rows as f64) * ROW_MM;
+            for (column, &electrons) in line.iter().enumerate() {
+                if electrons == 0.0 {
+                    continue;
+                }
+                // Rows fall with y; the window's middle row holds the centre.
+                let fraction = row.centre[column] - row.centre[column].floor();
+                let place = CENTRE as f32 + fraction - y as f32 * row.rows_per_mm[column];
+                let variance = self.camera.lens_variance();
+                let scale = 0.398_942_3 / variance.sqrt() * electrons;
+                let reach = REACH * variance.sqrt();
+                let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));
+                for k in low as usize..(high + 1.0).max(0.0) as usize {
+                    let d = k as f32 - place;
+                    window[k * padded + column] += scale * exp(-0.5 * d * d / variance);
+                }
+            }
+        }
+        window
+    }
+}
+
+fn thesis_method(method: ThesisMethod, iterations: u32) -> thesis::Method {
+    match method {
+        ThesisMethod::LinearEquation => thesis::Method::LINEAR_EQUATION,
+        ThesisMethod::AntiAliased => thesis::Method::ANTI_ALIASED,
+        ThesisMethod::Bresenham => thesis::Method::BRESENHAM,
+        ThesisMethod::Diffusion => thesis::Method::diffusion(iterations),
+        ThesisMethod::Conservative => thesis::Method::conservative(iterations),
+    }
+}
