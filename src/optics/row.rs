@@ -121,8 +121,9 @@ impl RowMaker {
         }
         for j in 0..BASIS {
             for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
-                field.clear();
                 field.resize(columns.next_multiple_of(TILE), 0.0);
+                field[..first.min(last)].fill(0.0);
+                field[last..].fill(0.0);
             }
         }
         if first >= last {
