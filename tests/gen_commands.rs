@@ -168,7 +168,9 @@ fn the_program_says_what_a_slow_model_is_for_and_files_name_it() {
     let words = ["transport: path walks 1000 photons in each of 8 profiles", "slow", "`transport: kernel`"];
     let estimate = place.done("--recipe tiny.yaml --n 3 --estimate");
     assert!(estimate.err.contains("rendering 1 sample to measure"), "{}", estimate.err);
-    for run in [estimate, place.make("set", "--n 1"), place.done("preview --recipe tiny.yaml")] {
+    let made = place.make("set", "--n 1");
+    let rendered = [place.done("preview --recipe tiny.yaml"), place.done("validate set --rerender 1")];
+    for run in [estimate, made].iter().chain(&rendered) {
         words.iter().for_each(|word| assert!(run.err.contains(word), "no `{word}` in {}", run.err));
     }
     let canonical = &place.json("set/dataset.json")["recipe"]["canonical"]["transport"];
