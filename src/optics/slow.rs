@@ -92,7 +92,7 @@ impl Slow<'_> {
         let (mut line, mut room) = (vec![0.0; columns], vec![0.0; columns]);
         for (i, light) in glow.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
-            blur(&mut line, self.camera.blur_variance, &mut room);
+            blur(&mut line, self.camera.blur_variance, 1.0, &mut room);
             let y = (i as f64 - glow.rows as f64) * ROW_MM;
             for (column, &electrons) in line.iter().enumerate() {
                 if electrons == 0.0 {
