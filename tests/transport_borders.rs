@@ -13,7 +13,7 @@ use sheetlight::settings::Transport;
 /// Scan position of the line, in the middle of the plate [profiles].
 const PROFILE: usize = 150;
 /// Columns averaged into one, 0.74 mm.
-const BIN: usize = 2;
+const BIN: usize = 8;
 
 fn wood(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, dive_deg: f32) -> Medium {
     let (up, flat) = dive_deg.to_radians().sin_cos();
@@ -33,7 +33,7 @@ fn plate(strips: Vec<Strip>) -> Body {
 }
 
 /// Scatter and light at all, of bins of columns along the line [e-]; and where the bins lie [mm].
-fn profile(body: Body, transport: Transport) -> (Vec<[f64; 2]>, Vec<f64>) {
+fn profile(body: Body, transport: Transport) -> (Vec<[f64; 3]>, Vec<f64>) {
     let mut scene = bench::scene(300);
     scene.transport = transport;
     let (sensor, band) = bench::expose(&scene, body, PROFILE..PROFILE + 1);
@@ -45,12 +45,14 @@ fn profile(body: Body, transport: Transport) -> (Vec<[f64; 2]>, Vec<f64>) {
             let at = |k: usize| f64::from(scratch.electrons(k, column));
             let peak = (0..ROWS).max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap();
             let beside: f64 = (1..=8).map(|d| at((peak + d).min(ROWS - 1)) + at(peak.saturating_sub(d))).sum();
-            sums.push([beside, (0..ROWS).map(at).sum()]);
+            let all: f64 = (0..ROWS).map(at).sum();
+            let moment: f64 = (0..ROWS).map(|k| k as f64 * at(k)).sum();
+            sums.push([beside, all, moment]);
         }
     }
     let hits = &band.row(PROFILE).hits;
     let place = |bin: usize| hits[bin * BIN..][..BIN].iter().map(|hit| f64::from(hit.x)).sum::<f64>() / BIN as f64;
-    let mean = |chunk: &[[f64; 2]]| [0, 1].map(|i| chunk.iter().map(|v| v[i]).sum::<f64>() / BIN as f64);
+    let mean = |chunk: &[[f64; 3]]| [0, 1, 2].map(|i| chunk.iter().map(|v| v[i]).sum::<f64>() / BIN as f64);
     (sums.chunks_exact(BIN).map(mean).collect(), (0..sums.len() / BIN).map(place).collect())
 }
 
@@ -74,7 +76,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// Root mean square of relative differences in scatter over the bins of a span.
-fn apart(case: &Case, one: &[[f64; 2]], judge: &[[f64; 2]], places: &[f64]) -> f64 {
+fn apart(case: &Case, one: &[[f64; 3]], judge: &[[f64; 3]], places: &[f64]) -> f64 {
     let inside = (0..places.len()).filter(|&i| (case.span[0]..=case.span[1]).contains(&places[i]));
     let squares: Vec<f64> =
         inside.filter(|&i| judge[i][0] > 0.0).map(|i| (one[i][0] / judge[i][0] - 1.0).powi(2)).collect();
@@ -91,8 +93,17 @@ fn scatter_across_borders_is_the_judges() {
         let (diffusion, _) = profile(case.body.clone(), Transport::Diffusion { voxel_mm: 0.1 });
         for i in 0..places.len() {
             println!(
-                "{:7.2} mm  scatter {:9.0} {:9.0} {:9.0}   all {:9.0} {:9.0} {:9.0}",
-                places[i], judge[i][0], kernel[i][0], diffusion[i][0], judge[i][1], kernel[i][1], diffusion[i][1]
+                "{:7.2} mm  scatter {:9.0} {:9.0} {:9.0}   all {:9.0} {:9.0} {:9.0}   row {:6.2} {:6.2} {:6.2}",
+                places[i],
+                judge[i][0],
+                kernel[i][0],
+                diffusion[i][0],
+                judge[i][1],
+                kernel[i][1],
+                diffusion[i][1],
+                judge[i][2] / judge[i][1],
+                kernel[i][2] / kernel[i][1],
+                diffusion[i][2] / diffusion[i][1]
             );
         }
         let off = [&kernel, &diffusion].map(|model| apart(&case, model, &judge, &places));

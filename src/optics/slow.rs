@@ -89,7 +89,7 @@ impl Slow<'_> {
         let columns = glow.columns;
         let padded = columns.next_multiple_of(TILE);
         let mut window = vec![0.0; ROWS * padded];
-        let (mut line, mut room) = (vec![0.0; columns], vec![0.0; columns]);
+        let (mut line, mut room) = (vec![0.0; columns], Vec::new());
         for (i, light) in glow.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
             blur(&mut line, self.camera.blur_variance, 1.0, &mut room);

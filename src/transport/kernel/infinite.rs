@@ -167,6 +167,7 @@ fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refu
         sin_dive: -axis.z as f32,
         cos_azimuth: track.1 as f32,
         view_along: (question.view.x * track.0 + question.view.y * track.1) as f32,
+        view_motion: question.view.y as f32,
         view_up: question.view.z as f32,
     };
     Ok((texel, track))

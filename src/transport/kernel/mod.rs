@@ -32,6 +32,10 @@ use crate::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SIDEWAYS: f32 = 0.6;
+/// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from the judge on bodies [1].
+const RUN: f32 = 1.3;
+/// Share of cylinder scattering that ends a run along the fibre; from the judge on bodies [1].
+const ENDS_ALONG: f32 = 0.33;
 /// Weight of a bin that is left out [1].
 const FAINT: f32 = 2e-6;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
@@ -63,6 +67,8 @@ pub struct Texel {
     pub cos_azimuth: f32,
     /// Part of the unit vector to the lens along that track [1].
     pub view_along: f32,
+    /// Part of it along the motion [1].
+    pub view_motion: f32,
     /// Its cosine against the normal [1].
     pub view_up: f32,
 }
@@ -78,6 +84,7 @@ impl Texel {
         sin_dive: 0.0,
         cos_azimuth: 1.0,
         view_along: 0.0,
+        view_motion: 0.0,
         view_up: 1.0,
     };
 }
@@ -139,6 +146,7 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (cone, rest) = view.factors(node.views());
     let cone = exp(cone);
+    let pull = pull(texel, view);
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
         let (guided, turned, moment) = (guided[j].max(0.0), turned[j].max(0.0), pulled[j] + pushed[j]);
@@ -147,9 +155,27 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
         out[1][j] = (guided * cone + turned * rest) / out[0][j].max(1e-12);
         let reach = SPREAD_MM[j] + free;
         out[2][j] =
-            texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
+            pull + texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
     }
     out
+}
+
+/// How far along the motion the lens sees light leave beside where it leaves towards all sides [mm].
+///
+/// Light that leaves towards the lens was on its way there when it was last turned, below and behind the point of exit.
+/// By reciprocity this is the persistence of light that would enter from the lens: its part across the fibre lasts
+/// 1 / (sigma_i + k sin), its part along it longer, since cylinders keep it.
+#[inline(always)]
+fn pull(texel: &Texel, view: View) -> f32 {
+    let (sin, cos) = (texel.sin_dive, (1.0 - texel.sin_dive * texel.sin_dive).max(0.0).sqrt());
+    let lost = texel.mu_a + texel.sigma_i;
+    let to_fibre = view.cone + sin;
+    let across = RUN / (lost + texel.k * (1.0 - to_fibre * to_fibre).max(0.0).sqrt());
+    let along = RUN / (lost + ENDS_ALONG * texel.k);
+    let inside = view.along / texel.n;
+    let track = across * (inside - to_fibre * cos) + along * to_fibre * cos;
+    let beside = across * (texel.view_motion - view.along * texel.cos_azimuth) / texel.n;
+    texel.cos_azimuth * track + beside
 }
 
 /// Weights of the fixed widths, and weights times displacement, of some bins.
