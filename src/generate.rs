@@ -12,6 +12,7 @@ use crate::effective::EFFECTIVE;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Recipe;
+use crate::settings::Transport;
 use crate::shard::{
     self, DatasetFolder, Encoded, GENERATOR_VERSION, ROW_BYTES, ShardError, ShardWriter, TABLES_BYTES,
     estimated_bytes_per_sample, number_column,
@@ -202,9 +203,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy.
+    /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy; only one
+    /// where the transport is a slow one.
     pub fn trial(recipe: &Recipe, order: &Order) -> u64 {
-        in_flight(recipe).min(order.samples)
+        let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
+        together.min(order.samples)
     }
 
     /// Renders the first samples to see what one takes, and counts.

@@ -158,11 +158,26 @@ pub enum Transport {
     Thesis {
         /// How light is spread over pixels.
         method: ThesisMethod,
-        /// Iterations of its diffusion.
+        /// Iterations of `diffusion`, steps from path to path of `conservative`; 0 for methods that have none.
         iterations: usize,
         /// Side of its pixels [mm].
         pixel_mm: f64,
     },
+}
+
+impl Transport {
+    /// Names of the models in recipes and files, what datasets are made with first.
+    pub const NAMES: [&str; 4] = ["kernel", "path", "diffusion", "thesis"];
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kernel => "kernel",
+            Self::Path { .. } => "path",
+            Self::Diffusion { .. } => "diffusion",
+            Self::Thesis { .. } => "thesis",
+        }
+    }
 }
 
 /// How the thesis' method spreads light over pixels.
@@ -186,6 +201,11 @@ impl ThesisMethod {
         [Self::Diffusion, Self::Conservative, Self::LinearEquation, Self::AntiAliased, Self::Bresenham];
     /// Names in recipes and files.
     pub const NAMES: [&str; 5] = ["diffusion", "conservative", "linear_equation", "anti_aliased", "bresenham"];
+
+    /// Whether it goes on step by step, so that a number of iterations means something.
+    pub fn iterates(self) -> bool {
+        matches!(self, Self::Diffusion | Self::Conservative)
+    }
 
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {

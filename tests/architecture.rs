@@ -7,13 +7,28 @@ use std::path::{Path, PathBuf};
 const LONGEST: usize = 300;
 
 /// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 14] = [
+const FORBIDDEN: [(&str, &[&str]); 15] = [
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
     ("src/recipe", &["crate::specimen", "crate::extract", "crate::shard", "crate::pipeline", "crate::labels"]),
     ("src/yaml", &["crate::recipe", "crate::medium", "crate::transport", "crate::settings", "procedural"]),
     ("src/medium", &["crate::recipe", "crate::optics", "crate::specimen", "crate::shard", "crate::study"]),
     ("src/study", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::shard"]),
+    (
+        "src/transport",
+        &[
+            "crate::recipe",
+            "crate::optics",
+            "crate::specimen",
+            "crate::extract",
+            "crate::labels",
+            "crate::record",
+            "crate::shard",
+            "crate::pipeline",
+            "crate::cli",
+            "crate::study",
+        ],
+    ),
     ("src/optics", &["crate::recipe", "crate::extract", "crate::labels", "crate::shard", "crate::record"]),
     ("src/labels.rs", &["crate::frame", "crate::extract", "crate::optics"]),
     ("src/shard", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::pipeline"]),

@@ -6,7 +6,7 @@ use std::fs;
 use std::io::Read;
 
 use gen_support::Place;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 #[test]
 fn a_preview_shows_something() {
@@ -157,4 +157,30 @@ fn readers_that_go_away_stop_nothing() {
         let status = child.wait().expect("it ends").code();
         assert!(matches!(status, Some(0 | 2)) && !text.contains("panicked"), "gen {command}: {status:?} {text}");
     }
+}
+
+/// The smallest recipe with few photons.
+const FEW: &str = "\ntransport: {model: path, photons_per_profile: 1000}\nclasses:\n";
+
+#[test]
+fn the_program_says_what_a_slow_model_is_for_and_files_name_it() {
+    let place = Place::with(&[["\nclasses:\n", FEW], ["\n  profiles: 48 ", "\n  profiles: 8 "]]);
+    let words = ["transport: path walks 1000 photons in each of 8 profiles", "slow", "`transport: kernel`"];
+    let estimate = place.done("--recipe tiny.yaml --n 3 --estimate");
+    assert!(estimate.err.contains("rendering 1 sample to measure"), "{}", estimate.err);
+    let made = place.make("set", "--n 1");
+    let rendered = [place.done("preview --recipe tiny.yaml"), place.done("validate set --rerender 1")];
+    for run in [estimate, made].iter().chain(&rendered) {
+        words.iter().for_each(|word| assert!(run.err.contains(word), "no `{word}` in {}", run.err));
+    }
+    let canonical = &place.json("set/dataset.json")["recipe"]["canonical"]["transport"];
+    assert_eq!(*canonical, json!({"model": "path", "photons_per_profile": 1000}));
+    let card = fs::read_to_string(place.path("set/README.md")).expect("a card");
+    assert!(card.contains("\n| transport | path, photons_per_profile 1000 |\n"), "{card}");
+
+    let place = Place::with(&[]);
+    let run = place.make("set", "--n 1");
+    assert!(!run.err.contains("transport"), "{}", run.err);
+    let card = fs::read_to_string(place.path("set/README.md")).expect("a card");
+    assert!(card.contains("\n| transport | kernel |\n"), "{card}");
 }

@@ -106,7 +106,7 @@ fn kernel_agrees_with_the_judge() {
     for case in &table() {
         let gaussians = figures(&kernel::solve(&case.wood.stack(), &Question::default()).unwrap());
         for (what, got, reflects) in [("gaussians", gaussians, true), ("fixed widths", produced(case), false)] {
-            println!("{:20} {what:12} {got:.4?} {:?}", case.wood.name, case.truth);
+            println!("{:20} {what:12} {got:.5?} {:?}", case.wood.name, case.truth);
             let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
             let good = (!reflects || (got[0] - case.truth[0]).abs() < 0.01)
                 && off(1) < 0.05

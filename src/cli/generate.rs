@@ -7,6 +7,7 @@ use super::progress::{Progress, bytes, counted, duration, say};
 use super::{Generate, Outcome, Usage, print};
 use crate::generate::{Estimate, Order, Summary, generate, head};
 use crate::recipe::Recipe;
+use crate::settings::Transport;
 
 /// Most samples and shards of a dataset: a folder lists as many files.
 const MOST: (u64, u64) = (100_000_000, 1_000_000);
@@ -25,6 +26,7 @@ pub(super) fn run(arguments: &Generate) -> Outcome {
     let recipe = Recipe::load(name)?;
     let order = order(arguments, &recipe, samples)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    warn(&recipe);
     pool.install(|| {
         if arguments.estimate {
             say(&format!("rendering {} to measure ...", counted(Estimate::trial(&recipe, &order), "sample")));
@@ -52,6 +54,24 @@ pub(super) fn threads(asked: Option<usize>) -> Result<usize, Usage> {
         ))),
         other => Ok(other.unwrap_or(0)),
     }
+}
+
+/// Says of a slow model of transport how much it does and what it is for.
+pub(super) fn warn(recipe: &Recipe) {
+    let work = match recipe.transport() {
+        Transport::Kernel => return,
+        Transport::Path { photons } => format!("walks {photons} photons"),
+        Transport::Diffusion { voxel_mm } => format!("solves a volume of voxels of {voxel_mm} mm"),
+        Transport::Thesis { method, pixel_mm, .. } => {
+            format!("spreads a picture of pixels of {pixel_mm} mm by {}", method.name())
+        }
+    };
+    say(&format!(
+        "transport: {} {work} in each of {}. It is slow, for single profiles and comparisons; datasets are made with \
+         `transport: kernel`",
+        recipe.transport().name(),
+        counted(recipe.size().profiles as u64, "profile"),
+    ));
 }
 
 fn samples(arguments: &Generate) -> Result<u64, Usage> {

@@ -165,6 +165,7 @@ fn print(text: &str) {
 
 fn show(arguments: &Preview) -> Outcome {
     let recipe = Recipe::load(&arguments.recipe)?;
+    generate::warn(&recipe);
     let picture = preview::preview(&recipe, arguments.seed, arguments.index);
     let mut bytes = std::io::Cursor::new(Vec::new());
     picture.write_to(&mut bytes, image::ImageFormat::Png)?;
@@ -180,6 +181,11 @@ fn check(arguments: &Validate) -> Outcome {
         let recipe = Recipe::parse("dataset.json", &head.recipe.text).map_err(|error| error.to_string());
         (recipe, Tiles::new(head.seed), head)
     });
+    if let Some((Ok(recipe), _, _)) = &again
+        && arguments.rerender > 0
+    {
+        generate::warn(recipe);
+    }
     let rerender = |index: u64| match &again {
         Some((Ok(recipe), tiles, head)) => Ok(crate::generate::sample(recipe, head.seed, index, tiles, &|_| ())),
         Some((Err(error), _, _)) => Err(error.clone()),

@@ -5,7 +5,6 @@
 //! As in the production path, rows of a tilted surface are taken at the scale of the lit point, and the lens blurs along
 //! the line too. One direction of view serves the whole line, that of its middle.
 
-use glam::DVec3;
 use procedural::Stream;
 
 use super::camera::Camera;
@@ -63,7 +62,7 @@ impl Slow<'_> {
             line_mm,
             x: &x,
             power: &row.power,
-            view: DVec3::from(middle.view.as_dvec3()),
+            view: middle.view.as_dvec3(),
             row_mm: ROW_MM,
             rows: (reach / ROW_MM).ceil() as usize,
         };
@@ -92,7 +91,7 @@ impl Slow<'_> {
         let (mut line, mut room) = (vec![0.0; columns], vec![0.0; columns]);
         for (i, light) in glow.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
-            blur(&mut line, self.camera.blur_variance, &mut room);
+            blur(&mut line, self.camera.blur_variance, 1.0, &mut room);
             let y = (i as f64 - glow.rows as f64) * ROW_MM;
             for (column, &electrons) in line.iter().enumerate() {
                 if electrons == 0.0 {

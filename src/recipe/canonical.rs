@@ -8,16 +8,12 @@ use sha2::{Digest, Sha256};
 use super::dist::Distribution;
 use super::forms;
 use super::read::Resolved;
-use super::table::SECTIONS;
 
 /// The canonical form of `recipe`.
 pub(super) fn json(recipe: &Resolved) -> Value {
     let mut root = Map::new();
-    for section in &SECTIONS {
-        for setting in section.settings {
-            let path = format!("{}.{}", section.path, setting.name);
-            insert(&mut root, &path, recipe.settings.get(&path).json());
-        }
+    for (path, setting) in &recipe.settings.0 {
+        insert(&mut root, path, setting.json());
     }
     for (path, distribution) in &recipe.parameters {
         insert(&mut root, path, distribution_json(distribution));

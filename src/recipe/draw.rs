@@ -54,7 +54,7 @@ impl Recipe {
             size: self.settings.size(),
             bench,
             wood,
-            transport: crate::settings::Transport::Kernel,
+            transport: self.settings.transport(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

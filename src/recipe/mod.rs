@@ -18,6 +18,7 @@ mod setting;
 mod setting_read;
 mod settings;
 mod table;
+mod transport;
 
 use std::collections::BTreeMap;
 
@@ -146,6 +147,11 @@ impl Recipe {
     /// How profiles are read.
     pub fn extraction(&self) -> Extraction {
         self.settings.extraction()
+    }
+
+    /// How light spreads below the surface.
+    pub fn transport(&self) -> Transport {
+        self.settings.transport()
     }
 
     /// What is written.

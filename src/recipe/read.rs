@@ -9,6 +9,7 @@ use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS};
+use super::transport;
 use super::{Class, Subject};
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node};
@@ -65,7 +66,11 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     let mut parameters = BTreeMap::new();
     for section in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
         let node = top.take(walk, section.path);
-        keys(walk, node, section, "", &mut Keys { settings: Some(&mut settings), parameters: &mut parameters });
+        if section.path == transport::SECTION {
+            transport::read(walk, node, &mut settings);
+        } else {
+            keys(walk, node, section, "", &mut Keys { settings: Some(&mut settings), parameters: &mut parameters });
+        }
     }
     for parameter in table::parameters() {
         parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
@@ -80,6 +85,7 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
             settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
         }
     }
+    transport::leave_out(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, &settings);
     check::scene(walk, "", &parameters, &BTreeMap::new());

@@ -76,6 +76,7 @@ number is written do not matter, everything else does.
 - `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
 - `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
 - `splits` sum to 1; `rot.edge` is -1 or 1.
+- A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
 
 These hold for every draw: a distribution is checked at its ends.
 ";

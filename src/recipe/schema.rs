@@ -9,6 +9,7 @@ use super::forms::FORMS;
 use super::read::LARGEST_SHARE;
 use super::setting::{Kind, Setting};
 use super::table::{SECTIONS, Section, tidy};
+use super::transport;
 use crate::settings::Channel;
 
 /// JSON Schema (draft 2020-12) of a recipe.
@@ -28,8 +29,12 @@ pub fn schema() -> Value {
         }),
     );
     for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
-        let drawn_only = top.settings.is_empty();
-        properties.insert(top.path.into(), if drawn_only { reference(top.path) } else { section(top) });
+        let schema = match top.path {
+            transport::SECTION => transport::schema(),
+            path if top.settings.is_empty() => reference(path),
+            _ => section(top),
+        };
+        properties.insert(top.path.into(), schema);
     }
     properties.insert(
         "classes".into(),
@@ -96,7 +101,8 @@ fn parameter(row: &Parameter) -> Value {
     })
 }
 
-fn setting(row: &Setting) -> Value {
+/// A setting.
+pub(super) fn setting(row: &Setting) -> Value {
     let mut schema = match row.kind {
         Kind::Count { min, max, .. } => json!({ "type": "integer", "minimum": min, "maximum": max }),
         Kind::OneOf(counts) => json!({ "enum": counts }),

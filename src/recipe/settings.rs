@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
-use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits};
+use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport};
 
-/// Every setting by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
+/// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Settings(pub BTreeMap<String, Value>);
 
@@ -54,6 +54,23 @@ impl Settings {
         }
     }
 
+    /// How light spreads below the surface.
+    pub fn transport(&self) -> Transport {
+        match self.word("transport.model") {
+            "kernel" => Transport::Kernel,
+            "path" => Transport::Path { photons: self.count("transport.photons_per_profile") as u64 },
+            "diffusion" => Transport::Diffusion { voxel_mm: self.number("transport.voxel_mm") },
+            "thesis" => {
+                let name = self.word("transport.method");
+                let method = ThesisMethod::ALL.into_iter().find(|method| method.name() == name);
+                let method = method.unwrap_or_else(|| panic!("no method {name}"));
+                let iterations = if method.iterates() { self.count("transport.iterations") } else { 0 };
+                Transport::Thesis { method, iterations, pixel_mm: self.number("transport.pixel_mm") }
+            }
+            other => panic!("no model {other}"),
+        }
+    }
+
     /// What is written.
     pub fn output(&self) -> Output {
         Output {
@@ -79,6 +96,13 @@ impl Settings {
         let [train, validation, test] =
             ["train", "validation", "test"].map(|name| self.number(&format!("splits.{name}")));
         Splits { train, validation, test }
+    }
+
+    fn word(&self, path: &str) -> &'static str {
+        match self.get(path) {
+            Value::Word(word) => word,
+            other => panic!("{path} is {other:?}"),
+        }
     }
 
     fn channels(&self, path: &str) -> Vec<Channel> {

@@ -7,6 +7,7 @@ use procedural::Parameter;
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::setting::{self, Setting};
+use super::transport;
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 
 /// A group of keys.
@@ -34,8 +35,8 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
     Section { path, doc, settings, parameters: &[] }
 }
 
-/// Every section, in the order of the light: scan, bench, board, reading, writing.
-pub(super) const SECTIONS: [Section; 15] = [
+/// Every section, in the order of the light: scan, bench, board, transport, reading, writing.
+pub(super) const SECTIONS: [Section; 16] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion, &[]),
     drawn!(Laser, &[]),
@@ -47,6 +48,7 @@ pub(super) const SECTIONS: [Section; 15] = [
     drawn!(Knots, &[]),
     drawn!(Rot, &[]),
     drawn!(Media, &[]),
+    fixed(transport::SECTION, transport::DOC, transport::TABLE),
     fixed("extraction", "How a profile is read from a frame.", setting::EXTRACTION),
     fixed("splits", "Shares of the parts of the dataset; they sum to 1.", setting::SPLITS),
     fixed("output", "What is written.", setting::OUTPUT),

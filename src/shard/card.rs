@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use output_schema::row::{OBJECT, ROW};
 use output_schema::{Column, DatasetHead, Kind};
+use serde_json::Value;
 
 use crate::record::Split;
 
@@ -29,6 +30,9 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
     add(&mut page, &format!("| seed | {} |\n| samples | {} |", head.seed, head.samples));
     add(&mut page, &format!("| shards | {} of {} samples |", head.shards, head.samples_per_shard));
     add(&mut page, &format!("| images | {} columns, {} rows |", head.images.cols, head.images.rows));
+    if let Some(transport) = transport(&recipe.canonical) {
+        add(&mut page, &format!("| transport | {transport} |"));
+    }
     add(&mut page, &format!("| classes | {} |", head.classes.join(", ")));
     let shares = head.splits.named().map(|(name, share)| format!("{name} {share}"));
     add(&mut page, &format!("| splits | {} |\n", shares.join(", ")));
@@ -101,6 +105,17 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
     );
     add(&mut page, "dataset may change that line.");
     page
+}
+
+/// How light was spread, as the recipe has it: the model, then its settings.
+fn transport(canonical: &Value) -> Option<String> {
+    let keys = canonical["transport"].as_object()?;
+    let model = keys.get("model")?.as_str()?.to_owned();
+    let others = keys.iter().filter(|(name, _)| *name != "model");
+    Some(others.fold(model, |text, (name, value)| {
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        format!("{text}, {name} {value}")
+    }))
 }
 
 fn add(page: &mut String, text: &str) {

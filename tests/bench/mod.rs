@@ -59,7 +59,8 @@ pub fn render(scene: &Scene, body: Body) -> Record {
 pub fn expose(scene: &Scene, body: Body, profiles: std::ops::Range<usize>) -> (Sensor, Band) {
     let clear = pipeline::earlywood(&scene.wood.media);
     let height = f64::from(body.bounds().1.z);
-    let sensor = Sensor::new(&scene.bench, scene.size, height, &clear, tiles(), scene.stream);
+    let sensor =
+        Sensor::new(&scene.bench, scene.size, height, &clear, tiles(), scene.stream).with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
     let band = sensor.band(&specimen, profiles, Band::default());
     (sensor, band)

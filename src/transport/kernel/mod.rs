@@ -32,6 +32,8 @@ use crate::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SIDEWAYS: f32 = 0.6;
+/// Weight of a bin that is left out [1].
+const FAINT: f32 = 2e-6;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
 const BIN_VARIANCE: f32 = 0.03;
 
@@ -132,27 +134,44 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
         w[l] = texel.enter * weight[l] * left * shrink;
         place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
     }
-    let (mut part, mut moment) = ([[0.0f32; BASIS]; 2], [0.0f32; BASIS]);
-    for l in 0..BINS {
-        let share = shares.at(place[l]);
-        let sum = &mut part[usize::from(l >= CONE)];
-        for j in 0..BASIS {
-            sum[j] += w[l] * share[j];
-            moment[j] += w[l] * along[l] * share[j];
-        }
-    }
+    let [guided, pulled] = gather(&w, along, &place, 0..CONE, shares);
+    let [turned, pushed] = gather(&w, along, &place, CONE..BINS, shares);
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (cone, rest) = view.factors(node.views());
     let cone = exp(cone);
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
-        let (guided, turned) = (part[0][j].max(0.0), part[1][j].max(0.0));
+        let (guided, turned, moment) = (guided[j].max(0.0), turned[j].max(0.0), pulled[j] + pushed[j]);
         let total = guided + turned;
         out[0][j] = total.sqrt();
         out[1][j] = (guided * cone + turned * rest) / out[0][j].max(1e-12);
         let reach = SPREAD_MM[j] + free;
         out[2][j] =
-            texel.cos_azimuth * free * (moment[j] / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
+            texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
     }
     out
+}
+
+/// Weights of the fixed widths, and weights times displacement, of some bins.
+#[inline(always)]
+fn gather(
+    w: &[f32; LANES],
+    along: &[f32; LANES],
+    place: &[f32; LANES],
+    bins: std::ops::Range<usize>,
+    shares: &Shares,
+) -> [[f32; BASIS]; 2] {
+    let (mut weight, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS]);
+    for l in bins {
+        if w[l] < FAINT {
+            continue;
+        }
+        let share = shares.at(place[l]);
+        for j in 0..BASIS {
+            let part = w[l] * share[j];
+            weight[j] += part;
+            moment[j] += along[l] * part;
+        }
+    }
+    [weight, moment]
 }

@@ -91,26 +91,30 @@ impl Table {
         })
     }
 
-    /// The half space of index `n`, background's share `rho` and sine of dive `sin_dive`, linear between the table's;
-    /// clamped to its ends.
+    /// The half space of index `n`, background's share `rho` and sine of dive `sin_dive`, clamped to the table's ends:
+    /// linear in the tetrahedron of four neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995).
     #[inline(always)]
     pub fn between(&self, n: f32, rho: f32, sin_dive: f32) -> Node {
         let (a, fa) = locate(&N, n);
         let (b, fb) = locate(&RHO, rho);
         let (c, fc) = locate(&self.dives, steepness(sin_dive));
-        let mut out = Node([0.0; NODE]);
-        for (i, wi) in [(a, 1.0 - fa), (a + 1, fa)] {
-            for (j, wj) in [(b, 1.0 - fb), (b + 1, fb)] {
-                let at = (i * RHO.len() + j) * DIVE_DEG.len() + c;
-                let (w, w2) = (wi * wj * (1.0 - fc), wi * wj * fc);
-                if w + w2 == 0.0 {
-                    continue;
-                }
-                let (near, far) = (&self.nodes[at].0, &self.nodes[at + 1].0);
-                for l in 0..NODE {
-                    out.0[l] += w * near[l] + w2 * far[l];
-                }
+        // From the lowest corner of the cell to the highest, along the axis with the greatest part first.
+        let mut steps = [(fa, RHO.len() * DIVE_DEG.len()), (fb, DIVE_DEG.len()), (fc, 1)];
+        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+            if steps[i].0 < steps[j].0 {
+                steps.swap(i, j);
             }
+        }
+        let first = (a * RHO.len() + b) * DIVE_DEG.len() + c;
+        let second = first + steps[0].1;
+        let third = second + steps[1].1;
+        let corners = [first, second, third, third + steps[2].1].map(|at| &self.nodes[at].0);
+        let [(f0, _), (f1, _), (f2, _)] = steps;
+        let weights = [1.0 - f0, f0 - f1, f1 - f2, f2];
+        let mut out = Node([0.0; NODE]);
+        for l in 0..NODE {
+            let [p, q, r, s] = corners;
+            out.0[l] = weights[0] * p[l] + weights[1] * q[l] + weights[2] * r[l] + weights[3] * s[l];
         }
         out
     }

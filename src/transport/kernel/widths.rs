@@ -14,13 +14,13 @@ pub const SPREAD_MM: [f32; BASIS] = [0.0, 0.054, 0.1, 0.205, 0.32, 0.535, 0.93, 
 
 /// Variance of the laser line for which the widths were chosen [mm^2].
 const LINE_MM2: f64 = 0.05 * 0.05;
-/// Steps of the table of shares.
-const STEPS: usize = 192;
+/// Rows of the table of shares, a power of two so that an index can be masked.
+const ROWS: usize = 512;
 
 /// Shares of the fixed widths as a function of u.
 #[derive(Debug, Clone)]
 pub struct Shares {
-    rows: Vec<[f32; BASIS]>,
+    rows: Box<[[f32; BASIS]; ROWS]>,
     low: f32,
     per_step: f32,
 }
@@ -30,23 +30,21 @@ impl Shares {
     pub fn new() -> Self {
         let nodes = SPREAD_MM.map(|s| libm::log(f64::from(s) * f64::from(s) + LINE_MM2));
         let (low, high) = (nodes[0], nodes[BASIS - 1]);
-        let rows = (0..=STEPS + 1).map(|i| cubic(&nodes, low + (high - low) * i as f64 / STEPS as f64)).collect();
-        Self { rows, low: low as f32, per_step: (STEPS as f64 / (high - low)) as f32 }
+        let steps = (ROWS - 1) as f64;
+        let row = |i: usize| cubic(&nodes, low + (high - low) * i as f64 / steps);
+        Self { rows: Box::new(std::array::from_fn(row)), low: low as f32, per_step: (steps / (high - low)) as f32 }
     }
 
-    /// Place in the table of a Gaussian with u = ln(variance + line), a fraction of a row.
+    /// Place in the table of a Gaussian with u = ln(variance + line).
     #[inline(always)]
     pub fn place(&self, u: f32) -> f32 {
-        ((u - self.low) * self.per_step).clamp(0.0, STEPS as f32)
+        (u - self.low) * self.per_step + 0.5
     }
 
-    /// Shares at a place, and how far the next row counts.
+    /// Shares at the nearest place of the table.
     #[inline(always)]
-    pub fn at(&self, place: f32) -> [f32; BASIS] {
-        let row = place as usize;
-        let rest = place - row as f32;
-        let (low, high) = (&self.rows[row], &self.rows[row + 1]);
-        std::array::from_fn(|j| low[j] + rest * (high[j] - low[j]))
+    pub fn at(&self, place: f32) -> &[f32; BASIS] {
+        &self.rows[place as usize % ROWS]
     }
 }
 
