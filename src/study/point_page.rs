@@ -143,7 +143,9 @@ fn angles(case: &Case) -> Chart {
     for by in By::all() {
         let last = |spot: &Spot| spot.found.as_ref().ok()?.last().copied().flatten().map(|c| (spot.azimuth, c));
         let spots = case.spots.iter().filter(|spot| spot.by == by).filter_map(last);
-        let points = spots.map(|(azimuth, c)| (azimuth, c.off.value, c.off.error)).collect();
+        // Side by side, so that none hides another.
+        let aside = 1.2 * series.len() as f64 - 4.8;
+        let points = spots.map(|(azimuth, c)| (azimuth + aside, c.off.value, c.off.error)).collect();
         series.push(Series { name: by.name().into(), colour: colour(by), points, joined: false });
     }
     Chart {
