@@ -19,6 +19,7 @@
 //! - [`validate`]: files -> faults
 //! - [`preview`]: one sample -> a picture for a person
 //! - [`drawing`]: words, scales and colours of pictures
+//! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
 //!
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
@@ -43,4 +44,5 @@ pub mod specimen;
 pub mod study;
 pub mod transport;
 pub mod validate;
+mod whole;
 pub mod yaml;

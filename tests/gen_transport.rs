@@ -106,7 +106,7 @@ fn the_kernel_answers_what_it_knows() {
     assert!((r - 0.746).abs() < 0.012 && error == 0.0, "{r} +- {error}");
     let run = place.run("transport --medium mcml-three-layers.yaml --model kernel");
     assert_eq!(run.code, 1);
-    assert!(run.err.contains("one medium without end") && run.err.contains("ask the model path"), "{}", run.err);
+    assert!(run.err.contains("half spaces of one medium") && run.err.contains("--model path"), "{}", run.err);
 }
 
 /// A wrong medium is answered with line, column, key and remedy; all faults at once.

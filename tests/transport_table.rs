@@ -1,52 +1,47 @@
 //! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
 
-use glam::DVec3;
 use sheetlight::optics::coherence::coherence_contrast;
+use sheetlight::study::media::{WOODS, Wood};
 use sheetlight::transport::answer::{Answer, Question, Side};
 use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread};
 use sheetlight::transport::path::{self, Effort};
-use sheetlight::transport::stack::{Scattering, Stack, Turn, WOOD_DISPERSION};
 
 struct Case {
-    name: &'static str,
-    /// mu_a, sigma_i, k [mm^-1], n.
-    medium: [f64; 4],
-    /// Rise of the fibre's +y end, and its angle with the motion [deg].
-    dive: f64,
-    azimuth: f64,
+    wood: Wood,
     /// R, radiance factor towards the lens over it, central row, S(1,8), S(7,5), (front - back) / S(1,8).
     truth: [f64; 6],
 }
 
-const fn case(name: &'static str, medium: [f64; 4], dive: f64, azimuth: f64, truth: [f64; 6]) -> Case {
-    Case { name, medium, dive, azimuth, truth }
-}
-
 /// By the judge, 1.5e6 photons each: R to 0.0003, factors to 0.002, S(7,5) of the dead knot to 2.5 %, the rest to 0.5 %.
-const TABLE: [Case; 15] = [
-    case("clear along motion", [0.08, 2.0, 10.0, 1.18], 0.0, 0.0, [0.7445, 0.823, 0.2573, 0.4079, 0.0552, 0.0]),
-    case("clear across motion", [0.08, 2.0, 10.0, 1.18], 0.0, 90.0, [0.7447, 1.695, 0.2205, 0.5014, 0.0319, 0.001]),
-    case("dive 15", [0.08, 2.0, 10.0, 1.18], 15.0, 0.0, [0.7185, 1.421, 0.1899, 0.4507, 0.0607, -0.206]),
-    case("dive 30", [0.08, 2.0, 10.0, 1.18], 30.0, 0.0, [0.6338, 0.923, 0.1023, 0.4535, 0.0726, -0.122]),
-    case("dive 45", [0.08, 2.0, 10.0, 1.18], 45.0, 0.0, [0.5797, 1.073, 0.0895, 0.4280, 0.0658, -0.012]),
-    case("dive 60", [0.08, 2.0, 10.0, 1.18], 60.0, 0.0, [0.5378, 1.051, 0.0908, 0.3984, 0.0553, 0.060]),
-    case("dive 90", [0.08, 2.0, 10.0, 1.18], 90.0, 0.0, [0.5042, 1.005, 0.0952, 0.3709, 0.0460, -0.001]),
-    case("latewood", [0.14, 2.5, 14.0, 1.18], 0.0, 0.0, [0.7199, 0.810, 0.2811, 0.3940, 0.0407, 0.001]),
-    case("sound knot", [0.22, 3.0, 14.0, 1.22], 80.0, 0.0, [0.3909, 1.019, 0.1034, 0.2809, 0.01336, 0.066]),
-    case("dead knot", [0.8, 3.0, 14.0, 1.22], 80.0, 0.0, [0.1985, 1.002, 0.0718, 0.1264, 0.00123, 0.077]),
-    case("rot", [0.5, 4.0, 8.0, 1.15], 0.0, 0.0, [0.5148, 0.802, 0.2133, 0.2928, 0.01443, 0.001]),
-    case("blue stain", [0.35, 2.0, 10.0, 1.18], 0.0, 0.0, [0.5631, 0.764, 0.2376, 0.3029, 0.02357, 0.001]),
-    case("compression", [0.20, 4.0, 14.0, 1.25], 0.0, 0.0, [0.6589, 0.863, 0.2556, 0.3778, 0.0310, 0.002]),
-    case("resin", [0.12, 0.7, 3.0, 1.45], 0.0, 0.0, [0.4361, 0.904, 0.1231, 0.2317, 0.0357, 0.001]),
-    case("wet", [0.06, 0.8, 4.0, 1.40], 0.0, 0.0, [0.5867, 0.910, 0.1538, 0.2960, 0.0523, 0.0]),
+const TRUTH: [(&str, [f64; 6]); 15] = [
+    ("clear along motion", [0.7445, 0.823, 0.2573, 0.4079, 0.0552, 0.0]),
+    ("clear across motion", [0.7447, 1.695, 0.2205, 0.5014, 0.0319, 0.001]),
+    ("dive 15", [0.7185, 1.421, 0.1899, 0.4507, 0.0607, -0.206]),
+    ("dive 30", [0.6338, 0.923, 0.1023, 0.4535, 0.0726, -0.122]),
+    ("dive 45", [0.5797, 1.073, 0.0895, 0.4280, 0.0658, -0.012]),
+    ("dive 60", [0.5378, 1.051, 0.0908, 0.3984, 0.0553, 0.060]),
+    ("dive 90", [0.5042, 1.005, 0.0952, 0.3709, 0.0460, -0.001]),
+    ("latewood", [0.7199, 0.810, 0.2811, 0.3940, 0.0407, 0.001]),
+    ("sound knot", [0.3909, 1.019, 0.1034, 0.2809, 0.01336, 0.066]),
+    ("dead knot", [0.1985, 1.002, 0.0718, 0.1264, 0.00123, 0.077]),
+    ("rot", [0.5148, 0.802, 0.2133, 0.2928, 0.01443, 0.001]),
+    ("blue stain", [0.5631, 0.764, 0.2376, 0.3029, 0.02357, 0.001]),
+    ("compression", [0.6589, 0.863, 0.2556, 0.3778, 0.0310, 0.002]),
+    ("resin", [0.4361, 0.904, 0.1231, 0.2317, 0.0357, 0.001]),
+    ("wet", [0.5867, 0.910, 0.1538, 0.2960, 0.0523, 0.0]),
 ];
 
-fn stack(case: &Case) -> Stack {
-    let ((up, flat), (x, y)) = (case.dive.to_radians().sin_cos(), case.azimuth.to_radians().sin_cos());
-    let axis = DVec3::new(x * flat, y * flat, up);
-    let [mu_a, sigma_i, sigma_c, n] = case.medium;
-    let turn = Turn::Cauchy(0.0);
-    Stack::half_space(n, mu_a, Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion: WOOD_DISPERSION })
+/// The study's media and what the judge says of them.
+fn table() -> [Case; 15] {
+    std::array::from_fn(|i| {
+        let ((name, truth), wood) = (TRUTH[i], WOODS[i]);
+        assert_eq!(wood.name, name, "the study's media and the judge's figures are in one order");
+        Case { wood, truth }
+    })
+}
+
+fn case(name: &str) -> Case {
+    table().into_iter().find(|case| case.wood.name == name).expect(name)
 }
 
 fn figures(answer: &Answer) -> [f64; 6] {
@@ -66,10 +61,10 @@ fn figures(answer: &Answer) -> [f64; 6] {
 
 /// What the fixed widths of production say.
 fn produced(case: &Case) -> [f64; 6] {
-    let (question, [mu_a, sigma_i, k, n]) = (Question::default(), case.medium.map(|v| v as f32));
+    let (question, [mu_a, sigma_i, k, n]) = (Question::default(), case.wood.coefficients.map(|v| v as f32));
     // The end that dives points against the motion where the other one rises with it.
-    let (sin_dive, sign) = (case.dive.to_radians().sin() as f32, if case.dive > 0.0 { -1.0 } else { 1.0 });
-    let (x, y) = case.azimuth.to_radians().sin_cos();
+    let (sin_dive, sign) = (case.wood.dive.to_radians().sin() as f32, if case.wood.dive > 0.0 { -1.0 } else { 1.0 });
+    let (x, y) = case.wood.azimuth.to_radians().sin_cos();
     let texel = Texel {
         mu_a,
         sigma_i,
@@ -110,10 +105,10 @@ fn produced(case: &Case) -> [f64; 6] {
 #[test]
 fn kernel_agrees_with_the_judge() {
     let mut faults = Vec::new();
-    for case in &TABLE {
-        let gaussians = figures(&kernel::solve(&stack(case), &Question::default()).unwrap());
+    for case in &table() {
+        let gaussians = figures(&kernel::solve(&case.wood.stack(), &Question::default()).unwrap());
         for (what, got, reflects) in [("gaussians", gaussians, true), ("fixed widths", produced(case), false)] {
-            println!("{:20} {what:12} {got:.5?} {:?}", case.name, case.truth);
+            println!("{:20} {what:12} {got:.5?} {:?}", case.wood.name, case.truth);
             let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
             let good = (!reflects || (got[0] - case.truth[0]).abs() < 0.01)
                 && off(1) < 0.05
@@ -122,7 +117,7 @@ fn kernel_agrees_with_the_judge() {
                 && off(4) < 0.05
                 && (got[5] - case.truth[5]).abs() < 0.03;
             if !good {
-                faults.push((case.name, what));
+                faults.push((case.wood.name, what));
             }
         }
     }
@@ -133,11 +128,12 @@ fn kernel_agrees_with_the_judge() {
 #[test]
 fn judge_still_says_so() {
     for i in [2, 8, 10, 13] {
-        let case = &TABLE[i];
+        let case = &table()[i];
         let photons = 60_000;
-        let got = path::solve(&stack(case), &Question { cells: 0, ..Question::default() }, Effort { photons, seed: 5 });
+        let got =
+            path::solve(&case.wood.stack(), &Question { cells: 0, ..Question::default() }, Effort { photons, seed: 5 });
         let figures = figures(&got);
-        println!("{:20} {figures:.4?} {:?}", case.name, case.truth);
+        println!("{:20} {figures:.4?} {:?}", case.wood.name, case.truth);
         // Shares of independent photons; the table's own error is a fifth of theirs.
         let share = |truth: f64| (truth * (1.0 - truth) * 1.04 / photons as f64).sqrt();
         for place in [0, 2, 3, 4] {
@@ -145,14 +141,14 @@ fn judge_still_says_so() {
             assert!(
                 z.abs() < 4.0,
                 "{} figure {place}: {} against {}, z {z}",
-                case.name,
+                case.wood.name,
                 figures[place],
                 case.truth[place]
             );
         }
         let lens = got.towards_lens.unwrap();
         let z = (lens.value - case.truth[0] * case.truth[1]) / lens.error;
-        assert!(z.abs() < 4.0, "{}: lens {lens:?}, z {z}", case.name);
+        assert!(z.abs() < 4.0, "{}: lens {lens:?}, z {z}", case.wood.name);
     }
 }
 
@@ -160,10 +156,7 @@ fn judge_still_says_so() {
 /// earlier walk.
 #[test]
 fn defects_darken_as_published() {
-    let scatter = |name: &str| {
-        let case = TABLE.iter().find(|c| c.name == name).expect(name);
-        figures(&kernel::solve(&stack(case), &Question::default()).unwrap())[3]
-    };
+    let scatter = |name: &str| figures(&kernel::solve(&case(name).wood.stack(), &Question::default()).unwrap())[3];
     let clear = scatter("clear along motion");
     for (name, ratio) in [("sound knot", 0.68), ("dead knot", 0.31), ("rot", 0.72), ("blue stain", 0.75)] {
         let got = scatter(name) / clear;
@@ -189,7 +182,7 @@ fn aspect(case: &Case, across: f64) -> f64 {
     const CELLS: usize = 80;
     const CELL_MM: f64 = 0.05;
     let question = Question { cells: CELLS, cell_mm: CELL_MM, ..Question::default() };
-    let point = kernel::solve(&stack(case), &question).unwrap().point;
+    let point = kernel::solve(&case.wood.stack(), &question).unwrap().point;
     let side = 2 * CELLS + 1;
     let at = |y: i64, x: usize| point[(CELLS as i64 + y) as usize * side + CELLS + x].value;
     let level = at(0, (across / CELL_MM).round() as usize);
@@ -201,7 +194,6 @@ fn aspect(case: &Case, across: f64) -> f64 {
 /// A point on clear wood is an ellipse along the fibre, on a knot it is round: aspects of the published table at 1.5 mm.
 #[test]
 fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
-    let case = |name: &str| TABLE.iter().find(|c| c.name == name).expect(name);
     for (name, published) in [
         ("clear along motion", 2.17),
         ("dive 15", 1.9),
@@ -211,7 +203,7 @@ fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
         ("dive 90", 1.0),
         ("sound knot", 1.0),
     ] {
-        let got = aspect(case(name), 1.5);
+        let got = aspect(&case(name), 1.5);
         println!("{name}: aspect {got:.2}, published {published}");
         assert!((got / published - 1.0).abs() < 0.06, "{name}: aspect {got}, published {published}");
     }

@@ -169,8 +169,7 @@ fn show(arguments: &Preview) -> Outcome {
     let picture = preview::preview(&recipe, arguments.seed, arguments.index);
     let mut bytes = std::io::Cursor::new(Vec::new());
     picture.write_to(&mut bytes, image::ImageFormat::Png)?;
-    std::fs::write(&arguments.out, bytes.into_inner())
-        .map_err(|error| format!("cannot write {}: {error}; give another place with --out", arguments.out.display()))?;
+    whole::write(&arguments.out, &bytes.into_inner())?;
     say(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
     Ok(ExitCode::SUCCESS)
 }

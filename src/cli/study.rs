@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
 use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
@@ -82,7 +83,11 @@ fn make(
 }
 
 fn encoded(report: &Report) -> Result<Vec<u8>, image::ImageError> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    report.picture.write_to(&mut bytes, image::ImageFormat::Png)?;
-    Ok(bytes.into_inner())
+    let mut bytes = Vec::new();
+    report.picture.write_with_encoder(PngEncoder::new_with_quality(
+        &mut bytes,
+        CompressionType::Best,
+        FilterType::Adaptive,
+    ))?;
+    Ok(bytes)
 }

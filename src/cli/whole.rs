@@ -1,30 +1,21 @@
-//! Files that are there as a whole or not at all: written under a temporary name, synced, renamed.
+//! What a command writes for people: the place is tried before the work, the file is there as a whole or not at all.
 
 use std::fs::{self, File};
-use std::io::{Error, ErrorKind, Write};
+use std::io::{Error, ErrorKind};
 use std::path::Path;
+
+use crate::whole;
 
 /// Writes `content` to `path`.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {
     let told = |error: Error, remedy: &str| format!("cannot write {}: {error}; {remedy}", path.display());
-    let elsewhere = "give another place with --out";
     let Some(name) = path.file_name().filter(|_| !path.is_dir()) else {
         return Err(told(Error::from(ErrorKind::IsADirectory), "give the name of a file with --out"));
     };
     let partial = path.with_file_name(format!(".tmp-{}-{}", std::process::id(), name.to_string_lossy()));
-    let write = || {
-        let mut file = File::create(&partial)?;
-        file.write_all(content)?;
-        file.sync_all()?;
-        fs::rename(&partial, path)
-    };
-    write().map_err(|error| {
-        // The first error is the one to tell.
-        let _ = fs::remove_file(&partial);
-        match error.kind() {
-            ErrorKind::NotFound => told(error, "make the folder first, or give another place with --out"),
-            _ => told(error, elsewhere),
-        }
+    whole::write(&partial, path, content).map_err(|refused| match refused.source.kind() {
+        ErrorKind::NotFound => told(refused.source, "make the folder first, or give another place with --out"),
+        _ => told(refused.source, "give another place with --out"),
     })
 }
 

@@ -5,7 +5,6 @@
 //! As in the production path, rows of a tilted surface are taken at the scale of the lit point, and the lens blurs along
 //! the line too. One direction of view serves the whole line, that of its middle.
 
-use glam::DVec3;
 use procedural::Stream;
 
 use super::camera::Camera;
@@ -63,7 +62,7 @@ impl Slow<'_> {
             line_mm,
             x: &x,
             power: &row.power,
-            view: DVec3::from(middle.view.as_dvec3()),
+            view: middle.view.as_dvec3(),
             row_mm: ROW_MM,
             rows: (reach / ROW_MM).ceil() as usize,
         };

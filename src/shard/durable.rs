@@ -8,6 +8,7 @@ use output_schema::file::temporary;
 use sha2::{Digest, Sha256};
 
 use super::ShardError;
+use crate::whole;
 
 /// A file that knows its size and SHA-256 while it grows.
 #[derive(Debug)]
@@ -55,26 +56,15 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 
 /// Writes `root/relative` as a whole or not at all.
 pub(super) fn write_whole(root: &Path, relative: &str, content: &[u8]) -> Result<(), ShardError> {
-    let (partial, whole) = (root.join(temporary(relative)), root.join(relative));
-    let write = || -> Result<(), ShardError> {
-        let mut file = File::create(&partial).map_err(|e| ShardError::io("create", &partial, e))?;
-        file.write_all(content).map_err(|e| ShardError::io("write", &partial, e))?;
-        file.sync_all().map_err(|e| ShardError::io("sync", &partial, e))?;
-        rename(&partial, &whole)?;
-        sync_directory(whole.parent().unwrap_or(root))
-    };
-    write().inspect_err(|_| {
-        // The first error is the one to tell.
-        let _ = fs::remove_file(&partial);
-    })
+    Ok(whole::write(&root.join(temporary(relative)), &root.join(relative), content)?)
 }
 
 pub(super) fn rename(from: &Path, to: &Path) -> Result<(), ShardError> {
-    fs::rename(from, to).map_err(|e| ShardError::io("rename to", to, e))
+    Ok(whole::rename(from, to)?)
 }
 
 pub(super) fn sync_directory(path: &Path) -> Result<(), ShardError> {
-    File::open(path).and_then(|directory| directory.sync_all()).map_err(|e| ShardError::io("sync", path, e))
+    Ok(whole::sync_directory(path)?)
 }
 
 pub(super) fn create_directory(path: &Path) -> Result<(), ShardError> {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 
 use super::durable::free_bytes;
+use crate::whole::Refused;
 
 /// Why a dataset folder or a shard cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +116,12 @@ impl ShardError {
             *needed = Some(bytes);
         }
         self
+    }
+}
+
+impl From<Refused> for ShardError {
+    fn from(Refused { operation, path, source }: Refused) -> Self {
+        Self::io(operation, &path, source)
     }
 }
 

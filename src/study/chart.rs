@@ -48,6 +48,8 @@ pub(super) struct Chart {
     pub y: Axis,
     /// What is shown.
     pub series: Vec<Series>,
+    /// Words below it, left of the words of x, and their colour.
+    pub foot: (String, Rgb<u8>),
 }
 
 impl Axis {
@@ -114,6 +116,7 @@ impl Chart {
         let up = |t: f64| y0 + t * (y1 - y0);
         page.words(left, top + 12, &self.title);
         page.words(left, top + 28, &self.y.words);
+        page.words_in(left, top + height - 6, &self.foot.0, self.foot.1);
         let words = LETTER * self.x.words.len() as u32;
         page.words((x1 as u32).saturating_sub(words), top + height - 6, &self.x.words);
         for (value, label) in self.x.ticks() {
@@ -150,6 +153,8 @@ impl Chart {
     }
 
     fn series(&self, page: &mut Page, series: &Series, across: &dyn Fn(f64) -> f64, up: &dyn Fn(f64) -> f64) {
+        // A few marks may be large.
+        let half = if series.points.len() < 20 { 2.0 } else { 1.0 };
         let mut last: Option<(f64, f64)> = None;
         for &(x, y, error) in &series.points {
             let place = self.x.place(x).filter(|_| self.x.inside(x)).zip(self.y.place(y));
@@ -161,7 +166,8 @@ impl Chart {
             last = place;
             let Some((t, v)) = place.filter(|(_, v)| (0.0..=1.0).contains(v)) else { continue };
             if !series.joined {
-                page.line((across(t) - 1.0, up(v)), (across(t) + 1.0, up(v)), series.colour, 3);
+                let wide = 2 * half as u32 + 1;
+                page.line((across(t) - half, up(v)), (across(t) + half, up(v)), series.colour, wide);
             }
             if error > 0.0 {
                 let end = |y: f64, none: f64| self.y.place(y).unwrap_or(none).clamp(0.0, 1.0);
@@ -214,7 +220,8 @@ mod tests {
             let points = vec![(0.0, y, 0.0), (1.0, y, 0.0)];
             let series = Series { name: String::new(), colour: red, points, joined: true };
             let mut page = Page::new(300, 200);
-            let chart = Chart { title: "t".into(), x: Axis::even("x", 0.0, 1.0), y: axis, series: vec![series] };
+            let (title, foot, x) = ("t".into(), (String::new(), red), Axis::even("x", 0.0, 1.0));
+            let chart = Chart { title, x, y: axis, series: vec![series], foot };
             chart.draw(&mut page, (0, 0), (300, 200));
             let lit = page.0.enumerate_pixels().filter(|(_, _, colour)| **colour == red);
             lit.map(|(_, y, _)| y).collect::<Vec<_>>()

@@ -22,14 +22,97 @@ pub(super) struct Case {
     pub answers: Vec<Result<Answer, String>>,
 }
 
+/// How far the kernel may be off the judge.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Bar {
+    /// So much.
+    By(f64),
+    /// Such a part of what the judge says.
+    Part(f64),
+}
+
+/// Where a number stands against its bar.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mark {
+    Within,
+    Beyond,
+    /// Two standard errors reach over the bar.
+    Open,
+}
+
 /// What is read off a line spread.
-const FIGURES: [(&str, &str); 5] = [
-    ("reflectance", "R"),
-    ("towards_lens_over_reflectance", "lens / R"),
-    ("rows_1_to_8", "S(1,8)"),
-    ("rows_7_to_11", "S7(7,5)"),
-    ("asymmetry_rows_1_to_8", "asymmetry"),
+pub(super) struct Figure {
+    key: &'static str,
+    pub name: &'static str,
+    bar: Bar,
+}
+
+const fn figure(key: &'static str, name: &'static str, bar: Bar) -> Figure {
+    Figure { key, name, bar }
+}
+
+pub(super) const FIGURES: [Figure; 5] = [
+    figure("reflectance", "R", Bar::By(0.01)),
+    figure("towards_lens_over_reflectance", "lens / R", Bar::Part(0.05)),
+    figure("rows_1_to_8", "S(1,8)", Bar::Part(0.05)),
+    figure("rows_7_to_11", "S(7,5)", Bar::Part(0.05)),
+    figure("asymmetry_rows_1_to_8", "asymmetry", Bar::By(0.03)),
 ];
+
+impl Bar {
+    /// What `figure` is off the judge, in the bar's own measure.
+    fn off(self, figure: Estimate, judge: Estimate) -> Estimate {
+        let (f, j) = (figure.value, judge.value);
+        match self {
+            Self::By(_) => Estimate { value: f - j, error: libm::hypot(figure.error, judge.error) },
+            Self::Part(_) => {
+                Estimate { value: f / j - 1.0, error: libm::hypot(figure.error, judge.error * f / j) / j.abs() }
+            }
+        }
+    }
+
+    fn mark(self, figure: Estimate, judge: Estimate) -> Mark {
+        let (Self::By(most) | Self::Part(most)) = self;
+        let Estimate { value, error } = self.off(figure, judge);
+        if value.abs() + 2.0 * error <= most {
+            Mark::Within
+        } else if value.abs() - 2.0 * error > most {
+            Mark::Beyond
+        } else {
+            Mark::Open
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Self::By(most) => format!("{most}"),
+            Self::Part(most) => format!("{} %", 100.0 * most),
+        }
+    }
+}
+
+impl Mark {
+    /// As a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Within => "ok",
+            Self::Beyond => "off",
+            Self::Open => "?",
+        }
+    }
+}
+
+impl Case {
+    fn answer(&self, model: Model) -> Option<&Answer> {
+        Model::ALL.into_iter().zip(&self.answers).find(|(known, _)| *known == model)?.1.as_ref().ok()
+    }
+
+    /// The kernel's marks in the order of [`FIGURES`]; `None` where it or the judge refuses.
+    pub fn marks(&self) -> Option<[Mark; FIGURES.len()]> {
+        let (judge, kernel) = (figures(self.answer(Model::Path)?), figures(self.answer(Model::Kernel)?));
+        Some(std::array::from_fn(|i| FIGURES[i].bar.mark(kernel[i], judge[i])))
+    }
+}
 
 /// The numbers of [`FIGURES`].
 fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
@@ -71,37 +154,53 @@ pub fn study(effort: Effort, watch: Watch) -> Report {
 fn table(cases: &[Case]) -> String {
     let mut text =
         String::from("Shares of a line's energy; asymmetry: rows 1 to 8 ahead less behind, over their sum.\n");
-    text += "In brackets what a model has over the judge (asymmetry: less the judge's).\n";
+    text += "In brackets what a model has over the judge, `path`. Published Monte Carlo figures (docs/physics.md) are those\n";
+    text += "of an earlier walk: R agrees, S(1,8) of clear wood was 0.420.\n";
+    text += "ok, off: the kernel against its bar; ?: two standard errors of the judge reach over it.\n";
     text += &format!("  {:20}{:10}", "medium", "model");
-    for (_, name) in FIGURES {
-        text += &format!("{name:>19}");
+    for Figure { name, .. } in FIGURES {
+        text += &format!("{name:>22}");
     }
     text += "\n";
     for case in cases {
-        let judge = case.answers.first().and_then(|answer| answer.as_ref().ok()).map(figures);
+        let judge = case.answer(Model::Path).map(figures);
         for (model, answer) in Model::ALL.into_iter().zip(&case.answers) {
+            let marks = case.marks().filter(|_| model == Model::Kernel);
             text += &format!("  {:20}{:10}", case.wood.name, model.name());
             match answer {
                 Ok(answer) => {
                     for (i, figure) in figures(answer).into_iter().enumerate() {
-                        let judge = judge.filter(|_| model != Model::Path).map(|judge| judge[i].value);
-                        text += &format!("{:>19}", words(i, figure, judge));
+                        let judge = judge.filter(|_| model != Model::Path).map(|judge| judge[i]);
+                        let mark = marks.map_or("", |marks| marks[i].name());
+                        text += &format!("{:>18} {mark:3}", words(FIGURES[i].bar, figure, judge));
                     }
                 }
                 Err(reason) => text += &format!("  refuses: {reason}"),
             }
-            text += "\n";
+            text = text.trim_end().to_owned() + "\n";
         }
     }
-    text
+    text + &marked(cases)
+}
+
+/// How many media the kernel has within each bar.
+pub(super) fn marked(cases: &[Case]) -> String {
+    let marks: Vec<_> = cases.iter().filter_map(Case::marks).collect();
+    let each = FIGURES.iter().enumerate().map(|(i, Figure { name, bar, .. })| {
+        let count = |mark: Mark| marks.iter().filter(|marks| marks[i] == mark).count();
+        let open = if count(Mark::Open) > 0 { format!(", {} open", count(Mark::Open)) } else { String::new() };
+        format!("{name} to {}: {} of {}{open}", bar.words(), count(Mark::Within), cases.len())
+    });
+    let each: Vec<_> = each.collect();
+    format!("kernel within its bars: {}\n", each.join("; "))
 }
 
 /// A number beside what the judge has.
-fn words(i: usize, figure: Estimate, judge: Option<f64>) -> String {
+fn words(bar: Bar, figure: Estimate, judge: Option<Estimate>) -> String {
     let own = told(figure, 4);
-    match judge {
-        Some(judge) if FIGURES[i].1 == "asymmetry" => format!("{own} ({:+.3})", figure.value - judge),
-        Some(judge) => format!("{own} ({:+.1}%)", 100.0 * (figure.value / judge - 1.0)),
+    match judge.map(|judge| (bar, bar.off(figure, judge).value)) {
+        Some((Bar::By(_), off)) => format!("{own} ({off:+.4})"),
+        Some((Bar::Part(_), off)) => format!("{own} ({:+.1}%)", 100.0 * off),
         None => own,
     }
 }
@@ -114,7 +213,7 @@ fn json(cases: &[Case], effort: Effort) -> Value {
     let answer = |(model, answer): (Model, &Result<Answer, String>)| match answer {
         Ok(answer) => {
             let mut shown = json!({ "model": model.name() });
-            for ((key, _), figure) in FIGURES.into_iter().zip(figures(answer)) {
+            for (Figure { key, .. }, figure) in FIGURES.into_iter().zip(figures(answer)) {
                 shown[key] = json!(figure);
             }
             shown["line"] = json!(answer.line);
@@ -129,6 +228,10 @@ fn json(cases: &[Case], effort: Effort) -> Value {
             "mu_a_per_mm": mu_a, "sigma_i_per_mm": sigma_i, "sigma_c_per_mm": sigma_c, "n": n,
             "dive_deg": case.wood.dive, "azimuth_deg": case.wood.azimuth,
             "models": Model::ALL.into_iter().zip(&case.answers).map(answer).collect::<Vec<_>>(),
+            "kernel_marks": case.marks().map(|marks| {
+                let each = FIGURES.iter().zip(marks).map(|(figure, mark)| (figure.key.to_owned(), json!(mark.name())));
+                Value::Object(each.collect())
+            }),
         })
     };
     document["media"] = cases.iter().map(case).collect();

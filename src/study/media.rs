@@ -1,9 +1,11 @@
 //! The fifteen media of docs/physics.md's table.
 
+use procedural::Medium;
+
 use crate::medium::axis;
 use crate::transport::stack::{Scattering, Stack, Turn, WOOD_DISPERSION};
 
-/// A kind of wood under the laser.
+/// A kind of wood under the laser; its fibres' +y end rises.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wood {
     /// What it is called.
@@ -51,6 +53,12 @@ impl Wood {
     /// The same with its fibre at another azimuth [deg].
     pub fn turned(self, azimuth: f64) -> Self {
         Self { azimuth, ..self }
+    }
+
+    /// It as matter of a body, without gloss.
+    pub fn medium(&self) -> Medium {
+        let [mu_a, sigma_i, k, n_eff] = self.coefficients.map(|value| value as f32);
+        Medium { mu_a, sigma_i, k, n_eff, fibre: axis(self.azimuth, self.dive).as_vec3(), gloss: 0.0 }
     }
 
     /// The half space of it.

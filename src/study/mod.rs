@@ -3,8 +3,10 @@
 //! - [`point`]: a point of light on wood, the ellipses that it makes
 //! - [`lines`]: a line of light on fifteen media, where it comes out
 //!
-//! A study walks [`Model::ALL`]; a model that refuses a question stands in it with its reason.
+//! A study walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question stands in it with its
+//! reason.
 
+pub mod by;
 mod chart;
 pub mod ellipse;
 mod fit;
@@ -17,6 +19,7 @@ mod point_page;
 use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
+use self::by::By;
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::model::{Model, Refusal};
 use crate::transport::path::Effort;
@@ -53,8 +56,13 @@ fn ask(
     effort: Effort,
     watch: Watch,
 ) -> Result<Answer, Refusal> {
-    watch(Step::Asks(&format!("{} about {what}", model.name())));
+    asks(model.name(), what, watch);
     model.ask(stack, question, effort, &|photons| watch(Step::Photons(photons)))
+}
+
+/// Tells who watches that somebody is asked.
+fn asks(name: &str, what: &str, watch: Watch) {
+    watch(Step::Asks(&format!("{name} about {what}")));
 }
 
 /// Photons of a study that asks each model `times` times.
@@ -72,11 +80,15 @@ fn head(study: &str, effort: Effort) -> Value {
     })
 }
 
-/// The colour that a model has in every chart.
-fn colour(model: Model) -> Rgb<u8> {
-    const COLOURS: [Rgb<u8>; 4] = [Rgb([30, 30, 30]), Rgb([214, 96, 30]), Rgb([44, 113, 142]), Rgb([120, 60, 150])];
-    let place = Model::ALL.into_iter().position(|known| known == model).unwrap_or(0);
-    COLOURS[place % COLOURS.len()]
+/// The colour that somebody has in every chart.
+fn colour(by: By) -> Rgb<u8> {
+    match by {
+        By::Model(Model::Path) => Rgb([30, 30, 30]),
+        By::Model(Model::Diffusion) => Rgb([214, 96, 30]),
+        By::Model(Model::Kernel) => Rgb([44, 113, 142]),
+        By::Thesis => Rgb([160, 50, 140]),
+        By::Conservative => Rgb([80, 140, 40]),
+    }
 }
 
 /// A number with its error where it has one.

@@ -3,18 +3,18 @@
 use glam::DVec2;
 use image::{Rgb, RgbImage};
 
+use super::by::By;
 use super::chart::{Axis, Chart, Series};
 use super::colour;
 use super::point::{ACROSS, CELL_MM, Case, Contour, Spot};
-use crate::drawing::{MARGIN, Page, viridis};
-use crate::transport::model::Model;
+use crate::drawing::{LETTER, MARGIN, Page, viridis};
 
 /// Side of a map [px], and what it shows on either side of the point [mm].
 const SIDE: u32 = 330;
 const REACH_MM: f64 = 3.3;
 const HEAD: u32 = 40;
 const FOOT: u32 = 50;
-const CHART: u32 = 300;
+const CHART: u32 = 400;
 /// Ends of the scale of light [mm^-2].
 const LEAST: f64 = 1e-5;
 const MOST: f64 = 10.0;
@@ -25,9 +25,9 @@ const GREY: Rgb<u8> = Rgb([150, 150, 150]);
 const BAR_DEG: f64 = 1.6;
 
 pub(super) fn draw(cases: &[Case]) -> RgbImage {
-    let columns = Model::ALL.len().max(3) as u32;
     let row = HEAD + SIDE + FOOT;
-    let mut page = Page::new(MARGIN + columns * (SIDE + MARGIN), cases.len() as u32 * row + CHART + MARGIN);
+    let width = By::all().count() as u32 * (SIDE + MARGIN);
+    let mut page = Page::new(MARGIN + width, cases.len() as u32 * row + CHART + MARGIN);
     for (i, case) in cases.iter().enumerate() {
         let top = i as u32 * row;
         let title = format!("{}: light of a point, fibre at {} deg", case.title, case.drawn());
@@ -35,7 +35,9 @@ pub(super) fn draw(cases: &[Case]) -> RgbImage {
         let spots = case.spots.iter().filter(|spot| spot.azimuth == case.drawn());
         for (column, spot) in spots.enumerate() {
             let left = MARGIN + column as u32 * (SIDE + MARGIN);
-            page.words_in(left, top + HEAD - 6, spot.model.name(), colour(spot.model));
+            let name = spot.by.name();
+            page.words_in(left, top + HEAD - 6, name, colour(spot.by));
+            page.words(left + LETTER * (name.len() as u32 + 2), top + HEAD - 6, &spot.note);
             map(&mut page, (left, top + HEAD), spot, case);
         }
         let ramp = |t: f32| viridis(t);
@@ -45,9 +47,10 @@ pub(super) fn draw(cases: &[Case]) -> RgbImage {
         page.words(2 * MARGIN + SIDE, top + HEAD + SIDE + 17, words);
     }
     let top = cases.len() as u32 * row;
-    let charts = cases.iter().map(aspects).chain([angles(&cases[0])]);
-    for (column, chart) in charts.enumerate() {
-        chart.draw(&mut page, (MARGIN + column as u32 * (SIDE + MARGIN), top), (SIDE, CHART));
+    let charts: Vec<_> = cases.iter().map(aspects).chain([angles(&cases[0])]).collect();
+    let pitch = width / charts.len() as u32;
+    for (column, chart) in charts.iter().enumerate() {
+        chart.draw(&mut page, (MARGIN + column as u32 * pitch, top), (pitch - MARGIN, CHART));
     }
     page.0
 }
@@ -97,7 +100,7 @@ fn map(page: &mut Page, (left, top): (u32, u32), spot: &Spot, case: &Case) {
 
 fn aspects(case: &Case) -> Chart {
     let axis = Axis::even("half diameter across the fibre [mm]", 0.0, 1.6);
-    let (low, high) = if case.far() > 1.5 { (0.0, 3.0) } else { (0.6, 1.4) };
+    let (low, high) = if case.far() > 1.5 { (0.0, 4.0) } else { (0.6, 1.6) };
     let mut series = vec![
         Series {
             name: "diffusion, far away".into(),
@@ -107,8 +110,8 @@ fn aspects(case: &Case) -> Chart {
         },
         Series { name: "docs/physics.md".into(), colour: GREY, points: vec![(1.5, case.known, 0.0)], joined: false },
     ];
-    for model in Model::ALL {
-        let spots = || case.spots.iter().filter(move |spot| spot.model == model);
+    for by in By::all() {
+        let spots = || case.spots.iter().filter(move |spot| spot.by == by);
         let at = |i: usize| {
             let found: Vec<_> = spots().filter_map(|s| s.found.as_ref().ok()?[i]).collect();
             let n = found.len() as f64;
@@ -117,10 +120,16 @@ fn aspects(case: &Case) -> Chart {
             (!found.is_empty()).then_some((ACROSS[i], mean, error))
         };
         let points = (0..ACROSS.len()).filter_map(at).collect();
-        series.push(Series { name: model.name().into(), colour: colour(model), points, joined: true });
+        series.push(Series { name: by.name().into(), colour: colour(by), points, joined: true });
     }
     let title = if case.wood.dive > 0.0 { "Sound knot" } else { "Clear wood" };
-    Chart { title: title.into(), x: axis, y: Axis::even("half diameter along over across", low, high), series }
+    Chart {
+        title: title.into(),
+        x: axis,
+        y: Axis::even("half diameter along over across", low, high),
+        series,
+        foot: (String::new(), GREY),
+    }
 }
 
 fn angles(case: &Case) -> Chart {
@@ -131,16 +140,19 @@ fn angles(case: &Case) -> Chart {
         joined: true,
     };
     let mut series = vec![flat(BAR_DEG), flat(-BAR_DEG)];
-    for model in Model::ALL {
+    for by in By::all() {
         let last = |spot: &Spot| spot.found.as_ref().ok()?.last().copied().flatten().map(|c| (spot.azimuth, c));
-        let spots = case.spots.iter().filter(|spot| spot.model == model).filter_map(last);
-        let points = spots.map(|(azimuth, c)| (azimuth, c.off.value, c.off.error)).collect();
-        series.push(Series { name: model.name().into(), colour: colour(model), points, joined: false });
+        let spots = case.spots.iter().filter(|spot| spot.by == by).filter_map(last);
+        // Side by side, so that none hides another.
+        let aside = 1.2 * series.len() as f64 - 4.8;
+        let points = spots.map(|(azimuth, c)| (azimuth + aside, c.off.value, c.off.error)).collect();
+        series.push(Series { name: by.name().into(), colour: colour(by), points, joined: false });
     }
     Chart {
         title: "Clear wood, 1.5 mm across the fibre".into(),
         x: Axis::even("azimuth of the fibre [deg]", -5.0, 95.0),
-        y: Axis::even("long axis less fibre [deg]; grey: 1.6 deg", -4.0, 4.0),
+        y: Axis::even("long axis less fibre [deg]; grey: 1.6 deg", -12.0, 16.0),
         series,
+        foot: (String::new(), GREY),
     }
 }

@@ -68,6 +68,10 @@ impl Node {
     }
 }
 
+/// `table.bin`: f32, little-endian.
+const BYTES: &[u8] = include_bytes!("table.bin");
+const _: () = assert!(BYTES.len() == 4 * NODE * N.len() * RHO.len() * DIVE_DEG.len(), "table.bin has other axes");
+
 /// The whole table, `[N][RHO][DIVE]`.
 #[derive(Debug)]
 pub struct Table {
@@ -81,8 +85,7 @@ impl Table {
     pub fn get() -> &'static Self {
         static TABLE: OnceLock<Table> = OnceLock::new();
         TABLE.get_or_init(|| {
-            let words: Vec<f32> =
-                include_bytes!("table.bin").as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+            let words: Vec<f32> = BYTES.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
             let nodes = words.as_chunks().0.iter().map(|node| Node(*node)).collect();
             Self { nodes, dives: DIVE_DEG.map(|dive| steepness(libm::sin(f64::from(dive).to_radians()) as f32)) }
         })
