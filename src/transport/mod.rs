@@ -8,7 +8,7 @@
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
 //!
 //! A fourth, [`thesis`], is light that spreads in a picture, the method of the thesis, kept to compare with. It knows no
-//! layers and answers lines and points of light on a surface alone, as all four do.
+//! layers and answers lines of light on a body and points in a plane alone.
 //!
 //! [`stack`] is the matter in plane layers and [`answer`] what is said of it; [`line`] is a line of light on a body.
 //! docs/physics.md has the equations, their sources and where each model fails.

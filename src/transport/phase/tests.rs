@@ -18,7 +18,7 @@ const CHI_SQUARE_31: f64 = 71.4;
 /// Two-sided quantile of the normal law for 20 questions at 1e-3 together.
 const Z: f64 = 4.06;
 
-fn rng(name: &str) -> impl Rng {
+fn rng(name: &str) -> impl Rng + use<> {
     Stream::root(0).child("phase").child(name).rng()
 }
 
