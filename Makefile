@@ -9,7 +9,7 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small preview validate schema bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small preview validate schema kernel-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -33,7 +33,7 @@ check: venv ## what CI runs: format, lints, docs, tests
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps
 	cargo test --release --locked --workspace
 
-bench: ## profiles a second, bytes and MB/s of writing
+bench: ## profiles and photons a second, bytes and MB/s of writing
 	cargo bench --locked
 
 wood: build ## full-size wood dataset of N samples (N=2) in out/wood
@@ -53,6 +53,10 @@ schema: build ## JSON Schemas of recipes and datasets in out/
 	mkdir -p out
 	$(GEN) schema recipe > out/recipe.schema.json
 	$(GEN) schema dataset > out/dataset.schema.json
+
+kernel-table: ## measure the kernel's table anew: half an hour on two cores; goes on in out/kernel_measurements.jsonl
+	mkdir -p out
+	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl src/transport/kernel/table.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)
 	BLESS=1 cargo test --release --locked --workspace

@@ -1,15 +1,17 @@
 //! Light inside matter: where light that enters a body comes out again, and towards whom.
 //!
-//! Four models answer the same question, from the slowest and truest to the fastest:
+//! Three models answer the same question about plane layers and are asked by name ([`model`]), from the slowest and
+//! truest to the fastest:
 //!
 //! - [`path`]: Monte Carlo of the transport equation, the judge
 //! - [`diffusion`]: a tensor of diffusion, in layers or on voxels
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
-//! - [`thesis`]: light that spreads in a picture, the method of the thesis, kept to compare with
 //!
-//! [`stack`] is the matter that they are asked about in the plain case, [`answer`] what they say, [`model`] asks
-//! whichever is wanted. docs/physics.md has
-//! the equations, their sources and where each model fails.
+//! A fourth, [`thesis`], is light that spreads in a picture, the method of the thesis, kept to compare with. It knows no
+//! layers and answers lines of light on a body and points in a plane alone.
+//!
+//! [`stack`] is the matter in plane layers and [`answer`] what is said of it; [`line`] is a line of light on a body.
+//! docs/physics.md has the equations, their sources and where each model fails.
 
 pub mod answer;
 pub mod diffusion;

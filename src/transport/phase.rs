@@ -170,3 +170,6 @@ pub fn cylinder_towards(w: DVec3, v: DVec3, axis: DVec3, turn: Turn, s: f64, rng
     let cos_turn = ((w.dot(v) - along * along) / sin2).clamp(-1.0, 1.0);
     dispersion_density(tilt, s) / chance * sin2.sqrt() * turn.density(cos_turn) / far
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,7 @@
 //!
 //! Free paths are exponential in the extinction of the current direction. Fibres, whose extinction depends on the drawn
 //! axis, use delta tracking (Woodcock 1965): collisions are drawn with sigma_i + sigma_c + mu_a and a share is null.
-//! Absorption takes its share of the weight at each collision; below [`ROULETTE`] a photon dies or gains by chance, and
+//! Absorption takes its share of the weight at each collision; below 1e-3 a photon dies or gains by chance, and
 //! what that gives or takes is booked as absorbed, so energy closes exactly. At planes where the index changes,
 //! Fresnel's law decides by chance between reflection and refraction.
 
