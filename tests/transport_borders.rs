@@ -12,6 +12,8 @@ use sheetlight::settings::Transport;
 
 /// Scan position of the line, in the middle of the plate [profiles].
 const PROFILE: usize = 150;
+/// Photons of the judge: its Scatter of a bin is known to 2 to 3 %.
+const PHOTONS: u64 = 150_000;
 /// Columns averaged into one, 0.74 mm.
 const BIN: usize = 8;
 
@@ -32,7 +34,7 @@ fn plate(strips: Vec<Strip>) -> Body {
     Body::Strips(Strips { height_mm: 22.0, length_mm: 20.0, strips })
 }
 
-/// Scatter and light at all, of bins of columns along the line [e-]; and where the bins lie [mm].
+/// Scatter, all light and its first moment in rows, of bins of columns along the line [e-]; and where the bins lie [mm].
 fn profile(body: Body, transport: Transport) -> (Vec<[f64; 3]>, Vec<f64>) {
     let mut scene = bench::scene(300);
     scene.transport = transport;
@@ -75,41 +77,44 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Root mean square of relative differences in scatter over the bins of a span.
-fn apart(case: &Case, one: &[[f64; 3]], judge: &[[f64; 3]], places: &[f64]) -> f64 {
-    let inside = (0..places.len()).filter(|&i| (case.span[0]..=case.span[1]).contains(&places[i]));
-    let squares: Vec<f64> =
-        inside.filter(|&i| judge[i][0] > 0.0).map(|i| (one[i][0] / judge[i][0] - 1.0).powi(2)).collect();
-    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+/// Bins inside a span.
+fn within(places: &[f64], span: [f64; 2]) -> Vec<usize> {
+    (0..places.len()).filter(|&i| (span[0]..=span[1]).contains(&places[i])).collect()
 }
 
+/// Root mean square of relative differences in scatter over the bins of a span.
+fn apart(one: &[[f64; 3]], judge: &[[f64; 3]], places: &[f64], span: [f64; 2]) -> f64 {
+    let inside = within(places, span);
+    (inside.iter().map(|&i| (one[i][0] / judge[i][0] - 1.0).powi(2)).sum::<f64>() / inside.len() as f64).sqrt()
+}
+
+/// Kernel: within 10 % rms of the judge in every case, and the light's mean row within 0.25 rows. Diffusion: inside the
+/// knot, where it holds, within 8 % of the judge; elsewhere it is printed.
 #[test]
 fn scatter_across_borders_is_the_judges() {
-    let photons = std::env::var("PHOTONS").ok().and_then(|text| text.parse().ok()).unwrap_or(150_000);
     let mut faults = Vec::new();
-    for case in cases().into_iter().skip(std::env::var("SKIP").map_or(0, |s| s.parse().unwrap())) {
-        let (judge, places) = profile(case.body.clone(), Transport::Path { photons });
+    for case in cases() {
+        let (judge, places) = profile(case.body.clone(), Transport::Path { photons: PHOTONS });
         let (kernel, _) = profile(case.body.clone(), Transport::Kernel);
         let (diffusion, _) = profile(case.body.clone(), Transport::Diffusion { voxel_mm: 0.1 });
+        let row = |of: &[[f64; 3]], i: usize| of[i][2] / of[i][1];
         for i in 0..places.len() {
+            let [j, k, d] = [&judge, &kernel, &diffusion].map(|of| (of[i][0], row(of, i)));
             println!(
-                "{:7.2} mm  scatter {:9.0} {:9.0} {:9.0}   all {:9.0} {:9.0} {:9.0}   row {:6.2} {:6.2} {:6.2}",
-                places[i],
-                judge[i][0],
-                kernel[i][0],
-                diffusion[i][0],
-                judge[i][1],
-                kernel[i][1],
-                diffusion[i][1],
-                judge[i][2] / judge[i][1],
-                kernel[i][2] / kernel[i][1],
-                diffusion[i][2] / diffusion[i][1]
+                "{:7.2} mm: scatter {:6.0} {:6.0} {:6.0} e-, row {:5.2} {:5.2} {:5.2}",
+                places[i], j.0, k.0, d.0, j.1, k.1, d.1
             );
         }
-        let off = [&kernel, &diffusion].map(|model| apart(&case, model, &judge, &places));
+        let off = [&kernel, &diffusion].map(|model| apart(model, &judge, &places, case.span));
         println!("{}: kernel {:.3}, diffusion {:.3} rms of the judge", case.name, off[0], off[1]);
-        if off[0] > 0.10 {
-            faults.push((case.name, off));
+        let inside: Vec<usize> = within(&places, case.span);
+        let shift = inside.iter().map(|&i| row(&kernel, i) - row(&judge, i)).sum::<f64>() / inside.len() as f64;
+        let knot = apart(&diffusion, &judge, &places, [2.0, 8.0]);
+        // Scatter of another model is another number to the last digit.
+        let same =
+            inside.iter().any(|&i| judge[i] == kernel[i] || judge[i] == diffusion[i] || kernel[i] == diffusion[i]);
+        if off[0] > 0.10 || shift.abs() > 0.25 || same || (case.name == "edge of a knot" && knot > 0.08) {
+            faults.push((case.name, off, shift, knot));
         }
     }
     assert!(faults.is_empty(), "{faults:?}");

@@ -74,7 +74,6 @@ fn produced(case: &Case) -> [f64; 6] {
         sin_dive,
         cos_azimuth: sign * y as f32,
         view_along: sign * (question.view.x * x + question.view.y * y) as f32,
-        // Rows of all light, not of what the lens sees shifted.
         view_motion: 0.0,
         view_up: question.view.z as f32,
     };

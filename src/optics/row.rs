@@ -11,7 +11,7 @@ use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
-use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread};
+use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
 
 /// Step between neighbouring columns that counts as an upright wall [mm].
 const WALL_MM: f32 = 0.3;
@@ -59,6 +59,8 @@ pub struct RowScratch {
     spread: SpreadRow,
     electrons: Vec<f32>,
     line: Vec<f32>,
+    /// How much nearer to the lens light is seen to leave, along the motion [mm].
+    pull: Vec<f32>,
     pieces: Vec<std::ops::Range<usize>>,
 }
 
@@ -70,6 +72,7 @@ impl RowScratch {
             spread: SpreadRow::new(columns),
             electrons: vec![0.0; columns],
             line: Vec::new(),
+            pull: vec![0.0; columns],
             pieces: Vec::new(),
         }
     }
@@ -125,6 +128,7 @@ impl RowMaker {
             row.glare[column] = white * medium.gloss * lobe;
             let texel = texel(medium, normal, sight.view);
             row.power[column] = white * texel.enter;
+            scratch.pull[column] = pull(&texel);
             scratch.texels[column] = texel;
         }
         for j in 0..BASIS {
@@ -146,7 +150,8 @@ impl RowMaker {
                 let inside = if row.hits[column].matter.class == Class::Background { 0.0 } else { 1.0 };
                 row.exit[j][column] = scratch.spread.exit[j][column] * inside;
                 row.source[j][column] = scratch.spread.enter[j][column] * scratch.electrons[column] * inside;
-                row.shift[j][column] = -scratch.spread.shift[j][column] * row.rows_per_mm[column];
+                let shift = scratch.spread.shift[j][column] + scratch.pull[column];
+                row.shift[j][column] = -shift * row.rows_per_mm[column];
             }
             let sigma = f64::from(SPREAD_MM[j] * SIDEWAYS) / pixel_mm;
             let variance = (sigma * sigma) as f32 + camera.blur_variance;

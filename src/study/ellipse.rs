@@ -2,7 +2,9 @@
 //!
 //! Model: in a belt about the ellipse, with rho the elliptical radius (1 on it), t = rho - 1 and phi the elliptical angle,
 //!
-//!     log I = b0 + b1 t + b2 t^2 + (b3 + b4 t) cos 2 phi + (b5 + b6 t) sin 2 phi + b7 cos phi + b8 sin phi
+//! ```text
+//! log I = b0 + b1 t + b2 t^2 + (b3 + b4 t) cos 2 phi + (b5 + b6 t) sin 2 phi + b7 cos phi + b8 sin phi
+//! ```
 //!
 //! fitted to the cells' counts (fit.rs). Where b3, b5, b7 and b8 vanish the ellipse is a line of equal light;
 //! what they are moves it there (Newton's steps). Moments inside a contour would weigh the core most, which is

@@ -146,7 +146,6 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (cone, rest) = view.factors(node.views());
     let cone = exp(cone);
-    let pull = pull(texel, view);
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
         let (guided, turned, moment) = (guided[j].max(0.0), turned[j].max(0.0), pulled[j] + pushed[j]);
@@ -155,7 +154,7 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
         out[1][j] = (guided * cone + turned * rest) / out[0][j].max(1e-12);
         let reach = SPREAD_MM[j] + free;
         out[2][j] =
-            pull + texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
+            texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
     }
     out
 }
@@ -165,8 +164,8 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
 /// Light that leaves towards the lens was on its way there when it was last turned, below and behind the point of exit.
 /// By reciprocity this is the persistence of light that would enter from the lens: its part across the fibre lasts
 /// 1 / (sigma_i + k sin), its part along it longer, since cylinders keep it.
-#[inline(always)]
-fn pull(texel: &Texel, view: View) -> f32 {
+pub fn pull(texel: &Texel) -> f32 {
+    let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (sin, cos) = (texel.sin_dive, (1.0 - texel.sin_dive * texel.sin_dive).max(0.0).sqrt());
     let lost = texel.mu_a + texel.sigma_i;
     let to_fibre = view.cone + sin;

@@ -5,8 +5,10 @@
 //! Fitted to what the judge measures, with s the part of v along the fibre's track (positive on its diving side), x the
 //! part across it and u its height:
 //!
-//!     cone light   exp( a0 + a1 c + a2 c^2 + a3 (1 - u) )
-//!     the rest     b0 + b1 s + b2 s^2 + b3 x^2
+//! ```text
+//! cone light   exp( a0 + a1 c + a2 c^2 + a3 (1 - u) )
+//! the rest     b0 + b1 s + b2 s^2 + b3 x^2
+//! ```
 //!
 //! A Lambertian surface has 1 everywhere.
 

@@ -2,8 +2,10 @@
 //!
 //! Each iteration is a time step from u0 = u, by Gauss-Seidel sweeps in the order of rows (Stam 2003):
 //!
-//!     u_i <- (u0_i + sum_k a_k u_k) / (1 + sum_k a_k)          k over eight neighbours, a_k of pixel i
-//!     u_i <- alpha_i^(1 / iterations) u_i                      after each iteration
+//! ```text
+//! u_i <- (u0_i + sum_k a_k u_k) / (1 + sum_k a_k)          k over eight neighbours, a_k of pixel i
+//! u_i <- alpha_i^(1 / iterations) u_i                      after each iteration
+//! ```
 //!
 //! The thesis says that a_k follows the direction, and not how: here a_k is proportional to cos^2p of the angle between
 //! fibre and neighbour. Where alpha is below 1, and where there is no direction, all are equal, which is its rule for

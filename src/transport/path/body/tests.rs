@@ -122,7 +122,9 @@ fn tilted_plates_have_radiance_factors() {
     agree("out", out, entered(&truth, truth.reflectance));
 }
 
-/// Light leaves a knot nearly as Lambert says, so the lens sees its line spread: chi-square, 14 free rows, alpha 0.001.
+/// Light leaves a knot nearly as Lambert says, so the lens sees its line spread: chi-square of the shares of rows 2 to 7,
+/// both sides together, 5 degrees of freedom, alpha 0.001. Nearer rows differ, since light that leaves to all sides is
+/// spread by its last run and light that leaves to one lens is not; sides differ by that run along the diving fibre.
 #[test]
 fn the_line_spread_of_a_knot_is_that_of_the_stack() {
     let (rows, medium) = (7, knot(0.22));
@@ -141,16 +143,21 @@ fn the_line_spread_of_a_knot_is_that_of_the_stack() {
             error: row(r, &glow.error).iter().map(|e| e * e).sum::<f64>().sqrt(),
         })
         .collect();
-    let (sum, all) = (got.iter().map(|e| e.value).sum::<f64>(), truth.line.iter().map(|e| e.value).sum::<f64>());
-    let chi2: f64 = got
-        .iter()
-        .zip(&truth.line)
-        .map(|(g, t)| {
-            println!("{:.4} +- {:.4} against {:.4}", g.value / sum, g.error / sum, t.value / all);
-            (g.value / sum - t.value / all).powi(2) / ((g.error / sum).powi(2) + (t.error / all).powi(2))
+    let pair = |of: &[Estimate], r: usize| {
+        let (a, b) = (of[rows - r], of[rows + r]);
+        (a.value + b.value, a.error.hypot(b.error))
+    };
+    let far = 2..=rows;
+    let sum = |of: &[Estimate]| far.clone().map(|r| pair(of, r).0).sum::<f64>();
+    let (ours, theirs) = (sum(&got), sum(&truth.line));
+    let chi2: f64 = far
+        .map(|r| {
+            let ((g, ge), (t, te)) = (pair(&got, r), pair(&truth.line, r));
+            println!("row {r}: {:.4} +- {:.4} against {:.4}", g / ours, ge / ours, t / theirs);
+            (g / ours - t / theirs).powi(2) / ((ge / ours).powi(2) + (te / theirs).powi(2))
         })
         .sum();
-    assert!(chi2 < 36.12, "chi-square {chi2} of 14 degrees of freedom");
+    assert!(chi2 < 20.5, "chi-square {chi2} of 5 degrees of freedom");
 }
 
 /// Beside a border each side is as if alone from 8 mm on, and all energy is somewhere.
