@@ -154,6 +154,10 @@ impl Sensor {
             let position = (band.profiles.start + place) as f64 - band.halo as f64;
             self.maker.make(specimen, &self.camera, (position * self.step) as f32, &mut scratch, row);
         }
+        for place in (1..band.rows.len()).rev() {
+            let (before, from) = band.rows.split_at_mut(place);
+            before[place - 1].face(&from[0]);
+        }
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, profile as f64 * self.step);
         band.windows = band.profiles.clone().map_while(window).collect();

@@ -42,6 +42,21 @@ pub struct Row {
     pub exit: [Vec<f32>; BASIS],
 }
 
+impl Row {
+    /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, so light
+    /// that would leave beyond the front edge is seen as if the surface went on.
+    pub fn face(&mut self, next: &Row) {
+        for column in 0..self.hits.len() {
+            let bare = self.hits[column].matter.class == Class::Background;
+            if bare && next.exit.iter().any(|exit| exit[column] != 0.0) {
+                for (own, next) in self.exit.iter_mut().zip(&next.exit) {
+                    own[column] = next[column];
+                }
+            }
+        }
+    }
+}
+
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
 pub struct RowMaker {
