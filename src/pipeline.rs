@@ -31,15 +31,20 @@ pub fn render(scene: &Scene, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> 
 
 /// [`render`] for any body.
 pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    let (sensor, specimen, clear) = set_up(scene, body, tiles);
+    let mut scan = Scan::new(scene);
+    scan.expose(scene, &sensor, &specimen, progress);
+    scan.record(scene, &sensor, &specimen, &clear)
+}
+
+/// Puts a body under a scene's bench; with the clear wood of the scene, for effective numbers.
+pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen, Medium) {
     let clear = earlywood(&scene.wood.media);
     let height = f64::from(body.bounds().1.z);
     let sensor =
         Sensor::new(&scene.bench, scene.size, height, &clear, tiles, scene.stream).with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
-
-    let mut scan = Scan::new(scene);
-    scan.expose(scene, &sensor, &specimen, progress);
-    scan.record(scene, &sensor, &specimen, &clear)
+    (sensor, specimen, clear)
 }
 
 /// The clear wood of a scene, for effective numbers.

@@ -95,6 +95,26 @@ fn the_study_of_lines_writes_table_json_and_picture() {
 }
 
 #[test]
+fn a_profile_of_a_board_is_asked_of_every_model() {
+    let place = Place::new();
+    let run = place.done("study profile --recipe wood-small.yaml --index 12 --photons 8000 --out here");
+    assert!(run.out.contains("Profile 128 of sample 12 (rot)"), "{}", run.out);
+    let json = place.json("here/profile.json");
+    let models = json["models"].as_array().expect("models");
+    let names: Vec<_> = models.iter().map(|model| model["model"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["path", "diffusion", "kernel", "thesis"]);
+    let middle = |model: usize, what: &str| models[model]["scatter_e"][16][what].as_f64().expect("a number");
+    assert!(middle(0, "error") > 0.0, "the judge says how sure it is");
+    // Eight thousand photons over 230 columns leave some 15 % a bin; models are farther apart than that.
+    assert!(
+        (middle(2, "value") / middle(0, "value") - 1.0).abs() < 0.6 && middle(3, "value") > 1.5 * middle(2, "value")
+    );
+    assert!(image::open(place.path("here/profile.png")).expect("a picture").width() > 1000);
+    let beyond = place.run("study profile --recipe wood-small.yaml --profile 256 --out here");
+    assert!(beyond.code == 1 && beyond.err.contains("--profile 0 to 255"), "{}", beyond.err);
+}
+
+#[test]
 fn studies_say_where_they_cannot_write() {
     let place = Place::new();
     place.write("file", "");

@@ -8,7 +8,8 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
 use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
-use crate::study::{Report, Step, Watch, lines, point};
+use crate::recipe::Recipe;
+use crate::study::{Report, Step, Watch, lines, point, profile};
 use crate::transport::path::Effort;
 
 /// Most photons for a single question: days of work.
@@ -26,6 +27,26 @@ pub(super) enum Study {
   gen study transport                              writes out/study/transport.json and transport.png
   gen study transport --photons 3000000            errors three times smaller")]
     Transport(Arguments),
+    /// One profile of a recipe's sample by every model, with the judge's standard errors
+    #[command(after_help = "Examples:
+  gen study profile --recipe wood-small.yaml --index 12 --profile 128
+                                                   writes out/study/profile.json and profile.png")]
+    Profile(Profile),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Profile {
+    /// Recipe: a YAML file, or a built-in one
+    #[arg(long, value_name = "FILE")]
+    recipe: String,
+    /// Which sample
+    #[arg(long, default_value_t = 0)]
+    index: u64,
+    /// Which profile of it [default: the middle one]
+    #[arg(long, value_name = "P")]
+    profile: Option<usize>,
+    #[command(flatten)]
+    arguments: Arguments,
 }
 
 #[derive(Debug, Args)]
@@ -33,7 +54,7 @@ pub(super) struct Arguments {
     /// Folder for the JSON file and the picture; made where it is missing
     #[arg(long, value_name = "DIR", default_value = "out/study")]
     out: PathBuf,
-    /// Photons for each question [default: 1000000 for point, 300000 for transport]
+    /// Photons for each question [default: 1000000 for point, 300000 for transport, 2000000 for profile]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_PHOTONS))]
     photons: Option<u64>,
     /// Seed of all chance
@@ -48,6 +69,16 @@ pub(super) fn run(study: &Study) -> Outcome {
     match study {
         Study::Point(arguments) => make(arguments, "point", point::PHOTONS, point::work, point::study),
         Study::Transport(arguments) => make(arguments, "transport", lines::PHOTONS, lines::work, lines::study),
+        Study::Profile(one) => {
+            let scene = Recipe::load(&one.recipe)?.draw(one.arguments.seed, one.index);
+            let chosen = one.profile.unwrap_or(scene.size.profiles / 2);
+            if chosen >= scene.size.profiles {
+                let last = scene.size.profiles - 1;
+                return Err(format!("profile {chosen} is beyond the scan: give --profile 0 to {last}").into());
+            }
+            let study = |effort: Effort, watch: Watch<'_>| profile::study(&scene, chosen, effort, watch);
+            make(&one.arguments, "profile", profile::PHOTONS, profile::work, study)
+        }
     }
 }
 
@@ -56,7 +87,7 @@ fn make(
     name: &str,
     photons: u64,
     work: fn(Effort) -> u64,
-    study: fn(Effort, Watch) -> Report,
+    study: impl Fn(Effort, Watch) -> Report + Sync,
 ) -> Outcome {
     let threads = super::generate::threads(arguments.threads)?;
     let out = &arguments.out;

@@ -2,6 +2,7 @@
 //!
 //! - [`point`]: a point of light on wood, the ellipses that it makes
 //! - [`lines`]: a line of light on fifteen media, where it comes out
+//! - [`profile`]: one profile of a recipe's sample
 //!
 //! A study walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question stands in it with its
 //! reason.
@@ -15,6 +16,7 @@ mod lines_page;
 pub mod media;
 pub mod point;
 mod point_page;
+pub mod profile;
 
 use image::{Rgb, RgbImage};
 use serde_json::{Value, json};

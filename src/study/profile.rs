@@ -1,0 +1,157 @@
+//! One profile of a recipe's sample by every model of light below the surface: what production makes of knots and borders
+//! against the judge, with the judge's standard errors.
+//!
+//! All models look through the same bench, free of sensor noise and speckle. The judge walks [`REPEATS`] independent times;
+//! mean and standard error of a bin of columns are taken from them.
+
+use procedural::Body;
+use procedural::wood::Plank;
+use serde_json::{Value, json};
+
+use super::chart::{Axis, Chart, Series};
+use super::{Report, Step, Watch, asks, colour, head};
+use crate::drawing::{MARGIN, Page};
+use crate::optics::speckle::Tiles;
+use crate::optics::{Band, ROWS, Scratch, TILE, expose};
+use crate::pipeline;
+use crate::recipe::Scene;
+use crate::settings::{ThesisMethod, Transport};
+use crate::study::by::By;
+use crate::transport::answer::Estimate;
+use crate::transport::model::Model;
+use crate::transport::path::Effort;
+
+/// Photons of the judge in all.
+pub const PHOTONS: u64 = 2_000_000;
+/// Independent walks of the judge.
+const REPEATS: u64 = 8;
+/// Columns averaged into one.
+const BIN: usize = 8;
+/// Rows beside the peak that Scatter sums on each side.
+const BESIDE: usize = 8;
+const CHART: (u32, u32) = (1100, 420);
+
+/// What a model says of the bins along the line: Scatter and all light [e-].
+struct Line {
+    by: By,
+    scatter: Vec<Estimate>,
+    light: Vec<Estimate>,
+}
+
+/// Photons of the whole study.
+pub fn work(effort: Effort) -> u64 {
+    effort.photons.div_ceil(REPEATS) * REPEATS
+}
+
+/// Asks every model about `profile` of `scene`.
+pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Report {
+    let tiles = Tiles::new(0);
+    let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
+    let mut x = Vec::new();
+    let mut look = |transport: Transport, repeat: u64| {
+        let mut own = scene.clone();
+        (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
+        let (sensor, specimen, _) = pipeline::set_up(&own, body.clone(), &tiles);
+        let band = sensor.band(&specimen, profile..profile + 1, Band::default());
+        let hits = &band.row(profile).hits;
+        x = hits
+            .chunks(BIN)
+            .map(|bin| bin.iter().map(|hit| f64::from(hit.x)).sum::<f64>() / bin.len() as f64)
+            .collect();
+        let mut columns = Vec::new();
+        let mut scratch = Scratch::default();
+        for tile in 0..hits.len().div_ceil(TILE) {
+            expose::window(&sensor, &band, profile, tile, &mut scratch);
+            columns.extend((0..TILE.min(hits.len() - tile * TILE)).map(|column| read(&scratch, column)));
+        }
+        let mean = |bin: &[[f64; 2]]| [0, 1].map(|i| bin.iter().map(|v| v[i]).sum::<f64>() / bin.len() as f64);
+        columns.chunks(BIN).map(mean).collect::<Vec<_>>()
+    };
+    let what = format!("profile {profile} of sample {}", scene.index);
+    let (method, pixel_mm) = (ThesisMethod::Diffusion, 0.05);
+    let models = [
+        (By::Model(Model::Path), Transport::Path { photons: effort.photons.div_ceil(REPEATS) }),
+        (By::Model(Model::Diffusion), Transport::Diffusion { voxel_mm: 0.1 }),
+        (By::Model(Model::Kernel), Transport::Kernel),
+        (By::Thesis, Transport::Thesis { method, iterations: 20, pixel_mm }),
+    ];
+    let lines: Vec<Line> = models
+        .into_iter()
+        .map(|(by, transport)| {
+            asks(by.name(), &what, watch);
+            let repeats = if matches!(transport, Transport::Path { .. }) { REPEATS } else { 1 };
+            let looks: Vec<_> = (0..repeats)
+                .map(|repeat| {
+                    let look = look(transport, repeat);
+                    if repeats > 1 {
+                        watch(Step::Photons(effort.photons.div_ceil(REPEATS)));
+                    }
+                    look
+                })
+                .collect();
+            let all = |i: usize| (0..looks[0].len()).map(|bin| Estimate::of(looks.iter().map(|l| l[bin][i]))).collect();
+            Line { by, scatter: all(0), light: all(1) }
+        })
+        .collect();
+    report(scene, profile, &x, &lines, effort)
+}
+
+/// Scatter and all light of a column [e-].
+fn read(scratch: &Scratch, column: usize) -> [f64; 2] {
+    let at = |k: usize| f64::from(scratch.electrons(k, column));
+    let peak = (0..ROWS).max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0);
+    let beside =
+        (1..=BESIDE).map(|d| if peak + d < ROWS { at(peak + d) } else { 0.0 } + peak.checked_sub(d).map_or(0.0, at));
+    [beside.sum(), (0..ROWS).map(at).sum()]
+}
+
+/// Root mean square of a model's relative difference in Scatter from the judge, over bins that the judge knows to 10 %.
+fn apart(model: &Line, judge: &Line) -> f64 {
+    let pairs = model.scatter.iter().zip(&judge.scatter);
+    let known = pairs.filter(|(_, judge)| judge.error > 0.0 && judge.error < 0.1 * judge.value);
+    let squares: Vec<f64> = known.map(|(model, judge)| (model.value / judge.value - 1.0).powi(2)).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[Line], effort: Effort) -> Report {
+    let judge = &lines[0];
+    let total = |line: &Line| line.light.iter().map(|e| e.value).sum::<f64>();
+    let mut table = format!(
+        "Profile {profile} of sample {} ({}): scatter is rows 1 to {BESIDE} on both sides of the peak, bins of {BIN} columns\n\
+         {:14} {:>14} {:>26}\n",
+        scene.index, scene.class, "model", "light/judge", "rms of scatter to judge"
+    );
+    for line in lines {
+        table += &format!("{:14} {:14.3} {:26.3}\n", line.by.name(), total(line) / total(judge), apart(line, judge));
+    }
+    let model = |line: &Line| -> Value {
+        json!({
+            "model": line.by.name(),
+            "rms_of_scatter_to_judge": apart(line, judge),
+            "scatter_e": line.scatter,
+            "light_e": line.light,
+        })
+    };
+    let mut json = head("profile", effort);
+    json["sample"] = json!({ "index": scene.index, "id": scene.id, "class": scene.class, "profile": profile });
+    json["x_mm"] = json!(x);
+    json["models"] = lines.iter().map(model).collect();
+    let most = lines.iter().flat_map(|line| &line.scatter).map(|e| e.value).fold(1.0, f64::max);
+    let series = lines.iter().map(|line| Series {
+        name: line.by.name().into(),
+        colour: colour(line.by),
+        points: x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error)).collect(),
+        joined: line.by != By::Model(Model::Path),
+    });
+    let ends = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
+    let chart = Chart {
+        title: format!("Sample {} ({}), profile {profile}: scatter along the line", scene.index, scene.class),
+        x: Axis::even("x [mm]", ends.0, ends.1),
+        y: Axis::even("rows 1 to 8 on both sides of the peak [e-]", 0.0, 1.05 * most),
+        series: series.collect(),
+        foot: (String::new(), colour(By::Model(Model::Kernel))),
+    };
+    let mut page = Page::new(CHART.0 + 2 * MARGIN, CHART.1 + 2 * MARGIN);
+    chart.draw(&mut page, (MARGIN, MARGIN), CHART);
+    Report { table, json, picture: page.0 }
+}
