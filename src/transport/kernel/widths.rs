@@ -76,8 +76,8 @@ fn cubic(nodes: &[f64; BASIS], u: f64) -> [f32; BASIS] {
 mod tests {
     use super::*;
 
-    /// A single Gaussian of any width between the narrowest and the widest, rows of 0.101 mm under the line: each row's
-    /// share within 7 % of the centre's (worst between the two widest). The sum over a medium's paths is far nearer: tests/transport_table.rs.
+    /// A single Gaussian, rows of 0.101 mm under the line: each row's share within 3 % of the centre's, and within 10 %
+    /// between the two widest widths. The sum over a medium's paths is far nearer: tests/transport_table.rs.
     #[test]
     fn gaussians_are_sums_of_the_fixed_ones() {
         let shares = Shares::new();
@@ -98,7 +98,8 @@ mod tests {
                     .map(|(w, s)| f64::from(*w) * cell(f64::from(s * s), f64::from(row)))
                     .sum();
                 let off = (model - truth).abs() / cell(sigma * sigma, 0.0);
-                assert!(off < 0.07, "sigma {sigma}, row {row}: {model} against {truth}, {off}");
+                let bar = if sigma < 0.93 { 0.03 } else { 0.10 };
+                assert!(off < bar, "sigma {sigma}, row {row}: {model} against {truth}, {off}");
             }
         }
     }
