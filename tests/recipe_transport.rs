@@ -69,9 +69,9 @@ fn meanings() -> Vec<(Vec<&'static str>, Transport, Value)> {
             json!({"model": "diffusion", "voxel_mm": 0.1}),
         ),
         (
-            vec!["transport: {model: diffusion, voxel_mm: 0.02}"],
-            Transport::Diffusion { voxel_mm: 0.02 },
-            json!({"model": "diffusion", "voxel_mm": 0.02}),
+            vec!["transport: {model: diffusion, voxel_mm: 0.05}"],
+            Transport::Diffusion { voxel_mm: 0.05 },
+            json!({"model": "diffusion", "voxel_mm": 0.05}),
         ),
         (
             vec!["transport: thesis", "transport: {model: thesis, method: diffusion, iterations: 20, pixel_mm: 0.1}"],
@@ -153,7 +153,7 @@ fn what_is_no_transport_says_what_is() {
 fn settings_out_of_range_are_faults() {
     for (model, key, from, to, range) in [
         ("path", "photons_per_profile", "999", "10000000001", "a whole number from 1000 to 1e10"),
-        ("diffusion", "voxel_mm", "0.019", "0.51", "a number from 0.02 to 0.5 mm"),
+        ("diffusion", "voxel_mm", "0.049", "0.51", "a number from 0.05 to 0.5 mm"),
         ("thesis", "iterations", "0", "1001", "a whole number from 1 to 1000"),
         ("thesis", "pixel_mm", "0.019", "0.51", "a number from 0.02 to 0.5 mm"),
     ] {

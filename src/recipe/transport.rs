@@ -43,7 +43,7 @@ pub(super) const TABLE: &[Setting] = &[
     },
     Setting {
         name: "voxel_mm",
-        kind: Kind::Number { min: 0.02, max: 0.5, unit: "mm" },
+        kind: Kind::Number { min: 0.05, max: 0.5, unit: "mm" },
         default: Value::Number(0.1),
         doc: "For `diffusion`: edge of a voxel; memory grows with its inverse cube.",
         source: "free; 0.1 is a row of the default camera",

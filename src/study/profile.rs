@@ -1,7 +1,7 @@
 //! One profile of a recipe's sample by every model of light below the surface: what production makes of knots and borders
 //! against the judge, with the judge's standard errors.
 //!
-//! All models look through the same bench, free of sensor noise and speckle. The judge walks [`REPEATS`] independent times;
+//! All models look through the same bench, free of sensor noise and speckle. The judge walks eight independent times;
 //! mean and standard error of a bin of columns are taken from them.
 
 use procedural::Body;
