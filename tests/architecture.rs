@@ -13,7 +13,7 @@ const FORBIDDEN: [(&str, &[&str]); 15] = [
     ("src/recipe", &["crate::specimen", "crate::extract", "crate::shard", "crate::pipeline", "crate::labels"]),
     ("src/yaml", &["crate::recipe", "crate::medium", "crate::transport", "crate::settings", "procedural"]),
     ("src/medium", &["crate::recipe", "crate::optics", "crate::specimen", "crate::shard", "crate::study"]),
-    ("src/study", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::shard"]),
+    ("src/study", &["crate::specimen", "crate::extract", "crate::labels", "crate::shard", "crate::validate"]),
     (
         "src/transport",
         &[
