@@ -28,7 +28,7 @@ fn a_preview_shows_something() {
     assert!(colours(20, width - 20, 30, height * 2 / 5) > 40, "the sensor frame is uniform");
     for panel in 0..4 {
         let (left, right) = (panel * width / 4 + width / 20, (panel + 1) * width / 4 - width / 20);
-        let least = if panel < 3 { 20 } else { 2 };
+        let least = if panel < 3 { 10 } else { 2 };
         let found = colours(left, right, height * 6 / 10, height * 9 / 10);
         assert!(found >= least, "panel {panel} has {found} colours");
     }
