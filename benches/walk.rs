@@ -5,14 +5,15 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::{DVec3, Vec3};
 use procedural::flat::Flat;
-use procedural::{Body, Medium};
+use procedural::{Body, Gloss, Medium};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sheetlight::transport::answer::Question;
 use sheetlight::transport::line::LineOfLight;
 use sheetlight::transport::path::{Effort, body, solve};
 use sheetlight::transport::stack::{Scattering, Stack};
 
-const CLEAR: Medium = Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: 0.0 };
+const CLEAR: Medium =
+    Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
 
 fn main() {
     divan::main();

@@ -157,6 +157,8 @@ mod tests {
         let instance = |id| Instance {
             id,
             class: Class::SoundKnot,
+            state: Class::SoundKnot,
+            within: 0,
             x_mm: 0.0,
             y_mm: 0.0,
             diameter_mm: 1.0,

@@ -1,7 +1,7 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
 use procedural::wood::{Media, Plank};
-use procedural::{Body, Medium};
+use procedural::{Body, Gloss, Medium};
 use rayon::prelude::*;
 
 use crate::effective::effective;
@@ -55,7 +55,8 @@ pub fn earlywood(media: &Media) -> Medium {
         k: media.earlywood_k_per_mm as f32,
         n_eff: media.clear_n_eff as f32,
         fibre: glam::Vec3::Y,
-        gloss: media.gloss as f32,
+        gloss: Gloss::wood(media.gloss as f32),
+        coat: 1.0,
     }
 }
 

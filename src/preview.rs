@@ -167,6 +167,7 @@ fn colour(class: u8) -> Rgb<u8> {
         Some(Class::DeadKnot) => Rgb([70, 36, 20]),
         Some(Class::Rot) => Rgb([74, 128, 92]),
         Some(Class::Background) | None => Rgb([40, 44, 52]),
+        Some(other) => Rgb([(*other as u8) * 9, 255 - (*other as u8) * 8, 128]),
     }
 }
 

@@ -108,7 +108,7 @@ impl Specimen {
 
     fn conveyor(&self, x: f32, y: f32, near_y: bool, medium: Medium) -> Hit {
         let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
-        let matter = Matter { medium, class: Class::Background, instance: 0 };
+        let matter = Matter { medium, film: None, class: Class::Background, instance: 0 };
         let point = Vec3A::new(x, y, 0.0);
         let (sin, cos) = libm::sincos(self.rig.tilt);
         let lens = Vec3A::new(0.0, y - (self.rig.distance * sin) as f32, (self.rig.distance * cos) as f32);

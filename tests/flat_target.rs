@@ -3,7 +3,7 @@
 mod bench;
 
 use bench::{ceramic, expose, moments, plate, render, scene};
-use procedural::Medium;
+use procedural::{Gloss, Medium};
 use sheetlight::optics::{ROWS, Scratch, expose::window};
 use sheetlight::recipe::Scene;
 use sheetlight::record::Record;
@@ -92,7 +92,7 @@ fn range_spreads_as_speckle_says() {
     (exposure.time_us, exposure.shot_noise) = (250.0, 0.0);
     (exposure.dark_noise_dn, exposure.row_noise_dn, exposure.row_pattern_dn) = (0.3, 0.0, 0.0);
     scene.extraction.subpixel_steps = 0;
-    let mirror = Medium { gloss: 1.0, ..Medium::opaque(1.0) };
+    let mirror = Medium::opaque(Gloss::wood(1.0));
     let record = render(&scene, plate(mirror, 20.0, 0.0, 0.0));
     let number = |name: &str| record.physics.iter().find(|(n, _)| *n == name).expect(name).1;
     // Correlation length behind a pixel of 6 um, docs/instrument.md: Lc = 1.081 grain for a point, 0.68 um behind 6 um.

@@ -19,7 +19,7 @@ const BIN: usize = 8;
 
 fn wood(mu_a: f32, sigma_i: f32, k: f32, n_eff: f32, dive_deg: f32) -> Medium {
     let (up, flat) = dive_deg.to_radians().sin_cos();
-    Medium { mu_a, sigma_i, k, n_eff, fibre: Vec3::new(0.0, flat, up), gloss: 0.0 }
+    Medium { mu_a, sigma_i, k, n_eff, fibre: Vec3::new(0.0, flat, up), gloss: procedural::Gloss::NONE, coat: 1.0 }
 }
 
 fn clear() -> Medium {

@@ -3,7 +3,34 @@
 use crate::column::{Column, Kind};
 
 /// Names of the pixel classes; the position is the value in label images.
-pub const PIXEL_CLASSES: [&str; 5] = ["background", "clear", "sound_knot", "dead_knot", "rot"];
+pub const PIXEL_CLASSES: [&str; 26] = [
+    "background",
+    "clear",
+    "sound_knot",
+    "dead_knot",
+    "rot",
+    "flange",
+    "pocket",
+    "missing",
+    "broken",
+    "chipped",
+    "cracked",
+    "capped",
+    "foreign_tablet",
+    "wrong_coat",
+    "double",
+    "particle",
+    "fibre",
+    "powder",
+    "shallow",
+    "collapsed",
+    "punctured",
+    "pinhole",
+    "channel",
+    "wrinkle",
+    "delamination",
+    "tablet_on_flange",
+];
 
 /// Images of a row in the order of columns; each is written only where the recipe asks for it.
 pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "instance"];

@@ -32,6 +32,7 @@ fn class_colour(class: Class) -> [u8; 3] {
         Class::SoundKnot => [178, 92, 30],
         Class::DeadKnot => [60, 20, 60],
         Class::Rot => [60, 110, 60],
+        _ => [255, 0, 255],
     }
 }
 

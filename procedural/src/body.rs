@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::Mesh;
+use crate::blister::{Pack, PackSlice};
 use crate::flat::{Flat, FlatSlice};
 use crate::strips::{Strips, StripsSlice};
 use crate::truth::{Instance, Matter, Surface};
@@ -13,6 +14,8 @@ use crate::wood::{Plank, PlankSlice};
 pub enum Body {
     /// A sawn board.
     Plank(Box<Plank>),
+    /// A blister pack.
+    Pack(Box<Pack>),
     /// A flat target of one medium, for calibration and tests.
     Flat(Flat),
     /// A flat target of several media with borders and cracks, for tests.
@@ -24,6 +27,8 @@ pub enum Body {
 pub enum Slice<'a> {
     /// Through a board.
     Plank(PlankSlice<'a>),
+    /// Through a blister pack.
+    Pack(PackSlice<'a>),
     /// Through a flat target.
     Flat(FlatSlice<'a>),
     /// Through a target of strips.
@@ -35,6 +40,7 @@ impl Body {
     pub fn slice(&self, y: f32) -> Slice<'_> {
         match self {
             Self::Plank(plank) => Slice::Plank(plank.slice(y)),
+            Self::Pack(pack) => Slice::Pack(pack.slice(y)),
             Self::Flat(flat) => Slice::Flat(flat.slice(y)),
             Self::Strips(strips) => Slice::Strips(strips.slice(y)),
         }
@@ -44,6 +50,7 @@ impl Body {
     pub fn hull(&self) -> Mesh {
         match self {
             Self::Plank(plank) => plank.hull(),
+            Self::Pack(pack) => pack.hull(),
             Self::Flat(flat) => flat.hull(),
             Self::Strips(strips) => strips.hull(),
         }
@@ -53,6 +60,7 @@ impl Body {
     pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {
             Self::Plank(plank) => plank.bounds(),
+            Self::Pack(pack) => pack.bounds(),
             Self::Flat(flat) => flat.bounds(),
             Self::Strips(strips) => strips.bounds(),
         }
@@ -62,6 +70,7 @@ impl Body {
     pub fn instances(&self) -> &[Instance] {
         match self {
             Self::Plank(plank) => plank.instances(),
+            Self::Pack(pack) => pack.instances(),
             Self::Flat(_) | Self::Strips(_) => &[],
         }
     }
@@ -72,6 +81,7 @@ impl Slice<'_> {
     pub fn surface(&self, x: f32) -> Option<Surface> {
         match self {
             Self::Plank(slice) => slice.surface(x),
+            Self::Pack(slice) => slice.surface(x),
             Self::Flat(slice) => slice.surface(x),
             Self::Strips(slice) => slice.surface(x),
         }
@@ -81,6 +91,7 @@ impl Slice<'_> {
     pub fn matter(&self, x: f32, z: f32) -> Matter {
         match self {
             Self::Plank(slice) => slice.matter(x, z),
+            Self::Pack(slice) => slice.matter(x),
             Self::Flat(slice) => slice.matter(),
             Self::Strips(slice) => slice.matter(x),
         }

@@ -75,17 +75,18 @@ impl FlatSlice<'_> {
 
     /// The one medium, without defect.
     pub fn matter(&self) -> Matter {
-        Matter { medium: self.flat.medium, class: Class::Clear, instance: 0 }
+        Matter { medium: self.flat.medium, film: None, class: Class::Clear, instance: 0 }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Gloss;
 
     #[test]
     fn the_box_touches_the_highest_corner_of_a_tilted_plate() {
-        let medium = Medium::opaque(0.5);
+        let medium = Medium::opaque(Gloss::wood(0.5));
         let flat = Flat { height_mm: 5.0, slope_x: -0.1, slope_y: 0.02, width_mm: 40.0, length_mm: 50.0, medium };
         let (low, high) = flat.bounds();
         assert_eq!(low, Vec3::new(-20.0, 0.0, 0.0));

@@ -6,6 +6,7 @@
 //! Units: mm, mm^-1, rad. Axes: x along the laser line, y along the scan, z up; z = 0 is the conveyor.
 
 pub mod arctangent;
+pub mod blister;
 pub mod body;
 pub mod flat;
 pub mod medium;
@@ -20,7 +21,7 @@ pub mod wood;
 
 pub use arctangent::atan2;
 pub use body::Body;
-pub use medium::Medium;
+pub use medium::{Film, Gloss, Medium};
 pub use mesh::Mesh;
 pub use normal::normal;
 pub use parameter::Parameter;

@@ -1,10 +1,36 @@
-//! The optical medium at a point: what light meets below the surface.
+//! The optical medium at a point: what light meets at and below the surface.
 //!
 //! Coefficients of the reciprocal transport equation with cylinder scattering (Kienle et al. 2008 for the picture):
 //! isotropic absorption, an isotropic background, and scattering by parallel cylinders whose extinction goes with the
-//! sine of the angle between light and fibre.
+//! sine of the angle between light and fibre. Matter is a half space of one medium, or a film over something else.
 
 use glam::Vec3;
+
+/// How the surface itself throws light back: microfacets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gloss {
+    /// Share of the surface that reflects like facets; the rest throws nothing back itself [1].
+    pub share: f32,
+    /// Reflectance of a facet at normal incidence [1].
+    pub reflectance: f32,
+    /// Roughness alpha of the GGX law along x and along y [1].
+    pub roughness: [f32; 2],
+}
+
+impl Gloss {
+    /// No gloss at all.
+    pub const NONE: Self = Self { share: 0.0, reflectance: 0.0, roughness: [1.0; 2] };
+
+    /// Facets of cell wall, n = 1.55, on a share of sawn wood.
+    pub const fn wood(share: f32) -> Self {
+        Self { share, reflectance: 0.046_520_57, roughness: [0.45; 2] }
+    }
+
+    /// Whether these are facets of metal: what is not thrown back is absorbed.
+    pub fn is_metal(&self) -> bool {
+        self.reflectance > 0.5
+    }
+}
 
 /// Transport coefficients and fibre direction at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,13 +45,33 @@ pub struct Medium {
     pub n_eff: f32,
     /// Unit vector along the fibre; its sign has no meaning [1].
     pub fibre: Vec3,
-    /// Share of the surface that reflects like a dielectric facet of that matter [1].
-    pub gloss: f32,
+    /// Light that the surface itself throws back.
+    pub gloss: Gloss,
+    /// Share of light that a thin coat lets through, each way [1].
+    pub coat: f32,
 }
 
 impl Medium {
     /// A surface through which nothing passes: it only reflects at first contact.
-    pub fn opaque(gloss: f32) -> Self {
-        Self { mu_a: 1.0e3, sigma_i: 1.0, k: 0.0, n_eff: 1.5, fibre: Vec3::Y, gloss }
+    pub fn opaque(gloss: Gloss) -> Self {
+        Self { mu_a: 1.0e3, sigma_i: 1.0, k: 0.0, n_eff: 1.5, fibre: Vec3::Y, gloss, coat: 1.0 }
     }
+
+    /// Matter that scatters alike in all directions.
+    pub fn isotropic(mu_a: f32, sigma_i: f32, n_eff: f32, gloss: Gloss) -> Self {
+        Self { mu_a, sigma_i, k: 0.0, n_eff, fibre: Vec3::Y, gloss, coat: 1.0 }
+    }
+}
+
+/// A film over something else. The film's own coefficients are those of the [`Medium`] beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Film {
+    /// Thickness across the film [mm].
+    pub thickness_mm: f32,
+    /// Height of the air below it; `None` where it is sealed to what lies below [mm].
+    pub gap_mm: Option<f32>,
+    /// What lies below: tablet or foil.
+    pub under: Medium,
+    /// dz/dx and dz/dy of the surface of what lies below [1].
+    pub under_slope: [f32; 2],
 }

@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use crate::truth::{Class, Matter, Surface};
-use crate::{Medium, Mesh};
+use crate::{Gloss, Medium, Mesh};
 
 /// One strip of a plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,9 +104,9 @@ impl StripsSlice<'_> {
     pub fn matter(&self, x: f32) -> Matter {
         let (medium, class) = match self.plate.at(x) {
             Some(strip) => (strip.medium, strip.class),
-            None => (Medium::opaque(0.0), Class::Background),
+            None => (Medium::opaque(Gloss::NONE), Class::Background),
         };
-        Matter { medium, class, instance: 0 }
+        Matter { medium, film: None, class, instance: 0 }
     }
 }
 
@@ -115,7 +115,8 @@ mod tests {
     use super::*;
 
     fn plate() -> Strips {
-        let strip = |width_mm, sunk_mm, class| Strip { width_mm, sunk_mm, medium: Medium::opaque(0.5), class };
+        let strip =
+            |width_mm, sunk_mm, class| Strip { width_mm, sunk_mm, medium: Medium::opaque(Gloss::wood(0.5)), class };
         let strips = vec![strip(4.0, 0.0, Class::Clear), strip(1.0, 3.0, Class::Rot), strip(5.0, 0.0, Class::DeadKnot)];
         Strips { height_mm: 8.0, length_mm: 20.0, strips }
     }

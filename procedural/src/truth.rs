@@ -1,6 +1,6 @@
 //! The truth at a point and about whole things: classes, instances and their numbers.
 
-use crate::Medium;
+use crate::{Film, Medium};
 
 /// What a point really is; the discriminant is the value in label images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -16,11 +16,80 @@ pub enum Class {
     DeadKnot = 3,
     /// Decayed wood.
     Rot = 4,
+    /// Film that is sealed to the foil, or the foil's edge.
+    Flange = 5,
+    /// A pocket as it should be, its tablet included.
+    Pocket = 6,
+    /// A pocket without its tablet.
+    Missing = 7,
+    /// Where the rest of a broken tablet is missing.
+    Broken = 8,
+    /// Where the edge of a tablet is missing.
+    Chipped = 9,
+    /// A gap through a tablet.
+    Cracked = 10,
+    /// Where a tablet has lost its cap.
+    Capped = 11,
+    /// A pocket with another product.
+    ForeignTablet = 12,
+    /// A pocket whose tablet has the wrong colour, or a damaged coat.
+    WrongCoat = 13,
+    /// A pocket with two tablets.
+    Double = 14,
+    /// A foreign particle.
+    Particle = 15,
+    /// A foreign fibre.
+    Fibre = 16,
+    /// Powder or debris.
+    Powder = 17,
+    /// A pocket that was not formed to its full depth.
+    Shallow = 18,
+    /// A dent in a pocket.
+    Collapsed = 19,
+    /// A hole in the film.
+    Punctured = 20,
+    /// A hole in the foil.
+    Pinhole = 21,
+    /// A channel through the seal.
+    Channel = 22,
+    /// A wrinkle of the foil.
+    Wrinkle = 23,
+    /// Film that has come off the foil.
+    Delamination = 24,
+    /// A tablet caught between film and foil beside the pockets.
+    TabletOnFlange = 25,
 }
 
 impl Class {
     /// Every class in the order of its value.
-    pub const ALL: [Self; 5] = [Self::Background, Self::Clear, Self::SoundKnot, Self::DeadKnot, Self::Rot];
+    pub const ALL: [Self; 26] = [
+        Self::Background,
+        Self::Clear,
+        Self::SoundKnot,
+        Self::DeadKnot,
+        Self::Rot,
+        Self::Flange,
+        Self::Pocket,
+        Self::Missing,
+        Self::Broken,
+        Self::Chipped,
+        Self::Cracked,
+        Self::Capped,
+        Self::ForeignTablet,
+        Self::WrongCoat,
+        Self::Double,
+        Self::Particle,
+        Self::Fibre,
+        Self::Powder,
+        Self::Shallow,
+        Self::Collapsed,
+        Self::Punctured,
+        Self::Pinhole,
+        Self::Channel,
+        Self::Wrinkle,
+        Self::Delamination,
+        Self::TabletOnFlange,
+    ];
 
     /// Name in files: lower case, underscores.
     pub fn name(self) -> &'static str {
@@ -30,6 +99,27 @@ impl Class {
             Self::SoundKnot => "sound_knot",
             Self::DeadKnot => "dead_knot",
             Self::Rot => "rot",
+            Self::Flange => "flange",
+            Self::Pocket => "pocket",
+            Self::Missing => "missing",
+            Self::Broken => "broken",
+            Self::Chipped => "chipped",
+            Self::Cracked => "cracked",
+            Self::Capped => "capped",
+            Self::ForeignTablet => "foreign_tablet",
+            Self::WrongCoat => "wrong_coat",
+            Self::Double => "double",
+            Self::Particle => "particle",
+            Self::Fibre => "fibre",
+            Self::Powder => "powder",
+            Self::Shallow => "shallow",
+            Self::Collapsed => "collapsed",
+            Self::Punctured => "punctured",
+            Self::Pinhole => "pinhole",
+            Self::Channel => "channel",
+            Self::Wrinkle => "wrinkle",
+            Self::Delamination => "delamination",
+            Self::TabletOnFlange => "tablet_on_flange",
         }
     }
 }
@@ -50,29 +140,35 @@ pub struct Surface {
 pub struct Matter {
     /// What light meets.
     pub medium: Medium,
+    /// What that covers, where it is a film; `None` for matter without end.
+    pub film: Option<Film>,
     /// What it is.
     pub class: Class,
     /// Which one it is: 0 for none, else the number of an [`Instance`].
     pub instance: u16,
 }
 
-/// The numbers behind one defect, whether or not any of it is visible. NaN where a number has no meaning.
+/// The numbers behind one defect or pocket, whether or not any of it is visible. NaN where a number has no meaning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instance {
     /// Number in instance images, from 1.
     pub id: u16,
-    /// Its class.
+    /// Class of its own pixels.
     pub class: Class,
+    /// What the whole of it counts as: the worst defect of a pocket, else its own class.
+    pub state: Class,
+    /// Number of the instance that it lies in; 0 for none. Boxes and areas of that one hold it too.
+    pub within: u16,
     /// Centre at the upper surface, along the laser line [mm].
     pub x_mm: f64,
     /// Centre at the upper surface, along the scan [mm].
     pub y_mm: f64,
-    /// Diameter across its axis at the upper surface [mm].
+    /// Diameter across its axis at the upper surface, or largest extent [mm].
     pub diameter_mm: f64,
     /// Angle between its axis and the upper surface [deg].
     pub dive_deg: f64,
     /// Distance from the pith at which the branch died [mm].
     pub death_radius_mm: f64,
-    /// Severity of decay, 0 to 1 [1].
+    /// Severity of decay or of a defect, 0 to 1 [1].
     pub severity: f64,
 }

@@ -5,7 +5,7 @@
 //! every profile whose window holds it.
 
 use glam::Vec3;
-use procedural::{Class, Medium};
+use procedural::{Class, Gloss, Medium};
 
 use super::camera::{Camera, Sight};
 use super::speckle::TILE;
@@ -101,7 +101,7 @@ impl RowMaker {
         Self {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             shares: Shares::new(),
-            conveyor: Medium::opaque(0.0),
+            conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
         }
     }
@@ -138,9 +138,7 @@ impl RowMaker {
             scratch.electrons[column] = white;
             let medium = &hit.matter.medium;
             (first, last) = (first.min(column), column + 1);
-            let half = (sight.view - sight.light).normalize();
-            let lobe = fresnel::gloss(-normal.dot(sight.light), facing, half.dot(normal), half.dot(sight.view));
-            row.glare[column] = white * medium.gloss * lobe;
+            row.glare[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
             let texel = texel(medium, normal, sight.view);
             row.power[column] = white * texel.enter;
             scratch.pull[column] = pull(&texel);
@@ -202,7 +200,7 @@ fn texel(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
     let length = flat.length();
     let track = if length > 1e-4 { flat / length } else { Vec3::Y };
     // What facets throw back does not enter.
-    let thrown = medium.gloss * fresnel::normal_reflectance(fresnel::CELL_WALL);
+    let thrown = medium.gloss.share * medium.gloss.reflectance;
     Texel {
         mu_a: medium.mu_a,
         sigma_i: medium.sigma_i,

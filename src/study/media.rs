@@ -1,6 +1,6 @@
 //! The fifteen media of docs/physics.md's table.
 
-use procedural::Medium;
+use procedural::{Gloss, Medium};
 
 use crate::medium::axis;
 use crate::transport::stack::{Scattering, Stack, Turn, WOOD_DISPERSION};
@@ -58,7 +58,15 @@ impl Wood {
     /// It as matter of a body, without gloss.
     pub fn medium(&self) -> Medium {
         let [mu_a, sigma_i, k, n_eff] = self.coefficients.map(|value| value as f32);
-        Medium { mu_a, sigma_i, k, n_eff, fibre: axis(self.azimuth, self.dive).as_vec3(), gloss: 0.0 }
+        Medium {
+            mu_a,
+            sigma_i,
+            k,
+            n_eff,
+            fibre: axis(self.azimuth, self.dive).as_vec3(),
+            gloss: Gloss::NONE,
+            coat: 1.0,
+        }
     }
 
     /// The half space of it.

@@ -37,7 +37,7 @@ pub fn scene(profiles: usize) -> Scene {
 /// Dense bright ceramic: light leaves within some thousandths of a mm of where it entered, so that the camera, which sees
 /// it leave nearer to itself, reads heights right to 1 um.
 pub fn ceramic() -> Medium {
-    Medium { mu_a: 5.0, sigma_i: 1500.0, k: 0.0, n_eff: 1.0, fibre: glam::Vec3::Y, gloss: 0.0 }
+    Medium::isotropic(5.0, 1500.0, 1.0, procedural::Gloss::NONE)
 }
 
 /// A wide plate: height at the origin [mm], dz/dx, dz/dy.

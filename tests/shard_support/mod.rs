@@ -170,6 +170,8 @@ fn objects(labels: &Labels, cols: usize) -> Vec<Object> {
             instance: Instance {
                 id,
                 class,
+                state: class,
+                within: 0,
                 x_mm: 1.0,
                 y_mm: 2.0,
                 diameter_mm: 12.0,

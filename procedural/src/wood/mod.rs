@@ -32,7 +32,7 @@ use self::placing::Placed;
 use self::rings::Rings;
 use self::sawn::{Sawn, SawnCut};
 use crate::noise::Noise;
-use crate::{Class, Instance, Matter, Medium, Mesh, Stream, Surface};
+use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// Rings are grown this far beyond the farthest corner [mm].
 const RING_MARGIN_MM: f32 = 10.0;
@@ -95,6 +95,8 @@ impl Plank {
             instances.push(Instance {
                 id: instances.len() as u16 + 1,
                 class: Class::Rot,
+                state: Class::Rot,
+                within: 0,
                 x_mm: board.offset_mm + f64::from(decay.side) * inwards,
                 y_mm: board.lead_in_mm + 0.5 * board.length_mm,
                 diameter_mm: f64::NAN,
@@ -220,6 +222,11 @@ impl PlankSlice<'_> {
         }
         let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
         let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
-        Matter { medium: Medium { mu_a, sigma_i, k, n_eff, fibre, gloss: plank.gloss }, class, instance }
+        Matter {
+            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, gloss: Gloss::wood(plank.gloss), coat: 1.0 },
+            film: None,
+            class,
+            instance,
+        }
     }
 }

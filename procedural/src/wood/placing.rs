@@ -168,6 +168,8 @@ fn surround(knot: Knot, at: &Proposal, wood: &Wood, trunk: &Trunk, reach: f32) -
     let instance = Instance {
         id: knot.id,
         class: knot.class,
+        state: knot.class,
+        within: 0,
         x_mm: f64::from(at.centre.x),
         y_mm: f64::from(at.centre.y),
         diameter_mm: 2.0 * f64::from(at.spot.half_width),

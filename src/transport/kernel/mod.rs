@@ -15,6 +15,7 @@
 
 mod condense;
 mod infinite;
+pub mod layers;
 pub mod table;
 mod tensor;
 pub mod view;

@@ -8,7 +8,7 @@
 //! Neglected: relief other than the fibre's angle with the surface.
 
 use glam::{DVec2, DVec3, Vec3};
-use procedural::{Body, Class, Medium};
+use procedural::{Body, Class, Gloss, Medium};
 use rayon::prelude::*;
 
 use super::DirectionMap;
@@ -18,7 +18,8 @@ use crate::transport::kernel::diffusion;
 /// Alpha from which wood counts as clear [1].
 pub const CLEAR_FROM: f64 = 0.8;
 /// What alpha is relative to: clear spruce with fibres in the surface.
-const CLEAR: Medium = Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: 0.0 };
+const CLEAR: Medium =
+    Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
 /// Length of the track of a unit vector along the fibre below which it has no direction.
 const UPRIGHT: f64 = 0.1;
 
