@@ -15,12 +15,12 @@ use super::pose::{Cavity, Pose, Wish};
 use super::solid::{Cut, Solid};
 use super::tablet::{self, Form};
 use super::{Pack, flange};
-use crate::{Class, Medium, Stream, normal};
+use crate::{Class, Gloss, Medium, Stream, normal};
 
 /// Least distance of a tablet from the film [mm].
 const MARGIN_MM: f32 = 0.01;
-/// Largest part of the bumps that probes of a tablet may miss between them [1].
-const MISSED: f32 = 0.3;
+/// Distance between columns that the pose is checked at [mm].
+const COLUMN_MM: f32 = 0.25;
 /// Depth of a pocket that is barely too shallow, and of the worst, over the full depth [1].
 pub const SHALLOW: [f32; 2] = [0.85, 0.3];
 /// How much deeper the film is formed at a time where something has no room [1].
@@ -100,13 +100,17 @@ impl Pack {
             };
             let foreign = (class == Class::ForeignTablet).then(|| own.probes());
             let probes = foreign.as_deref().unwrap_or(probes);
-            let pose = self.settle(cell, &own, probes, wish);
+            let floor = self.web.foil_mm + self.slack;
+            let pose = self.settle(cell, &own, probes, wish, floor);
             short = Some(own.outline().half().y);
             let damaged = mine().find(|p| plan::damage(p.class));
             let up = if wish.flipped { -1.0 } else { 1.0 };
             self.lay_tablet(cell, &own, &pose, medium, damaged.map(|p| (p, damage(&own, p, up))));
             if class == Class::Double {
-                self.stack(cell, &own, probes, &pose, medium);
+                // The second one lies flat on the first.
+                let floor = pose.middle.z + own.support(pose.turn, Vec3::Z) + self.slack;
+                let second = self.settle(cell, &own, probes, Wish::FLAT, floor);
+                self.lay_tablet(cell, &own, &second, medium, None);
             }
             if class == Class::Shallow {
                 let depth = self.web.cells[cell].factor;
@@ -152,38 +156,33 @@ impl Pack {
         self.solids.push(solid);
     }
 
-    /// Distance that probes keep from the film [mm].
-    fn margin(&self) -> f32 {
-        MARGIN_MM + self.slack + MISSED * self.web.highest_bump()
-    }
-
-    /// Lays a tablet in a pocket; where not even a flat one has room, the film is formed deeper until it has.
-    fn settle(&mut self, cell: usize, form: &Form, probes: &[Vec3], wish: Wish) -> Pose {
+    /// Lays a tablet in a pocket on that level; where not even a flat one has room, the film is formed deeper until it
+    /// has.
+    fn settle(&mut self, cell: usize, form: &Form, probes: &[Vec3], wish: Wish, floor: f32) -> Pose {
+        let mut more = 0.0;
         loop {
-            let (web, middle) = (&self.web, self.web.cells[cell].middle);
-            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low();
-            let (axis, floor, margin) = (web.formed.axis, web.foil_mm + self.slack, self.margin());
-            let cavity = Cavity { middle, axis, floor, ceiling: &ceiling, margin };
+            let (web, lay, middle) = (&self.web, &self.lay, self.web.cells[cell].middle);
+            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low(lay.warp(p).1);
+            let margin = MARGIN_MM + self.slack + more;
+            let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin };
             if let Some(pose) = cavity.settle(form, probes, wish) {
-                return pose;
+                // Bumps between the probes take what the probes must then keep in addition.
+                let room = room(form, &pose, &ceiling) - self.slack;
+                if room > 0.5 * MARGIN_MM {
+                    return pose;
+                }
+                more += MARGIN_MM - room;
+            } else {
+                self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
             }
-            self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
         }
     }
+}
 
-    /// Lays a second tablet on the first, and forms the film deep enough for both.
-    fn stack(&mut self, cell: usize, form: &Form, probes: &[Vec3], first: &Pose, medium: Medium) {
-        let floor = first.middle.z + form.support(first.turn, Vec3::Z) + self.slack;
-        let middle = self.web.cells[cell].middle;
-        loop {
-            let web = &self.web;
-            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low();
-            let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin: self.margin() };
-            let pose = Wish::FLAT.pose(form, middle, web.formed.axis, floor);
-            if cavity.holds(&pose, probes) {
-                return self.lay_tablet(cell, form, &pose, medium, None);
-            }
-            self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
-        }
-    }
+/// Least distance between the upper side of a tablet and the film over it, column by column [mm].
+fn room(form: &Form, pose: &Pose, ceiling: &dyn Fn(Vec2) -> f32) -> f32 {
+    let linear = pose.turn * Mat3::from_diagonal(form.scale);
+    let solid = Solid::new(form.shape, Vec::new(), linear, pose.middle, Medium::opaque(Gloss::NONE), Class::Pocket, 0);
+    let columns = solid.columns(COLUMN_MM);
+    columns.map(|(p, [_, top])| ceiling(p) - top).fold(f32::INFINITY, f32::min)
 }

@@ -16,7 +16,7 @@ const ANGLES: usize = 40;
 /// Rings of probes on each cap.
 const RINGS: usize = 8;
 /// Probes along a straight side.
-const ALONG: usize = 6;
+const ALONG: usize = 10;
 
 /// The size and form of a tablet; its long axis is x, its faces lie at +z and -z.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -77,10 +77,16 @@ pub struct Leaf {
 }
 
 impl Leaf {
-    /// Lower side over the conveyor [mm].
+    /// Lower side over the conveyor on a flat card, where the card as it lies is tilted by that slope [mm].
     #[inline]
-    pub fn low(&self) -> f32 {
-        self.top - self.thickness * (1.0 + self.slope.length_squared()).sqrt()
+    pub fn low(&self, tilt: Vec2) -> f32 {
+        self.top - self.thickness * (1.0 + (self.slope + tilt).length_squared()).sqrt()
+    }
+
+    /// Thins the film as far as its lower side would lie below `low` [mm].
+    pub fn keep_above(&mut self, low: f32, tilt: Vec2) {
+        let steep = (1.0 + (self.slope + tilt).length_squared()).sqrt();
+        self.thickness = self.thickness.min((self.top - low) / steep);
     }
 }
 
