@@ -21,6 +21,8 @@ use crate::{Class, Gloss, Medium, Stream, normal};
 const MARGIN_MM: f32 = 0.01;
 /// Distance between columns that the pose is checked at [mm].
 const COLUMN_MM: f32 = 0.25;
+/// Film that is closer than this is looked at more closely [mm].
+const CLOSE_MM: f32 = 0.15;
 /// Depth of a pocket that is barely too shallow, and of the worst, over the full depth [1].
 pub const SHALLOW: [f32; 2] = [0.85, 0.3];
 /// How much deeper the film is formed at a time where something has no room [1].
@@ -183,6 +185,16 @@ impl Pack {
 fn room(form: &Form, pose: &Pose, ceiling: &dyn Fn(Vec2) -> f32) -> f32 {
     let linear = pose.turn * Mat3::from_diagonal(form.scale);
     let solid = Solid::new(form.shape, Vec::new(), linear, pose.middle, Medium::opaque(Gloss::NONE), Class::Pocket, 0);
-    let columns = solid.columns(COLUMN_MM);
-    columns.map(|(p, [_, top])| ceiling(p) - top).fold(f32::INFINITY, f32::min)
+    let gap = |p: Vec2| solid.column(p.x, p.y).map_or(f32::INFINITY, |[_, top]| ceiling(p) - top);
+    let mut least = f32::INFINITY;
+    for (p, [_, top]) in solid.columns(COLUMN_MM) {
+        let room = ceiling(p) - top;
+        least = least.min(room);
+        if room < CLOSE_MM {
+            // A crevice may pass between the columns.
+            let steps = (0..9).map(|k| Vec2::new((k % 3) as f32 - 1.0, (k / 3) as f32 - 1.0) * (COLUMN_MM / 3.0));
+            least = steps.map(|step| gap(p + step)).fold(least, f32::min);
+        }
+    }
+    least
 }

@@ -103,15 +103,17 @@ impl Pack {
                 Kind::Hole => spot.hole = Some(label),
                 Kind::Pinhole => spot.pinhole = Some(label),
                 Kind::Tent => {
-                    spot.tent = share;
+                    spot.tent = spot.tent.max(share);
                     spot.lifted = true;
-                    let top = self.web.foil_mm + self.web.flat_mm + height;
-                    if top > spot.leaf.top {
-                        let low = spot.leaf.low(tilt);
-                        spot.leaf.top = top;
-                        spot.leaf.slope = slope;
-                        spot.leaf.thickness *= 1.0 - (1.0 - DRAPED) * share;
-                        spot.leaf.keep_above(low, tilt);
+                    // Film hangs from whichever of tablet and pocket holds its lower side higher.
+                    let (pocket, mut tent) = (spot.leaf, spot.leaf);
+                    tent.top = self.web.foil_mm + self.web.flat_mm + height;
+                    tent.slope = slope;
+                    tent.thickness *= 1.0 - (1.0 - DRAPED) * share;
+                    let (mut upper, other) = if tent.top > pocket.top { (tent, pocket) } else { (pocket, tent) };
+                    upper.keep_above(other.low(tilt), tilt);
+                    spot.leaf = upper;
+                    if tent.top > pocket.top {
                         spot.mark = Some(label);
                     }
                 }
