@@ -19,6 +19,8 @@ use crate::{Class, Gloss, Medium, Stream, normal};
 
 /// Least distance of a tablet from the film [mm].
 const MARGIN_MM: f32 = 0.01;
+/// Least distance of a tablet from a steep wall beside it [mm].
+const BESIDE_MM: f32 = 0.06;
 /// Distance between columns that the pose is checked at [mm].
 const COLUMN_MM: f32 = 0.25;
 /// Film that is closer than this is looked at more closely [mm].
@@ -29,16 +31,19 @@ pub const SHALLOW: [f32; 2] = [0.85, 0.3];
 const DEEPER: f32 = 1.03;
 
 /// Draws the pose of a tablet.
-fn wish(stream: Stream, blister: &Blister) -> Wish {
+fn wish(stream: Stream, blister: &Blister, form: &Form) -> Wish {
     let Tablet { tilt_deg, rattle, on_edge, .. } = blister.tablet;
     let mut rng = stream.rng();
     let mut even = || rng.random::<f64>();
     let (yaw, about, flipped, edge) = (even(), even(), even() < 0.5, even() < on_edge);
     let (far, way) = (rattle * even().sqrt() * blister.pocket.clearance_mm, std::f64::consts::TAU * even());
     let (sine, cosine) = libm::sincos(way);
+    // Round tablets turn freely, long ones as far as their ends have room.
+    let half = form.outline().half();
+    let play = if half.x == half.y { std::f64::consts::PI } else { 2.0 * far / f64::from(half.x) };
     let tilt = normal(&mut stream.child("tilt").rng()) * tilt_deg.to_radians();
     Wish {
-        yaw: (std::f64::consts::TAU * (yaw - 0.5)) as f32,
+        yaw: (2.0 * play * (yaw - 0.5)) as f32,
         tilt: tilt as f32,
         about: (std::f64::consts::TAU * about) as f32,
         offset: Vec2::new((far * cosine) as f32, (far * sine) as f32),
@@ -52,7 +57,7 @@ fn solid(lay: &Lay, form: &Form, pose: &Pose, cuts: Vec<Cut>, medium: Medium, cl
     let (tangent, origin) = lay.tangent(pose.middle.truncate());
     let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
     let mut solid = Solid::new(form.shape, cuts, linear, origin + Vec3::Z * pose.middle.z, medium, class, 0);
-    solid.marked = class != Class::ForeignTablet;
+    solid.marked = class != Class::ForeignTablet && !form.is_capsule();
     solid
 }
 
@@ -86,7 +91,7 @@ impl Pack {
         let mine = || plan.iter().filter(move |p| p.cell == cell);
         let of_whole = mine().find(|p| plan::whole(p.class));
         let class = self.instances[cell].class;
-        let wish = wish(stream.child("pose").index(cell as u64), blister);
+        let wish = wish(stream.child("pose").index(cell as u64), blister, form);
         let swept = |p: &Planned| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
         let mut short = None;
         if class != Class::Missing && !of_whole.is_some_and(swept) {
@@ -164,7 +169,10 @@ impl Pack {
         let mut more = 0.0;
         loop {
             let (web, lay, middle) = (&self.web, &self.lay, self.web.cells[cell].middle);
-            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low(lay.warp(p).1);
+            let ceiling = |p: Vec2| {
+                let leaf = web.leaf(p, Some(cell));
+                leaf.low(lay.warp(p).1) - BESIDE_MM * leaf.slope.length()
+            };
             let margin = MARGIN_MM + self.slack + more;
             let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin };
             if let Some(pose) = cavity.settle(form, probes, wish) {

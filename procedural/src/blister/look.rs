@@ -79,7 +79,7 @@ impl Pack {
     }
 
     fn mark(&self, spot: &mut Spot, marks: &[Mark]) {
-        let mut dent = (0.0, Vec2::ZERO);
+        let (mut dent, mut raised) = ((0.0, Vec2::ZERO), (0.0, Vec2::ZERO));
         let (_, tilt) = self.lay.warp(spot.p);
         for mark in marks {
             let Some((share, gradient)) = mark.at(spot.p) else { continue };
@@ -87,10 +87,9 @@ impl Pack {
             let (height, slope) = (mark.height * share, mark.height * gradient);
             match mark.kind {
                 Kind::Raised => {
-                    let low = spot.leaf.low(tilt);
-                    spot.leaf.top += height;
-                    spot.leaf.slope += slope;
-                    spot.leaf.keep_above(low, tilt);
+                    if height > raised.0 {
+                        raised = (height, slope);
+                    }
                     spot.lifted = true;
                     if spot.leaf.inset <= 0.0 {
                         spot.mark = Some(label);
@@ -119,6 +118,10 @@ impl Pack {
                 }
             }
         }
+        let low = spot.leaf.low(tilt);
+        spot.leaf.top += raised.0;
+        spot.leaf.slope += raised.1;
+        spot.leaf.keep_above(low, tilt);
         if dent.0 > 0.0 && spot.leaf.inset > 0.0 {
             self.press(spot, dent);
         }

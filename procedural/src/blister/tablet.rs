@@ -60,6 +60,11 @@ impl Form {
         self.shape.top(0.0) - self.shape.band
     }
 
+    /// Whether it is a hard capsule.
+    pub fn is_capsule(&self) -> bool {
+        self.shape.band == 0.0 && self.shape.cap == Some([self.shape.radius, 0.0])
+    }
+
     /// Its outline seen from above.
     pub fn outline(&self) -> Outline {
         let radius = self.shape.radius;
