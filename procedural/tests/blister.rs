@@ -1,7 +1,8 @@
 //! Packs from outside: determinism, surface, film, hull, and that every parameter does something.
 
-use procedural::blister::{Blister, Pack};
-use procedural::{Class, Parameter, Stream};
+use glam::Vec3;
+use procedural::blister::{Blister, Pack, Solid};
+use procedural::{Class, Matter, Parameter, Stream, Surface};
 
 fn blister() -> Blister {
     Blister::from_values(&mut |p| p.default)
@@ -11,27 +12,32 @@ fn form(seed: u64, blister: &Blister) -> Pack {
     Pack::form(Stream::root(seed), blister)
 }
 
-/// Everything that a pack answers, sampled, as words to compare.
-fn answers(pack: &Pack) -> Vec<u32> {
-    let mut words: Vec<u32> = Vec::new();
+/// What a pack answers, sampled.
+#[derive(PartialEq)]
+struct Answers {
+    points: Vec<(Option<Surface>, Matter)>,
+    hull: Vec<Vec3>,
+    solids: Vec<Solid>,
+    bounds: (Vec3, Vec3),
+    /// As words, since numbers without meaning equal nothing.
+    instances: String,
+}
+
+fn answers(pack: &Pack) -> Answers {
+    const SIDE: usize = 130;
     let (low, high) = pack.bounds();
-    words.extend([low, high].iter().flat_map(|p| p.to_array()).map(f32::to_bits));
-    for j in 0..150 {
-        let y = low.y + (high.y - low.y) * (j as f32 + 0.5) / 150.0;
-        let slice = pack.slice(y);
-        for i in 0..150 {
-            let x = low.x + (high.x - low.x) * (i as f32 + 0.5) / 150.0;
-            if let Some(s) = slice.surface(x) {
-                words.extend([s.z, s.slope_x, s.slope_y].map(f32::to_bits));
-            }
-            let matter = slice.matter(x);
-            words.extend([matter.class as u32, u32::from(matter.instance)]);
-            words.extend(format!("{:?}{:?}", matter.medium, matter.film).bytes().map(u32::from));
-        }
+    let at = |low: f32, high: f32, k: usize| low + (high - low) * (k as f32 + 0.5) / SIDE as f32;
+    let points = (0..SIDE * SIDE).map(|k| {
+        let (x, slice) = (at(low.x, high.x, k % SIDE), pack.slice(at(low.y, high.y, k / SIDE)));
+        (slice.surface(x), slice.matter(x))
+    });
+    Answers {
+        points: points.collect(),
+        hull: pack.hull().positions,
+        solids: pack.solids().to_vec(),
+        bounds: (low, high),
+        instances: format!("{:?}", pack.instances()),
     }
-    words.extend(format!("{:?}{:?}", pack.instances(), pack.solids()).bytes().map(u32::from));
-    words.extend(pack.hull().positions.iter().flat_map(|p| p.to_array()).map(f32::to_bits));
-    words
 }
 
 /// A pack on which every parameter has something to act on.

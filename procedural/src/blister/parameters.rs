@@ -13,13 +13,13 @@ parameters! {
         length_mm: 10.0, 400.0, 56.0, "[M] 80 to 145 for whole cards";
         /// Radius of the corners.
         corner_mm: 0.0, 30.0, 5.0, "[M] 3 to 8";
-        /// Pockets along the laser line.
+        /// Pockets along the laser line; fewer where the card has no room for them.
         columns: 1.0, 20.0, 3.0, "[M] 2 to 5", count;
-        /// Pockets along the scan.
+        /// Pockets along the scan; fewer where the card has no room for them.
         rows: 1.0, 30.0, 3.0, "[M] 2 to 5", count;
-        /// Distance between pockets along the laser line.
+        /// Distance between pockets along the laser line; their own size where that is more.
         pitch_x_mm: 4.0, 60.0, 18.0, "[M] 13 to 22";
-        /// Distance between pockets along the scan.
+        /// Distance between pockets along the scan; their own size where that is more.
         pitch_y_mm: 4.0, 60.0, 17.0, "[M] 13 to 22";
         /// Centre of the card along the laser line.
         offset_mm: -500.0, 500.0, 0.0, "free";
@@ -45,9 +45,9 @@ parameters! {
 parameters! {
     /// The formed pockets; their outline is that of the tablet and some room.
     pocket: Pocket {
-        /// Room around the tablet at the pocket's foot.
+        /// Room beside the lying tablet where the wall comes nearest.
         clearance_mm: 0.1, 5.0, 0.6, "[M] 0.3 to 1";
-        /// Room above the tablet.
+        /// Room above the lying tablet.
         headroom_mm: 0.1, 8.0, 0.6, "[M] 0.3 to 1";
         /// Angle of the wall against the vertical.
         draft_deg: 3.0, 60.0, 15.0, "[M] 10 to 20";
@@ -59,7 +59,7 @@ parameters! {
         dome_mm: 0.0, 5.0, 0.5, "[M]";
         /// Turn of the pockets' long axis against the laser line.
         turn_deg: -90.0, 90.0, 0.0, "free";
-        /// Small bumps and crevices of the formed film, root mean square.
+        /// Small bumps and crevices of the formed film, root mean square; at most a twentieth of their size.
         bumps_um: 0.0, 300.0, 25.0, "[T] seen, not measured";
         /// Size of them.
         bump_size_mm: 0.3, 20.0, 2.5, "[M]";
@@ -73,9 +73,9 @@ parameters! {
         shape: 0.0, 2.0, 0.0, "free", count;
         /// Length.
         length_mm: 2.0, 30.0, 11.0, "[L] 6 to 13 round, 14 to 19 caplets";
-        /// Width; hard capsules are as thick as wide.
+        /// Width; the longer of length and width is the long axis.
         width_mm: 2.0, 20.0, 11.0, "[L] 6 to 13 round, 6 to 9 caplets";
-        /// Thickness over all.
+        /// Thickness over all; hard capsules are as thick as wide.
         thickness_mm: 0.5, 15.0, 4.6, "[L] 4 to 6";
         /// Height of the straight side; the rest is shared by two caps, and none is left for a flat tablet.
         band_mm: 0.2, 15.0, 2.4, "[L] 1.5 to 3.5";

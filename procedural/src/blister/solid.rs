@@ -38,7 +38,7 @@ pub struct Solid {
     pub bounds: [Vec3; 2],
     /// Class of its visible pixels where that is not the pocket's own.
     pub class: Class,
-    /// Instance of its visible pixels; 0 where that is the pocket's own.
+    /// Instance of its visible pixels; 0 where that is the pocket's own, as with tablets and pieces of them.
     pub instance: u16,
     /// What it is made of.
     pub medium: Medium,
@@ -234,4 +234,64 @@ fn below(room: f32, w: f32) -> Option<[f32; 2]> {
 fn common(a: [f32; 2], b: [f32; 2]) -> Option<[f32; 2]> {
     let both = [a[0].max(b[0]), a[1].min(b[1])];
     (both[0] < both[1]).then_some(both)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gloss, Stream};
+    use rand::RngExt;
+
+    /// Whether a place of the shape's coordinates is inside, straight from the definition.
+    fn inside(shape: &Shape, cuts: &[Cut], p: Vec3) -> bool {
+        let away = |p: Vec3| (p - Vec3::X * p.x.clamp(-shape.segment, shape.segment)).length();
+        let capped = match shape.cap {
+            Some([radius, beyond]) => [beyond, -beyond].iter().all(|&up| away(p + Vec3::Z * up) < radius),
+            None => p.z.abs() < shape.band,
+        };
+        capped && away(p.with_z(0.0)) < shape.radius && cuts.iter().all(|cut| cut.normal.dot(p) < cut.limit)
+    }
+
+    #[test]
+    fn ways_enter_and_leave_where_the_definition_says() {
+        let lens = Shape { segment: 0.0, radius: 4.0, band: 1.0, cap: Some([8.5, 6.5]) };
+        let caplet = Shape { segment: 3.0, ..lens };
+        let flat = Shape { cap: None, ..caplet };
+        let rod = Shape { segment: 5.0, radius: 3.0, band: 0.0, cap: Some([3.0, 0.0]) };
+        let cut = Cut { normal: Vec3::new(0.6, 0.0, 0.8), limit: 1.0 };
+        let mut rng = Stream::root(1).child("ways").rng();
+        let mut vector = || Vec3::from_array(std::array::from_fn(|_| 2.0 * rng.random::<f32>() - 1.0));
+        let linear = Mat3::from_cols(Vec3::new(1.2, 0.3, 0.1), Vec3::new(-0.2, 0.9, 0.2), Vec3::new(0.0, -0.1, 1.0));
+        let mut hits = 0;
+        for shape in [lens, caplet, flat, rod] {
+            for cuts in [vec![], vec![cut]] {
+                let medium = Medium::opaque(Gloss::NONE);
+                let origin = Vec3::new(30.0, 60.0, 3.0);
+                let solid = Solid::new(shape, cuts.clone(), linear, origin, medium, Class::Pocket, 0);
+                for _ in 0..3000 {
+                    let (from, way) = (origin + 12.0 * vector(), vector());
+                    let holds = |t: f32| inside(&shape, &cuts, linear.inverse() * (from + t * way - origin));
+                    match solid.span(from, way) {
+                        Some([a, b]) => {
+                            hits += 1;
+                            let e = 1.0e-4 / way.length();
+                            assert!(!holds(a - e) && !holds(b + e), "{shape:?} reaches beyond its span");
+                            assert!(b - a < 4.0 * e || holds(a + e) && holds(b - e), "{shape:?} leaves its span");
+                            let ends = [from + a * way, from + b * way];
+                            for (end, sign) in ends.into_iter().zip([-1.0, 1.0]) {
+                                assert!(
+                                    sign * solid.normal(end).dot(way) > -1.0e-3,
+                                    "{shape:?}: a normal points inwards"
+                                );
+                                assert!(end.cmpge(solid.bounds[0] - 1.0e-4).all());
+                                assert!(end.cmple(solid.bounds[1] + 1.0e-4).all());
+                            }
+                        }
+                        None => assert!((-40..40).all(|i| !holds(i as f32)), "{shape:?} is missed"),
+                    }
+                }
+            }
+        }
+        assert!(hits > 3000, "{hits} hits");
+    }
 }
