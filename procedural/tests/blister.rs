@@ -202,6 +202,11 @@ fn the_hull_is_closed_and_follows_the_surface() {
     }
     let expected = sum * f64::from((high.x - low.x) * (high.y - low.y)) / f64::from(n * n);
     assert!((volume / expected - 1.0).abs() < 0.01, "{volume} for {expected} mm3");
+    // Nowhere does the rim fall to the foil: film ends where the card does.
+    let flange = (b.web.thickness_mm + b.foil.thickness_mm - 0.21) as f32;
+    for (top, bottom) in hull.positions[..half].iter().zip(&hull.positions[half..]) {
+        assert!(top.z - bottom.z > flange, "{top} over {bottom}");
+    }
     let mut near = 0;
     for p in &hull.positions[..half] {
         assert!(p.z <= high.z && p.z >= low.z);

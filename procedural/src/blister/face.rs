@@ -6,7 +6,7 @@
 use glam::{Vec2, Vec3};
 
 use super::parameters::Tablet;
-use super::solid::Solid;
+use super::solid::{Shape, Solid};
 use super::tablet::Form;
 use super::texture::{digit, digits, hump};
 use crate::Stream;
@@ -16,6 +16,9 @@ const SCORE: [f32; 2] = [1.2, 0.3];
 /// Size of a dot over half the tablet's width [1].
 const DOT: f32 = 0.11;
 
+/// How far off the marked face a place may be [mm].
+const ON_FACE_MM: f32 = 0.003;
+
 /// The marked face of a pack's tablets.
 #[derive(Debug, Clone)]
 pub struct Face {
@@ -24,7 +27,7 @@ pub struct Face {
     dot: f32,
     digits: [u16; 2],
     scale: Vec3,
-    band: f32,
+    shape: Shape,
 }
 
 impl Face {
@@ -37,14 +40,16 @@ impl Face {
             dot: DOT * form.outline().half().y,
             digits: [digit(key >> 32), digit(key >> 40)],
             scale: form.scale,
-            band: form.shape.band,
+            shape: form.shape,
         }
     }
 
     /// Depth at a place of a tablet's upper side [mm], and its slope along x and y [1].
     pub fn depth(&self, solid: &Solid, at: Vec3) -> (f32, Vec2) {
         let own = solid.own(at);
-        if own.z < 0.999 * self.band {
+        let away = Vec2::new(own.x - own.x.clamp(-self.shape.segment, self.shape.segment), own.y);
+        // Faces of fracture, sides and the other face have no mark.
+        if own.z < self.shape.top(away.length()) - ON_FACE_MM {
             return (0.0, Vec2::ZERO);
         }
         let p = (own * self.scale).truncate();

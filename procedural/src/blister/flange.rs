@@ -65,7 +65,7 @@ pub fn in_pocket(pack: &Pack, planned: &Planned, instance: u16, tablet: Option<(
             (Kind::Raised, cell.middle + (reach + 0.5 * length) * side, side, outline, graded(severity, 0.03, 0.15))
         }
     };
-    Mark { kind, class: planned.class, instance, middle, axis, outline, height, skirt: 0.0 }
+    Mark { kind, class: planned.class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
 }
 
 /// Lines of the flange across one axis of the card: halfway between pockets, and between pocket and edge [mm].
@@ -104,7 +104,7 @@ pub fn on_flange(pack: &Pack, class: Class, severity: f32, stream: Stream, insta
         let long = graded(severity, 2.0, 8.0);
         (Outline::Ellipse { long, short: long * graded(even(), 0.4, 0.8) }, graded(severity, 0.05, 0.4))
     };
-    Mark { kind: Kind::Raised, class, instance, middle, axis, outline, height, skirt: 0.0 }
+    Mark { kind: Kind::Raised, class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
 }
 
 /// A tablet beside the pockets and the film over it; `None` where there is no room for one.
@@ -140,6 +140,9 @@ pub fn tablet_on_flange(
             }
             let solid = scaled(form.scale);
             let skirt = 0.8 * height;
+            let over = height + 2.0 * pack.slack + pack.lay.steepest() * pack.web.flat_mm + OVER_MM;
+            // A cap of radius R falls by at least r^2 / 2R from its middle.
+            let drop = form.shape.cap.map_or(0.0, |[radius, _]| half.y * half.y / (2.0 * radius));
             let mark = Mark {
                 kind: Kind::Tent,
                 class: Class::TabletOnFlange,
@@ -147,8 +150,9 @@ pub fn tablet_on_flange(
                 middle,
                 axis: pose.turn.x_axis.truncate(),
                 outline: outline.grown(OVER_MM + skirt),
-                height: height + 2.0 * pack.slack + pack.lay.steepest() * pack.web.flat_mm,
+                height: over,
                 skirt,
+                sag: drop / over,
             };
             return Some((solid, mark));
         }

@@ -1,7 +1,8 @@
 //! Places where the film is raised, dented or holed.
 //!
 //! Models: an ellipse or a strip with round ends, over which the height goes as s(t) = (1 - t^2)^2 from its middle to
-//! its border, so that height and slope leave off smoothly.
+//! its border, so that height and slope leave off smoothly. Film over a tablet on the flange follows the tablet's upper
+//! side, with a crease over its edge.
 
 use glam::Vec2;
 
@@ -43,6 +44,8 @@ pub struct Mark {
     pub height: f32,
     /// Width of the slope around a tent [mm].
     pub skirt: f32,
+    /// Share of its height that a tent is lower over the tablet's edge [1].
+    pub sag: f32,
 }
 
 impl Mark {
@@ -61,11 +64,12 @@ impl Mark {
         }
         let (share, gradient) = if self.kind == Kind::Tent {
             match self.outline.place(own, self.skirt) {
-                Place::Roof(..) => (1.0, Vec2::ZERO),
+                Place::Roof(square, gradient) => (1.0 - self.sag * square, -self.sag * gradient),
                 Place::Wall(inset, _) if inset <= 0.0 => return None,
                 Place::Wall(inset, way) => {
                     let (share, slope) = hump(1.0 - inset / self.skirt);
-                    (share, -slope / self.skirt * way)
+                    let rim = 1.0 - self.sag;
+                    (rim * share, -rim * slope / self.skirt * way)
                 }
             }
         } else {

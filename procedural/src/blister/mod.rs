@@ -75,6 +75,9 @@ pub struct PackSlice<'a> {
     y: f32,
 }
 
+/// Where the hull asks for heights, over where its corners are [1].
+const INWARDS: f32 = 0.99999;
+
 /// Reflectance of a smooth surface of matter with index `n` at normal incidence [1].
 fn fresnel(n: f32) -> f32 {
     let r = (n - 1.0) / (n + 1.0);
@@ -116,7 +119,8 @@ impl Pack {
     /// A closed coarse hull [mm].
     pub fn hull(&self) -> Mesh {
         hull::hull(&self.lay, |p| {
-            let at = self.lay.conveyor(p);
+            // A little inwards, so that no corner falls off the card by rounding.
+            let at = self.lay.conveyor(INWARDS * p);
             self.spot(at.x, at.y).map_or(self.web.foil_mm, |spot| spot.leaf.top)
         })
     }
