@@ -101,6 +101,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
         angles: Vec::new(),
         row_mm: question.row_mm,
         line: (-rows..=rows).map(|row| Estimate::exact(line(row))).collect(),
+        seen: Vec::new(),
         cell_mm: question.cell_mm,
         point: point(&all, track, question),
     })

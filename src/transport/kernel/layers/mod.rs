@@ -1,5 +1,8 @@
 //! The production model for a film over air and tablet, or over foil.
 
+pub mod table;
+mod waves;
+
 use procedural::{Film, Medium};
 
 use super::widths::{BASIS, Shares};
