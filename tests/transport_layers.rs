@@ -63,7 +63,8 @@ fn foil_reflects_its_reflectance() {
 fn foil_mirrors_by_its_law() {
     let metal = Gloss { share: 1.0, reflectance: 0.9, roughness: FOIL.roughness.map(|alpha| alpha as f32) };
     let stack = Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Below::Foil(FOIL) };
-    for view in [DVec3::new(0.0, -0.422_618, 0.906_308), DVec3::new(0.3, 0.0, 0.953_939), DVec3::new(0.2, 0.2, 0.959_166)]
+    for view in
+        [DVec3::new(0.0, -0.422_618, 0.906_308), DVec3::new(0.3, 0.0, 0.953_939), DVec3::new(0.2, 0.2, 0.959_166)]
     {
         let a = judge("lobe", &stack, Question { view, ..Question::default() }, 200_000);
         let side = view.cross(DVec3::X).normalize();
@@ -94,9 +95,7 @@ fn layers_add_up() {
     let slab = |layers| Stack { above: 1.0, layers, below: Below::Index(1.0) };
     let one = judge("one", &slab(vec![film(12.0, 0.5, 0.12)]), Question::default(), 200_000);
     let two = judge("two", &slab(vec![half, half]), Question::default(), 200_000);
-    for (what, a, b) in
-        [("R", one.reflectance, two.reflectance), ("T", one.transmittance, two.transmittance)]
-    {
+    for (what, a, b) in [("R", one.reflectance, two.reflectance), ("T", one.transmittance, two.transmittance)] {
         let error = (a.error * a.error + b.error * b.error).sqrt();
         assert!((a.value - b.value).abs() < 4.0 * error, "{what}: {a:?} and {b:?}");
     }

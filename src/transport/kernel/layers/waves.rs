@@ -241,10 +241,14 @@ mod tests {
             // int d^2 / (2 (d^2 + y^2)^(3/2)) dy
             let below = |y: f64| 0.5 * y / (distance * distance + y * y).sqrt();
             for (from, to, bar) in [(1, 8, 0.04), (7, 11, 0.06)] {
-                let model: f64 =
-                    (from..=to).map(|r: usize| (0..BASIS).map(|j| f64::from(weights[j]) * columns[j][r]).sum::<f64>()).sum();
+                let model: f64 = (from..=to)
+                    .map(|r: usize| (0..BASIS).map(|j| f64::from(weights[j]) * columns[j][r]).sum::<f64>())
+                    .sum();
                 let truth = 2.0 * (below((to as f64 + 0.5) * PITCH) - below((from as f64 - 0.5) * PITCH));
-                assert!((model / truth - 1.0).abs() < bar, "{distance} mm, rows {from} to {to}: {model} against {truth}");
+                assert!(
+                    (model / truth - 1.0).abs() < bar,
+                    "{distance} mm, rows {from} to {to}: {model} against {truth}"
+                );
             }
         }
     }
