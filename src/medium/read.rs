@@ -76,7 +76,7 @@ fn below(walk: &mut Walk, top: &mut Section) -> Option<Below> {
     };
     let mut map = walk.section(foil, "below.foil");
     let reflectance = number(walk, &mut map, "reflectance", range(0.0, 1.0, ""), None);
-    let roughness = layer::numbers(walk, &mut map, "roughness", "[along x, along y]", ROUGHNESS);
+    let roughness = layer::numbers(walk, &mut map, "roughness", "two numbers, [along x, along y]", ROUGHNESS);
     map.close(walk, &["reflectance", "roughness"], &|_| None);
     Some(Below::Foil(Foil { reflectance: reflectance?, roughness: roughness? }))
 }
