@@ -177,7 +177,7 @@ fn judge_still_says_so() {
     }
 }
 
-/// Rows 7 to 11 to the lens over a tablet against those over an empty pocket: brighter by the factor that the judge gives
+/// Rows over a tablet against those over an empty pocket: brighter by the factor that the judge gives
 /// within 10 % over the range of pigment; and what is added fades to nothing as the film turns opaque.
 #[test]
 fn filled_pockets_scatter_more_until_the_film_is_opaque() {
@@ -185,7 +185,7 @@ fn filled_pockets_scatter_more_until_the_film_is_opaque() {
         let film = film(sigma, 0.02, thickness);
         let window = |stack: &Stack| figures(&ask(stack));
         let (filled, empty) = (window(&over_tablet(film, 0.5, 1.0)), window(&over_foil(film, Some(5.0))));
-        [filled[2] / empty[2], filled[4] / empty[4]]
+        [filled[1] / empty[1], filled[2] / empty[2]]
     };
     for (sigma, thickness, judged) in FACTORS {
         let factor = factor(sigma, thickness);
@@ -206,8 +206,15 @@ fn filled_pockets_scatter_more_until_the_film_is_opaque() {
     assert!(last < 1e-3, "an opaque film still shows what lies below: {last}");
 }
 
-/// Pigment [mm^-1], thickness [mm], and the judge's factor of filled over empty in rows 7 to 11, to all sides and to the
-/// lens (examples/film_stacks.rs).
+/// Pigment [mm^-1], thickness [mm], and the judge's factor of filled over empty in rows 1 to 8 and 7 to 11, light to all
+/// sides, from 150 000 photons each (examples/film_stacks.rs); standard errors are under 0.7 % and 4.2 %.
 const FACTORS: [(f64, f64, [f64; 2]); 8] = [
-//FACTORS
+    (4.0, 0.08, [2.109, 1.696]),
+    (4.0, 0.12, [1.992, 2.009]),
+    (4.0, 0.3, [1.600, 2.147]),
+    (12.0, 0.12, [1.682, 4.430]),
+    (40.0, 0.12, [1.349, 6.753]),
+    (100.0, 0.12, [1.152, 7.834]),
+    (150.0, 0.08, [1.171, 7.725]),
+    (150.0, 0.3, [1.023, 5.346]),
 ];

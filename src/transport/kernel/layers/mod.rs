@@ -22,7 +22,7 @@
 mod plane;
 pub mod table;
 mod under;
-pub mod waves;
+mod waves;
 
 use glam::Vec3;
 use multiversion::multiversion;
