@@ -49,7 +49,8 @@ impl Relief {
         let lean = (wide / -lens.y).ceil().max(1.0) as usize;
         let mut clear = vec![f32::MIN; z.len()];
         for j in 1..size[1] {
-            let before: Vec<f32> = (0..size[0]).map(|i| z[(j - 1) * size[0] + i].max(clear[(j - 1) * size[0] + i])).collect();
+            let before: Vec<f32> =
+                (0..size[0]).map(|i| z[(j - 1) * size[0] + i].max(clear[(j - 1) * size[0] + i])).collect();
             for i in 0..size[0] {
                 let beside = &before[i.saturating_sub(lean)..(i + lean + 1).min(size[0])];
                 clear[j * size[0] + i] = beside.iter().copied().fold(f32::MIN, f32::max) - rise * PITCH_MM;
@@ -157,7 +158,10 @@ mod tests {
         // From (12, 5): the way falls by (371.6 - 1) / 173.3 for each mm until it meets the plate.
         let end = 12.0 + 4.0 * 173.3 / (371.6 - 1.0);
         for x in [2.0, 9.0, 17.0] {
-            assert!(!hidden(x, 5.0) && !hidden(x, 10.5) && !hidden(x, 11.7) && !hidden(x, end + 0.01), "in sight at {x}");
+            assert!(
+                !hidden(x, 5.0) && !hidden(x, 10.5) && !hidden(x, 11.7) && !hidden(x, end + 0.01),
+                "in sight at {x}"
+            );
             assert!(hidden(x, 12.9) && hidden(x, 13.2) && hidden(x, end - 0.01), "hidden at {x}");
         }
     }
