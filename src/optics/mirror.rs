@@ -13,7 +13,6 @@ use glam::Vec3;
 
 use super::camera::Camera;
 use super::film::enters;
-use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::kernel::{BASIS, SPREAD_MM, SpreadRow};
 
@@ -90,20 +89,23 @@ pub struct Lit<'a> {
 impl Room {
     /// Fills `splats` with the mirror images of a row, by rising column.
     pub fn images(&mut self, lit: &Lit<'_>, splats: &mut Vec<Splat>) {
-        splats.clear();
         self.landings.clear();
         self.landings.extend((0..lit.hits.len()).map(|column| lit.landing(column)));
+        self.draw(lit.faint, splats);
+    }
+
+    /// Spreads the light of all landings over the columns.
+    fn draw(&mut self, faint: f32, splats: &mut Vec<Splat>) {
+        splats.clear();
+        self.slots.resize(self.landings.len(), [[0.0; 4]; SLOTS]);
         let (mut first, mut last) = (usize::MAX, 0);
-        self.slots.resize(lit.hits.len().next_multiple_of(TILE), [[0.0; 4]; SLOTS]);
         for column in 0..self.landings.len() {
             let Some(own) = self.landings[column] else { continue };
-            let before = column.checked_sub(1).and_then(|c| self.landings[c]).filter(|other| own.joins(other));
-            let after = self.landings.get(column + 1).copied().flatten().filter(|other| own.joins(other));
-            let half = |end: [f32; 2]| Landing { electrons: 0.5 * own.electrons, place: end, ..own };
             // Half of a column's light lies on either side of its middle.
-            for other in [before, after] {
-                let end = other.map_or(own.place, |o| [0, 1].map(|i| 0.5 * (own.place[i] + o.place[i])));
-                let touched = self.deposit(&own, &half(end));
+            for other in [column.wrapping_sub(1), column + 1] {
+                let other = self.landings.get(other).copied().flatten().filter(|other| own.joins(other));
+                let end = other.map_or(own.place, |other| [0, 1].map(|i| 0.5 * (own.place[i] + other.place[i])));
+                let touched = self.deposit(&own, end);
                 (first, last) = (first.min(touched.start), last.max(touched.end));
             }
         }
@@ -115,16 +117,16 @@ impl Room {
                 let (row, row2) = (row / electrons, row2 / electrons);
                 let variance = (variance / electrons + (row2 - row * row).max(0.0)) as f32;
                 let splat = Splat { column, row: row as f32, variance, electrons: electrons as f32 };
-                if splat.peak() > lit.faint {
+                if splat.peak() > faint {
                     splats.push(splat);
                 }
             }
         }
     }
 
-    /// Spreads the light of `part` evenly over the columns between the places of `own` and `part`; the columns touched.
-    fn deposit(&mut self, own: &Landing, part: &Landing) -> std::ops::Range<usize> {
-        let (from, to) = (own.place, part.place);
+    /// Spreads half of a landing's light evenly over the columns between its place and `to`; the columns touched.
+    fn deposit(&mut self, own: &Landing, to: [f32; 2]) -> std::ops::Range<usize> {
+        let from = own.place;
         let middle = 0.5 * (from[0] + to[0]);
         let step = to[0] - from[0];
         // A box of the variance that way and widening have together.
@@ -137,7 +139,7 @@ impl Room {
             let share = (high.min(middle + half) - low.max(middle - half)).max(0.0) / (2.0 * half);
             let along = if step.abs() > 1e-3 { ((column as f32 - from[0]) / step).clamp(0.0, 1.0) } else { 0.5 };
             let row = from[1] + (to[1] - from[1]) * along;
-            let electrons = part.electrons * share;
+            let electrons = 0.5 * own.electrons * share;
             if electrons > 0.0 {
                 add(&mut self.slots[column], electrons, row, own.variance[1]);
             }
@@ -203,5 +205,42 @@ impl Lit<'_> {
             moment += weight * SPREAD_MM[j] * SPREAD_MM[j];
         }
         (sum, if sum > 0.0 { moment / sum } else { 0.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light of 200 columns that a curved wall folds over itself: none is lost, and its middle stays where it is.
+    #[test]
+    fn images_keep_all_light() {
+        let place = |c: f32| [400.0 + 0.03 * (c - 80.0) * (c - 80.0), 300.0 + 0.2 * c];
+        let mut room = Room::default();
+        room.landings = (0..1000)
+            .map(|column| {
+                let electrons = 10.0 + column as f32;
+                let landing = Landing { place: place(column as f32), variance: [2.0, 3.0], electrons };
+                (column < 200 && column % 50 != 49).then_some(landing)
+            })
+            .collect();
+        let sums = |of: &mut dyn Iterator<Item = [f32; 3]>| {
+            of.fold([0.0f64; 3], |sum, [electrons, column, row]| {
+                let e = f64::from(electrons);
+                [sum[0] + e, sum[1] + e * f64::from(column), sum[2] + e * f64::from(row)]
+            })
+        };
+        let sent = sums(&mut room.landings.iter().flatten().map(|l| [l.electrons, l.place[0], l.place[1]]));
+        let mut splats = Vec::new();
+        room.draw(0.0, &mut splats);
+        let seen = sums(&mut splats.iter().map(|s| [s.electrons, s.column as f32, s.row]));
+        assert!((seen[0] / sent[0] - 1.0).abs() < 1e-4, "light {seen:?} of {sent:?}");
+        let middle = [1, 2].map(|i| seen[i] / seen[0] - sent[i] / sent[0]);
+        assert!(middle[0].abs() < 1.0 && middle[1].abs() < 0.1, "its middle moved by {middle:?} px");
+        assert!(splats.windows(2).all(|pair| pair[0].column <= pair[1].column), "columns rise");
+        // A second row of the same room starts dark.
+        room.landings.fill(None);
+        room.draw(0.0, &mut splats);
+        assert_eq!(splats, []);
     }
 }
