@@ -7,7 +7,6 @@ use bench::{expose, moments, render, scene};
 use glam::{DVec3, Vec3};
 use procedural::blister::{Blister, Pack};
 use procedural::{Body, Stream};
-use sheetlight::optics::Band;
 use sheetlight::recipe::Scene;
 use sheetlight::specimen::{Hit, height_below};
 
@@ -46,7 +45,7 @@ fn barred(pack: &Pack, from: DVec3, lens: DVec3, by: f64) -> bool {
     let way = (lens - from).normalize();
     (1..1200).any(|i| {
         let at = from + way * (0.01 * f64::from(i));
-        let near = 0.02 * f64::from(i);
+        let near = 0.004 * f64::from(i);
         pack.sheet(at.x as f32, at.y as f32).is_some_and(|s| f64::from(s.surface.z) + by.clamp(-near, near) > at.z)
     })
 }
@@ -57,13 +56,10 @@ fn barred(pack: &Pack, from: DVec3, lens: DVec3, by: f64) -> bool {
 fn domes_hide_what_stands_behind_them() {
     let (pack, body) = body(&blister(|b| b.pocket.dome_mm = 0.5));
     let scene = wide(640, 600);
-    let (sensor, band) = expose(&scene, body, 0..1);
-    drop(band);
+    let (sensor, band) = expose(&scene, body, 60..251);
     let rig = sensor.camera().rig;
     let (mut hidden, mut decided, mut points) = (0, 0, 0);
     for profile in [60, 110, 140, 170, 200, 215, 230, 250] {
-        let (_, body) = self::body(&blister(|b| b.pocket.dome_mm = 0.5));
-        let (_, band) = expose(&scene, body, profile..profile + 1);
         let y = profile as f64 * scene.bench.motion.step_mm;
         let lens = DVec3::new(0.0, y - rig.distance * rig.tilt.sin(), rig.distance * rig.tilt.cos());
         for (column, hit) in band.row(profile).hits.iter().enumerate().step_by(3) {
@@ -91,12 +87,14 @@ fn domes_hide_what_stands_behind_them() {
 /// within a row and three columns, and it is lost where its way ends out of sight.
 #[test]
 fn walls_mirror_the_line_onto_the_film_at_their_feet() {
-    let (pack, body) = body(&blister(|b| b.pocket.draft_deg = 20.0));
-    let scene = wide(640, 600);
+    let (pack, body) = body(&blister(|b| (b.pocket.draft_deg, b.web.formed_roughness) = (20.0, 0.05)));
+    let mut scene = wide(640, 600);
+    // So that no light is too faint to be kept.
+    scene.bench.exposure.full_well_e = 500.0;
+    let (sensor, band) = expose(&scene, body, 60..151);
+    let camera = sensor.camera();
     let mut compared = 0;
-    for profile in [60, 75, 120, 150] {
-        let (sensor, band) = expose(&scene, body.clone(), profile..profile + 1);
-        let camera = sensor.camera();
+    for profile in [85, 90, 95, 105, 120, 150] {
         let y = profile as f64 * scene.bench.motion.step_mm;
         let lens = DVec3::new(
             0.0,
@@ -167,8 +165,8 @@ fn clear_film_shows_tablet_and_foil() {
         let (card, half) = (&blister.card, 0.5 * blister.card.length_mm);
         let middle = ((card.lead_in_mm + half - card.pitch_y_mm) / scene.bench.motion.step_mm) as usize;
         let mut errors = Vec::new();
+        let (_, band) = expose(&scene, body, middle - 8..middle + 8);
         for profile in middle - 8..middle + 8 {
-            let (_, band): (_, Band) = expose(&scene, body.clone(), profile..profile + 1);
             for column in 112..144 {
                 let hit = &band.row(profile).hits[column];
                 let film = hit.matter.film.expect("the pocket is closed");
@@ -195,8 +193,8 @@ fn facets_that_face_laser_and_lens_saturate() {
     let (_, body) = body(&blister);
     let record = render(&scene, body.clone());
     let (mut glints, mut dull) = (Vec::new(), Vec::new());
-    for profile in (40..260).step_by(4) {
-        let (sensor, band) = expose(&scene, body.clone(), profile..profile + 1);
+    let (sensor, band) = expose(&scene, body, 40..260);
+    for profile in 40..260 {
         for (column, hit) in
             band.row(profile).hits.iter().enumerate().filter(|(_, h)| h.seen && h.matter.film.is_some())
         {
@@ -213,6 +211,6 @@ fn facets_that_face_laser_and_lens_saturate() {
     let full = glints.iter().filter(|&&dn| dn == 255.0).count();
     let (mean, _) = moments(dull.iter().copied());
     println!("{full} of {} glints saturate; {} dull places at {mean:.0} DN", glints.len(), dull.len());
-    assert!(glints.len() > 20 && full * 10 > 9 * glints.len(), "{full} of {} glints", glints.len());
-    assert!(dull.len() > 1000 && mean < 150.0, "{} dull places at {mean} DN", dull.len());
+    assert!(glints.len() > 12 && full * 10 > 9 * glints.len(), "{full} of {} glints", glints.len());
+    assert!(dull.len() > 4000 && mean < 150.0, "{} dull places at {mean} DN", dull.len());
 }
