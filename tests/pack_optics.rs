@@ -56,10 +56,10 @@ fn barred(pack: &Pack, from: DVec3, lens: DVec3, by: f64) -> bool {
 fn domes_hide_what_stands_behind_them() {
     let (pack, body) = body(&blister(|b| b.pocket.dome_mm = 0.5));
     let scene = wide(640, 600);
-    let (sensor, band) = expose(&scene, body, 60..251);
+    let (sensor, band) = expose(&scene, body, 60..306);
     let rig = sensor.camera().rig;
     let (mut hidden, mut decided, mut points) = (0, 0, 0);
-    for profile in [60, 110, 140, 170, 200, 215, 230, 250] {
+    for profile in [60, 120, 180, 250, 265, 275, 285, 295, 305] {
         let y = profile as f64 * scene.bench.motion.step_mm;
         let lens = DVec3::new(0.0, y - rig.distance * rig.tilt.sin(), rig.distance * rig.tilt.cos());
         for (column, hit) in band.row(profile).hits.iter().enumerate().step_by(3) {

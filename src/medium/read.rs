@@ -69,7 +69,8 @@ fn below(walk: &mut Walk, top: &mut Section) -> Option<Below> {
     let foil = map.take(walk, "foil");
     map.close(walk, &["foil"], &|_| None);
     let Some(foil) = foil else {
-        let remedy = "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
+        let remedy =
+            "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
         walk.fault(node.place, "below.foil", "is missing", remedy);
         return None;
     };

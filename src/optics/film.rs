@@ -1,8 +1,8 @@
 //! A film over something else, in the words of the camera: what the film itself sends out, and the second line, of light
 //! that comes through it from what lies below.
 //!
-//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`cover_spread`] says, and is seen at the film. What
-//! it says is seen through the film stands where the laser meets the surface below: lower, so in other rows, and at the
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`Covers`] say, and is seen at the film. What
+//! they say is seen through the film stands where the laser meets the surface below: lower, so in other rows, and at the
 //! camera's slant in other columns. There the line is drawn anew, linear between the places that neighbouring columns
 //! meet; where what lies below jumps (the edge of a tablet) it is broken, and what tablets hide from the lens is dark.
 //! Neglected: refraction in the film, which moves light by under a third of its thickness; what the film above hides of
@@ -16,8 +16,8 @@ use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen, height_below};
 use crate::transport::fresnel;
-use crate::transport::kernel::layers::{Cover, CoverSpread, cover_spread};
-use crate::transport::kernel::{BASIS, SPREAD_MM, Shares};
+use crate::transport::kernel::layers::{Cover, CoverSpread, Covers};
+use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
 const JUMP_MM: f32 = 0.5;
@@ -74,15 +74,14 @@ pub fn pull(medium: &Medium, film: &Film, view: Vec3) -> f32 {
 }
 
 /// The film of `matter` in the production model.
-pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, shares: &Shares) -> CoverSpread {
-    let cover = Cover {
+pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, covers: &mut Covers) -> CoverSpread {
+    covers.spread(&Cover {
         medium: matter.medium,
         film: *film,
         enter: enters(matter.medium.n_eff, normal, -sight.light),
         view_up: normal.dot(sight.view).max(0.0),
-        view_up_under: under_normal(film).dot(sight.view).max(0.0),
-    };
-    cover_spread(&cover, shares)
+        view: sight.view,
+    })
 }
 
 fn under_normal(film: &Film) -> Vec3 {
@@ -97,7 +96,7 @@ impl Room {
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`cover_spread`] has it.
+    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`CoverSpread`] has it.
     pub fn note(
         &mut self,
         column: usize,

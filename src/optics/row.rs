@@ -160,7 +160,7 @@ impl RowMaker {
             (first, last) = (first.min(column), column + 1);
             row.glare[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
             if let Some(under) = &hit.matter.film {
-                let spread = film::spread(&hit.matter, under, normal, &sight, &self.shares);
+                let spread = film::spread(&hit.matter, under, normal, &sight, &mut scratch.beside.covers);
                 for j in 0..BASIS {
                     scratch.spread.enter[j][column] = spread.enter[j];
                     scratch.spread.exit[j][column] = spread.exit[j];

@@ -56,7 +56,11 @@ pub fn condense(turns: f64, straight: &Fate, lambert: &Fate, sealed: &Fate) -> [
     };
     let laws = [law(&straight.up), law(&lambert.down), law(&sealed.up)];
     let mut node = [0.0; NODE];
-    let values = transforms.into_iter().flatten().chain(laws.into_iter().flatten()).chain([lambert.straight_down, sealed.straight_up]);
+    let values = transforms
+        .into_iter()
+        .flatten()
+        .chain(laws.into_iter().flatten())
+        .chain([lambert.straight_down, sealed.straight_up]);
     for (kept, value) in node.iter_mut().zip(values) {
         *kept = value as f32;
     }
