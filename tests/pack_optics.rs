@@ -151,6 +151,8 @@ fn clear_film_shows_tablet_and_foil() {
     for missing in [0.0, 9.0] {
         let blister = blister(|b| {
             (b.web.sigma_per_mm, b.web.mu_a_per_mm) = (0.01, 0.0005);
+            // The film's own line is faint, and further from the other than the reading's window.
+            (b.web.roughness, b.web.formed_roughness, b.pocket.headroom_mm) = (0.03, 0.03, 3.0);
             b.tablet.gloss = 0.0;
             b.defects.missing = missing;
             // Rolled so that the foil's gloss reaches the lens.

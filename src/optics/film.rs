@@ -21,6 +21,8 @@ use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
 const JUMP_MM: f32 = 0.5;
+/// Greatest radiance factor of a width that is believed [1].
+const MOST: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
 const RUN: f32 = 1.3;
 
@@ -75,13 +77,18 @@ pub fn pull(medium: &Medium, film: &Film, view: Vec3) -> f32 {
 
 /// The film of `matter` in the production model.
 pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, covers: &mut Covers) -> CoverSpread {
-    covers.spread(&Cover {
+    let mut spread = covers.spread(&Cover {
         medium: matter.medium,
         film: *film,
         enter: enters(matter.medium.n_eff, normal, -sight.light),
         view_up: normal.dot(sight.view).max(0.0),
         view: sight.view,
-    })
+    });
+    // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
+    for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
+        *exit = exit.clamp(0.0, MOST * enter);
+    }
+    spread
 }
 
 fn under_normal(film: &Film) -> Vec3 {
