@@ -184,9 +184,9 @@ impl Walk {
         }
         // The coat of the layer whose upper plane this is.
         let coated = if up { photon.layer } else { photon.layer + 1 };
-        if let Some(coated) = self.layers.get(coated).filter(|coated| coated.layer.coat < 1.0) {
-            tally.absorb(photon.layer, photon.weight * (1.0 - coated.layer.coat));
-            photon.weight *= coated.layer.coat;
+        if let Some(Layer { coat, .. }) = self.layers.get(coated).map(|coated| coated.layer) {
+            tally.absorb(coated, photon.weight * (1.0 - coat));
+            photon.weight *= coat;
         }
         match beyond {
             Some(layer) => photon.layer = layer,
