@@ -4,6 +4,7 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use procedural::Body;
+use procedural::blister::{Blister, Pack};
 use procedural::wood::Plank;
 use sheetlight::extract::{Profile, extract};
 use sheetlight::frame::Frame;
@@ -99,4 +100,19 @@ fn sample(bencher: Bencher) {
     bencher
         .counter(ItemsCount::new(bench.scene.size.profiles))
         .bench(|| pipeline::render(&bench.scene, &tiles, &|_| ()));
+}
+
+/// A thousand profiles of a blister pack of the declared defaults on the same bench, filled and clear, on all cores: to be
+/// held against `sample`.
+#[divan::bench(args = [12.0, 0.01], sample_count = 3, sample_size = 1)]
+fn pack(bencher: Bencher, film_sigma_per_mm: f64) {
+    let mut scene = Bench::new().scene;
+    scene.size.profiles = 1000;
+    let mut blister = Blister::from_values(&mut |parameter| parameter.default);
+    blister.web.sigma_per_mm = film_sigma_per_mm;
+    let body = Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), &blister)));
+    let tiles = Tiles::new(0);
+    bencher
+        .counter(ItemsCount::new(scene.size.profiles))
+        .bench(|| pipeline::render_body(&scene, body.clone(), &tiles, &|_| ()));
 }

@@ -59,15 +59,14 @@ fn about_peaks(frames: &[Frame; 2], dark: u8) -> Frame {
     let rows = 2 * ABOUT + 1;
     let mut merged =
         Frame { cols, rows, first_col: frames[0].first_col, first_row: Vec::new(), dn: vec![dark; rows * cols] };
+    let peaks = frames.each_ref().map(peaks);
     for column in 0..cols {
-        let peaks = frames.each_ref().map(|frame| {
-            let dn = |k: usize| frame.dn[k * cols + column];
-            let (k, level) = (0..frame.rows).map(|k| (k, dn(k))).rev().max_by_key(|&(_, dn)| dn).unwrap_or((0, 0));
-            (level, frame.first_row[column] + k as i32)
+        let [(a, at), (b, beside)] = [0, 1].map(|number| {
+            let (level, k) = peaks[number][column];
+            (level, frames[number].first_row[column] + k)
         });
         // The brighter peak; of two alike the one in the smaller row.
-        let [a, b] = peaks;
-        let peak = if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b.1 } else { a.1 };
+        let peak = if b > a || (b == a && beside < at) { beside } else { at };
         let first = peak - ABOUT as i32;
         merged.first_row.push(first);
         for frame in frames {
@@ -78,6 +77,19 @@ fn about_peaks(frames: &[Frame; 2], dark: u8) -> Frame {
         }
     }
     merged
+}
+
+/// Level [DN] and row of the first greatest level of each column of a window.
+fn peaks(frame: &Frame) -> Vec<(u8, i32)> {
+    let mut peaks = vec![(0u8, 0i32); frame.cols];
+    for (k, row) in frame.dn.chunks_exact(frame.cols).take(frame.rows).enumerate() {
+        for (peak, &dn) in peaks.iter_mut().zip(row) {
+            if dn > peak.0 {
+                *peak = (dn, k as i32);
+            }
+        }
+    }
+    peaks
 }
 
 /// Reads every column of one window.

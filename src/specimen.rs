@@ -130,10 +130,14 @@ impl Specimen {
         let scale = self.rig.pixel * (self.rig.distance - self.rig.focal_length) / self.rig.focal_length;
         let drop = self.rig.pixel * libm::cos(self.rig.tilt) / self.rig.focal_length;
         let lens = lens(&self.rig, y);
-        let mut guess = self.high.z;
+        let (mut guess, mut last) = (self.high.z, (0.0, 0.0));
         for column in 0..columns {
             let offset = column as f64 - self.rig.centre_col;
             let along = |z: f32| (offset * (scale - drop * f64::from(z))) as f32;
+            if self.upper.is_some() {
+                // As high as the last place's slope leads to, within reason.
+                guess += ((along(guess) - last.0) * last.1).clamp(-0.5, 0.5);
+            }
             let mut found = slice.surface(along(guess)).map(|s| (along(guess), s));
             if let Some((_, first)) = found
                 && (first.z - guess).abs() > 0.05
@@ -145,6 +149,7 @@ impl Specimen {
                 *place = approach(*place, drop * -offset, along, |x| slice.surface(x));
                 guess = place.1.z;
                 let (x, surface) = *place;
+                last = (x, surface.slope_x);
                 let point = Vec3::new(x, y, surface.z);
                 let seen = faces(&surface, lens - point) && !upper.hides(point, lens);
                 hits.push(Hit { x, surface, matter: slice.matter(x, surface.z), lit: true, seen });

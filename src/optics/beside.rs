@@ -59,7 +59,7 @@ pub fn about(row: f32) -> i32 {
 impl Beside {
     /// Everything beside the line of `row`.
     pub fn make(&mut self, lit: &Lit<'_>, row: &Row, room: &mut Room) {
-        room.second.draw(lit.camera, &mut self.second);
+        room.second.draw(lit.watch.camera, &mut self.second);
         room.mirror.images(lit, &mut self.splats);
         let columns = row.centre.len();
         for window in &mut self.windows {
@@ -73,11 +73,11 @@ impl Beside {
             let (mut first, mut second) = (own, None);
             let mut need = Need::Line;
             // The brightest of what the first window does not hold.
-            let mut left = lit.faint;
+            let mut left = lit.watch.faint;
             if self.second.columns.contains(&column) {
                 let (line, through) = (line_peak(row, column), self.second.peak(column));
                 let other = about(self.second.centre[column]);
-                if through > lit.faint {
+                if through > lit.watch.faint {
                     need = Need::One;
                     let (stand, weaker, rest) = if through > line { (other, own, line) } else { (own, other, through) };
                     first = stand;

@@ -43,6 +43,19 @@ pub struct Second {
     pub columns: std::ops::Range<usize>,
 }
 
+/// What looks at a row.
+#[derive(Debug, Clone, Copy)]
+pub struct Watch<'a> {
+    /// The body.
+    pub specimen: &'a Specimen,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// Scan position [mm].
+    pub y: f32,
+    /// Light in one pixel that is left out where it lies beside the line [e-].
+    pub faint: f32,
+}
+
 /// What the laser meets below a film, by the column that looks at the film above it.
 #[derive(Debug, Clone, Copy)]
 struct Below {
@@ -104,27 +117,18 @@ impl Room {
     }
 
     /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`CoverSpread`] has it.
-    pub fn note(
-        &mut self,
-        column: usize,
-        hit: &Hit,
-        film: &Film,
-        through: &[f32; BASIS],
-        specimen: &Specimen,
-        camera: &Camera,
-        y: f32,
-    ) {
-        if !hit.lit || through.iter().all(|&t| t == 0.0) {
-            return;
-        }
+    pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], watch: &Watch<'_>) {
         let z = height_below(&hit.surface, film);
-        if !specimen.sees_below(Vec3::new(hit.x, y, z), y) {
+        let light: f32 = through.iter().sum();
+        let sight = watch.camera.sight(hit.x, z, film.under_slope[1]);
+        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
+        // No row holds more than all of it.
+        let faint = light * white < watch.faint;
+        if !hit.lit || faint || !watch.specimen.sees_below(Vec3::new(hit.x, watch.y, z), watch.y) {
             return;
         }
-        let sight = camera.sight(hit.x, z, film.under_slope[1]);
-        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         self.below[column] = Some(Below {
-            column: camera.place(hit.x, 0.0, z)[0],
+            column: watch.camera.place(hit.x, 0.0, z)[0],
             z,
             sight,
             light: through.map(|t| t * white),

@@ -11,9 +11,8 @@
 
 use glam::Vec3;
 
-use super::camera::Camera;
-use super::film::enters;
-use crate::specimen::{Hit, Specimen};
+use super::film::{Watch, enters};
+use crate::specimen::Hit;
 use crate::transport::kernel::{BASIS, SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
@@ -72,18 +71,12 @@ pub struct Room {
 /// A row under the laser, as far as its mirror images ask for it.
 #[derive(Debug, Clone, Copy)]
 pub struct Lit<'a> {
-    /// The body.
-    pub specimen: &'a Specimen,
-    /// The camera.
-    pub camera: &'a Camera,
-    /// Scan position [mm].
-    pub y: f32,
+    /// What looks at it.
+    pub watch: Watch<'a>,
     /// What each column sees.
     pub hits: &'a [Hit],
     /// What the films of the row do to light.
     pub spread: &'a SpreadRow,
-    /// Light in the brightest row of an image under which it is left out [e-].
-    pub faint: f32,
 }
 
 impl Room {
@@ -91,7 +84,7 @@ impl Room {
     pub fn images(&mut self, lit: &Lit<'_>, splats: &mut Vec<Splat>) {
         self.landings.clear();
         self.landings.extend((0..lit.hits.len()).map(|column| lit.landing(column)));
-        self.draw(lit.faint, splats);
+        self.draw(lit.watch.faint, splats);
     }
 
     /// Spreads the light of all landings over the columns.
@@ -175,14 +168,15 @@ impl Lit<'_> {
         if slope2 < STEEP2 || !hit.lit || hit.matter.film.is_none() || gloss.share == 0.0 {
             return None;
         }
-        let source = self.camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
+        let Watch { specimen, camera, y, .. } = self.watch;
+        let source = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
         let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
         let thrown = gloss.share * (1.0 - enters(hit.matter.medium.n_eff, normal, -source.light));
         let way = source.light - normal * (2.0 * source.light.dot(normal));
-        let from = Vec3::new(hit.x, self.y, hit.surface.z);
-        let (at, surface, _) = self.specimen.lands(from, way, REACH_MM, self.y).filter(|(.., seen)| *seen)?;
-        let place = self.camera.place(at.x, at.y - self.y, at.z);
-        let sight = self.camera.sight(at.x, at.z, surface.slope_y);
+        let from = Vec3::new(hit.x, y, hit.surface.z);
+        let (at, surface, _) = specimen.lands(from, way, REACH_MM, y).filter(|(.., seen)| *seen)?;
+        let place = camera.place(at.x, at.y - y, at.z);
+        let sight = camera.sight(at.x, at.z, surface.slope_y);
         let facing = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize().dot(sight.view).max(0.0);
         let target = (place[0].round().max(0.0) as usize).min(self.hits.len() - 1);
         let (answer, spread) = self.answer(if self.hits[target].matter.film.is_some() { target } else { column });
@@ -191,7 +185,7 @@ impl Lit<'_> {
         let rows = sight.rows_per_mm * sight.rows_per_mm;
         Some(Landing {
             place,
-            variance: [self.camera.along_variance(mm2.sqrt()), sight.variance + mm2 * rows],
+            variance: [camera.along_variance(mm2.sqrt()), sight.variance + mm2 * rows],
             electrons: source.electrons * thrown * answer * facing,
         })
     }

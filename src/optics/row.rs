@@ -12,7 +12,7 @@ use procedural::{Class, Gloss, Medium};
 use super::beside::{self, Beside};
 use super::blur::blur;
 use super::camera::{Camera, Sight};
-use super::film;
+use super::film::{self, Watch};
 use super::mirror::Lit;
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen};
@@ -127,6 +127,7 @@ impl RowMaker {
             field.resize(columns.next_multiple_of(TILE), 0.0);
         }
         let relief = specimen.has_relief();
+        let watch = Watch { specimen, camera, y, faint: self.faint };
         if relief {
             row.beside.get_or_insert_default();
             scratch.beside.second.clear(columns);
@@ -168,7 +169,7 @@ impl RowMaker {
                 }
                 row.power[column] = white * film::enters(medium.n_eff, normal, -sight.light);
                 scratch.pull[column] = film::pull(medium, under, sight.view);
-                scratch.beside.second.note(column, hit, under, &spread.through, specimen, camera, y);
+                scratch.beside.second.note(column, hit, under, &spread.through, &watch);
                 continue;
             }
             let texel = texel(medium, normal, sight.view);
@@ -188,7 +189,7 @@ impl RowMaker {
             self.spread(first..last, camera, relief, scratch, row);
         }
         if let Some(mut beside) = row.beside.take() {
-            let lit = Lit { specimen, camera, y, hits: &row.hits, spread: &scratch.spread, faint: self.faint };
+            let lit = Lit { watch, hits: &row.hits, spread: &scratch.spread };
             beside.make(&lit, row, &mut scratch.beside);
             row.beside = Some(beside);
         }
