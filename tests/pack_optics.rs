@@ -148,6 +148,7 @@ fn walls_mirror_the_line_onto_the_film_at_their_feet() {
                 (image[0] - truth[0]).abs() < 0.5 && (image[1] - truth[1]).abs() < 0.7,
                 "{image:?} against {truth:?}"
             );
+            assert!((seen[0] / sums[0] - 1.0).abs() < 0.08, "light {} of {} e-", seen[0], sums[0]);
         }
     }
     assert!(compared >= 3, "only {compared} profiles have images");
