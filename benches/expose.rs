@@ -4,6 +4,7 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use procedural::Body;
+use procedural::blister::{Blister, Pack};
 use procedural::wood::Plank;
 use sheetlight::extract::{Profile, extract};
 use sheetlight::frame::Frame;
@@ -43,7 +44,7 @@ impl Bench {
 
     fn expose(&self, band: &Band, read: bool) {
         let columns = self.scene.size.columns;
-        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         let calibration = self.sensor.calibration();
         let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
         let mut offsets = vec![Vec::new(); PROFILES];
@@ -52,12 +53,12 @@ impl Bench {
         }
         for tile in 0..columns / TILE {
             for (place, profile) in band.profiles.clone().enumerate() {
-                self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
+                self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                 if read {
                     let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
-                    extract(&frame, &calibration, &self.scene.extraction, &mut out);
+                    extract(&frames, &calibration, &self.scene.extraction, &mut out);
                 }
-                black_box((&frame, &range, &scatter));
+                black_box((&frames, &range, &scatter));
             }
         }
     }
@@ -99,4 +100,19 @@ fn sample(bencher: Bencher) {
     bencher
         .counter(ItemsCount::new(bench.scene.size.profiles))
         .bench(|| pipeline::render(&bench.scene, &tiles, &|_| ()));
+}
+
+/// A thousand profiles of a blister pack of the declared defaults on the same bench, filled and clear, on all cores: to be
+/// held against `sample`.
+#[divan::bench(args = [12.0, 0.01], sample_count = 3, sample_size = 1)]
+fn pack(bencher: Bencher, film_sigma_per_mm: f64) {
+    let mut scene = Bench::new().scene;
+    scene.size.profiles = 1000;
+    let mut blister = Blister::from_values(&mut |parameter| parameter.default);
+    blister.web.sigma_per_mm = film_sigma_per_mm;
+    let body = Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), &blister)));
+    let tiles = Tiles::new(0);
+    bencher
+        .counter(ItemsCount::new(scene.size.profiles))
+        .bench(|| pipeline::render_body(&scene, body.clone(), &tiles, &|_| ()));
 }

@@ -5,6 +5,7 @@
 //! is the centre of gravity of the dark-corrected numbers in a window around it, given in fractions of a row;
 //! Reflectance is the number at the peak; Scatter is the plain sum of numbers (dark level included, as the camera has
 //! it) in windows beside the peak. A peak under the threshold, or too near the sensor's edge for its windows, is missing.
+//! Frames keep the rows of a column that hold light, in one window or in two; what lies outside counts as dark.
 
 use multiversion::multiversion;
 
@@ -40,8 +41,59 @@ pub fn scatter_pixels(settings: &Extraction) -> usize {
     }
 }
 
-/// Reads every column of `frame`.
-pub fn extract(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
+/// Rows before and behind the peak that a reading may use.
+const ABOUT: usize = 22;
+
+/// Reads every column of the windows in `frames`; the second has no rows where one is enough.
+pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
+    let [frame, beside] = frames;
+    if beside.rows == 0 {
+        return one(frame, calibration, settings, out);
+    }
+    one(&about_peaks(frames, calibration.dark_level.round() as u8), calibration, settings, out);
+}
+
+/// One window about the peak of each column, from the two in `frames` and `dark` where neither is.
+fn about_peaks(frames: &[Frame; 2], dark: u8) -> Frame {
+    let cols = frames[0].cols;
+    let rows = 2 * ABOUT + 1;
+    let mut merged =
+        Frame { cols, rows, first_col: frames[0].first_col, first_row: Vec::new(), dn: vec![dark; rows * cols] };
+    let peaks = frames.each_ref().map(peaks);
+    for column in 0..cols {
+        let [(a, at), (b, beside)] = [0, 1].map(|number| {
+            let (level, k) = peaks[number][column];
+            (level, frames[number].first_row[column] + k)
+        });
+        // The brighter peak; of two alike the one in the smaller row.
+        let peak = if b > a || (b == a && beside < at) { beside } else { at };
+        let first = peak - ABOUT as i32;
+        merged.first_row.push(first);
+        for frame in frames {
+            let off = frame.first_row[column] - first;
+            for k in (-off).max(0)..(rows as i32 - off).min(frame.rows as i32) {
+                merged.dn[(k + off) as usize * cols + column] = frame.dn[k as usize * cols + column];
+            }
+        }
+    }
+    merged
+}
+
+/// Level [DN] and row of the first greatest level of each column of a window.
+fn peaks(frame: &Frame) -> Vec<(u8, i32)> {
+    let mut peaks = vec![(0u8, 0i32); frame.cols];
+    for (k, row) in frame.dn.chunks_exact(frame.cols).take(frame.rows).enumerate() {
+        for (peak, &dn) in peaks.iter_mut().zip(row) {
+            if dn > peak.0 {
+                *peak = (dn, k as i32);
+            }
+        }
+    }
+    peaks
+}
+
+/// Reads every column of one window.
+fn one(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
     let rig = &calibration.rig;
     // z = s (d - f) / (f sin a + s cos a), s = (centre - row) pixel cos(beta).
     let (sin, cos) = libm::sincos(rig.tilt);

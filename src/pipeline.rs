@@ -98,7 +98,7 @@ impl Scan {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
         // A slow model takes so long for a line that work and progress go profile by profile.
         let length = match scene.transport {
-            Transport::Kernel => band_profiles(columns, sensor.halo()).min(profiles),
+            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.has_relief()).min(profiles),
             _ => 1,
         };
         let calibration = sensor.calibration();
@@ -190,17 +190,18 @@ impl Part<'_> {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }
-        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..columns.div_ceil(TILE) {
             for (place, profile) in profiles.clone().enumerate() {
-                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
-                let line = place * columns + frame.first_col..place * columns + frame.first_col + frame.cols;
+                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                let from = place * columns + frames[0].first_col;
+                let line = from..from + frames[0].cols;
                 let mut out = Profile {
                     range: &mut self.range[line.clone()],
                     reflectance: &mut self.reflectance[line.clone()],
                     scatter: &mut self.scatter[line],
                 };
-                extract(&frame, calibration, &scene.extraction, &mut out);
+                extract(&frames, calibration, &scene.extraction, &mut out);
             }
         }
         stack
@@ -217,8 +218,9 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
 }
 
 /// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
-fn band_profiles(columns: usize, halo: usize) -> usize {
-    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + (7 + 3 * BASIS) * std::mem::size_of::<f32>());
+fn band_profiles(columns: usize, halo: usize, beside: bool) -> usize {
+    let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
+    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + numbers * std::mem::size_of::<f32>());
     let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
     rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
 }

@@ -39,3 +39,25 @@ pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, li
     }
     (sum / (total * total)).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transport::fresnel::boundary_factor;
+    use procedural::Gloss;
+
+    /// Matter without fibres is the limit of few fibres, and the further light runs in it, the less speckle is left.
+    #[test]
+    fn matter_without_fibres_washes_speckle_out_by_how_far_light_runs() {
+        let contrast = |sigma: f32, k: f32| {
+            let medium = Medium { k, ..Medium::isotropic(0.005, sigma, 1.5, Gloss::NONE) };
+            coherence_contrast(&medium, boundary_factor(1.5), 660.0, 0.5)
+        };
+        let few: Vec<f64> = [12.0, 40.0, 400.0].map(|sigma| contrast(sigma, 1e-4)).to_vec();
+        let none: Vec<f64> = [12.0, 40.0, 400.0].map(|sigma| contrast(sigma, 0.0)).to_vec();
+        for (few, none) in few.iter().zip(&none) {
+            assert!((few - none).abs() < 1e-3, "{few} with few fibres, {none} without");
+        }
+        assert!(none[0] > 0.0 && none[0] < none[1] && none[1] < none[2] && none[2] < 1.0, "{none:?}");
+    }
+}
