@@ -10,6 +10,7 @@
 //! to a point with probability zero.
 
 pub mod body;
+mod pack;
 pub mod paths;
 mod tally;
 mod towards;
