@@ -33,9 +33,9 @@ const INSIDE_MM: f64 = 1e-5;
 /// A pack to roam in.
 #[derive(Debug)]
 pub(in crate::transport::path) struct Roam {
-    pub shape: Shape,
+    pub(super) shape: Shape,
     /// Unit vector towards the lens.
-    pub view: DVec3,
+    pub(super) view: DVec3,
 }
 
 /// A photon with what it is worth to the lens.

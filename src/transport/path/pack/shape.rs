@@ -93,7 +93,7 @@ pub(super) struct Cell {
 
 /// A pack about a line of light.
 #[derive(Debug)]
-pub(in crate::transport::path) struct Shape {
+pub(super) struct Shape {
     /// Place of the first node [mm].
     pub low: DVec2,
     /// Size of cells [mm].

@@ -1,13 +1,13 @@
 //! The judge on packs against the judge of plane layers, against closed forms, and against itself.
 
-use glam::{DVec2, DVec3, Vec3};
-use procedural::blister::{Sheet, Solid};
+use glam::{DVec2, DVec3, Mat3, Vec3};
+use procedural::blister::{Sheet, Solid, solid};
 use procedural::flat::Flat;
 use procedural::{Body, Class, Gloss, Medium, Surface};
 
 use super::facets::Facets;
 use super::roam::Roam;
-use super::shape::{PIGMENT_G, Shape, Spot};
+use super::shape::{Face, PIGMENT_G, Shape, Spot};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::line::{Glow, LineOfLight};
 use crate::transport::path::body::{Books, light};
@@ -26,8 +26,11 @@ fn tablet(mu_a: f32, sigma: f32) -> Medium {
     Medium::isotropic(mu_a, sigma, 1.5, Gloss::NONE)
 }
 
-fn block(low: Vec3, high: Vec3, medium: Medium) -> Solid {
-    Solid { bounds: [low, high], class: Class::Pocket, medium }
+/// A flat round tablet about the origin, its top at `top` [mm].
+fn disc(top: f32, radius: f32, thickness: f32, medium: Medium) -> Solid {
+    let shape = solid::Shape { segment: 0.0, radius, band: 0.5 * thickness, cap: None };
+    let middle = Vec3::new(0.0, 0.0, top - 0.5 * thickness);
+    Solid::new(shape, Vec::new(), Mat3::IDENTITY, middle, medium, Class::Pocket, 0)
 }
 
 /// A level card of 60 mm, film of `thickness` [mm], foil `gap` [mm] below it.
@@ -82,10 +85,7 @@ fn closes(books: &Books) {
 #[test]
 fn flat_packs_are_stacks() {
     let (cover, pill) = (film(0.02, 12.0), tablet(0.02, 40.0));
-    let under = |gap: f32| {
-        let z = TOP - 0.2 - gap;
-        vec![block(Vec3::new(-25.0, -25.0, z - 15.0), Vec3::new(25.0, 25.0, z), pill)]
-    };
+    let under = |gap: f32| vec![disc(TOP - 0.2 - gap, 25.0, 15.0, pill)];
     let layers = |gap: f64| {
         vec![layer(0.2, &cover, PIGMENT_G), Layer { thickness: gap, ..AIR }, layer(f64::INFINITY, &pill, 0.0)]
     };
@@ -97,16 +97,23 @@ fn flat_packs_are_stacks() {
     ];
     for (seed, (name, roam, layers)) in cases.into_iter().enumerate() {
         let below = if name.starts_with("sealed") { 1.53 } else { 1.0 };
+        let start = std::time::Instant::now();
         let truth = solve(
             &Stack { above: 1.0, layers, below },
             &Question { cells: 0, ..Question::default() },
             Effort { photons: 200_000, seed: 1 },
         );
+        println!("layers {:?}", start.elapsed());
         let start = std::time::Instant::now();
         let (_, books) = ask(&roam, (60.0, 0), 100_000, 10 + seed as u64);
         println!("{:?} {books:?}", start.elapsed());
         closes(&books);
-        agree(&format!("{name}, left"), books.left, entered(&truth, truth.reflectance));
+        // What goes astray in the gap would have ended somewhere.
+        let unknown = Estimate {
+            error: books.left.error + 0.5 * books.astray.value,
+            value: books.left.value + 0.5 * books.astray.value,
+        };
+        agree(&format!("{name}, left"), unknown, entered(&truth, truth.reflectance));
         println!("{:?} {:?}", truth.towards_lens, truth.cone);
         agree(&format!("{name}, seen"), books.seen, entered(&truth, truth.cone.unwrap_or_default()));
     }
@@ -134,5 +141,66 @@ fn facets_keep_their_share() {
         let drawn = (0..100_000).map(|_| facets.sample(way, &mut rng)).sum::<DVec3>() / 1e5;
         // Each part of a unit vector varies by at most 1.
         assert!((drawn - mean).length() < 3.0 * 3f64.sqrt() / 1e5f64.sqrt(), "{drawn} against {mean}");
+    }
+}
+
+/// TEMPORARY
+#[test]
+fn temporary_real_pack() {
+    use procedural::blister::*;
+    let d = &mut |p: &'static procedural::Parameter| p.default;
+    let mut b = Blister {
+        card: Card::from_values(d),
+        pocket: Pocket::from_values(d),
+        tablet: Tablet::from_values(d),
+        web: Web::from_values(d),
+        foil: Foil::from_values(d),
+        defects: Defects::from_values(d),
+    };
+    b.tablet.tilt_deg = 0.0;
+    let t = std::time::Instant::now();
+    let pack = Pack::form(procedural::Stream::root(3), &b);
+    println!("form {:?} bounds {:?}", t.elapsed(), pack.bounds());
+    for s in pack.solids() {
+        println!("{:?}", s.bounds);
+    }
+    let y = pack.instances()[4].y_mm;
+    let x0 = pack.instances()[4].x_mm;
+    let body = Body::Pack(Box::new(pack));
+    let x: Vec<f32> = (0..9).map(|i| (x0 - 4.0 + i as f64) as f32).collect();
+    let line = LineOfLight {
+        body: &body,
+        y,
+        line_mm: 0.05,
+        x: &x,
+        power: &[1.0; 9],
+        view: Question::default().view,
+        row_mm: 0.1,
+        rows: 60,
+    };
+    let t = std::time::Instant::now();
+    let Body::Pack(pack) = &body else { panic!() };
+    let roam = Roam::in_pack(pack, &line);
+    println!("shape {:?}", t.elapsed());
+    for i in -30..=30 {
+        let at = DVec3::new(x0 + 0.3 * i as f64, y, 0.0);
+        let c = roam.shape.cell(at).unwrap();
+        let h = [Face::Upper, Face::Lower, Face::Foil].map(|f| roam.shape.height(c, f, at));
+        let s = pack.sheet(at.x as f32, y as f32).unwrap();
+        println!(
+            "{:6.2} {:.3?} sealed {} t {:.3} nz {:.3} lower by normal {:.3}",
+            at.x - x0,
+            h,
+            roam.shape.cells[c].sealed,
+            s.thickness_mm,
+            roam.shape.normal(c, Face::Upper, at).z,
+            s.surface.z - s.thickness_mm * (1.0 + s.surface.slope_x.powi(2) + s.surface.slope_y.powi(2)).sqrt()
+        );
+    }
+    let t = std::time::Instant::now();
+    let (glow, books) = light(&line, Effort { photons: 100_000, seed: 1 }, &roam);
+    println!("{:?} {books:?}", t.elapsed());
+    for row in (0..=120).step_by(4) {
+        println!("{row} {:.4?}", &glow.light[row * 9..][..9]);
     }
 }
