@@ -28,7 +28,7 @@ use crate::transport::path::body::Ledger;
 use crate::transport::phase::{henyey_greenstein_density, uniform};
 
 /// Intensity that is always followed [sr^-1].
-const WORTH: f64 = 0.03;
+const WORTH: f64 = 0.1;
 /// Depth beyond which light is not looked for: 1e-9 of it is left [1].
 const DEEP: f64 = 20.0;
 /// A little off a surface [mm].
@@ -36,7 +36,7 @@ const OFF_MM: f64 = 1e-7;
 
 /// Refraction of the view into matter: the way inside, what gets through, and that times cos(v) / (n^2 cos(v')).
 #[derive(Debug, Clone, Copy)]
-struct Window {
+pub(super) struct Window {
     way: DVec3,
     passed: f64,
     factor: f64,
@@ -45,7 +45,7 @@ struct Window {
 
 impl Window {
     /// Into index `n` below a surface with this normal; `None` where it is turned away from the lens.
-    fn new(view: DVec3, normal: DVec3, n: f64) -> Option<Self> {
+    pub fn new(view: DVec3, normal: DVec3, n: f64) -> Option<Self> {
         let facing = view.dot(normal);
         if facing <= 0.0 {
             return None;
@@ -72,11 +72,11 @@ impl Roam {
     #[inline(never)]
     pub(super) fn look_from_film(&self, light: &Traveller, slab: &Slab, ledger: &mut impl Ledger, rng: &mut impl Rng) {
         let (shape, photon) = (&self.shape, &light.photon);
-        let normal = shape.normal(light.cell, Face::Upper, photon.place);
-        let Some(window) = Window::new(self.view, normal, slab.n) else { return };
+        // The cell's own window does for a guess.
+        let (here, Some(window)) = (&shape.cells[light.cell], &self.windows[light.cell]) else { return };
         let strength = photon.weight * slab.mu_s / slab.extinction() * window.factor;
         let towards = |way: DVec3| strength * henyey_greenstein_density(photon.way.dot(way), PIGMENT_G);
-        let below = (shape.height(light.cell, Face::Upper, photon.place) - photon.place.z).max(0.0) * normal.z;
+        let below = (here.middle - photon.place).dot(here.normal).max(0.0);
         let depth = slab.extinction() * below / window.cosine;
         let intensity = towards(window.way);
         if depth < DEEP
@@ -84,11 +84,11 @@ impl Roam {
         {
             self.rise(photon.place, window.way, intensity, slab, light.scale, ledger);
         }
-        if shape.cells[light.cell].sealed {
+        if here.sealed {
             return;
         }
-        let down = window.way - normal * (2.0 * window.cosine);
-        let intensity = towards(down) * interface(slab.n, 1.0, window.cosine).0;
+        let down = window.way - here.normal * (2.0 * window.cosine);
+        let intensity = towards(down) * (1.0 - window.passed);
         let Some(intensity) = followed(intensity, intensity * libm::exp(-0.5 * depth), rng) else { return };
         let (length, stop) = shape.march(photon.place, down, Realm::Film, f64::INFINITY);
         if let Stop::Face(Face::Lower, _) = stop {

@@ -132,6 +132,18 @@ impl Shape {
         }
     }
 
+    /// Whether a way in the film that ends at `end` meets nothing: it ends in the cell where it began, between all that
+    /// bounds the film there.
+    #[inline(always)]
+    pub fn stays(&self, end: DVec3, cell: usize) -> bool {
+        let here = &self.cells[cell];
+        let half = 0.5 * self.pitch;
+        (end.x - here.middle.x).abs() < half.x
+            && (end.y - here.middle.y).abs() < half.y
+            && end.z > here.high[1]
+            && end.z < here.low[0]
+    }
+
     /// Length from `start` to where a way comes above a face in this cell (`side` 1) or below it (-1); infinite if it
     /// does not [mm].
     #[inline]

@@ -29,6 +29,6 @@ use crate::transport::line::LineOfLight;
 impl Roam {
     /// In `pack`, about `line`.
     pub(super) fn in_pack(pack: &Pack, line: &LineOfLight) -> Self {
-        Self { shape: Shape::of(pack, line), view: line.view }
+        Self::new(Shape::of(pack, line), line.view)
     }
 }

@@ -12,6 +12,7 @@ use procedural::blister::Solid;
 use rand::Rng;
 
 use super::facets::Facets;
+use super::look::Window;
 use super::march::{Realm, Stop};
 use super::shape::{Face, PIGMENT_G, Shape};
 use crate::transport::fresnel::interface;
@@ -36,6 +37,8 @@ pub(in crate::transport::path) struct Roam {
     pub(super) shape: Shape,
     /// Unit vector towards the lens.
     pub(super) view: DVec3,
+    /// The view into the film at each cell.
+    pub(super) windows: Vec<Option<Window>>,
 }
 
 /// A photon with what it is worth to the lens.
@@ -107,6 +110,16 @@ impl Ground for Roam {
 }
 
 impl Roam {
+    /// In a shape, seen from `view`.
+    pub(super) fn new(shape: Shape, view: DVec3) -> Self {
+        let window = |cell: usize| {
+            let film = shape.cells[cell].film;
+            film.then(|| Window::new(view, shape.cells[cell].normal, shape.slab(cell).n)).flatten()
+        };
+        let windows = (0..shape.cells.len()).map(window).collect();
+        Self { shape, view, windows }
+    }
+
     /// Follows light until it is gone.
     fn follow(&self, mut light: Traveller, mut realm: Realm, ledger: &mut impl Ledger, rng: &mut impl Rng) {
         // The solid that light has just left or been thrown back by; convex, it is not met again on a straight way.
@@ -130,6 +143,12 @@ impl Roam {
                 Realm::Film => -libm::log(uniform(rng)) / self.shape.slab(light.cell).extinction(),
                 _ => next.map_or(f64::INFINITY, |(_, length)| length),
             };
+            if realm == Realm::Film && self.shape.stays(place + way * free, light.cell) {
+                light.photon.place += way * free;
+                light.photon.path += free;
+                self.collide(&mut light, ledger, rng);
+                continue;
+            }
             let (length, stop) = self.shape.march(place, way, realm, free);
             light.photon.place += way * length;
             match stop {
@@ -143,6 +162,9 @@ impl Roam {
                     }
                     None => {
                         light.photon.path += length;
+                        if let Some(cell) = self.shape.cell(light.photon.place) {
+                            light.cell = cell;
+                        }
                         self.collide(&mut light, ledger, rng);
                     }
                 },
@@ -164,9 +186,6 @@ impl Roam {
 
     /// A collision in the film.
     fn collide(&self, light: &mut Traveller, ledger: &mut impl Ledger, rng: &mut impl Rng) {
-        if let Some(cell) = self.shape.cell(light.photon.place) {
-            light.cell = cell;
-        }
         let slab = *self.shape.slab(light.cell);
         self.look_from_film(light, &slab, ledger, rng);
         lose(&mut light.photon, slab.mu_a / slab.extinction(), ledger, rng);

@@ -87,6 +87,10 @@ pub(super) struct Cell {
     pub sealed: bool,
     /// Optical depth straight through the film [1].
     pub depth: f64,
+    /// Normal of the film's upper side in its middle.
+    pub normal: DVec3,
+    /// Middle of the film's upper side [mm].
+    pub middle: DVec3,
     slab: u16,
     metal: u16,
 }
@@ -229,16 +233,19 @@ impl Shape {
                 foil: nodes.iter().all(|node| node.card),
                 sealed: covered.is_some() && nodes.iter().all(|node| node.sealed || !node.film),
                 depth: 0.0,
+                normal: DVec3::Z,
+                middle: DVec3::ZERO,
                 slab: covered.map_or(0, |node| node.slab),
                 metal: nodes[0].foil,
             });
-            if covered.is_some() {
-                let middle = (self.low
-                    + (DVec2::new((at % self.size[0]) as f64, (at / self.size[0]) as f64) + 0.5) * self.pitch)
-                    .extend(0.0);
-                let thickness = self.height(at, Face::Upper, middle) - self.height(at, Face::Lower, middle);
-                self.cells[at].depth = self.slab(at).extinction() * thickness * self.normal(at, Face::Upper, middle).z;
-            }
+            let flat =
+                self.low + (DVec2::new((at % self.size[0]) as f64, (at / self.size[0]) as f64) + 0.5) * self.pitch;
+            let middle = flat.extend(self.height(at, Face::Upper, flat.extend(0.0)));
+            let normal = self.normal(at, Face::Upper, middle);
+            let thickness = middle.z - self.height(at, Face::Lower, middle);
+            let depth = if covered.is_some() { self.slab(at).extinction() * thickness * normal.z } else { 0.0 };
+            let cell = &mut self.cells[at];
+            (cell.middle, cell.normal, cell.depth) = (middle, normal, depth);
         }
     }
 

@@ -42,7 +42,7 @@ fn flat(medium: Medium, thickness: f32, gap: Option<f32>, foil: Gloss, solids: V
     let shape = Shape::new(card, card, solids, |x, y| {
         (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: Some(sheet), foil })
     });
-    Roam { shape, view: Question::default().view }
+    Roam::new(shape, Question::default().view)
 }
 
 fn ask(roam: &Roam, (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (Glow, Books) {
