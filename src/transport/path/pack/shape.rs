@@ -85,8 +85,6 @@ pub(super) struct Cell {
     pub foil: bool,
     /// Whether film and foil are one there.
     pub sealed: bool,
-    /// Optical depth straight through the film [1].
-    pub depth: f64,
     /// Normal of the film's upper side in its middle.
     pub normal: DVec3,
     /// Middle of the film's upper side [mm].
@@ -106,7 +104,9 @@ pub(super) struct Shape {
     pub size: [usize; 2],
     nodes: Vec<Node>,
     pub cells: Vec<Cell>,
-    /// Highest node of the film [mm].
+    /// Optical depth straight through the film of each cell, apart since it is asked for most [1].
+    pub depths: Vec<f32>,
+    /// Highest of film and solids [mm].
     pub top: f64,
     slabs: Vec<Slab>,
     metals: Vec<Gloss>,
@@ -148,7 +148,8 @@ impl Shape {
             size,
             nodes: Vec::with_capacity((size[0] + 1) * (size[1] + 1)),
             cells: Vec::with_capacity(size[0] * size[1]),
-            top: 0.0,
+            depths: Vec::with_capacity(size[0] * size[1]),
+            top: solids.iter().map(|solid| f64::from(solid.bounds[1].z)).fold(0.0, f64::max),
             slabs: Vec::new(),
             metals: Vec::new(),
             solids,
@@ -232,7 +233,6 @@ impl Shape {
                 film: covered.is_some(),
                 foil: nodes.iter().all(|node| node.card),
                 sealed: covered.is_some() && nodes.iter().all(|node| node.sealed || !node.film),
-                depth: 0.0,
                 normal: DVec3::Z,
                 middle: DVec3::ZERO,
                 slab: covered.map_or(0, |node| node.slab),
@@ -245,7 +245,8 @@ impl Shape {
             let thickness = middle.z - self.height(at, Face::Lower, middle);
             let depth = if covered.is_some() { self.slab(at).extinction() * thickness * normal.z } else { 0.0 };
             let cell = &mut self.cells[at];
-            (cell.middle, cell.normal, cell.depth) = (middle, normal, depth);
+            (cell.middle, cell.normal) = (middle, normal);
+            self.depths.push(depth as f32);
         }
     }
 

@@ -204,3 +204,38 @@ fn temporary_real_pack() {
         println!("{row} {:.4?}", &glow.light[row * 9..][..9]);
     }
 }
+
+/// TEMPORARY
+#[test]
+fn temporary_precise() {
+    let (cover, pill) = (film(0.02, 12.0), tablet(0.02, 40.0));
+    let bare = vec![layer(f64::INFINITY, &pill, 0.0)];
+    let both = vec![layer(0.2, &cover, PIGMENT_G), Layer { thickness: 1e-9, ..AIR }, layer(f64::INFINITY, &pill, 0.0)];
+    for (name, layers) in [("bare", bare), ("both", both)] {
+        let truth = solve(
+            &Stack { above: 1.0, layers, below: 1.0 },
+            &Question { cells: 0, ..Question::default() },
+            Effort { photons: 600_000, seed: 2 },
+        );
+        let tablet = vec![disc(TOP - 0.2, 25.0, 15.0, pill)];
+        let roam = if name == "bare" {
+            let card = [DVec2::splat(-30.0), DVec2::splat(30.0)];
+            let foil = (Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 }, Medium::opaque(BLACK));
+            let shape = Shape::new(card, card, tablet, |x, y| {
+                (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: None, foil })
+            });
+            Roam::new(shape, Question::default().view)
+        } else {
+            flat(cover, 0.2, Some(16.0), BLACK, tablet)
+        };
+        let (_, books) = ask(&roam, (60.0, 0), 600_000, 77);
+        println!("{books:?}");
+        println!("{name} left: {:?} against {:?}", books.left, entered(&truth, truth.reflectance));
+        println!(
+            "{name} seen: {:?} against {:?} {:?}",
+            books.seen,
+            entered(&truth, truth.towards_lens.unwrap_or_default()),
+            truth.cone
+        );
+    }
+}
