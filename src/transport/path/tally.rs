@@ -36,6 +36,8 @@ pub(super) struct Count {
     up: Vec<f64>,
     down: Vec<f64>,
     line: Vec<f64>,
+    /// Light into the cone by row.
+    seen: Vec<f64>,
     point: Vec<f64>,
 }
 
@@ -63,6 +65,7 @@ impl Count {
             up: vec![0.0; question.angles],
             down: vec![0.0; question.angles],
             line: vec![0.0; 2 * question.rows + 1],
+            seen: vec![0.0; 2 * question.rows + 1],
             point: vec![0.0; side * side],
         }
     }
@@ -98,8 +101,13 @@ impl Tally for Count {
         if scattered && let Some(angle) = angles.get_mut(bin as usize) {
             *angle += weight;
         }
+        let row = ((photon.place.y + self.beside) / self.row_mm).round() as i64 + self.rows;
+        let row = Some(row).filter(|row| (0..=2 * self.rows).contains(row));
         if scattered && photon.way.dot(self.view) > self.inside {
             self.cone += weight;
+            if let Some(row) = row {
+                self.seen[row as usize] += weight;
+            }
         }
         if !up {
             self.transmitted += weight;
@@ -107,8 +115,7 @@ impl Tally for Count {
             return;
         }
         self.reflected += weight;
-        let row = ((photon.place.y + self.beside) / self.row_mm).round() as i64 + self.rows;
-        if (0..=2 * self.rows).contains(&row) {
+        if let Some(row) = row {
             self.line[row as usize] += weight;
         }
         let cell = |v: f64| (v / self.cell_mm).round() as i64 + self.cells;
@@ -135,7 +142,8 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
         }
     });
     let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE));
-    let cone = mean(&|count| count.cone * std::f64::consts::PI / (solid * question.view.z.abs()));
+    let factor = std::f64::consts::PI / (solid * question.view.z.abs());
+    let cone = mean(&|count| count.cone * factor);
     Answer {
         model: "path".into(),
         specular: counts.iter().map(|count| count.thrown).sum::<f64>() / (each * counts.len() as f64),
@@ -148,6 +156,7 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
         angles: angles.collect(),
         row_mm: question.row_mm,
         line: (0..=2 * question.rows).map(|row| mean(&|count| count.line[row])).collect(),
+        seen: (0..=2 * question.rows).map(|row| mean(&|count| count.seen[row] * factor)).collect(),
         cell_mm: question.cell_mm,
         point: (0..counts[0].point.len()).map(|cell| mean(&|count| count.point[cell])).collect(),
     }
