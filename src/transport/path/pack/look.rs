@@ -22,9 +22,10 @@ use rand::Rng;
 use super::facets::Facets;
 use super::march::{Realm, Stop};
 use super::roam::{Roam, Traveller, refracted};
-use super::shape::{Face, PIGMENT_G, Slab};
+use super::shape::{Face, Slab};
 use crate::transport::fresnel::interface;
 use crate::transport::path::body::Ledger;
+use crate::transport::path::film::PIGMENT_G;
 use crate::transport::phase::{henyey_greenstein_density, uniform};
 
 /// Intensity that is always followed [sr^-1].

@@ -14,10 +14,11 @@ use rand::Rng;
 use super::facets::Facets;
 use super::look::Window;
 use super::march::{Realm, Stop};
-use super::shape::{Face, PIGMENT_G, Shape};
+use super::shape::{Face, Shape};
 use crate::transport::fresnel::interface;
 use crate::transport::path::LONGEST_MM;
 use crate::transport::path::body::{Fate, Ground, Ledger};
+use crate::transport::path::film::PIGMENT_G;
 use crate::transport::path::walk::{Photon, ROULETTE};
 use crate::transport::phase::{henyey_greenstein, isotropic, uniform};
 

@@ -14,13 +14,12 @@ use procedural::{Gloss, Medium, Surface};
 
 use super::raster::lay;
 use crate::transport::line::LineOfLight;
+use crate::transport::path::film::PIGMENT_G;
 
 /// Cells are as near to this size as divides the card evenly [mm].
 const PITCH_MM: f64 = 0.1;
 /// The region goes on so far beyond the line's rows and columns [mm].
 const REACH_MM: f64 = 20.0;
-/// Mean cosine of scattering by the film's pigment, rutile of 0.2 um [1].
-pub(super) const PIGMENT_G: f64 = 0.557;
 
 /// What a pack is at one place, from above.
 #[derive(Debug, Clone, Copy)]

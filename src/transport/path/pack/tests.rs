@@ -3,18 +3,19 @@
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use procedural::blister::{Sheet, Solid, solid};
 use procedural::flat::Flat;
-use procedural::{Body, Class, Gloss, Medium, Surface};
+use procedural::{Body, Class, Gloss, Medium, Stream, Surface};
 
 use super::facets::Facets;
 use super::roam::Roam;
-use super::shape::{Face, PIGMENT_G, Shape, Spot};
+use super::shape::{Shape, Spot};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::line::{Glow, LineOfLight};
 use crate::transport::path::body::{Books, light};
+use crate::transport::path::film::PIGMENT_G;
 use crate::transport::path::{Effort, solve};
-use crate::transport::stack::{Layer, Scattering, Stack};
+use crate::transport::stack::{Below, Foil, Layer, Scattering, Stack};
 
-const BLACK: Gloss = Gloss { share: 1.0, reflectance: 0.0, roughness: [0.1; 2] };
+const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1, 0.3] };
 /// Upper side of the film over the conveyor [mm].
 const TOP: f32 = 20.0;
 
@@ -22,27 +23,33 @@ fn film(mu_a: f32, sigma: f32) -> Medium {
     Medium::isotropic(mu_a, sigma, 1.53, Gloss::NONE)
 }
 
-fn tablet(mu_a: f32, sigma: f32) -> Medium {
-    Medium::isotropic(mu_a, sigma, 1.5, Gloss::NONE)
+fn tablet(mu_a: f32, coat: f32) -> Medium {
+    Medium { coat, ..Medium::isotropic(mu_a, 40.0, 1.5, Gloss::NONE) }
 }
 
-/// A flat round tablet about the origin, its top at `top` [mm].
-fn disc(top: f32, radius: f32, thickness: f32, medium: Medium) -> Solid {
+/// A flat round tablet about the z axis, turned by `turn`, the middle of its top at `top` [mm].
+fn disc(top: f32, radius: f32, thickness: f32, turn: Mat3, medium: Medium) -> Solid {
     let shape = solid::Shape { segment: 0.0, radius, band: 0.5 * thickness, cap: None };
-    let middle = Vec3::new(0.0, 0.0, top - 0.5 * thickness);
-    Solid::new(shape, Vec::new(), Mat3::IDENTITY, middle, medium, Class::Pocket, 0)
+    let middle = Vec3::new(0.0, 0.0, top) - turn * Vec3::new(0.0, 0.0, 0.5 * thickness);
+    Solid::new(shape, Vec::new(), turn, middle, medium, Class::Pocket, 0)
 }
 
-/// A level card of 60 mm, film of `thickness` [mm], foil `gap` [mm] below it.
+/// A card of 60 mm, `sheet` over `foil`, sloping along y.
+fn card(sheet: Sheet, foil: (Surface, Medium), solids: Vec<Solid>) -> Roam {
+    let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
+    let at = |surface: Surface, y: f32| Surface { z: surface.z + surface.slope_y * y, ..surface };
+    let shape = Shape::new(corners, corners, solids, |x, y| {
+        let sheet = Sheet { surface: at(sheet.surface, y), ..sheet };
+        (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: Some(sheet), foil: (at(foil.0, y), foil.1) })
+    });
+    Roam::new(shape, Question::default().view)
+}
+
+/// A level card, film of `thickness` [mm], foil `gap` [mm] below it.
 fn flat(medium: Medium, thickness: f32, gap: Option<f32>, foil: Gloss, solids: Vec<Solid>) -> Roam {
     let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
     let sheet = Sheet { surface: level(TOP), thickness_mm: thickness, sealed: gap.is_none(), medium };
-    let foil = (level(TOP - thickness - gap.unwrap_or(0.0)), Medium::opaque(foil));
-    let card = [DVec2::splat(-30.0), DVec2::splat(30.0)];
-    let shape = Shape::new(card, card, solids, |x, y| {
-        (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: Some(sheet), foil })
-    });
-    Roam::new(shape, Question::default().view)
+    card(sheet, (level(TOP - thickness - gap.unwrap_or(0.0)), Medium::opaque(foil)), solids)
 }
 
 fn ask(roam: &Roam, (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (Glow, Books) {
@@ -51,23 +58,25 @@ fn ask(roam: &Roam, (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (G
     let body = Body::Flat(Flat { height_mm: 1.0, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (x, power) = (&[-20.0, 0.0, 20.0], &[0.0, 1.0, 0.0]);
     let line = LineOfLight { body: &body, y: 0.0, line_mm: 0.05, x, power, view: roam.view, row_mm, rows };
-    light(&line, Effort { photons, seed }, roam)
+    let (glow, books) = light(&line, Effort { photons, seed }, roam);
+    let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
+    assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
+    (glow, books)
 }
 
 fn layer(thickness: f64, medium: &Medium, g: f64) -> Layer {
     let scattering = Scattering::Isotropic { mu_s: f64::from(medium.sigma_i) / (1.0 - g), g };
-    Layer { thickness, n: f64::from(medium.n_eff), mu_a: f64::from(medium.mu_a), scattering }
+    let layer = Layer::new(thickness, f64::from(medium.n_eff), f64::from(medium.mu_a), scattering);
+    Layer { coat: f64::from(medium.coat), ..layer }
 }
 
-const AIR: Layer = Layer { thickness: 0.0, n: 1.0, mu_a: 0.0, scattering: Scattering::Isotropic { mu_s: 0.0, g: 0.0 } };
-
-fn agree(what: &str, got: Estimate, other: Estimate) {
+fn agree(what: &str, got: Estimate, other: Estimate, bar: f64) {
     let z = (got.value - other.value) / (got.error.powi(2) + other.error.powi(2)).sqrt();
     println!(
         "{what}: {:.5} +- {:.5} against {:.5} +- {:.5}, z = {z:.2}",
         got.value, got.error, other.value, other.error
     );
-    assert!(z.abs() < 3.5, "{what}: {got:?} against {other:?}, z = {z}");
+    assert!(z.abs() < bar, "{what}: {got:?} against {other:?}, z = {z}");
 }
 
 /// What entered, of what a layered answer counts in shares of what came.
@@ -76,57 +85,168 @@ fn entered(answer: &Answer, share: Estimate) -> Estimate {
     Estimate { value: share.value * scale, error: share.error * scale }
 }
 
-fn closes(books: &Books) {
-    let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
-    assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
-}
-
-/// Film over air and tablet, touching tablet, and black foil: what leaves and what the lens sees are the layered judge's.
+/// Level packs are stacks: what leaves, and what the lens sees against the layered judge's count in a cone. 3.6 standard
+/// errors: 14 comparisons, alpha 0.005 together. Light that goes astray along the gap might have left.
 #[test]
-fn flat_packs_are_stacks() {
-    let (cover, pill) = (film(0.02, 12.0), tablet(0.02, 40.0));
-    let under = |gap: f32| vec![disc(TOP - 0.2 - gap, 25.0, 15.0, pill)];
-    let layers = |gap: f64| {
-        vec![layer(0.2, &cover, PIGMENT_G), Layer { thickness: gap, ..AIR }, layer(f64::INFINITY, &pill, 0.0)]
-    };
+fn level_packs_are_stacks() {
+    let (cover, pill) = (film(0.02, 12.0), tablet(0.02, 0.8));
+    let under = |gap: f32| vec![disc(TOP - 0.2 - gap, 25.0, 15.0, Mat3::IDENTITY, pill)];
+    let over = |gap: f64| vec![layer(0.2, &cover, PIGMENT_G), Layer::air(gap), layer(f64::INFINITY, &pill, 0.0)];
+    let slab = |medium: &Medium| layer(0.2, medium, PIGMENT_G);
+    let foil = Below::Foil(Foil { reflectance: 0.9, roughness: [0.1, 0.3].map(f64::from) });
+    let tint = film(0.5, 6.0);
+    let (clear, air) = (film(0.02, 2.0), Below::Index(1.0));
+    let black = Gloss { reflectance: 0.0, ..METAL };
     let cases = [
-        ("tablet under 0.5 mm", flat(cover, 0.2, Some(16.0), BLACK, under(0.5)), layers(0.5)),
-        ("touching tablet", flat(cover, 0.2, Some(16.0), BLACK, under(0.0)), layers(1e-9)),
-        ("black foil", flat(cover, 0.2, Some(3.0), BLACK, Vec::new()), vec![layer(0.2, &cover, PIGMENT_G)]),
-        ("sealed black foil", flat(cover, 0.2, None, BLACK, Vec::new()), vec![layer(0.2, &cover, PIGMENT_G)]),
+        ("tablet under 0.1 mm", flat(cover, 0.2, Some(16.0), METAL, under(0.1)), over(0.1), air),
+        ("touching tablet", flat(cover, 0.2, Some(16.0), METAL, under(0.0)), over(1e-9), air),
+        ("black foil", flat(cover, 0.2, Some(3.0), black, Vec::new()), vec![slab(&cover)], air),
+        ("foil under 1 mm", flat(cover, 0.2, Some(1.0), METAL, Vec::new()), vec![slab(&cover), Layer::air(1.0)], foil),
+        ("foil under clear", flat(clear, 0.2, Some(1.0), METAL, Vec::new()), vec![slab(&clear), Layer::air(1.0)], foil),
+        ("sealed", flat(cover, 0.2, None, METAL, Vec::new()), vec![slab(&cover)], foil),
+        ("sealed tint", flat(tint, 0.2, None, METAL, Vec::new()), vec![slab(&tint)], foil),
     ];
-    for (seed, (name, roam, layers)) in cases.into_iter().enumerate() {
-        let below = if name.starts_with("sealed") { 1.53 } else { 1.0 };
-        let start = std::time::Instant::now();
-        let truth = solve(
-            &Stack { above: 1.0, layers, below },
-            &Question { cells: 0, ..Question::default() },
-            Effort { photons: 200_000, seed: 1 },
-        );
-        println!("layers {:?}", start.elapsed());
-        let start = std::time::Instant::now();
-        let (_, books) = ask(&roam, (60.0, 0), 100_000, 10 + seed as u64);
-        println!("{:?} {books:?}", start.elapsed());
-        closes(&books);
-        // What goes astray in the gap would have ended somewhere.
-        let unknown = Estimate {
-            error: books.left.error + 0.5 * books.astray.value,
-            value: books.left.value + 0.5 * books.astray.value,
-        };
-        agree(&format!("{name}, left"), unknown, entered(&truth, truth.reflectance));
-        println!("{:?} {:?}", truth.towards_lens, truth.cone);
-        agree(&format!("{name}, seen"), books.seen, entered(&truth, truth.cone.unwrap_or_default()));
+    for (seed, (name, roam, layers, below)) in cases.into_iter().enumerate() {
+        let effort = Effort { photons: 60_000, seed: 20 + seed as u64 };
+        let truth = solve(&Stack { above: 1.0, layers, below }, &Question { cells: 0, ..Question::default() }, effort);
+        let (_, books) = ask(&roam, (60.0, 0), 40_000, 40 + seed as u64);
+        let half = 0.5 * books.astray.value;
+        let left = Estimate { value: books.left.value + half, error: books.left.error + half / 3.0 };
+        agree(&format!("{name}, left"), left, entered(&truth, truth.reflectance), 3.6);
+        agree(&format!("{name}, seen"), books.seen, entered(&truth, truth.cone.unwrap_or_default()), 3.6);
     }
 }
 
-/// Facets throw their reflectance back, whatever the angle, and their density is that of their samples.
+/// Whose light is it: rows 1 to 8 on both sides, as shares, against the light that leaves a stack in all directions. Film
+/// sends both alike, but for the last run of light: chi-square of 7 degrees of freedom, alpha 0.001.
+#[test]
+fn the_line_spread_is_that_of_the_stack() {
+    let (cover, pill, rows) = (film(0.02, 20.0), tablet(0.05, 1.0), 8);
+    let solids = vec![disc(TOP - 0.2, 25.0, 15.0, Mat3::IDENTITY, pill)];
+    let mut roam = flat(cover, 0.2, Some(16.0), METAL, solids);
+    // Seen from beside the line: from before it, light leaves nearer to the lens than where it was turned.
+    let view = DVec3::new(roam.view.y, 0.0, roam.view.z);
+    roam = Roam::new(roam.shape, view);
+    let (glow, _) = ask(&roam, (0.1, rows), 80_000, 3);
+    let layers = vec![layer(0.2, &cover, PIGMENT_G), Layer::air(1e-9), layer(f64::INFINITY, &pill, 0.0)];
+    let question = Question { cells: 0, row_mm: 0.1, rows, ..Question::default() };
+    let stack = Stack { above: 1.0, layers, below: Below::Index(1.0) };
+    let truth = solve(&stack, &question, Effort { photons: 80_000, seed: 4 });
+    let got = |row: usize| {
+        let cells = 3 * row..3 * row + 3;
+        let value = glow.light[cells.clone()].iter().map(|&v| f64::from(v)).sum();
+        Estimate { value, error: glow.error[cells].iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt() }
+    };
+    let pair = |a: Estimate, b: Estimate| Estimate { value: a.value + b.value, error: a.error.hypot(b.error) };
+    let ours: Vec<Estimate> = (1..=rows).map(|d| pair(got(rows - d), got(rows + d))).collect();
+    let theirs: Vec<Estimate> = (1..=rows).map(|d| pair(truth.line[rows - d], truth.line[rows + d])).collect();
+    let sums = [&ours, &theirs].map(|of| of.iter().map(|e| e.value).sum::<f64>());
+    let mut chi2 = 0.0;
+    for (row, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+        let (a, b) = ([a.value, a.error].map(|v| v / sums[0]), [b.value, b.error].map(|v| v / sums[1]));
+        println!("row {}: {:.4} +- {:.4} against {:.4} +- {:.4}", row + 1, a[0], a[1], b[0], b[1]);
+        chi2 += (a[0] - b[0]).powi(2) / (a[1] * a[1] + b[1] * b[1]);
+    }
+    assert!(chi2 < 24.3, "chi-square {chi2} of 7 degrees of freedom");
+}
+
+/// A bare tablet tilted by 20 degrees is a half space lit and seen aslant.
+#[test]
+fn a_bare_tilted_tablet_is_a_half_space_lit_aslant() {
+    let (pill, tilt) = (tablet(0.2, 0.7), 20f64.to_radians());
+    let turn = Mat3::from_rotation_x(tilt as f32);
+    let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
+    let black = (Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 }, Medium::opaque(Gloss::NONE));
+    let shape = Shape::new(corners, corners, vec![disc(20.0, 14.0, 9.0, turn, pill)], |_, _| {
+        Some(Spot { sheet: None, foil: black })
+    });
+    let roam = Roam::new(shape, Question::default().view);
+    let (_, books) = ask(&roam, (60.0, 0), 60_000, 5);
+    let [along, up] = [turn.y_axis, turn.z_axis].map(|axis| axis.as_dvec3());
+    let question = Question {
+        incidence: Some(tilt),
+        // Light goes towards -z, which is towards -y of the tilted surface.
+        incidence_azimuth: -std::f64::consts::FRAC_PI_2,
+        view: DVec3::new(0.0, roam.view.dot(along), roam.view.dot(up)),
+        cells: 0,
+        ..Question::default()
+    };
+    let layers = vec![layer(f64::INFINITY, &pill, 0.0)];
+    let stack = Stack { above: 1.0, layers, below: Below::Index(1.0) };
+    let truth = solve(&stack, &question, Effort { photons: 60_000, seed: 6 });
+    // The coat takes its share of what enters, which the stack counts as having come.
+    agree("seen", books.seen, scaled(entered(&truth, truth.towards_lens.unwrap_or_default()), pill), 3.3);
+    // What leaves downwards ends at the black foil, with what the tablet absorbs.
+    let out = entered(&truth, truth.reflectance);
+    let bound = scaled(out, pill).value;
+    assert!(books.left.value < bound + 3.0 * books.left.error && books.left.value > 0.9 * bound, "{books:?}, {bound}");
+}
+
+/// The coat that light has passed where it enters bare.
+fn scaled(of: Estimate, medium: Medium) -> Estimate {
+    let coat = f64::from(medium.coat);
+    Estimate { value: of.value / coat, error: of.error / coat }
+}
+
+/// Film that slopes, sealed to foil, is a stack lit aslant: what leaves it, upwards or down.
+#[test]
+fn sloping_sealed_film_is_a_stack_lit_aslant() {
+    let (cover, slope) = (film(0.05, 8.0), 0.35f32);
+    let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: slope };
+    let sheet = Sheet { surface: level(TOP), thickness_mm: 0.25, sealed: true, medium: cover };
+    let roam = card(sheet, (level(TOP - 0.4), Medium::opaque(METAL)), Vec::new());
+    let (_, books) = ask(&roam, (60.0, 0), 60_000, 7);
+    let foil = Below::Foil(Foil { reflectance: 0.9, roughness: [0.1, 0.3].map(f64::from) });
+    let stack = Stack { above: 1.0, layers: vec![layer(0.25, &cover, PIGMENT_G)], below: foil };
+    let incidence = Some(libm::atan(f64::from(slope)));
+    let question =
+        Question { incidence, incidence_azimuth: -std::f64::consts::FRAC_PI_2, cells: 0, ..Question::default() };
+    let truth = solve(&stack, &question, Effort { photons: 60_000, seed: 8 });
+    let out =
+        Estimate { value: books.left.value + books.dropped.value, error: books.left.error.max(books.absorbed.error) };
+    agree("out", out, entered(&truth, truth.reflectance), 3.3);
+}
+
+/// A white tablet under white film over a perfect mirror, sealed all around: everything comes back.
+#[test]
+fn nothing_is_lost_in_a_white_pack() {
+    let (cover, pill) = (film(0.0, 12.0), Medium { mu_a: 0.0, ..tablet(0.0, 1.0) });
+    let metal = Medium::opaque(Gloss { reflectance: 1.0, ..METAL });
+    let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
+    let turn = Mat3::from_rotation_y(0.1);
+    let shape = Shape::new(corners, corners, vec![disc(TOP - 1.0, 4.0, 3.0, turn, pill)], |x, y| {
+        let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
+        let sealed = x.hypot(y) > 6.0;
+        let sheet = Sheet { surface: level(TOP), thickness_mm: 0.2, sealed, medium: cover };
+        let foil = (level(if sealed { TOP - 0.2 } else { TOP - 6.0 }), metal);
+        (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: Some(sheet), foil })
+    });
+    let (_, books) = ask(&Roam::new(shape, Question::default().view), (60.0, 0), 10_000, 9);
+    assert!(books.absorbed.value.abs() < 1e-12 && books.left.value > 0.999, "{books:?}");
+}
+
+/// The same bits for any number of threads.
+#[test]
+fn threads_do_not_matter() {
+    let solids = || vec![disc(TOP - 0.5, 5.0, 3.0, Mat3::from_rotation_y(0.05), tablet(0.01, 0.9))];
+    let roam = flat(film(0.02, 12.0), 0.2, Some(4.0), METAL, solids());
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| ask(&roam, (0.1, 10), 2_000, 10))
+    };
+    let one = run(1);
+    assert!(one.1.seen.value > 0.3);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(3));
+}
+
+/// Facets throw their share back under every angle, and their density is that of their samples.
 #[test]
 fn facets_keep_their_share() {
-    let mut rng = procedural::Stream::root(1).child("facets").rng();
-    let normal = DVec3::new(0.2, -0.1, 1.0).normalize();
-    let facets = Facets::new(&Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1, 0.3] }, normal);
+    let mut rng = Stream::root(1).child("facets").rng();
+    let facets = Facets::new(&METAL, DVec3::new(0.2, -0.1, 1.0).normalize());
     for way in [DVec3::NEG_Z, DVec3::new(0.7, 0.2, -0.6).normalize(), DVec3::new(0.1, 0.95, -0.25).normalize()] {
-        let (steps, mut sum, mut mean) = (1500, 0.0, DVec3::ZERO);
+        let (steps, mut sum, mut mean) = (1000, 0.0, DVec3::ZERO);
         for i in 0..steps {
             let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
             for j in 0..steps {
@@ -141,101 +261,5 @@ fn facets_keep_their_share() {
         let drawn = (0..100_000).map(|_| facets.sample(way, &mut rng)).sum::<DVec3>() / 1e5;
         // Each part of a unit vector varies by at most 1.
         assert!((drawn - mean).length() < 3.0 * 3f64.sqrt() / 1e5f64.sqrt(), "{drawn} against {mean}");
-    }
-}
-
-/// TEMPORARY
-#[test]
-fn temporary_real_pack() {
-    use procedural::blister::*;
-    let d = &mut |p: &'static procedural::Parameter| p.default;
-    let mut b = Blister {
-        card: Card::from_values(d),
-        pocket: Pocket::from_values(d),
-        tablet: Tablet::from_values(d),
-        web: Web::from_values(d),
-        foil: Foil::from_values(d),
-        defects: Defects::from_values(d),
-    };
-    b.tablet.tilt_deg = 0.0;
-    let t = std::time::Instant::now();
-    let pack = Pack::form(procedural::Stream::root(3), &b);
-    println!("form {:?} bounds {:?}", t.elapsed(), pack.bounds());
-    for s in pack.solids() {
-        println!("{:?}", s.bounds);
-    }
-    let y = pack.instances()[4].y_mm;
-    let x0 = pack.instances()[4].x_mm;
-    let body = Body::Pack(Box::new(pack));
-    let x: Vec<f32> = (0..9).map(|i| (x0 - 4.0 + i as f64) as f32).collect();
-    let line = LineOfLight {
-        body: &body,
-        y,
-        line_mm: 0.05,
-        x: &x,
-        power: &[1.0; 9],
-        view: Question::default().view,
-        row_mm: 0.1,
-        rows: 60,
-    };
-    let t = std::time::Instant::now();
-    let Body::Pack(pack) = &body else { panic!() };
-    let roam = Roam::in_pack(pack, &line);
-    println!("shape {:?}", t.elapsed());
-    for i in -30..=30 {
-        let at = DVec3::new(x0 + 0.3 * i as f64, y, 0.0);
-        let c = roam.shape.cell(at).unwrap();
-        let h = [Face::Upper, Face::Lower, Face::Foil].map(|f| roam.shape.height(c, f, at));
-        let s = pack.sheet(at.x as f32, y as f32).unwrap();
-        println!(
-            "{:6.2} {:.3?} sealed {} t {:.3} nz {:.3} lower by normal {:.3}",
-            at.x - x0,
-            h,
-            roam.shape.cells[c].sealed,
-            s.thickness_mm,
-            roam.shape.normal(c, Face::Upper, at).z,
-            s.surface.z - s.thickness_mm * (1.0 + s.surface.slope_x.powi(2) + s.surface.slope_y.powi(2)).sqrt()
-        );
-    }
-    let t = std::time::Instant::now();
-    let (glow, books) = light(&line, Effort { photons: 100_000, seed: 1 }, &roam);
-    println!("{:?} {books:?}", t.elapsed());
-    for row in (0..=120).step_by(4) {
-        println!("{row} {:.4?}", &glow.light[row * 9..][..9]);
-    }
-}
-
-/// TEMPORARY
-#[test]
-fn temporary_precise() {
-    let (cover, pill) = (film(0.02, 12.0), tablet(0.02, 40.0));
-    let bare = vec![layer(f64::INFINITY, &pill, 0.0)];
-    let both = vec![layer(0.2, &cover, PIGMENT_G), Layer { thickness: 1e-9, ..AIR }, layer(f64::INFINITY, &pill, 0.0)];
-    for (name, layers) in [("bare", bare), ("both", both)] {
-        let truth = solve(
-            &Stack { above: 1.0, layers, below: 1.0 },
-            &Question { cells: 0, ..Question::default() },
-            Effort { photons: 600_000, seed: 2 },
-        );
-        let tablet = vec![disc(TOP - 0.2, 25.0, 15.0, pill)];
-        let roam = if name == "bare" {
-            let card = [DVec2::splat(-30.0), DVec2::splat(30.0)];
-            let foil = (Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 }, Medium::opaque(BLACK));
-            let shape = Shape::new(card, card, tablet, |x, y| {
-                (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: None, foil })
-            });
-            Roam::new(shape, Question::default().view)
-        } else {
-            flat(cover, 0.2, Some(16.0), BLACK, tablet)
-        };
-        let (_, books) = ask(&roam, (60.0, 0), 600_000, 77);
-        println!("{books:?}");
-        println!("{name} left: {:?} against {:?}", books.left, entered(&truth, truth.reflectance));
-        println!(
-            "{name} seen: {:?} against {:?} {:?}",
-            books.seen,
-            entered(&truth, truth.towards_lens.unwrap_or_default()),
-            truth.cone
-        );
     }
 }
