@@ -16,7 +16,9 @@ mod look;
 mod march;
 mod raster;
 mod roam;
+mod room;
 mod shape;
+mod spot;
 #[cfg(test)]
 mod tests;
 

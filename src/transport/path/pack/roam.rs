@@ -7,13 +7,13 @@
 //!
 //! Neglected: roughness of film and solids, refraction by anything finer than a cell.
 
-use glam::{DVec3, Vec3};
-use procedural::blister::Solid;
+use glam::DVec3;
 use rand::Rng;
 
 use super::facets::Facets;
 use super::look::Window;
 use super::march::{Realm, Stop};
+use super::room::Room;
 use super::shape::{Face, Shape};
 use crate::transport::fresnel::interface;
 use crate::transport::path::LONGEST_MM;
@@ -26,9 +26,6 @@ use crate::transport::phase::{henyey_greenstein, isotropic, uniform};
 const MEETINGS: u32 = 10_000;
 /// Light enters at least so far towards the lens; less is grazing, and optics sends hardly any [1].
 const GRAZING: f64 = 0.02;
-/// Optical radius under which a [`Room`] is not worth its making, and free paths until the next is tried.
-const ROOMY: f64 = 4.0;
-const WAIT: u32 = 8;
 /// Push that brings light on a solid's surface back inside [mm].
 const INSIDE_MM: f64 = 1e-5;
 
@@ -52,33 +49,6 @@ pub(super) struct Traveller {
     pub cell: usize,
     /// Room about it in a solid.
     pub room: Room,
-}
-
-/// A ball inside a solid: no surface is met in it.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Room {
-    middle: DVec3,
-    radius: f64,
-    /// Free paths to wait until another is looked for.
-    wait: u32,
-}
-
-impl Room {
-    /// The largest about `middle` that the solid's reach along the axes, as it is convex, vouches for.
-    fn about(middle: DVec3, solid: &Solid) -> Option<Self> {
-        let mut flat = 0.0;
-        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            let [near, far] = solid.span(middle.as_vec3(), axis)?;
-            flat += f64::from(far.min(-near).max(1e-6)).powi(-2);
-        }
-        Some(Self { middle, radius: 1.0 / flat.sqrt(), wait: 0 })
-    }
-
-    /// Distance that is free in all directions [mm].
-    #[inline(always)]
-    pub fn free(&self, place: DVec3) -> f64 {
-        (self.radius - place.distance(self.middle)).max(0.0)
-    }
 }
 
 impl Ground for Roam {
@@ -253,11 +223,8 @@ impl Roam {
         photon.place += photon.way * free.min(far);
         photon.path += free.min(far);
         if free < far {
-            let room = &mut light.room;
-            room.wait = room.wait.saturating_sub(1);
-            if far < f64::INFINITY && room.wait == 0 {
-                *room = Room::about(photon.place, solid).unwrap_or_default();
-                room.wait = if room.radius * extinction < ROOMY { WAIT } else { 0 };
+            if far < f64::INFINITY {
+                light.room.renew(photon.place, solid, extinction);
             }
             self.look_from_solid(light, number, ledger, rng);
             lose(&mut light.photon, f64::from(medium.mu_a) / extinction, ledger, rng);

@@ -9,10 +9,12 @@
 //! Neglected: edges cut upright, shapes finer than a cell.
 
 use glam::{DVec2, DVec3};
-use procedural::blister::{Pack, Sheet, Solid};
-use procedural::{Gloss, Medium, Surface};
+use procedural::Gloss;
+use procedural::blister::{Pack, Solid};
 
+use super::facets::bottom;
 use super::raster::lay;
+use super::spot::{Slab, Spot, normal, number};
 use crate::transport::line::LineOfLight;
 use crate::transport::path::film::PIGMENT_G;
 
@@ -20,34 +22,6 @@ use crate::transport::path::film::PIGMENT_G;
 const PITCH_MM: f64 = 0.1;
 /// The region goes on so far beyond the line's rows and columns [mm].
 const REACH_MM: f64 = 20.0;
-
-/// What a pack is at one place, from above.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
-    /// The film, unless there is a hole.
-    pub sheet: Option<Sheet>,
-    /// The foil below.
-    pub foil: (Surface, Medium),
-}
-
-/// The film's matter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Slab {
-    /// Refractive index [1].
-    pub n: f64,
-    /// Absorption [mm^-1].
-    pub mu_a: f64,
-    /// Scattering [mm^-1].
-    pub mu_s: f64,
-}
-
-impl Slab {
-    /// Extinction [mm^-1].
-    #[inline(always)]
-    pub fn extinction(&self) -> f64 {
-        self.mu_a + self.mu_s
-    }
-}
 
 /// Heights at a node [mm].
 #[derive(Debug, Clone, Copy, Default)]
@@ -177,7 +151,7 @@ impl Shape {
         let Some(spot) = spot else { return Node::default() };
         let mut node = Node { card: true, ..Node::default() };
         node.heights[Face::Foil as usize] = f64::from(spot.foil.0.z);
-        node.foil = number(&mut self.metals, spot.foil.1.gloss);
+        node.foil = number(&mut self.metals, bottom(&spot.foil.1));
         if let Some(sheet) = spot.sheet {
             let (z, medium) = (f64::from(sheet.surface.z), &sheet.medium);
             let mu_s = f64::from(medium.sigma_i) / (1.0 - PIGMENT_G);
@@ -299,18 +273,4 @@ impl Shape {
     pub fn metal(&self, cell: usize) -> &Gloss {
         &self.metals[usize::from(self.cells[cell].metal)]
     }
-}
-
-/// Upward normal of a surface.
-fn normal(surface: &Surface) -> DVec3 {
-    DVec3::new(-f64::from(surface.slope_x), -f64::from(surface.slope_y), 1.0).normalize()
-}
-
-/// The number of a value in a list without repetitions.
-fn number<T: PartialEq>(list: &mut Vec<T>, value: T) -> u16 {
-    let at = list.iter().rposition(|other| *other == value).unwrap_or_else(|| {
-        list.push(value);
-        list.len() - 1
-    });
-    u16::try_from(at).unwrap_or(u16::MAX)
 }
