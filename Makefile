@@ -58,7 +58,7 @@ kernel-table: ## measure the kernel's table anew: half an hour on two cores; goe
 	mkdir -p out
 	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl src/transport/kernel/table.bin
 
-film-table: ## measure the table of films anew: ten minutes on two cores
+film-table: ## measure the table of films anew: three minutes on two cores
 	cargo run --release --locked --example film_table -- src/transport/kernel/layers/film.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)

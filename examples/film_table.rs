@@ -1,6 +1,6 @@
 //! Measures the table of films with the judge and writes it.
 //!
-//! `cargo run --release --example film_table -- TABLE`; `make film-table` runs it, a few minutes on two cores.
+//! `cargo run --release --example film_table -- TABLE`; `make film-table` runs it, three minutes on two cores.
 
 use sheetlight::transport::kernel::layers::table::{ABSORBED, N, TURNS, condense, frequencies};
 use sheetlight::transport::path::film::{Light, Slab, measure};

@@ -106,7 +106,26 @@ fn the_kernel_answers_what_it_knows() {
     assert!((r - 0.746).abs() < 0.012 && error == 0.0, "{r} +- {error}");
     let run = place.run("transport --medium mcml-three-layers.yaml --model kernel");
     assert_eq!(run.code, 1);
-    assert!(run.err.contains("half spaces of one medium") && run.err.contains("--model path"), "{}", run.err);
+    assert!(run.err.contains("the kernel knows half spaces") && run.err.contains("--model path"), "{}", run.err);
+}
+
+/// The kernel answers pockets and flanges of blister packs: energy closes, a film on foil is brighter near the line than
+/// one over a deep pocket. Diffusion refuses foil.
+#[test]
+fn the_kernel_answers_films() {
+    let place = place();
+    let ask =
+        |name: &str| json(&place.done(&format!("transport --medium {name}.yaml --model kernel")))["answer"].clone();
+    let [empty, sealed] = [ask("white-pvc-over-air-over-foil"), ask("sealed-flange")];
+    let row = |answer: &Value, row: usize| number(&answer["line"][40 + row]).0;
+    for answer in [&empty, &sealed] {
+        let absorbed: f64 = answer["absorbed"].as_array().expect("layers").iter().map(|layer| number(layer).0).sum();
+        let sum = answer["specular"].as_f64().expect("a number") + number(&answer["reflectance"]).0 + absorbed;
+        assert!((sum - 1.0).abs() < 1e-5, "energy {sum}");
+    }
+    assert!(row(&sealed, 2) > 1.2 * row(&empty, 2), "{} and {}", row(&sealed, 2), row(&empty, 2));
+    let run = place.run("transport --medium sealed-flange.yaml --model diffusion");
+    assert!(run.code == 1 && run.err.contains("foil") && run.err.contains("path"), "{}", run.err);
 }
 
 /// A wrong medium is answered with line, column, key and remedy; all faults at once.
@@ -114,7 +133,7 @@ fn the_kernel_answers_what_it_knows() {
 fn faults_name_line_and_key() {
     let place = Place::new();
     let layer = "n: 1.4, mu_a_per_mm: 0.1";
-    let cases: [(String, &[&str]); 22] = [
+    let cases: [(String, &[&str]); 26] = [
         (String::new(), &["m.yaml:1:1", "empty"]),
         ("layers: []".into(), &["m.yaml:1:9: layers: has 0 layers", "1 to 64"]),
         ("layers: 3".into(), &["m.yaml:1:9: layers: is a number", "list"]),
@@ -146,6 +165,16 @@ fn faults_name_line_and_key() {
         (
             format!("layers: [{{{layer}}}]\nquestion: {{diffuse: true, incidence_deg: 0}}"),
             &["m.yaml:2:", "question.diffuse: stands beside `incidence_deg`"],
+        ),
+        (format!("layers: [{{{layer}, coat: 2}}]"), &["layers[0].coat: 2 is out of range"]),
+        (format!("layers: [{{{layer}}}]\nbelow: {{}}"), &["m.yaml:2:", "below.foil: is missing", "n_below"]),
+        (
+            format!("layers: [{{{layer}}}]\nbelow: {{foil: {{reflectance: 0.9, roughness: 0.2}}}}"),
+            &["below.foil.roughness: is a number", "two numbers"],
+        ),
+        (
+            format!("layers: [{{{layer}}}]\nn_below: 1\nbelow: {{foil: {{reflectance: 1, roughness: [1, 1]}}}}"),
+            &["m.yaml:2:", "n_below: stands beside `below`", "remove one"],
         ),
         (format!("layers: [{{{layer}}}]\nquestion: {{rows: 1e9}}"), &["question.rows", "2000"]),
         (format!("layers: [{{{layer}}}]\nisotropic: {{g: 0}}"), &["`isotropic` belongs in an entry of `layers`"]),

@@ -64,7 +64,8 @@ fn scattering(walk: &mut Walk, node: &Node, path: &str, law: &str) -> Option<Sca
             (mu_s.zip(g).map(|(mu_s, g)| Scattering::Isotropic { mu_s, g }), &["mu_s_per_mm", "g"])
         }
         "tensor" => {
-            let mu_s = numbers(walk, &mut map, "mu_s_per_mm", "[along x, along y, along z]", SCATTERING).map(DVec3::from_array);
+            let mu_s = numbers(walk, &mut map, "mu_s_per_mm", "three numbers, [along x, along y, along z]", SCATTERING)
+                .map(DVec3::from_array);
             let g = number(walk, &mut map, "g", COSINE, Some(0.0));
             (mu_s.zip(g).map(|(mu_s, g)| Scattering::Tensor { mu_s, g }), &["mu_s_per_mm", "g"])
         }
@@ -119,7 +120,7 @@ pub(super) fn numbers<const N: usize>(
     range: Range,
 ) -> Option<[f64; N]> {
     let path = map.path_of(name);
-    let remedy = format!("give {N} numbers, {wanted}");
+    let remedy = format!("give {wanted}");
     let Some(node) = map.take(walk, name) else {
         walk.fault(map.place(), &path, "is missing", remedy);
         return None;

@@ -69,13 +69,14 @@ fn below(walk: &mut Walk, top: &mut Section) -> Option<Below> {
     let foil = map.take(walk, "foil");
     map.close(walk, &["foil"], &|_| None);
     let Some(foil) = foil else {
-        let remedy = "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
+        let remedy =
+            "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
         walk.fault(node.place, "below.foil", "is missing", remedy);
         return None;
     };
     let mut map = walk.section(foil, "below.foil");
     let reflectance = number(walk, &mut map, "reflectance", range(0.0, 1.0, ""), None);
-    let roughness = layer::numbers(walk, &mut map, "roughness", "[along x, along y]", ROUGHNESS);
+    let roughness = layer::numbers(walk, &mut map, "roughness", "two numbers, [along x, along y]", ROUGHNESS);
     map.close(walk, &["reflectance", "roughness"], &|_| None);
     Some(Below::Foil(Foil { reflectance: reflectance?, roughness: roughness? }))
 }

@@ -105,8 +105,8 @@ pub struct Answer {
     pub row_mm: f64,
     /// Share of a line's energy that leaves in each row along y, `[2 rows + 1]`, row 0 at the smallest y [1].
     pub line: Vec<Estimate>,
-    /// Radiance factor of each row of a line, of light in a cone of 5 degrees about the lens, `[2 rows + 1]` [1]; empty
-    /// where the model has none.
+    /// Radiance factor of each row of a line, `[2 rows + 1]` [1]; empty where the model has none. The judge counts light
+    /// within 5 degrees of the lens, at all azimuths where they are alike.
     pub seen: Vec<Estimate>,
     /// Pitch of `point` [mm].
     pub cell_mm: f64,

@@ -140,6 +140,15 @@ impl Stack {
     }
 }
 
+impl Stack {
+    /// Whether it is the same at all azimuths.
+    pub fn is_round(&self) -> bool {
+        let round = |layer: &Layer| matches!(layer.scattering, Scattering::Isotropic { .. });
+        let foil = matches!(self.below, Below::Foil(foil) if foil.roughness[0] != foil.roughness[1]);
+        self.layers.iter().all(round) && !foil
+    }
+}
+
 impl From<&Medium> for Stack {
     /// A half space of a body's medium, whose cylinders scatter evenly about their axis (g2 = 0).
     fn from(medium: &Medium) -> Self {

@@ -77,7 +77,7 @@ pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: 
             let stream = Stream::root(effort.seed).child("transport").child("path").index(batch);
             // Streams of their own: the width of the line changes no walk.
             let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
-            let mut count = Count::new(&walk, question);
+            let mut count = Count::new(&walk, stack, question);
             for _ in 0..each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
                 count.begin(thrown, &mut line);

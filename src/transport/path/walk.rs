@@ -103,7 +103,8 @@ impl Walk {
     /// Whether the index changes at any plane but the one that light to a lens above (`up`) or below leaves through.
     pub fn mirrors_inside(&self, up: bool) -> bool {
         let index = |layer: &Prepared| layer.layer.n;
-        let last = self.layers.last().is_some_and(|last| last.bottom.is_finite() && Below::Index(index(last)) != self.below);
+        let last =
+            self.layers.last().is_some_and(|last| last.bottom.is_finite() && Below::Index(index(last)) != self.below);
         let first = self.layers.first().is_some_and(|first| index(first) != self.above);
         (if up { last } else { first }) || self.layers.windows(2).any(|pair| index(&pair[0]) != index(&pair[1]))
     }
@@ -183,9 +184,9 @@ impl Walk {
         }
         // The coat of the layer whose upper plane this is.
         let coated = if up { photon.layer } else { photon.layer + 1 };
-        if let Some(coated) = self.layers.get(coated).filter(|coated| coated.layer.coat < 1.0) {
-            tally.absorb(photon.layer, photon.weight * (1.0 - coated.layer.coat));
-            photon.weight *= coated.layer.coat;
+        if let Some(Layer { coat, .. }) = self.layers.get(coated).map(|coated| coated.layer) {
+            tally.absorb(coated, photon.weight * (1.0 - coat));
+            photon.weight *= coat;
         }
         match beyond {
             Some(layer) => photon.layer = layer,

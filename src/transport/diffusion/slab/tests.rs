@@ -87,8 +87,7 @@ fn cuts_through_a_medium_change_nothing() {
 fn unlike_layers_agree_with_finite_differences() {
     let isotropic = |mu_s| Scattering::Isotropic { mu_s, g: 0.0 };
     let layers = [(0.5, 0.1, 8.0), (0.8, 0.6, 3.0), (1.2, 0.02, 15.0)];
-    let layer =
-        |&(thickness, mu_a, mu_s): &(f64, f64, f64)| Layer::new(thickness, 1.4, mu_a, isotropic(mu_s));
+    let layer = |&(thickness, mu_a, mu_s): &(f64, f64, f64)| Layer::new(thickness, 1.4, mu_a, isotropic(mu_s));
     let stack = Stack { above: 1.0, layers: layers.iter().map(layer).collect(), below: Below::Index(1.4) };
     let line = Line::new(&stack).expect("it scatters");
     let mut waves = Vec::new();

@@ -176,11 +176,16 @@ fn flow(covers: &Covers, cover: &Cover) -> Flow {
     let (g1, g2) = (covers.lambert.over(gap), covers.lambert.over(2.0 * gap));
     let lobe = if foil { covers.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; WAVES] };
     let (body, [mirrors, mirrors_straight]) = (covers.under.body(), covers.under.mirrors());
-    let glint = if foil { gloss(&under.gloss, normal, Vec3::Z, cover.view) } else { covers.under.towards(cover.view.dot(normal)) };
+    let glint = if foil {
+        gloss(&under.gloss, normal, Vec3::Z, cover.view)
+    } else {
+        covers.under.towards(cover.view.dot(normal))
+    };
     // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
     let near = NEAR_MM * NEAR_MM / (NEAR_MM * NEAR_MM + gap * gap);
     let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
-    let mut out = Flow { film: [0.0; WAVES], towards: [0.0; WAVES], through: [0.0; WAVES], all: [0.0; WAVES], sunk: 0.0 };
+    let mut out =
+        Flow { film: [0.0; WAVES], towards: [0.0; WAVES], through: [0.0; WAVES], all: [0.0; WAVES], sunk: 0.0 };
     for i in 0..WAVES {
         let scattered = (1.0 - mirrors) * body[i];
         let turn = scattered * g1[i] * g1[i] + mirrors * g2[i];

@@ -9,7 +9,7 @@ use crate::transport::path::film::{DIRECTIONS, FREQUENCIES, Fate, Side};
 
 /// Refractive indices of the table [1].
 pub const N: [f64; 2] = [1.45, 1.58];
-/// Reduced scattering times thickness [1].
+/// Reduced scattering times thickness: none, then a factor of 2 from one to the next [1].
 pub const TURNS: [f64; 15] =
     [0.0, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56, 5.12, 10.24, 20.48, 40.96, 81.92, 163.84];
 /// Absorption times thickness [1].
@@ -56,7 +56,11 @@ pub fn condense(turns: f64, straight: &Fate, lambert: &Fate, sealed: &Fate) -> [
     };
     let laws = [law(&straight.up), law(&lambert.down), law(&sealed.up)];
     let mut node = [0.0; NODE];
-    let values = transforms.into_iter().flatten().chain(laws.into_iter().flatten()).chain([lambert.straight_down, sealed.straight_up]);
+    let values = transforms
+        .into_iter()
+        .flatten()
+        .chain(laws.into_iter().flatten())
+        .chain([lambert.straight_down, sealed.straight_up]);
     for (kept, value) in node.iter_mut().zip(values) {
         *kept = value as f32;
     }
@@ -74,7 +78,6 @@ const PER_INDEX: usize = TURNS.len() * ABSORBED.len();
 pub struct Films {
     n: f32,
     nodes: Vec<[f32; NODE]>,
-    turns: [f32; TURNS.len()],
     absorbed: [f32; ABSORBED.len()],
 }
 
@@ -86,7 +89,7 @@ impl Films {
         let f = ((n - low) / (high - low)).clamp(-0.4, 1.55);
         let value = |i: usize| word(i) * (1.0 - f) + word(i + PER_INDEX * NODE) * f;
         let nodes = (0..PER_INDEX).map(|film| std::array::from_fn(|i| value(film * NODE + i))).collect();
-        Self { n, nodes, turns: TURNS.map(logarithm), absorbed: ABSORBED.map(|a| kept(a as f32)) }
+        Self { n, nodes, absorbed: ABSORBED.map(|a| kept(a as f32)) }
     }
 
     /// Their index [1].
@@ -97,28 +100,36 @@ impl Films {
     /// The film with this reduced scattering and absorption times thickness, clamped to the table's ends.
     #[inline(always)]
     pub fn at(&self, turns: f32, absorbed: f32) -> Film {
-        let (i, f) = if turns < TURNS[1] as f32 {
-            (0, (turns / TURNS[1] as f32).max(0.0))
-        } else {
-            between(&self.turns, logarithm(f64::from(turns)))
-        };
+        let (rows, along) = rows(turns);
         let (j, g) = between(&self.absorbed, kept(absorbed));
-        let first = i * ABSORBED.len() + j;
-        let corners = [first, first + 1, first + ABSORBED.len(), first + ABSORBED.len() + 1].map(|at| &self.nodes[at]);
-        let weights = [(1.0 - f) * (1.0 - g), (1.0 - f) * g, f * (1.0 - g), f * g];
         let mut node = [0.0f32; NODE];
-        for l in 0..NODE {
-            let [a, b, c, d] = corners;
-            node[l] = weights[0] * a[l] + weights[1] * b[l] + weights[2] * c[l] + weights[3] * d[l];
+        for (row, weight) in rows.into_iter().zip(along) {
+            let first = row * ABSORBED.len() + j;
+            let (less, more) = (&self.nodes[first], &self.nodes[first + 1]);
+            for l in 0..NODE {
+                node[l] += weight * ((1.0 - g) * less[l] + g * more[l]);
+            }
         }
         Film { node, scale: 1.0 / scale(f64::from(turns)) as f32 }
     }
 }
 
-/// The axis of scattering [1].
+/// Places and weights of four films whose scattering is about `turns`: cubic in its logarithm, so that what is thrown back
+/// and what passes still add up; linear below the first film that scatters.
 #[inline(always)]
-fn logarithm(turns: f64) -> f32 {
-    crate::lanes::ln((turns as f32).max(1e-3))
+fn rows(turns: f32) -> ([usize; 4], [f32; 4]) {
+    let first = TURNS[1] as f32;
+    if turns < first {
+        let f = (turns / first).max(0.0);
+        return ([0, 1, 1, 1], [1.0 - f, f, 0.0, 0.0]);
+    }
+    let steps = crate::lanes::ln(turns * (1.0 / first)) * (1.0 / std::f32::consts::LN_2);
+    let steps = steps.min((TURNS.len() - 2) as f32);
+    let low = ((steps as usize).max(1) - 1).min(TURNS.len() - 5);
+    let x = steps - low as f32;
+    let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
+    let weights = [b * c * d * (-1.0 / 6.0), a * c * d * 0.5, a * b * d * -0.5, a * b * c * (1.0 / 6.0)];
+    (std::array::from_fn(|i| 1 + low + i), weights)
 }
 
 /// The axis of absorption: what is left after a typical path, rising with absorption [1].

@@ -9,9 +9,9 @@
 
 use procedural::Medium;
 
+use super::super::kept;
 use super::super::table::{BINS, Table, VIEWS};
 use super::super::view::View;
-use super::super::kept;
 use super::waves::{WAVES, Wave, frequency};
 use crate::lanes::exp;
 use crate::transport::fresnel::{interface, normal_reflectance};
