@@ -24,7 +24,8 @@ impl Room {
         let mut flat = 0.0;
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             let [near, far] = solid.span(middle.as_vec3(), axis)?;
-            flat += f64::from(far.min(-near).max(1e-6)).powi(-2);
+            let reach = f64::from(far.min(-near).max(1e-6));
+            flat += 1.0 / (reach * reach);
         }
         Some(Self { middle, radius: 1.0 / flat.sqrt(), wait: 0 })
     }
