@@ -20,15 +20,16 @@ mod tests;
 mod voxels;
 
 use glam::DVec3;
-use procedural::{Stream, normal};
+use procedural::{Body, Stream, normal};
 use rand::Rng;
 use rayon::prelude::*;
 
 use self::relief::Relief;
-use self::roam::{Fate, Ledger, Roam};
+use self::roam::Roam;
+pub(super) use self::roam::{Fate, Ledger};
 use self::voxels::Voxels;
 use super::walk::Photon;
-use super::{BATCHES, Effort};
+use super::{BATCHES, Effort, pack};
 use crate::transport::answer::Estimate;
 use crate::transport::line::{Glow, LineOfLight};
 use crate::transport::phase::uniform;
@@ -51,6 +52,25 @@ pub struct Books {
     pub seen: Estimate,
 }
 
+/// What a line of light falls on.
+pub(super) trait Ground: Sync {
+    /// Sends a photon in at (x, y) [mm] from above, and follows it to its end.
+    fn light(&self, x: f64, y: f64, ledger: &mut impl Ledger, rng: &mut impl Rng);
+}
+
+impl Ground for Roam<'_> {
+    fn light(&self, x: f64, y: f64, ledger: &mut impl Ledger, rng: &mut impl Rng) {
+        match self.voxels.relief().above(DVec3::new(x, y, 0.0)) {
+            Some(z) => {
+                let (place, way) = (DVec3::new(x, y, z), DVec3::NEG_Z);
+                let photon = Photon { place, way, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
+                self.follow(photon, ledger, rng);
+            }
+            None => ledger.book(Fate::Astray, 1.0),
+        }
+    }
+}
+
 /// What the lens sees of a line of light on a body.
 pub fn glow(line: &LineOfLight, effort: Effort) -> Glow {
     judge(line, effort).0
@@ -58,6 +78,15 @@ pub fn glow(line: &LineOfLight, effort: Effort) -> Glow {
 
 /// The same, and where all light went.
 pub fn judge(line: &LineOfLight, effort: Effort) -> (Glow, Books) {
+    if let Body::Pack(pack) = line.body {
+        return light(line, effort, &pack::Roam::in_pack(pack, line));
+    }
+    let (relief, cuts) = Relief::new(line);
+    light(line, effort, &Roam::new(Voxels::new(relief, cuts), line.view))
+}
+
+/// The same on `ground`.
+pub(super) fn light(line: &LineOfLight, effort: Effort, ground: &impl Ground) -> (Glow, Books) {
     let aim = Aim::new(line);
     let cells = (2 * line.rows + 1) * line.x.len();
     let mut glow = Glow { columns: line.x.len(), rows: line.rows, light: vec![0.0; cells], error: vec![0.0; cells] };
@@ -66,8 +95,6 @@ pub fn judge(line: &LineOfLight, effort: Effort) -> (Glow, Books) {
         let none = Estimate::exact(0.0);
         return (glow, Books { absorbed: none, left: none, dropped: none, astray: none, seen: none });
     }
-    let (relief, cuts) = Relief::new(line);
-    let roam = Roam::new(Voxels::new(relief, cuts), line.view);
     let each = effort.photons.div_ceil(BATCHES).max(1);
     // Sum and sum of squares over batches, a share of the power each.
     let mut sums = vec![[0.0f64; 2]; cells];
@@ -75,7 +102,7 @@ pub fn judge(line: &LineOfLight, effort: Effort) -> (Glow, Books) {
     for first in (0..BATCHES).step_by(TOGETHER as usize) {
         let batch = |batch: u64| {
             let mut rng = Stream::root(effort.seed).child("transport").child("body").index(batch).rng();
-            aim.shoot(&roam, each, &mut rng)
+            aim.shoot(ground, each, &mut rng)
         };
         let counts: Vec<Count> = (first..(first + TOGETHER).min(BATCHES)).into_par_iter().map(batch).collect();
         for count in counts {
@@ -140,7 +167,7 @@ impl<'a> Aim<'a> {
     }
 
     /// Sends `photons` in and counts what becomes of them.
-    fn shoot(&self, roam: &Roam, photons: u64, rng: &mut impl Rng) -> Count<'_> {
+    fn shoot(&self, ground: &impl Ground, photons: u64, rng: &mut impl Rng) -> Count<'_> {
         let mut count =
             Count { aim: self, light: vec![0.0; (2 * self.line.rows + 1) * self.line.x.len()], shares: [0.0; 5] };
         for photon in 0..photons {
@@ -148,14 +175,7 @@ impl<'a> Aim<'a> {
             let column = self.power.partition_point(|&sum| sum <= share).min(self.power.len() - 1);
             let x = self.ends[column] + (1.0 - uniform(rng)) * (self.ends[column + 1] - self.ends[column]);
             let y = self.line.y + self.line.line_mm * normal(rng);
-            match roam.voxels.relief().above(DVec3::new(x, y, 0.0)) {
-                Some(z) => {
-                    let (place, way) = (DVec3::new(x, y, z), DVec3::NEG_Z);
-                    let photon = Photon { place, way, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
-                    roam.follow(photon, &mut count, rng);
-                }
-                None => count.book(Fate::Astray, 1.0),
-            }
+            ground.light(x, y, &mut count, rng);
         }
         count
     }

@@ -12,6 +12,7 @@
 pub mod body;
 pub mod film;
 mod foil;
+mod pack;
 pub mod paths;
 mod tally;
 mod towards;

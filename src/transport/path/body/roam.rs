@@ -46,7 +46,7 @@ const FAINT: f64 = 4.0;
 const FOLLOWED: f64 = 0.25;
 
 /// Where light went, for those who keep count.
-pub(super) trait Ledger {
+pub(in crate::transport::path) trait Ledger {
     /// Light [1] that the lens sees at a place of the surface.
     fn see(&mut self, place: DVec3, light: f64);
     /// Weight that went this way; negative where roulette gives energy back.
@@ -55,7 +55,7 @@ pub(super) trait Ledger {
 
 /// What becomes of light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(in crate::transport::path) enum Fate {
     /// Absorbed inside.
     Absorbed,
     /// Into the sky.
