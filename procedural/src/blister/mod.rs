@@ -2,13 +2,24 @@
 //!
 //! `Blister --form--> Pack --slice--> PackSlice --> Surface, Matter`.
 
+mod fill;
+mod formed;
+mod hull;
+mod lay;
+mod outline;
 pub mod parameters;
+mod pose;
 pub mod solid;
+mod tablet;
+mod texture;
+mod web;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
+use self::lay::Lay;
 pub use self::parameters::{Blister, Card, Defects, Foil, Pocket, Tablet, Web};
 pub use self::solid::Solid;
+use self::web::{FormedWeb, Leaf};
 use crate::{Class, Film, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// The film at a place.
@@ -27,13 +38,15 @@ pub struct Sheet {
 /// A blister pack.
 #[derive(Debug, Clone)]
 pub struct Pack {
-    low: Vec3,
-    high: Vec3,
-    film: Medium,
+    lay: Lay,
+    web: FormedWeb,
     foil: Medium,
-    thickness: f32,
     solids: Vec<Solid>,
+    /// Solids that lie above the cell of each pocket.
+    contents: Vec<Vec<usize>>,
     instances: Vec<Instance>,
+    /// Height of a box around it [mm].
+    height: f32,
 }
 
 /// A pack cut at one scan position.
@@ -43,23 +56,24 @@ pub struct PackSlice<'a> {
     y: f32,
 }
 
+/// Reflectance of a smooth surface of matter with index `n` at normal incidence [1].
+fn fresnel(n: f32) -> f32 {
+    let r = (n - 1.0) / (n + 1.0);
+    r * r
+}
+
+/// A place of the card and the film over it.
+#[derive(Debug, Clone, Copy)]
+struct Spot {
+    p: Vec2,
+    cell: Option<usize>,
+    leaf: Leaf,
+}
+
 impl Pack {
     /// Forms and fills the pack; every part draws from its own child of `stream`.
-    pub fn form(_stream: Stream, blister: &Blister) -> Self {
-        let (card, web, foil) = (&blister.card, &blister.web, &blister.foil);
-        let half = 0.5 * card.width_mm as f32;
-        let r0 = ((web.n - 1.0) / (web.n + 1.0)).powi(2) as f32;
-        let gloss = Gloss { share: 1.0, reflectance: r0, roughness: [web.roughness as f32; 2] };
-        let metal = Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness: [0.3, 0.1] };
-        Self {
-            low: Vec3::new(card.offset_mm as f32 - half, card.lead_in_mm as f32, 0.0),
-            high: Vec3::new(card.offset_mm as f32 + half, (card.lead_in_mm + card.length_mm) as f32, 5.0),
-            film: Medium::isotropic(web.mu_a_per_mm as f32, web.sigma_per_mm as f32, web.n as f32, gloss),
-            foil: Medium::opaque(metal),
-            thickness: web.thickness_mm as f32,
-            solids: Vec::new(),
-            instances: Vec::new(),
-        }
+    pub fn form(stream: Stream, blister: &Blister) -> Self {
+        fill::form(stream, blister)
     }
 
     /// The cut at scan position `y` [mm].
@@ -69,14 +83,20 @@ impl Pack {
 
     /// The film above (x, y) [mm]; `None` where there is none: beside the card or in a hole.
     pub fn sheet(&self, x: f32, y: f32) -> Option<Sheet> {
-        let inside = x > self.low.x && x < self.high.x && y > self.low.y && y < self.high.y;
-        let surface = Surface { z: self.high.z, slope_x: 0.0, slope_y: 0.0 };
-        inside.then_some(Sheet { surface, thickness_mm: self.thickness, sealed: false, medium: self.film })
+        let spot = self.spot(x, y)?;
+        Some(Sheet {
+            surface: self.world(spot.p, spot.leaf.top, spot.leaf.slope),
+            thickness_mm: spot.leaf.thickness,
+            sealed: spot.leaf.inset <= 0.0,
+            medium: self.web.medium(spot.leaf.drawn),
+        })
     }
 
     /// The upper side of the foil at (x, y) [mm], and what it is made of.
-    pub fn foil(&self, _x: f32, _y: f32) -> (Surface, Medium) {
-        (Surface { z: 0.025, slope_x: 0.0, slope_y: 0.0 }, self.foil)
+    pub fn foil(&self, x: f32, y: f32) -> (Surface, Medium) {
+        let p = self.lay.card(x, y);
+        let cell = self.web.nearest(p);
+        self.foil_at(p, self.web.leaf(p, cell).inset)
     }
 
     /// Everything between film and foil: convex solids, which may touch and do not overlap.
@@ -86,36 +106,89 @@ impl Pack {
 
     /// A closed coarse hull [mm].
     pub fn hull(&self) -> Mesh {
-        Mesh::default()
+        hull::hull(&self.lay, |p| self.web.leaf(p, self.web.nearest(p)).top)
     }
 
     /// Lowest and highest corner of a box around the pack [mm].
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        (self.low, self.high)
+        let (reach, middle) = self.lay.reach();
+        ((middle - reach).extend(0.0), (middle + reach).extend(self.height))
     }
 
     /// Its pockets first, then its defects.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
+
+    fn spot(&self, x: f32, y: f32) -> Option<Spot> {
+        let p = self.lay.card(x, y);
+        if !self.lay.holds(p) {
+            return None;
+        }
+        let cell = self.web.nearest(p);
+        Some(Spot { p, cell, leaf: self.web.leaf(p, cell) })
+    }
+
+    /// A height over the flat card, and its slope there, on the conveyor.
+    fn world(&self, p: Vec2, height: f32, slope: Vec2) -> Surface {
+        let (rise, tilt) = self.lay.warp(p);
+        let slope = self.lay.along(slope + tilt);
+        Surface { z: height + rise, slope_x: slope.x, slope_y: slope.y }
+    }
+
+    fn foil_at(&self, p: Vec2, inset: f32) -> (Surface, Medium) {
+        let (height, slope) = self.web.relief(p, inset);
+        (self.world(p, self.web.foil_mm + height, slope), self.foil)
+    }
+
+    /// The highest solid over a place: its number and its upper side.
+    fn highest(&self, cell: Option<usize>, x: f32, y: f32) -> Option<(usize, f32)> {
+        let mut best = None;
+        for &number in cell.map_or(&[][..], |cell| &self.contents[cell]) {
+            let top = self.solids[number].column(x, y).map(|[_, top]| top);
+            if let Some(top) = top.filter(|&top| best.is_none_or(|(_, other)| top > other)) {
+                best = Some((number, top));
+            }
+        }
+        best
+    }
 }
 
 impl PackSlice<'_> {
     /// Upper surface above `x` [mm]: the film, or what lies open in a hole; `None` beside the card.
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        self.pack.sheet(x, self.y).map(|sheet| sheet.surface)
+        self.pack.spot(x, self.y).map(|spot| self.pack.world(spot.p, spot.leaf.top, spot.leaf.slope))
     }
 
     /// Medium and truth at `x` of the cut, as light from above meets them [mm].
     pub fn matter(&self, x: f32) -> Matter {
-        let (foil, medium) = self.pack.foil(x, self.y);
-        let gap = self.pack.high.z - self.pack.thickness - foil.z;
-        let film = Film {
-            thickness_mm: self.pack.thickness,
-            gap_mm: Some(gap),
-            under: medium,
-            under_slope: [foil.slope_x, foil.slope_y],
+        let (pack, y) = (self.pack, self.y);
+        let Some(Spot { p, cell, leaf }) = pack.spot(x, y) else {
+            return Matter { medium: Medium::opaque(Gloss::NONE), film: None, class: Class::Background, instance: 0 };
         };
-        Matter { medium: self.pack.film, film: Some(film), class: Class::Flange, instance: 0 }
+        let (foil, metal) = pack.foil_at(p, leaf.inset);
+        let sealed = leaf.inset <= 0.0;
+        let solid = if sealed { None } else { pack.highest(cell, x, y) };
+        let (under, slope, top) = match solid {
+            Some((number, top)) => {
+                let solid = &pack.solids[number];
+                let normal = solid.normal(Vec3::new(x, y, top));
+                let up = normal.z.max(0.02);
+                (solid.medium, [-normal.x / up, -normal.y / up], top)
+            }
+            None => (metal, [foil.slope_x, foil.slope_y], foil.z),
+        };
+        let low = leaf.low() + pack.lay.warp(p).0;
+        let film = Film {
+            thickness_mm: leaf.thickness,
+            gap_mm: (!sealed).then(|| (low - top).max(0.0)),
+            under,
+            under_slope: slope,
+        };
+        let (class, instance) = match cell {
+            Some(cell) if leaf.inset > 0.0 => (pack.instances[cell].class, pack.instances[cell].id),
+            _ => (Class::Flange, 0),
+        };
+        Matter { medium: pack.web.medium(leaf.drawn), film: Some(film), class, instance }
     }
 }

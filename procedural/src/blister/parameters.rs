@@ -205,3 +205,30 @@ pub struct Blister {
     /// Defects.
     pub defects: Defects,
 }
+
+impl Blister {
+    /// Fills every field from `value`, asked once for each declaration, group by group.
+    pub fn from_values(value: &mut dyn FnMut(&'static crate::Parameter) -> f64) -> Self {
+        Self {
+            card: Card::from_values(value),
+            pocket: Pocket::from_values(value),
+            tablet: Tablet::from_values(value),
+            web: Web::from_values(value),
+            foil: Foil::from_values(value),
+            defects: Defects::from_values(value),
+        }
+    }
+
+    /// Every declaration with its value here, in the same order.
+    pub fn values(&self) -> Vec<(&'static crate::Parameter, f64)> {
+        let groups = [
+            self.card.values(),
+            self.pocket.values(),
+            self.tablet.values(),
+            self.web.values(),
+            self.foil.values(),
+            self.defects.values(),
+        ];
+        groups.into_iter().flatten().collect()
+    }
+}
