@@ -1,58 +1,53 @@
 //! From numbers to a filled pack.
 
-use glam::{Mat3, Vec2, Vec3};
-use rand::RngExt;
+use glam::Vec2;
 
-use super::Pack;
+use super::dose::SHALLOW;
+use super::face::Face;
 use super::lay::Lay;
-use super::parameters::{Blister, Foil, Tablet};
-use super::pose::{Cavity, Pose, Wish};
-use super::solid::Solid;
+use super::mark::{Kind, Mark};
+use super::parameters::{Blister, Foil};
+use super::plan::{self, Planned, graded, plan};
+use super::strew::{self, Powder};
 use super::tablet::{self, Form};
 use super::web::FormedWeb;
-use crate::{Class, Gloss, Instance, Medium, Stream, normal};
-
-/// Least distance of a tablet from the film [mm].
-const MARGIN_MM: f32 = 0.01;
-/// Largest part of the bumps that probes of a tablet may miss between them [1].
-const MISSED: f32 = 0.3;
+use super::{Pack, flange};
+use crate::{Class, Gloss, Instance, Medium, Stream};
 
 /// Forms and fills a pack.
 pub fn form(stream: Stream, blister: &Blister) -> Pack {
     let lay = Lay::new(&blister.card);
     let form = Form::new(&blister.tablet);
     let slack = lay.slack(form.outline().half().length() + blister.pocket.clearance_mm as f32);
-    let mut web = FormedWeb::new(stream, blister, &form, lay.half, slack);
-    let probes = form.probes();
-    let mut solids = Vec::new();
-    let mut contents = Vec::new();
-    let mut instances = Vec::new();
-    for number in 0..web.cells.len() {
-        let wish = wish(stream.child("pose").index(number as u64), blister);
-        let pose = settle(&mut web, number, &form, &probes, wish, slack);
-        contents.push(vec![solids.len()]);
-        solids.push(solid(&lay, &form, pose, tablet::medium(&blister.tablet)));
-        let at = lay.conveyor(web.cells[number].middle);
-        instances.push(Instance {
-            id: number as u16 + 1,
-            class: Class::Pocket,
-            state: Class::Pocket,
-            within: 0,
-            x_mm: f64::from(at.x),
-            y_mm: f64::from(at.y),
-            diameter_mm: 2.0 * f64::from(web.formed.outline.half().x),
-            dive_deg: f64::NAN,
-            death_radius_mm: f64::NAN,
-            severity: f64::NAN,
-        });
+    let web = FormedWeb::new(stream, blister, &form, lay.half, slack);
+    let pockets = web.cells.len();
+    let mut pack = Pack {
+        lay,
+        foil: metal(&blister.foil),
+        solids: Vec::new(),
+        contents: vec![Vec::new(); pockets],
+        marks: vec![Vec::new(); pockets],
+        wounds: vec![None; pockets],
+        powders: vec![None; pockets],
+        face: Face::new(stream, &blister.tablet, &form),
+        instances: Vec::new(),
+        height: 0.0,
+        slack,
+        web,
+    };
+    let plan = plan(stream, &blister.defects, pockets);
+    for cell in 0..pockets {
+        pack.pocket(cell, &plan);
     }
-    let (depth, crown) = web.formed.depth_mm();
-    let deepest = web.cells.iter().map(|cell| cell.factor).fold(0.0, f32::max);
-    let height = web.foil_mm
-        + web.flat_mm
-        + (deepest * (depth + crown) + web.highest_bump()).max(web.highest_relief())
-        + lay.highest();
-    Pack { lay, web, foil: metal(&blister.foil), solids, contents, instances, height }
+    let probes = form.probes();
+    for cell in 0..pockets {
+        pack.fill(stream, blister, cell, &form, &probes, &plan);
+    }
+    pack.flange(stream, blister, &form);
+    pack.strew(blister, &plan);
+    pack.judge();
+    pack.height = pack.highest_film();
+    pack
 }
 
 /// The foil's bright side.
@@ -62,50 +57,124 @@ fn metal(foil: &Foil) -> Medium {
     Medium::opaque(Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness })
 }
 
-/// Draws the pose of a tablet.
-fn wish(stream: Stream, blister: &Blister) -> Wish {
-    let Tablet { tilt_deg, rattle, on_edge, .. } = blister.tablet;
-    let mut rng = stream.rng();
-    let mut even = || rng.random::<f64>();
-    let (yaw, about, flipped, edge) = (even(), even(), even() < 0.5, even() < on_edge);
-    let (far, way) = (rattle * even().sqrt() * blister.pocket.clearance_mm, std::f64::consts::TAU * even());
-    let (sine, cosine) = libm::sincos(way);
-    let tilt = normal(&mut stream.child("tilt").rng()) * tilt_deg.to_radians();
-    Wish {
-        yaw: (std::f64::consts::TAU * (yaw - 0.5)) as f32,
-        tilt: tilt as f32,
-        about: (std::f64::consts::TAU * about) as f32,
-        offset: Vec2::new((far * cosine) as f32, (far * sine) as f32),
-        flipped,
-        on_edge: edge,
-    }
-}
-
-/// Lays a tablet in a pocket; where not even a flat one has room, the film is formed deeper until it has.
-fn settle(web: &mut FormedWeb, number: usize, form: &Form, probes: &[Vec3], wish: Wish, slack: f32) -> Pose {
-    let margin = MARGIN_MM + slack + MISSED * web.highest_bump();
-    loop {
-        let cell = web.cells[number];
-        let ceiling = |p: Vec2| web.leaf(p, Some(number)).low();
-        let cavity = Cavity {
-            middle: cell.middle,
-            axis: web.formed.axis,
-            floor: web.foil_mm + slack,
-            ceiling: &ceiling,
-            margin,
-        };
-        if let Some(pose) = cavity.settle(form, probes, wish) {
-            return pose;
+impl Pack {
+    /// Adds the instance of a pocket, and forms it as deep as planned.
+    fn pocket(&mut self, cell: usize, plan: &[Planned]) {
+        let of_whole = plan.iter().find(|p| p.cell == cell && plan::whole(p.class));
+        let (class, severity) = of_whole.map_or((Class::Pocket, f32::NAN), |p| (p.class, p.severity));
+        if class == Class::Shallow {
+            self.web.deepen(cell, graded(severity, SHALLOW[0], SHALLOW[1]));
         }
-        let factor = cell.factor * 1.03;
-        web.cells[number].factor = factor;
-        web.cells[number].stretch = web.formed.stretch(factor);
+        let size = 2.0 * self.web.formed.outline.half().x;
+        self.enter(class, 0, self.web.cells[cell].middle, size, severity);
     }
-}
 
-/// A posed tablet as a solid on the conveyor.
-fn solid(lay: &Lay, form: &Form, pose: Pose, medium: Medium) -> Solid {
-    let (tangent, origin) = lay.tangent(pose.middle.truncate());
-    let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
-    Solid::new(form.shape, Vec::new(), linear, origin + Vec3::Z * pose.middle.z, medium, Class::Pocket, 0)
+    /// Adds an instance and returns its number.
+    pub(super) fn enter(&mut self, class: Class, within: u16, p: Vec2, size: f32, severity: f32) -> u16 {
+        let id = self.instances.len() as u16 + 1;
+        let at = self.lay.conveyor(p);
+        self.instances.push(Instance {
+            id,
+            class,
+            state: class,
+            within,
+            x_mm: f64::from(at.x),
+            y_mm: f64::from(at.y),
+            diameter_mm: f64::from(size),
+            dive_deg: f64::NAN,
+            death_radius_mm: f64::NAN,
+            severity: f64::from(severity),
+        });
+        id
+    }
+
+    /// Adds a mark to every cell that it reaches.
+    pub(super) fn draw(&mut self, mark: Mark) {
+        for cell in self.web.cells_in(mark.middle - mark.reach(), mark.middle + mark.reach()) {
+            self.marks[cell].push(mark);
+        }
+    }
+
+    /// Defects of the flange.
+    fn flange(&mut self, stream: Stream, blister: &Blister, form: &Form) {
+        if self.web.cells.is_empty() {
+            return;
+        }
+        for class in [Class::Wrinkle, Class::Delamination, Class::TabletOnFlange] {
+            for i in 0..plan::asked(&blister.defects, class) {
+                let stream = stream.child("defects").child(class.name()).index(i as u64);
+                let severity = plan::severity(&blister.defects, stream);
+                let number = self.instances.len() as u16 + 1;
+                let mark = if class == Class::TabletOnFlange {
+                    let medium = tablet::medium(&blister.tablet);
+                    let Some((solid, mark)) = flange::tablet_on_flange(self, form, medium, stream, number) else {
+                        break;
+                    };
+                    for cell in self.web.cells_in(mark.middle - mark.reach(), mark.middle + mark.reach()) {
+                        self.contents[cell].push(self.solids.len());
+                    }
+                    self.solids.push(solid);
+                    mark
+                } else {
+                    flange::on_flange(self, class, severity, stream, number)
+                };
+                self.enter(class, 0, mark.middle, 2.0 * mark.outline.half().x, severity);
+                self.draw(mark);
+            }
+        }
+    }
+
+    /// Powder, then particles and fibres.
+    fn strew(&mut self, blister: &Blister, plan: &[Planned]) {
+        for planned in plan {
+            let (within, number) = (planned.cell as u16 + 1, self.instances.len() as u16 + 1);
+            let middle = self.web.cells[planned.cell].middle;
+            match planned.class {
+                Class::Powder => {
+                    let powder = Powder::new(self, planned, tablet::medium(&blister.tablet), number);
+                    let size = 2.0 * self.web.formed.outline.half().x;
+                    self.enter(planned.class, within, middle, size, planned.severity);
+                    self.powders[planned.cell] = Some(powder);
+                }
+                Class::Particle | Class::Fibre => {
+                    let Some((solid, size)) = strew::foreign(self, planned, number) else { continue };
+                    let ends = if planned.class == Class::Fibre { [1.0, 10.0] } else { [0.2, 1.5] };
+                    let severity = ((size - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
+                    let at = 0.5 * (solid.bounds[0] + solid.bounds[1]);
+                    self.enter(planned.class, within, self.lay.card(at.x, at.y), size, severity);
+                    self.add(planned.cell, solid);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What each pocket counts as: its own class where that is a defect, else the worst of what lies in it.
+    fn judge(&mut self) {
+        for cell in 0..self.web.cells.len() {
+            let id = self.instances[cell].id;
+            if self.instances[cell].class != Class::Pocket {
+                continue;
+            }
+            let within = self.instances.iter().filter(|i| i.within == id);
+            if let Some(worst) = within.max_by(|a, b| a.severity.total_cmp(&b.severity)) {
+                let (state, severity) = (worst.class, worst.severity);
+                self.instances[cell].state = state;
+                self.instances[cell].severity = severity;
+            }
+        }
+    }
+
+    /// Highest place that the film may have [mm].
+    fn highest_film(&self) -> f32 {
+        let (depth, crown) = self.web.formed.depth_mm();
+        let deepest = self.web.cells.iter().map(|cell| cell.factor).fold(0.0, f32::max);
+        let pocket = deepest * (depth + crown) + self.web.highest_bump();
+        let raised = |kind: Kind| {
+            let heights = self.marks.iter().flatten().filter(|m| m.kind == kind).map(|m| m.height);
+            heights.fold(0.0, f32::max)
+        };
+        let over = pocket.max(self.web.highest_relief()).max(raised(Kind::Tent)) + raised(Kind::Raised);
+        self.web.foil_mm + self.web.flat_mm + over + self.lay.highest()
+    }
 }

@@ -51,8 +51,7 @@ impl Lay {
     /// Card coordinates of a place on the conveyor [mm].
     #[inline]
     pub fn card(&self, x: f32, y: f32) -> Vec2 {
-        let (d, t) = (Vec2::new(x, y) - self.middle, self.turn);
-        Vec2::new(t.x * d.x + t.y * d.y, t.x * d.y - t.y * d.x)
+        self.across(Vec2::new(x, y) - self.middle)
     }
 
     /// The place on the conveyor of card coordinates [mm].
@@ -65,6 +64,13 @@ impl Lay {
     pub fn along(&self, p: Vec2) -> Vec2 {
         let t = self.turn;
         Vec2::new(t.x * p.x - t.y * p.y, t.y * p.x + t.x * p.y)
+    }
+
+    /// A vector of the conveyor, or a slope, in the axes of the card.
+    #[inline]
+    pub fn across(&self, p: Vec2) -> Vec2 {
+        let t = self.turn;
+        Vec2::new(t.x * p.x + t.y * p.y, t.x * p.y - t.y * p.x)
     }
 
     /// Rise of everything at a place of the card [mm], and its slope in the axes of the card [1].

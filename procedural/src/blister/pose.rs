@@ -50,7 +50,7 @@ impl Wish {
     }
 
     /// The pose of a form that rests on the level `floor`, with its pocket's middle and long axis.
-    fn pose(self, form: &Form, middle: Vec2, axis: Vec2, floor: f32) -> Pose {
+    pub fn pose(self, form: &Form, middle: Vec2, axis: Vec2, floor: f32) -> Pose {
         let face = if self.on_edge {
             quarter()
         } else if self.flipped {

@@ -5,7 +5,7 @@
 //! radius of that segment moved down or up. Scaled, that is a biconvex tablet, a flat one, an oval, a caplet, a hard
 //! capsule, an ellipsoid and a rod. Straight ways meet each part in a closed form.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 use crate::{Class, Medium};
 
@@ -42,6 +42,8 @@ pub struct Solid {
     pub instance: u16,
     /// What it is made of.
     pub medium: Medium,
+    /// Whether its face at +z bears the pack's score line and mark.
+    pub(super) marked: bool,
     shape: Shape,
     cuts: Vec<Cut>,
     /// From the pack's coordinates to the shape's: linear part, after the origin was taken off.
@@ -88,7 +90,7 @@ impl Solid {
         let turned = linear.transpose();
         let reach = Vec3::new(shape.support(turned.x_axis), shape.support(turned.y_axis), shape.support(turned.z_axis));
         let bounds = [origin - reach, origin + reach];
-        Self { bounds, class, instance, medium, shape, cuts, inverse: linear.inverse(), origin }
+        Self { bounds, class, instance, medium, marked: false, shape, cuts, inverse: linear.inverse(), origin }
     }
 
     /// Where the straight way `from + t way` is inside: t of entry and of exit, in units of `way`'s length; either may
@@ -152,8 +154,14 @@ impl Solid {
     }
 
     /// A place in the coordinates of the shape [mm].
-    pub fn own(&self, at: Vec3) -> Vec3 {
+    pub(super) fn own(&self, at: Vec3) -> Vec3 {
         self.inverse * (at - self.origin)
+    }
+
+    /// A slope along its own x and y, in millimetres of `scale` times its shape, along the pack's x and y [1].
+    pub(super) fn slope(&self, scale: Vec3, slope: Vec2) -> Vec2 {
+        let along = |axis: Vec3| (axis * scale).truncate().dot(slope);
+        Vec2::new(along(self.inverse.x_axis), along(self.inverse.y_axis))
     }
 
     /// Where the way is in the prism.

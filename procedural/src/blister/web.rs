@@ -17,9 +17,13 @@ use crate::{Gloss, Medium, Stream};
 /// Flange that is left between two pockets, or pocket and edge [mm].
 const FLANGE_MM: f32 = 0.6;
 /// Depth of crevices over the size of the bumps, and their width in units of the noise [1].
-const CREVICE: [f32; 2] = [1.2, 0.25];
+const CREVICE: [f32; 2] = [0.6, 0.3];
+/// Axis of the second noise [1].
+const TURN: Vec2 = Vec2::new(0.8, 0.6);
 /// Bumps are at most this share of their size high, root mean square [1].
 const STEEPEST: f32 = 0.05;
+/// How far the pockets make room for a code [mm].
+const CODE_SHIFT_MM: f32 = 2.5;
 /// Distance from a pocket over which knurl and code fade out [mm].
 const FADE_MM: [f32; 2] = [0.2, 0.8];
 
@@ -47,6 +51,7 @@ pub struct FormedWeb {
     pub flat_mm: f32,
     count: [usize; 2],
     pitch: Vec2,
+    shift: f32,
     texture: Texture,
     bumps_mm: f32,
     bump_size: f32,
@@ -94,11 +99,15 @@ impl FormedWeb {
         };
         let count =
             [room(card.columns, 2.0 * half.x, box_mm.x, pitch.x), room(card.rows, 2.0 * half.y, box_mm.y, pitch.y)];
+        // Room for the code at the far edge, as far as there is any.
+        let spare = half.y - 0.5 * (count[1] as f32 - 1.0) * pitch.y - 0.5 * box_mm.y - 0.5 * FLANGE_MM;
+        let shift = if card.code_mm > 0.0 { -spare.clamp(0.0, CODE_SHIFT_MM) } else { 0.0 };
         let stretch = formed.stretch(1.0);
         let at = |i: usize, n: usize| i as f32 - 0.5 * (n as f32 - 1.0);
         let cells = (0..count[0] * count[1])
             .map(|i| {
                 let middle = pitch * Vec2::new(at(i % count[0], count[0]), at(i / count[0], count[1]));
+                let middle = middle + Vec2::new(0.0, shift);
                 Cell { middle, factor: 1.0, stretch }
             })
             .collect();
@@ -112,6 +121,7 @@ impl FormedWeb {
             flat_mm: web.thickness_mm as f32,
             count,
             pitch,
+            shift,
             texture: Texture::new(stream, card, web, half.y),
             bumps_mm: (1.0e-3 * pocket.bumps_um as f32).min(STEEPEST * bump_size),
             bump_size,
@@ -129,14 +139,33 @@ impl FormedWeb {
         if columns * rows == 0 {
             return None;
         }
-        let share = p / self.pitch + 0.5 * Vec2::new(columns as f32, rows as f32);
+        let share = (p - Vec2::new(0.0, self.shift)) / self.pitch + 0.5 * Vec2::new(columns as f32, rows as f32);
         let (i, j) = (share.x.max(0.0) as usize, share.y.max(0.0) as usize);
         Some(j.min(rows - 1) * columns + i.min(columns - 1))
+    }
+
+    /// Pockets whose cells a box of the card reaches into.
+    pub fn cells_in(&self, low: Vec2, high: Vec2) -> Vec<usize> {
+        let (Some(first), Some(last)) = (self.nearest(low), self.nearest(high)) else { return Vec::new() };
+        let columns = self.count[0];
+        let rows = first / columns..=last / columns;
+        rows.flat_map(|row| (first % columns..=last % columns).map(move |column| row * columns + column)).collect()
+    }
+
+    /// Forms a pocket `factor` times as deep as the form.
+    pub fn deepen(&mut self, cell: usize, factor: f32) {
+        self.cells[cell].factor = factor;
+        self.cells[cell].stretch = self.formed.stretch(factor);
     }
 
     /// Pockets along the laser line and along the scan, and their distance [mm].
     pub fn grid(&self) -> ([usize; 2], Vec2) {
         (self.count, self.pitch)
+    }
+
+    /// Where the middle of all pockets lies along the card [mm].
+    pub fn shift(&self) -> f32 {
+        self.shift
     }
 
     /// Height of what tools pressed into film and foil [mm] and its slope [1], with the nearest pocket `inset` away.
@@ -186,10 +215,16 @@ impl FormedWeb {
         let weight = if full { 1.0 } else { rise / depth };
         let size = 1.0 / self.bump_size;
         let (bump, tilt) = self.noise[0].plane(p * size);
-        let (thin, lean) = self.noise[1].plane(p * (0.8 * size));
+        // Turned lattice, so that the two do not line up; crevices run where the bumps are high.
+        let lattice = 0.8 * size * TURN;
+        let (thin, lean) = self.noise[1].plane(Vec2::new(lattice.dot(p), lattice.perp_dot(p)));
+        let lean = lean.x * lattice + lean.y * lattice.perp();
         let (groove, steep) = hump(thin / CREVICE[1]);
-        let height = bump - CREVICE[0] * groove;
-        let mut gradient = weight * size * (tilt - (CREVICE[0] * steep * 0.8 / CREVICE[1]) * lean);
+        let high = bump.max(0.0);
+        let height = bump - CREVICE[0] * groove * high * high;
+        let mut gradient = weight
+            * (size * (1.0 - 2.0 * CREVICE[0] * groove * high) * tilt
+                - (CREVICE[0] * steep * high * high / CREVICE[1]) * lean);
         if !full {
             gradient += height / depth * slope;
         }

@@ -1,0 +1,144 @@
+//! What a broken, chipped, capped or cracked tablet has lost.
+//!
+//! Models: plane cuts. The plane of a break or a chip is moved until the volume beyond it is the asked share of the
+//! whole; a cap is lost at an asked depth; a crack is a slab of the asked width without matter, its halves unmoved.
+//! Neglected: rough faces of fracture, and that they lack the coat; a broken tablet lies as the whole one would.
+
+use glam::Vec3;
+use rand::RngExt;
+
+use super::plan::{Planned, graded};
+use super::solid::Cut;
+use super::tablet::Form;
+use crate::Class;
+
+/// Columns across a tablet that measure volumes.
+const COLUMNS: usize = 160;
+
+/// A damaged tablet: the pieces that are left, and what tells the place of what is not.
+#[derive(Debug, Clone)]
+pub struct Damage {
+    /// Cuts of each piece.
+    pub pieces: Vec<Vec<Cut>>,
+    /// Places beyond all of these, in the shape's coordinates, are lost.
+    pub lost: Vec<Cut>,
+}
+
+/// A plane in the tablet's own coordinates, as a cut of its shape.
+fn cut(form: &Form, normal: Vec3, limit: f32) -> Cut {
+    let scaled = normal * form.scale;
+    let length = scaled.length();
+    Cut { normal: scaled / length, limit: limit / length }
+}
+
+/// Upright columns of a tablet: place and half the height [mm].
+fn columns(form: &Form) -> Vec<Vec3> {
+    let half = form.outline().half();
+    let step = |i: usize| (2 * i + 1) as f32 / COLUMNS as f32 - 1.0;
+    let mut columns = Vec::with_capacity(COLUMNS * COLUMNS);
+    for j in 0..COLUMNS {
+        for i in 0..COLUMNS {
+            let (x, y) = (half.x * step(i), half.y * step(j));
+            let own = x / form.scale.x;
+            let beyond = own - own.clamp(-form.shape.segment, form.shape.segment);
+            let distance = (beyond * beyond + y * y).sqrt();
+            if distance < form.shape.radius {
+                columns.push(Vec3::new(x, y, form.shape.top(distance)));
+            }
+        }
+    }
+    columns
+}
+
+/// Share of the volume beyond the plane `normal . p = limit` [1].
+fn beyond(columns: &[Vec3], normal: Vec3, limit: f32) -> f64 {
+    let (mut lost, mut all) = (0.0_f64, 0.0_f64);
+    for c in columns {
+        let room = limit - normal.x * c.x - normal.y * c.y;
+        let share = if normal.z.abs() < 1.0e-4 {
+            f32::from(room < 0.0)
+        } else {
+            // The part of [-h, h] with z n_z > room.
+            (0.5 - 0.5 * room / (normal.z.abs() * c.z)).clamp(0.0, 1.0)
+        };
+        all += f64::from(c.z);
+        lost += f64::from(c.z * share);
+    }
+    lost / all
+}
+
+/// Where the plane with that normal leaves that share of the volume beyond it [mm].
+fn plane(form: &Form, normal: Vec3, share: f32) -> f32 {
+    let columns = columns(form);
+    let reach = form.shape.support(form.scale * normal);
+    let (mut low, mut high) = (-reach, reach);
+    for _ in 0..26 {
+        let middle = 0.5 * (low + high);
+        if beyond(&columns, normal, middle) > f64::from(share) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// The damage that was planned; `up` is the sign of the face that lies up.
+pub fn damage(form: &Form, planned: &Planned, up: f32) -> Damage {
+    let mut rng = planned.stream.child("damage").rng();
+    let mut even = || rng.random::<f32>();
+    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * even());
+    let across = Vec3::new(cosine, sine, 0.0);
+    let lean = even();
+    let one = |cut: Cut| Damage { pieces: vec![vec![cut]], lost: vec![Cut { normal: -cut.normal, limit: -cut.limit }] };
+    match planned.class {
+        Class::Broken => {
+            let normal = (across + Vec3::Z * (0.5 * lean - 0.25)).normalize();
+            one(cut(form, normal, plane(form, normal, graded(planned.severity, 0.2, 0.8))))
+        }
+        Class::Chipped => {
+            let normal = (across + Vec3::Z * up * (0.3 + 0.7 * lean)).normalize();
+            one(cut(form, normal, plane(form, normal, graded(planned.severity, 0.01, 0.1))))
+        }
+        Class::Capped => {
+            let depth = graded(planned.severity, 0.1, 0.4) * form.thickness_mm();
+            one(cut(form, Vec3::Z * up, 0.5 * form.thickness_mm() - depth))
+        }
+        _ => {
+            let half = 0.5 * graded(planned.severity, 0.1, 0.4);
+            let middle = 0.4 * (lean - 0.5) * form.outline().half().y;
+            let sides = [cut(form, across, middle - half), cut(form, -across, -middle - half)];
+            let lost = sides.map(|c| Cut { normal: -c.normal, limit: -c.limit });
+            Damage { pieces: sides.map(|c| vec![c]).to_vec(), lost: lost.to_vec() }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Stream;
+    use crate::blister::parameters::Tablet;
+
+    #[test]
+    fn planes_take_the_asked_share_of_a_tablet() {
+        let mut tablet = Tablet::from_values(&mut |p| p.default);
+        for shape in 0..3 {
+            tablet.shape = f64::from(shape);
+            tablet.length_mm = 15.0;
+            tablet.width_mm = 8.0;
+            let form = Form::new(&tablet);
+            let columns = columns(&form);
+            for severity in [0.0, 0.3, 1.0] {
+                for (class, share) in [(Class::Broken, 0.2 + 0.6 * severity), (Class::Chipped, 0.01 + 0.09 * severity)]
+                {
+                    let planned = Planned { cell: 0, class, severity, stream: Stream::root(shape as u64) };
+                    let cut = damage(&form, &planned, 1.0).pieces[0][0];
+                    let normal = cut.normal / form.scale;
+                    let found = beyond(&columns, normal, cut.limit);
+                    assert!((found / f64::from(share) - 1.0).abs() < 0.01, "{class:?}: {found} for {share}");
+                }
+            }
+        }
+    }
+}

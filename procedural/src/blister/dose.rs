@@ -1,0 +1,189 @@
+//! Tablets into pockets: whose they are, how they lie, and what they have lost.
+//!
+//! Models: one tablet a pocket, none, or a second one flat on the first; another product; the right one with the wrong
+//! coat. Film is formed deeper where what lies in a pocket would not have room, as a press does with a double.
+
+use glam::{Mat3, Vec2, Vec3};
+use rand::RngExt;
+
+use super::damage::{Damage, damage};
+use super::lay::Lay;
+use super::look::Wound;
+use super::parameters::{Blister, Tablet};
+use super::plan::{self, Planned, graded};
+use super::pose::{Cavity, Pose, Wish};
+use super::solid::{Cut, Solid};
+use super::tablet::{self, Form};
+use super::{Pack, flange};
+use crate::{Class, Medium, Stream, normal};
+
+/// Least distance of a tablet from the film [mm].
+const MARGIN_MM: f32 = 0.01;
+/// Largest part of the bumps that probes of a tablet may miss between them [1].
+const MISSED: f32 = 0.3;
+/// Depth of a pocket that is barely too shallow, and of the worst, over the full depth [1].
+pub const SHALLOW: [f32; 2] = [0.85, 0.3];
+/// How much deeper the film is formed at a time where something has no room [1].
+const DEEPER: f32 = 1.03;
+
+/// Draws the pose of a tablet.
+fn wish(stream: Stream, blister: &Blister) -> Wish {
+    let Tablet { tilt_deg, rattle, on_edge, .. } = blister.tablet;
+    let mut rng = stream.rng();
+    let mut even = || rng.random::<f64>();
+    let (yaw, about, flipped, edge) = (even(), even(), even() < 0.5, even() < on_edge);
+    let (far, way) = (rattle * even().sqrt() * blister.pocket.clearance_mm, std::f64::consts::TAU * even());
+    let (sine, cosine) = libm::sincos(way);
+    let tilt = normal(&mut stream.child("tilt").rng()) * tilt_deg.to_radians();
+    Wish {
+        yaw: (std::f64::consts::TAU * (yaw - 0.5)) as f32,
+        tilt: tilt as f32,
+        about: (std::f64::consts::TAU * about) as f32,
+        offset: Vec2::new((far * cosine) as f32, (far * sine) as f32),
+        flipped,
+        on_edge: edge,
+    }
+}
+
+/// A posed tablet, or a piece of it, as a solid on the conveyor.
+fn solid(lay: &Lay, form: &Form, pose: &Pose, cuts: Vec<Cut>, medium: Medium, class: Class) -> Solid {
+    let (tangent, origin) = lay.tangent(pose.middle.truncate());
+    let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
+    let mut solid = Solid::new(form.shape, cuts, linear, origin + Vec3::Z * pose.middle.z, medium, class, 0);
+    solid.marked = class != Class::ForeignTablet;
+    solid
+}
+
+/// Another product that is no larger: its form and what it is made of.
+fn other_product(tablet: &Tablet, severity: f32) -> (Form, Medium) {
+    let (long, short) = (tablet.length_mm.max(tablet.width_mm), tablet.length_mm.min(tablet.width_mm));
+    let size = f64::from(graded(severity, 1.0, 0.75));
+    let mut other = *tablet;
+    if long < 1.15 * short {
+        (other.shape, other.length_mm, other.width_mm) = (1.0, 0.95 * size * long, 0.6 * size * long);
+    } else {
+        (other.shape, other.length_mm, other.width_mm) = (0.0, 0.95 * size * short, 0.95 * size * short);
+    }
+    other.thickness_mm = 0.9 * size * if tablet.shape >= 1.5 { short } else { tablet.thickness_mm };
+    other.band_mm = 0.6 * other.thickness_mm;
+    other.coat *= f64::from(graded(severity, 0.9, 0.4));
+    (Form::new(&other), tablet::medium(&other))
+}
+
+impl Pack {
+    /// Lays the tablets of a pocket, and does to them and to the film what was planned.
+    pub(super) fn fill(
+        &mut self,
+        stream: Stream,
+        blister: &Blister,
+        cell: usize,
+        form: &Form,
+        probes: &[Vec3],
+        plan: &[Planned],
+    ) {
+        let mine = || plan.iter().filter(move |p| p.cell == cell);
+        let of_whole = mine().find(|p| plan::whole(p.class));
+        let class = self.instances[cell].class;
+        let wish = wish(stream.child("pose").index(cell as u64), blister);
+        let swept = |p: &Planned| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
+        let mut short = None;
+        if class != Class::Missing && !of_whole.is_some_and(swept) {
+            let severity = of_whole.map_or(0.0, |p| p.severity);
+            let (own, medium) = match class {
+                Class::ForeignTablet => other_product(&blister.tablet, severity),
+                Class::WrongCoat => {
+                    let medium = tablet::medium(&blister.tablet);
+                    let mu_a = medium.mu_a * graded(severity, 1.5, 20.0);
+                    (*form, Medium { mu_a, coat: medium.coat * graded(severity, 0.95, 0.3), ..medium })
+                }
+                _ => (*form, tablet::medium(&blister.tablet)),
+            };
+            let foreign = (class == Class::ForeignTablet).then(|| own.probes());
+            let probes = foreign.as_deref().unwrap_or(probes);
+            let pose = self.settle(cell, &own, probes, wish);
+            short = Some(own.outline().half().y);
+            let damaged = mine().find(|p| plan::damage(p.class));
+            let up = if wish.flipped { -1.0 } else { 1.0 };
+            self.lay_tablet(cell, &own, &pose, medium, damaged.map(|p| (p, damage(&own, p, up))));
+            if class == Class::Double {
+                self.stack(cell, &own, probes, &pose, medium);
+            }
+            if class == Class::Shallow {
+                let depth = self.web.cells[cell].factor;
+                let real = (SHALLOW[0] - depth) / (SHALLOW[0] - SHALLOW[1]);
+                self.instances[cell].severity = f64::from(real.clamp(0.0, 1.0));
+            }
+        }
+        let marks = [Class::Collapsed, Class::Punctured, Class::Pinhole, Class::Channel];
+        for planned in mine().filter(|p| marks.contains(&p.class)) {
+            let number = self.instances.len() as u16 + 1;
+            let tablet = self.contents[cell].first().map(|&n| &self.solids[n]).zip(short);
+            let mark = flange::in_pocket(self, planned, number, tablet);
+            let size = 2.0 * mark.outline.half().x;
+            self.enter(planned.class, cell as u16 + 1, mark.middle, size, planned.severity);
+            self.draw(mark);
+        }
+    }
+
+    /// Adds a tablet as one solid, or as what is left of it.
+    pub(super) fn lay_tablet(
+        &mut self,
+        cell: usize,
+        form: &Form,
+        pose: &Pose,
+        medium: Medium,
+        damaged: Option<(&Planned, Damage)>,
+    ) {
+        let class = self.instances[cell].class;
+        let make = |cuts: Vec<Cut>| solid(&self.lay, form, pose, cuts, medium, class);
+        let Some((planned, damage)) = damaged else {
+            let solid = make(Vec::new());
+            return self.add(cell, solid);
+        };
+        let (whole, pieces) = (make(Vec::new()), damage.pieces.into_iter().map(&make).collect::<Vec<_>>());
+        pieces.into_iter().for_each(|piece| self.add(cell, piece));
+        let size = 2.0 * form.outline().half().x;
+        let id = self.enter(planned.class, cell as u16 + 1, pose.middle.truncate(), size, planned.severity);
+        self.wounds[cell] = Some(Wound { whole, lost: damage.lost, label: (planned.class, id) });
+    }
+
+    pub(super) fn add(&mut self, cell: usize, solid: Solid) {
+        self.contents[cell].push(self.solids.len());
+        self.solids.push(solid);
+    }
+
+    /// Distance that probes keep from the film [mm].
+    fn margin(&self) -> f32 {
+        MARGIN_MM + self.slack + MISSED * self.web.highest_bump()
+    }
+
+    /// Lays a tablet in a pocket; where not even a flat one has room, the film is formed deeper until it has.
+    fn settle(&mut self, cell: usize, form: &Form, probes: &[Vec3], wish: Wish) -> Pose {
+        loop {
+            let (web, middle) = (&self.web, self.web.cells[cell].middle);
+            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low();
+            let (axis, floor, margin) = (web.formed.axis, web.foil_mm + self.slack, self.margin());
+            let cavity = Cavity { middle, axis, floor, ceiling: &ceiling, margin };
+            if let Some(pose) = cavity.settle(form, probes, wish) {
+                return pose;
+            }
+            self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
+        }
+    }
+
+    /// Lays a second tablet on the first, and forms the film deep enough for both.
+    fn stack(&mut self, cell: usize, form: &Form, probes: &[Vec3], first: &Pose, medium: Medium) {
+        let floor = first.middle.z + form.support(first.turn, Vec3::Z) + self.slack;
+        let middle = self.web.cells[cell].middle;
+        loop {
+            let web = &self.web;
+            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low();
+            let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin: self.margin() };
+            let pose = Wish::FLAT.pose(form, middle, web.formed.axis, floor);
+            if cavity.holds(&pose, probes) {
+                return self.lay_tablet(cell, form, &pose, medium, None);
+            }
+            self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
+        }
+    }
+}

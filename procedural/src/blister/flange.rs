@@ -1,0 +1,163 @@
+//! Defects of the film and of the seal: dents, holes, channels, wrinkles, delamination, tablets beside the pockets.
+//!
+//! Models: each is a [`Mark`] whose size grows with the severity; docs/blister.md has the ranges. Those of the flange
+//! lie on the lines halfway between pockets, or between pocket and edge.
+
+use glam::{Mat3, Vec2, Vec3};
+use rand::RngExt;
+
+use super::Pack;
+use super::mark::{Kind, Mark};
+use super::outline::Outline;
+use super::plan::{Planned, graded};
+use super::pose::{Cavity, Wish};
+use super::solid::Solid;
+use super::tablet::Form;
+use crate::{Class, Medium, Stream};
+
+/// Room between a tablet on the flange and the film over it [mm].
+const OVER_MM: f32 = 0.05;
+/// Room between a tablet on the flange and anything beside it [mm].
+const BESIDE_MM: f32 = 0.3;
+
+/// The mark of a defect of one pocket, `solid` being its tablet.
+pub fn in_pocket(pack: &Pack, planned: &Planned, instance: u16, tablet: Option<(&Solid, f32)>) -> Mark {
+    let mut rng = planned.stream.child("mark").rng();
+    let mut even = || rng.random::<f32>();
+    let (formed, cell) = (&pack.web.formed, pack.web.cells[planned.cell]);
+    let half = formed.outline.half();
+    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * even());
+    let way = Vec2::new(cosine, sine);
+    let far = even().sqrt();
+    let own = |share: f32| {
+        let p = share * far * half * way;
+        cell.middle + p.x * formed.axis + p.y * formed.axis.perp()
+    };
+    let severity = planned.severity;
+    let ellipse = |size: f32, slim: f32| Outline::Ellipse { long: 0.5 * size, short: 0.5 * size * slim };
+    let (kind, middle, axis, outline, height) = match planned.class {
+        Class::Collapsed => {
+            // Over a tablet the dent stays within its outline, so that the film can rest on it.
+            let size = graded(severity, 3.0, 8.0);
+            let (middle, room) = match tablet {
+                Some((solid, short)) => {
+                    let middle = 0.5 * (solid.bounds[0] + solid.bounds[1]);
+                    (pack.lay.card(middle.x, middle.y), 1.7 * short)
+                }
+                None => (own(0.2), 1.2 * half.y),
+            };
+            (Kind::Dent, middle, way, ellipse(size.min(room), 0.8 + 0.2 * even()), graded(severity, 0.5, 3.0))
+        }
+        Class::Punctured => {
+            (Kind::Hole, own(0.85), way.perp(), ellipse(graded(severity, 0.2, 2.0), 0.6 + 0.4 * even()), 0.0)
+        }
+        Class::Pinhole => {
+            (Kind::Pinhole, own(0.9), way.perp(), ellipse(graded(severity, 0.02, 0.3), 0.7 + 0.3 * even()), 0.0)
+        }
+        _ => {
+            // A channel leaves the pocket along one of its axes.
+            let (side, reach) = if even() < 0.5 { (formed.axis, half.x) } else { (formed.axis.perp(), half.y) };
+            let side = if even() < 0.5 { side } else { -side };
+            let (width, length) = (graded(severity, 0.5, 3.0), 2.0 + 4.0 * even());
+            let outline = Outline::Stadium { segment: 0.5 * length, radius: 0.5 * width };
+            (Kind::Raised, cell.middle + (reach + 0.5 * length) * side, side, outline, graded(severity, 0.03, 0.15))
+        }
+    };
+    Mark { kind, class: planned.class, instance, middle, axis, outline, height, skirt: 0.0 }
+}
+
+/// Lines of the flange across one axis of the card: halfway between pockets, and between pocket and edge [mm].
+fn lines(count: usize, pitch: f32, reach: f32, half: f32) -> Vec<f32> {
+    let outer = 0.5 * (count as f32 - 1.0) * pitch + reach;
+    let edge = 0.5 * (outer + half);
+    let between = (1..count).map(|i| (i as f32 - 0.5 * count as f32) * pitch);
+    std::iter::once(-edge).chain(between).chain(std::iter::once(edge)).collect()
+}
+
+/// The lines of the flange along both axes [mm].
+fn both(pack: &Pack) -> [Vec<f32>; 2] {
+    let ([columns, rows], pitch) = pack.web.grid();
+    let (reach, half, middle) = (pack.web.formed.reach(), pack.lay.half, pack.web.shift());
+    let across = lines(rows, pitch.y, reach.y, half.y).into_iter().map(|v| (v + middle).clamp(-half.y, half.y));
+    [lines(columns, pitch.x, reach.x, half.x), across.collect()]
+}
+
+/// A wrinkle or a patch of delamination.
+pub fn on_flange(pack: &Pack, class: Class, severity: f32, stream: Stream, instance: u16) -> Mark {
+    let mut rng = stream.child("mark").rng();
+    let mut even = || rng.random::<f32>();
+    let [lines_u, lines_v] = both(pack);
+    let half = pack.lay.half;
+    let (along_scan, line, place) = (even() < 0.5, even(), 1.6 * even() - 0.8);
+    let pick = |lines: &[f32]| lines[((line * lines.len() as f32) as usize).min(lines.len() - 1)];
+    let (middle, axis) = if along_scan {
+        (Vec2::new(pick(&lines_u), place * half.y), Vec2::Y)
+    } else {
+        (Vec2::new(place * half.x, pick(&lines_v)), Vec2::X)
+    };
+    let (outline, height) = if class == Class::Wrinkle {
+        let (length, width) = (graded(severity, 5.0, 20.0), graded(even(), 0.6, 1.4));
+        (Outline::Stadium { segment: 0.5 * (length - width), radius: 0.5 * width }, graded(severity, 0.05, 0.3))
+    } else {
+        let long = graded(severity, 2.0, 8.0);
+        (Outline::Ellipse { long, short: long * graded(even(), 0.4, 0.8) }, graded(severity, 0.05, 0.4))
+    };
+    Mark { kind: Kind::Raised, class, instance, middle, axis, outline, height, skirt: 0.0 }
+}
+
+/// A tablet beside the pockets and the film over it; `None` where there is no room for one.
+pub fn tablet_on_flange(
+    pack: &Pack,
+    form: &Form,
+    medium: Medium,
+    stream: Stream,
+    instance: u16,
+) -> Option<(Solid, Mark)> {
+    let mut rng = stream.child("place").rng();
+    let [lines_u, lines_v] = both(pack);
+    let mut places: Vec<Vec2> = lines_u.iter().flat_map(|&u| lines_v.iter().map(move |&v| Vec2::new(u, v))).collect();
+    let yaw = std::f32::consts::TAU * rng.random::<f32>();
+    let probes = form.probes();
+    let height = form.thickness_mm() + OVER_MM;
+    let outline = form.outline();
+    while !places.is_empty() {
+        let middle = places.swap_remove(rng.random_range(0..places.len()));
+        for quarter in 0..4_u8 {
+            let yaw = yaw + std::f32::consts::FRAC_PI_4 * f32::from(quarter);
+            let free = |p: Vec2| {
+                let at = pack.lay.conveyor(p);
+                let near = pack.spot(at.x, at.y);
+                // Warp is common to film, foil and tablet; what else is there must lie outside.
+                let taken = near.is_none_or(|spot| pack.highest(spot.cell, at.x, at.y).is_some());
+                if taken { f32::NEG_INFINITY } else { f32::INFINITY }
+            };
+            let axis = Vec2::X;
+            let floor = pack.web.foil_mm + pack.slack;
+            let cavity = Cavity { middle, axis, floor, ceiling: &free, margin: 0.0 };
+            let wish = Wish { yaw, ..Wish::FLAT };
+            let grown: Vec<Vec3> =
+                probes.iter().map(|p| *p + (p.truncate().normalize_or_zero() * BESIDE_MM).extend(0.0)).collect();
+            let pose = wish.pose(form, middle, axis, floor);
+            if !cavity.holds(&pose, &grown) {
+                continue;
+            }
+            let (tangent, origin) = pack.lay.tangent(middle);
+            let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
+            let origin = origin + Vec3::Z * pose.middle.z;
+            let solid = Solid::new(form.shape, Vec::new(), linear, origin, medium, Class::TabletOnFlange, instance);
+            let skirt = 0.8 * height;
+            let mark = Mark {
+                kind: Kind::Tent,
+                class: Class::TabletOnFlange,
+                instance,
+                middle,
+                axis: pose.turn.x_axis.truncate(),
+                outline: outline.grown(OVER_MM + skirt),
+                height: height + 2.0 * pack.slack,
+                skirt,
+            };
+            return Some((solid, mark));
+        }
+    }
+    None
+}
