@@ -85,8 +85,8 @@ number is written do not matter, everything else does.
 - `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
 - `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
 - `splits` sum to 1; `rot.edge` is -1 or 1.
-- Pockets, which are as large as the tablet and twice `pocket.clearance_mm`, lie on the card with 1 mm of film between them
-  and around them; `tablet.band_mm` is at most `tablet.thickness_mm`.
+- All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
+  `tablet.thickness_mm`.
 - `transport` is `kernel` or `path` for blister packs: the other models know no film over air.
 - A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
 

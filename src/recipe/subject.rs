@@ -1,8 +1,8 @@
 //! What the objects of a recipe are, and the numbers that one draw gives such an object.
 
 use procedural::Parameter;
-use procedural::blister::{Blister, Card, Defects, Foil, Pocket, Tablet, Web};
-use procedural::wood::{Board, Knots, Log, Media, Rot, Wood};
+use procedural::blister::Blister;
+use procedural::wood::Wood;
 
 /// What the objects are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,21 +38,8 @@ impl Plan {
     /// Fills every number of `subject` from `value`, asked once for each declaration in order.
     pub fn from_values(subject: Subject, value: &mut dyn FnMut(&'static Parameter) -> f64) -> Self {
         match subject {
-            Subject::Wood => Self::Wood(Wood {
-                board: Board::from_values(value),
-                log: Log::from_values(value),
-                knots: Knots::from_values(value),
-                rot: Rot::from_values(value),
-                media: Media::from_values(value),
-            }),
-            Subject::Blister => Self::Blister(Blister {
-                card: Card::from_values(value),
-                pocket: Pocket::from_values(value),
-                tablet: Tablet::from_values(value),
-                web: Web::from_values(value),
-                foil: Foil::from_values(value),
-                defects: Defects::from_values(value),
-            }),
+            Subject::Wood => Self::Wood(Wood::from_values(value)),
+            Subject::Blister => Self::Blister(Blister::from_values(value)),
         }
     }
 
@@ -66,15 +53,12 @@ impl Plan {
 
     /// Every number with its declaration, in their order.
     pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
-        let groups = match self {
+        match self {
             Self::Wood(Wood { board, log, knots, rot, media }) => {
-                vec![board.values(), log.values(), knots.values(), rot.values(), media.values()]
+                [board.values(), log.values(), knots.values(), rot.values(), media.values()].concat()
             }
-            Self::Blister(Blister { card, pocket, tablet, web, foil, defects }) => {
-                vec![card.values(), pocket.values(), tablet.values(), web.values(), foil.values(), defects.values()]
-            }
-        };
-        groups.concat()
+            Self::Blister(blister) => blister.values(),
+        }
     }
 
     /// The numbers of a board; `None` for anything else.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use procedural::Parameter;
+use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, room_mm};
+
 use super::dist::Distribution;
 use super::table;
 use crate::yaml::walk::{Walk, shown};
-
-/// Least film between two pockets, and between a pocket and the card's edge [mm]: less would not seal.
-const LEAST_SEAL_MM: f64 = 1.0;
 
 /// The parameters of a class, or of the top level where `prefix` is empty.
 pub(super) struct Together<'a> {
@@ -41,9 +41,21 @@ impl Together<'_> {
         self.bounds(path).1
     }
 
+    /// Smallest and largest value by size alone: an angle counts without its sign [least, most].
+    fn ends(&self, path: &str) -> [f64; 2] {
+        let (low, high) = self.bounds(path);
+        let least = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
+        [least, low.abs().max(high.abs())]
+    }
+
+    /// Whether it is for this class to say something about `keys`: it changes one, or is the top level.
+    fn concerned<'k>(&self, mut keys: impl Iterator<Item = &'k str>) -> bool {
+        self.prefix.is_empty() || keys.any(|key| self.overrides.contains_key(key))
+    }
+
     /// Notes a fault of `keys` together, once: at the class's key where a class changes one, else at the top level's.
     pub fn fault(&self, walk: &mut Walk, keys: &[&str], problem: String, remedy: &str) {
-        if self.prefix.is_empty() || keys.iter().any(|key| self.overrides.contains_key(*key)) {
+        if self.concerned(keys.iter().copied()) {
             let own = keys.iter().map(|key| format!("{}{key}", self.prefix));
             let places: Vec<_> = own.chain(keys.iter().map(|key| (*key).to_owned())).collect();
             walk.joint_fault(&places, problem, remedy);
@@ -89,51 +101,65 @@ pub(super) fn blister(walk: &mut Walk, scene: &Together) {
         let problem = format!("the band can be {} mm of a tablet that is {} mm thick", shown(band), shown(thickness));
         scene.fault(walk, &keys, problem, "the straight side is at most the whole thickness");
     }
-    let [foot_x, foot_y] = feet(scene);
-    let tablet = ["tablet.length_mm", "tablet.width_mm", "pocket.clearance_mm", "pocket.turn_deg"];
-    for (along, foot, pitch, count, size) in [
-        ("the laser line", foot_x, "pack.pitch_x_mm", "pack.columns", "pack.width_mm"),
-        ("the scan", foot_y, "pack.pitch_y_mm", "pack.rows", "pack.length_mm"),
-    ] {
-        let least = scene.least(pitch);
-        let keys: Vec<_> = [pitch].into_iter().chain(tablet).collect();
-        if scene.most(count) > 1.0 && foot + LEAST_SEAL_MM > least {
-            let problem = format!(
-                "pockets can be {} mm apart along {along}, and tablet and clearance {} mm",
-                shown(least),
-                shown(rounded(foot))
-            );
-            scene.fault(walk, &keys, problem, "leave at least 1 mm of film between pockets");
-        }
-        let whole = (scene.most(count) - 1.0) * scene.most(pitch) + foot + 2.0 * LEAST_SEAL_MM;
-        let keys: Vec<_> = [size, count, pitch].into_iter().chain(tablet).collect();
-        if whole > scene.least(size) {
-            let problem = format!(
-                "the card can be {} mm along {along}, and its pockets {} mm with 1 mm of film on each side",
-                shown(scene.least(size)),
-                shown(rounded(whole))
-            );
-            scene.fault(walk, &keys, problem, "make the card larger, or its pockets fewer, smaller or closer");
-        }
-    }
+    pockets_fit(walk, scene);
     let keys = ["tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "pack.bow_mm", "pack.curl_mm"];
     let height = keys.iter().map(|key| scene.most(key)).sum::<f64>() + scene.most("film.thickness_mm");
     scene.below_the_bench(walk, height, &keys, "pack");
 }
 
-/// Largest extent of a pocket's foot along the laser line and along the scan [mm].
-fn feet(scene: &Together) -> [f64; 2] {
-    let (length, width) = (scene.most("tablet.length_mm"), scene.most("tablet.width_mm"));
-    let (low, high) = (scene.least("pocket.turn_deg"), scene.most("pocket.turn_deg"));
-    // Between no turn and a right angle the extent goes one way, so its largest is at an end.
-    let most = low.abs().max(high.abs());
-    let least = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
-    let extent = |turn: f64| {
-        let (s, c) = (libm::sin(turn.to_radians()), libm::cos(turn.to_radians()));
-        [(length * c, width * s), (length * s, width * c)].map(|(a, b)| (a * a + b * b).sqrt())
-    };
-    let (a, b) = (extent(least), extent(most));
-    [0, 1].map(|i| a[i].max(b[i]) + 2.0 * scene.most("pocket.clearance_mm"))
+/// Pockets that have no room on the card would be left out, or moved apart.
+fn pockets_fit(walk: &mut Walk, scene: &Together) {
+    let forming = Card::PARAMETERS.iter().chain(Pocket::PARAMETERS).chain(Tablet::PARAMETERS).chain(Web::PARAMETERS);
+    let forming: Vec<_> = forming.map(Parameter::path).collect();
+    if !scene.concerned(forming.iter().map(String::as_str)) {
+        return;
+    }
+    let room = largest_room(scene);
+    let tablet = ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
+    for (way, room, pitch, count, size) in [
+        ("the laser line", room[0], "pack.pitch_x_mm", "pack.columns", "pack.width_mm"),
+        ("the scan", room[1], "pack.pitch_y_mm", "pack.rows", "pack.length_mm"),
+    ] {
+        let keys: Vec<_> = [pitch].into_iter().chain(tablet).collect();
+        if scene.most(count) > 1.0 && room > scene.least(pitch) {
+            let least = shown(scene.least(pitch));
+            let problem =
+                format!("pockets can be {least} mm apart along {way}, and need {} mm", shown(rounded(room)));
+            scene.fault(walk, &keys, problem, "move them apart, or make them smaller or steeper");
+        }
+        let whole = (scene.most(count) - 1.0) * scene.most(pitch).max(room) + room + RIM_MM;
+        let keys: Vec<_> = [size, count, pitch].into_iter().chain(tablet).collect();
+        if whole > scene.least(size) {
+            let least = shown(scene.least(size));
+            let problem =
+                format!("the card can be {least} mm along {way}, and its pockets need {} mm", shown(rounded(whole)));
+            scene.fault(walk, &keys, problem, "make the card larger, or its pockets fewer, smaller or closer");
+        }
+    }
+}
+
+/// Largest room of a pocket along the laser line and along the scan [mm]: at the ends of the numbers that form it.
+fn largest_room(scene: &Together) -> [f64; 2] {
+    // A pocket grows with each of its numbers but these, of which either end may give the larger one.
+    const EITHER: [&str; 4] = ["tablet.shape", "tablet.band_mm", "pocket.dome_mm", "pocket.turn_deg"];
+    let ends = EITHER.map(|path| scene.ends(path));
+    let mut room = [0.0f64; 2];
+    for choice in 0..1usize << EITHER.len() {
+        let second = |i: usize| choice >> i & 1 == 1;
+        if (0..EITHER.len()).any(|i| second(i) && ends[i][0] == ends[i][1]) {
+            continue;
+        }
+        let formed = Blister::from_values(&mut |parameter| {
+            let path = parameter.path();
+            match EITHER.iter().position(|known| *known == path) {
+                Some(i) => ends[i][usize::from(second(i))],
+                None => scene.ends(&path)[1],
+            }
+        });
+        let own = room_mm(&formed);
+        room = [0, 1].map(|i| room[i].max(own[i]));
+    }
+    room
 }
 
 /// To hundredths, for messages.

@@ -15,7 +15,7 @@ use crate::noise::{Noise, smoothstep};
 use crate::{Gloss, Medium, Stream};
 
 /// Flange that is left between two pockets, or pocket and edge [mm].
-const FLANGE_MM: f32 = 0.6;
+pub const FLANGE_MM: f32 = 0.6;
 /// Depth of crevices over the size of the bumps, and their width in units of the noise [1].
 const CREVICE: [f32; 2] = [0.6, 0.3];
 /// Axis of the second noise [1].
