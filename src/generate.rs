@@ -111,7 +111,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
 pub fn sample(recipe: &Recipe, seed: u64, index: u64, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Encoded {
     let scene = recipe.draw(seed, index);
     let record = pipeline::render(&scene, tiles, progress);
-    shard::encode(record, &scene.output, recipe.subject().name())
+    shard::encode(record, &scene.output)
 }
 
 /// Makes what is missing of a dataset. Runs on the current rayon pool.

@@ -121,8 +121,7 @@ pub fn bin_truth(truth: TruthMaps, cols: usize, columns: usize, rows: usize) -> 
     let below = match truth.below {
         Below::Fibre { azimuth, dive } => {
             // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
-            let part =
-                |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
+            let part = |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
             let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
             let azimuth = cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect();
             Below::Fibre { azimuth, dive: mean(dive) }
@@ -202,10 +201,7 @@ mod tests {
         let labels = Labels { class: vec![0; 12], instance: vec![1, 1, 0, 0, 1, 3, 0, 0, 0, 3, 0, 4] };
         let found = objects(&labels, 4, 0.5, &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
         let seen: Vec<_> = found.iter().map(|o| (o.instance.id, o.area_px, o.bbox)).collect();
-        assert_eq!(
-            seen,
-            [(1, 5, [0, 0, 2, 3]), (2, 1, [3, 2, 1, 1]), (3, 2, [1, 1, 1, 2]), (4, 1, [3, 2, 1, 1])]
-        );
+        assert_eq!(seen, [(1, 5, [0, 0, 2, 3]), (2, 1, [3, 2, 1, 1]), (3, 2, [1, 1, 1, 2]), (4, 1, [3, 2, 1, 1])]);
     }
 
     #[test]

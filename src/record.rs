@@ -75,6 +75,16 @@ pub enum Below {
     },
 }
 
+impl Below {
+    /// The subject that it belongs to, by its name in files.
+    pub fn subject(&self) -> &'static str {
+        match self {
+            Self::Fibre { .. } => "wood",
+            Self::Film { .. } => "blister",
+        }
+    }
+}
+
 impl TruthMaps {
     /// Every map: height, then what lies below in the order of its fields.
     pub fn maps_mut(&mut self) -> [&mut Vec<f32>; 3] {

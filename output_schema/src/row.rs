@@ -207,7 +207,14 @@ pub const OBJECT: [Column; 13] = [
         "never",
         "Smallest box around it and what lies in it: first column, first row, columns, rows (COCO order).",
     ),
-    column("area_px", Kind::Int64, "px", "1 or more", "never", "Pixels that it covers, those of what lies in it included."),
+    column(
+        "area_px",
+        Kind::Int64,
+        "px",
+        "1 or more",
+        "never",
+        "Pixels that it covers, those of what lies in it included.",
+    ),
     column("area_mm2", Kind::Float64, "mm^2", "above 0", "never", "Area that it covers."),
     column(
         "x_mm",
@@ -249,5 +256,12 @@ pub const OBJECT: [Column; 13] = [
         "null where it has no meaning",
         "Distance from the pith at which the branch died.",
     ),
-    column("severity", Kind::Float64, "1", "0 to 1", "null where it has no meaning", "Severity of decay or of a defect."),
+    column(
+        "severity",
+        Kind::Float64,
+        "1",
+        "0 to 1",
+        "null where it has no meaning",
+        "Severity of decay or of a defect.",
+    ),
 ];

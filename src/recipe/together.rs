@@ -115,7 +115,8 @@ fn pockets_fit(walk: &mut Walk, scene: &Together) {
         return;
     }
     let room = largest_room(scene);
-    let tablet = ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
+    let tablet =
+        ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
     for (way, room, pitch, count, size) in [
         ("the laser line", room[0], "pack.pitch_x_mm", "pack.columns", "pack.width_mm"),
         ("the scan", room[1], "pack.pitch_y_mm", "pack.rows", "pack.length_mm"),
@@ -123,8 +124,7 @@ fn pockets_fit(walk: &mut Walk, scene: &Together) {
         let keys: Vec<_> = [pitch].into_iter().chain(tablet).collect();
         if scene.most(count) > 1.0 && room > scene.least(pitch) {
             let least = shown(scene.least(pitch));
-            let problem =
-                format!("pockets can be {least} mm apart along {way}, and need {} mm", shown(rounded(room)));
+            let problem = format!("pockets can be {least} mm apart along {way}, and need {} mm", shown(rounded(room)));
             scene.fault(walk, &keys, problem, "move them apart, or make them smaller or steeper");
         }
         let whole = (scene.most(count) - 1.0) * scene.most(pitch).max(room) + room + RIM_MM;

@@ -89,17 +89,18 @@ pub fn channel_name(channel: Channel) -> &'static str {
     }
 }
 
-/// A record as it will be on disk; the float maps end here. `subject` is a name in [`output_schema::SUBJECTS`].
+/// A record as it will be on disk; the float maps end here.
 ///
 /// # Panics
 /// Where a map does not hold `rows * cols` numbers, or truth maps are asked for and the record has none.
-pub fn encode(record: Record, output: &Output, subject: &str) -> Encoded {
+pub fn encode(record: Record, output: &Output) -> Encoded {
     let mut asked = output.png.clone();
     asked.sort_unstable();
     asked.dedup();
     let png = asked.into_iter().map(|channel| (channel, image(&record, channel))).collect();
 
     let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
+    let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
     let declared = channels(&names, output.truth_maps, subject);
     let exr = (!declared.is_empty()).then(|| {
         let channels = exr::record_channels(&record, &declared);

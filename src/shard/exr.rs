@@ -72,7 +72,11 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
     let height = || record.truth.as_ref().map_or(&empty, |truth| &truth.height);
     let below = |second: bool| match record.truth.as_ref().map(|truth| &truth.below) {
         Some(Below::Fibre { azimuth: a, dive: b } | Below::Film { thickness: a, gap: b }) => {
-            if second { b.clone() } else { a.clone() }
+            if second {
+                b.clone()
+            } else {
+                a.clone()
+            }
         }
         None => empty.clone(),
     };
