@@ -44,10 +44,14 @@ fn every_recipe_loads_and_is_embedded() {
     }
 }
 
+fn embedded() -> Vec<Recipe> {
+    Recipe::embedded().map(|name| Recipe::load(name).expect("embedded")).collect()
+}
+
 #[test]
 fn classes_hold_what_their_names_say() {
-    for (index, name) in Recipe::embedded().flat_map(|name| (0..400).map(move |index| (index, name))) {
-        let scene = Recipe::load(name).expect("embedded").draw(0, index);
+    for (index, recipe) in embedded().iter().flat_map(|recipe| (0..400).map(move |index| (index, recipe))) {
+        let scene = recipe.draw(0, index);
         match &scene.plan {
             Plan::Wood(wood) => boards_are_called(&scene.class, wood),
             Plan::Blister(blister) => packs_are_called(&scene.class, &blister.defects),
@@ -80,8 +84,8 @@ fn packs_are_called(class: &str, defects: &Defects) {
 
 #[test]
 fn the_object_lies_in_the_field() {
-    for (index, name) in Recipe::embedded().flat_map(|name| (0..400).map(move |index| (index, name))) {
-        let scene = Recipe::load(name).expect("embedded").draw(1, index);
+    for (index, recipe) in embedded().iter().flat_map(|recipe| (0..400).map(move |index| (index, recipe))) {
+        let (name, scene) = (recipe.name(), recipe.draw(1, index));
         let (width, length, height, offset, lead_in) = match &scene.plan {
             Plan::Wood(Wood { board: b, .. }) => (b.width_mm, b.length_mm, b.thickness_mm, b.offset_mm, b.lead_in_mm),
             Plan::Blister(Blister { card: c, .. }) => {

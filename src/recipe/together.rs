@@ -25,7 +25,8 @@ impl Together<'_> {
     }
 
     fn bounds(&self, path: &str) -> (f64, f64) {
-        let parameter = table::parameters(None).find(|parameter| parameter.path() == path);
+        let place = path.split_once('.');
+        let parameter = table::parameters(None).find(|p| place == Some((p.group, p.name)));
         let (distribution, parameter) =
             self.distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
         distribution.bounds(parameter)
@@ -141,7 +142,7 @@ fn pockets_fit(walk: &mut Walk, scene: &Together) {
 /// Largest room of a pocket along the laser line and along the scan [mm]: at the ends of the numbers that form it.
 fn largest_room(scene: &Together) -> [f64; 2] {
     // A pocket grows with each of its numbers but these, of which either end may give the larger one.
-    const EITHER: [&str; 4] = ["tablet.shape", "tablet.band_mm", "pocket.dome_mm", "pocket.turn_deg"];
+    const EITHER: [&str; 3] = ["tablet.shape", "pocket.dome_mm", "pocket.turn_deg"];
     let ends = EITHER.map(|path| scene.ends(path));
     let mut room = [0.0f64; 2];
     for choice in 0..1usize << EITHER.len() {

@@ -1,7 +1,7 @@
 //! What a broken, chipped, capped or cracked tablet has lost.
 //!
 //! Models: plane cuts. The plane of a break or a chip is moved until the volume beyond it is the asked share of the
-//! whole; a cap is lost at an asked depth; a crack is a slab of the asked width without matter, its halves unmoved.
+//! whole; a cap is lost at an asked depth, with hard capsules the one of their two shells; a crack is a slab of the asked width without matter, its halves unmoved.
 //! Neglected: rough faces of fracture, and that they lack the coat; a broken tablet lies as the whole one would.
 
 use glam::Vec3;
@@ -12,6 +12,8 @@ use super::solid::Cut;
 use super::tablet::Form;
 use crate::Class;
 
+/// Tablets that are this much longer than wide break across [1].
+const SLENDER: f32 = 1.3;
 /// Columns across a tablet that measure volumes.
 const COLUMNS: usize = 160;
 
@@ -87,8 +89,11 @@ fn plane(form: &Form, normal: Vec3, share: f32) -> f32 {
 pub fn damage(form: &Form, planned: &Planned, up: f32) -> Damage {
     let mut rng = planned.stream.child("damage").rng();
     let mut even = || rng.random::<f32>();
-    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * even());
-    let across = Vec3::new(cosine, sine, 0.0);
+    let half = form.outline().half();
+    // Long tablets break across: within a quarter of a right angle of their long axis.
+    let turn = if half.x > SLENDER * half.y { 0.25 * (even() - 0.5) } else { even() };
+    let (sine, cosine) = libm::sincosf(std::f32::consts::TAU * turn);
+    let across = Vec3::new(cosine, sine, 0.0) * if even() < 0.5 { -1.0 } else { 1.0 };
     let lean = even();
     let one = |cut: Cut| Damage { pieces: vec![vec![cut]], lost: vec![Cut { normal: -cut.normal, limit: -cut.limit }] };
     match planned.class {
@@ -100,14 +105,19 @@ pub fn damage(form: &Form, planned: &Planned, up: f32) -> Damage {
             let normal = (across + Vec3::Z * up * (0.3 + 0.7 * lean)).normalize();
             one(cut(form, normal, plane(form, normal, graded(planned.severity, 0.01, 0.1))))
         }
+        Class::Capped if form.is_capsule() => {
+            let depth = graded(planned.severity, 0.25, 0.5) * 2.0 * half.x;
+            let end = Vec3::X * across.x.signum();
+            one(cut(form, end, half.x - depth))
+        }
         Class::Capped => {
             let depth = graded(planned.severity, 0.1, 0.4) * form.thickness_mm();
             one(cut(form, Vec3::Z * up, 0.5 * form.thickness_mm() - depth))
         }
         _ => {
-            let half = 0.5 * graded(planned.severity, 0.1, 0.4);
-            let middle = 0.4 * (lean - 0.5) * form.outline().half().y;
-            let sides = [cut(form, across, middle - half), cut(form, -across, -middle - half)];
+            let gap = 0.5 * graded(planned.severity, 0.1, 0.4);
+            let middle = 0.4 * (lean - 0.5) * half.y;
+            let sides = [cut(form, across, middle - gap), cut(form, -across, -middle - gap)];
             let lost = sides.map(|c| Cut { normal: -c.normal, limit: -c.limit });
             Damage { pieces: sides.map(|c| vec![c]).to_vec(), lost: lost.to_vec() }
         }

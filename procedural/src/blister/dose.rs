@@ -15,28 +15,35 @@ use super::pose::{Cavity, Pose, Wish};
 use super::solid::{Cut, Solid};
 use super::tablet::{self, Form};
 use super::{Pack, flange};
-use crate::{Class, Medium, Stream, normal};
+use crate::{Class, Gloss, Medium, Stream, normal};
 
 /// Least distance of a tablet from the film [mm].
 const MARGIN_MM: f32 = 0.01;
-/// Largest part of the bumps that probes of a tablet may miss between them [1].
-const MISSED: f32 = 0.3;
+/// Least distance of a tablet from a steep wall beside it [mm].
+const BESIDE_MM: f32 = 0.06;
+/// Distance between columns that the pose is checked at [mm].
+const COLUMN_MM: f32 = 0.25;
+/// Film that is closer than this is looked at more closely [mm].
+const CLOSE_MM: f32 = 0.15;
 /// Depth of a pocket that is barely too shallow, and of the worst, over the full depth [1].
 pub const SHALLOW: [f32; 2] = [0.85, 0.3];
 /// How much deeper the film is formed at a time where something has no room [1].
 const DEEPER: f32 = 1.03;
 
 /// Draws the pose of a tablet.
-fn wish(stream: Stream, blister: &Blister) -> Wish {
+fn wish(stream: Stream, blister: &Blister, form: &Form) -> Wish {
     let Tablet { tilt_deg, rattle, on_edge, .. } = blister.tablet;
     let mut rng = stream.rng();
     let mut even = || rng.random::<f64>();
     let (yaw, about, flipped, edge) = (even(), even(), even() < 0.5, even() < on_edge);
     let (far, way) = (rattle * even().sqrt() * blister.pocket.clearance_mm, std::f64::consts::TAU * even());
     let (sine, cosine) = libm::sincos(way);
+    // Round tablets turn freely, long ones as far as their ends have room.
+    let half = form.outline().half();
+    let play = if half.x == half.y { std::f64::consts::PI } else { 2.0 * far / f64::from(half.x) };
     let tilt = normal(&mut stream.child("tilt").rng()) * tilt_deg.to_radians();
     Wish {
-        yaw: (std::f64::consts::TAU * (yaw - 0.5)) as f32,
+        yaw: (2.0 * play * (yaw - 0.5)) as f32,
         tilt: tilt as f32,
         about: (std::f64::consts::TAU * about) as f32,
         offset: Vec2::new((far * cosine) as f32, (far * sine) as f32),
@@ -50,7 +57,7 @@ fn solid(lay: &Lay, form: &Form, pose: &Pose, cuts: Vec<Cut>, medium: Medium, cl
     let (tangent, origin) = lay.tangent(pose.middle.truncate());
     let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
     let mut solid = Solid::new(form.shape, cuts, linear, origin + Vec3::Z * pose.middle.z, medium, class, 0);
-    solid.marked = class != Class::ForeignTablet;
+    solid.marked = class != Class::ForeignTablet && !form.is_capsule();
     solid
 }
 
@@ -84,7 +91,7 @@ impl Pack {
         let mine = || plan.iter().filter(move |p| p.cell == cell);
         let of_whole = mine().find(|p| plan::whole(p.class));
         let class = self.instances[cell].class;
-        let wish = wish(stream.child("pose").index(cell as u64), blister);
+        let wish = wish(stream.child("pose").index(cell as u64), blister, form);
         let swept = |p: &Planned| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
         let mut short = None;
         if class != Class::Missing && !of_whole.is_some_and(swept) {
@@ -100,13 +107,17 @@ impl Pack {
             };
             let foreign = (class == Class::ForeignTablet).then(|| own.probes());
             let probes = foreign.as_deref().unwrap_or(probes);
-            let pose = self.settle(cell, &own, probes, wish);
+            let floor = self.web.foil_mm + self.slack;
+            let pose = self.settle(cell, &own, probes, wish, floor);
             short = Some(own.outline().half().y);
             let damaged = mine().find(|p| plan::damage(p.class));
             let up = if wish.flipped { -1.0 } else { 1.0 };
             self.lay_tablet(cell, &own, &pose, medium, damaged.map(|p| (p, damage(&own, p, up))));
             if class == Class::Double {
-                self.stack(cell, &own, probes, &pose, medium);
+                // The second one lies flat on the first.
+                let floor = pose.middle.z + own.support(pose.turn, Vec3::Z) + self.slack;
+                let second = self.settle(cell, &own, probes, Wish::FLAT, floor);
+                self.lay_tablet(cell, &own, &second, medium, None);
             }
             if class == Class::Shallow {
                 let depth = self.web.cells[cell].factor;
@@ -152,38 +163,46 @@ impl Pack {
         self.solids.push(solid);
     }
 
-    /// Distance that probes keep from the film [mm].
-    fn margin(&self) -> f32 {
-        MARGIN_MM + self.slack + MISSED * self.web.highest_bump()
-    }
-
-    /// Lays a tablet in a pocket; where not even a flat one has room, the film is formed deeper until it has.
-    fn settle(&mut self, cell: usize, form: &Form, probes: &[Vec3], wish: Wish) -> Pose {
+    /// Lays a tablet in a pocket on that level; where not even a flat one has room, the film is formed deeper until it
+    /// has.
+    fn settle(&mut self, cell: usize, form: &Form, probes: &[Vec3], wish: Wish, floor: f32) -> Pose {
+        let mut more = 0.0;
         loop {
-            let (web, middle) = (&self.web, self.web.cells[cell].middle);
-            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low();
-            let (axis, floor, margin) = (web.formed.axis, web.foil_mm + self.slack, self.margin());
-            let cavity = Cavity { middle, axis, floor, ceiling: &ceiling, margin };
+            let (web, lay, middle) = (&self.web, &self.lay, self.web.cells[cell].middle);
+            let ceiling = |p: Vec2| {
+                let leaf = web.leaf(p, Some(cell));
+                leaf.low(lay.warp(p).1) - BESIDE_MM * leaf.slope.length()
+            };
+            let margin = MARGIN_MM + self.slack + more;
+            let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin };
             if let Some(pose) = cavity.settle(form, probes, wish) {
-                return pose;
+                // Bumps between the probes take what the probes must then keep in addition.
+                let room = room(form, &pose, &ceiling) - self.slack;
+                if room > 0.5 * MARGIN_MM {
+                    return pose;
+                }
+                more += MARGIN_MM - room;
+            } else {
+                self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
             }
-            self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
         }
     }
+}
 
-    /// Lays a second tablet on the first, and forms the film deep enough for both.
-    fn stack(&mut self, cell: usize, form: &Form, probes: &[Vec3], first: &Pose, medium: Medium) {
-        let floor = first.middle.z + form.support(first.turn, Vec3::Z) + self.slack;
-        let middle = self.web.cells[cell].middle;
-        loop {
-            let web = &self.web;
-            let ceiling = |p: Vec2| web.leaf(p, Some(cell)).low();
-            let cavity = Cavity { middle, axis: web.formed.axis, floor, ceiling: &ceiling, margin: self.margin() };
-            let pose = Wish::FLAT.pose(form, middle, web.formed.axis, floor);
-            if cavity.holds(&pose, probes) {
-                return self.lay_tablet(cell, form, &pose, medium, None);
-            }
-            self.web.deepen(cell, DEEPER * self.web.cells[cell].factor);
+/// Least distance between the upper side of a tablet and the film over it, column by column [mm].
+fn room(form: &Form, pose: &Pose, ceiling: &dyn Fn(Vec2) -> f32) -> f32 {
+    let linear = pose.turn * Mat3::from_diagonal(form.scale);
+    let solid = Solid::new(form.shape, Vec::new(), linear, pose.middle, Medium::opaque(Gloss::NONE), Class::Pocket, 0);
+    let gap = |p: Vec2| solid.column(p.x, p.y).map_or(f32::INFINITY, |[_, top]| ceiling(p) - top);
+    let mut least = f32::INFINITY;
+    for (p, [_, top]) in solid.columns(COLUMN_MM) {
+        let room = ceiling(p) - top;
+        least = least.min(room);
+        if room < CLOSE_MM {
+            // A crevice may pass between the columns.
+            let steps = (0..9).map(|k| Vec2::new((k % 3) as f32 - 1.0, (k / 3) as f32 - 1.0) * (COLUMN_MM / 3.0));
+            least = steps.map(|step| gap(p + step)).fold(least, f32::min);
         }
     }
+    least
 }

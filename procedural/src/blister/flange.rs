@@ -10,13 +10,15 @@ use super::Pack;
 use super::mark::{Kind, Mark};
 use super::outline::Outline;
 use super::plan::{Planned, graded};
-use super::pose::{Cavity, Wish};
+use super::pose::Wish;
 use super::solid::Solid;
 use super::tablet::Form;
 use crate::{Class, Medium, Stream};
 
 /// Room between a tablet on the flange and the film over it [mm].
 const OVER_MM: f32 = 0.05;
+/// Distance between places that must be free [mm].
+const COLUMN_MM: f32 = 0.2;
 /// Room between a tablet on the flange and anything beside it [mm].
 const BESIDE_MM: f32 = 0.3;
 
@@ -117,34 +119,26 @@ pub fn tablet_on_flange(
     let [lines_u, lines_v] = both(pack);
     let mut places: Vec<Vec2> = lines_u.iter().flat_map(|&u| lines_v.iter().map(move |&v| Vec2::new(u, v))).collect();
     let yaw = std::f32::consts::TAU * rng.random::<f32>();
-    let probes = form.probes();
     let height = form.thickness_mm() + OVER_MM;
     let outline = form.outline();
+    let half = outline.half();
+    let grown = form.scale * Vec3::new(1.0 + BESIDE_MM / half.x, 1.0 + BESIDE_MM / half.y, 1.0);
     while !places.is_empty() {
         let middle = places.swap_remove(rng.random_range(0..places.len()));
-        for quarter in 0..4_u8 {
-            let yaw = yaw + std::f32::consts::FRAC_PI_4 * f32::from(quarter);
-            let free = |p: Vec2| {
-                let at = pack.lay.conveyor(p);
-                let near = pack.spot(at.x, at.y);
-                // Warp is common to film, foil and tablet; what else is there must lie outside.
-                let taken = near.is_none_or(|spot| pack.highest(spot.cell, at.x, at.y).is_some());
-                if taken { f32::NEG_INFINITY } else { f32::INFINITY }
+        for eighth in 0..4_u8 {
+            let wish = Wish { yaw: yaw + std::f32::consts::FRAC_PI_4 * f32::from(eighth), ..Wish::FLAT };
+            let pose = wish.pose(form, middle, Vec2::X, pack.web.foil_mm + pack.slack);
+            let (tangent, origin) = pack.lay.tangent(middle);
+            let origin = origin + Vec3::Z * pose.middle.z;
+            let scaled = |scale: Vec3| {
+                let linear = tangent * pose.turn * Mat3::from_diagonal(scale);
+                Solid::new(form.shape, Vec::new(), linear, origin, medium, Class::TabletOnFlange, instance)
             };
-            let axis = Vec2::X;
-            let floor = pack.web.foil_mm + pack.slack;
-            let cavity = Cavity { middle, axis, floor, ceiling: &free, margin: 0.0 };
-            let wish = Wish { yaw, ..Wish::FLAT };
-            let grown: Vec<Vec3> =
-                probes.iter().map(|p| *p + (p.truncate().normalize_or_zero() * BESIDE_MM).extend(0.0)).collect();
-            let pose = wish.pose(form, middle, axis, floor);
-            if !cavity.holds(&pose, &grown) {
+            let free = |p: Vec2| pack.spot(p.x, p.y).is_some_and(|spot| pack.highest(spot.cell, p.x, p.y).is_none());
+            if !scaled(grown).columns(COLUMN_MM).all(|(p, _)| free(p)) {
                 continue;
             }
-            let (tangent, origin) = pack.lay.tangent(middle);
-            let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
-            let origin = origin + Vec3::Z * pose.middle.z;
-            let solid = Solid::new(form.shape, Vec::new(), linear, origin, medium, Class::TabletOnFlange, instance);
+            let solid = scaled(form.scale);
             let skirt = 0.8 * height;
             let mark = Mark {
                 kind: Kind::Tent,
@@ -153,7 +147,7 @@ pub fn tablet_on_flange(
                 middle,
                 axis: pose.turn.x_axis.truncate(),
                 outline: outline.grown(OVER_MM + skirt),
-                height: height + 2.0 * pack.slack,
+                height: height + 2.0 * pack.slack + pack.lay.steepest() * pack.web.flat_mm,
                 skirt,
             };
             return Some((solid, mark));

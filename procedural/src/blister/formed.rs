@@ -16,6 +16,8 @@ use super::tablet::Form;
 
 /// Extra draw of the middle of the shoulder, as a share of the whole depth [1].
 const CORNER: f32 = 0.5;
+/// Room that no tablet uses, see the margins of poses [mm].
+const BESIDE_MM: f32 = 0.08;
 /// Least radius of the roof inside its rim [mm].
 const ROOF_MM: f32 = 0.5;
 
@@ -111,7 +113,7 @@ impl Formed {
         let depth = form.thickness_mm() + pocket.headroom_mm as f32 + 2.0 * slack - spare;
         let section = Section::new(pocket, depth);
         let short = form.outline().half().y;
-        let clearance = pocket.clearance_mm as f32 + 0.05;
+        let clearance = pocket.clearance_mm as f32 + BESIDE_MM;
         let fits = |room: f32| {
             let half = short + clearance + room;
             (0..=200).all(|i| {

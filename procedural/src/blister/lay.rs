@@ -95,6 +95,13 @@ impl Lay {
             + 0.25 * self.curl.abs() * square / (self.half.x * self.half.y)
     }
 
+    /// How much more than their thickness films of thickness 1 take upright where the warp is steepest [1].
+    pub fn steepest(&self) -> f32 {
+        let (bow, curl) = (2.0 * self.bow.abs(), 0.5 * self.curl.abs());
+        let slope = Vec2::new(curl + bow, curl) / self.half;
+        (1.0 + slope.length_squared()).sqrt() - 1.0
+    }
+
     /// Whether a place is on the card.
     #[inline]
     pub fn holds(&self, p: Vec2) -> bool {

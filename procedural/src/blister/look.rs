@@ -79,15 +79,17 @@ impl Pack {
     }
 
     fn mark(&self, spot: &mut Spot, marks: &[Mark]) {
-        let mut dent = (0.0, Vec2::ZERO);
+        let (mut dent, mut raised) = ((0.0, Vec2::ZERO), (0.0, Vec2::ZERO));
+        let (_, tilt) = self.lay.warp(spot.p);
         for mark in marks {
             let Some((share, gradient)) = mark.at(spot.p) else { continue };
             let label = (mark.class, mark.instance);
             let (height, slope) = (mark.height * share, mark.height * gradient);
             match mark.kind {
                 Kind::Raised => {
-                    spot.leaf.top += height;
-                    spot.leaf.slope += slope;
+                    if height > raised.0 {
+                        raised = (height, slope);
+                    }
                     spot.lifted = true;
                     if spot.leaf.inset <= 0.0 {
                         spot.mark = Some(label);
@@ -100,18 +102,26 @@ impl Pack {
                 Kind::Hole => spot.hole = Some(label),
                 Kind::Pinhole => spot.pinhole = Some(label),
                 Kind::Tent => {
-                    spot.tent = share;
+                    spot.tent = spot.tent.max(share);
                     spot.lifted = true;
-                    let top = self.web.foil_mm + self.web.flat_mm + height;
-                    if top > spot.leaf.top {
-                        spot.leaf.top = top;
-                        spot.leaf.slope = slope;
-                        spot.leaf.thickness *= 1.0 - (1.0 - DRAPED) * share;
+                    // Film hangs from whichever of tablet and pocket holds its lower side higher.
+                    let (pocket, mut tent) = (spot.leaf, spot.leaf);
+                    tent.top = self.web.foil_mm + self.web.flat_mm + height;
+                    tent.slope = slope;
+                    tent.thickness *= 1.0 - (1.0 - DRAPED) * share;
+                    let (mut upper, other) = if tent.top > pocket.top { (tent, pocket) } else { (pocket, tent) };
+                    upper.keep_above(other.low(tilt), tilt);
+                    spot.leaf = upper;
+                    if tent.top > pocket.top {
                         spot.mark = Some(label);
                     }
                 }
             }
         }
+        let low = spot.leaf.low(tilt);
+        spot.leaf.top += raised.0;
+        spot.leaf.slope += raised.1;
+        spot.leaf.keep_above(low, tilt);
         if dent.0 > 0.0 && spot.leaf.inset > 0.0 {
             self.press(spot, dent);
         }
@@ -122,11 +132,11 @@ impl Pack {
         let free = spot.leaf;
         spot.leaf.top -= depth;
         spot.leaf.slope -= slope;
-        let warp = self.lay.warp(spot.p).0;
+        let (warp, lean) = self.lay.warp(spot.p);
         let solid = self.highest(spot.cell, spot.at.x, spot.at.y);
         let floor = solid.map_or(self.web.foil_mm, |(_, top)| top - warp) + TOUCH_MM;
-        if spot.leaf.low() >= floor || free.low() <= floor {
-            if free.low() <= floor {
+        if spot.leaf.low(lean) >= floor || free.low(lean) <= floor {
+            if free.low(lean) <= floor {
                 spot.leaf = free;
             }
             return;
@@ -134,10 +144,10 @@ impl Pack {
         let tilt = solid.map_or(Vec2::ZERO, |(number, top)| {
             let normal = self.solids[number].normal(spot.at.extend(top));
             let slope = -normal.truncate() / normal.z.max(UPRIGHT);
-            self.lay.across(slope) - self.lay.warp(spot.p).1
+            self.lay.across(slope) - lean
         });
         spot.leaf.slope = tilt;
-        spot.leaf.top = floor + spot.leaf.thickness * (1.0 + tilt.length_squared()).sqrt();
+        spot.leaf.top = floor + spot.leaf.thickness * (1.0 + (tilt + lean).length_squared()).sqrt();
     }
 
     /// The film at a spot; `None` in a hole.
@@ -159,7 +169,8 @@ impl Pack {
 
     /// Lower side of the film at a spot, on the conveyor [mm].
     pub(super) fn ceiling(&self, spot: &Spot) -> f32 {
-        spot.leaf.low() + self.lay.warp(spot.p).0
+        let (rise, tilt) = self.lay.warp(spot.p);
+        spot.leaf.low(tilt) + rise
     }
 
     /// The foil, or powder on it.
@@ -173,8 +184,9 @@ impl Pack {
         {
             let height = |at: Vec2| {
                 let p = self.lay.card(at.x, at.y);
-                let free = self.web.leaf(p, Some(cell)).low() - self.web.foil_mm - TOUCH_MM;
-                let foil = self.web.foil_mm + self.lay.warp(p).0;
+                let (rise, tilt) = self.lay.warp(p);
+                let free = self.web.leaf(p, Some(cell)).low(tilt) - self.web.foil_mm - TOUCH_MM;
+                let foil = self.web.foil_mm + rise;
                 let room = self.contents[cell].iter().filter_map(|&n| self.solids[n].column(at.x, at.y));
                 let room = room.fold(free, |room, [low, _]| room.min(low - foil - 0.0005));
                 powder.height(p).min(room).max(0.0)

@@ -98,8 +98,8 @@ impl Outline {
 
     /// Places that share the area within the outline: each with its share of the area [mm, mm^2].
     pub fn areas(&self, rim: f32) -> Vec<(Vec2, f32)> {
-        const RINGS: usize = 96;
-        const ANGLES: usize = 48;
+        const RINGS: usize = 40;
+        const ANGLES: usize = 16;
         let half = self.half();
         let (core, round) = match *self {
             Self::Stadium { segment, radius } => (segment, Vec2::splat(radius)),

@@ -127,6 +127,17 @@ impl Solid {
         self.span(Vec3::new(x, y, middle), Vec3::Z).map(|[from, to]| [middle + from, middle + to])
     }
 
+    /// Every column of it on a grid of that pitch: place, lowest and highest height [mm].
+    pub(super) fn columns(&self, pitch: f32) -> impl Iterator<Item = (Vec2, [f32; 2])> {
+        let [low, high] = self.bounds.map(Vec3::truncate);
+        let counts = ((high - low) / pitch).clamp(Vec2::splat(3.0), Vec2::splat(200.0)).as_uvec2();
+        (0..counts.x * counts.y).filter_map(move |k| {
+            let share = (Vec2::new((k % counts.x) as f32, (k / counts.x) as f32) + 0.5) / counts.as_vec2();
+            let p = low + (high - low) * share;
+            self.column(p.x, p.y).map(|column| (p, column))
+        })
+    }
+
     /// Outward unit normal of its surface nearest to `at` [1].
     pub fn normal(&self, at: Vec3) -> Vec3 {
         let p = self.inverse * (at - self.origin);

@@ -22,8 +22,10 @@ const SMALLER: (f32, usize) = (0.8, 10);
 const APART_MM: f32 = 0.01;
 /// How much wider than itself the ground of a particle is probed [1].
 const WIDER: f32 = 1.2;
-/// Size of powder's heaps and of its grains [mm].
-const HEAPS_MM: [f32; 2] = [1.6, 0.14];
+/// Size of powder's heaps, of what they are made of, and of its grains [mm].
+const HEAPS_MM: [f32; 3] = [1.7, 0.6, 0.14];
+/// Axis of the lattice of the heaps [1].
+const TURN: Vec2 = Vec2::new(0.8, 0.6);
 
 /// Powder on the floor of a pocket.
 #[derive(Debug, Clone)]
@@ -50,7 +52,7 @@ impl Powder {
             let share = Vec2::new((i % 40) as f32 + 0.5, (i / 40) as f32 + 0.5) / 20.0 - 1.0;
             let own = share * half;
             if matches!(outline.place(own, 0.0), super::outline::Place::Roof(..)) {
-                values.push(heaps.plane((middle + own.x * axis + own.y * axis.perp()) / HEAPS_MM[0]).0);
+                values.push(self::heaps(heaps, middle + own.x * axis + own.y * axis.perp()));
             }
         }
         values.sort_by(f32::total_cmp);
@@ -70,12 +72,18 @@ impl Powder {
 
     /// Height over the foil where nothing is in its way [mm].
     pub fn height(&self, p: Vec2) -> f32 {
-        let heap = smoothstep(0.0, 0.5, self.heaps.plane(p / HEAPS_MM[0]).0 - self.threshold);
+        let heap = smoothstep(0.0, 0.5, heaps(self.heaps, p) - self.threshold);
         if heap == 0.0 {
             return 0.0;
         }
-        self.height * heap * (0.75 + 0.14 * self.grains.plane(p / HEAPS_MM[1]).0)
+        self.height * heap * (0.75 + 0.14 * self.grains.plane(p / HEAPS_MM[2]).0)
     }
+}
+
+/// A rough field of unit size: two lattices turned against each other [1].
+fn heaps(noise: Noise, p: Vec2) -> f32 {
+    let turned = Vec2::new(TURN.dot(p), TURN.perp_dot(p));
+    0.8 * noise.plane(turned / HEAPS_MM[0]).0 + 0.6 * noise.plane(TURN.rotate(turned) / HEAPS_MM[1] + 17.0).0
 }
 
 /// Something small and level: how far it reaches to its sides, its height, and its length.

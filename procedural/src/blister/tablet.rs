@@ -16,7 +16,7 @@ const ANGLES: usize = 40;
 /// Rings of probes on each cap.
 const RINGS: usize = 8;
 /// Probes along a straight side.
-const ALONG: usize = 6;
+const ALONG: usize = 10;
 
 /// The size and form of a tablet; its long axis is x, its faces lie at +z and -z.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +58,11 @@ impl Form {
     /// Height of each cap [mm].
     pub fn cap_mm(&self) -> f32 {
         self.shape.top(0.0) - self.shape.band
+    }
+
+    /// Whether it is a hard capsule.
+    pub fn is_capsule(&self) -> bool {
+        self.shape.band == 0.0 && self.shape.cap == Some([self.shape.radius, 0.0])
     }
 
     /// Its outline seen from above.

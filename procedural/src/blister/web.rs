@@ -16,8 +16,9 @@ use crate::{Gloss, Medium, Stream};
 
 /// Flange that is left between two pockets, or pocket and edge [mm].
 pub const FLANGE_MM: f32 = 0.6;
-/// Depth of crevices over the size of the bumps, and their width in units of the noise [1].
-const CREVICE: [f32; 2] = [0.6, 0.3];
+/// Depth of crevices over the size of the bumps, their half width in units of the noise that draws them, and the bump
+/// from which on they run, in units of its size [1].
+const CREVICE: [f32; 3] = [1.0, 0.4, 0.4];
 /// Axis of the second noise [1].
 const TURN: Vec2 = Vec2::new(0.8, 0.6);
 /// Bumps are at most this share of their size high, root mean square [1].
@@ -77,10 +78,16 @@ pub struct Leaf {
 }
 
 impl Leaf {
-    /// Lower side over the conveyor [mm].
+    /// Lower side over the conveyor on a flat card, where the card as it lies is tilted by that slope [mm].
     #[inline]
-    pub fn low(&self) -> f32 {
-        self.top - self.thickness * (1.0 + self.slope.length_squared()).sqrt()
+    pub fn low(&self, tilt: Vec2) -> f32 {
+        self.top - self.thickness * (1.0 + (self.slope + tilt).length_squared()).sqrt()
+    }
+
+    /// Thins the film as far as its lower side would lie below `low` [mm].
+    pub fn keep_above(&mut self, low: f32, tilt: Vec2) {
+        let steep = (1.0 + (self.slope + tilt).length_squared()).sqrt();
+        self.thickness = self.thickness.min((self.top - low) / steep);
     }
 }
 
@@ -220,11 +227,11 @@ impl FormedWeb {
         let (thin, lean) = self.noise[1].plane(Vec2::new(lattice.dot(p), lattice.perp_dot(p)));
         let lean = lean.x * lattice + lean.y * lattice.perp();
         let (groove, steep) = hump(thin / CREVICE[1]);
-        let high = bump.max(0.0);
-        let height = bump - CREVICE[0] * groove * high * high;
+        let t = ((bump - CREVICE[2]) / CREVICE[2]).clamp(0.0, 1.0);
+        let (high, rising) = (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / CREVICE[2]);
+        let height = bump - CREVICE[0] * groove * high;
         let mut gradient = weight
-            * (size * (1.0 - 2.0 * CREVICE[0] * groove * high) * tilt
-                - (CREVICE[0] * steep * high * high / CREVICE[1]) * lean);
+            * (size * (1.0 - CREVICE[0] * groove * rising) * tilt - (CREVICE[0] * steep * high / CREVICE[1]) * lean);
         if !full {
             gradient += height / depth * slope;
         }
