@@ -9,7 +9,7 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small blister blister-small preview validate schema kernel-table bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small blister blister-small preview validate schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -63,6 +63,9 @@ schema: build ## JSON Schemas of recipes and datasets in out/
 kernel-table: ## measure the kernel's table anew: half an hour on two cores; goes on in out/kernel_measurements.jsonl
 	mkdir -p out
 	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl src/transport/kernel/table.bin
+
+film-table: ## measure the table of films anew: ten minutes on two cores
+	cargo run --release --locked --example film_table -- src/transport/kernel/layers/film.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)
 	BLESS=1 cargo test --release --locked --workspace

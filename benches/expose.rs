@@ -41,7 +41,7 @@ impl Bench {
 
     fn expose(&self, band: &Band, read: bool) {
         let columns = self.scene.size.columns;
-        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         let calibration = self.sensor.calibration();
         let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
         let mut offsets = vec![Vec::new(); PROFILES];
@@ -50,12 +50,12 @@ impl Bench {
         }
         for tile in 0..columns / TILE {
             for (place, profile) in band.profiles.clone().enumerate() {
-                self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
+                self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                 if read {
                     let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
-                    extract(&frame, &calibration, &self.scene.extraction, &mut out);
+                    extract(&frames, &calibration, &self.scene.extraction, &mut out);
                 }
-                black_box((&frame, &range, &scatter));
+                black_box((&frames, &range, &scatter));
             }
         }
     }

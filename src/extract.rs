@@ -5,6 +5,7 @@
 //! is the centre of gravity of the dark-corrected numbers in a window around it, given in fractions of a row;
 //! Reflectance is the number at the peak; Scatter is the plain sum of numbers (dark level included, as the camera has
 //! it) in windows beside the peak. A peak under the threshold, or too near the sensor's edge for its windows, is missing.
+//! Frames keep the rows of a column that hold light, in one window or in two; what lies outside counts as dark.
 
 use multiversion::multiversion;
 
@@ -40,8 +41,47 @@ pub fn scatter_pixels(settings: &Extraction) -> usize {
     }
 }
 
-/// Reads every column of `frame`.
-pub fn extract(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
+/// Rows before and behind the peak that a reading may use.
+const ABOUT: usize = 22;
+
+/// Reads every column of the windows in `frames`; the second has no rows where one is enough.
+pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
+    let [frame, beside] = frames;
+    if beside.rows == 0 {
+        return one(frame, calibration, settings, out);
+    }
+    one(&about_peaks(frames, calibration.dark_level.round() as u8), calibration, settings, out);
+}
+
+/// One window about the peak of each column, from the two in `frames` and `dark` where neither is.
+fn about_peaks(frames: &[Frame; 2], dark: u8) -> Frame {
+    let cols = frames[0].cols;
+    let rows = 2 * ABOUT + 1;
+    let mut merged =
+        Frame { cols, rows, first_col: frames[0].first_col, first_row: Vec::new(), dn: vec![dark; rows * cols] };
+    for column in 0..cols {
+        let peaks = frames.each_ref().map(|frame| {
+            let dn = |k: usize| frame.dn[k * cols + column];
+            let (k, level) = (0..frame.rows).map(|k| (k, dn(k))).rev().max_by_key(|&(_, dn)| dn).unwrap_or((0, 0));
+            (level, frame.first_row[column] + k as i32)
+        });
+        // The brighter peak; of two alike the one in the smaller row.
+        let [a, b] = peaks;
+        let peak = if b.0 > a.0 || (b.0 == a.0 && b.1 < a.1) { b.1 } else { a.1 };
+        let first = peak - ABOUT as i32;
+        merged.first_row.push(first);
+        for frame in frames {
+            let off = frame.first_row[column] - first;
+            for k in (-off).max(0)..(rows as i32 - off).min(frame.rows as i32) {
+                merged.dn[(k + off) as usize * cols + column] = frame.dn[k as usize * cols + column];
+            }
+        }
+    }
+    merged
+}
+
+/// Reads every column of one window.
+fn one(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
     let rig = &calibration.rig;
     // z = s (d - f) / (f sin a + s cos a), s = (centre - row) pixel cos(beta).
     let (sin, cos) = libm::sincos(rig.tilt);

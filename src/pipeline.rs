@@ -191,17 +191,18 @@ impl Part<'_> {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }
-        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..columns.div_ceil(TILE) {
             for (place, profile) in profiles.clone().enumerate() {
-                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frame);
-                let line = place * columns + frame.first_col..place * columns + frame.first_col + frame.cols;
+                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                let from = place * columns + frames[0].first_col;
+                let line = from..from + frames[0].cols;
                 let mut out = Profile {
                     range: &mut self.range[line.clone()],
                     reflectance: &mut self.reflectance[line.clone()],
                     scatter: &mut self.scatter[line],
                 };
-                extract(&frame, calibration, &scene.extraction, &mut out);
+                extract(&frames, calibration, &scene.extraction, &mut out);
             }
         }
         stack

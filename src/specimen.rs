@@ -1,19 +1,24 @@
 //! A body made ready for light: which point each sensor column sees in the laser plane, and whether the laser and the
 //! camera reach it. The only file that names obvhs.
 //!
-//! The upper surface is asked directly, since a board is a height field; the hull in the ray tracer serves for shadows
-//! on the conveyor next to the body. Neglected: light that a body throws onto the conveyor or onto itself.
+//! The upper surface is asked directly, since a body is a height field; the hull in the ray tracer serves for shadows
+//! on the conveyor next to the body. A board never hides itself. A blister pack does: its upper surface is put on a grid
+//! ([`relief`]), which tells what its pockets hide from the lens and where mirrored light lands, and where its film is
+//! clear so is the surface of tablets and foil below. Neglected: light that a body throws onto the conveyor.
+
+pub mod relief;
 
 use std::time::Duration;
 
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::Ray;
 use obvhs::triangle::Triangle;
-use procedural::{Body, Class, Matter, Medium, Surface};
+use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
+use self::relief::Relief;
 use crate::frame::Rig;
 
 /// What one sensor column sees at one position of the scan.
@@ -43,6 +48,23 @@ pub struct Specimen {
     rig: Rig,
     /// Height of the point that the laser fan comes from [mm].
     fan_height: f32,
+    /// The upper surface of a body that can hide itself.
+    upper: Option<Relief>,
+    /// What lies below its film, where light comes through.
+    lower: Option<Relief>,
+}
+
+/// Scattering over a film's thickness above which nothing is seen through it [1].
+const DENSE: f32 = 4.0;
+/// Steps towards the place that a column sees on a steep surface.
+const STEPS: usize = 6;
+/// How near such a place is found [mm].
+const NEAR_MM: f32 = 0.002;
+
+/// Height of what lies below a film whose upper side is `surface` [mm].
+pub fn height_below(surface: &Surface, film: &Film) -> f32 {
+    let upright = (1.0 + surface.slope_x * surface.slope_x + surface.slope_y * surface.slope_y).sqrt();
+    surface.z - film.thickness_mm * upright - film.gap_mm.unwrap_or(0.0)
 }
 
 /// Start of a shadow ray off the surface that it leaves [mm]; above obvhs' absolute epsilon of 1e-4.
@@ -61,7 +83,8 @@ impl Specimen {
             mesh.positions.iter().map(|&p| Vec3A::from(p)).reduce(pick).unwrap_or(Vec3A::ZERO)
         };
         let (low, high) = (fold(Vec3A::min), fold(Vec3A::max));
-        Self { body, hull, triangles, low, high, rig, fan_height: fan_height as f32 }
+        let (upper, lower) = reliefs(&body, lens(&rig, 0.0));
+        Self { body, hull, triangles, low, high, rig, fan_height: fan_height as f32, upper, lower }
     }
 
     /// The body.
@@ -74,6 +97,29 @@ impl Specimen {
         self.high.z
     }
 
+    /// Whether the body can hide parts of itself and throw light onto itself.
+    pub fn has_relief(&self) -> bool {
+        self.upper.is_some()
+    }
+
+    /// Whether what lies at `point` below a film is in sight of the lens with the laser at scan position `y`, the film
+    /// itself let aside [mm].
+    pub fn sees_below(&self, point: Vec3, y: f32) -> bool {
+        self.lower.as_ref().is_some_and(|lower| !lower.hides(point, lens(&self.rig, y)))
+    }
+
+    /// Where light that leaves `from` on the surface along the unit vector `way` lands on the body within `reach` [mm],
+    /// the surface there, and whether it is in sight of the lens with the laser at scan position `y`.
+    pub fn lands(&self, from: Vec3, way: Vec3, reach: f32, y: f32) -> Option<(Vec3, Surface, bool)> {
+        let upper = self.upper.as_ref()?;
+        let at = upper.meet(from, way, reach)?;
+        let slope = upper.slope(at.x, at.y);
+        let surface = Surface { z: at.z, slope_x: slope.x, slope_y: slope.y };
+        let lens = lens(&self.rig, y);
+        let seen = faces(&surface, lens - at) && !upper.hides(at, lens);
+        Some((at, surface, seen))
+    }
+
     /// What columns `0..hits.capacity` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
     pub fn look(&self, y: f32, columns: usize, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
@@ -83,6 +129,7 @@ impl Specimen {
         // x of a column is linear in height.
         let scale = self.rig.pixel * (self.rig.distance - self.rig.focal_length) / self.rig.focal_length;
         let drop = self.rig.pixel * libm::cos(self.rig.tilt) / self.rig.focal_length;
+        let lens = lens(&self.rig, y);
         let mut guess = self.high.z;
         for column in 0..columns {
             let offset = column as f64 - self.rig.centre_col;
@@ -94,6 +141,15 @@ impl Specimen {
                 // The guess was from another part of the body: look again where this column really meets it.
                 found = slice.surface(along(first.z)).map(|s| (along(first.z), s));
             }
+            if let (Some(upper), Some(place)) = (&self.upper, &mut found) {
+                *place = approach(*place, drop * -offset, along, |x| slice.surface(x));
+                guess = place.1.z;
+                let (x, surface) = *place;
+                let point = Vec3::new(x, y, surface.z);
+                let seen = faces(&surface, lens - point) && !upper.hides(point, lens);
+                hits.push(Hit { x, surface, matter: slice.matter(x, surface.z), lit: true, seen });
+                continue;
+            }
             let hit = match found {
                 Some((x, surface)) => {
                     guess = surface.z;
@@ -104,14 +160,33 @@ impl Specimen {
             };
             hits.push(hit);
         }
+        if self.upper.is_some() {
+            self.shade(hits);
+        }
+    }
+
+    /// Takes the laser from what stands in the shadow of the body's own steep walls: outwards along the line the fan's
+    /// angle must grow from point to point.
+    fn shade(&self, hits: &mut [Hit]) {
+        let middle = hits.partition_point(|hit| hit.x < 0.0);
+        let (left, right) = hits.split_at_mut(middle);
+        let shade = |hits: &mut dyn Iterator<Item = &mut Hit>| {
+            let mut widest = 0.0f32;
+            for hit in hits {
+                let angle = hit.x.abs() / (self.fan_height - hit.surface.z);
+                hit.lit &= angle >= widest;
+                widest = widest.max(angle);
+            }
+        };
+        shade(&mut right.iter_mut());
+        shade(&mut left.iter_mut().rev());
     }
 
     fn conveyor(&self, x: f32, y: f32, near_y: bool, medium: Medium) -> Hit {
         let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
         let matter = Matter { medium, film: None, class: Class::Background, instance: 0 };
         let point = Vec3A::new(x, y, 0.0);
-        let (sin, cos) = libm::sincos(self.rig.tilt);
-        let lens = Vec3A::new(0.0, y - (self.rig.distance * sin) as f32, (self.rig.distance * cos) as f32);
+        let lens = Vec3A::from(lens(&self.rig, y));
         // Shadows reach no further than the lower of fan and lens throws them over the body's top, and a margin.
         let over = (self.fan_height.min(lens.z) - self.high.z).max(1.0);
         let reach = self.high.z * x.abs() / over * 1.2 + 0.5;
@@ -128,4 +203,65 @@ impl Specimen {
         let ray = Ray::new(from, way / length, LEAVE_MM, length);
         self.hull.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
     }
+}
+
+/// Where the lens stands with the laser at scan position `y` [mm].
+fn lens(rig: &Rig, y: f32) -> Vec3 {
+    let (sin, cos) = libm::sincos(rig.tilt);
+    Vec3::new(0.0, y - (rig.distance * sin) as f32, (rig.distance * cos) as f32)
+}
+
+/// Whether a surface faces `way`.
+fn faces(surface: &Surface, way: Vec3) -> bool {
+    Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).dot(way) > 0.0
+}
+
+/// Comes nearer to the place where a column's line of sight, x = along(z), meets the surface (Newton's way); `lean` is
+/// dx/dz of that line. Where the surface ends before, the last place counts.
+fn approach(
+    mut place: (f32, Surface),
+    lean: f64,
+    along: impl Fn(f32) -> f32,
+    surface: impl Fn(f32) -> Option<Surface>,
+) -> (f32, Surface) {
+    for _ in 0..STEPS {
+        let (x, here) = place;
+        let off = x - along(here.z);
+        if off.abs() < NEAR_MM {
+            break;
+        }
+        let next = x - off / (1.0 - lean as f32 * here.slope_x).max(0.5);
+        match surface(next) {
+            Some(there) => place = (next, there),
+            None => break,
+        }
+    }
+    place
+}
+
+/// The upper surface of a body that can hide itself, and what lies below its film where that lets light through.
+fn reliefs(body: &Body, lens: Vec3) -> (Option<Relief>, Option<Relief>) {
+    let Body::Pack(_) = body else { return (None, None) };
+    let (low, high) = body.bounds();
+    let upper = Relief::new(low, high, lens, |y, x, row| {
+        let slice = body.slice(y);
+        for (z, &x) in row.iter_mut().zip(x) {
+            *z = slice.surface(x).map_or(0.0, |surface| surface.z);
+        }
+    });
+    let middle = 0.5 * (low + high);
+    let film = body.slice(middle.y).matter(middle.x, high.z);
+    let clear = film.film.is_some_and(|f| film.medium.sigma_i * f.thickness_mm < DENSE);
+    let lower = clear.then(|| {
+        Relief::new(low, high, lens, |y, x, row| {
+            let slice = body.slice(y);
+            for (z, &x) in row.iter_mut().zip(x) {
+                *z = slice.surface(x).map_or(0.0, |surface| match slice.matter(x, surface.z).film {
+                    Some(film) => height_below(&surface, &film),
+                    None => surface.z,
+                });
+            }
+        })
+    });
+    (Some(upper), lower)
 }

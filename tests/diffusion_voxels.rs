@@ -23,8 +23,7 @@ fn medium(mu_a: f32, sigma_i: f32, k: f32, fibre: DVec3) -> Medium {
 
 fn diffusive(medium: &Medium) -> Diffusive {
     let (n, mu_a) = (medium.n_eff.into(), medium.mu_a.into());
-    Diffusive::new(&Layer { thickness: f64::INFINITY, n, mu_a, scattering: Scattering::from(medium) }, 0)
-        .expect("matter")
+    Diffusive::new(&Layer::new(f64::INFINITY, n, mu_a, Scattering::from(medium)), 0).expect("matter")
 }
 
 fn plate(medium: Medium, slope_x: f32, slope_y: f32) -> Body {

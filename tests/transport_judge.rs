@@ -6,7 +6,7 @@ use glam::DVec3;
 use procedural::Stream;
 use sheetlight::transport::answer::{Answer, Estimate, Question};
 use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Layer, Scattering, Stack, Turn, WOOD_DISPERSION};
+use sheetlight::transport::stack::{Below, Layer, Scattering, Stack, Turn, WOOD_DISPERSION};
 
 fn isotropic(mu_s: f64, g: f64) -> Scattering {
     Scattering::Isotropic { mu_s, g }
@@ -75,14 +75,11 @@ fn half_spaces_below_an_index_step() {
 /// Three layers of the MCML manual (Wang and Jacques 1992), whose own figures come from 1e6 photons.
 #[test]
 fn three_layers_of_mcml() {
-    let layer = |mu_a: f64, mu_s: f64, g: f64, thickness: f64| Layer {
-        thickness: 10.0 * thickness,
-        n: 1.37,
-        mu_a: 0.1 * mu_a,
-        scattering: isotropic(0.1 * mu_s, g),
+    let layer = |mu_a: f64, mu_s: f64, g: f64, thickness: f64| {
+        Layer::new(10.0 * thickness, 1.37, 0.1 * mu_a, isotropic(0.1 * mu_s, g))
     };
     let layers = vec![layer(1.0, 100.0, 0.9, 0.1), layer(1.0, 10.0, 0.0, 0.1), layer(2.0, 10.0, 0.7, 0.2)];
-    let a = ask("MCML", &Stack { above: 1.0, layers, below: 1.0 }, 600_000);
+    let a = ask("MCML", &Stack { above: 1.0, layers, below: Below::Index(1.0) }, 600_000);
     assert!((a.specular - 0.024_372_9).abs() < 1e-6);
     agree("R", a.reflectance, 0.237_544, 4e-4);
     agree("T", a.transmittance, 0.096_489_6, 3e-4);

@@ -8,7 +8,7 @@ use crate::yaml::node::{Node, Value};
 use crate::yaml::walk::{Range, Section, Walk};
 
 /// Keys of a layer.
-pub(super) const KEYS: [&str; 6] = ["thickness_mm", "n", "mu_a_per_mm", "isotropic", "fibres", "tensor"];
+pub(super) const KEYS: [&str; 7] = ["thickness_mm", "n", "mu_a_per_mm", "coat", "isotropic", "fibres", "tensor"];
 /// The laws of scattering among them.
 const LAWS: [&str; 3] = ["isotropic", "fibres", "tensor"];
 
@@ -18,6 +18,8 @@ pub(super) const INDEX: Range = range(1.0, 4.0, "");
 const THICKNESS: Range = range(1e-4, 1e4, "mm");
 const ABSORPTION: Range = range(0.0, 1e4, "1/mm");
 const SCATTERING: Range = range(0.0, 1e5, "1/mm");
+/// A coat that lets nothing through would hide the layer.
+const COAT: Range = range(1e-3, 1.0, "");
 /// A mean cosine; light that goes only forwards or only backwards has no density.
 const COSINE: Range = range(-0.999, 0.999, "");
 const AZIMUTH: Range = range(-360.0, 360.0, "deg");
@@ -38,6 +40,7 @@ pub(super) fn read(walk: &mut Walk, node: &Node, i: usize, last: bool) -> Option
     let thickness = number(walk, &mut map, "thickness_mm", THICKNESS, last.then_some(f64::INFINITY));
     let n = number(walk, &mut map, "n", INDEX, None);
     let mu_a = number(walk, &mut map, "mu_a_per_mm", ABSORPTION, None);
+    let coat = number(walk, &mut map, "coat", COAT, Some(1.0));
     let laws: Vec<_> = LAWS.iter().filter_map(|law| map.take(walk, law).map(|node| (*law, node))).collect();
     let scattering = match laws.as_slice() {
         [] => Some(Scattering::Isotropic { mu_s: 0.0, g: 0.0 }),
@@ -49,7 +52,7 @@ pub(super) fn read(walk: &mut Walk, node: &Node, i: usize, last: bool) -> Option
         }
     };
     map.close(walk, &KEYS, &|_| None);
-    Some(Layer { thickness: thickness?, n: n?, mu_a: mu_a?, scattering: scattering? })
+    Some(Layer { coat: coat?, ..Layer::new(thickness?, n?, mu_a?, scattering?) })
 }
 
 fn scattering(walk: &mut Walk, node: &Node, path: &str, law: &str) -> Option<Scattering> {
@@ -61,7 +64,8 @@ fn scattering(walk: &mut Walk, node: &Node, path: &str, law: &str) -> Option<Sca
             (mu_s.zip(g).map(|(mu_s, g)| Scattering::Isotropic { mu_s, g }), &["mu_s_per_mm", "g"])
         }
         "tensor" => {
-            let mu_s = triple(walk, &mut map, "mu_s_per_mm");
+            let mu_s = numbers(walk, &mut map, "mu_s_per_mm", "[along x, along y, along z]", SCATTERING)
+                .map(DVec3::from_array);
             let g = number(walk, &mut map, "g", COSINE, Some(0.0));
             (mu_s.zip(g).map(|(mu_s, g)| Scattering::Tensor { mu_s, g }), &["mu_s_per_mm", "g"])
         }
@@ -107,18 +111,24 @@ pub fn axis(azimuth: f64, dive: f64) -> DVec3 {
     DVec3::new(flat * across, flat * along, up).normalize()
 }
 
-/// Three numbers, along x, y and z.
-fn triple(walk: &mut Walk, map: &mut Section, name: &str) -> Option<DVec3> {
+/// As many numbers as wanted; `wanted` says which.
+pub(super) fn numbers<const N: usize>(
+    walk: &mut Walk,
+    map: &mut Section,
+    name: &str,
+    wanted: &str,
+    range: Range,
+) -> Option<[f64; N]> {
     let path = map.path_of(name);
-    let remedy = "give three numbers, [along x, along y, along z]";
+    let remedy = format!("give {N} numbers, {wanted}");
     let Some(node) = map.take(walk, name) else {
         walk.fault(map.place(), &path, "is missing", remedy);
         return None;
     };
     match &node.value {
-        Value::List(entries) if entries.len() == 3 => {
-            let read: Vec<_> = entries.iter().map(|entry| walk.number_in(entry, &path, SCATTERING)).collect();
-            Some(DVec3::new(read[0]?, read[1]?, read[2]?))
+        Value::List(entries) if entries.len() == N => {
+            let read: Vec<_> = entries.iter().map(|entry| walk.number_in(entry, &path, range)).collect();
+            read.into_iter().collect::<Option<Vec<f64>>>()?.try_into().ok()
         }
         Value::List(entries) => {
             walk.fault(node.place, &path, format!("has {} entries", entries.len()), remedy);

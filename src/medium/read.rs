@@ -3,13 +3,15 @@
 use super::layer::{self, INDEX};
 use super::{Medium, question};
 use crate::transport::answer::Question;
-use crate::transport::stack::{Layer, Stack};
+use crate::transport::stack::{Below, Foil, Layer, Stack};
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node, Value};
 use crate::yaml::walk::{Range, Section, Walk};
 
 /// What faults call the file.
 pub(super) const NOUN: &str = "medium";
+/// Smoother foil is a mirror, rougher foil no foil.
+const ROUGHNESS: Range = range(1e-3, 1.0, "");
 /// Most layers.
 const MOST_LAYERS: usize = 64;
 
@@ -43,15 +45,40 @@ fn medium(walk: &mut Walk, root: &Node) -> Option<Medium> {
         walk.fault(root.place, "layers", "is missing", "list the layers from the surface downwards, `layers: [{...}]`");
     }
     let layers = layers.and_then(|node| list(walk, node));
-    let below = number(walk, &mut top, "n_below", INDEX, Some(1.0));
+    let below = below(walk, &mut top);
     let question = match top.take(walk, "question") {
         Some(node) => question::read(walk, node),
         None => Some(Question { incidence_azimuth: question::inward(0.0), ..Question::default() }),
     };
-    top.close(walk, &["n_above", "layers", "n_below", "question"], &|name| {
+    top.close(walk, &["n_above", "layers", "n_below", "below", "question"], &|name| {
         layer::KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `layers`"))
     });
     Some(Medium { stack: Stack { above: above?, layers: layers?, below: below? }, question: question? })
+}
+
+/// What the last layer lies on: an index, or foil.
+fn below(walk: &mut Walk, top: &mut Section) -> Option<Below> {
+    let index = top.take(walk, "n_below").map(|node| (node, walk.number_in(node, "n_below", INDEX)));
+    let Some(node) = top.take(walk, "below") else {
+        return index.map_or(Some(1.0), |(_, n)| n).map(Below::Index);
+    };
+    if let Some((node, _)) = index {
+        walk.fault(node.place, "n_below", "stands beside `below`", "foil has no index: remove one of them");
+    }
+    let mut map = walk.section(node, "below");
+    let foil = map.take(walk, "foil");
+    map.close(walk, &["foil"], &|_| None);
+    let Some(foil) = foil else {
+        let remedy =
+            "write `below: {foil: {reflectance: 0.9, roughness: [0.25, 0.12]}}`, or `n_below` for clear matter";
+        walk.fault(node.place, "below.foil", "is missing", remedy);
+        return None;
+    };
+    let mut map = walk.section(foil, "below.foil");
+    let reflectance = number(walk, &mut map, "reflectance", range(0.0, 1.0, ""), None);
+    let roughness = layer::numbers(walk, &mut map, "roughness", "[along x, along y]", ROUGHNESS);
+    map.close(walk, &["reflectance", "roughness"], &|_| None);
+    Some(Below::Foil(Foil { reflectance: reflectance?, roughness: roughness? }))
 }
 
 fn list(walk: &mut Walk, node: &Node) -> Option<Vec<Layer>> {

@@ -4,17 +4,23 @@ use serde_json::{Map, Value, json};
 
 use super::Medium;
 use crate::transport::answer::Question;
-use crate::transport::stack::{Layer, Scattering, Turn};
+use crate::transport::stack::{Below, Foil, Layer, Scattering, Turn};
 
 impl Medium {
     /// Everything that the medium means; JSON is YAML, so it is a medium file itself.
     pub fn json(&self) -> Value {
-        json!({
+        let mut shown = json!({
             "n_above": self.stack.above,
             "layers": self.stack.layers.iter().map(layer).collect::<Vec<_>>(),
-            "n_below": self.stack.below,
-            "question": question(&self.question),
-        })
+        });
+        match self.stack.below {
+            Below::Index(n) => shown["n_below"] = json!(n),
+            Below::Foil(Foil { reflectance, roughness }) => {
+                shown["below"] = json!({ "foil": { "reflectance": reflectance, "roughness": roughness } });
+            }
+        }
+        shown["question"] = question(&self.question);
+        shown
     }
 }
 
@@ -25,6 +31,9 @@ fn layer(layer: &Layer) -> Value {
     }
     map.insert("n".into(), json!(layer.n));
     map.insert("mu_a_per_mm".into(), json!(layer.mu_a));
+    if layer.coat < 1.0 {
+        map.insert("coat".into(), json!(layer.coat));
+    }
     let (law, scattering) = match layer.scattering {
         Scattering::Isotropic { mu_s, g } => ("isotropic", json!({ "mu_s_per_mm": mu_s, "g": g })),
         Scattering::Tensor { mu_s, g } => ("tensor", json!({ "mu_s_per_mm": mu_s.to_array(), "g": g })),

@@ -39,6 +39,8 @@ pub struct Camera {
     pub blur_variance: f32,
     /// v0 / (cos(beta) pixel), sin and cos of the tilt, tan(beta), distance: the row as a function of (y, z).
     row: [f32; 5],
+    /// cos(beta) [1].
+    upright: f32,
 }
 
 /// Geometry of rig and sensor for a bench.
@@ -105,12 +107,31 @@ impl Camera {
                 libm::tan(beta) as f32,
                 rig.distance as f32,
             ],
+            upright: libm::cos(beta) as f32,
         }
     }
 
     /// Variance that lens and pixel give a point along the rows [px^2].
     pub fn lens_variance(&self) -> f32 {
         self.blur_variance + PIXEL_VARIANCE
+    }
+
+    /// Variance along the line of light spread by a standard deviation of `mm`, with the lens's, at the origin [px^2].
+    pub fn along_variance(&self, mm: f32) -> f32 {
+        let rig = &self.rig;
+        let pixel_mm = rig.pixel * (rig.distance - rig.focal_length) / rig.focal_length;
+        let sigma = f64::from(mm) / pixel_mm;
+        (sigma * sigma) as f32 + self.blur_variance
+    }
+
+    /// Sensor column and row of a point in space, y from the laser plane [px].
+    #[inline]
+    pub fn place(&self, x: f32, y: f32, z: f32) -> [f32; 2] {
+        let [scale, sin, cos, tan_beta, distance] = self.row;
+        let (yc, zc) = (y * cos + z * sin, distance + y * sin - z * cos);
+        let bottom = zc - tan_beta * yc;
+        let along = scale * self.upright * x / bottom;
+        [self.rig.centre_col as f32 + along, self.rig.centre_row as f32 - scale * yc / bottom]
     }
 
     /// What becomes of the light at `x`, `z` of the laser plane, on a surface that rises by `slope_y` along the motion.
@@ -189,6 +210,9 @@ mod tests {
             let (col, row) = camera.rig.project(31.0, 0.0, z);
             assert!((camera.rig.height(row) - z).abs() < 1e-9);
             assert!((camera.rig.along(col, z) - 31.0).abs() < 1e-9);
+            let exact = camera.rig.project(31.0, -2.5, z);
+            let [col, row] = camera.place(31.0, -2.5, z as f32).map(f64::from);
+            assert!((col - exact.0).abs() < 1e-3 && (row - exact.1).abs() < 1e-3, "{col} {row} {exact:?}");
             for slope in [0.0, 0.2] {
                 let sight = camera.sight(31.0, z as f32, slope as f32);
                 assert!((f64::from(sight.row) - row).abs() < 1e-3);

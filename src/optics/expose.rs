@@ -7,11 +7,10 @@
 
 use multiversion::multiversion;
 
+use super::film::Second;
 use super::row::Row;
-use super::speckle::{self, FINE, TURN};
-use super::{Band, Sensor, TILE};
-use crate::frame::Frame;
-use crate::lanes::{exp, normals};
+use super::{Band, Sensor, TILE, arrange};
+use crate::lanes::exp;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Rows of the window around the line.
@@ -20,32 +19,52 @@ pub const ROWS: usize = 44;
 pub const CENTRE: usize = 22;
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
 const REACH: f32 = 6.5;
-/// Largest number of columns of a sensor, for counters of noise.
-const COUNTER_COLUMNS: u32 = 1 << 14;
-
-/// Electrons of a window before noise, and where it lies.
+/// Electrons of one window before noise, and where it lies.
 #[derive(Debug, Clone)]
-pub struct Scratch {
+pub struct Window {
     /// Light from below `[ROWS][TILE]` [e-].
-    volume: Box<[[f32; TILE]; ROWS]>,
+    pub volume: Box<[[f32; TILE]; ROWS]>,
     /// Light from the surface `[ROWS][TILE]` [e-].
-    surface: Box<[[f32; TILE]; ROWS]>,
+    pub surface: Box<[[f32; TILE]; ROWS]>,
     /// Sensor row of the window's first row, a column [px].
-    first_row: [i32; TILE],
-    columns: usize,
+    pub first_row: [i32; TILE],
 }
 
-impl Default for Scratch {
+impl Default for Window {
     fn default() -> Self {
         let rows = || Box::new([[0.0; TILE]; ROWS]);
-        Self { volume: rows(), surface: rows(), first_row: [0; TILE], columns: 0 }
+        Self { volume: rows(), surface: rows(), first_row: [0; TILE] }
     }
 }
 
+impl Window {
+    /// Takes all light away.
+    #[inline(always)]
+    pub fn darken(&mut self) {
+        for k in 0..ROWS {
+            self.volume[k] = [0.0; TILE];
+            self.surface[k] = [0.0; TILE];
+        }
+    }
+}
+
+/// Electrons of a tile's windows.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    /// About the line that the camera will read, and beside it.
+    pub windows: [Window; 2],
+    /// How many of them hold light.
+    pub used: usize,
+    /// Columns of the tile that the sensor has.
+    pub columns: usize,
+    /// Room for a line in a window of its own.
+    pub spare: Window,
+}
+
 impl Scratch {
-    /// Electrons without noise in row `k` of the window [e-].
+    /// Electrons without noise in row `k` of the first window [e-].
     pub fn electrons(&self, k: usize, column: usize) -> f32 {
-        self.volume[k][column] + self.surface[k][column]
+        self.windows[0].volume[k][column] + self.windows[0].surface[k][column]
     }
 }
 
@@ -60,45 +79,53 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
     let start = tile * TILE;
     let own = band.row(profile);
     scratch.columns = (own.hits.len() - start).min(TILE);
+    scratch.used = 1;
+    let first = &mut scratch.windows[0];
     match band.window(profile) {
         Some(window) => {
-            lines(own, start, scratch);
+            lines(own, start, first);
             let padded = window.len() / ROWS;
-            for (k, row) in scratch.volume.iter_mut().enumerate() {
+            for (k, row) in first.volume.iter_mut().enumerate() {
                 *row = *load(window, k * padded + start);
             }
         }
         None => {
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
-            spread(own, &neighbours, start, scratch);
+            spread(own, &neighbours, start, first);
+            if let Some(beside) = &own.beside {
+                arrange::arrange(beside, tile, scratch);
+            }
         }
     }
 }
 
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
 #[inline(always)]
-fn lines(own: &Row, start: usize, scratch: &mut Scratch) -> [f32; TILE] {
-    let centre = load(&own.centre, start);
+fn lines(own: &Row, start: usize, window: &mut Window) -> [f32; TILE] {
+    let phase = place(load(&own.centre, start), window);
+    let (variance, glare) = (load(&own.variance, start), load(&own.glare, start));
+    Walk::new(&phase, variance).add(glare, |_| &EVERYWHERE, &mut window.surface);
+    phase
+}
+
+/// Puts a dark window about lines at `centre`; the distance from each line to the window's middle row [px].
+#[inline(always)]
+fn place(centre: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
     let mut phase = [0.0f32; TILE];
     for c in 0..TILE {
         let whole = centre[c].floor();
         phase[c] = whole - centre[c];
-        scratch.first_row[c] = whole as i32 - CENTRE as i32;
+        window.first_row[c] = whole as i32 - CENTRE as i32;
     }
-    for k in 0..ROWS {
-        scratch.volume[k] = [0.0; TILE];
-        scratch.surface[k] = [0.0; TILE];
-    }
-    let (variance, glare) = (load(&own.variance, start), load(&own.glare, start));
-    Walk::new(&phase, variance).add(glare, |_| &EVERYWHERE, &mut scratch.surface);
+    window.darken();
     phase
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scratch) {
+fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, window: &mut Window) {
     let rows_per_mm = load(&own.rows_per_mm, start);
     let variance = load(&own.variance, start);
-    let phase = lines(own, start, scratch);
+    let phase = lines(own, start, window);
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
@@ -112,7 +139,26 @@ fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, scratch: &mut Scra
             place[c] -= shift[c];
         }
         let exit = |k: usize| load(&neighbours[k].exit[j], start);
-        Walk::new(&place, &wide).add(source, exit, &mut scratch.volume);
+        Walk::new(&place, &wide).add(source, exit, &mut window.volume);
+    }
+}
+
+/// Draws the line that is seen through a film in a window of its own.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub fn through(second: &Second, start: usize, window: &mut Window) {
+    let phase = place(load(&second.centre, start), window);
+    let (rows_per_mm, variance) = (load(&second.rows_per_mm, start), load(&second.variance, start));
+    for j in 0..BASIS {
+        let source = load(&second.source[j], start);
+        if source.iter().all(|&s| s == 0.0) {
+            continue;
+        }
+        let mut wide = *variance;
+        for c in 0..TILE {
+            let sigma = SPREAD_MM[j] * rows_per_mm[c];
+            wide[c] += sigma * sigma;
+        }
+        Walk::new(&phase, &wide).add(source, |_| &EVERYWHERE, &mut window.volume);
     }
 }
 
@@ -174,80 +220,4 @@ impl Walk {
             step(&mut g, &mut q, exit(k), &mut out[k]);
         }
     }
-}
-
-/// Adds speckle and noise to the electrons in `scratch` and writes them to `frame`.
-pub fn digitise(sensor: &Sensor, profile: usize, tile: usize, offsets: &[f32], scratch: &Scratch, frame: &mut Frame) {
-    let columns = scratch.columns;
-    frame.cols = columns;
-    frame.rows = ROWS;
-    frame.first_col = tile * TILE;
-    frame.first_row.clear();
-    frame.first_row.extend_from_slice(&scratch.first_row[..columns]);
-    frame.dn.resize(ROWS * columns, 0);
-    let level = scratch.first_row[..columns].iter().all(|&row| row == scratch.first_row[0]);
-    let keys = sensor.chain.keys("pixels", profile);
-    let base = (profile as f64 * sensor.drift).round() as i64;
-    let counter = tile as u32 * TILE as u32;
-    for pair in 0..ROWS / 2 {
-        let rows = [2 * pair, 2 * pair + 1];
-        let patterns = rows.map(|k| {
-            let fine = base - (k as i64 - CENTRE as i64) * FINE as i64;
-            let place = fine + speckle::offset(sensor.speckle_key, tile, fine.div_euclid(TURN));
-            [sensor.tiles[0].row(place), sensor.tiles[1].row(place + TURN / 2)]
-        });
-        let shades = rows.map(|k| row_offsets(offsets, &scratch.first_row, k, level));
-        let (even, odd) = frame.dn[rows[0] * columns..][..2 * columns].split_at_mut(columns);
-        let pixels = PairOfRows {
-            electrons: rows.map(|k| [&scratch.surface[k], &scratch.volume[k]]),
-            patterns,
-            shades: &shades,
-            counter: pair as u32 * COUNTER_COLUMNS + counter,
-            keys,
-        };
-        pixels.write(sensor, even, odd);
-    }
-}
-
-/// Row offsets of a window row, a column; sensor rows beyond the edge take the edge's.
-#[inline(always)]
-fn row_offsets(offsets: &[f32], first_row: &[i32; TILE], k: usize, level: bool) -> [f32; TILE] {
-    let last = offsets.len() as i32 - 1;
-    let at = |row: i32| offsets[(row + k as i32).clamp(0, last) as usize];
-    if level { [at(first_row[0]); TILE] } else { std::array::from_fn(|c| at(first_row[c])) }
-}
-
-struct PairOfRows<'a> {
-    /// Surface and volume electrons of both rows [e-].
-    electrons: [[&'a [f32; TILE]; 2]; 2],
-    /// Surface and volume patterns of both rows.
-    patterns: [[&'a [f32; TILE]; 2]; 2],
-    shades: &'a [[f32; TILE]; 2],
-    counter: u32,
-    keys: [u32; 2],
-}
-
-impl PairOfRows<'_> {
-    fn write(&self, sensor: &Sensor, even: &mut [u8], odd: &mut [u8]) {
-        pair(self, sensor, even, odd);
-    }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn pair(pixels: &PairOfRows<'_>, sensor: &Sensor, even: &mut [u8], odd: &mut [u8]) {
-    let (chain, [glint, grain]) = (&sensor.chain, sensor.contrast);
-    let mut out = [[0u8; TILE]; 2];
-    for c in 0..TILE {
-        let (first, second) = normals(pixels.counter + c as u32, pixels.keys);
-        let signal = |row: usize| {
-            let [surface, volume] = pixels.electrons[row];
-            let [bright, soft] = pixels.patterns[row];
-            let light = surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]);
-            (chain.gain * light).max(0.0)
-        };
-        out[0][c] = chain.digitise(signal(0), first, pixels.shades[0][c]);
-        out[1][c] = chain.digitise(signal(1), second, pixels.shades[1][c]);
-    }
-    even.copy_from_slice(&out[0][..even.len()]);
-    odd.copy_from_slice(&out[1][..odd.len()]);
 }

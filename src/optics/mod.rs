@@ -4,9 +4,15 @@
 //! looks at the rows around its own. Exposure runs over tiles of [`TILE`] columns, so that the window of rows stays in
 //! the cache while the profiles of a band pass by.
 
+mod arrange;
+pub mod beside;
+mod blur;
 pub mod camera;
 pub mod coherence;
+mod digitise;
 pub mod expose;
+pub mod film;
+pub mod mirror;
 pub mod parameters;
 pub mod row;
 pub mod sensor;
@@ -18,6 +24,7 @@ use std::sync::Arc;
 use procedural::{Medium, Stream};
 
 use self::camera::Camera;
+use self::digitise::{Shot, digitise};
 use self::parameters::Bench;
 use self::row::{Row, RowMaker, RowScratch};
 use self::sensor::Chain;
@@ -34,6 +41,9 @@ pub use self::speckle::TILE;
 /// Most rows of the specimen that a profile looks at before or behind its own; for steps under 0.035 mm the light that
 /// leaves further away is let out by the last of them.
 const FARTHEST: usize = 64;
+
+/// Light in one pixel that is left out where it lies beside the line [DN].
+const FAINT_DN: f32 = 0.05;
 
 /// Laser, camera and sensor over one scan.
 #[derive(Debug)]
@@ -100,6 +110,7 @@ impl Sensor {
         ];
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
         let step = bench.motion.step_mm;
+        let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
         let neighbours = std::array::from_fn(|k| {
             let y = (CENTRE as f64 - k as f64) / rows_per_mm;
             ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
@@ -114,8 +125,8 @@ impl Sensor {
             transport: Transport::Kernel,
             stream,
             speckle_key: stream.child("speckle").key(),
-            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns),
-            chain: Chain::new(&bench.exposure, size.rows, stream.child("sensor")),
+            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
+            chain,
             camera,
         }
     }
@@ -169,7 +180,8 @@ impl Sensor {
         self.chain.rows(profile, offsets);
     }
 
-    /// Exposes columns `tile * TILE ..` of `profile`; `offsets` come from [`Self::row_offsets`].
+    /// Exposes columns `tile * TILE ..` of `profile`; `offsets` come from [`Self::row_offsets`]. The second frame has no
+    /// rows where one window holds all light.
     pub fn expose(
         &self,
         band: &Band,
@@ -177,10 +189,14 @@ impl Sensor {
         tile: usize,
         offsets: &[f32],
         scratch: &mut Scratch,
-        frame: &mut Frame,
+        frames: &mut [Frame; 2],
     ) {
         expose::window(self, band, profile, tile, scratch);
-        expose::digitise(self, profile, tile, offsets, scratch, frame);
+        let shot = Shot { profile, tile, columns: scratch.columns, offsets };
+        frames[1].rows = 0;
+        for number in 0..scratch.used {
+            digitise(self, &shot, number, &scratch.windows[number], &mut frames[number]);
+        }
     }
 
     /// The whole sensor in exposure `profile`, `[rows, columns]`, row-major [DN]; rows outside the windows are dark.
@@ -195,11 +211,11 @@ impl Sensor {
                 self.chain.digitise(0.0, normal, offsets[pixel / columns])
             })
             .collect();
-        let (mut scratch, mut frame) = (Scratch::default(), Frame::default());
+        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..columns.div_ceil(TILE) {
-            self.expose(band, profile, tile, &offsets, &mut scratch, &mut frame);
-            for column in 0..frame.cols {
-                for k in 0..frame.rows {
+            self.expose(band, profile, tile, &offsets, &mut scratch, &mut frames);
+            for (k, frame) in frames.iter().flat_map(|frame| (0..frame.rows).map(move |k| (k, frame))) {
+                for column in 0..frame.cols {
                     let row = frame.first_row[column] + k as i32;
                     if (0..rows as i32).contains(&row) {
                         sensor[row as usize * columns + frame.first_col + column] = frame.dn[k * frame.cols + column];

@@ -4,10 +4,16 @@
 //! The light's answer at a point belongs to the object: it is worked out once for each position of the scan and used by
 //! every profile whose window holds it.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use procedural::{Class, Gloss, Medium};
 
+use super::beside::{self, Beside};
+use super::blur::blur;
 use super::camera::{Camera, Sight};
+use super::film;
+use super::mirror::Lit;
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
@@ -40,6 +46,8 @@ pub struct Row {
     pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
+    /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
+    pub beside: Option<Box<Beside>>,
 }
 
 impl Row {
@@ -65,6 +73,8 @@ pub struct RowMaker {
     conveyor_reflectance: f32,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
+    /// Light in one pixel that is left out where it lies beside the line [e-].
+    faint: f32,
 }
 
 /// Room that one thread needs to make rows.
@@ -76,7 +86,8 @@ pub struct RowScratch {
     line: Vec<f32>,
     /// How much nearer to the lens light is seen to leave, along the motion [mm].
     pull: Vec<f32>,
-    pieces: Vec<std::ops::Range<usize>>,
+    pieces: Vec<Range<usize>>,
+    beside: beside::Room,
 }
 
 impl RowScratch {
@@ -89,20 +100,22 @@ impl RowScratch {
             line: Vec::new(),
             pull: vec![0.0; columns],
             pieces: Vec::new(),
+            beside: beside::Room::default(),
         }
     }
 }
 
 impl RowMaker {
     /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, and a sensor of
-    /// `columns` columns.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, columns: usize) -> Self {
+    /// `columns` columns that does not notice `faint` electrons in a pixel.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, columns: usize, faint: f32) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             shares: Shares::new(),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
+            faint,
         }
     }
 
@@ -112,6 +125,13 @@ impl RowMaker {
         specimen.look(y, columns, self.conveyor, &mut row.hits);
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
             field.resize(columns.next_multiple_of(TILE), 0.0);
+        }
+        let relief = specimen.has_relief();
+        if relief {
+            row.beside.get_or_insert_default();
+            scratch.beside.second.clear(columns);
+        } else {
+            row.beside = None;
         }
         let (mut first, mut last) = (columns, 0);
         for (column, hit) in row.hits.iter().enumerate() {
@@ -139,10 +159,23 @@ impl RowMaker {
             let medium = &hit.matter.medium;
             (first, last) = (first.min(column), column + 1);
             row.glare[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
+            if let Some(under) = &hit.matter.film {
+                let spread = film::spread(&hit.matter, under, normal, &sight, &mut scratch.beside.covers);
+                for j in 0..BASIS {
+                    scratch.spread.enter[j][column] = spread.enter[j];
+                    scratch.spread.exit[j][column] = spread.exit[j];
+                    scratch.spread.shift[j][column] = 0.0;
+                }
+                row.power[column] = white * film::enters(medium.n_eff, normal, -sight.light);
+                scratch.pull[column] = film::pull(medium, under, sight.view);
+                scratch.beside.second.note(column, hit, under, &spread.through, specimen, camera, y);
+                continue;
+            }
             let texel = texel(medium, normal, sight.view);
             row.power[column] = white * texel.enter;
             scratch.pull[column] = pull(&texel);
-            scratch.texels[column] = texel;
+            // A coat is passed both ways.
+            scratch.texels[column] = Texel { enter: texel.enter * medium.coat * medium.coat, ..texel };
         }
         for j in 0..BASIS {
             for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
@@ -151,23 +184,39 @@ impl RowMaker {
                 field[last..].fill(0.0);
             }
         }
-        if first >= last {
-            return;
+        if first < last {
+            self.spread(first..last, camera, relief, scratch, row);
         }
-        line_spread(&scratch.texels[first..last], first, &self.shares, &mut scratch.spread);
-        let pixel_mm = camera.rig.pixel * (camera.rig.distance - camera.rig.focal_length) / camera.rig.focal_length;
-        pieces(&row.hits[first..last], first, &mut scratch.pieces);
+        if let Some(mut beside) = row.beside.take() {
+            let lit = Lit { specimen, camera, y, hits: &row.hits, spread: &scratch.spread, faint: self.faint };
+            beside.make(&lit, row, &mut scratch.beside);
+            row.beside = Some(beside);
+        }
+    }
+
+    /// Lets the light of the columns `own` spread, along the motion and along the line.
+    fn spread(&self, own: Range<usize>, camera: &Camera, relief: bool, scratch: &mut RowScratch, row: &mut Row) {
+        let (first, last) = (own.start, own.end);
+        let mut start = first;
+        for part in row.hits[own].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
+            if part[0].matter.film.is_none() {
+                line_spread(&scratch.texels[start..start + part.len()], start, &self.shares, &mut scratch.spread);
+            }
+            start += part.len();
+        }
+        pieces(&row.hits[first..last], first, relief, &mut scratch.pieces);
+        let sideways = if relief { 1.0 } else { SIDEWAYS };
         for j in 0..BASIS {
             for column in first..last {
-                // Beside the body's own columns (a gap seen through it, say) nothing leaves.
-                let inside = if row.hits[column].matter.class == Class::Background { 0.0 } else { 1.0 };
+                // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
+                let hit = &row.hits[column];
+                let inside = if hit.matter.class == Class::Background || !hit.seen { 0.0 } else { 1.0 };
                 row.exit[j][column] = scratch.spread.exit[j][column] * inside;
                 row.source[j][column] = scratch.spread.enter[j][column] * scratch.electrons[column] * inside;
                 let shift = scratch.spread.shift[j][column] + scratch.pull[column];
                 row.shift[j][column] = -shift * row.rows_per_mm[column];
             }
-            let sigma = f64::from(SPREAD_MM[j] * SIDEWAYS) / pixel_mm;
-            let variance = (sigma * sigma) as f32 + camera.blur_variance;
+            let variance = camera.along_variance(SPREAD_MM[j] * sideways);
             let side = if SPREAD_MM[j] > 0.0 { SIDE } else { 1.0 };
             for piece in &scratch.pieces {
                 blur(&mut row.source[j][piece.clone()], variance, side, &mut scratch.line);
@@ -176,14 +225,18 @@ impl RowMaker {
     }
 }
 
-/// Pieces of a row between upright walls and gaps, of the columns `first..`.
-fn pieces(hits: &[Hit], first: usize, pieces: &mut Vec<std::ops::Range<usize>>) {
+/// Pieces of a row between upright walls and gaps, of the columns `first..`. A film goes on through its walls and ends
+/// at its holes.
+fn pieces(hits: &[Hit], first: usize, relief: bool, pieces: &mut Vec<Range<usize>>) {
     pieces.clear();
     let mut start = 0;
     for i in 1..=hits.len() {
         let bare = |hit: &Hit| hit.matter.class == Class::Background;
-        let ends =
-            |pair: &[Hit]| bare(&pair[0]) != bare(&pair[1]) || (pair[0].surface.z - pair[1].surface.z).abs() > WALL_MM;
+        let filmed = |hit: &Hit| hit.matter.film.is_some();
+        let wall = |pair: &[Hit]| (pair[0].surface.z - pair[1].surface.z).abs() > WALL_MM;
+        let ends = |pair: &[Hit]| {
+            bare(&pair[0]) != bare(&pair[1]) || if relief { filmed(&pair[0]) != filmed(&pair[1]) } else { wall(pair) }
+        };
         if i == hits.len() || ends(&hits[i - 1..=i]) {
             pieces.push(first + start..first + i);
             start = i;
@@ -212,60 +265,5 @@ fn texel(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
         view_along: view.dot(track),
         view_motion: view.y,
         view_up: view.dot(normal),
-    }
-}
-
-/// Blurs a line by a kernel of the given variance [px^2]: two boxes with fractional ends (extended box filter, Gwosdek
-/// et al. 2011). What crosses an end is folded back times `side`: 1 keeps all light, less loses some of it there, negative
-/// values lose what stands near it too.
-pub fn blur(line: &mut [f32], variance: f32, side: f32, room: &mut Vec<f32>) {
-    let n = line.len();
-    let v = 0.5 * f64::from(variance);
-    // Widest whole box of at most the wanted variance h (h + 1) / 3; the fold reaches no further than the line itself.
-    let h = (((12.0 * v + 1.0).sqrt() - 1.0) * 0.5).floor().min(n.saturating_sub(2) as f64);
-    let whole = h * (h + 1.0) * (2.0 * h + 1.0) / 3.0;
-    let end = ((v * (2.0 * h + 1.0) - whole) / (2.0 * ((h + 1.0) * (h + 1.0) - v))).clamp(0.0, 1.0);
-    let scale = 1.0 / (2.0 * h + 1.0 + 2.0 * end);
-    let reach = h as usize;
-    for _ in 0..2 {
-        // The line between what is folded back at its ends.
-        room.clear();
-        room.extend((0..=reach).rev().map(|i| side * line[i.min(n - 1)]));
-        room.extend_from_slice(line);
-        room.extend((0..=reach).map(|i| side * line[(n - 1).saturating_sub(i)]));
-        let at = |i: usize| f64::from(room[i]);
-        let mut sum: f64 = (1..=2 * reach + 1).map(at).sum();
-        for (i, out) in line.iter_mut().enumerate() {
-            *out = ((sum + end * (at(i) + at(i + 2 * reach + 2))) * scale) as f32;
-            sum += at(i + 2 * reach + 2) - at(i + 1);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn blur_keeps_light_and_has_its_variance() {
-        for variance in [0.1f32, 0.4, 1.0, 3.0, 17.0, 140.0] {
-            let mut line = vec![0.0f32; 301];
-            line[150] = 1.0;
-            blur(&mut line, variance, 1.0, &mut Vec::new());
-            let sum: f64 = line.iter().map(|&v| f64::from(v)).sum();
-            let second: f64 = line.iter().enumerate().map(|(i, &v)| (i as f64 - 150.0).powi(2) * f64::from(v)).sum();
-            assert!((sum - 1.0).abs() < 1e-5, "light {sum}");
-            assert!((second / f64::from(variance) - 1.0).abs() < 1e-3, "variance {second} for {variance}");
-            let mut edge = vec![0.0f32; 40];
-            edge[0] = 1.0;
-            blur(&mut edge, variance, 1.0, &mut Vec::new());
-            assert!((edge.iter().sum::<f32>() - 1.0).abs() < 1e-4, "light at the edge");
-            // Half of what enters on the very edge would leave.
-            let mut open = vec![0.0f32; 200];
-            open[0] = 1.0;
-            blur(&mut open, variance, 0.0, &mut Vec::new());
-            let left: f32 = open.iter().sum();
-            assert!(left < 0.995 && left > 0.3, "light at an open edge {left} of variance {variance}");
-        }
     }
 }

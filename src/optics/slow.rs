@@ -7,9 +7,10 @@
 
 use procedural::Stream;
 
+use super::blur::blur;
 use super::camera::Camera;
 use super::expose::{CENTRE, ROWS};
-use super::row::{Row, blur};
+use super::row::Row;
 use super::speckle::TILE;
 use crate::lanes::exp;
 use crate::settings::{ThesisMethod, Transport};

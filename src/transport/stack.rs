@@ -8,8 +8,12 @@
 //! | `Fibres` | mu_a + sigma_i + sigma_c sin(w, f) | background isotropic, cylinders turn w about the fibre f |
 //! | `Tensor` | mu_a + sum mu_i w_i^2 | Henyey and Greenstein about w (Pini, Giusfredi and Pattelli 2026); not reciprocal |
 //!
+//! Below the last layer lies another index or foil: metal that throws back the share `reflectance` of whatever meets it,
+//! mirrored about normals of the GGX law (Walter et al. 2007), and lets nothing through. A layer may have a coat, which
+//! takes its share of all light that passes its upper surface, either way.
+//!
 //! Valid for planes and for indices that change only between layers. Neglected: polarisation, interference in thin
-//! layers, roughness of the interfaces.
+//! layers, roughness of interfaces other than foil, thickness of coats, a facet's reflectance by angle.
 
 use glam::DVec3;
 use procedural::Medium;
@@ -79,6 +83,26 @@ pub struct Layer {
     pub mu_a: f64,
     /// Scattering.
     pub scattering: Scattering,
+    /// Share of light that passes its upper surface and is not absorbed there, each way [1].
+    pub coat: f64,
+}
+
+/// Metal below the last layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foil {
+    /// Share of light that it throws back, the same for all directions [1].
+    pub reflectance: f64,
+    /// Roughness alpha of the GGX law along x and along y [1].
+    pub roughness: [f64; 2],
+}
+
+/// What the last layer lies on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Below {
+    /// Clear matter without end of this refractive index [1].
+    Index(f64),
+    /// Metal.
+    Foil(Foil),
 }
 
 /// Layers from the surface downwards, and what lies above and below.
@@ -88,19 +112,40 @@ pub struct Stack {
     pub above: f64,
     /// The layers, first one on top; at least one.
     pub layers: Vec<Layer>,
-    /// Refractive index below [1].
-    pub below: f64,
+    /// What lies below.
+    pub below: Below,
+}
+
+impl Layer {
+    /// A layer without coat.
+    pub fn new(thickness: f64, n: f64, mu_a: f64, scattering: Scattering) -> Self {
+        Self { thickness, n, mu_a, scattering, coat: 1.0 }
+    }
+
+    /// A layer of air.
+    pub fn air(thickness: f64) -> Self {
+        Self::new(thickness, 1.0, 0.0, Scattering::Isotropic { mu_s: 0.0, g: 0.0 })
+    }
 }
 
 impl Stack {
     /// One medium without end, below air.
     pub fn half_space(n: f64, mu_a: f64, scattering: Scattering) -> Self {
-        Self { above: 1.0, layers: vec![Layer { thickness: f64::INFINITY, n, mu_a, scattering }], below: 1.0 }
+        Self::slab(f64::INFINITY, n, mu_a, scattering)
     }
 
     /// One slab of `thickness` [mm] in air.
     pub fn slab(thickness: f64, n: f64, mu_a: f64, scattering: Scattering) -> Self {
-        Self { above: 1.0, layers: vec![Layer { thickness, n, mu_a, scattering }], below: 1.0 }
+        Self { above: 1.0, layers: vec![Layer::new(thickness, n, mu_a, scattering)], below: Below::Index(1.0) }
+    }
+}
+
+impl Stack {
+    /// Whether it is the same at all azimuths.
+    pub fn is_round(&self) -> bool {
+        let round = |layer: &Layer| matches!(layer.scattering, Scattering::Isotropic { .. });
+        let foil = matches!(self.below, Below::Foil(foil) if foil.roughness[0] != foil.roughness[1]);
+        self.layers.iter().all(round) && !foil
     }
 }
 

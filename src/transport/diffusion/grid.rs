@@ -35,7 +35,7 @@ fn edges(x: &[f32], alone: f64) -> Vec<f64> {
 /// A medium of a body as diffusion sees it.
 fn diffusive(medium: &Medium) -> Option<Diffusive> {
     let scattering = Scattering::from(medium);
-    let layer = Layer { thickness: f64::INFINITY, n: medium.n_eff.into(), mu_a: medium.mu_a.into(), scattering };
+    let layer = Layer::new(f64::INFINITY, medium.n_eff.into(), medium.mu_a.into(), scattering);
     Diffusive::new(&layer, 0).ok()
 }
 

@@ -49,6 +49,15 @@ pub enum Refusal {
         /// Its number.
         layer: usize,
     },
+    /// Metal at the bottom.
+    #[error("the stack lies on foil, which diffusion knows nothing of; use the path model")]
+    Foil,
+    /// A coat on a layer.
+    #[error("layer {layer} has a coat, which diffusion knows nothing of; use the path model")]
+    Coat {
+        /// Its number.
+        layer: usize,
+    },
     /// A stack of nothing.
     #[error("the stack has no layer; give it one")]
     Empty,

@@ -7,7 +7,7 @@ use glam::{DMat2, DVec2};
 
 use super::Refusal;
 use super::tensor::{Diffusive, moments};
-use crate::transport::stack::Stack;
+use crate::transport::stack::{Below, Stack};
 
 /// Where a share of the light begins to diffuse.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +41,8 @@ pub(super) struct Line {
     pub sheets: Vec<Sheet>,
     /// z_e above the first and below the last layer [mm].
     pub ends: [f64; 2],
+    /// Refractive index below [1].
+    pub below: f64,
 }
 
 /// tanh(q t) / q.
@@ -53,6 +55,9 @@ impl Line {
     pub fn new(stack: &Stack) -> Result<Self, Refusal> {
         let mut sheets: Vec<Sheet> = Vec::new();
         for (index, layer) in stack.layers.iter().enumerate() {
+            if layer.coat < 1.0 {
+                return Err(Refusal::Coat { layer: index });
+            }
             let medium = Diffusive::new(layer, index)?;
             let resistance = sheets.last().map_or(0.0, |above| resistance(above.medium.n, layer.n));
             let stiffness = layer.n * layer.n * medium.d.z_axis.z;
@@ -62,9 +67,10 @@ impl Line {
                 break;
             }
         }
+        let Below::Index(below) = stack.below else { return Err(Refusal::Foil) };
         let (Some(first), Some(last)) = (sheets.first(), sheets.last()) else { return Err(Refusal::Empty) };
-        let ends = [first.medium.extrapolation(stack.above), last.medium.extrapolation(stack.below)];
-        Ok(Self { sheets, ends })
+        let ends = [first.medium.extrapolation(stack.above), last.medium.extrapolation(below)];
+        Ok(Self { sheets, ends, below })
     }
 
     /// Wave number across the layers of each one for the wave `k`, and the impedance Phi / (n^2 J) seen from its top

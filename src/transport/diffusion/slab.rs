@@ -64,7 +64,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
         transmitted += source.share * down;
         absorbed.iter_mut().zip(own).for_each(|(sum, own)| *sum += source.share * own);
     }
-    let (top, bottom) = (stack.layers[0].n / stack.above, stack.layers[line.sheets.len() - 1].n / stack.below);
+    let (top, bottom) = (stack.layers[0].n / stack.above, stack.layers[line.sheets.len() - 1].n / line.below);
     let exact = |values: Vec<f64>| values.into_iter().map(Estimate::exact).collect();
     Ok(Answer {
         model: "diffusion".into(),
@@ -78,6 +78,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
         angles: angles(question.angles, [top, bottom], [reflected, transmitted]),
         row_mm: question.row_mm,
         line: exact(line_spread(&line, &sources, question)),
+        seen: Vec::new(),
         cell_mm: question.cell_mm,
         point: exact(point_spread(&line, &sources, question)),
     })
@@ -190,7 +191,7 @@ fn enter(stack: &Stack, line: &Line, s: DVec3) -> Entry {
         && let Some((layer, depth, place)) = end
     {
         // Beyond the critical angle at the bottom this is 1 too.
-        let back = if total { 1.0 } else { internal_reflectance(n / stack.below, -direction.z) };
+        let back = if total { 1.0 } else { internal_reflectance(n / line.below, -direction.z) };
         entry.straight = left * (1.0 - back);
         entry.unscattered = ((1.0 - specular) * (1.0 - back) * libm::exp(-optical)).min(entry.straight);
         entry.sources.push(Source { share: left * back, layer, depth, exit: place });

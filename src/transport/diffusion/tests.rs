@@ -19,7 +19,7 @@ fn fibres(sigma_i: f64, k: f64, dive_deg: f64) -> Scattering {
 }
 
 fn medium(scattering: Scattering, n: f64) -> Diffusive {
-    Diffusive::new(&Layer { thickness: f64::INFINITY, n, mu_a: 0.0, scattering }, 0).expect("it scatters")
+    Diffusive::new(&Layer::new(f64::INFINITY, n, 0.0, scattering), 0).expect("it scatters")
 }
 
 fn close(value: f64, expected: f64, relative: f64, what: &str) {

@@ -1,11 +1,12 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
+//! Films over something are answered by [`super::layers`].
 
 use super::table::{BINS, CONE, Table};
 use super::view::View;
 use super::{Texel, kept};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::fresnel::interface;
-use crate::transport::stack::{Scattering, Stack};
+use crate::transport::stack::{Below, Scattering, Stack};
 
 /// Light that left after about the same path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,9 +28,15 @@ pub struct Gaussian {
 /// Why the kernel has no answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// More than a half space.
-    #[error("the kernel knows half spaces of one medium only; use `--model path` for layers and slabs")]
+    /// Neither a half space nor a film over air over one or over foil.
+    #[error(
+        "the kernel knows half spaces, and one film over air over a half space or foil, or on foil; use `--model path` for \
+         other layers and slabs"
+    )]
     Layers,
+    /// A film that turns light in another way than pigment does.
+    #[error("the kernel's films scatter with g = 0.557, as pigment does; use `--model path` for another g")]
+    Pigment,
     /// A law that the table was not made for.
     #[error("the kernel's table has no tensor scattering; use `--model path` or `--model diffusion`")]
     Tensor,
@@ -76,8 +83,15 @@ pub fn gaussians(texel: &Texel) -> Vec<Gaussian> {
 /// # Errors
 /// Whatever its table was not made for.
 pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
+    let foil = matches!(stack.below, Below::Foil(_));
+    if stack.layers.len() > 1 || foil {
+        return super::layers::solve(stack, question);
+    }
     let (texel, track) = texel(stack, question)?;
-    let all = gaussians(&texel);
+    let mut all = gaussians(&texel);
+    // A coat takes its share on the way in and on the way out.
+    let coat = stack.layers[0].coat;
+    all.iter_mut().for_each(|gaussian| gaussian.weight *= coat * coat);
     let sum = |pick: &dyn Fn(&Gaussian) -> f64| all.iter().map(pick).sum::<f64>();
     let reflectance = sum(&|g| g.weight);
     let enter = f64::from(texel.enter);
@@ -101,19 +115,20 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
         angles: Vec::new(),
         row_mm: question.row_mm,
         line: (-rows..=rows).map(|row| Estimate::exact(line(row))).collect(),
+        seen: Vec::new(),
         cell_mm: question.cell_mm,
         point: point(&all, track, question),
     })
 }
 
 /// Share of a Gaussian of `variance` in a row of `pitch` whose centre is `away` from its own [1].
-fn share(away: f64, pitch: f64, variance: f64) -> f64 {
+pub(super) fn share(away: f64, pitch: f64, variance: f64) -> f64 {
     let scale = 1.0 / (2.0 * variance.max(1e-12)).sqrt();
     0.5 * (libm::erf((away + 0.5 * pitch) * scale) - libm::erf((away - 0.5 * pitch) * scale))
 }
 
 /// Shares of a beam's energy in cells, `[2 cells + 1, 2 cells + 1]`, rows along y.
-fn point(all: &[Gaussian], (sin, cos): (f64, f64), question: &Question) -> Vec<Estimate> {
+pub(super) fn point(all: &[Gaussian], (sin, cos): (f64, f64), question: &Question) -> Vec<Estimate> {
     let cells = question.cells as i64;
     if cells == 0 {
         return Vec::new();

@@ -10,6 +10,8 @@
 //! to a point with probability zero.
 
 pub mod body;
+pub mod film;
+mod foil;
 pub mod paths;
 mod tally;
 mod towards;
@@ -21,7 +23,7 @@ use rand::Rng;
 use rayon::prelude::*;
 
 use self::tally::Count;
-use self::walk::{Photon, Walk};
+use self::walk::{Photon, Tally, Walk};
 use super::answer::{Answer, Question};
 use super::fresnel::interface;
 use super::phase::disc;
@@ -74,10 +76,11 @@ pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: 
             let stream = Stream::root(effort.seed).child("transport").child("path").index(batch);
             // Streams of their own: the width of the line changes no walk.
             let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
-            let mut count = Count::new(&walk, question);
+            let mut count = Count::new(&walk, stack, question);
             for _ in 0..each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
                 count.begin(thrown, &mut line);
+                let photon = coated(photon, stack.layers[0].coat, &mut count);
                 walk.follow(photon, &mut count, &mut rng);
             }
             watch(each);
@@ -85,6 +88,12 @@ pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: 
         })
         .collect();
     tally::answer(&counts, each, stack, question)
+}
+
+/// A photon that has passed the first layer's coat.
+fn coated(photon: Photon, coat: f64, count: &mut Count) -> Photon {
+    count.absorb(0, photon.weight * (1.0 - coat));
+    Photon { weight: photon.weight * coat, ..photon }
 }
 
 /// A photon below the surface at the origin, and the share that the first surface threw back.

@@ -36,17 +36,22 @@ pub(super) struct Count {
     up: Vec<f64>,
     down: Vec<f64>,
     line: Vec<f64>,
+    /// Light towards the lens by row.
+    seen: Vec<f64>,
+    /// Where all azimuths are alike: cosines of the tilts between which light counts as seen, and the lens's azimuth.
+    ring: Option<([f64; 2], DVec3)>,
     point: Vec<f64>,
 }
 
 impl Count {
-    pub(super) fn new(walk: &Walk, question: &Question) -> Self {
+    pub(super) fn new(walk: &Walk, stack: &Stack, question: &Question) -> Self {
         let (rows, cells) = (question.rows as i64, question.cells as i64);
         let side = if cells > 0 { 2 * question.cells + 1 } else { 0 };
         Self {
             lens: Lens::new(walk, question.view),
             view: question.view,
             inside: libm::cos(CONE),
+            ring: ring(stack, question),
             row_mm: question.row_mm,
             rows,
             line_mm: question.line_mm,
@@ -63,6 +68,7 @@ impl Count {
             up: vec![0.0; question.angles],
             down: vec![0.0; question.angles],
             line: vec![0.0; 2 * question.rows + 1],
+            seen: vec![0.0; 2 * question.rows + 1],
             point: vec![0.0; side * side],
         }
     }
@@ -74,6 +80,35 @@ impl Count {
             self.beside = self.line_mm * normal(line);
         }
     }
+}
+
+impl Count {
+    /// The row of a photon that leaves at `y` [mm], if it is among them.
+    fn row(&self, y: f64) -> Option<usize> {
+        let row = ((y + self.beside) / self.row_mm).round() as i64 + self.rows;
+        (0..=2 * self.rows).contains(&row).then_some(row as usize)
+    }
+}
+
+/// Tilts that count as the lens's, as cosines, and its azimuth, if the stack and the light on it have none themselves:
+/// then light at any azimuth is as good as that towards the lens, turned about the normal.
+fn ring(stack: &Stack, question: &Question) -> Option<([f64; 2], DVec3)> {
+    let view = question.view;
+    let tilt = libm::acos(view.z.clamp(-1.0, 1.0));
+    let fits = view.z > 0.0 && tilt > 1.5 * CONE && tilt + CONE < std::f64::consts::FRAC_PI_2;
+    let azimuth = DVec3::new(view.x, view.y, 0.0).normalize_or_zero();
+    let cosines = [libm::cos(tilt + CONE), libm::cos(tilt - CONE)];
+    (fits && stack.is_round() && question.incidence == Some(0.0)).then_some((cosines, azimuth))
+}
+
+/// y of where a photon leaves, once all is turned about the normal so that it leaves at `azimuth` [mm].
+fn turned_to(azimuth: DVec3, photon: &Photon) -> Option<f64> {
+    let (place, way) = (photon.place, photon.way);
+    let flat = (way.x * way.x + way.y * way.y).sqrt();
+    // Sine and cosine of the turn from the photon's azimuth to the lens's.
+    let cos = (way.x * azimuth.x + way.y * azimuth.y) / flat;
+    let sin = (way.x * azimuth.y - way.y * azimuth.x) / flat;
+    (flat > 0.0).then_some(place.x * sin + place.y * cos)
 }
 
 impl Tally for Count {
@@ -98,8 +133,17 @@ impl Tally for Count {
         if scattered && let Some(angle) = angles.get_mut(bin as usize) {
             *angle += weight;
         }
-        if scattered && photon.way.dot(self.view) > self.inside {
-            self.cone += weight;
+        let in_cone = scattered && photon.way.dot(self.view) > self.inside;
+        self.cone += if in_cone { weight } else { 0.0 };
+        let seen = match self.ring {
+            Some(([low, high], azimuth)) => {
+                let inside = scattered && (low..high).contains(&photon.way.z);
+                inside.then(|| turned_to(azimuth, photon)).flatten()
+            }
+            None => in_cone.then_some(photon.place.y),
+        };
+        if let Some(row) = seen.and_then(|y| self.row(y)) {
+            self.seen[row] += weight;
         }
         if !up {
             self.transmitted += weight;
@@ -107,9 +151,8 @@ impl Tally for Count {
             return;
         }
         self.reflected += weight;
-        let row = ((photon.place.y + self.beside) / self.row_mm).round() as i64 + self.rows;
-        if (0..=2 * self.rows).contains(&row) {
-            self.line[row as usize] += weight;
+        if let Some(row) = self.row(photon.place.y) {
+            self.line[row] += weight;
         }
         let cell = |v: f64| (v / self.cell_mm).round() as i64 + self.cells;
         let (x, y, side) = (cell(photon.place.x), cell(photon.place.y), 2 * self.cells + 1);
@@ -135,7 +178,10 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
         }
     });
     let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE));
-    let cone = mean(&|count| count.cone * std::f64::consts::PI / (solid * question.view.z.abs()));
+    let factor = std::f64::consts::PI / (solid * question.view.z.abs());
+    let cone = mean(&|count| count.cone * factor);
+    // Against Lambert's law, which sends a share cos^2 to cos^2 between two tilts.
+    let seen = ring(stack, question).map_or(factor, |([low, high], _)| 1.0 / (high * high - low * low));
     Answer {
         model: "path".into(),
         specular: counts.iter().map(|count| count.thrown).sum::<f64>() / (each * counts.len() as f64),
@@ -148,6 +194,7 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
         angles: angles.collect(),
         row_mm: question.row_mm,
         line: (0..=2 * question.rows).map(|row| mean(&|count| count.line[row])).collect(),
+        seen: (0..=2 * question.rows).map(|row| mean(&|count| count.seen[row] * seen)).collect(),
         cell_mm: question.cell_mm,
         point: (0..counts[0].point.len()).map(|cell| mean(&|count| count.point[cell])).collect(),
     }

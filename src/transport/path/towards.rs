@@ -13,7 +13,7 @@ use rand::Rng;
 use super::walk::{Photon, Prepared, Walk};
 use crate::transport::fresnel::interface;
 use crate::transport::phase::{cylinder_towards, henyey_greenstein_density};
-use crate::transport::stack::Scattering;
+use crate::transport::stack::{Below, Scattering};
 
 /// Steps of the mean over fibre dispersion, in tilt and around.
 const TILTS: usize = 64;
@@ -45,7 +45,11 @@ impl Lens {
         if walk.mirrors_inside(up) {
             return None;
         }
-        let outside = if up { walk.above } else { walk.below };
+        let outside = match walk.below {
+            _ if up => walk.above,
+            Below::Index(below) => below,
+            Below::Foil(_) => return None,
+        };
         let (mut index, mut through) = (outside, 1.0);
         let mut outs: Vec<Out> = Vec::new();
         let count = walk.layers.len();
@@ -56,12 +60,18 @@ impl Lens {
             let (x, y) = (view.x * ratio, view.y * ratio);
             let cosine = (1.0 - x * x - y * y).max(0.0).sqrt();
             through *= 1.0 - interface(n, index, cosine).0;
+            if up {
+                through *= layer.layer.coat;
+            }
             index = n;
             let way = DVec3::new(x, y, cosine.copysign(view.z));
             let factor = if cosine > 0.0 { PI * through * ratio * ratio / cosine } else { 0.0 };
             let extinction = extinction(layer, way);
             outs.push(Out { way, edge: if up { layer.top } else { layer.bottom }, extinction, factor });
             through *= libm::exp(-extinction * (layer.top - layer.bottom) / cosine.max(1e-12));
+            if !up {
+                through *= layer.layer.coat;
+            }
         }
         if !up {
             outs.reverse();

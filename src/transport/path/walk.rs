@@ -11,7 +11,7 @@ use rand::Rng;
 
 use crate::transport::fresnel::interface;
 use crate::transport::phase::{dispersed, frame, henyey_greenstein, isotropic, turned, uniform};
-use crate::transport::stack::{Layer, Scattering, Stack, Turn};
+use crate::transport::stack::{Below, Layer, Scattering, Stack, Turn};
 
 /// Weight under which chance decides about a photon [1].
 pub(super) const ROULETTE: f64 = 1e-3;
@@ -78,8 +78,8 @@ pub struct Walk {
     pub layers: Vec<Prepared>,
     /// Refractive index above [1].
     pub above: f64,
-    /// Refractive index below [1].
-    pub below: f64,
+    /// What lies below.
+    pub below: Below,
     /// Path after which a photon is given up [mm].
     longest: f64,
 }
@@ -103,7 +103,8 @@ impl Walk {
     /// Whether the index changes at any plane but the one that light to a lens above (`up`) or below leaves through.
     pub fn mirrors_inside(&self, up: bool) -> bool {
         let index = |layer: &Prepared| layer.layer.n;
-        let last = self.layers.last().is_some_and(|last| last.bottom.is_finite() && index(last) != self.below);
+        let last =
+            self.layers.last().is_some_and(|last| last.bottom.is_finite() && Below::Index(index(last)) != self.below);
         let first = self.layers.first().is_some_and(|first| index(first) != self.above);
         (if up { last } else { first }) || self.layers.windows(2).any(|pair| index(&pair[0]) != index(&pair[1]))
     }
@@ -137,9 +138,15 @@ impl Walk {
                 }
             } else {
                 photon.place.z = edge;
-                if self.cross(&mut photon, rng) {
+                if self.cross(&mut photon, tally, rng) {
                     tally.leave(&photon);
                     return;
+                }
+                if photon.weight < ROULETTE {
+                    tally.absorb(photon.layer, photon.gamble(rng));
+                    if photon.weight == 0.0 {
+                        return;
+                    }
                 }
             }
         }
@@ -147,12 +154,24 @@ impl Walk {
 
     /// Takes a photon on a plane through it or back; whether it has left all layers.
     #[inline]
-    fn cross(&self, photon: &mut Photon, rng: &mut impl Rng) -> bool {
+    fn cross(&self, photon: &mut Photon, tally: &mut impl Tally, rng: &mut impl Rng) -> bool {
         let up = photon.way.z > 0.0;
         let beyond = if up { photon.layer.checked_sub(1) } else { Some(photon.layer + 1) };
         let beyond = beyond.filter(|&layer| layer < self.layers.len());
         let n = self.layers[photon.layer].layer.n;
-        let outside = if up { self.above } else { self.below };
+        let outside = match self.below {
+            _ if up => self.above,
+            Below::Index(below) => below,
+            // Never reached but by light on the last layer's lower plane.
+            Below::Foil(foil) if beyond.is_none() => {
+                tally.absorb(photon.layer, photon.weight * (1.0 - foil.reflectance));
+                photon.weight *= foil.reflectance;
+                photon.turned += 1;
+                photon.way = foil.mirror(photon.way, rng);
+                return false;
+            }
+            Below::Foil(_) => n,
+        };
         let other = beyond.map_or(outside, |layer| self.layers[layer].layer.n);
         if n != other {
             let (reflectance, cosine) = interface(n, other, photon.way.z.abs());
@@ -162,6 +181,12 @@ impl Walk {
             }
             let ratio = n / other;
             photon.way = DVec3::new(photon.way.x * ratio, photon.way.y * ratio, cosine.copysign(photon.way.z));
+        }
+        // The coat of the layer whose upper plane this is.
+        let coated = if up { photon.layer } else { photon.layer + 1 };
+        if let Some(Layer { coat, .. }) = self.layers.get(coated).map(|coated| coated.layer) {
+            tally.absorb(coated, photon.weight * (1.0 - coat));
+            photon.weight *= coat;
         }
         match beyond {
             Some(layer) => photon.layer = layer,

@@ -8,7 +8,7 @@ use super::super::tensor::moments;
 use super::radiance_factor;
 use super::solve;
 use crate::transport::answer::{Question, Side};
-use crate::transport::stack::{Layer, Scattering, Stack, Turn};
+use crate::transport::stack::{Below, Layer, Scattering, Stack, Turn};
 
 fn fibres(sigma_i: f64, k: f64, dive_deg: f64) -> Scattering {
     let (sin, cos) = libm::sincos(dive_deg.to_radians());
@@ -50,8 +50,8 @@ fn half_space_has_the_closed_form() {
 #[test]
 fn cuts_through_a_medium_change_nothing() {
     let question = Question { cells: 8, incidence: Some(0.5), incidence_azimuth: 0.7, ..Question::default() };
-    let layer = |thickness| Layer { thickness, n: 1.3, mu_a: 0.4, scattering: fibres(3.0, 9.0, 35.0) };
-    let one = Stack { above: 1.0, layers: vec![layer(1.4)], below: 1.5 };
+    let layer = |thickness| Layer::new(thickness, 1.3, 0.4, fibres(3.0, 9.0, 35.0));
+    let one = Stack { above: 1.0, layers: vec![layer(1.4)], below: Below::Index(1.5) };
     let three = Stack { layers: vec![layer(0.6), layer(0.5), layer(0.3)], ..one.clone() };
     let (a, b) = (solve(&one, &question).expect("one"), solve(&three, &question).expect("three"));
     // The mean place of what ends in each layer differs from one mean place by its spread alone.
@@ -87,9 +87,8 @@ fn cuts_through_a_medium_change_nothing() {
 fn unlike_layers_agree_with_finite_differences() {
     let isotropic = |mu_s| Scattering::Isotropic { mu_s, g: 0.0 };
     let layers = [(0.5, 0.1, 8.0), (0.8, 0.6, 3.0), (1.2, 0.02, 15.0)];
-    let layer =
-        |&(thickness, mu_a, mu_s): &(f64, f64, f64)| Layer { thickness, n: 1.4, mu_a, scattering: isotropic(mu_s) };
-    let stack = Stack { above: 1.0, layers: layers.iter().map(layer).collect(), below: 1.4 };
+    let layer = |&(thickness, mu_a, mu_s): &(f64, f64, f64)| Layer::new(thickness, 1.4, mu_a, isotropic(mu_s));
+    let stack = Stack { above: 1.0, layers: layers.iter().map(layer).collect(), below: Below::Index(1.4) };
     let line = Line::new(&stack).expect("it scatters");
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
@@ -139,10 +138,10 @@ fn point_spread_adds_up_to_line_spread() {
     let (sin, cos) = libm::sincos(0.6);
     let axis = DVec3::new(0.5 * cos, 0.75f64.sqrt() * cos, -sin);
     let wood = Scattering::Fibres { sigma_i: 4.0, sigma_c: 12.0, turn: Turn::Mirror, axis, dispersion: 0.0 };
-    let film = Layer { thickness: 0.3, n: 1.5, mu_a: 1.0, scattering: Scattering::Isotropic { mu_s: 12.0, g: 0.5 } };
-    let below = Layer { thickness: f64::INFINITY, n: 1.2, mu_a: 1.5, scattering: wood };
+    let film = Layer::new(0.3, 1.5, 1.0, Scattering::Isotropic { mu_s: 12.0, g: 0.5 });
+    let below = Layer::new(f64::INFINITY, 1.2, 1.5, wood);
     for layers in [vec![film, below], vec![below]] {
-        let answer = solve(&Stack { above: 1.0, layers, below: 1.0 }, &question).expect("it scatters");
+        let answer = solve(&Stack { above: 1.0, layers, below: Below::Index(1.0) }, &question).expect("it scatters");
         let side = 61;
         for row in 0..51 {
             let sum: f64 = answer.point[(row + 5) * side..(row + 6) * side].iter().map(|e| e.value).sum();
@@ -178,8 +177,8 @@ fn exit_angles_carry_the_flux() {
 /// Purpose: what diffusion cannot say is refused, by the number of the layer and with a remedy.
 #[test]
 fn clear_layers_are_refused() {
-    let layer = |mu_s| Layer { thickness: 1.0, n: 1.0, mu_a: 0.0, scattering: Scattering::Isotropic { mu_s, g: 0.0 } };
-    let ask = |layers, question: &Question| solve(&Stack { above: 1.0, layers, below: 1.0 }, question);
+    let layer = |mu_s| Layer::new(1.0, 1.0, 0.0, Scattering::Isotropic { mu_s, g: 0.0 });
+    let ask = |layers, question: &Question| solve(&Stack { above: 1.0, layers, below: Below::Index(1.0) }, question);
     let question = Question::default();
     let refusal = ask(vec![layer(9.0), layer(0.0), layer(9.0)], &question).expect_err("a gap");
     assert_eq!(refusal, Refusal::Clear { layer: 1 });

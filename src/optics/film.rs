@@ -1,0 +1,202 @@
+//! A film over something else, in the words of the camera: what the film itself sends out, and the second line, of light
+//! that comes through it from what lies below.
+//!
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`Covers`] say, and is seen at the film. What
+//! they say is seen through the film stands where the laser meets the surface below: lower, so in other rows, and at the
+//! camera's slant in other columns. There the line is drawn anew, linear between the places that neighbouring columns
+//! meet; where what lies below jumps (the edge of a tablet) it is broken, and what tablets hide from the lens is dark.
+//! Neglected: refraction in the film, which moves light by under a third of its thickness; what the film above hides of
+//! what lies below; light that comes back through another film than it went in by.
+
+use glam::Vec3;
+use procedural::{Film, Matter, Medium};
+
+use super::blur::blur;
+use super::camera::{Camera, Sight};
+use super::speckle::TILE;
+use crate::specimen::{Hit, Specimen, height_below};
+use crate::transport::fresnel;
+use crate::transport::kernel::layers::{Cover, CoverSpread, Covers};
+use crate::transport::kernel::{BASIS, SPREAD_MM};
+
+/// Heights of neighbouring columns below a film that count as two surfaces [mm].
+const JUMP_MM: f32 = 0.5;
+/// Greatest radiance factor of a width that is believed [1].
+const MOST: f32 = 2.0;
+/// Mean run of light on its way out in free paths, as in the kernel [1].
+const RUN: f32 = 1.3;
+
+/// The line that is seen through a film, structure of arrays over sensor columns, padded to whole tiles.
+#[derive(Debug, Clone, Default)]
+pub struct Second {
+    /// Sensor row of the line's centre [px].
+    pub centre: Vec<f32>,
+    /// Rows per mm along the motion [px/mm].
+    pub rows_per_mm: Vec<f32>,
+    /// Variance of laser, lens and pixel [px^2].
+    pub variance: Vec<f32>,
+    /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [e-].
+    pub source: [Vec<f32>; BASIS],
+    /// Whether metal throws it back.
+    pub metal: Vec<bool>,
+    /// Columns that hold any of it.
+    pub columns: std::ops::Range<usize>,
+}
+
+/// What the laser meets below a film, by the column that looks at the film above it.
+#[derive(Debug, Clone, Copy)]
+struct Below {
+    /// Sensor column where it is seen [px].
+    column: f32,
+    z: f32,
+    sight: Sight,
+    /// Light towards the lens, by width [e-].
+    light: [f32; BASIS],
+    metal: bool,
+}
+
+/// Room in which second lines are made.
+#[derive(Debug, Default)]
+pub struct Room {
+    below: Vec<Option<Below>>,
+    /// Height of the surface drawn in each column [mm].
+    height: Vec<f32>,
+    line: Vec<f32>,
+}
+
+/// Share of light from `light` that enters a film of index `n` [1].
+pub fn enters(n: f32, normal: Vec3, light: Vec3) -> f32 {
+    1.0 - fresnel::interface(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
+}
+
+/// How far along the motion the lens sees light leave a film beside where it leaves towards all sides [mm].
+pub fn pull(medium: &Medium, film: &Film, view: Vec3) -> f32 {
+    let run = (RUN / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
+    run * view.y / medium.n_eff
+}
+
+/// The film of `matter` in the production model.
+pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, covers: &mut Covers) -> CoverSpread {
+    let mut spread = covers.spread(&Cover {
+        medium: matter.medium,
+        film: *film,
+        enter: enters(matter.medium.n_eff, normal, -sight.light),
+        view_up: normal.dot(sight.view).max(0.0),
+        view: sight.view,
+    });
+    // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
+    for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
+        *exit = exit.clamp(0.0, MOST * enter);
+    }
+    spread
+}
+
+fn under_normal(film: &Film) -> Vec3 {
+    let [along, across] = film.under_slope;
+    Vec3::new(-along, -across, 1.0).normalize()
+}
+
+impl Room {
+    /// Nothing below any of `columns` columns.
+    pub fn clear(&mut self, columns: usize) {
+        self.below.clear();
+        self.below.resize(columns, None);
+    }
+
+    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`CoverSpread`] has it.
+    pub fn note(
+        &mut self,
+        column: usize,
+        hit: &Hit,
+        film: &Film,
+        through: &[f32; BASIS],
+        specimen: &Specimen,
+        camera: &Camera,
+        y: f32,
+    ) {
+        if !hit.lit || through.iter().all(|&t| t == 0.0) {
+            return;
+        }
+        let z = height_below(&hit.surface, film);
+        if !specimen.sees_below(Vec3::new(hit.x, y, z), y) {
+            return;
+        }
+        let sight = camera.sight(hit.x, z, film.under_slope[1]);
+        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
+        self.below[column] = Some(Below {
+            column: camera.place(hit.x, 0.0, z)[0],
+            z,
+            sight,
+            light: through.map(|t| t * white),
+            metal: film.under.gloss.is_metal(),
+        });
+    }
+
+    /// Draws the second line of a row.
+    pub fn draw(&mut self, camera: &Camera, second: &mut Second) {
+        let columns = self.below.len();
+        let padded = columns.next_multiple_of(TILE);
+        let old = second.columns.clone();
+        for field in [&mut second.centre, &mut second.rows_per_mm, &mut second.variance] {
+            field.resize(padded, 1.0);
+        }
+        for source in &mut second.source {
+            source.resize(padded, 0.0);
+            source[old.clone()].fill(0.0);
+        }
+        second.metal.resize(padded, false);
+        self.height.clear();
+        self.height.resize(columns, f32::MIN);
+        let (mut first, mut last) = (columns, 0);
+        for pair in self.below.windows(2) {
+            let [Some(a), Some(b)] = pair else { continue };
+            if (a.z - b.z).abs() > JUMP_MM || b.column <= a.column {
+                continue;
+            }
+            let end = (b.column.ceil() as usize).min(columns);
+            for column in a.column.ceil().max(0.0) as usize..end {
+                let part = (column as f32 - a.column) / (b.column - a.column);
+                let mix = |a: f32, b: f32| a + (b - a) * part;
+                let z = mix(a.z, b.z);
+                if z <= self.height[column] {
+                    continue;
+                }
+                self.height[column] = z;
+                (first, last) = (first.min(column), last.max(column + 1));
+                second.centre[column] = mix(a.sight.row, b.sight.row);
+                second.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
+                second.variance[column] = mix(a.sight.variance, b.sight.variance);
+                second.metal[column] = a.metal;
+                for j in 0..BASIS {
+                    second.source[j][column] = mix(a.light[j], b.light[j]);
+                }
+            }
+        }
+        second.columns = first.min(last)..last;
+        self.blur(camera, second);
+    }
+
+    /// Spreads the second line along itself, piece by piece.
+    fn blur(&mut self, camera: &Camera, second: &mut Second) {
+        let mut start = second.columns.start;
+        for column in second.columns.clone() {
+            let ends = column + 1 == second.columns.end
+                || (self.height[column + 1] - self.height[column]).abs() > JUMP_MM
+                || second.metal[column + 1] != second.metal[column];
+            if !ends {
+                continue;
+            }
+            let piece = start..column + 1;
+            start = column + 1;
+            if self.height[column] == f32::MIN {
+                continue;
+            }
+            for j in 0..BASIS {
+                let source = &mut second.source[j][piece.clone()];
+                if source.iter().any(|&light| light != 0.0) {
+                    blur(source, camera.along_variance(SPREAD_MM[j]), 1.0, &mut self.line);
+                }
+            }
+        }
+    }
+}
