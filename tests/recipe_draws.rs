@@ -210,11 +210,10 @@ fn editing_keys_of(before: &Recipe) {
 
 #[test]
 fn every_prefix_is_balanced() {
-    let recipe = wood();
-    for seed in [0, 1, u64::MAX] {
+    for (recipe, seed) in subjects().iter().flat_map(|recipe| [0, 1, u64::MAX].map(|seed| (recipe, seed))) {
         let mut counts = BTreeMap::new();
         for index in 0..10_000u64 {
-            *counts.entry(recipe.draw(seed, index).class).or_insert(0.0) += 1.0;
+            *counts.entry(recipe.class_of(seed, index).name.clone()).or_insert(0.0) += 1.0;
             let n = (index + 1) as f64;
             // Denjoy and Koksma: two for each term of n's Zeckendorf sum, of which there are at most log_phi(n) / 2 + 1.
             let bound = 2.0 + n.ln() / ((1.0 + 5f64.sqrt()) / 2.0).ln();
