@@ -6,7 +6,7 @@ use image::{Rgb, RgbImage};
 use procedural::Class;
 
 use self::classes::{Legend, colour};
-use crate::drawing::{MARGIN, Page, Ramp, viridis};
+use crate::drawing::{LETTER, MARGIN, Page, Ramp, viridis};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene, Subject};
@@ -85,15 +85,17 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     page.0
 }
 
-/// Writes the number of each pocket on its upper left corner, and its state where that is a defect.
+/// Writes the number of each pocket on its upper left corner, and its state where that is a defect and the words fit.
 fn name_pockets(page: &mut Page, record: &Record, panel: &Panel, [left, top]: [u32; 2]) {
     for object in record.objects.iter().filter(|object| object.instance.within == 0) {
         let at = |pixel: u32, size: u32, count: usize| (u64::from(pixel) * u64::from(size) / count as u64) as u32;
         let x = left + at(object.bbox[0], panel.width, panel.cols);
         let y = top + at(object.bbox[1], panel.height, panel.rows);
         let state = object.instance.state;
-        let name = if state == Class::Pocket { String::new() } else { format!(" {}", state.name().replace('_', " ")) };
-        page.words(x, y + 10, &format!("{}{name}", object.instance.id));
+        let number = object.instance.id.to_string();
+        let name = format!("{number} {}", state.name().replace('_', " "));
+        let fits = LETTER * name.len() as u32 <= at(object.bbox[2], panel.width, panel.cols);
+        page.words(x, y + 10, if fits && state != Class::Pocket { &name } else { &number });
     }
 }
 
