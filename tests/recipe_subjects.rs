@@ -21,8 +21,8 @@ fn numbers_of_a_pack_must_fit_together() {
     let caplet = "tablet: {length_mm: 15, width_mm: 7}\npocket: {turn_deg: {uniform: [0, 90]}}";
     let faults = faults(&format!("{}{caplet}\n", GOOD.replace("wood", "blister")));
     assert!(faults.to_string().contains("along the laser line") && faults.to_string().contains("along the scan"));
-    only_pack("tablet: {band_mm: 5}", (1, 10), "tablet.band_mm", &["5 mm", "4.6 mm thick"]);
-    let low = "laser: {fan_height_mm: 20}\ntablet: {thickness_mm: 15, band_mm: 2}\npack: {pitch_x_mm: 24, pitch_y_mm: 24, width_mm: 80, length_mm: 80}\npocket: {headroom_mm: 5}";
+    only_pack("tablet: {band_mm: 2, thickness_mm: 1.5}", (1, 10), "tablet.band_mm", &["2 mm", "1.5 mm thick"]);
+    let low = "laser: {fan_height_mm: 20}\ntablet: {thickness_mm: 15, band_mm: 2}\npack: {pitch_x_mm: 34, pitch_y_mm: 34, width_mm: 120, length_mm: 120}\npocket: {headroom_mm: 5}";
     only_pack(low, (1, 9), "laser.fan_height_mm", &["20 mm high", "mm thick", "above the pack"]);
 }
 
