@@ -9,7 +9,7 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small preview validate schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small blister blister-small preview validate schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -41,6 +41,12 @@ wood: build ## full-size wood dataset of N samples (N=2) in out/wood
 
 wood-small: build ## small wood dataset of 16 samples in out/wood-small
 	$(GEN) --recipe recipes/wood-small.yaml --n 16 --out out/wood-small
+
+blister: build ## full-size dataset of N blister packs (N=2) in out/blister
+	$(GEN) --recipe recipes/blister.yaml --n $(N) --out out/blister
+
+blister-small: build ## small dataset of 16 blister packs in out/blister-small
+	$(GEN) --recipe recipes/blister-small.yaml --n 16 --out out/blister-small
 
 preview: build ## picture of one sample: RECIPE=recipes/wood.yaml INDEX=0
 	mkdir -p out

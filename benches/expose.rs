@@ -5,7 +5,6 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use procedural::Body;
 use procedural::blister::{Blister, Pack};
-use procedural::wood::Plank;
 use sheetlight::extract::{Profile, extract};
 use sheetlight::frame::Frame;
 use sheetlight::optics::speckle::Tiles;
@@ -28,13 +27,11 @@ impl Bench {
     /// The first board with knots, `across` the middle of it.
     fn new() -> Self {
         let recipe = Recipe::load("wood.yaml").expect("the embedded recipe loads");
-        let scene =
-            (0..).map(|i| recipe.draw(0, i)).find(|s| s.wood.knots.sound_count >= 2.0).expect("some board has knots");
-        let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
-        let clear = pipeline::earlywood(&scene.wood.media);
-        let height = f64::from(body.bounds().1.z);
-        let sensor = Sensor::new(&scene.bench, scene.size, height, &clear, &Tiles::new(0), scene.stream);
-        let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
+        let scene = (0..)
+            .map(|i| recipe.draw(0, i))
+            .find(|s| s.plan.wood().is_some_and(|wood| wood.knots.sound_count >= 2.0))
+            .expect("some board has knots");
+        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &Tiles::new(0));
         Self { scene, sensor, specimen, start: 1500 }
     }
 

@@ -9,7 +9,7 @@ use divan::Bencher;
 use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
-use sheetlight::record::Record;
+use sheetlight::record::{Below, Record};
 use sheetlight::settings::{Output, SensorStack, Size};
 use sheetlight::shard::{
     DatasetFolder, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
@@ -106,8 +106,10 @@ fn whole_file(truth: bool, step: Option<i32>) -> Vec<ExrChannel> {
     if let (true, Some(truth)) = (truth, record.truth) {
         let round = |z: f32| step.map_or(z, |step| (z * 2f32.powi(step)).round() / 2f32.powi(step));
         list.push(("Height", Some(Samples::Float(truth.height.into_iter().map(round).collect()))));
-        list.push(("FibreAzimuth", Some(Samples::Half(truth.fibre_azimuth))));
-        list.push(("FibreDive", Some(Samples::Half(truth.fibre_dive))));
+        if let Below::Fibre { azimuth, dive } = truth.below {
+            list.push(("FibreAzimuth", Some(Samples::Half(azimuth))));
+            list.push(("FibreDive", Some(Samples::Half(dive))));
+        }
     }
     let channel = |(name, samples): (&str, Option<Samples>)| Some(ExrChannel { name: name.into(), samples: samples? });
     list.into_iter().filter_map(channel).collect()

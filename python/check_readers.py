@@ -24,6 +24,8 @@ from PIL import Image
 
 DEPTH = {"range": np.uint16, "reflectance": np.uint8, "scatter": np.uint16, "label": np.uint8, "instance": np.uint16}
 
+TRUTH = {"wood": {"Height", "FibreAzimuth", "FibreDive"}, "blister": {"Height", "FilmThickness", "FilmGap"}}
+
 
 def expect(condition, *what):
     if not condition:
@@ -89,6 +91,7 @@ def check_datasets(root, head, splits, cache):
         objects = part.features["objects"].feature
         expect(isinstance(objects["class"], ClassLabel), "objects.class", objects["class"])
         expect(objects["class"].names == head["pixel_classes"], "objects.class", objects["class"].names)
+        expect(objects["state"].names == head["pixel_classes"], "objects.state", objects["state"].names)
         sample = part[0]
         expect(sample["split"] == name, "split", sample["split"])
         for image in head["images"]["png"]:
@@ -96,8 +99,11 @@ def check_datasets(root, head, splits, cache):
             pixels = np.asarray(sample[image])
             shape = (head["images"]["rows"], head["images"]["cols"])
             expect((pixels.shape, pixels.dtype) == (shape, DEPTH[image]), image, pixels.shape, pixels.dtype)
-        for box in (o["bbox"] for o in sample["objects"]):
-            expect(len(box) == 4, "bbox", box)
+        for each in sample["objects"]:
+            expect(len(each["bbox"]) == 4, "bbox", each)
+            name = head["pixel_classes"][each["class"]]
+            expect(name == "pocket" or name in sample["defect_classes"], name, "is none of", sample["defect_classes"])
+        expect(list(sample["class_area_px"]) == [head["pixel_classes"][v] for v in head["label_values"]], sample)
     stream = load_dataset(str(root), split=splits[0], streaming=True, cache_dir=cache)
     expect(next(iter(stream))["id"] == found[splits[0]][0]["id"], "streaming differs")
     return "splits " + ", ".join(f"{name} {len(part)}" for name, part in found.items())
@@ -121,9 +127,10 @@ def check_tables(root, head):
     pandas = pd.concat([pd.read_parquet(path) for path in sorted((root / "data").glob("*.parquet"))])
     expect(len(pandas) == head["samples"], "pandas rows", len(pandas))
     expect(sorted(frame["id"].to_list()) == sorted(pandas["id"]), "polars and pandas ids differ")
-    rows = duckdb.sql(f"SELECT count(*), sum(class_area_px.clear), max(seed) FROM '{pattern}'").fetchall()[0]
+    area = head["pixel_classes"][head["label_values"][1]]
+    rows = duckdb.sql(f"SELECT count(*), sum(class_area_px.{area}), max(seed) FROM '{pattern}'").fetchall()[0]
     expect(rows[0] == head["samples"] and rows[2] == head["seed"], "duckdb", rows)
-    expect(rows[1] == frame["class_area_px"].struct.field("clear").sum(), "duckdb and polars areas differ")
+    expect(rows[1] == frame["class_area_px"].struct.field(area).sum(), "duckdb and polars areas differ")
     number = first_number(head)
     if number:
         group, key = number
@@ -157,7 +164,7 @@ def check_exr(root, head, files, most=8):
             for key, pixels in channels.items():
                 expect(pixels.shape == (row["rows"], row["cols"]), name, key, pixels.shape)
             if head["images"]["truth_maps"]:
-                expect({"Height", "FibreAzimuth", "FibreDive"} <= set(channels), name, set(channels))
+                expect(TRUTH[head["subject"]] <= set(channels), name, set(channels))
             compare(name, row, channels)
             if "Y" in channels:
                 seen = cv2.imread(str(name), cv2.IMREAD_UNCHANGED)

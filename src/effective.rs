@@ -1,14 +1,17 @@
 //! Effective physics: numbers that follow from a scene's draws and that a reader of the images wants to know.
 
-use procedural::Medium;
+use procedural::blister::Blister;
+use procedural::wood::Media;
+use procedural::{Gloss, Medium};
 
 use crate::extract;
 use crate::optics::Sensor;
-use crate::recipe::Scene;
+use crate::recipe::{Plan, Scene, Subject};
 use crate::transport::fresnel::boundary_factor;
+use crate::transport::kernel::diffusion;
 
-/// Name (ending in its unit) and meaning of each effective number, in the order of [`effective`].
-pub const EFFECTIVE: [(&str, &str); 13] = [
+/// Name (ending in its unit) and meaning of the numbers of the bench, which every subject has.
+const BENCH: [(&str, &str); 10] = [
     ("magnification", "Magnification of the lens at the origin."),
     ("scheimpflug_deg", "Tilt of the sensor that focuses the laser plane."),
     ("height_per_row_mm", "Height that one sensor row stands for, at the sensor's middle."),
@@ -19,20 +22,39 @@ pub const EFFECTIVE: [(&str, &str); 13] = [
     ("speckle_surface", "Contrast of speckle in one pixel, light from the surface."),
     ("speckle_volume", "Contrast of speckle in one pixel, light from below the surface."),
     ("scatter_dark_dn", "What the dark level adds to Scatter."),
+];
+
+const WOOD: [(&str, &str); 3] = [
     ("clear_diffusion_along_mm", "Diffusion coefficient of earlywood along the fibre."),
     ("clear_diffusion_across_mm", "Diffusion coefficient of earlywood across the fibre."),
     ("clear_boundary_factor", "Boundary factor A of clear wood against air."),
 ];
 
-/// The effective numbers of a scene whose upper surface lies about `top` [mm]; `clear` is its earlywood.
-pub fn effective(scene: &Scene, sensor: &Sensor, clear: &Medium, top: f64) -> Vec<(&'static str, f64)> {
+const BLISTER: [(&str, &str); 5] = [
+    ("film_optical_thickness", "Reduced scattering lengths across the flange's film."),
+    ("film_transmission", "Share of diffuse light that passes the flange's film, by 1 / (1 + 3/4 optical thickness)."),
+    ("tablet_reflectance", "Diffuse reflectance of a bare tablet without end, coat included."),
+    ("tablet_diffusion_mm", "Diffusion coefficient of a tablet."),
+    ("tablet_boundary_factor", "Boundary factor A of a tablet against air."),
+];
+
+/// Name (ending in its unit) and meaning of each effective number of a subject, in the order of [`effective`].
+pub fn declared(subject: Subject) -> Vec<(&'static str, &'static str)> {
+    let own: &[_] = match subject {
+        Subject::Wood => &WOOD,
+        Subject::Blister => &BLISTER,
+    };
+    [&BENCH, own].concat()
+}
+
+/// The effective numbers of a scene whose upper surface lies about `top` [mm].
+pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str, f64)> {
     let camera = sensor.camera();
     let rig = &camera.rig;
     let sight = camera.sight(0.0, top as f32, 0.0);
     let [surface, volume] = sensor.speckle_contrast();
     let exposure = &scene.bench.exposure;
-    let (along, across) = crate::transport::kernel::diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
-    let values = [
+    let bench = [
         rig.magnification(),
         rig.scheimpflug().to_degrees(),
         rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5),
@@ -43,9 +65,93 @@ pub fn effective(scene: &Scene, sensor: &Sensor, clear: &Medium, top: f64) -> Ve
         f64::from(surface),
         f64::from(volume),
         extract::scatter_pixels(&scene.extraction) as f64 * exposure.dark_level_dn,
-        along,
-        across,
-        boundary_factor(f64::from(clear.n_eff)),
     ];
-    EFFECTIVE.iter().map(|(name, _)| *name).zip(values).collect()
+    let own = match &scene.plan {
+        Plan::Wood(wood) => of_wood(&earlywood(&wood.media)).to_vec(),
+        Plan::Blister(blister) => of_blister(blister).to_vec(),
+    };
+    let names = declared(scene.plan.subject()).into_iter().map(|(name, _)| name);
+    names.zip(bench.into_iter().chain(own)).collect()
+}
+
+/// The matter that stands for a scene's object as a whole: what most light from below has gone through.
+///
+/// Of a pack that is the tablet: films are a few mean free paths thick at most, so the long paths, which wash speckle out,
+/// lie in the tablet. Over an empty pocket speckle is washed out too much by that.
+pub fn typical(plan: &Plan) -> Medium {
+    match plan {
+        Plan::Wood(wood) => earlywood(&wood.media),
+        Plan::Blister(blister) => {
+            let tablet = &blister.tablet;
+            let r0 = boundary_reflectance(tablet.n);
+            let gloss =
+                Gloss { share: tablet.gloss as f32, reflectance: r0 as f32, roughness: [tablet.roughness as f32; 2] };
+            Medium::isotropic(tablet.mu_a_per_mm as f32, tablet.sigma_per_mm as f32, tablet.n as f32, gloss)
+        }
+    }
+}
+
+/// Clear earlywood.
+pub fn earlywood(media: &Media) -> Medium {
+    Medium {
+        mu_a: media.earlywood_mu_a_per_mm as f32,
+        sigma_i: media.earlywood_sigma_i_per_mm as f32,
+        k: media.earlywood_k_per_mm as f32,
+        n_eff: media.clear_n_eff as f32,
+        fibre: glam::Vec3::Y,
+        gloss: Gloss::wood(media.gloss as f32),
+        coat: 1.0,
+    }
+}
+
+fn of_wood(clear: &Medium) -> [f64; WOOD.len()] {
+    let (along, across) = diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
+    [along, across, boundary_factor(f64::from(clear.n_eff))]
+}
+
+/// Transmission of the film: diffusion of a slab without boundary reflection or absorption (Ishimaru 1978).
+///
+/// Reflectance of the tablet: diffusion with one isotropic source (Flock, Patterson, Wilson and Wyman 1989),
+/// R = a' / (1 + (1 + 2 A / 3) sqrt(3 (1 - a')) + 2 A (1 - a')) for the reduced albedo a' and the boundary factor A.
+fn of_blister(blister: &Blister) -> [f64; BLISTER.len()] {
+    let (web, tablet) = (&blister.web, &blister.tablet);
+    let thickness = web.sigma_per_mm * web.thickness_mm;
+    let albedo = tablet.sigma_per_mm / (tablet.sigma_per_mm + tablet.mu_a_per_mm);
+    let (a, lost) = (boundary_factor(tablet.n), 1.0 - albedo);
+    let within = albedo / (1.0 + (1.0 + 2.0 * a / 3.0) * (3.0 * lost).sqrt() + 2.0 * a * lost);
+    let entered = (1.0 - boundary_reflectance(tablet.n)) * tablet.coat * tablet.coat;
+    [
+        thickness,
+        1.0 / (1.0 + 0.75 * thickness),
+        entered * within,
+        1.0 / (3.0 * (tablet.sigma_per_mm + tablet.mu_a_per_mm)),
+        a,
+    ]
+}
+
+/// Fresnel reflectance at normal incidence against air.
+fn boundary_reflectance(n: f64) -> f64 {
+    ((n - 1.0) / (n + 1.0)) * ((n - 1.0) / (n + 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_pack_by_hand() {
+        let Plan::Blister(mut blister) = Plan::from_values(Subject::Blister, &mut |p| p.default) else {
+            panic!("no pack")
+        };
+        (blister.web.sigma_per_mm, blister.web.thickness_mm) = (40.0, 0.12);
+        (blister.tablet.mu_a_per_mm, blister.tablet.sigma_per_mm, blister.tablet.n) = (0.005, 40.0, 1.5);
+        blister.tablet.coat = 1.0;
+        let [thickness, transmission, reflectance, d, _] = of_blister(&blister);
+        assert!((thickness - 4.8).abs() < 1e-12 && (transmission - 0.2174).abs() < 1e-4, "{transmission}");
+        // Diffusion puts a white tablet near 0.9, and its coefficient is a third of the mean free path.
+        assert!((reflectance - 0.904).abs() < 0.004, "{reflectance}");
+        assert!((d - 1.0 / 120.015).abs() < 1e-9, "{d}");
+        blister.tablet.coat = 0.5;
+        assert!((of_blister(&blister)[2] - 0.25 * reflectance).abs() < 1e-12);
+    }
 }

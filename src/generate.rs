@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use output_schema::dataset::{Generator, RecipeHead, SplitShares};
-use output_schema::{DatasetHead, FORMAT, NumberColumn, PIXEL_CLASSES, SCHEMA_VERSION};
+use output_schema::{DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
 
-use crate::effective::EFFECTIVE;
+use crate::effective::declared;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Recipe;
@@ -79,6 +79,8 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
         order.samples_per_shard.unwrap_or_else(|| shard::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
     let parameters = recipe.draw(order.seed, 0).values();
     let splits = recipe.splits();
+    let subject = recipe.subject();
+    let files = SubjectFiles::named(subject.name()).expect("every subject has files; a test names them all");
     DatasetHead {
         format: FORMAT.into(),
         schema_version: SCHEMA_VERSION,
@@ -95,11 +97,13 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
         samples_per_shard: per_shard,
         shards: DatasetHead::shards_for(order.samples, per_shard),
         classes: recipe.classes().iter().map(|class| class.name.clone()).collect(),
-        pixel_classes: PIXEL_CLASSES.iter().map(|name| (*name).into()).collect(),
+        subject: subject.name().into(),
+        pixel_classes: files.pixel_classes(),
+        label_values: files.label_values(),
         splits: SplitShares { train: splits.train, validation: splits.validation, test: splits.test },
         images: shard::images(&recipe.output(), &recipe.size()),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),
-        physics: EFFECTIVE.iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
+        physics: declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
     }
 }
 

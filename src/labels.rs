@@ -2,7 +2,7 @@
 
 use procedural::{Class, Instance, atan2};
 
-use crate::record::{Labels, Object, TruthMaps};
+use crate::record::{Below, Labels, Object, TruthMaps};
 use crate::specimen::Hit;
 
 /// Writes the truth of one profile into row `row` of full-size maps of `hits.len()` columns.
@@ -13,8 +13,8 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
     }
 }
 
-/// Writes height, fibre azimuth and fibre dive of one profile; NaN off the body.
-pub fn truth_row(hits: &[Hit], height: &mut [f32], azimuth: &mut [f32], dive: &mut [f32]) {
+/// Writes the truth of one profile of a board: height, fibre azimuth and fibre dive; NaN off the body.
+pub fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
     for (column, hit) in hits.iter().enumerate() {
         (height[column], azimuth[column], dive[column]) = if hit.matter.class == Class::Background {
             (f32::NAN, f32::NAN, f32::NAN)
@@ -27,6 +27,19 @@ pub fn truth_row(hits: &[Hit], height: &mut [f32], azimuth: &mut [f32], dive: &m
             let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
             let turn = atan2(sign * along.x, sign * along.y).to_degrees();
             (hit.surface.z, turn, atan2(rise.abs(), along.length()).to_degrees())
+        };
+    }
+}
+
+/// Writes the truth of one profile of a pack: height, thickness of the film and air below it; NaN off the body.
+pub fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
+    for (column, hit) in hits.iter().enumerate() {
+        let film = hit.matter.film.as_ref();
+        (height[column], thickness[column], gap[column]) = if hit.matter.class == Class::Background {
+            (f32::NAN, f32::NAN, f32::NAN)
+        } else {
+            let air = film.and_then(|film| film.gap_mm);
+            (hit.surface.z, film.map_or(0.0, |film| film.thickness_mm), air.unwrap_or(0.0))
         };
     }
 }
@@ -70,15 +83,20 @@ fn most_frequent(sorted: impl Iterator<Item = u16>) -> u16 {
     best
 }
 
-/// The defects that the label image shows: area and box of each, with the body's numbers.
+/// What the label image shows: area and box of each instance, what lies in it included, with the body's numbers.
 pub fn objects(labels: &Labels, cols: usize, pixel_mm2: f64, instances: &[Instance]) -> Vec<Object> {
     let mut boxes = vec![(0u64, [u32::MAX, u32::MAX, 0, 0]); instances.len()];
     for (row, line) in labels.instance.chunks_exact(cols).enumerate() {
-        for (column, &id) in line.iter().enumerate().filter(|&(_, &id)| id > 0) {
-            let (area, [left, top, right, bottom]) = &mut boxes[usize::from(id) - 1];
-            *area += 1;
-            (*left, *right) = ((*left).min(column as u32), (*right).max(column as u32 + 1));
-            (*top, *bottom) = ((*top).min(row as u32), (*bottom).max(row as u32 + 1));
+        for (column, &id) in line.iter().enumerate() {
+            let mut id = usize::from(id);
+            while id > 0 {
+                let (area, [left, top, right, bottom]) = &mut boxes[id - 1];
+                *area += 1;
+                (*left, *right) = ((*left).min(column as u32), (*right).max(column as u32 + 1));
+                (*top, *bottom) = ((*top).min(row as u32), (*bottom).max(row as u32 + 1));
+                // What holds an instance has a smaller number, so this ends.
+                id = usize::from(instances[id - 1].within).min(id - 1);
+            }
         }
     }
     instances
@@ -100,15 +118,17 @@ pub fn bin_truth(truth: TruthMaps, cols: usize, columns: usize, rows: usize) -> 
         return truth;
     }
     let mean = |map: Vec<f32>| bin_map(map, cols, columns, rows, f32::NAN, |v| !v.is_nan());
-    // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
-    let part =
-        |f: fn(f32) -> f32| -> Vec<f32> { truth.fibre_azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
-    let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
-    TruthMaps {
-        height: mean(truth.height),
-        fibre_azimuth: cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect(),
-        fibre_dive: mean(truth.fibre_dive),
-    }
+    let below = match truth.below {
+        Below::Fibre { azimuth, dive } => {
+            // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
+            let part = |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
+            let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
+            let azimuth = cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect();
+            Below::Fibre { azimuth, dive: mean(dive) }
+        }
+        Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },
+    };
+    TruthMaps { height: mean(truth.height), below }
 }
 
 /// Means of groups of `columns x rows` pixels for which `valid` holds; `missing` where none does.
@@ -154,30 +174,42 @@ mod tests {
     #[test]
     fn objects_have_the_boxes_of_their_pixels() {
         let labels = Labels { class: vec![0; 12], instance: vec![0, 0, 2, 2, 0, 0, 2, 0, 0, 0, 0, 0] };
-        let instance = |id| Instance {
+        let found = objects(&labels, 4, 0.5, &[instance(1, 0), instance(2, 0)]);
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].instance.id, found[0].area_px, found[0].bbox), (2, 3, [2, 0, 2, 2]));
+        assert!((found[0].area_mm2 - 1.5).abs() < 1e-12);
+    }
+
+    fn instance(id: u16, within: u16) -> Instance {
+        Instance {
             id,
             class: Class::SoundKnot,
             state: Class::SoundKnot,
-            within: 0,
+            within,
             x_mm: 0.0,
             y_mm: 0.0,
             diameter_mm: 1.0,
             dive_deg: 90.0,
             death_radius_mm: f64::NAN,
             severity: f64::NAN,
-        };
-        let found = objects(&labels, 4, 0.5, &[instance(1), instance(2)]);
-        assert_eq!(found.len(), 1);
-        assert_eq!((found[0].instance.id, found[0].area_px, found[0].bbox), (2, 3, [2, 0, 2, 2]));
-        assert!((found[0].area_mm2 - 1.5).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_pocket_holds_what_lies_in_it() {
+        // Pocket 1 in front, of which defect 3 hides a corner; pocket 2 shows nothing but its own defect 4.
+        let labels = Labels { class: vec![0; 12], instance: vec![1, 1, 0, 0, 1, 3, 0, 0, 0, 3, 0, 4] };
+        let found = objects(&labels, 4, 0.5, &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
+        let seen: Vec<_> = found.iter().map(|o| (o.instance.id, o.area_px, o.bbox)).collect();
+        assert_eq!(seen, [(1, 5, [0, 0, 2, 3]), (2, 1, [3, 2, 1, 1]), (3, 2, [1, 1, 1, 2]), (4, 1, [3, 2, 1, 1])]);
     }
 
     #[test]
     fn azimuth_is_averaged_as_an_axis() {
-        let truth =
-            TruthMaps { height: vec![1.0, 3.0], fibre_azimuth: vec![89.0, -89.0], fibre_dive: vec![10.0, f32::NAN] };
-        let binned = bin_truth(truth, 2, 2, 1);
-        assert!((binned.fibre_azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", binned.fibre_azimuth[0]);
-        assert_eq!((binned.height[0], binned.fibre_dive[0]), (2.0, 10.0));
+        let below = Below::Fibre { azimuth: vec![89.0, -89.0], dive: vec![10.0, f32::NAN] };
+        let binned = bin_truth(TruthMaps { height: vec![1.0, 3.0], below }, 2, 2, 1);
+        let Below::Fibre { azimuth, dive } = binned.below else { panic!("no fibres") };
+        assert!((azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", azimuth[0]);
+        assert_eq!((binned.height[0], dive[0]), (2.0, 10.0));
     }
 }

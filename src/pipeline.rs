@@ -1,17 +1,18 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
-use procedural::wood::{Media, Plank};
-use procedural::{Body, Gloss, Medium};
+use procedural::blister::Pack;
+use procedural::wood::Plank;
+use procedural::{Body, Class};
 use rayon::prelude::*;
 
-use crate::effective::effective;
+use crate::effective::{effective, typical};
 use crate::extract::{Profile, extract};
 use crate::frame::{Calibration, Frame};
 use crate::labels;
 use crate::optics::speckle::Tiles;
 use crate::optics::{Band, Scratch, Sensor, TILE};
-use crate::recipe::Scene;
-use crate::record::{Labels, Maps, Record, StackFrame, TruthMaps};
+use crate::recipe::{Plan, Scene, Subject};
+use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use crate::settings::{SensorStack, Transport};
 use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
@@ -25,39 +26,33 @@ const BAND_PROFILES: (usize, usize) = (32, 512);
 ///
 /// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
 pub fn render(scene: &Scene, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
-    render_body(scene, body, tiles, progress)
+    render_body(scene, body(scene), tiles, progress)
+}
+
+/// Grows or forms the object of a scene.
+pub fn body(scene: &Scene) -> Body {
+    match &scene.plan {
+        Plan::Wood(wood) => Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), wood))),
+        Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),
+    }
 }
 
 /// [`render`] for any body.
 pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
-    let (sensor, specimen, clear) = set_up(scene, body, tiles);
+    let (sensor, specimen) = set_up(scene, body, tiles);
     let mut scan = Scan::new(scene);
     scan.expose(scene, &sensor, &specimen, progress);
-    scan.record(scene, &sensor, &specimen, &clear)
+    scan.record(scene, &sensor, &specimen)
 }
 
-/// Puts a body under a scene's bench; with the clear wood of the scene, for effective numbers.
-pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen, Medium) {
-    let clear = earlywood(&scene.wood.media);
+/// Puts a body under a scene's bench.
+pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
+    let matter = typical(&scene.plan);
     let sensor =
-        Sensor::new(&scene.bench, scene.size, height, &clear, tiles, scene.stream).with_transport(scene.transport);
+        Sensor::new(&scene.bench, scene.size, height, &matter, tiles, scene.stream).with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
-    (sensor, specimen, clear)
-}
-
-/// The clear wood of a scene, for effective numbers.
-pub fn earlywood(media: &Media) -> Medium {
-    Medium {
-        mu_a: media.earlywood_mu_a_per_mm as f32,
-        sigma_i: media.earlywood_sigma_i_per_mm as f32,
-        k: media.earlywood_k_per_mm as f32,
-        n_eff: media.clear_n_eff as f32,
-        fibre: glam::Vec3::Y,
-        gloss: Gloss::wood(media.gloss as f32),
-        coat: 1.0,
-    }
+    (sensor, specimen)
 }
 
 /// Full-size maps of one sample, `[profiles, columns]`, row-major.
@@ -87,8 +82,10 @@ impl Scan {
             labels: Labels { class: vec![0; pixels], instance: vec![0; pixels] },
             truth: scene.output.truth_maps.then(|| TruthMaps {
                 height: map(),
-                fibre_azimuth: map(),
-                fibre_dive: map(),
+                below: match scene.plan.subject() {
+                    Subject::Wood => Below::Fibre { azimuth: map(), dive: map() },
+                    Subject::Blister => Below::Film { thickness: map(), gap: map() },
+                },
             }),
             stack: Vec::new(),
         }
@@ -104,10 +101,7 @@ impl Scan {
         let calibration = sensor.calibration();
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
-        let mut truth = self
-            .truth
-            .as_mut()
-            .map(|t| [&mut t.height, &mut t.fibre_azimuth, &mut t.fibre_dive].map(|map| map.chunks_mut(step)));
+        let mut truth = self.truth.as_mut().map(|truth| truth.maps_mut().map(|map| map.chunks_mut(step)));
         let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
         let measured = measured.zip(self.maps.scatter.chunks_mut(step));
         let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
@@ -131,7 +125,7 @@ impl Scan {
         self.stack = stacks.into_iter().flatten().collect();
     }
 
-    fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, clear: &Medium) -> Record {
+    fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
         let (columns, rows) = (scene.output.bin_columns, scene.output.bin_profiles);
         let cols = scene.size.columns;
         let rig = sensor.camera().rig;
@@ -146,7 +140,9 @@ impl Scan {
         let top = f64::from(specimen.top());
         let col_mm = rig.along(1.0, top) - rig.along(0.0, top);
         let (col_mm, row_mm) = (col_mm * columns as f64, scene.bench.motion.step_mm * rows as f64);
-        let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, specimen.body().instances());
+        let instances = specimen.body().instances();
+        let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, instances);
+        let defects = instances.iter().map(|instance| instance.class).filter(|class| *class != Class::Pocket).collect();
         // Sixteen bits over the sensor's whole height; 0 is missing.
         let (low, high) = (rig.height(scene.size.rows as f64 - 0.5), rig.height(-0.5));
         let scale = (high - low) / 65534.0;
@@ -162,11 +158,12 @@ impl Scan {
             range_offset_mm: low - scale,
             range_scale_mm: scale,
             draws: scene.draws(),
-            physics: effective(scene, sensor, clear, top),
+            physics: effective(scene, sensor, top),
             maps,
             labels,
             truth,
             objects,
+            defects,
             stack: self.stack,
         }
     }
@@ -182,8 +179,12 @@ impl Part<'_> {
             let line = place * columns..(place + 1) * columns;
             let hits = &band.row(profile).hits;
             labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
-            if let Some([height, azimuth, dive]) = &mut self.truth {
-                labels::truth_row(hits, &mut height[line.clone()], &mut azimuth[line.clone()], &mut dive[line]);
+            if let Some(maps) = &mut self.truth {
+                let maps = maps.each_mut().map(|map| &mut map[line.clone()]);
+                match scene.plan.subject() {
+                    Subject::Wood => labels::fibre_row(hits, maps),
+                    Subject::Blister => labels::film_row(hits, maps),
+                }
             }
             sensor.row_offsets(profile, &mut offsets[place]);
             if keeps(scene.output.sensor_stack, profile) {

@@ -1,12 +1,15 @@
 //! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
 
+mod classes;
+
 use image::{Rgb, RgbImage};
 use procedural::Class;
 
+use self::classes::{Legend, colour};
 use crate::drawing::{LETTER, MARGIN, Page, Ramp, viridis};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
-use crate::recipe::{Recipe, Scene};
+use crate::recipe::{Recipe, Scene, Subject};
 use crate::record::Record;
 use crate::settings::SensorStack;
 
@@ -44,7 +47,8 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let width = 4 * (panel.width + MARGIN) + MARGIN;
     let strip = frame_strip(scene, record, width - 2 * MARGIN);
     let top = HEAD + strip.as_ref().map_or(0, |s| s.height() + FOOT);
-    let mut page = Page::new(width, top + HEAD + panel.height + FOOT);
+    let legend = Legend::of(&record.labels.class, panel.width);
+    let mut page = Page::new(width, top + HEAD + panel.height + FOOT + legend.more());
     if let Some(strip) = strip {
         page.words(
             MARGIN,
@@ -74,8 +78,25 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let left = MARGIN + 3 * (panel.width + MARGIN);
     page.words(left, top + 15, "Labels");
     page.picture(left, top + HEAD, &panel.paint_classes(&record.labels.class));
-    legend(&mut page, left, top + HEAD + panel.height + 8, panel.mm_per_px);
+    if scene.plan.subject() == Subject::Blister {
+        name_pockets(&mut page, record, &panel, [left, top + HEAD]);
+    }
+    legend.draw(&mut page, left, top + HEAD + panel.height + 8, panel.mm_per_px);
     page.0
+}
+
+/// Writes the number of each pocket on its upper left corner, and its state where that is a defect and the words fit.
+fn name_pockets(page: &mut Page, record: &Record, panel: &Panel, [left, top]: [u32; 2]) {
+    for object in record.objects.iter().filter(|object| object.instance.within == 0) {
+        let at = |pixel: u32, size: u32, count: usize| (u64::from(pixel) * u64::from(size) / count as u64) as u32;
+        let x = left + at(object.bbox[0], panel.width, panel.cols);
+        let y = top + at(object.bbox[1], panel.height, panel.rows);
+        let state = object.instance.state;
+        let number = object.instance.id.to_string();
+        let name = format!("{number} {}", state.name().replace('_', " "));
+        let fits = LETTER * name.len() as u32 <= at(object.bbox[2], panel.width, panel.cols);
+        page.words(x, y + 10, if fits && state != Class::Pocket { &name } else { &number });
+    }
 }
 
 /// Half a per cent from either end of the values.
@@ -157,35 +178,4 @@ impl Panel {
             colour(self.behind(x, y).map(|i| class[i]).max().unwrap_or(0))
         })
     }
-}
-
-/// Colour of a pixel class.
-fn colour(class: u8) -> Rgb<u8> {
-    match Class::ALL.get(usize::from(class)) {
-        Some(Class::Clear) => Rgb([222, 196, 150]),
-        Some(Class::SoundKnot) => Rgb([214, 96, 30]),
-        Some(Class::DeadKnot) => Rgb([70, 36, 20]),
-        Some(Class::Rot) => Rgb([74, 128, 92]),
-        Some(Class::Background) | None => Rgb([40, 44, 52]),
-        Some(other) => Rgb([(*other as u8) * 9, 255 - (*other as u8) * 8, 128]),
-    }
-}
-
-/// Colours of classes in two lines, and a bar of a round length.
-fn legend(page: &mut Page, x: u32, y: u32, mm_per_px: f64) {
-    let mut left = x;
-    for class in Class::ALL {
-        let name = class.name().replace('_', " ");
-        page.picture(left, y, &RgbImage::from_pixel(8, 10, colour(class as u8)));
-        page.words(left + 10, y + 9, &name);
-        left += 14 + LETTER * name.len() as u32;
-        if left + 80 > page.0.width() {
-            break;
-        }
-    }
-    let mm = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
-    let mm = mm.into_iter().rfind(|mm| mm / mm_per_px < 120.0).unwrap_or(1.0);
-    let length = (mm / mm_per_px).max(1.0) as u32;
-    page.picture(x, y + 20, &RgbImage::from_pixel(length, 3, Rgb([30, 30, 30])));
-    page.words(x + length + 6, y + 26, &format!("{mm} mm"));
 }

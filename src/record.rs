@@ -1,6 +1,6 @@
 //! Everything about one sample that leaves the simulator.
 
-use procedural::Instance;
+use procedural::{Class, Instance};
 
 /// Which part of the dataset a sample belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,22 +48,60 @@ pub struct Labels {
 }
 
 /// Noise-free truth on the same grid; NaN off the object.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TruthMaps {
     /// Height of the surface [mm].
     pub height: Vec<f32>,
-    /// Angle of the fibre in the surface against the scan direction, positive towards +x [deg], in (-90, 90].
-    pub fibre_azimuth: Vec<f32>,
-    /// Angle of the fibre against the surface [deg], in [0, 90].
-    pub fibre_dive: Vec<f32>,
+    /// What lies below it.
+    pub below: Below,
 }
 
-/// One defect as it appears in the written images.
+/// What lies below a surface, by subject.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Below {
+    /// Wood.
+    Fibre {
+        /// Angle of the fibre in the surface against the scan direction, positive towards +x [deg], in (-90, 90].
+        azimuth: Vec<f32>,
+        /// Angle of the fibre against the surface [deg], in [0, 90].
+        dive: Vec<f32>,
+    },
+    /// A pack.
+    Film {
+        /// Thickness of the film [mm]; 0 where there is none.
+        thickness: Vec<f32>,
+        /// Air between the film and what it covers [mm]; 0 where there is none.
+        gap: Vec<f32>,
+    },
+}
+
+impl Below {
+    /// The subject that it belongs to, by its name in files.
+    pub fn subject(&self) -> &'static str {
+        match self {
+            Self::Fibre { .. } => "wood",
+            Self::Film { .. } => "blister",
+        }
+    }
+}
+
+impl TruthMaps {
+    /// Every map: height, then what lies below in the order of its fields.
+    pub fn maps_mut(&mut self) -> [&mut Vec<f32>; 3] {
+        let [a, b] = match &mut self.below {
+            Below::Fibre { azimuth, dive } => [azimuth, dive],
+            Below::Film { thickness, gap } => [thickness, gap],
+        };
+        [&mut self.height, a, b]
+    }
+}
+
+/// One defect or pocket as it appears in the written images.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Object {
     /// Its numbers.
     pub instance: Instance,
-    /// Pixels that it covers.
+    /// Pixels that it covers, those of what lies in it included.
     pub area_px: u64,
     /// Area that it covers [mm^2].
     pub area_mm2: f64,
@@ -113,8 +151,10 @@ pub struct Record {
     pub labels: Labels,
     /// Noise-free truth, where the recipe asks for it.
     pub truth: Option<TruthMaps>,
-    /// Defects that at least one pixel shows, by number.
+    /// Defects and pockets of which at least one pixel shows something, by number.
     pub objects: Vec<Object>,
+    /// Classes of all defects that the object has, seen or not, by number.
+    pub defects: Vec<Class>,
     /// Sensor frames that the recipe keeps, by profile.
     pub stack: Vec<StackFrame>,
 }

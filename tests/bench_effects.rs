@@ -6,7 +6,7 @@ use bench::{nominal, scene, tiles};
 use procedural::Parameter;
 use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
 use sheetlight::pipeline;
-use sheetlight::recipe::Scene;
+use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
 use sheetlight::settings::ScatterMode;
 
@@ -18,8 +18,9 @@ fn render(scene: &Scene) -> Record {
 fn base() -> Scene {
     let mut scene = scene(48);
     scene.size.columns = 128;
-    scene.wood.board.lead_in_mm = 0.5;
-    scene.wood.board.width_mm = 8.0;
+    if let Plan::Wood(wood) = &mut scene.plan {
+        (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 8.0);
+    }
     scene.bench.laser.waist_height_mm = 0.0;
     scene
 }

@@ -10,7 +10,10 @@ use serde_json::{Value, json};
 
 #[test]
 fn a_preview_shows_something() {
-    let place = Place::with(&[]);
+    Place::of_each_subject(&[]).iter().for_each(previews);
+}
+
+fn previews(place: &Place) {
     let run = place.done("preview --recipe tiny.yaml --index 3 --out plank.png");
     assert_eq!(run.out, "");
     let picture = image::open(place.path("plank.png")).expect("it is a picture").into_rgb8();
@@ -42,7 +45,10 @@ fn a_preview_shows_something() {
 
 #[test]
 fn validation_passes_what_is_whole_and_names_what_is_not() {
-    let place = Place::with(&[]);
+    Place::of_each_subject(&[]).iter().for_each(validates);
+}
+
+fn validates(place: &Place) {
     place.make("set", "--n 6 --samples-per-shard 3");
     let clean = place.done("validate set --rerender 2");
     for word in ["2 shards", "6 samples", "images", "2 rendered again", "0 faults"] {

@@ -10,15 +10,16 @@ use gen_support::{FRAMES, Place, assert_same, tree};
 
 #[test]
 fn threads_change_nothing() {
-    let place = Place::with(&[FRAMES]);
-    place.make("one", "--n 8 --samples-per-shard 3 --threads 1");
-    place.make("two", "--n 8 --samples-per-shard 3 --threads 2");
-    place.make("five", "--n 8 --samples-per-shard 3 --threads 5");
-    let one = place.tree("one");
-    // Three shards, of which each has tables, frames and a manifest; eight samples; head and card.
-    assert!(one.len() >= 3 * 3 + 8 + 2, "{:?}", one.keys());
-    assert_same(&one, &place.tree("two"), "2 threads");
-    assert_same(&one, &place.tree("five"), "5 threads");
+    for place in Place::of_each_subject(&[FRAMES]) {
+        place.make("one", "--n 8 --samples-per-shard 3 --threads 1");
+        place.make("two", "--n 8 --samples-per-shard 3 --threads 2");
+        place.make("five", "--n 8 --samples-per-shard 3 --threads 5");
+        let one = place.tree("one");
+        // Three shards, of which each has tables, frames and a manifest; eight samples; head and card.
+        assert!(one.len() >= 3 * 3 + 8 + 2, "{:?}", one.keys());
+        assert_same(&one, &place.tree("two"), "2 threads");
+        assert_same(&one, &place.tree("five"), "5 threads");
+    }
 }
 
 #[test]
@@ -51,7 +52,10 @@ fn two_runs_of_everything_at_once_share_the_work() {
 
 #[test]
 fn more_samples_extend_a_dataset() {
-    let place = Place::with(&[FRAMES]);
+    Place::of_each_subject(&[FRAMES]).iter().for_each(grows);
+}
+
+fn grows(place: &Place) {
     // The third shard is cut short by the eighth sample, and made again.
     place.make("grown", "--n 8 --samples-per-shard 3");
     let short = place.samples("grown");

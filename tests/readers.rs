@@ -1,14 +1,30 @@
 //! A dataset opens in pyarrow, Hugging Face datasets, polars, pandas, DuckDB, OpenEXR and OpenCV, and they agree.
 
+mod gen_support;
 mod shard_support;
 
 use std::path::Path;
 use std::process::Command;
 
+use gen_support::Place;
 use shard_support::{output, write_dataset};
 
 #[test]
 fn every_reader_opens_a_dataset() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let dataset = folder.path().join("knots");
+    write_dataset(&dataset, 10, &output());
+    opens(&dataset, folder.path());
+}
+
+#[test]
+fn every_reader_opens_a_dataset_of_packs() {
+    let [_, place] = Place::of_each_subject(&[["sensor_stack: none", "sensor_stack: {every: 48}"]]);
+    place.make("packs", "--n 10 --samples-per-shard 6");
+    opens(&place.path("packs"), &place.path("."));
+}
+
+fn opens(dataset: &Path, home: &Path) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = root.join(".venv/bin/python");
     assert!(
@@ -16,15 +32,12 @@ fn every_reader_opens_a_dataset() {
         "{} is missing: `make venv` makes it (python3 -m venv .venv; .venv/bin/pip install -r python/requirements.txt)",
         python.display()
     );
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let dataset = folder.path().join("knots");
-    write_dataset(&dataset, 10, &output());
     let run = Command::new(&python)
         .arg(root.join("python/check_readers.py"))
-        .arg(&dataset)
+        .arg(dataset)
         .env("HF_HUB_OFFLINE", "1")
         .env("HF_DATASETS_OFFLINE", "1")
-        .env("HF_HOME", folder.path().join("hf"))
+        .env("HF_HOME", home.join("hf"))
         .output()
         .expect("python starts");
     let text = format!("{}{}", String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use procedural::{Parameter, Stream};
-use sheetlight::recipe::{Distribution, Recipe, Scene, differences};
+use sheetlight::recipe::{Distribution, Recipe, Scene, Subject, differences};
 use sheetlight::record::Split;
 
 /// Draws in each test of a law.
@@ -17,6 +17,11 @@ const COUNT: Parameter = Parameter { min: 0.0, max: 40.0, integer: true, ..REAL 
 
 fn wood() -> Recipe {
     Recipe::load("wood").expect("embedded")
+}
+
+/// A recipe of each subject.
+fn subjects() -> [Recipe; 2] {
+    Subject::NAMES.map(|name| Recipe::load(name).expect("embedded"))
 }
 
 fn draws(distribution: &Distribution, parameter: &Parameter) -> Vec<f64> {
@@ -113,24 +118,25 @@ fn counts_have_the_chances_of_their_laws() {
 
 #[test]
 fn draws_stay_within_bounds_and_bounds_within_the_range() {
-    let recipe = wood();
-    for index in 0..500 {
-        let scene = recipe.draw(3, index);
-        let declared = declared(&scene);
-        for ((path, value), parameter) in scene.draws().iter().zip(declared) {
-            let (min, max) = recipe.distribution(&scene.class, path).expect("declared").bounds(parameter);
-            assert!(parameter.min <= min && min <= *value && *value <= max && max <= parameter.max, "{path} = {value}");
-            assert!(!parameter.integer || value.fract() == 0.0, "{path} = {value}");
+    for recipe in subjects() {
+        for index in 0..500 {
+            let scene = recipe.draw(3, index);
+            let declared = declared(&scene);
+            for ((path, value), parameter) in scene.draws().iter().zip(declared) {
+                let (min, max) = recipe.distribution(&scene.class, path).expect("declared").bounds(parameter);
+                let inside = parameter.min <= min && min <= *value && *value <= max && max <= parameter.max;
+                assert!(inside, "{path} = {value}");
+                assert!(!parameter.integer || value.fract() == 0.0, "{path} = {value}");
+            }
         }
     }
 }
 
 /// The declarations in the order of [`Scene::draws`].
 fn declared(scene: &Scene) -> Vec<&'static Parameter> {
-    let (b, w) = (&scene.bench, &scene.wood);
+    let b = &scene.bench;
     let bench = [b.motion.values(), b.laser.values(), b.camera.values(), b.exposure.values(), b.speckle.values()];
-    let wood = [w.board.values(), w.log.values(), w.knots.values(), w.rot.values(), w.media.values()];
-    bench.into_iter().chain(wood).flatten().map(|(parameter, _)| parameter).collect()
+    bench.into_iter().flatten().chain(scene.plan.values()).map(|(parameter, _)| parameter).collect()
 }
 
 /// These numbers may change only together with the version of the generator.
@@ -161,12 +167,23 @@ fn a_draw_depends_on_recipe_seed_and_index_alone() {
 
 #[test]
 fn editing_one_key_leaves_every_other_draw() {
-    let before = wood();
+    subjects().iter().for_each(editing_keys_of);
+}
+
+fn editing_keys_of(before: &Recipe) {
     let scenes: Vec<_> = (0..12).map(|index| before.draw(5, index)).collect();
     for parameter in declared(&scenes[0]) {
         let value = match parameter.path().as_str() {
             "rot.edge" => 1.0,
             "exposure.shot_noise" | "speckle.strength" => 0.5,
+            "tablet.shape" | "foil.rolled_along_line" => 1.0,
+            "pack.columns" | "pack.rows" => 2.0,
+            // What still fits together: fewer, smaller or closer pockets, a larger card.
+            "pack.pitch_x_mm" => 18.9,
+            "pack.pitch_y_mm" => 18.7,
+            "pack.width_mm" => 99.0,
+            "pack.length_mm" => 58.0,
+            "tablet.length_mm" | "tablet.width_mm" => 10.8,
             _ if parameter.integer => parameter.min + 3.0,
             _ => parameter.default + 0.013 * (parameter.max - parameter.default).min(10.0),
         };
@@ -193,11 +210,10 @@ fn editing_one_key_leaves_every_other_draw() {
 
 #[test]
 fn every_prefix_is_balanced() {
-    let recipe = wood();
-    for seed in [0, 1, u64::MAX] {
+    for (recipe, seed) in subjects().iter().flat_map(|recipe| [0, 1, u64::MAX].map(|seed| (recipe, seed))) {
         let mut counts = BTreeMap::new();
         for index in 0..10_000u64 {
-            *counts.entry(recipe.draw(seed, index).class).or_insert(0.0) += 1.0;
+            *counts.entry(recipe.class_of(seed, index).name.clone()).or_insert(0.0) += 1.0;
             let n = (index + 1) as f64;
             // Denjoy and Koksma: two for each term of n's Zeckendorf sum, of which there are at most log_phi(n) / 2 + 1.
             let bound = 2.0 + n.ln() / ((1.0 + 5f64.sqrt()) / 2.0).ln();

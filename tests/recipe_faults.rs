@@ -1,37 +1,11 @@
 //! Purpose: whatever is wrong with a recipe is reported with its line, its key and its remedy, all at once, without panic.
 
+mod recipe_support;
+
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::recipe::{Faults, Recipe, RecipeError};
-
-/// A recipe that is right, one key a line, so that the cases below can append to it.
-const GOOD: &str = "name: good\nsubject: wood\nclasses: {clear: {share: 1}}\n";
-
-fn faults(text: &str) -> Faults {
-    match Recipe::parse("bad.yaml", text) {
-        Err(RecipeError::Faulty(faults)) => faults,
-        Err(other) => panic!("{other}\n{text}"),
-        Ok(_) => panic!("accepted:\n{text}"),
-    }
-}
-
-/// The only fault of [`GOOD`] with `line` appended is at `place` and `key` and says all of `words`.
-fn only(line: &str, place: (usize, usize), key: &str, words: &[&str]) {
-    whole(&format!("{GOOD}{line}\n"), (place.0 + 3, place.1), key, words);
-}
-
-/// The only fault of `text`.
-fn whole(text: &str, place: (usize, usize), key: &str, words: &[&str]) {
-    let faults = faults(text);
-    assert_eq!(faults.list.len(), 1, "{faults}\n{text}");
-    let fault = &faults.list[0];
-    assert_eq!((fault.line, fault.column), place, "{faults}");
-    assert_eq!(fault.key, key, "{faults}");
-    for word in words {
-        assert!(fault.to_string().contains(word), "{faults} lacks {word}");
-    }
-    assert!(!fault.remedy.is_empty(), "{faults}");
-}
+use recipe_support::{GOOD, faults, only, whole};
+use sheetlight::recipe::{Recipe, RecipeError};
 
 #[test]
 fn good_is_good() {
@@ -134,7 +108,12 @@ fn keys_must_fit_together() {
     only(near, (1, 10), "camera.focal_length_mm", &["60 mm at a distance of 112 mm"]);
     only("exposure: {dark_noise_dn: 0.4}", (1, 12), "exposure.dark_noise_dn", &["0.462 DN"]);
     only("exposure: {row_noise_dn: {uniform: [0.1, 2]}}", (1, 12), "exposure.row_noise_dn", &["row noise 2"]);
-    only("laser: {fan_height_mm: 20}", (1, 9), "laser.fan_height_mm", &["above the board"]);
+    only(
+        "laser: {fan_height_mm: 20}",
+        (1, 9),
+        "laser.fan_height_mm",
+        &["20 mm high", "22 mm thick", "above the board"],
+    );
     only("rot: {edge: 0}", (1, 7), "rot.edge", &["choice"]);
     only("rot: {edge: {uniform: [-1, 1]}}", (1, 7), "rot.edge", &["choice"]);
 }
@@ -216,7 +195,7 @@ fn many_faults_are_listed_up_to_a_hundred_and_counted() {
 #[test]
 fn names_that_are_nothing_list_what_there_is() {
     let error = Recipe::load("recipes/wod.yaml").expect_err("no such recipe").to_string();
-    for word in ["`recipes/wod.yaml`", "did you mean `wood`?", "wood, wood-small"] {
+    for word in ["`recipes/wod.yaml`", "did you mean `wood`?", "wood, wood-small, blister"] {
         assert!(error.contains(word), "{error}");
     }
 }
@@ -268,7 +247,7 @@ fn no_mutation_of_a_recipe_panics() {
     let mut rng = Stream::root(1).rng();
     let mut accepted = 0;
     for round in 0..4000 {
-        let name = if round % 2 == 0 { "wood" } else { "wood-small" };
+        let name = ["wood", "blister", "wood-small", "blister-small"][round % 4];
         let mut text = Recipe::load(name).expect("embedded").text().to_owned();
         for _ in 0..rng.random_range(1..6) {
             let at = |u: f64, text: &str| text.floor_char_boundary((u * text.len() as f64) as usize);
@@ -286,7 +265,7 @@ fn no_mutation_of_a_recipe_panics() {
         match Recipe::parse("mutated.yaml", &text) {
             Ok(recipe) => {
                 accepted += 1;
-                recipe.draw(0, round);
+                recipe.draw(0, round as u64);
             }
             Err(error) => assert!(!error.to_string().is_empty()),
         }

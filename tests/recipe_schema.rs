@@ -4,8 +4,10 @@
 
 use std::path::Path;
 
+use procedural::blister::{Blister, Defects};
+use procedural::wood::Wood;
 use serde_json::Value;
-use sheetlight::recipe::{Recipe, reference_markdown, schema};
+use sheetlight::recipe::{Plan, Recipe, Subject, reference_markdown, schema};
 
 fn recipes() -> Vec<(String, String)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes");
@@ -27,51 +29,79 @@ fn every_recipe_loads_and_is_embedded() {
             assert_eq!(Recipe::load(&spelling).expect("embedded").hash(), recipe.hash(), "{spelling}");
         }
         assert!(text.starts_with("# yaml-language-server: $schema=recipe.schema.json\n"), "{path}");
-        let classes: Vec<_> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
-        assert_eq!(classes, ["clear", "dead_knot", "mixed", "rot", "sound_knot"]);
+        let classes = recipe.classes().iter().map(|class| class.name.as_str());
+        match recipe.subject() {
+            Subject::Wood => assert!(classes.eq(["clear", "dead_knot", "mixed", "rot", "sound_knot"])),
+            // One class for each kind of defect, and those for none and for several.
+            Subject::Blister => {
+                let mut kinds: Vec<_> = Defects::PARAMETERS.iter().filter(|p| p.integer).map(|p| p.name).collect();
+                kinds.extend(["mixed", "sound"]);
+                kinds.sort_unstable();
+                assert!(classes.eq(kinds), "{path}");
+            }
+        }
         assert!((recipe.classes().iter().map(|class| class.share).sum::<f64>() - 1.0).abs() < 1e-9);
     }
 }
 
+fn embedded() -> Vec<Recipe> {
+    Recipe::embedded().map(|name| Recipe::load(name).expect("embedded")).collect()
+}
+
 #[test]
 fn classes_hold_what_their_names_say() {
-    for name in Recipe::embedded() {
-        let recipe = Recipe::load(name).expect("embedded");
-        for index in 0..400 {
-            let scene = recipe.draw(0, index);
-            let (knots, rot) = (scene.wood.knots, scene.wood.rot);
-            let shown = (knots.sound_count > 0.0, knots.dead_count > 0.0, rot.reach_mm > 0.0);
-            let meant = match scene.class.as_str() {
-                "clear" => (false, false, false),
-                "sound_knot" => (true, false, false),
-                "dead_knot" => (false, true, false),
-                "rot" => (false, false, true),
-                "mixed" => (true, true, true),
-                other => panic!("{other}"),
-            };
-            assert_eq!(shown, meant, "{name} {index} {}", scene.class);
+    for (index, recipe) in embedded().iter().flat_map(|recipe| (0..400).map(move |index| (index, recipe))) {
+        let scene = recipe.draw(0, index);
+        match &scene.plan {
+            Plan::Wood(wood) => boards_are_called(&scene.class, wood),
+            Plan::Blister(blister) => packs_are_called(&scene.class, &blister.defects),
         }
     }
 }
 
+fn boards_are_called(class: &str, wood: &Wood) {
+    let shown = (wood.knots.sound_count > 0.0, wood.knots.dead_count > 0.0, wood.rot.reach_mm > 0.0);
+    let meant = match class {
+        "clear" => (false, false, false),
+        "sound_knot" => (true, false, false),
+        "dead_knot" => (false, true, false),
+        "rot" => (false, false, true),
+        "mixed" => (true, true, true),
+        other => panic!("{other}"),
+    };
+    assert_eq!(shown, meant, "{class}");
+}
+
+fn packs_are_called(class: &str, defects: &Defects) {
+    let counts = defects.values().into_iter().filter(|(parameter, count)| parameter.integer && *count > 0.0);
+    let kinds: Vec<_> = counts.map(|(parameter, _)| parameter.name).collect();
+    match class {
+        "sound" => assert!(kinds.is_empty(), "{kinds:?}"),
+        "mixed" => assert!(kinds.len() >= 2, "{kinds:?}"),
+        kind => assert_eq!(kinds, [kind]),
+    }
+}
+
 #[test]
-fn the_board_lies_in_the_field() {
-    for name in Recipe::embedded() {
-        let recipe = Recipe::load(name).expect("embedded");
-        for index in 0..400 {
-            let scene = recipe.draw(1, index);
-            let (board, camera) = (scene.wood.board, scene.bench.camera);
-            assert!(board.lead_in_mm + board.length_mm <= scene.size.profiles as f64 * scene.bench.motion.step_mm);
-            // Pixel pitch on the upper surface, docs of the camera: (d - f - z cos a) / f times the pitch.
-            let height = board.thickness_mm * camera.tilt_deg.to_radians().cos();
-            let pitch = 1e-3 * camera.pixel_um * (camera.distance_mm - camera.focal_length_mm - height)
-                / camera.focal_length_mm;
-            let half_field = 0.5 * pitch * scene.size.columns as f64;
-            assert!(
-                board.offset_mm.abs() + 0.5 * board.width_mm <= half_field,
-                "{name} {index}: {board:?} {half_field}"
-            );
-        }
+fn the_object_lies_in_the_field() {
+    for (index, recipe) in embedded().iter().flat_map(|recipe| (0..400).map(move |index| (index, recipe))) {
+        let (name, scene) = (recipe.name(), recipe.draw(1, index));
+        let (width, length, height, offset, lead_in) = match &scene.plan {
+            Plan::Wood(Wood { board: b, .. }) => (b.width_mm, b.length_mm, b.thickness_mm, b.offset_mm, b.lead_in_mm),
+            Plan::Blister(Blister { card: c, .. }) => {
+                let (s, t) = (c.turn_deg.to_radians().sin().abs(), c.turn_deg.to_radians().cos());
+                let [width, length] = [c.width_mm * t + c.length_mm * s, c.width_mm * s + c.length_mm * t];
+                (width, length, 0.0, c.offset_mm, c.lead_in_mm)
+            }
+        };
+        assert!(lead_in + length <= scene.size.profiles as f64 * scene.bench.motion.step_mm, "{name} {index}");
+        // Pixel pitch on the upper surface, docs of the camera: (d - f - z cos a) / f times the pitch.
+        let camera = scene.bench.camera;
+        let height = height * camera.tilt_deg.to_radians().cos();
+        let pitch =
+            1e-3 * camera.pixel_um * (camera.distance_mm - camera.focal_length_mm - height) / camera.focal_length_mm;
+        let half_field = 0.5 * pitch * scene.size.columns as f64;
+        assert!(offset.abs() + 0.5 * width <= half_field, "{name} {index}: {:?} {half_field}", scene.plan);
     }
 }
 

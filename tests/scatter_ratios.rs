@@ -8,29 +8,29 @@ use procedural::Class;
 use procedural::wood::Wood;
 use sheetlight::extract::scatter_pixels;
 use sheetlight::pipeline;
-use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::record::Record;
+use sheetlight::recipe::{Plan, Recipe, Scene};
+use sheetlight::record::{Below, Record, TruthMaps};
 
 /// A small board at declared defaults: 20 x 14 mm of flat-sawn wood.
 fn scene(index: u64, change: impl Fn(&mut Wood)) -> Scene {
     let mut scene = Recipe::load("wood-small.yaml").expect("the embedded recipe loads").draw(1, index);
-    let (board, front) = (scene.wood.board, scene.wood.rot.front_mm);
-    scene.wood = Wood::from_values(&mut |p| p.default);
-    scene.wood.board = board;
-    scene.wood.knots.width_mm = 7.0;
-    scene.wood.rot.front_mm = front;
-    scene.wood.rot.transition_mm = 0.5;
-    scene.wood.rot.rim_mm = 0.0;
+    let drawn = scene.plan.wood().expect("boards");
+    let mut wood = Wood { board: drawn.board, ..Wood::from_values(&mut |p| p.default) };
+    wood.knots.width_mm = 7.0;
+    wood.rot.front_mm = drawn.rot.front_mm;
+    wood.rot.transition_mm = 0.5;
+    wood.rot.rim_mm = 0.0;
     scene.bench = nominal();
     // The published ratios are of light from below the surface over all directions; a lens without blur comes closest.
-    scene.wood.media.gloss = 0.0;
+    wood.media.gloss = 0.0;
     // The table's clear wood is earlywood whose fibres lie along the motion and in the surface.
-    let log = &mut scene.wood.log;
+    let log = &mut wood.log;
     (log.latewood_share, log.pith_tilt_deg, log.pith_wander_mm) = (0.02, 0.0, 0.0);
     (log.spiral_deg, log.spiral_slope_deg_per_mm) = (0.0, 0.0);
     scene.bench.camera.blur_um = 0.0;
     scene.output.truth_maps = true;
-    change(&mut scene.wood);
+    change(&mut wood);
+    scene.plan = Plan::Wood(wood);
     scene
 }
 
@@ -59,8 +59,10 @@ fn ratio(class: Class, change: impl Fn(&mut Wood)) -> f64 {
     let one = |index: u64| {
         let clear = scene(index, |_| ());
         let record = pipeline::render(&clear, tiles(), &|_| ());
-        let truth = record.truth.clone().expect("truth maps");
-        let plain = scatter(&clear, &record, Class::Clear, 20, |i| truth.fibre_dive[i] < 3.0);
+        let Some(TruthMaps { below: Below::Fibre { dive, .. }, .. }) = record.truth.clone() else {
+            panic!("a board has fibres")
+        };
+        let plain = scatter(&clear, &record, Class::Clear, 20, |i| dive[i] < 3.0);
         let defect = scene(index, &change);
         let record = pipeline::render(&defect, tiles(), &|_| ());
         scatter(&defect, &record, class, 12, |_| true) / plain

@@ -38,4 +38,9 @@ fn pixel_classes_are_those_of_the_labels() {
     for (value, class) in procedural::Class::ALL.iter().enumerate() {
         assert_eq!(*class as usize, value);
     }
+    let subjects: Vec<&str> = output_schema::SUBJECTS.iter().map(|subject| subject.name).collect();
+    assert_eq!(subjects, sheetlight::recipe::Subject::NAMES);
+    // Together the subjects have every class once, background apart.
+    let own = output_schema::SUBJECTS.iter().flat_map(|subject| subject.first..=subject.last);
+    assert_eq!(own.map(usize::from).collect::<Vec<_>>(), (1..names.len()).collect::<Vec<_>>());
 }

@@ -3,6 +3,7 @@
 mod shard_support;
 mod validate_support;
 
+use procedural::Class;
 use serde_json::Value;
 use shard_support::{encoded, output, write_dataset};
 use sheetlight::settings::Channel;
@@ -57,6 +58,12 @@ fn labels() {
     assert_eq!(with(|sample| sample.objects[0].bbox[2] = 4000), [ValueRange, ObjectDiffers]);
     assert_eq!(with(|sample| sample.objects.truncate(1)), [ObjectDiffers]);
     assert_eq!(with(|sample| sample.objects.reverse()), [ObjectDiffers]);
+    assert_eq!(with(|sample| sample.objects[0].instance.within = 2), [ValueRange]);
+    // What lies in an object counts for it.
+    assert_eq!(with(|sample| sample.objects[1].instance.within = 1), [ObjectDiffers]);
+    assert_eq!(with(|sample| sample.objects[0].instance.state = Class::Pocket), [ValueRange]);
+    assert_eq!(with(|sample| _ = sample.defects.pop()), [ObjectDiffers]);
+    assert_eq!(with(|sample| sample.defects.push(Class::Missing)), [ValueRange]);
     let swap = |sample: &mut Encoded| sample.class_area_px.swap(1, 2);
     assert_eq!(with(swap), [ClassAreaDiffers]);
     assert_eq!(with(|sample| png(sample, Channel::Instance, |n| n[0] = 9)), [ObjectDiffers, ExrDiffers]);

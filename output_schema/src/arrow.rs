@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use crate::column::{Column, Kind, NumberColumn};
 use crate::dataset::DatasetHead;
-use crate::row::{PIXEL_CLASSES, ROW};
+use crate::row::ROW;
 use crate::stack::STACK;
 
 /// Schema of `data/*.parquet`.
@@ -81,16 +81,20 @@ fn declared(column: &Column, head: &DatasetHead) -> (Field, Value) {
         Kind::UInt64 => (DataType::UInt64, value("uint64")),
         Kind::Float64 => (DataType::Float64, value("float64")),
         Kind::SampleClass => (DataType::Int64, labels(&head.classes)),
-        Kind::PixelClass => (DataType::Int64, labels(&PIXEL_CLASSES)),
+        Kind::PixelClass => (DataType::Int64, labels(&head.pixel_classes)),
+        Kind::PixelClassNames => {
+            (DataType::List(item(DataType::Utf8)), json!({ "feature": value("string"), "_type": "List" }))
+        }
         Kind::Box4 => (
             DataType::FixedSizeList(item(DataType::Int32), 4),
             json!({ "feature": value("int32"), "length": 4, "_type": "List" }),
         ),
         Kind::Image(_) => (DataType::Struct(image_fields()), json!({ "_type": "Image" })),
         Kind::PixelCounts => {
-            let field = |name: &&str| Field::new(*name, DataType::Int64, true).with_metadata([("unit", "px")]);
-            let feature = PIXEL_CLASSES.iter().map(|name| (name.to_string(), value("int64"))).collect();
-            (DataType::Struct(PIXEL_CLASSES.iter().map(field).collect()), Value::Object(feature))
+            let names = || head.shown_classes().map(|(_, name)| name);
+            let field = |name: &str| Field::new(name, DataType::Int64, true).with_metadata([("unit", "px")]);
+            let feature = names().map(|name| (name.to_string(), value("int64"))).collect();
+            (DataType::Struct(names().map(field).collect()), Value::Object(feature))
         }
         Kind::Physics => numbers_struct(&head.physics.iter().collect::<Vec<_>>()),
         Kind::Parameters => numbers_struct(&head.parameters.iter().collect::<Vec<_>>()),

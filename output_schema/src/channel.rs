@@ -29,6 +29,8 @@ pub struct Channel {
     pub name: &'static str,
     /// The key that asks for it: a name in `images.exr` of `dataset.json`, or `truth_maps`.
     pub asked_by: &'static str,
+    /// The subject whose files have it; empty for all.
+    pub subject: &'static str,
     /// Type of the samples.
     pub samples: SampleType,
     /// Unit.
@@ -44,7 +46,7 @@ pub struct Channel {
 }
 
 const fn channel(
-    (name, asked_by): (&'static str, &'static str),
+    (name, asked_by, subject): (&'static str, &'static str, &'static str),
     samples: SampleType,
     unit: &'static str,
     range: &'static str,
@@ -52,13 +54,13 @@ const fn channel(
     doc: &'static str,
     why: &'static str,
 ) -> Channel {
-    Channel { name, asked_by, samples, unit, range, missing, doc, why }
+    Channel { name, asked_by, subject, samples, unit, range, missing, doc, why }
 }
 
 /// Every channel in the order of files (by name, as OpenEXR asks).
-pub const CHANNELS: [Channel; 9] = [
+pub const CHANNELS: [Channel; 11] = [
     channel(
-        ("FibreAzimuth", "truth_maps"),
+        ("FibreAzimuth", "truth_maps", "wood"),
         SampleType::Half,
         "deg",
         "-90 to 90",
@@ -67,7 +69,7 @@ pub const CHANNELS: [Channel; 9] = [
         "rounded by at most 0.03 deg",
     ),
     channel(
-        ("FibreDive", "truth_maps"),
+        ("FibreDive", "truth_maps", "wood"),
         SampleType::Half,
         "deg",
         "0 to 90",
@@ -76,7 +78,25 @@ pub const CHANNELS: [Channel; 9] = [
         "rounded by at most 0.03 deg",
     ),
     channel(
-        ("Height", "truth_maps"),
+        ("FilmGap", "truth_maps", "blister"),
+        SampleType::Half,
+        "mm",
+        "0 or more",
+        "NaN",
+        "Air between the film and what it covers; 0 where it is sealed, or where there is no film.",
+        "rounded by at most 2 um below 8 mm",
+    ),
+    channel(
+        ("FilmThickness", "truth_maps", "blister"),
+        SampleType::Half,
+        "mm",
+        "0 or more",
+        "NaN",
+        "Thickness of the film; 0 where there is none.",
+        "rounded by at most 0.2 um below 0.5 mm",
+    ),
+    channel(
+        ("Height", "truth_maps", ""),
         SampleType::Float,
         "mm",
         "any",
@@ -85,16 +105,16 @@ pub const CHANNELS: [Channel; 9] = [
         "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
     ),
     channel(
-        ("Instance", "instance"),
+        ("Instance", "instance", ""),
         SampleType::Float,
         "",
         "0 for none, else `objects.instance`",
         "never",
-        "Which defect each pixel really shows.",
+        "Which defect or pocket each pixel really shows.",
         "exact; half is up to 2048 only",
     ),
     channel(
-        ("Label", "label"),
+        ("Label", "label", ""),
         SampleType::Half,
         "",
         "number of a pixel class",
@@ -103,7 +123,7 @@ pub const CHANNELS: [Channel; 9] = [
         "exact",
     ),
     channel(
-        ("Range", "range"),
+        ("Range", "range", ""),
         SampleType::Float,
         "mm",
         "any",
@@ -112,7 +132,7 @@ pub const CHANNELS: [Channel; 9] = [
         "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
     ),
     channel(
-        ("Reflectance", "reflectance"),
+        ("Reflectance", "reflectance", ""),
         SampleType::Half,
         "DN",
         "0 to 255",
@@ -121,7 +141,7 @@ pub const CHANNELS: [Channel; 9] = [
         "exact unbinned; binned means are rounded by at most 0.0625 DN, far below the noise",
     ),
     channel(
-        ("Scatter", "scatter"),
+        ("Scatter", "scatter", ""),
         SampleType::Float,
         "DN",
         "0 or more",
@@ -130,7 +150,7 @@ pub const CHANNELS: [Channel; 9] = [
         "sums pass 2048, where half is not exact, and may pass its end at 65504",
     ),
     channel(
-        ("Y", "reflectance"),
+        ("Y", "reflectance", ""),
         SampleType::Half,
         "DN",
         "0 to 255",
@@ -143,9 +163,10 @@ pub const CHANNELS: [Channel; 9] = [
 /// The one text attribute that holds units, spacing and id as ASCII JSON.
 pub const ATTRIBUTE: &str = "sheetlight";
 
-/// The channels that a file holds, given the asked images and whether truth maps are written.
-pub fn channels(asked: &[String], truth_maps: bool) -> Vec<Channel> {
-    let holds =
+/// The channels that a file holds, given the asked images, whether truth maps are written, and the subject.
+pub fn channels(asked: &[String], truth_maps: bool, subject: &str) -> Vec<Channel> {
+    let asks =
         |c: &Channel| if c.asked_by == "truth_maps" { truth_maps } else { asked.iter().any(|a| a == c.asked_by) };
+    let holds = |c: &Channel| asks(c) && (c.subject.is_empty() || c.subject == subject);
     if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).collect() }
 }

@@ -19,11 +19,13 @@ pub enum Kind {
     SampleClass,
     /// Number of a pixel class, 64 bits; the names are [`crate::PIXEL_CLASSES`].
     PixelClass,
+    /// A list of names of pixel classes.
+    PixelClassNames,
     /// Four whole numbers of 32 bits: first column, first row, columns, rows.
     Box4,
     /// A grey PNG with this many bits in a pixel, as struct of `bytes` and `path`.
     Image(u8),
-    /// A struct with one 64-bit whole number for each pixel class.
+    /// A struct with one 64-bit whole number for each pixel class that labels of the subject can show.
     PixelCounts,
     /// One struct for each group of drawn numbers; the groups are in `dataset.json` as `parameters`.
     Parameters,
@@ -46,9 +48,10 @@ impl Kind {
             Self::Float64 => "float64".into(),
             Self::SampleClass => "int64, ClassLabel of the recipe's classes".into(),
             Self::PixelClass => "int64, ClassLabel of the pixel classes".into(),
+            Self::PixelClassNames => "list of string".into(),
             Self::Box4 => "fixed list of 4 int32".into(),
             Self::Image(bits) => format!("struct of bytes (grey PNG, {bits} bits) and path"),
-            Self::PixelCounts => "struct of int64, one for each pixel class".into(),
+            Self::PixelCounts => "struct of int64, one for each pixel class of the subject".into(),
             Self::Parameters => "one struct of float64 for each group".into(),
             Self::Physics => "struct of float64".into(),
             Self::List(_) => "list of struct".into(),

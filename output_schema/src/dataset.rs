@@ -11,7 +11,7 @@ pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 0];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 1];
 
 /// The program that wrote a dataset.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,13 +74,6 @@ pub struct Images {
     pub sensor_rows: u64,
 }
 
-impl Images {
-    /// The channels of every EXR file, in the order of files.
-    pub fn channels(&self) -> Vec<Channel> {
-        channels(&self.exr, self.truth_maps)
-    }
-}
-
 /// `dataset.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DatasetHead {
@@ -104,8 +97,12 @@ pub struct DatasetHead {
     pub shards: u64,
     /// Names of the recipe's classes; the position is the value of the column `class`.
     pub classes: Vec<String>,
+    /// What the objects are: a name in [`crate::SUBJECTS`].
+    pub subject: String,
     /// Names of the pixel classes; the position is the value in label images.
     pub pixel_classes: Vec<String>,
+    /// Values that label images of the subject may have, in order.
+    pub label_values: Vec<u8>,
     /// Shares of the splits.
     pub splits: SplitShares,
     /// Images.
@@ -126,6 +123,17 @@ impl DatasetHead {
     pub fn span(&self, shard: u64) -> (u64, u64) {
         let first = shard.saturating_mul(self.samples_per_shard);
         (first, self.samples.saturating_sub(first).min(self.samples_per_shard))
+    }
+
+    /// The pixel classes that labels can show: values and names, in order.
+    pub fn shown_classes(&self) -> impl Iterator<Item = (usize, &str)> {
+        let name = |value: usize| self.pixel_classes.get(value).map(|name| (value, name.as_str()));
+        self.label_values.iter().filter_map(move |&value| name(value.into()))
+    }
+
+    /// The channels of every EXR file, in the order of files.
+    pub fn channels(&self) -> Vec<Channel> {
+        channels(&self.images.exr, self.images.truth_maps, &self.subject)
     }
 
     /// Groups of drawn numbers in the order of columns, each with its columns.
@@ -149,7 +157,7 @@ impl DatasetHead {
 /// ```
 pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
     let [major, minor] = version;
-    let [known, _] = SCHEMA_VERSION;
+    let [known, least] = SCHEMA_VERSION;
     if format != FORMAT {
         Some(format!("its format is `{format}`, not `{FORMAT}`"))
     } else if major > known {
@@ -159,6 +167,10 @@ pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
     } else if major < known {
         Some(format!(
             "it was written with schema {major}.{minor}, older than {known}.x that this program reads; use an older program"
+        ))
+    } else if minor < least {
+        Some(format!(
+            "it was written with schema {major}.{minor}, which lacks columns of {known}.{least} that this program reads; use an older program"
         ))
     } else {
         None

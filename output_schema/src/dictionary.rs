@@ -8,6 +8,7 @@ use crate::dataset::SCHEMA_VERSION;
 use crate::file::FILES;
 use crate::row::{OBJECT, PIXEL_CLASSES, ROW};
 use crate::stack::STACK;
+use crate::subject::SUBJECTS;
 
 /// The whole page, Markdown.
 pub fn dictionary() -> String {
@@ -38,10 +39,16 @@ pub fn dictionary() -> String {
     );
     line(&mut page, "neither. A shard without a manifest is not finished and is made again.");
 
-    line(&mut page, "\n## Pixel classes\n\n| value | name |\n|---|---|");
+    line(&mut page, "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|");
     for (value, name) in PIXEL_CLASSES.iter().enumerate() {
-        line(&mut page, &format!("| {value} | `{name}` |"));
+        let own = SUBJECTS.iter().find(|s| (s.first..=s.last).any(|class| usize::from(class) == value));
+        line(&mut page, &format!("| {value} | `{name}` | {} |", own.map_or("all", |subject| subject.name)));
     }
+    line(
+        &mut page,
+        "\n`label_values` of `dataset.json` lists the values that labels of the dataset's subject can have; `class_area_px` has",
+    );
+    line(&mut page, "a field for each of them.");
 
     table(&mut page, "Columns of `data/*.parquet`", &ROW);
     line(
@@ -57,18 +64,17 @@ pub fn dictionary() -> String {
     line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
     line(
         &mut page,
-        "| channel | type | unit | values | missing | meaning | why this type |\n|---|---|---|---|---|---|---|",
+        "| channel | subject | type | unit | values | missing | meaning | why this type |\n|---|---|---|---|---|---|---|---|",
     );
     for c in &CHANNELS {
         let (samples, unit) = (c.samples.name(), c.unit);
-        line(
-            &mut page,
-            &format!("| `{}` | {samples} | {unit} | {} | {} | {} | {} |", c.name, c.range, c.missing, c.doc, c.why),
-        );
+        let subject = if c.subject.is_empty() { "all" } else { c.subject };
+        let row = format!("| `{}` | {subject} | {samples} | {unit} | {} | {} |", c.name, c.range, c.missing);
+        line(&mut page, &format!("{row} {} | {} |", c.doc, c.why));
     }
     line(
         &mut page,
-        "\n`FibreAzimuth`, `FibreDive` and `Height` are written with `truth_maps`, the others where the recipe's output asks for",
+        "\n`Height` and the channels of one subject are written with `truth_maps`, the others where the recipe's output asks for",
     );
     line(
         &mut page,

@@ -8,6 +8,7 @@ use crate::dataset::{FORMAT, SCHEMA_VERSION};
 use crate::file::FILES;
 use crate::row::{PIXEL_CLASSES, ROW};
 use crate::stack::STACK;
+use crate::subject::SUBJECTS;
 
 /// JSON Schema (draft 2020-12) of `dataset.json` and of the manifests under `$defs`, and the tables under `tables`.
 pub fn json_schema() -> Value {
@@ -20,11 +21,12 @@ pub fn json_schema() -> Value {
         "tables": {
             "files": FILES.iter().map(|f| json!({ "path": f.path, "when": f.when, "doc": f.doc })).collect::<Vec<_>>(),
             "pixel_classes": PIXEL_CLASSES,
+            "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values() })),
             "row": columns(&ROW),
             "stack": columns(&STACK),
             "exr": CHANNELS.iter().map(|c| json!({
                 "name": c.name, "type": c.samples.name(), "unit": c.unit, "range": c.range, "missing": c.missing,
-                "doc": c.doc, "asked_by": c.asked_by,
+                "doc": c.doc, "asked_by": c.asked_by, "subject": c.subject,
             })).collect::<Vec<_>>(),
         },
     })
@@ -102,7 +104,9 @@ fn dataset() -> Value {
         ("samples_per_shard", json!({ "type": "integer", "minimum": 1, "description": "Samples in a shard." })),
         ("shards", whole("Shards.")),
         ("classes", list(text("Name."), "Classes of the recipe; the position is the value of `class`.")),
+        ("subject", json!({ "enum": SUBJECTS.map(|s| s.name), "description": "What the objects are." })),
         ("pixel_classes", list(text("Name."), "Pixel classes; the position is the value in label images.")),
+        ("label_values", list(whole("Value."), "Values that label images of the subject can have.")),
         ("splits", object(vec![("train", share.clone()), ("validation", share.clone()), ("test", share)])),
         (
             "images",

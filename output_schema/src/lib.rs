@@ -1,6 +1,6 @@
 //! What is on disk: every file, column and channel of a Sheetlight dataset, as plain tables.
 //!
-//! - [`row`], [`channel`], [`stack`], [`file`]: the declarations -> name, type, unit, range, missing rule, meaning.
+//! - [`row`], [`channel`], [`stack`], [`file`], [`subject`]: the declarations -> name, type, unit, range, missing rule, meaning.
 //! - [`arrow`]: declarations + [`DatasetHead`] -> Arrow schema with the metadata that `datasets` reads.
 //! - [`dataset`], [`manifest`]: the two JSON documents as structs.
 //! - [`json`]: everything -> JSON Schema and tables for programs.
@@ -18,6 +18,7 @@ pub mod json;
 pub mod manifest;
 pub mod row;
 pub mod stack;
+pub mod subject;
 
 pub use channel::{CHANNELS, Channel, SampleType};
 pub use column::{Column, Kind, NumberColumn, unit_of};
@@ -25,3 +26,4 @@ pub use dataset::{DatasetHead, FORMAT, Generator, Images, RecipeHead, SCHEMA_VER
 pub use json::json_schema;
 pub use manifest::{Manifest, ManifestFile, ManifestSample};
 pub use row::PIXEL_CLASSES;
+pub use subject::{SUBJECTS, SubjectFiles};

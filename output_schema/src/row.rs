@@ -50,7 +50,7 @@ const fn column(
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
-pub const ROW: [Column; 20] = [
+pub const ROW: [Column; 21] = [
     column(
         "id",
         Kind::Text,
@@ -121,12 +121,20 @@ pub const ROW: [Column; 20] = [
         "Numbers that follow from the drawn ones.",
     ),
     column(
+        "defect_classes",
+        Kind::PixelClassNames,
+        "",
+        "names of pixel classes",
+        "empty list",
+        "Class of every defect that the object has, seen or not, by number.",
+    ),
+    column(
         "objects",
         Kind::List(&OBJECT),
         "",
         "0 or more",
         "empty list",
-        "Defects that at least one pixel shows, by number.",
+        "Defects and pockets of which at least one pixel shows something, by number.",
     ),
     column(
         "class_area_px",
@@ -134,7 +142,7 @@ pub const ROW: [Column; 20] = [
         "px",
         "sum is rows times cols",
         "never",
-        "Pixels of each pixel class in the label image.",
+        "Pixels of each pixel class of the subject in the label image.",
     ),
     column(
         "range",
@@ -167,23 +175,46 @@ pub const ROW: [Column; 20] = [
         "",
         "0 for none, else `objects.instance`",
         "never",
-        "Which defect each pixel really shows.",
+        "Which defect or pocket each pixel really shows.",
     ),
 ];
 
 /// Fields of one object.
-pub const OBJECT: [Column; 11] = [
+pub const OBJECT: [Column; 13] = [
     column("instance", Kind::Int32, "1", "1 to 65535", "never", "Its value in the instance image."),
-    column("class", Kind::PixelClass, "", "number of a pixel class", "never", "Its class."),
+    column("class", Kind::PixelClass, "", "number of a pixel class", "never", "Its class: that of its own pixels."),
+    column(
+        "state",
+        Kind::PixelClass,
+        "",
+        "number of a pixel class",
+        "never",
+        "What the whole of it counts as: the worst defect of a pocket, else its class.",
+    ),
+    column(
+        "within",
+        Kind::Int32,
+        "1",
+        "0 for none, else a smaller `objects.instance`",
+        "never",
+        "The object that it lies in: for a defect of a pocket, the pocket.",
+    ),
     column(
         "bbox",
         Kind::Box4,
         "px",
         "inside the image",
         "never",
-        "Smallest box around it: first column, first row, columns, rows (COCO order).",
+        "Smallest box around it and what lies in it: first column, first row, columns, rows (COCO order).",
     ),
-    column("area_px", Kind::Int64, "px", "1 or more", "never", "Pixels that it covers."),
+    column(
+        "area_px",
+        Kind::Int64,
+        "px",
+        "1 or more",
+        "never",
+        "Pixels that it covers, those of what lies in it included.",
+    ),
     column("area_mm2", Kind::Float64, "mm^2", "above 0", "never", "Area that it covers."),
     column(
         "x_mm",
@@ -207,7 +238,7 @@ pub const OBJECT: [Column; 11] = [
         "mm",
         "0 or more",
         "null where it has no meaning",
-        "Diameter across its axis at the upper surface.",
+        "Diameter across its axis at the upper surface, or largest extent.",
     ),
     column(
         "dive_deg",
@@ -225,5 +256,12 @@ pub const OBJECT: [Column; 11] = [
         "null where it has no meaning",
         "Distance from the pith at which the branch died.",
     ),
-    column("severity", Kind::Float64, "1", "0 to 1", "null where it has no meaning", "Severity of decay."),
+    column(
+        "severity",
+        Kind::Float64,
+        "1",
+        "0 to 1",
+        "null where it has no meaning",
+        "Severity of decay or of a defect.",
+    ),
 ];

@@ -31,7 +31,9 @@ fn json_schema_lists_every_key_of_the_documents() {
         samples_per_shard: 2,
         shards: 3,
         classes: vec![],
+        subject: "wood".into(),
         pixel_classes: vec![],
+        label_values: vec![],
         splits: SplitShares { train: 1.0, validation: 0.0, test: 0.0 },
         images: Images {
             cols: 1,

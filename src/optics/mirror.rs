@@ -210,14 +210,14 @@ mod tests {
     #[test]
     fn images_keep_all_light() {
         let place = |c: f32| [400.0 + 0.03 * (c - 80.0) * (c - 80.0), 300.0 + 0.2 * c];
-        let mut room = Room::default();
-        room.landings = (0..1000)
+        let landings = (0..1000)
             .map(|column| {
                 let electrons = 10.0 + column as f32;
                 let landing = Landing { place: place(column as f32), variance: [2.0, 3.0], electrons };
                 (column < 200 && column % 50 != 49).then_some(landing)
             })
             .collect();
+        let mut room = Room { landings, ..Room::default() };
         let sums = |of: &mut dyn Iterator<Item = [f32; 3]>| {
             of.fold([0.0f64; 3], |sum, [electrons, column, row]| {
                 let e = f64::from(electrons);

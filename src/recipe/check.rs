@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::Subject;
 use super::dist::Distribution;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
-use super::table;
+use super::together::{Together, blister, wood};
+use super::transport;
 use crate::settings::{ScatterMode, SensorStack};
 use crate::yaml::walk::{Walk, shown};
 
@@ -21,7 +23,8 @@ const SUM_SLACK: f64 = 1e-9;
 const ROUNDING: f64 = 1.0 / 12.0;
 
 /// The settings together.
-pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
+pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
+    transport::check(walk, subject, settings);
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
         let problem = format!(
@@ -92,38 +95,24 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
 /// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
 pub(super) fn scene(
     walk: &mut Walk,
+    subject: Option<Subject>,
     prefix: &str,
     base: &BTreeMap<String, Distribution>,
     overrides: &BTreeMap<String, Distribution>,
 ) {
-    let distribution = |path: &str| overrides.get(path).or_else(|| base.get(path));
-    let bounds = |path: &str| {
-        let parameter = table::parameters().find(|parameter| parameter.path() == path);
-        let (distribution, parameter) =
-            distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
-        distribution.bounds(parameter)
-    };
-    // Faults stand at the class's key where a class changes one, else at the top level's.
-    let concerned = |keys: &[&str]| prefix.is_empty() || keys.iter().any(|key| overrides.contains_key(*key));
-    let places = |keys: &[&str]| -> Vec<String> {
-        keys.iter().map(|key| format!("{prefix}{key}")).chain(keys.iter().map(|key| (*key).to_owned())).collect()
-    };
-
+    let scene = Together { prefix, base, overrides };
     let keys = ["camera.focal_length_mm", "camera.distance_mm"];
-    let (focal, distance) = (bounds(keys[0]).1, bounds(keys[1]).0);
-    if concerned(&keys) && focal >= distance / 2.0 {
+    let (focal, distance) = (scene.most(keys[0]), scene.least(keys[1]));
+    if focal >= distance / 2.0 {
         let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
-        walk.joint_fault(
-            &places(&keys),
-            problem,
-            "it must stay below half the distance for an image smaller than the object",
-        );
+        let remedy = "it must stay below half the distance for an image smaller than the object";
+        scene.fault(walk, &keys, problem, remedy);
     }
 
     let keys = ["exposure.dark_noise_dn", "exposure.row_noise_dn", "exposure.row_pattern_dn"];
-    let (dark, row, pattern) = (bounds(keys[0]).0, bounds(keys[1]).1, bounds(keys[2]).1);
+    let (dark, row, pattern) = (scene.least(keys[0]), scene.most(keys[1]), scene.most(keys[2]));
     let parts = row * row + pattern * pattern + ROUNDING;
-    if concerned(&keys) && parts > dark * dark {
+    if parts > dark * dark {
         let problem = format!(
             "the dark noise can be {} DN, below its parts: row noise {}, row pattern {} and rounding make {:.3} DN",
             shown(dark),
@@ -131,29 +120,13 @@ pub(super) fn scene(
             shown(pattern),
             parts.sqrt(),
         );
-        walk.joint_fault(&places(&keys), problem, "raise it or lower the parts");
+        scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
 
-    let thickness = bounds("board.thickness_mm").1;
-    for height in ["laser.fan_height_mm", "camera.distance_mm"] {
-        let keys = [height, "board.thickness_mm", "camera.tilt_deg"];
-        let tilt = if height.starts_with("camera") { bounds("camera.tilt_deg").1 } else { 0.0 };
-        let lowest = bounds(height).0 * libm::cos(tilt.to_radians());
-        if concerned(&keys) && lowest <= thickness {
-            let problem =
-                format!("stands {} mm high, and the board can be {} mm thick", shown(lowest), shown(thickness));
-            walk.joint_fault(&places(&keys), problem, "laser and camera must be above the board");
-        }
-    }
-
-    let keys = ["rot.edge"];
-    let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
-    if concerned(&keys) && !distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
-        walk.joint_fault(
-            &places(&keys),
-            "can be something other than -1 and 1",
-            "give -1, 1 or {choice: {values: [-1, 1]}}",
-        );
+    match subject {
+        Some(Subject::Wood) => wood(walk, &scene),
+        Some(Subject::Blister) => blister(walk, &scene),
+        None => {}
     }
 }
 

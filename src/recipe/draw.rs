@@ -4,13 +4,12 @@
 //! draw as it was. The split is keyed by seed and index alone and not by the id, which changes with the recipe: two
 //! recipes can then be compared sample by sample, and no sample changes sides when a recipe is edited.
 
-use procedural::wood::{Board, Knots, Log, Media, Rot, Wood};
 use procedural::{Parameter, Stream};
 use rand::RngExt;
 use uuid::Uuid;
 
 use super::dist::pick;
-use super::{Class, Recipe, Scene};
+use super::{Class, Plan, Recipe, Scene};
 use crate::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
 use crate::record::Split;
 use crate::settings::Splits;
@@ -38,13 +37,7 @@ impl Recipe {
             exposure: Exposure::from_values(&mut value),
             speckle: Speckle::from_values(&mut value),
         };
-        let wood = Wood {
-            board: Board::from_values(&mut value),
-            log: Log::from_values(&mut value),
-            knots: Knots::from_values(&mut value),
-            rot: Rot::from_values(&mut value),
-            media: Media::from_values(&mut value),
-        };
+        let plan = Plan::from_values(self.subject, &mut value);
         Scene {
             index,
             id: Uuid::new_v5(&NAMESPACE, format!("{}/{seed}/{index}", self.hash).as_bytes()).to_string(),
@@ -53,7 +46,7 @@ impl Recipe {
             stream,
             size: self.settings.size(),
             bench,
-            wood,
+            plan,
             transport: self.settings.transport(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
@@ -71,23 +64,11 @@ impl Recipe {
 }
 
 impl Scene {
-    /// Every drawn number with its declaration, in their order: bench, then board.
+    /// Every drawn number with its declaration, in their order: bench, then object.
     pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
         let Bench { motion, laser, camera, exposure, speckle } = &self.bench;
-        let Wood { board, log, knots, rot, media } = &self.wood;
-        let groups = [
-            motion.values(),
-            laser.values(),
-            camera.values(),
-            exposure.values(),
-            speckle.values(),
-            board.values(),
-            log.values(),
-            knots.values(),
-            rot.values(),
-            media.values(),
-        ];
-        groups.into_iter().flatten().collect()
+        let bench = [motion.values(), laser.values(), camera.values(), exposure.values(), speckle.values()];
+        bench.into_iter().flatten().chain(self.plan.values()).collect()
     }
 
     /// Every drawn number by its path, in the order of [`Self::values`].

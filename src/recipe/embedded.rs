@@ -7,8 +7,14 @@ use crate::yaml::fault::nearest;
 use crate::yaml::text::{read, utf8};
 
 /// The recipes that are built in, by name.
-pub(super) const EMBEDDED: [(&str, &str); 2] =
-    [("wood", include_str!("../../recipes/wood.yaml")), ("wood-small", include_str!("../../recipes/wood-small.yaml"))];
+pub(super) const EMBEDDED: [(&str, &str); 6] = [
+    ("wood", include_str!("../../recipes/wood.yaml")),
+    ("wood-small", include_str!("../../recipes/wood-small.yaml")),
+    ("blister", include_str!("../../recipes/blister.yaml")),
+    ("blister-small", include_str!("../../recipes/blister-small.yaml")),
+    ("blister-clear", include_str!("../../recipes/blister-clear.yaml")),
+    ("blister-opaque", include_str!("../../recipes/blister-opaque.yaml")),
+];
 
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`.
 pub(super) fn text(name: &str) -> Result<String, RecipeError> {

@@ -17,13 +17,14 @@ mod schema;
 mod setting;
 mod setting_read;
 mod settings;
+mod subject;
 mod table;
+mod together;
 mod transport;
 
 use std::collections::BTreeMap;
 
 use procedural::Stream;
-use procedural::wood::Wood;
 
 use self::settings::Settings;
 use crate::optics::parameters::Bench;
@@ -35,6 +36,7 @@ pub use self::dist::Distribution;
 pub use self::fault::RecipeError;
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
+pub use self::subject::{Plan, Subject};
 pub use crate::yaml::fault::{Fault, Faults};
 
 /// What a dataset is made from; every number in it is in range.
@@ -50,25 +52,6 @@ pub struct Recipe {
     text: String,
     canonical: serde_json::Value,
     hash: String,
-}
-
-/// What the objects are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Subject {
-    /// Sawn boards of softwood.
-    Wood,
-}
-
-impl Subject {
-    /// Every subject in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 1] = [Self::Wood];
-    /// Names in recipes.
-    pub const NAMES: [&str; 1] = ["wood"];
-
-    /// Name in recipes.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
 }
 
 /// A kind of sample: what it changes of the top level, and how often it comes.
@@ -99,8 +82,8 @@ pub struct Scene {
     pub size: Size,
     /// Bench.
     pub bench: Bench,
-    /// Board.
-    pub wood: Wood,
+    /// Object.
+    pub plan: Plan,
     /// How light spreads below the surface.
     pub transport: Transport,
     /// How profiles are read.

@@ -8,7 +8,7 @@ use super::dist_read;
 use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
-use super::table::{self, SECTIONS};
+use super::table::{self, SECTIONS, sections};
 use super::transport;
 use super::{Class, Subject};
 use crate::yaml::fault::Faults;
@@ -64,21 +64,22 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     });
     let mut settings = BTreeMap::new();
     let mut parameters = BTreeMap::new();
-    for section in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
+    for section in sections(subject).filter(|section| !section.path.contains('.')) {
         let node = top.take(walk, section.path);
         if section.path == transport::SECTION {
-            transport::read(walk, node, &mut settings);
+            transport::read(walk, node, subject, &mut settings);
         } else {
-            keys(walk, node, section, "", &mut Keys { settings: Some(&mut settings), parameters: &mut parameters });
+            let into = Keys { subject, settings: Some(&mut settings), parameters: &mut parameters };
+            keys(walk, node, section, "", into);
         }
     }
-    for parameter in table::parameters() {
+    for parameter in table::parameters(subject) {
         parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
-    let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, &parameters));
-    let sections = SECTIONS.iter().map(|section| section.path).filter(|path| !path.contains('.'));
+    let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, subject, &parameters));
+    let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
-    top.close(walk, &known, &table::home);
+    top.close(walk, &known, &|name| table::home(subject, name));
 
     for section in &SECTIONS {
         for setting in section.settings {
@@ -87,22 +88,23 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     }
     transport::leave_out(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
-    check::settings(walk, &settings);
-    check::scene(walk, "", &parameters, &BTreeMap::new());
+    check::settings(walk, subject, &settings);
+    check::scene(walk, subject, "", &parameters, &BTreeMap::new());
     for class in &classes {
-        check::scene(walk, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+        check::scene(walk, subject, &format!("classes.{}.", class.name), &parameters, &class.overrides);
     }
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
 }
 
 /// Where the keys of a section go; classes have no settings.
 struct Keys<'k> {
+    subject: Option<Subject>,
     settings: Option<&'k mut BTreeMap<String, Value>>,
     parameters: &'k mut BTreeMap<String, Distribution>,
 }
 
 /// Reads the keys of `section` from `node`, whose path is the section's after `prefix`.
-fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: &str, into: &mut Keys) {
+fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: &str, mut into: Keys) {
     let Some(node) = node else { return };
     let mut map = walk.section(node, &format!("{prefix}{}", section.path));
     let mut known = Vec::new();
@@ -128,7 +130,8 @@ fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: 
                 known.push(name);
                 let node = map.take(walk, name);
                 let mut none = BTreeMap::new();
-                keys(walk, node, inner, prefix, &mut Keys { settings: Some(settings), parameters: &mut none });
+                let into = Keys { subject: into.subject, settings: Some(settings), parameters: &mut none };
+                keys(walk, node, inner, prefix, into);
             }
         }
     }
@@ -136,12 +139,17 @@ fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: 
     map.close(walk, &known, &|name| {
         let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
         let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
-        if setting { Some(fixed()) } else { table::home(name) }
+        if setting { Some(fixed()) } else { table::home(into.subject, name) }
     });
 }
 
 /// The classes by name.
-fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) -> Vec<Class> {
+fn classes(
+    walk: &mut Walk,
+    node: &Node,
+    subject: Option<Subject>,
+    base: &BTreeMap<String, Distribution>,
+) -> Vec<Class> {
     let entries = walk.section(node, "classes").take_all();
     if entries.is_empty() || entries.len() > MOST_CLASSES {
         let problem = format!("has {} classes", entries.len());
@@ -161,7 +169,7 @@ fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) 
             if key.name.is_empty() || key.name.len() > LONGEST_NAME || !key.name.chars().all(letters) {
                 walk.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
             }
-            class(walk, node, &path, &key.name, base)
+            class(walk, (&key.name, node), &path, subject, base)
         })
         .collect();
     classes.sort_by(|a, b| a.name.cmp(&b.name));
@@ -178,7 +186,13 @@ fn classes(walk: &mut Walk, node: &Node, base: &BTreeMap<String, Distribution>) 
     classes
 }
 
-fn class(walk: &mut Walk, node: &Node, path: &str, name: &str, base: &BTreeMap<String, Distribution>) -> Option<Class> {
+fn class(
+    walk: &mut Walk,
+    (name, node): (&str, &Node),
+    path: &str,
+    subject: Option<Subject>,
+    base: &BTreeMap<String, Distribution>,
+) -> Option<Class> {
     let mut map = walk.section(node, path);
     let range = Range { min: 0.0, max: LARGEST_SHARE, whole: false, unit: "" };
     let share = required(walk, &mut map, node, "share").and_then(|node| {
@@ -186,18 +200,18 @@ fn class(walk: &mut Walk, node: &Node, path: &str, name: &str, base: &BTreeMap<S
         walk.number_in(node, &path, range)
     });
     let mut overrides = BTreeMap::new();
-    let drawn = || SECTIONS.iter().filter(|section| !section.parameters.is_empty());
+    let drawn = || sections(subject).filter(|section| !section.parameters.is_empty());
     for section in drawn() {
         let node = map.take(walk, section.path);
-        keys(walk, node, section, &format!("{path}."), &mut Keys { settings: None, parameters: &mut overrides });
+        keys(walk, node, section, &format!("{path}."), Keys { subject, settings: None, parameters: &mut overrides });
     }
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(walk, &known, &|name| {
-        let fixed = SECTIONS.iter().any(|section| section.path == name) || name == "name" || name == "subject";
+        let fixed = sections(subject).any(|section| section.path == name) || name == "name" || name == "subject";
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {
-            table::home(name)
+            table::home(subject, name)
         }
     });
     // What repeats the top level has no meaning of its own and leaves the hash as it is.

@@ -11,9 +11,17 @@ use crate::yaml::walk::shown;
 const OPENING: &str = "\
 # Recipes
 
-A recipe is a YAML file that says what a dataset is made of: the bench, the board, the kinds of samples and what is
-written. `wood.yaml` is the scan of the thesis at full size; `wood-small.yaml` is a small one to try things with. Both are
-built into the program, so `wood` names the first wherever no file of that name exists.
+A recipe is a YAML file that says what a dataset is made of: the bench, the objects, the kinds of samples and what is
+written. These are built into the program, so `wood` names the first wherever no file of that name exists:
+
+| recipe | subject | what |
+|---|---|---|
+| `wood.yaml` | wood | the thesis' scan of boards at full size |
+| `wood-small.yaml` | wood | a small one to try things with |
+| `blister.yaml` | blister | the thesis' scan of packs at full size: white tablets under coloured, half clear film |
+| `blister-small.yaml` | blister | a small one to try things with |
+| `blister-clear.yaml` | blister | transparent film, so that pockets show what lies in them |
+| `blister-opaque.yaml` | blister | white film over oblong tablets, so that little light comes back from below |
 
 This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
 writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
@@ -22,7 +30,8 @@ writes it again), and so is `recipe.schema.json`, by which editors complete and 
 
 ## How a recipe reads
 
-- `name`, `subject` (`wood`) and `classes` are required; every other key has a default.
+- `name`, `subject` (`wood` or `blister`) and `classes` are required; every other key has a default.
+- A section of one subject is a fault in a recipe about another.
 - A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
 - A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts or
   shares.
@@ -71,11 +80,14 @@ number is written do not matter, everything else does.
 
 ## What must fit together
 
-- `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the board.
+- `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the object.
 - `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + 1/12 (rounding) is at most its square.
 - `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
 - `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
 - `splits` sum to 1; `rot.edge` is -1 or 1.
+- All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
+  `tablet.thickness_mm`.
+- `transport` is `kernel` or `path` for blister packs: the other models know no film over air.
 - A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
 
 These hold for every draw: a distribution is checked at its ends.
@@ -118,8 +130,9 @@ fn keys(page: &mut String, section: &Section) {
         (true, false) => " (parameters)",
         _ => " (parameters, and a setting)",
     };
+    let subject = section.subject.map_or(String::new(), |subject| format!("Subject `{}`. ", subject.name()));
     // Writing to a string cannot fail.
-    let _ = write!(page, "\n### `{}`{kind}\n\n{}\n\n", section.path, tidy(section.doc));
+    let _ = write!(page, "\n### `{}`{kind}\n\n{subject}{}\n\n", section.path, tidy(section.doc));
     page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");
     for setting in section.settings {
         let (unit, range) = match setting.kind {

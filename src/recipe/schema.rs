@@ -51,7 +51,23 @@ pub fn schema() -> Value {
         "required": ["name", "subject", "classes"],
         "additionalProperties": false,
         "properties": properties,
+        "allOf": Subject::ALL.map(only).to_vec(),
         "$defs": definitions(),
+    })
+}
+
+/// What a recipe about `subject` must not have: sections of other subjects and models that do not know it.
+fn only(subject: Subject) -> Value {
+    let foreign = || SECTIONS.iter().filter(|section| !section.is_of(Some(subject)));
+    let none: Map<_, _> = foreign().map(|section| (section.path.to_owned(), json!(false))).collect();
+    let mut then = none.clone();
+    then.insert("classes".into(), json!({ "additionalProperties": { "properties": none } }));
+    let models = transport::models(subject);
+    let long = json!({ "type": ["object", "null"], "properties": { "model": { "enum": models } } });
+    then.insert(transport::SECTION.into(), json!({ "anyOf": [{ "enum": models }, long] }));
+    json!({
+        "if": { "properties": { "subject": { "const": subject.name() } }, "required": ["subject"] },
+        "then": { "properties": then },
     })
 }
 

@@ -220,7 +220,7 @@ pub(super) const OUTPUT: &[Setting] = &[
         "truth_maps",
         Kind::Flag,
         Value::Flag(true),
-        "Whether the EXR files hold noise-free height, fibre azimuth and fibre dive too.",
+        "Whether the EXR files hold noise-free maps too: height, and fibre azimuth and dive, or film thickness and gap.",
         "free",
     ),
     setting(

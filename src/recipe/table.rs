@@ -4,8 +4,10 @@
 //! samples and declared here.
 
 use procedural::Parameter;
+use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
+use super::Subject;
 use super::setting::{self, Setting};
 use super::transport;
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
@@ -17,37 +19,57 @@ pub(super) struct Section {
     pub path: &'static str,
     /// What the group is about.
     pub doc: &'static str,
+    /// What the objects are in recipes that have it; `None` for all recipes.
+    pub subject: Option<Subject>,
     /// Keys that are the same for all samples.
     pub settings: &'static [Setting],
     /// Keys that are drawn for each sample.
     pub parameters: &'static [Parameter],
 }
 
-/// A section of parameters, and perhaps settings beside them.
+/// A section of parameters: of one subject, or of all with settings beside them.
 macro_rules! drawn {
-    ($Group:ty, $settings:expr) => {
-        Section { path: <$Group>::GROUP, doc: <$Group>::DOC, settings: $settings, parameters: <$Group>::PARAMETERS }
+    ($Group:ty, $subject:expr, $settings:expr) => {
+        Section {
+            path: <$Group>::GROUP,
+            doc: <$Group>::DOC,
+            subject: $subject,
+            settings: $settings,
+            parameters: <$Group>::PARAMETERS,
+        }
+    };
+    ($Group:ty, $subject:expr) => {
+        drawn!($Group, Some($subject), &[])
+    };
+    ($Group:ty) => {
+        drawn!($Group, None, &[])
     };
 }
 
 /// A section of settings alone.
 const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Setting]) -> Section {
-    Section { path, doc, settings, parameters: &[] }
+    Section { path, doc, subject: None, settings, parameters: &[] }
 }
 
-/// Every section, in the order of the light: scan, bench, board, transport, reading, writing.
-pub(super) const SECTIONS: [Section; 16] = [
+/// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
+pub(super) const SECTIONS: [Section; 22] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
-    drawn!(Motion, &[]),
-    drawn!(Laser, &[]),
-    drawn!(Camera, setting::CAMERA),
-    drawn!(Exposure, &[]),
-    drawn!(Speckle, &[]),
-    drawn!(Board, &[]),
-    drawn!(Log, &[]),
-    drawn!(Knots, &[]),
-    drawn!(Rot, &[]),
-    drawn!(Media, &[]),
+    drawn!(Motion),
+    drawn!(Laser),
+    drawn!(Camera, None, setting::CAMERA),
+    drawn!(Exposure),
+    drawn!(Speckle),
+    drawn!(Board, Subject::Wood),
+    drawn!(Log, Subject::Wood),
+    drawn!(Knots, Subject::Wood),
+    drawn!(Rot, Subject::Wood),
+    drawn!(Media, Subject::Wood),
+    drawn!(Card, Subject::Blister),
+    drawn!(Pocket, Subject::Blister),
+    drawn!(Tablet, Subject::Blister),
+    drawn!(Web, Subject::Blister),
+    drawn!(Foil, Subject::Blister),
+    drawn!(Defects, Subject::Blister),
     fixed(transport::SECTION, transport::DOC, transport::TABLE),
     fixed("extraction", "How a profile is read from a frame.", setting::EXTRACTION),
     fixed("splits", "Shares of the parts of the dataset; they sum to 1.", setting::SPLITS),
@@ -55,9 +77,21 @@ pub(super) const SECTIONS: [Section; 16] = [
     fixed("output.bin", "How many pixels are averaged into one of the written images.", setting::BIN),
 ];
 
-/// Every parameter in the order of [`SECTIONS`].
-pub(super) fn parameters() -> impl Iterator<Item = &'static Parameter> {
-    SECTIONS.iter().flat_map(|section| section.parameters)
+impl Section {
+    /// Whether recipes about `subject` have it; all have what is asked about while the subject is a fault itself.
+    pub fn is_of(&self, subject: Option<Subject>) -> bool {
+        self.subject.is_none() || subject.is_none() || self.subject == subject
+    }
+}
+
+/// The sections of recipes about `subject`, in the order of [`SECTIONS`].
+pub(super) fn sections(subject: Option<Subject>) -> impl Iterator<Item = &'static Section> {
+    SECTIONS.iter().filter(move |section| section.is_of(subject))
+}
+
+/// The parameters of recipes about `subject`, in the order of [`SECTIONS`].
+pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'static Parameter> {
+    sections(subject).flat_map(|section| section.parameters)
 }
 
 /// The unit that a key ends in, empty for none.
@@ -79,13 +113,25 @@ pub(super) fn unit(name: &str) -> &'static str {
     UNITS.iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
-/// Where a key that stands in the wrong section belongs.
-pub(super) fn home(name: &str) -> Option<String> {
+/// Where a key that stands in the wrong section, or in a recipe about another subject, belongs.
+pub(super) fn home(subject: Option<Subject>, name: &str) -> Option<String> {
     let has = |section: &&Section| {
         section.parameters.iter().any(|p| p.name == name) || section.settings.iter().any(|s| s.name == name)
     };
-    let homes: Vec<_> = SECTIONS.iter().filter(has).map(|section| format!("`{}`", section.path)).collect();
-    (!homes.is_empty()).then(|| format!("`{name}` belongs in {}", homes.join(" or ")))
+    let listed = |sections: Vec<&Section>| -> Option<String> {
+        let paths: Vec<_> = sections.iter().map(|section| format!("`{}`", section.path)).collect();
+        (!paths.is_empty()).then(|| format!("`{name}` belongs in {}", paths.join(" or ")))
+    };
+    let foreign = |section: &&Section| !section.is_of(subject);
+    // Each section that is not of this subject is of another one.
+    let remedy = |other: Subject| format!("is for subject `{0}`: remove it, or give `subject: {0}`", other.name());
+    if let Some(other) = SECTIONS.iter().filter(foreign).find(|s| s.path == name).and_then(|s| s.subject) {
+        return Some(format!("`{name}` {}", remedy(other)));
+    }
+    listed(sections(subject).filter(has).collect()).or_else(|| {
+        let section = SECTIONS.iter().filter(foreign).find(has)?;
+        Some(format!("`{name}` of `{}` {}", section.path, remedy(section.subject?)))
+    })
 }
 
 /// Documentation without the blanks that `///` leaves in front of its lines.

@@ -7,9 +7,11 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, json};
 
+use super::Subject;
 use super::schema::setting;
 use super::setting::{Kind, Setting, Value};
 use super::setting_read;
+use super::settings::Settings;
 use super::table;
 use crate::settings::{ThesisMethod, Transport};
 use crate::yaml::node::{self, Node};
@@ -109,14 +111,19 @@ fn chosen(settings: &BTreeMap<String, Value>) -> [&'static str; 2] {
 }
 
 /// Reads `node`, the name of a model or a map, into `settings`.
-pub(super) fn read(walk: &mut Walk, node: Option<&Node>, settings: &mut BTreeMap<String, Value>) {
+pub(super) fn read(
+    walk: &mut Walk,
+    node: Option<&Node>,
+    subject: Option<Subject>,
+    settings: &mut BTreeMap<String, Value>,
+) {
     let Some(node) = node else { return };
     match &node.value {
         node::Value::Text(_) => {
             let model = setting_read::read(walk, node, SECTION, &TABLE[0]);
             settings.extend(model.map(|model| (format!("{SECTION}.{}", TABLE[0].name), model)));
         }
-        node::Value::Map(_) | node::Value::Nothing => long(walk, node, settings),
+        node::Value::Map(_) | node::Value::Nothing => long(walk, node, subject, settings),
         other => {
             let remedy = format!("give one of {}, or a map of `model` and its keys", Transport::NAMES.join(", "));
             walk.fault(node.place, SECTION, format!("is {}", other.kind()), remedy);
@@ -124,7 +131,7 @@ pub(super) fn read(walk: &mut Walk, node: Option<&Node>, settings: &mut BTreeMap
     }
 }
 
-fn long(walk: &mut Walk, node: &Node, settings: &mut BTreeMap<String, Value>) {
+fn long(walk: &mut Walk, node: &Node, subject: Option<Subject>, settings: &mut BTreeMap<String, Value>) {
     let mut map = walk.section(node, SECTION);
     // Whom a key would have an effect on is open while model or method is a fault itself.
     let mut known = true;
@@ -142,7 +149,27 @@ fn long(walk: &mut Walk, node: &Node, settings: &mut BTreeMap<String, Value>) {
         }
     }
     let names: Vec<_> = TABLE.iter().map(|setting| setting.name).collect();
-    map.close(walk, &names, &table::home);
+    map.close(walk, &names, &|name| table::home(subject, name));
+}
+
+/// Whether a model can spread light in such objects: those that need one medium without air know no pack.
+fn knows(model: &str, subject: Subject) -> bool {
+    subject != Subject::Blister || matches!(model, "kernel" | "path")
+}
+
+/// The model that is chosen can spread light in the recipe's objects.
+pub(super) fn check(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
+    let [model, _] = chosen(&settings.0);
+    if let Some(subject) = subject.filter(|subject| !knows(model, *subject)) {
+        let keys = [format!("{SECTION}.{}", TABLE[0].name), SECTION.to_owned()];
+        let problem = format!("`{model}` knows no film over air, and the subject is `{}`", subject.name());
+        walk.joint_fault(&keys, problem, "give `kernel`, or `path` for single profiles");
+    }
+}
+
+/// The names of the models that can spread light in objects of `subject`.
+pub(super) fn models(subject: Subject) -> Vec<&'static str> {
+    Transport::NAMES.into_iter().filter(|model| knows(model, subject)).collect()
 }
 
 /// Leaves out of `settings` what has no effect.

@@ -65,10 +65,10 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
     for field in &OBJECT {
         entry(&mut page, &format!("objects.{}", field.name), field.unit, field.missing, field.doc);
     }
-    let classes = head.pixel_classes.iter().enumerate().map(|(value, name)| format!("{value} {name}"));
+    let classes = head.shown_classes().map(|(value, name)| format!("{value} {name}"));
     add(&mut page, &format!("\nPixel classes: {}.", classes.collect::<Vec<_>>().join(", ")));
     if !head.images.exr.is_empty() {
-        let channels: Vec<String> = head.images.channels().iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
+        let channels: Vec<String> = head.channels().iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
         add(
             &mut page,
             &format!(
@@ -89,7 +89,7 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
 
     add(
         &mut page,
-        "\n## What is not modelled\n\nThe scans are simulated: no real board was measured. Vibration, dust, ambient light, lens distortion, wear of the",
+        "\n## What is not modelled\n\nThe scans are simulated: no real object was measured. Vibration, dust, ambient light, lens distortion, wear of the",
     );
     add(
         &mut page,
@@ -97,7 +97,7 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
     );
     add(
         &mut page,
-        "distributions, which need not be those of your boards. Test on real scans before you trust a model that was trained here.\n",
+        "distributions, which need not be those of your line. Test on real scans before you trust a model that was trained here.\n",
     );
     add(
         &mut page,

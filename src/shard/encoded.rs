@@ -2,6 +2,7 @@
 
 use output_schema::PIXEL_CLASSES;
 use output_schema::channel::channels;
+use procedural::Class;
 use sha2::{Digest, Sha256};
 
 use super::durable::hex;
@@ -37,7 +38,9 @@ pub struct Encoded {
     pub draws: Vec<(String, f64)>,
     /// Derived numbers, by name.
     pub physics: Vec<(&'static str, f64)>,
-    /// Defects that at least one pixel shows.
+    /// Classes of all defects, seen or not.
+    pub defects: Vec<Class>,
+    /// Defects and pockets of which at least one pixel shows something.
     pub objects: Vec<Object>,
     /// Pixels of each class [px].
     pub class_area_px: [u64; PIXEL_CLASSES.len()],
@@ -97,7 +100,8 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
     let png = asked.into_iter().map(|channel| (channel, image(&record, channel))).collect();
 
     let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
-    let declared = channels(&names, output.truth_maps);
+    let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
+    let declared = channels(&names, output.truth_maps, subject);
     let exr = (!declared.is_empty()).then(|| {
         let channels = exr::record_channels(&record, &declared);
         let description = exr::description(&record, &declared);
@@ -121,6 +125,7 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
         range_scale_mm: record.range_scale_mm,
         draws: record.draws,
         physics: record.physics,
+        defects: record.defects,
         objects: record.objects,
         class_area_px,
         png,

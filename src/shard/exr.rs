@@ -13,7 +13,7 @@ use exr::prelude::{
 use output_schema::{Channel, SampleType};
 use serde_json::{Value, json};
 
-use crate::record::Record;
+use crate::record::{Below, Record};
 
 /// Compression of every file: on noisy maps smaller than ZIP and faster; see `benches/write.rs`.
 pub(super) const COMPRESSION: Compression = Compression::PIZ;
@@ -69,16 +69,26 @@ impl ExrChannel {
 /// The declared channels of a record, in the order of files.
 pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrChannel> {
     let empty = Vec::new();
-    let truth = |pick: fn(&crate::record::TruthMaps) -> &Vec<f32>| record.truth.as_ref().map_or(&empty, pick).clone();
+    let height = || record.truth.as_ref().map_or(&empty, |truth| &truth.height);
+    let below = |second: bool| match record.truth.as_ref().map(|truth| &truth.below) {
+        Some(Below::Fibre { azimuth: a, dive: b } | Below::Film { thickness: a, gap: b }) => {
+            if second {
+                b.clone()
+            } else {
+                a.clone()
+            }
+        }
+        None => empty.clone(),
+    };
     // Missing is NaN in float images, the picture for viewers apart.
     let seen = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect()
     };
     let channel = |c: &Channel| {
         let numbers = match c.name {
-            "FibreAzimuth" => truth(|t| &t.fibre_azimuth),
-            "FibreDive" => truth(|t| &t.fibre_dive),
-            "Height" => truth(|t| &t.height).into_iter().map(stepped).collect(),
+            "FibreAzimuth" | "FilmThickness" => below(false),
+            "FibreDive" | "FilmGap" => below(true),
+            "Height" => height().iter().copied().map(stepped).collect(),
             "Instance" => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
             "Label" => record.labels.class.iter().map(|&n| f32::from(n)).collect(),
             "Range" => record.maps.range.iter().copied().map(stepped).collect(),

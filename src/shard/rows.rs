@@ -9,6 +9,7 @@ use arrow_array::{
 use arrow_buffer::OffsetBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Fields, SchemaRef};
 use output_schema::DatasetHead;
+use procedural::Class;
 
 use super::{Encoded, channel_name};
 use crate::record::Object;
@@ -44,7 +45,8 @@ pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Re
             "range_scale_mm" => float64(Some(sample.range_scale_mm)),
             "physics" => structure(field, sample.physics.iter().map(|p| float64(known(p.1))).collect())?,
             "objects" => objects(field, &sample.objects).map_err(|e| e.to_string())?,
-            "class_area_px" => structure(field, sample.class_area_px.iter().map(|&n| int64(n as i64)).collect())?,
+            "defect_classes" => defects(field, &sample.defects).map_err(|e| e.to_string())?,
+            "class_area_px" => areas(field, head, sample)?,
             name => match head.images.png.iter().any(|image| image == name) {
                 true => image(field, name, sample)?,
                 false => group(field, head, sample)?,
@@ -141,6 +143,25 @@ fn image(field: &Field, name: &str, sample: &Encoded) -> Result<ArrayRef, String
     structure(field, vec![bytes, text(&format!("{}_{name}.png", sample.id))])
 }
 
+/// Pixels of the classes that the head lists; a class that it does not list covers none.
+fn areas(field: &Field, head: &DatasetHead, sample: &Encoded) -> Result<ArrayRef, String> {
+    let listed: Vec<usize> = head.shown_classes().map(|(value, _)| value).collect();
+    let unlisted = (0..sample.class_area_px.len()).find(|v| sample.class_area_px[*v] > 0 && !listed.contains(v));
+    if let Some(value) = unlisted {
+        return Err(format!("its labels show class {value}, which is none of {listed:?}"));
+    }
+    structure(field, listed.iter().map(|&value| int64(sample.class_area_px[value] as i64)).collect())
+}
+
+fn defects(field: &Field, classes: &[Class]) -> Result<ArrayRef, ArrowError> {
+    let DataType::List(item) = field.data_type() else {
+        return Err(ArrowError::SchemaError("the column `defect_classes` is no list".into()));
+    };
+    let names: StringArray = classes.iter().map(|class| Some(class.name())).collect();
+    let lengths = OffsetBuffer::from_lengths([classes.len()]);
+    Ok(Arc::new(ListArray::try_new(item.clone(), lengths, Arc::new(names), None)?))
+}
+
 fn objects(field: &Field, objects: &[Object]) -> Result<ArrayRef, ArrowError> {
     let DataType::List(item) = field.data_type() else {
         return Err(ArrowError::SchemaError("the column `objects` is no list".into()));
@@ -162,6 +183,8 @@ fn objects(field: &Field, objects: &[Object]) -> Result<ArrayRef, ArrowError> {
         Ok(match field.name().as_str() {
             "instance" => Arc::new(objects.iter().map(|o| Some(i32::from(o.instance.id))).collect::<Int32Array>()),
             "class" => Arc::new(objects.iter().map(|o| Some(o.instance.class as i64)).collect::<Int64Array>()),
+            "state" => Arc::new(objects.iter().map(|o| Some(o.instance.state as i64)).collect::<Int64Array>()),
+            "within" => Arc::new(objects.iter().map(|o| Some(i32::from(o.instance.within))).collect::<Int32Array>()),
             "bbox" => bbox(field)?,
             "area_px" => Arc::new(objects.iter().map(|o| Some(o.area_px as i64)).collect::<Int64Array>()),
             "area_mm2" => float(|o| o.area_mm2),

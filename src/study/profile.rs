@@ -4,8 +4,6 @@
 //! All models look through the same bench, free of sensor noise and speckle. The judge walks eight independent times;
 //! mean and standard error of a bin of columns are taken from them.
 
-use procedural::Body;
-use procedural::wood::Plank;
 use serde_json::{Value, json};
 
 use super::chart::{Axis, Chart, Series};
@@ -14,7 +12,7 @@ use crate::drawing::{MARGIN, Page};
 use crate::optics::speckle::Tiles;
 use crate::optics::{Band, ROWS, Scratch, TILE, expose};
 use crate::pipeline;
-use crate::recipe::Scene;
+use crate::recipe::{Scene, Subject};
 use crate::settings::{ThesisMethod, Transport};
 use crate::study::by::By;
 use crate::transport::answer::Estimate;
@@ -46,12 +44,12 @@ pub fn work(effort: Effort) -> u64 {
 /// Asks every model about `profile` of `scene`.
 pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Report {
     let tiles = Tiles::new(0);
-    let body = Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), &scene.wood)));
+    let body = pipeline::body(scene);
     let mut x = Vec::new();
     let mut look = |transport: Transport, repeat: u64| {
         let mut own = scene.clone();
         (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
-        let (sensor, specimen, _) = pipeline::set_up(&own, body.clone(), &tiles);
+        let (sensor, specimen) = pipeline::set_up(&own, body.clone(), &tiles);
         let band = sensor.band(&specimen, profile..profile + 1, Band::default());
         let hits = &band.row(profile).hits;
         x = hits
@@ -75,8 +73,13 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Rep
         (By::Model(Model::Kernel), Transport::Kernel),
         (By::Thesis, Transport::Thesis { method, iterations: 20, pixel_mm }),
     ];
+    // Diffusion and the thesis' picture know no film over air.
+    let knows = |transport: &Transport| {
+        scene.plan.subject() == Subject::Wood || matches!(transport, Transport::Path { .. } | Transport::Kernel)
+    };
     let lines: Vec<Line> = models
         .into_iter()
+        .filter(|(_, transport)| knows(transport))
         .map(|(by, transport)| {
             asks(by.name(), &what, watch);
             let repeats = if matches!(transport, Transport::Path { .. }) { REPEATS } else { 1 };

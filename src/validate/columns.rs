@@ -3,13 +3,15 @@
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
-use output_schema::{DatasetHead, PIXEL_CLASSES};
+use output_schema::DatasetHead;
 
 /// One object as it is stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct StoredObject {
     pub(super) instance: i32,
     pub(super) class: i64,
+    pub(super) state: i64,
+    pub(super) within: i32,
     pub(super) bbox: [i32; 4],
     pub(super) area_px: i64,
 }
@@ -28,7 +30,9 @@ pub(super) struct StoredRow {
     pub(super) col_mm: f64,
     pub(super) range_offset_mm: f64,
     pub(super) range_scale_mm: f64,
+    pub(super) defects: Vec<String>,
     pub(super) objects: Vec<StoredObject>,
+    /// Pixels of each class that labels can show, in their order [px].
     pub(super) class_area_px: Vec<i64>,
     /// PNG files by name, in the order of columns.
     pub(super) png: Vec<(String, Vec<u8>)>,
@@ -47,7 +51,7 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         }
     }
     let areas = structure(&column("class_area_px")?, "class_area_px")?;
-    let area = |name: &&str| int64(&present(areas.column_by_name(name), name)?, name);
+    let area = |(_, name): (usize, &str)| int64(&present(areas.column_by_name(name), name)?, name);
     let png = |name: &String| {
         let image = structure(&column(name)?, name)?;
         let bytes = present(image.column_by_name("bytes"), name)?;
@@ -66,10 +70,17 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         col_mm: float64(&column("col_mm")?, "col_mm")?,
         range_offset_mm: float64(&column("range_offset_mm")?, "range_offset_mm")?,
         range_scale_mm: float64(&column("range_scale_mm")?, "range_scale_mm")?,
+        defects: names(&column("defect_classes")?)?,
         objects: objects(&column("objects")?)?,
-        class_area_px: PIXEL_CLASSES.iter().map(area).collect::<Result<_, _>>()?,
+        class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,
         png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
     })
+}
+
+fn names(column: &ArrayRef) -> Result<Vec<String>, String> {
+    let list = column.as_list_opt::<i32>().ok_or("`defect_classes` is no list")?.value(0);
+    let names = list.as_string_opt::<i32>().ok_or("`defect_classes` does not hold texts")?;
+    names.iter().map(|name| name.map(String::from).ok_or_else(|| "`defect_classes` holds nothing".to_owned())).collect()
 }
 
 fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
@@ -79,17 +90,30 @@ fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
         let child = fields.column_by_name(name).ok_or_else(|| format!("`objects.{name}` is missing"))?;
         if child.null_count() > 0 { Err(format!("`objects.{name}` is empty")) } else { Ok(child.clone()) }
     };
-    let (instances, classes, areas) = (child("instance")?, child("class")?, child("area_px")?);
-    let instances = instances.as_primitive_opt::<Int32Type>().ok_or("`objects.instance` is not int32")?;
-    let classes = classes.as_primitive_opt::<Int64Type>().ok_or("`objects.class` is not int64")?;
-    let areas = areas.as_primitive_opt::<Int64Type>().ok_or("`objects.area_px` is not int64")?;
+    let short = |name: &str| -> Result<_, String> {
+        let numbers = child(name)?.as_primitive_opt::<Int32Type>().cloned();
+        numbers.ok_or_else(|| format!("`objects.{name}` is not int32"))
+    };
+    let long = |name: &str| -> Result<_, String> {
+        let numbers = child(name)?.as_primitive_opt::<Int64Type>().cloned();
+        numbers.ok_or_else(|| format!("`objects.{name}` is not int64"))
+    };
+    let (instances, withins) = (short("instance")?, short("within")?);
+    let (classes, states, areas) = (long("class")?, long("state")?, long("area_px")?);
     let boxes = child("bbox")?;
     let boxes = boxes.as_fixed_size_list_opt().ok_or("`objects.bbox` is no fixed list")?;
     let object = |i: usize| {
         let sides = boxes.value(i);
         let sides = sides.as_primitive_opt::<Int32Type>().ok_or("`objects.bbox` does not hold int32")?;
         let bbox = sides.values().as_ref().try_into().map_err(|_| "`objects.bbox` does not hold four numbers")?;
-        Ok(StoredObject { instance: instances.value(i), class: classes.value(i), bbox, area_px: areas.value(i) })
+        Ok(StoredObject {
+            instance: instances.value(i),
+            class: classes.value(i),
+            state: states.value(i),
+            within: withins.value(i),
+            bbox,
+            area_px: areas.value(i),
+        })
     };
     (0..fields.len()).map(object).collect()
 }

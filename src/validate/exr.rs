@@ -55,6 +55,7 @@ fn in_range(channel: &str, value: f32) -> bool {
         "Y" => (0.0..=255.0).contains(&value),
         "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),
         "FibreAzimuth" => value.is_nan() || (-90.0..=90.0).contains(&value),
+        "FilmGap" | "FilmThickness" => value.is_nan() || (value >= 0.0 && value.is_finite()),
         "FibreDive" => value.is_nan() || (0.0..=90.0).contains(&value),
         _ => !value.is_infinite(),
     }

@@ -1,7 +1,7 @@
 //! The PNG images of a row: size, depth, values, and the rule for missing pixels.
 
+use output_schema::Kind;
 use output_schema::row::{IMAGES, ROW};
-use output_schema::{Kind, PIXEL_CLASSES};
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};
@@ -73,13 +73,13 @@ fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
     }
 }
 
-/// Every label is a pixel class.
-pub(super) fn known_labels(decoded: &Decoded, place: &str, report: &mut Report) -> bool {
+/// Every label is one of `values`.
+pub(super) fn known_labels(decoded: &Decoded, values: &[u8], place: &str, report: &mut Report) -> bool {
     let Some(label) = decoded.get("label") else { return true };
-    match label.iter().find(|&&class| usize::from(class) >= PIXEL_CLASSES.len()) {
+    match label.iter().find(|&&class| !values.iter().any(|&value| u16::from(value) == class)) {
         None => true,
         Some(class) => {
-            let what = format!("the label {class} is no pixel class");
+            let what = format!("the label {class} is no pixel class of the subject");
             report.faults.push(Fault::new(Code::LabelUnknown, place, what));
             false
         }

@@ -8,6 +8,9 @@ use super::columns::StoredRow;
 use super::images::{Decoded, known_labels};
 use super::report::{Code, Fault, Report};
 
+/// The class of an object that is no defect.
+const POCKET: &str = "pocket";
+
 /// Pixels and corners of one instance.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
@@ -17,7 +20,9 @@ struct Seen {
 }
 
 /// Checks objects, their numbers, and the areas of classes.
-pub(super) fn check(row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+///
+/// `values` are the pixel classes that labels of the dataset's subject can show.
+pub(super) fn check(row: &StoredRow, values: &[u8], decoded: &Decoded, place: &str, report: &mut Report) {
     let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
     let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
     if row.class_area_px.iter().sum::<i64>() != cols * rows {
@@ -27,18 +32,33 @@ pub(super) fn check(row: &StoredRow, decoded: &Decoded, place: &str, report: &mu
         let [x, y, width, height] = object.bbox.map(i64::from);
         let inside = x >= 0 && y >= 0 && width > 0 && height > 0 && x + width <= cols && y + height <= rows;
         let area = (1..=width.saturating_mul(height)).contains(&object.area_px);
-        if !inside || !area || !(0..PIXEL_CLASSES.len() as i64).contains(&object.class) || object.instance < 1 {
-            fault(Code::ValueRange, format!("object {object:?} is not inside the image, or of no known class"));
+        let known = [object.class, object.state].iter().all(|class| values.iter().any(|&v| i64::from(v) == *class));
+        let nested = (0..object.instance).contains(&object.within);
+        if !inside || !area || !known || !nested {
+            let what = "is not inside the image, of no known class, or lies within none before it";
+            fault(Code::ValueRange, format!("object {object:?} {what}"));
         }
     }
-    if !known_labels(decoded, place, report) {
+    let class = |value: i64| usize::try_from(value).ok().and_then(|value| PIXEL_CLASSES.get(value)).copied();
+    let name_of = |name: &str| values.iter().any(|&value| class(value.into()) == Some(name));
+    for name in row.defects.iter().filter(|name| !name_of(name)) {
+        fault(Code::ValueRange, format!("the defect `{name}` is no pixel class of the subject"));
+    }
+    for object in row.objects.iter().filter(|object| class(object.class) != Some(POCKET)) {
+        let name = class(object.class).unwrap_or_default();
+        if !row.defects.iter().any(|defect| defect == name) {
+            fault(Code::ObjectDiffers, format!("object {} is a `{name}`, none of the defects", object.instance));
+        }
+    }
+    if !known_labels(decoded, values, place, report) {
         return;
     }
     if let Some(label) = decoded.get("label") {
         let mut areas = vec![0i64; PIXEL_CLASSES.len()];
         label.iter().for_each(|&class| areas[usize::from(class)] += 1);
-        if areas != row.class_area_px {
-            let what = format!("the label image shows {areas:?} pixels, the row says {:?}", row.class_area_px);
+        let shown: Vec<i64> = values.iter().map(|&value| areas[usize::from(value)]).collect();
+        if shown != row.class_area_px {
+            let what = format!("the label image shows {shown:?} pixels, the row says {:?}", row.class_area_px);
             report.faults.push(Fault::new(Code::ClassAreaDiffers, place, what));
         }
     }
@@ -50,12 +70,18 @@ pub(super) fn check(row: &StoredRow, decoded: &Decoded, place: &str, report: &mu
 fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) {
     let mut seen: BTreeMap<i32, Seen> = BTreeMap::new();
     let cols = row.cols.max(1) as usize;
-    for (i, &number) in instance.iter().enumerate().filter(|(_, number)| **number > 0) {
+    // What holds an object has a smaller number, or the way out of it ends there.
+    let holders: BTreeMap<i32, i32> = row.objects.iter().map(|o| (o.instance, o.within.min(o.instance - 1))).collect();
+    for (i, &number) in instance.iter().enumerate() {
         let (x, y) = (i % cols, i / cols);
-        let entry = seen.entry(number.into()).or_insert(Seen { area: 0, first: (x, y), last: (x, y) });
-        entry.area += 1;
-        entry.first = (entry.first.0.min(x), entry.first.1.min(y));
-        entry.last = (entry.last.0.max(x), entry.last.1.max(y));
+        let mut number = i32::from(number);
+        while number > 0 {
+            let entry = seen.entry(number).or_insert(Seen { area: 0, first: (x, y), last: (x, y) });
+            entry.area += 1;
+            entry.first = (entry.first.0.min(x), entry.first.1.min(y));
+            entry.last = (entry.last.0.max(x), entry.last.1.max(y));
+            number = holders.get(&number).copied().unwrap_or(0);
+        }
     }
     let mut fault = |what| report.faults.push(Fault::new(Code::ObjectDiffers, place, what));
     let mut last = 0;

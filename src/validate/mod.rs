@@ -22,7 +22,7 @@ use std::fs;
 use std::path::Path;
 
 use output_schema::file::{CARD, DATASET, manifest_path};
-use output_schema::{DatasetHead, FORMAT, refuse_version};
+use output_schema::{DatasetHead, FORMAT, SubjectFiles, refuse_version};
 use rayon::prelude::*;
 use serde_json::Value;
 
@@ -107,8 +107,12 @@ fn read_head(folder: &Path) -> Result<DatasetHead, Fault> {
             format!("{} samples in shards of {} are not {} shards", head.samples, head.samples_per_shard, head.shards);
         return Err(fault(Code::DatasetUnreadable, what));
     }
-    if head.pixel_classes != output_schema::PIXEL_CLASSES {
-        return Err(fault(Code::DatasetUnreadable, format!("its pixel classes are {:?}", head.pixel_classes)));
+    let Some(subject) = SubjectFiles::named(&head.subject) else {
+        return Err(fault(Code::DatasetUnreadable, format!("its subject is `{}`", head.subject)));
+    };
+    if (&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(), &subject.label_values()) {
+        let what = format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values);
+        return Err(fault(Code::DatasetUnreadable, what));
     }
     Ok(head)
 }

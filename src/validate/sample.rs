@@ -47,9 +47,9 @@ pub(super) fn check(
         Err(e) => return report.faults.push(Fault::new(Code::FileMissing, path, e.to_string())),
     };
     if let Some(bytes) = &exr {
-        exr::check(bytes, &task.head.images.channels(), &row, &mut decoded, &path, report);
+        exr::check(bytes, &task.head.channels(), &row, &mut decoded, &path, report);
     }
-    labels::check(&row, &decoded, &place, report);
+    labels::check(&row, &task.head.label_values, &decoded, &place, report);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr.as_deref()) != listed.sha256 {

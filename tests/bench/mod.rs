@@ -11,7 +11,6 @@ use sheetlight::optics::{Band, Sensor};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
 use sheetlight::record::Record;
-use sheetlight::specimen::Specimen;
 
 /// Every number of the bench at its declared default.
 pub fn nominal() -> Bench {
@@ -58,11 +57,7 @@ pub fn render(scene: &Scene, body: Body) -> Record {
 
 /// The sensor over a body, and light of `profiles` worked out.
 pub fn expose(scene: &Scene, body: Body, profiles: std::ops::Range<usize>) -> (Sensor, Band) {
-    let clear = pipeline::earlywood(&scene.wood.media);
-    let height = f64::from(body.bounds().1.z);
-    let sensor =
-        Sensor::new(&scene.bench, scene.size, height, &clear, tiles(), scene.stream).with_transport(scene.transport);
-    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
+    let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
     let band = sensor.band(&specimen, profiles, Band::default());
     (sensor, band)
 }

@@ -17,8 +17,18 @@ pub const FRAMES: [&str; 2] = ["sensor_stack: none", "sensor_stack: {every: 16}"
 
 /// A small recipe: wood-small.yaml with 64 columns and 48 profiles, and pieces of its text replaced.
 pub fn recipe(changes: &[[&str; 2]]) -> String {
-    let mut text = include_str!("../../recipes/wood-small.yaml").to_owned();
     let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "]];
+    changed(include_str!("../../recipes/wood-small.yaml"), &size, changes)
+}
+
+/// The same of blister-small.yaml: the corner of a pocket in the middle of the card.
+pub fn pack_recipe(changes: &[[&str; 2]]) -> String {
+    let size = [["\n  columns: 384 ", "\n  columns: 128 "], ["\n  profiles: 360 ", "\n  profiles: 96 "]];
+    changed(include_str!("../../recipes/blister-small.yaml"), &size, changes)
+}
+
+fn changed(text: &str, size: &[[&str; 2]], changes: &[[&str; 2]]) -> String {
+    let mut text = text.to_owned();
     for [old, new] in size.iter().chain(changes) {
         assert_eq!(text.matches(old).count(), 1, "`{old}` is not once in the recipe");
         text = text.replacen(old, new, 1);
@@ -49,6 +59,13 @@ impl Place {
         let place = Self::new();
         place.write("tiny.yaml", recipe(changes));
         place
+    }
+
+    /// A folder for each subject, with its small recipe, changed, as `tiny.yaml`.
+    pub fn of_each_subject(changes: &[[&str; 2]]) -> [Self; 2] {
+        let pack = Self::new();
+        pack.write("tiny.yaml", pack_recipe(changes));
+        [Self::with(changes), pack]
     }
 
     pub fn path(&self, relative: &str) -> PathBuf {

@@ -4,11 +4,9 @@
 
 use std::path::Path;
 
-use output_schema::{
-    DatasetHead, FORMAT, Generator, NumberColumn, PIXEL_CLASSES, RecipeHead, SCHEMA_VERSION, SplitShares,
-};
+use output_schema::{DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares};
 use procedural::{Class, Instance};
-use sheetlight::record::{Labels, Maps, Object, Record, Split, StackFrame, TruthMaps};
+use sheetlight::record::{Below, Labels, Maps, Object, Record, Split, StackFrame, TruthMaps};
 use sheetlight::settings::{Channel, Output, SensorStack, Size};
 use sheetlight::shard::{DatasetFolder, Encoded, ShardWriter, encode, images};
 
@@ -52,7 +50,9 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
         samples_per_shard: per_shard,
         shards: DatasetHead::shards_for(samples, per_shard),
         classes: vec!["clear".into(), "knöt".into()],
-        pixel_classes: PIXEL_CLASSES.map(String::from).to_vec(),
+        subject: "wood".into(),
+        pixel_classes: SUBJECTS[0].pixel_classes(),
+        label_values: SUBJECTS[0].label_values(),
         splits: SplitShares { train: 0.5, validation: 0.25, test: 0.25 },
         images: images(output, size),
         parameters: vec![
@@ -91,7 +91,8 @@ impl Noise {
 pub fn record(index: u64, size: &Size, output: &Output) -> Record {
     let (cols, rows) = (size.columns / output.bin_columns, size.profiles / output.bin_profiles);
     let mut noise = Noise::new(index);
-    let (mut maps, mut labels, mut truth) = (Maps::default(), Labels::default(), TruthMaps::default());
+    let (mut maps, mut labels) = (Maps::default(), Labels::default());
+    let (mut heights, mut azimuth, mut dive) = (Vec::new(), Vec::new(), Vec::new());
     let radius = rows as f32 / 5.0;
     let centres = [(cols as f32 * 0.35, rows as f32 * 0.4, 1u16), (cols as f32 * 0.7, rows as f32 * 0.6, 2)];
     for y in 0..rows {
@@ -118,9 +119,9 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
             maps.scatter.push(if seen { scatter } else { 0.0 });
             labels.class.push(class as u8);
             labels.instance.push(if on_board { knot.map_or(0, |knot| knot.2) } else { 0 });
-            truth.height.push(if on_board { height } else { f32::NAN });
-            truth.fibre_azimuth.push(if on_board { 3.0 * (fy * 0.05 + fx * 0.01).sin() } else { f32::NAN });
-            truth.fibre_dive.push(if on_board { 2.0 + ring } else { f32::NAN });
+            heights.push(if on_board { height } else { f32::NAN });
+            azimuth.push(if on_board { 3.0 * (fy * 0.05 + fx * 0.01).sin() } else { f32::NAN });
+            dive.push(if on_board { 2.0 + ring } else { f32::NAN });
         }
     }
     let frame = |profile: usize| StackFrame {
@@ -148,9 +149,10 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
             .to_vec(),
         physics: vec![("mu_eff_per_mm", 0.7)],
         objects: objects(&labels, cols),
+        defects: vec![Class::SoundKnot, Class::DeadKnot],
         maps,
         labels,
-        truth: output.truth_maps.then_some(truth),
+        truth: output.truth_maps.then_some(TruthMaps { height: heights, below: Below::Fibre { azimuth, dive } }),
         stack,
     }
 }

@@ -4,13 +4,14 @@ use glam::Vec2;
 
 use super::dose::SHALLOW;
 use super::face::Face;
+use super::formed::Formed;
 use super::lay::Lay;
 use super::mark::{Kind, Mark};
 use super::parameters::{Blister, Foil};
 use super::plan::{self, Planned, graded, plan};
 use super::strew::{self, Powder};
 use super::tablet::{self, Form};
-use super::web::FormedWeb;
+use super::web::{FLANGE_MM, FormedWeb};
 use super::{Pack, flange};
 use crate::{Class, Gloss, Instance, Medium, Stream};
 
@@ -48,6 +49,13 @@ pub fn form(stream: Stream, blister: &Blister) -> Pack {
     pack.judge();
     pack.height = pack.highest_film();
     pack
+}
+
+/// What [`super::room_mm`] says.
+pub fn room_mm(blister: &Blister) -> Vec2 {
+    let form = Form::new(&blister.tablet);
+    let slack = Lay::new(&blister.card).slack(form.outline().half().length() + blister.pocket.clearance_mm as f32);
+    2.0 * Formed::new(&blister.pocket, &blister.web, &form, slack).reach() + FLANGE_MM
 }
 
 /// The foil's bright side.

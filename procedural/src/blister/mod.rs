@@ -84,6 +84,16 @@ fn fresnel(n: f32) -> f32 {
     r * r
 }
 
+/// Room that each pocket takes across and along the card, with the flange to its neighbours [mm].
+///
+/// Pockets that a card has no room for are left out; [`RIM_MM`] stays free around all of them together.
+pub fn room_mm(blister: &Blister) -> [f64; 2] {
+    fill::room_mm(blister).to_array().map(f64::from)
+}
+
+/// Flange beyond the room of the outermost pockets, both sides together [mm].
+pub const RIM_MM: f64 = web::FLANGE_MM as f64;
+
 impl Pack {
     /// Forms and fills the pack; every part draws from its own child of `stream`.
     pub fn form(stream: Stream, blister: &Blister) -> Self {

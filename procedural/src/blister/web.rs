@@ -15,7 +15,7 @@ use crate::noise::{Noise, smoothstep};
 use crate::{Gloss, Medium, Stream};
 
 /// Flange that is left between two pockets, or pocket and edge [mm].
-const FLANGE_MM: f32 = 0.6;
+pub const FLANGE_MM: f32 = 0.6;
 /// Depth of crevices over the size of the bumps, their half width in units of the noise that draws them, and the bump
 /// from which on they run, in units of its size [1].
 const CREVICE: [f32; 3] = [1.0, 0.4, 0.4];

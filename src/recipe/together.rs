@@ -1,0 +1,169 @@
+//! What the parameters of an object must mean together, and with the bench above it.
+
+use std::collections::BTreeMap;
+
+use procedural::Parameter;
+use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, room_mm};
+
+use super::dist::Distribution;
+use super::table;
+use crate::yaml::walk::{Walk, shown};
+
+/// The parameters of a class, or of the top level where `prefix` is empty.
+pub(super) struct Together<'a> {
+    /// Path of the class and a dot.
+    pub prefix: &'a str,
+    /// The top level's distributions.
+    pub base: &'a BTreeMap<String, Distribution>,
+    /// The class's own in place of them.
+    pub overrides: &'a BTreeMap<String, Distribution>,
+}
+
+impl Together<'_> {
+    fn distribution(&self, path: &str) -> Option<&Distribution> {
+        self.overrides.get(path).or_else(|| self.base.get(path))
+    }
+
+    fn bounds(&self, path: &str) -> (f64, f64) {
+        let place = path.split_once('.');
+        let parameter = table::parameters(None).find(|p| place == Some((p.group, p.name)));
+        let (distribution, parameter) =
+            self.distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
+        distribution.bounds(parameter)
+    }
+
+    /// Smallest value that a draw can have.
+    pub fn least(&self, path: &str) -> f64 {
+        self.bounds(path).0
+    }
+
+    /// Largest value that a draw can have.
+    pub fn most(&self, path: &str) -> f64 {
+        self.bounds(path).1
+    }
+
+    /// Smallest and largest value by size alone: an angle counts without its sign [least, most].
+    fn ends(&self, path: &str) -> [f64; 2] {
+        let (low, high) = self.bounds(path);
+        let least = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
+        [least, low.abs().max(high.abs())]
+    }
+
+    /// Whether it is for this class to say something about `keys`: it changes one, or is the top level.
+    fn concerned<'k>(&self, mut keys: impl Iterator<Item = &'k str>) -> bool {
+        self.prefix.is_empty() || keys.any(|key| self.overrides.contains_key(key))
+    }
+
+    /// Notes a fault of `keys` together, once: at the class's key where a class changes one, else at the top level's.
+    pub fn fault(&self, walk: &mut Walk, keys: &[&str], problem: String, remedy: &str) {
+        if self.concerned(keys.iter().copied()) {
+            let own = keys.iter().map(|key| format!("{}{key}", self.prefix));
+            let places: Vec<_> = own.chain(keys.iter().map(|key| (*key).to_owned())).collect();
+            walk.joint_fault(&places, problem, remedy);
+        }
+    }
+
+    /// Laser and camera stand above an object that can be `height` high, which follows from `keys` [mm].
+    fn below_the_bench(&self, walk: &mut Walk, height: f64, keys: &[&str], noun: &str) {
+        for stand in ["laser.fan_height_mm", "camera.distance_mm"] {
+            let tilt = if stand.starts_with("camera") { self.most("camera.tilt_deg") } else { 0.0 };
+            let lowest = self.least(stand) * libm::cos(tilt.to_radians());
+            if lowest <= height {
+                let problem = format!(
+                    "stands {} mm high, and the {noun} can be {} mm thick",
+                    shown(lowest),
+                    shown(rounded(height))
+                );
+                let keys: Vec<_> = [stand].into_iter().chain(keys.iter().copied()).chain(["camera.tilt_deg"]).collect();
+                self.fault(walk, &keys, problem, &format!("laser and camera must be above the {noun}"));
+            }
+        }
+    }
+}
+
+/// A board.
+pub(super) fn wood(walk: &mut Walk, scene: &Together) {
+    let thickness = scene.most("board.thickness_mm");
+    scene.below_the_bench(walk, thickness, &["board.thickness_mm"], "board");
+
+    let keys = ["rot.edge"];
+    let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
+    if !scene.distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
+        let remedy = "give -1, 1 or {choice: {values: [-1, 1]}}";
+        scene.fault(walk, &keys, "can be something other than -1 and 1".to_owned(), remedy);
+    }
+}
+
+/// A blister pack.
+pub(super) fn blister(walk: &mut Walk, scene: &Together) {
+    let keys = ["tablet.band_mm", "tablet.thickness_mm"];
+    let (band, thickness) = (scene.most(keys[0]), scene.least(keys[1]));
+    if band > thickness {
+        let problem = format!("the band can be {} mm of a tablet that is {} mm thick", shown(band), shown(thickness));
+        scene.fault(walk, &keys, problem, "the straight side is at most the whole thickness");
+    }
+    pockets_fit(walk, scene);
+    let keys = ["tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "pack.bow_mm", "pack.curl_mm"];
+    let height = keys.iter().map(|key| scene.most(key)).sum::<f64>() + scene.most("film.thickness_mm");
+    scene.below_the_bench(walk, height, &keys, "pack");
+}
+
+/// Pockets that have no room on the card would be left out, or moved apart.
+fn pockets_fit(walk: &mut Walk, scene: &Together) {
+    let forming = Card::PARAMETERS.iter().chain(Pocket::PARAMETERS).chain(Tablet::PARAMETERS).chain(Web::PARAMETERS);
+    let forming: Vec<_> = forming.map(Parameter::path).collect();
+    if !scene.concerned(forming.iter().map(String::as_str)) {
+        return;
+    }
+    let room = largest_room(scene);
+    let tablet =
+        ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
+    for (way, room, pitch, count, size) in [
+        ("the laser line", room[0], "pack.pitch_x_mm", "pack.columns", "pack.width_mm"),
+        ("the scan", room[1], "pack.pitch_y_mm", "pack.rows", "pack.length_mm"),
+    ] {
+        let keys: Vec<_> = [pitch].into_iter().chain(tablet).collect();
+        if scene.most(count) > 1.0 && room > scene.least(pitch) {
+            let least = shown(scene.least(pitch));
+            let problem = format!("pockets can be {least} mm apart along {way}, and need {} mm", shown(rounded(room)));
+            scene.fault(walk, &keys, problem, "move them apart, or make them smaller or steeper");
+        }
+        let whole = (scene.most(count) - 1.0) * scene.most(pitch).max(room) + room + RIM_MM;
+        let keys: Vec<_> = [size, count, pitch].into_iter().chain(tablet).collect();
+        if whole > scene.least(size) {
+            let least = shown(scene.least(size));
+            let problem =
+                format!("the card can be {least} mm along {way}, and its pockets need {} mm", shown(rounded(whole)));
+            scene.fault(walk, &keys, problem, "make the card larger, or its pockets fewer, smaller or closer");
+        }
+    }
+}
+
+/// Largest room of a pocket along the laser line and along the scan [mm]: at the ends of the numbers that form it.
+fn largest_room(scene: &Together) -> [f64; 2] {
+    // A pocket grows with each of its numbers but these, of which either end may give the larger one.
+    const EITHER: [&str; 3] = ["tablet.shape", "pocket.dome_mm", "pocket.turn_deg"];
+    let ends = EITHER.map(|path| scene.ends(path));
+    let mut room = [0.0f64; 2];
+    for choice in 0..1usize << EITHER.len() {
+        let second = |i: usize| choice >> i & 1 == 1;
+        if (0..EITHER.len()).any(|i| second(i) && ends[i][0] == ends[i][1]) {
+            continue;
+        }
+        let formed = Blister::from_values(&mut |parameter| {
+            let path = parameter.path();
+            match EITHER.iter().position(|known| *known == path) {
+                Some(i) => ends[i][usize::from(second(i))],
+                None => scene.ends(&path)[1],
+            }
+        });
+        let own = room_mm(&formed);
+        room = [0, 1].map(|i| room[i].max(own[i]));
+    }
+    room
+}
+
+/// To hundredths, for messages.
+fn rounded(number: f64) -> f64 {
+    (number * 100.0).round() / 100.0
+}

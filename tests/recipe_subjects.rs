@@ -1,0 +1,63 @@
+//! Purpose: a recipe about one subject has that subject's keys and rules, and says whose the others are.
+
+mod recipe_support;
+
+use recipe_support::{GOOD, faults, only, whole};
+use sheetlight::recipe::Recipe;
+
+/// As [`only`], in a recipe about packs.
+fn only_pack(line: &str, place: (usize, usize), key: &str, words: &[&str]) {
+    whole(&format!("{}{line}\n", GOOD.replace("wood", "blister")), (place.0 + 3, place.1), key, words);
+}
+
+#[test]
+fn numbers_of_a_pack_must_fit_together() {
+    Recipe::parse("good.yaml", &GOOD.replace("wood", "blister")).expect("defaults fit together");
+    only_pack("pack: {pitch_x_mm: 14}", (1, 8), "pack.pitch_x_mm", &["14 mm apart along the laser line", "move"]);
+    only_pack("pack: {pitch_y_mm: {uniform: [9, 17]}}", (1, 8), "pack.pitch_y_mm", &["9 mm apart along the scan"]);
+    only_pack("pack: {columns: 4}", (1, 8), "pack.columns", &["58 mm along the laser line", "need 7"]);
+    only_pack("pack: {length_mm: 40}", (1, 8), "pack.length_mm", &["40 mm along the scan", "larger"]);
+    only_pack("pocket: {draft_deg: 25}", (1, 10), "pocket.draft_deg", &["mm apart along the scan", "steeper"]);
+    let caplet = "tablet: {length_mm: 15, width_mm: 7}\npocket: {turn_deg: {uniform: [0, 90]}}";
+    let faults = faults(&format!("{}{caplet}\n", GOOD.replace("wood", "blister")));
+    assert!(faults.to_string().contains("along the laser line") && faults.to_string().contains("along the scan"));
+    only_pack("tablet: {band_mm: 2, thickness_mm: 1.5}", (1, 10), "tablet.band_mm", &["2 mm", "1.5 mm thick"]);
+    let low = "laser: {fan_height_mm: 20}\ntablet: {thickness_mm: 15, band_mm: 2}\npack: {pitch_x_mm: 34, pitch_y_mm: 34, width_mm: 120, length_mm: 120}\npocket: {headroom_mm: 5}";
+    only_pack(low, (1, 9), "laser.fan_height_mm", &["20 mm high", "mm thick", "above the pack"]);
+}
+
+#[test]
+fn a_pack_needs_light_that_knows_air() {
+    for model in ["diffusion", "thesis"] {
+        only_pack(
+            &format!("transport: {model}"),
+            (1, 1),
+            "transport",
+            &[model, "no film over air", "`kernel`, or `path`"],
+        );
+        let long = format!("transport: {{model: {model}}}");
+        only_pack(&long, (1, 13), "transport.model", &["subject is `blister`"]);
+        Recipe::parse("wood.yaml", &format!("{GOOD}transport: {model}\n")).expect("wood knows it");
+    }
+    for model in ["kernel", "path"] {
+        Recipe::parse("p.yaml", &format!("{}transport: {model}\n", GOOD.replace("wood", "blister"))).expect(model);
+    }
+}
+
+#[test]
+fn keys_of_another_subject_say_whose_they_are() {
+    only("pack: {columns: 2}", (1, 1), "pack", &["`pack` is for subject `blister`", "remove it", "`subject: blister`"]);
+    only("board: {columns: 2}", (1, 9), "board.columns", &["belongs in `scan`"]);
+    only("board: {headroom_mm: 2}", (1, 9), "board.headroom_mm", &["of `pocket` is for subject `blister`"]);
+    only_pack("rot: {reach_mm: 2}", (1, 1), "rot", &["`rot` is for subject `wood`"]);
+    only_pack("foil: {bark_mm: 2}", (1, 8), "foil.bark_mm", &["of `knots` is for subject `wood`"]);
+    let class = "name: a\nsubject: blister\nclasses: {a: {share: 1, knots: {}}}\n";
+    whole(class, (3, 25), "classes.a.knots", &["is for subject `wood`"]);
+    // While the subject is a fault itself, whose a key is stays open.
+    whole(
+        "name: a\nsubject: bister\nclasses: {a: {share: 1, knots: {}}}\npack: {}\n",
+        (2, 10),
+        "subject",
+        &["blister"],
+    );
+}
