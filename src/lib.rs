@@ -18,6 +18,7 @@
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`validate`]: files -> faults
 //! - [`preview`]: one sample -> a picture for a person
+//! - [`icon`]: scans as files of the real camera
 //! - [`drawing`]: words, scales and colours of pictures
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
@@ -30,6 +31,7 @@ pub mod effective;
 pub mod extract;
 pub mod frame;
 pub mod generate;
+pub mod icon;
 pub mod labels;
 pub mod lanes;
 pub mod medium;
