@@ -88,14 +88,10 @@ fn beside(out: &Path, extension: &str) -> PathBuf {
 
 fn export(out: &Path, frame: &Frame, words: bool) -> Result<(), IconError> {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
-    let low = valid().copied().reduce(f32::min).unwrap_or(0.0);
-    let high = valid().copied().reduce(f32::max).unwrap_or(0.0);
+    let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
+    let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
     let half = frame.cols as f64 * frame.col_mm.unwrap_or(1.0) / 2.0;
-    let traits = Traits::World(WorldTraits {
-        lower: [-half, f64::from(low)],
-        upper: [half, f64::from(high)],
-        row_mm: frame.row_mm,
-    });
+    let traits = Traits::World(WorldTraits { lower: [-half, low], upper: [half, high], row_mm: frame.row_mm });
     let rows = |from: usize, to: usize| {
         let pixels = from * frame.cols..to * frame.cols;
         let heights = &frame.range[pixels.clone()];
@@ -107,7 +103,7 @@ fn export(out: &Path, frame: &Frame, words: bool) -> Result<(), IconError> {
             range: if words {
                 Range::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
             } else {
-                Range::World(heights.iter().copied().map(written).collect())
+                Range::World(heights.iter().map(|&z| written(z as f32)).collect())
             },
             // Casts of floats saturate.
             light: part(&frame.reflectance)
@@ -155,7 +151,7 @@ fn describe_image(image: &SensorImage) -> String {
 /// What a scan holds; rows pass through, so its length does not matter.
 fn describe(reader: &mut ScanReader) -> Result<String, IconError> {
     let mut planes = Vec::new();
-    let (mut missing, mut low, mut high) = (0_usize, f32::INFINITY, f32::NEG_INFINITY);
+    let (mut missing, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
     let (mut saturated, mut encoder): (usize, Option<(i32, i32)>) = (0, None);
     for from in (0..reader.rows()).step_by(ROWS) {
         let scan = reader.read(from, ROWS)?;
@@ -199,7 +195,7 @@ fn describe(reader: &mut ScanReader) -> Result<String, IconError> {
         100.0 * saturated as f64 / all
     );
     if low <= high {
-        let _ = writeln!(text, "Range {low} to {high} {unit}");
+        let _ = writeln!(text, "Range {low:.4} to {high:.4} {unit}");
     }
     if let Some((first, last)) = encoder {
         let _ = writeln!(text, "encoder {first} to {last}");

@@ -116,7 +116,7 @@ fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
     };
     let (cols, rows, steps) = image("range")?.ok_or("`range` is missing")?;
     let (offset, scale) = (number("range_offset_mm")?, number("range_scale_mm")?);
-    let height = |&n: &u16| if n == 0 { f32::NAN } else { (offset + f64::from(n) * scale) as f32 };
+    let height = |&n: &u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
     let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
         match image(name)? {
             Some((w, h, _)) if (w, h) != (cols, rows) => Err(format!("`{name}` is {w} x {h}, not {cols} x {rows}")),

@@ -58,6 +58,25 @@ impl Sample {
         last.map(|(_, value)| value)
     }
 
+    /// Share of the mid-distribution below a number, the inverse of [`Sample::quantile`]; 0 where there are no numbers.
+    pub fn share(&self, number: f64) -> f64 {
+        let numbers = &self.0;
+        let n = numbers.len() as f64;
+        // The value next to `number` on either side, and the place in the middle of its tie.
+        let middle = |i: usize| {
+            let value = numbers[i];
+            let from = numbers.partition_point(|x| *x < value);
+            let to = numbers.partition_point(|x| *x <= value);
+            ((from + to) as f64 / 2.0 / n, f64::from(value))
+        };
+        let after = numbers.partition_point(|x| f64::from(*x) <= number);
+        if after == 0 || after == numbers.len() {
+            return if after == 0 { 0.0 } else { 1.0 };
+        }
+        let (low, high) = (middle(after - 1), middle(after));
+        low.0 + (high.0 - low.0) * (number - low.1) / (high.1 - low.1)
+    }
+
     /// Standard deviation of the normal law with the same quartiles; `None` where there are no numbers.
     pub fn robust_deviation(&self) -> Option<f64> {
         /// Distance of the quartiles of the standard normal law.
@@ -141,21 +160,30 @@ mod tests {
         for (share, value) in [(0.0, 1.0), (0.25, 1.0), (0.4375, 1.5), (0.625, 2.0), (0.875, 3.0), (1.0, 3.0)] {
             assert!((s.quantile(share).expect("there are numbers") - value).abs() < 1e-12, "{share}");
         }
+        for (value, share) in [(0.9, 0.0), (1.0, 0.25), (1.5, 0.4375), (2.0, 0.625), (2.5, 0.75), (3.0, 1.0)] {
+            assert!((s.share(value) - share).abs() < 1e-12, "{value}");
+        }
         assert_eq!((Sample::new(vec![]).quantile(0.5), Sample::default().robust_deviation()), (None, None));
     }
 
-    /// The robust deviation of a rounded normal law is that of the law, where the plain quartiles jump by whole steps.
+    /// The robust deviation of a rounded normal law is what the mid-distribution of that law makes it, near 1 for any
+    /// step, where plain quartiles jump by whole steps.
     #[test]
-    fn rounding_does_not_move_the_deviation() {
+    fn rounding_hardly_moves_the_deviation() {
+        let below = |x: f64| 0.5 * (1.0 + libm::erf(x / std::f64::consts::SQRT_2));
         let n = 100_000;
         for step in [0.01, 0.5, 1.0] {
-            let s = sample("rounded", n, |_, bell| (bell() / step).round() * step);
-            let found = s.robust_deviation().expect("there are numbers");
-            // Rounding adds step^2 / 12 to the variance; the interquartile range has a standard error of 1.167 / sqrt(n);
-            // chords of the law between steps of one deviation lie 0.7 % inside.
-            let expected = (1.0_f64 + step * step / 12.0).sqrt();
-            let error = 3.9 * 1.167 / (n as f64).sqrt() + 0.02 * step * step;
+            // The middle of the tie at k steps is the mean of the law at its two ends; between them a chord.
+            let middle = |k: i32| (below((f64::from(k) - 0.5) * step) + below((f64::from(k) + 0.5) * step)) / 2.0;
+            let k = (0..1000).find(|&k| middle(k) >= 0.75).expect("the law passes its quartile");
+            let quartile = f64::from(k) - (middle(k) - 0.75) / (middle(k) - middle(k - 1));
+            let expected = quartile * step / 0.674_489_75;
+            let found = sample("rounded", n, |_, bell| (bell() / step).round() * step).robust_deviation();
+            let found = found.expect("there are numbers");
+            // The interquartile range has a relative standard error of 1.167 / sqrt(n), on a chord half as much again.
+            let error = 3.9 * 1.5 * 1.167 / (n as f64).sqrt();
             assert!((found - expected).abs() < error, "step {step}: {found}, not {expected} +- {error}");
+            assert!((expected - 1.0).abs() < 0.15, "step {step}: {expected}");
         }
     }
 
@@ -207,7 +235,7 @@ mod tests {
         let (trials, n) = (1000, 200);
         let alarms = |step: f64, name: &str| {
             let mut rng = Stream::root(3).child(name).rng();
-            let mut draw = |rng: &mut dyn FnMut() -> f64| {
+            let draw = |rng: &mut dyn FnMut() -> f64| {
                 Sample::new(
                     (0..n).map(|_| if step > 0.0 { (rng() / step).round() * step } else { rng() } as f32).collect(),
                 )

@@ -78,7 +78,7 @@ fn frame(name: &str, text: &[u8]) -> Result<Frame, String> {
     if !(even(size.x) && even(size.y) && even(size.z) && z0.is_finite()) {
         return Err(format!("its pixel size is {} x {} x {} mm", size.x, size.y, size.z));
     }
-    let height = |&n: &u16| if n == 0 { f32::NAN } else { (z0 + f64::from(n) * size.z) as f32 };
+    let height = |&n: &u16| if n == 0 { f64::NAN } else { z0 + f64::from(n) * size.z };
     let light = match images.next() {
         None => None,
         Some(image) if (image.data.width, image.data.height) != (cols, rows) => {
@@ -143,7 +143,7 @@ mod tests {
     fn frames_are_read() {
         let found = frame("a", whole().to_string().as_bytes()).expect("it is whole");
         assert_eq!((found.cols, found.rows, found.col_mm, found.row_mm), (2, 2, Some(0.1), Some(0.2)));
-        assert_eq!((found.range[0], found.range[2], found.range[3]), (1.28, 0.01, 0.015));
+        assert_eq!((found.range[0], found.range[2], found.range[3]), (1.28, 0.01, 3.0 * 0.005));
         assert!(found.range[1].is_nan());
         assert_eq!(found.reflectance, Some(vec![20.0, 0.0, 255.0, 7.0]));
     }

@@ -46,8 +46,9 @@ pub struct Frame {
     pub col_mm: Option<f64>,
     /// Distance between two profiles, where the file says it [mm].
     pub row_mm: Option<f64>,
-    /// Heights `[rows, cols]`, row-major [mm]; NaN where missing.
-    pub range: Vec<f32>,
+    /// Heights `[rows, cols]`, row-major [mm]; NaN where missing. In double precision, so that differences of steps of
+    /// an instrument are equal where the steps are.
+    pub range: Vec<f64>,
     /// Digital number at the peak `[rows, cols]` [DN]; 0 where missing.
     pub reflectance: Option<Vec<f32>>,
     /// Sum of digital numbers beside the peak `[rows, cols]` [DN]; 0 where missing.

@@ -61,7 +61,7 @@ impl Second {
             Way::Along => x > 0 && x + 1 < cols,
             Way::Across => y > 0 && y + 1 < rows,
         };
-        let scale = 1000.0 / 6.0_f32.sqrt();
+        let scale = 1000.0 / 6.0_f64.sqrt();
         let mut map = vec![f32::NAN; cols * rows];
         // Every third, so that none shares pixels with the next.
         let mut apart = Vec::new();
@@ -71,7 +71,7 @@ impl Second {
                     continue;
                 }
                 let i = y * cols + x;
-                let second = scale * (frame.range[i - step] - 2.0 * frame.range[i] + frame.range[i + step]);
+                let second = (scale * (frame.range[i - step] - 2.0 * frame.range[i] + frame.range[i + step])) as f32;
                 map[i] = second;
                 let place = if way == Way::Along { x } else { y };
                 if place % 3 == 1 && second.is_finite() {
@@ -134,17 +134,17 @@ mod tests {
     use super::*;
 
     /// A tilted, gently curved surface under noise of one deviation [mm] that is a moving sum along the line.
-    fn frame(name: &str, deviation: f32, weight: f32) -> Frame {
+    fn frame(name: &str, deviation: f64, weight: f64) -> Frame {
         let (cols, rows) = (300, 200);
         let mut rng = Stream::root(11).child(name).rng();
         let mut range = Vec::new();
         for y in 0..rows {
-            let mut last = normal(&mut rng) as f32;
+            let mut last = normal(&mut rng);
             for x in 0..cols {
-                let next = normal(&mut rng) as f32;
+                let next = normal(&mut rng);
                 let noise = (next + weight * last) / (1.0 + weight * weight).sqrt();
                 last = next;
-                range.push(0.02 * x as f32 - 0.05 * y as f32 + 1e-6 * (x * x) as f32 + deviation * noise);
+                range.push(0.02 * x as f64 - 0.05 * y as f64 + 1e-6 * (x * x) as f64 + deviation * noise);
             }
         }
         Frame { name: name.into(), cols, rows, range, ..Frame::default() }
@@ -183,8 +183,8 @@ mod tests {
     /// counts as s sqrt(1 - 4 r1 / 3).
     #[test]
     fn moving_sums_have_their_correlation() {
-        let w = 0.5_f32;
-        let r1 = f64::from(w / (1.0 + w * w));
+        let w = 0.5;
+        let r1 = w / (1.0 + w * w);
         let frame = frame("moving", 0.01, w);
         let error = 3.9 * (35.0 / 18.0_f64 * 2.0 / (300.0 * 200.0)).sqrt();
         let along = correlation(&frame, Way::Along);
@@ -205,7 +205,7 @@ mod tests {
         for (i, z) in frame.range.iter_mut().enumerate() {
             match i % 300 {
                 100..150 => *z += 5.0,
-                200..230 => *z = f32::NAN,
+                200..230 => *z = f64::NAN,
                 _ => {}
             }
         }
@@ -214,7 +214,7 @@ mod tests {
         assert!(!second.is_noise(second.map[100]) && !second.is_noise(second.map[200]) && second.map[200].is_nan());
         let r = correlation(&frame, Way::Along).at(1).expect("there is noise");
         assert!(r.abs() < 0.04, "{r}");
-        let empty = Frame { range: vec![f32::NAN; 60_000], ..frame };
+        let empty = Frame { range: vec![f64::NAN; 60_000], ..frame };
         assert!(Second::new(&empty, Way::Along).deviation.is_nan());
         assert_eq!(correlation(&empty, Way::Along).at(1), None);
     }

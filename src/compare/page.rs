@@ -31,7 +31,9 @@ pub(super) fn page(comparison: &Comparison) -> RgbImage {
     for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
         charts.push(spectrum(sides, &format!("Power of heights, {way}"), i));
     }
-    charts.push(histogram(sides, "Width of the laser line", "px", |side| &side.width_sample));
+    let widths = histogram(sides, "Width of the laser line", "px", |side| &side.width_sample);
+    let across = || lags(sides, "Correlation of reflectance, across profiles", |side| &side.grain[1]);
+    charts.push(widths.or_else(across));
     let (width, height) = (3 * (PLOT.0 + MARGIN) + MARGIN, HEADING + 3 * (PLOT.1 + MARGIN) + MARGIN);
     let mut page = Page::new(width, height);
     for (i, (side, colour)) in sides.into_iter().zip(COLOURS).enumerate() {
@@ -65,20 +67,13 @@ fn histogram(sides: [&Statistics; 2], title: &str, unit: &str, pick: fn(&Statist
     let mut most = 0.0_f64;
     let mut all = Vec::new();
     for (side, sample) in samples.into_iter().enumerate().filter(|(_, sample)| !sample.numbers().is_empty()) {
-        let mut counts = [0_u64; BARS];
-        for &x in sample.numbers() {
-            let place = (f64::from(x) - low) / wide;
-            if (0.0..=BARS as f64).contains(&place) {
-                counts[(place as usize).min(BARS - 1)] += 1;
-            }
-        }
-        let density = |count: u64| count as f64 / sample.numbers().len() as f64 / wide;
-        most = counts.iter().fold(most, |most, &count| most.max(density(count)));
+        // Of the mid-distribution, so that steps of an instrument do not beat with the bars.
+        let edge = |i: usize| low + i as f64 * wide;
+        let density = |i: usize| (sample.share(edge(i + 1)) - sample.share(edge(i))) / wide;
+        let densities: Vec<f64> = (0..BARS).map(density).collect();
+        most = densities.iter().copied().fold(most, f64::max);
         // Both edges of each bar, so that the line is the outline of the bars.
-        let outline = counts.iter().enumerate().flat_map(|(i, &count)| {
-            let left = low + i as f64 * wide;
-            [(left, density(count)), (left + wide, density(count))]
-        });
+        let outline = densities.iter().enumerate().flat_map(|(i, &d)| [(edge(i), d), (edge(i + 1), d)]);
         all.push(series(outline.collect(), side));
     }
     let words = if unit.is_empty() { "contrast".to_string() } else { format!("[{unit}]") };

@@ -151,13 +151,13 @@ mod tests {
     fn patches_are_flat_and_whole() {
         let whole = frame("whole", 4, 1);
         let mut rng = Stream::root(5).child("height").rng();
-        let rough: Vec<f32> = whole.range.iter().map(|z| z + 0.01 * procedural::normal(&mut rng) as f32).collect();
+        let rough = whole.range.iter().map(|z| z + 0.01 * procedural::normal(&mut rng)).collect();
         let whole = Frame { range: rough, ..whole };
         let count = |frame: &Frame| patches(frame, &seconds(frame), CONTRAST_SIDE).len();
         let all = count(&whole);
         // Normal noise passes the limit of edges in 6e-5 of pixels.
         assert!(all > 1580, "{all} of 1600");
-        for (light, height) in [(Some(255.0), None), (Some(0.0), None), (None, Some(f32::NAN)), (None, Some(9.0))] {
+        for (light, height) in [(Some(255.0), None), (Some(0.0), None), (None, Some(f64::NAN)), (None, Some(9.0))] {
             let mut frame = whole.clone();
             if let (Some(light), Some(map)) = (light, &mut frame.reflectance) {
                 map[0] = light;

@@ -131,7 +131,7 @@ pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError>
     let find = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
     let missing =
         || error(path, "it has no channel Range".into(), "set `output: {exr: [range, reflectance]}` in the recipe");
-    let range = find("Range").ok_or_else(missing)?;
+    let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();
     let seen = |map: Vec<f32>| map.into_iter().map(|v| if v.is_nan() { 0.0 } else { v }).collect::<Vec<f32>>();
     let description: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

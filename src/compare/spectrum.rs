@@ -1,8 +1,10 @@
 //! Power spectra of rows and columns: how the unevenness of heights is spread over frequencies.
 //!
-//! Welch's method (1967): pieces of [`PIECE`] whole pixels that overlap by half, a straight line taken out of each, Hann
-//! window, mean of the squared transforms. One-sided and scaled so that the area below the curve is the variance: white
-//! noise of deviation s lies at 2 s^2 [um^2 per cycle/px], a sine of amplitude a adds an area of a^2 / 2.
+//! Welch's method (1967): pieces of [`PIECE`] pixels that overlap by half, a straight line taken out of each, Hann window,
+//! mean of the squared transforms. One-sided and scaled so that the area below the curve is the variance: white noise of
+//! deviation s lies at 2 s^2 [um^2 per cycle/px], a sine of amplitude a adds an area of a^2 / 2. Pieces with a missing
+//! pixel or an edge are left out: one step of a millimetre would cover the noise of thousands of pieces. The line takes
+//! 28 % of the first frequency.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -11,11 +13,11 @@ use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
 
 use super::Frame;
-use super::noise::Way;
+use super::noise::{Second, Way};
 
 /// Pixels of a piece.
-pub const PIECE: usize = 64;
-/// Frequencies: 1 to 31 of [`PIECE`] cycles; the line that is taken out leaves nothing at 0.
+pub const PIECE: usize = 32;
+/// Frequencies: 1 to 15 of [`PIECE`] cycles; the line that is taken out leaves nothing at 0.
 pub const FREQUENCIES: usize = PIECE / 2 - 1;
 /// Most pieces of a frame; lines are left out evenly beyond that.
 const MOST: usize = 20_000;
@@ -38,8 +40,8 @@ impl Default for Spectrum {
 }
 
 impl Spectrum {
-    /// Adds the lines of a frame in one direction: heights [mm], pieces without a missing pixel.
-    pub fn add(&mut self, frame: &Frame, way: Way) {
+    /// Adds the lines of a frame in one direction, of which `second` holds the second differences.
+    pub fn add(&mut self, frame: &Frame, way: Way, second: &Second) {
         let (lines, length, start) = match way {
             Way::Along => (frame.rows, frame.cols, frame.cols),
             Way::Across => (frame.cols, frame.rows, 1),
@@ -48,10 +50,10 @@ impl Spectrum {
         let keep = (lines * each).div_ceil(MOST).max(1);
         for line in (0..lines).step_by(keep) {
             for from in (0..(length + 1).saturating_sub(PIECE)).step_by(PIECE / 2) {
-                let at = |i: usize| f64::from(frame.range[line * start + (from + i) * way.step(frame.cols)]);
-                let piece: [f64; PIECE] = std::array::from_fn(|i| 1000.0 * at(i));
-                if piece.iter().all(|z| z.is_finite()) {
-                    self.piece(&piece);
+                let at = |i: usize| line * start + (from + i) * way.step(frame.cols);
+                // A missing pixel leaves no second difference beside it.
+                if (1..PIECE - 1).all(|i| second.is_noise(second.map[at(i)])) {
+                    self.piece(&std::array::from_fn(|i| 1000.0 * frame.range[at(i)]));
                 }
             }
         }
@@ -93,13 +95,13 @@ mod tests {
     use super::*;
 
     fn frame(cols: usize, rows: usize, mut height: impl FnMut(usize, usize) -> f64) -> Frame {
-        let range = (0..cols * rows).map(|i| height(i % cols, i / cols) as f32).collect();
+        let range = (0..cols * rows).map(|i| height(i % cols, i / cols)).collect();
         Frame { cols, rows, range, ..Frame::default() }
     }
 
     fn points(frame: &Frame, way: Way) -> Vec<(f64, f64)> {
         let mut spectrum = Spectrum::default();
-        spectrum.add(frame, way);
+        spectrum.add(frame, way, &Second::new(frame, way));
         spectrum.points()
     }
 
@@ -110,10 +112,12 @@ mod tests {
         let frame = frame(256, 256, |_, _| 0.01 * normal(&mut rng));
         for way in Way::BOTH {
             for (f, power) in points(&frame, way) {
-                // 256 lines of 7 pieces; those that overlap by half under a Hann window are alike by 1/36, so a standard
-                // error of 1 / sqrt(1792) * 1.03; alpha 1e-4 for 62 numbers: 4.8. The line takes from the first two.
-                let line = if f < 0.04 { 0.1 } else { 0.0 };
-                assert!((power / 200.0 - 1.0).abs() < 4.8 * 1.03 / 1792_f64.sqrt() + line, "{way:?} {f}: {power}");
+                // 256 lines of 15 pieces, 1 in 500 left out; those that overlap by half under a Hann window are alike by
+                // 1/36, so a standard error of 1.03 / sqrt(3800); alpha 1e-4 for 30 numbers: 4.7. What the line leaves of
+                // the first two frequencies is |(1 - line) window exp(i w n)|^2 / |window|^2.
+                let left = [0.7187, 0.9944].get((f * PIECE as f64) as usize - 1).unwrap_or(&1.0);
+                let error = 4.7 * 1.03 / 3800_f64.sqrt() + 1e-3;
+                assert!((power / 200.0 / left - 1.0).abs() < error, "{way:?} {f}: {power}");
             }
         }
     }
@@ -121,7 +125,7 @@ mod tests {
     /// A sine along the line has the area a^2 / 2 at its frequency, and none across, where it is constant.
     #[test]
     fn sines_stand_at_their_frequency() {
-        let frame = frame(256, 64, |x, _| 0.02 * libm::sin(TAU * 16.0 / 64.0 * x as f64));
+        let frame = frame(256, 64, |x, _| 0.02 * libm::sin(TAU / 4.0 * x as f64 + 0.5));
         let along = points(&frame, Way::Along);
         let area: f64 = along.iter().map(|(_, power)| power / PIECE as f64).sum();
         assert!((area / 200.0 - 1.0).abs() < 0.005, "{area}");
@@ -135,7 +139,7 @@ mod tests {
     fn slopes_and_gaps_are_left_out() {
         let slope = frame(128, 64, |x, y| 0.25 * x as f64 - 0.5 * y as f64);
         assert!(Way::BOTH.iter().all(|way| points(&slope, *way).iter().all(|(_, power)| *power < 1e-6)));
-        let gaps = frame(128, 64, |x, _| if x % 60 == 0 { f64::NAN } else { 0.0 });
+        let gaps = frame(128, 64, |x, _| if x % 30 == 0 { f64::NAN } else { 0.0 });
         assert!(points(&gaps, Way::Along).is_empty());
     }
 }

@@ -116,7 +116,9 @@ impl Tally {
         for patch in patches(frame, &seconds, GRAIN_SIDE) {
             Way::BOTH.into_iter().zip(&mut self.grain).for_each(|(way, grain)| grain.add(&patch, way));
         }
-        Way::BOTH.into_iter().zip(&mut self.spectrum).for_each(|(way, spectrum)| spectrum.add(frame, way));
+        for ((way, spectrum), second) in Way::BOTH.into_iter().zip(&mut self.spectrum).zip(&seconds) {
+            spectrum.add(frame, way, second);
+        }
     }
 
     fn exposure(&mut self, cols: usize, dn: &[u8]) {
@@ -168,7 +170,7 @@ fn light_sample(counts: &[u64; 256]) -> Sample {
     let keep = all.div_ceil(MOST).max(1);
     let mut passed = 0;
     let mut numbers = Vec::new();
-    for (dn, count) in (1_u8..).zip(counts) {
+    for (dn, count) in (1_u16..).zip(counts) {
         let before = passed / keep;
         passed += count;
         numbers.extend((before..passed / keep).map(|_| f32::from(dn)));
@@ -179,13 +181,14 @@ fn light_sample(counts: &[u64; 256]) -> Sample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::spectrum::FREQUENCIES;
 
     /// Shares by hand: two of eight missing, one of six saturated, the least number that has a height.
     #[test]
     fn shares_by_hand() {
         let mut range = vec![1.0; 8];
-        range[0] = f32::NAN;
-        range[5] = f32::NAN;
+        range[0] = f64::NAN;
+        range[5] = f64::NAN;
         let reflectance = Some(vec![9.0, 255.0, 30.0, 21.0, 254.0, 0.0, 22.0, 254.4]);
         let frame = Frame { cols: 4, rows: 2, range, reflectance, ..Frame::default() };
         let mut tally = Tally::new("by hand");
@@ -202,9 +205,9 @@ mod tests {
     /// A frame twice is what it is once; nothing at all says nothing.
     #[test]
     fn frames_add_up() {
-        let height = |i: usize| (i as f32 * 0.7).sin() * 0.01 + (i % 7) as f32 * 0.003;
+        let height = |i: usize| libm::sin(i as f64 * 0.7) * 0.01 + (i % 7) as f64 * 0.003;
         let light = |i: usize| 100.0 + ((i * 7919) % 97) as f32;
-        let range: Vec<f32> = (0..96 * 80).map(height).collect();
+        let range: Vec<f64> = (0..96 * 80).map(height).collect();
         let reflectance = Some((0..96 * 80).map(light).collect());
         let column = [0, 0, 0, 0, 50, 100, 50, 0, 0, 0];
         let exposures = vec![crate::compare::Exposure { cols: 1, dn: column.to_vec() }];
@@ -226,7 +229,7 @@ mod tests {
             for (a, b) in once.spectrum[way].iter().zip(&twice.spectrum[way]) {
                 assert!(same(a.1, b.1));
             }
-            assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (LAGS, 31));
+            assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (LAGS, FREQUENCIES));
         }
         assert_eq!(of(0), Statistics { name: "n".into(), ..Statistics::default() });
     }

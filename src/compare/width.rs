@@ -34,17 +34,18 @@ mod tests {
         (0..rows).map(dn).collect()
     }
 
-    /// A Gaussian is 2 sqrt(2 ln 2) deviations wide at half height, wherever it lies between rows.
+    /// A Gaussian of deviation s whose brightest row lies d beside its centre passes half of that row 2 sqrt(2 ln 2 s^2 +
+    /// d^2) apart.
     #[test]
     fn gaussians_have_their_width() {
         for deviation in [1.5, 2.5, 4.0] {
-            for shift in [0.0, 0.25, 0.5, 0.8] {
+            for (shift, beside) in [(0.0, 0.0), (0.25, 0.25), (0.5, 0.5), (0.8, 0.2_f64)] {
                 let found = width(&gaussian(80, 40.0 + shift, deviation, 230.0)).expect("there is a line");
-                let expected = 2.354_820 * deviation as f32;
-                // The peak between rows is lower by up to 1 / (8 s^2) of itself, which widens by 0.6 s of that; chords and
-                // rounding add a hundredth.
-                let error = 0.08 / deviation as f32 * 2.0 + 0.03;
-                assert!((found - expected).abs() < error, "{deviation} at {shift}: {found}, not {expected}");
+                let expected = 2.0 * (2.0 * 2_f64.ln() * deviation * deviation + beside * beside).sqrt();
+                // A chord between rows strays by (t^2 - 1) / (8 s t) on either side, t = 1.2 deviations; whole digital
+                // numbers by a hundredth.
+                let error = 0.12 / deviation + 0.02;
+                assert!((f64::from(found) - expected).abs() < error, "{deviation} at {shift}: {found}, not {expected}");
             }
         }
     }

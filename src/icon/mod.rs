@@ -105,10 +105,10 @@ pub struct Scan {
 
 impl Scan {
     /// Height of every pixel `[rows, width]` [mm], in an uncalibrated scan the sensor row [px]; NaN where missing.
-    pub fn heights(&self) -> Vec<f32> {
+    pub fn heights(&self) -> Vec<f64> {
         match &self.range {
             Range::Steps(steps) => steps.iter().map(|&n| self.traits.height(n)).collect(),
-            Range::World(heights) => heights.iter().map(|&z| if z == 0.0 { f32::NAN } else { z }).collect(),
+            Range::World(heights) => heights.iter().map(|&z| if z == 0.0 { f64::NAN } else { f64::from(z) }).collect(),
         }
     }
 

@@ -59,21 +59,20 @@ impl WorldTraits {
 
 impl Traits {
     /// Height of a WORD of Range [mm], or its sensor row [px] where uncalibrated; NaN for 0, which is missing.
-    pub fn height(&self, steps: u16) -> f32 {
+    pub fn height(&self, steps: u16) -> f64 {
         let n = f64::from(steps);
         match self {
-            _ if steps == 0 => f32::NAN,
-            Self::Sensor(sensor) => (n * sensor.scale[1] + sensor.origin[1]) as f32,
-            Self::World(world) => (world.lower[1] + (n - 1.0) * world.step_mm()) as f32,
+            _ if steps == 0 => f64::NAN,
+            Self::Sensor(sensor) => n * sensor.scale[1] + sensor.origin[1],
+            Self::World(world) => world.lower[1] + (n - 1.0) * world.step_mm(),
         }
     }
 
     /// The step of [`Traits::height`] nearest to a height; 0 for NaN.
-    pub fn steps(&self, height: f32) -> u16 {
-        let z = f64::from(height);
+    pub fn steps(&self, height: f64) -> u16 {
         let n = match self {
-            Self::Sensor(sensor) => (z - sensor.origin[1]) / sensor.scale[1],
-            Self::World(world) if world.step_mm() > 0.0 => 1.0 + (z - world.lower[1]) / world.step_mm(),
+            Self::Sensor(sensor) => (height - sensor.origin[1]) / sensor.scale[1],
+            Self::World(world) if world.step_mm() > 0.0 => 1.0 + (height - world.lower[1]) / world.step_mm(),
             Self::World(_) => 1.0,
         };
         if n.is_nan() { 0 } else { n.round().clamp(1.0, f64::from(u16::MAX)) as u16 }
@@ -197,9 +196,10 @@ mod tests {
     fn words_span_the_bounds() {
         let world = WorldTraits { lower: [0.0, -5.0], upper: [64.0, 60.534], row_mm: None };
         let traits = Traits::World(world);
-        assert_eq!((traits.height(1), traits.height(65535)), (-5.0, 60.534));
-        assert!((f64::from(traits.height(5001)) - 0.0).abs() < 1e-6, "a micrometre a step");
-        assert_eq!((traits.steps(-9.0), traits.steps(99.0), traits.steps(f32::NAN)), (1, 65535, 0));
+        for (step, height) in [(1, -5.0), (5001, 0.0), (65535, 60.534)] {
+            assert!((traits.height(step) - height).abs() < 1e-9, "a micrometre a step");
+        }
+        assert_eq!((traits.steps(-9.0), traits.steps(99.0), traits.steps(f64::NAN)), (1, 65535, 0));
         assert_eq!(world.col_mm(640), 0.1);
     }
 }
