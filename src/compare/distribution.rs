@@ -166,13 +166,13 @@ mod tests {
         assert_eq!((Sample::new(vec![]).quantile(0.5), Sample::default().robust_deviation()), (None, None));
     }
 
-    /// The robust deviation of a rounded normal law is what the mid-distribution of that law makes it, near 1 for any
-    /// step, where plain quartiles jump by whole steps.
+    /// The robust deviation of a rounded normal law is what the mid-distribution of that law makes it, near 1 for
+    /// steps up to half of the deviation, where plain quartiles jump by whole steps.
     #[test]
     fn rounding_hardly_moves_the_deviation() {
         let below = |x: f64| 0.5 * (1.0 + libm::erf(x / std::f64::consts::SQRT_2));
         let n = 100_000;
-        for step in [0.01, 0.5, 1.0] {
+        for step in [0.01, 0.25, 0.5] {
             // The middle of the tie at k steps is the mean of the law at its two ends; between them a chord.
             let middle = |k: i32| (below((f64::from(k) - 0.5) * step) + below((f64::from(k) + 0.5) * step)) / 2.0;
             let k = (0..1000).find(|&k| middle(k) >= 0.75).expect("the law passes its quartile");
@@ -183,7 +183,7 @@ mod tests {
             // The interquartile range has a relative standard error of 1.167 / sqrt(n), on a chord half as much again.
             let error = 3.9 * 1.5 * 1.167 / (n as f64).sqrt();
             assert!((found - expected).abs() < error, "step {step}: {found}, not {expected} +- {error}");
-            assert!((expected - 1.0).abs() < 0.15, "step {step}: {expected}");
+            assert!((expected - 1.0).abs() < 0.07, "step {step}: {expected}");
         }
     }
 

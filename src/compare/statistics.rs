@@ -205,7 +205,7 @@ mod tests {
     /// A frame twice is what it is once; nothing at all says nothing.
     #[test]
     fn frames_add_up() {
-        let height = |i: usize| libm::sin(i as f64 * 0.7) * 0.01 + (i % 7) as f64 * 0.003;
+        let height = |i: usize| libm::sin(i as f64 * 0.7) * 0.01 + ((i * 7919) % 101) as f64 * 0.0003;
         let light = |i: usize| 100.0 + ((i * 7919) % 97) as f32;
         let range: Vec<f64> = (0..96 * 80).map(height).collect();
         let reflectance = Some((0..96 * 80).map(light).collect());
