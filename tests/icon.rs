@@ -1,11 +1,13 @@
-//! Files of the real camera: elements as the camera writes them, exact round trips, and damage that is told, not fatal.
+//! Files of the real camera: elements as the camera writes them, and exact round trips.
+
+mod icon_support;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use icon_support::{calibrated, folder, noise, reader, uncalibrated, world, write};
 use sheetlight::icon::{
-    Content, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
-    open, write_image,
+    Content, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, open, write_image,
 };
 
 /// What a real calibrated scan of 2560 columns with FLOAT Range and Reflectance says, element by element: depth, name,
@@ -61,61 +63,6 @@ fn outline(text: &str) -> String {
     }
 }
 
-fn world(row_mm: Option<f64>) -> Traits {
-    Traits::World(WorldTraits { lower: [130.306992, 62.224915], upper: [370.141571, 117.414742], row_mm })
-}
-
-/// Numbers without order, the same in every run.
-fn noise(n: usize) -> impl Iterator<Item = u32> {
-    (0..n as u32).map(|i| (i + 1).wrapping_mul(2_654_435_761) ^ (i << 7))
-}
-
-fn marks(rows: usize) -> Vec<Mark> {
-    let mut numbers = noise(rows * 5);
-    let mut next = || numbers.next().expect("there are enough");
-    let mark =
-        |_| Mark { encoder: next().cast_signed(), status: next(), timestamp: next(), pulse: next(), scan: next() };
-    (0..rows).map(mark).collect()
-}
-
-fn calibrated(width: usize, rows: usize) -> Scan {
-    let height = |n: u32| if n % 5 == 0 { 0.0 } else { 62.3 + (n % 5000) as f32 * 0.011 };
-    Scan {
-        width,
-        rows,
-        traits: world(None),
-        range: Range::World(noise(width * rows).map(height).collect()),
-        light: Some(Light::Reflectance(noise(width * rows).map(|n| n as u8).collect())),
-        scatter: None,
-        marks: None,
-    }
-}
-
-fn uncalibrated(width: usize, rows: usize) -> Scan {
-    Scan {
-        width,
-        rows,
-        traits: Traits::Sensor(SensorTraits::new(832, [0.0, 12.0])),
-        range: Range::Steps(noise(width * rows).map(|n| n as u16 % 13312).collect()),
-        light: Some(Light::Intensity(noise(width * rows).map(|n| n as u8).collect())),
-        scatter: Some(Scatter::Word(noise(width * rows).map(|n| (n >> 3) as u16).collect())),
-        marks: Some(marks(rows)),
-    }
-}
-
-fn write(name: &Path, scan: &Scan) {
-    let mut writer = ScanWriter::create(name, scan, scan.rows).expect("the folder is ours");
-    writer.push(scan).expect("the rows have the form that was announced");
-    writer.finish().expect("all rows are there");
-}
-
-fn reader(name: &Path) -> ScanReader {
-    match open(name) {
-        Ok(Content::Scan(reader)) => reader,
-        other => panic!("{other:?} is no scan"),
-    }
-}
-
 /// Some rows of a scan.
 fn part(scan: &Scan, from: usize, to: usize) -> Scan {
     let w = scan.width;
@@ -138,12 +85,6 @@ fn part(scan: &Scan, from: usize, to: usize) -> Scan {
         marks: scan.marks.as_ref().map(|marks| marks[from..to].to_vec()),
         ..*scan
     }
-}
-
-fn folder() -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let name = folder.path().join("board.7");
-    (folder, name)
 }
 
 /// A calibrated scan has the camera's elements, attributes and numbers, to the letter and in the camera's order.
@@ -305,73 +246,4 @@ fn other_cameras_are_read() {
     assert_eq!((reader.rows(), back.range), (3, Range::Steps(vec![2, 258, 3, 259])));
     let marks = back.marks.expect("they are there");
     assert_eq!(marks[1], Mark { encoder: 3, status: 7, ..Mark::default() });
-}
-
-/// Damage has a place, a reason and a remedy; cut or changed anywhere, a file is never a panic.
-#[test]
-fn damage_is_told() {
-    let (_folder, name) = folder();
-    let (text, data) = (PathBuf::from(format!("{}.xml", name.display())), format!("{}.dat", name.display()));
-    let told = |what: &str| {
-        let error = open(&name).expect_err(what).to_string();
-        assert!(error.contains(what) && error.matches(';').count() >= 1, "'{what}' is not in: {error}");
-    };
-    told("cannot be read");
-    write(&name, &calibrated(12, 3));
-    let good = fs::read_to_string(&text).expect("it was just written");
-    for (from, to, what) in [
-        ("<icon_data_format", "<icon", "XML"),
-        ("icon_data_format", "other", "not <icon_data_format>"),
-        ("\"version\">1", "\"version\">2", "line 3: its version is '2'"),
-        ("SUBCOMPONENT", "DIAGONAL", "neither SUBCOMPONENT nor SCAN"),
-        ("\"size\">60", "\"size\">61", "61 bytes a row"),
-        ("FLOAT", "DOUBLE", "is DOUBLE"),
-        ("FLOAT", "BYTE", "which it never is"),
-        ("\"width\">12", "\"width\">13", "13 numbers of 4 bytes in 48 bytes"),
-        ("\"width\">12", "\"width\">-1", "no count"),
-        ("130.306992", "nan", "no number"),
-        ("\"lower bound x\"", "\"left\"", "no parameter 'lower bound x'"),
-        ("130.306992", "999", "above upper bounds"),
-        ("worldrangetraits", "traits", "what Range means"),
-        ("\"Range\"", "\"Rage\"", "'Range' or 'Image'"),
-        ("\"Reflectance\"", "\"Range\"", "which it never is"),
-    ] {
-        fs::write(&text, good.replace(from, to)).expect("the folder is ours");
-        if what != "XML" {
-            told(what);
-        }
-        assert!(open(&name).is_err(), "{what}");
-    }
-    // As large as numbers go: told before any memory is taken.
-    let huge = format!("{}", usize::MAX / 4);
-    let vast = good.replace("\"size\">48", &format!("\"size\">{}", usize::MAX / 4 * 4));
-    fs::write(&text, vast.replacen("\"width\">12", &format!("\"width\">{huge}"), 1)).expect("the folder is ours");
-    told("beyond any memory");
-    for end in (0..good.len()).filter(|end| good.is_char_boundary(*end)) {
-        fs::write(&text, &good[..end]).expect("the folder is ours");
-        assert!(open(&name).is_err(), "{end} bytes are no whole description");
-    }
-    fs::write(&text, [0xff, 0xfe, b'<']).expect("the folder is ours");
-    told("no UTF-8");
-    fs::write(&text, &good).expect("the folder is ours");
-    fs::write(&data, vec![0; 179]).expect("the folder is ours");
-    told("179 bytes are no whole number of rows of 60 bytes");
-    fs::remove_file(&data).expect("it was there");
-    told("side by side");
-}
-
-/// Rows of another form, too many or too few leave no file behind.
-#[test]
-fn unfinished_scans_leave_nothing() {
-    let (folder, name) = folder();
-    let scan = calibrated(4, 2);
-    let mut writer = ScanWriter::create(&name, &scan, 3).expect("the folder is ours");
-    assert!(writer.push(&uncalibrated(4, 2)).is_err());
-    assert!(writer.push(&calibrated(5, 2)).is_err());
-    assert!(writer.push(&Scan { rows: 3, ..calibrated(4, 2) }).is_err());
-    writer.push(&scan).expect("it fits");
-    assert!(writer.push(&scan).expect_err("one row too many").to_string().contains("4 rows are too many for 3"));
-    assert!(writer.finish().expect_err("a row is missing").to_string().contains("2 of 3 rows"));
-    assert_eq!(fs::read_dir(folder.path()).expect("it is ours").count(), 0);
-    assert!(ScanWriter::create(&folder.path().join("no/such"), &scan, 1).is_err());
 }

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt8Type};
@@ -77,7 +77,7 @@ impl Dataset {
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
-fn guarded<T>(path: &PathBuf, read: impl FnOnce(&Path) -> Result<T, String>) -> Result<T, SourceError> {
+fn guarded<T>(path: &Path, read: impl FnOnce(&Path) -> Result<T, String>) -> Result<T, SourceError> {
     let result = catch_unwind(AssertUnwindSafe(|| read(path)));
     result.unwrap_or_else(|_| Err("the reader gave up on its content".into())).map_err(|what| error(path, what, CHECK))
 }
