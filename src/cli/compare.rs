@@ -17,8 +17,9 @@ use crate::compare::{Comparison, Source, SourceError, Statistics, Tally};
   gen compare a.exr b.xml --out page.png           two scans, with a page of plots
   gen compare planks real.json --json > both.json  for programs
 
-Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of the real camera
-(calibrated), .json as programs on the camera store it. docs/compare.md explains every number.")]
+Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
+the real camera (calibrated), .json as programs on the camera store it. docs/compare.md explains
+every number.")]
 pub(super) struct Compare {
     /// Simulated side: a dataset, a folder of scans, or a scan
     sim: PathBuf,

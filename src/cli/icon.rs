@@ -22,14 +22,14 @@ const ROWS: usize = 256;
 #[command(after_help = "Examples:
   gen icon planks --index 3 --out plank            writes plank.dat and plank.xml
   gen icon planks --index 3 --out plank --words    heights as 16-bit steps instead of floats
-  gen icon planks --index 3 --out frame --sensor   the middle one of the sensor frames that were kept
+  gen icon planks --index 3 --out frame --sensor   the middle one of its sensor frames
   gen icon plank.xml                               what a file holds
 
 docs/files/icon.md describes the files.")]
 pub(super) struct Icon {
     /// A dataset to take a sample from, or the .xml of a file to look at
     path: PathBuf,
-    /// Which sample
+    /// Which sample [default: 0]
     #[arg(long, value_name = "I", requires = "out")]
     index: Option<u64>,
     /// Where the files go: NAME.dat and NAME.xml

@@ -134,7 +134,9 @@ fn side(side: &Statistics) -> Value {
 }
 
 fn number(value: Option<f64>, digits: usize) -> String {
-    value.map_or("-".into(), |value| format!("{value:.digits$}"))
+    // Adding 0 takes the sign off a rounded -0.
+    let rounded = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+    value.map_or("-".into(), |value| format!("{:.digits$}", rounded(value)))
 }
 
 /// A name that fits into its column: its end, where file names differ.

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use rustfft::num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
+use rustfft::{Fft, FftPlannerScalar};
 
 use super::Frame;
 use super::noise::{Second, Way};
@@ -34,7 +34,7 @@ pub struct Spectrum {
 impl Default for Spectrum {
     fn default() -> Self {
         let window = std::array::from_fn(|i| 0.5 - 0.5 * libm::cos(TAU * i as f64 / PIECE as f64));
-        let transform = FftPlanner::new().plan_fft_forward(PIECE);
+        let transform = FftPlannerScalar::new().plan_fft_forward(PIECE);
         Self { transform, window, power: [0.0; FREQUENCIES], pieces: 0 }
     }
 }
