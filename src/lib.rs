@@ -18,6 +18,8 @@
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`validate`]: files -> faults
 //! - [`preview`]: one sample -> a picture for a person
+//! - [`icon`]: scans as files of the real camera
+//! - [`compare`]: simulated and real scans side by side
 //! - [`drawing`]: words, scales and colours of pictures
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
@@ -25,11 +27,13 @@
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
 pub mod cli;
+pub mod compare;
 pub mod drawing;
 pub mod effective;
 pub mod extract;
 pub mod frame;
 pub mod generate;
+pub mod icon;
 pub mod labels;
 pub mod lanes;
 pub mod medium;

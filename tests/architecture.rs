@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LONGEST: usize = 300;
 
 /// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 15] = [
+const FORBIDDEN: [(&str, &[&str]); 17] = [
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
     ("src/recipe", &["crate::specimen", "crate::extract", "crate::shard", "crate::pipeline", "crate::labels"]),
@@ -36,6 +36,32 @@ const FORBIDDEN: [(&str, &[&str]); 15] = [
     ("src/validate", &["crate::optics", "crate::extract", "crate::specimen", "crate::recipe"]),
     ("src/specimen.rs", &["crate::recipe", "crate::extract", "crate::shard", "crate::optics"]),
     ("src/frame.rs", &["crate::", "procedural"]),
+    (
+        "src/icon",
+        &[
+            "crate::recipe",
+            "crate::optics",
+            "crate::specimen",
+            "crate::extract",
+            "crate::record",
+            "crate::shard",
+            "crate::compare",
+            "procedural",
+        ],
+    ),
+    (
+        "src/compare",
+        &[
+            "crate::recipe",
+            "crate::optics",
+            "crate::specimen",
+            "crate::extract",
+            "crate::labels",
+            "crate::transport",
+            "crate::pipeline",
+            "crate::validate",
+        ],
+    ),
     ("src/record.rs", &["crate::recipe", "crate::optics", "crate::extract", "crate::shard", "crate::specimen"]),
 ];
 

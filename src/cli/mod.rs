@@ -2,7 +2,9 @@
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments.
 
+mod compare;
 mod generate;
+mod icon;
 mod progress;
 mod study;
 mod transport;
@@ -32,6 +34,8 @@ use progress::{counted, say};
   gen validate planks                                          check every file and label
   gen transport --medium wood.yaml --model path                light inside plane layers
   gen study point                                              a point of light on wood, by every model
+  gen compare planks scans                                     simulated beside real: noise, speckle, plots
+  gen icon planks --index 3 --out plank                        a sample as files of the real camera
   gen schema recipe > recipe.schema.json                       for an editor's completion")]
 struct Cli {
     #[command(subcommand)]
@@ -54,6 +58,10 @@ enum Command {
         #[command(subcommand)]
         what: study::Study,
     },
+    /// Put the statistics of a simulated and a real scan side by side: noise, speckle, distances, plots
+    Compare(compare::Compare),
+    /// Write a sample as the files of the real camera (iCon .dat and .xml), or say what such files hold
+    Icon(icon::Icon),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
     Schema {
         /// What to print
@@ -139,6 +147,8 @@ pub fn run() -> ExitCode {
         Some(Command::Validate(arguments)) => check(&arguments),
         Some(Command::Transport(arguments)) => transport::run(&arguments),
         Some(Command::Study { what }) => study::run(&what),
+        Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.

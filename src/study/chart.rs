@@ -13,7 +13,7 @@ const GRID: Rgb<u8> = Rgb([225, 225, 220]);
 
 /// One direction of a chart.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     /// What it is, with its unit.
     pub words: String,
     /// Least number.
@@ -26,7 +26,7 @@ pub(super) struct Axis {
 
 /// Numbers that belong together.
 #[derive(Debug, Clone)]
-pub(super) struct Series {
+pub(crate) struct Series {
     /// Name in the legend; empty for none.
     pub name: String,
     /// Its colour.
@@ -39,7 +39,7 @@ pub(super) struct Series {
 
 /// A chart.
 #[derive(Debug, Clone)]
-pub(super) struct Chart {
+pub(crate) struct Chart {
     /// Words above it.
     pub title: String,
     /// To the right.

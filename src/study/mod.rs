@@ -8,7 +8,7 @@
 //! reason.
 
 pub mod by;
-mod chart;
+pub(crate) mod chart;
 pub mod ellipse;
 mod fit;
 pub mod lines;

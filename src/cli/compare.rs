@@ -1,0 +1,71 @@
+//! `gen compare`: a simulated and a real scan side by side.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::progress::say;
+use super::{Outcome, print, whole};
+use crate::compare::{Comparison, Source, SourceError, Statistics, Tally};
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen compare planks real.json                     a dataset against a frame of the camera
+  gen compare planks scans/ --scans 20             against a folder of frames, 20 of each side
+  gen compare a.exr b.xml --out page.png           two scans, with a page of plots
+  gen compare planks real.json --json > both.json  for programs
+
+Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
+the real camera (calibrated), .json as programs on the camera store it. docs/compare.md explains
+every number.")]
+pub(super) struct Compare {
+    /// Simulated side: a dataset, a folder of scans, or a scan
+    sim: PathBuf,
+    /// Real side, in the same way
+    real: PathBuf,
+    /// Most scans of each side, spread evenly
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..))]
+    scans: u64,
+    /// Where a page of plots goes (PNG) [default: none is drawn]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print JSON instead of the table
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Compare) -> Outcome {
+    if let Some(out) = &arguments.out {
+        whole::check(out)?;
+    }
+    let sources = [&arguments.sim, &arguments.real].map(|path| Source::open(path, arguments.scans));
+    let [sim, real] = sources;
+    let comparison = Comparison { sim: statistics(&sim?, &arguments.sim)?, real: statistics(&real?, &arguments.real)? };
+    print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() });
+    if let Some(out) = &arguments.out {
+        let page = comparison.page();
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        page.write_to(&mut bytes, image::ImageFormat::Png)?;
+        whole::write(out, &bytes.into_inner())?;
+        if std::io::stderr().is_terminal() {
+            say(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn statistics(source: &Source, path: &Path) -> Result<Statistics, SourceError> {
+    let mut tally = Tally::new(source.name());
+    for i in 0..source.len() {
+        tally.add(&source.frame(i)?);
+    }
+    let found = tally.statistics();
+    if found.missing == Some(1.0) {
+        let place = path.display().to_string();
+        let what = "no height was measured in any scan".into();
+        return Err(SourceError { place, what, remedy: "give scans in which the laser line is seen".into() });
+    }
+    Ok(found)
+}

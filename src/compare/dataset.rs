@@ -1,0 +1,160 @@
+//! Samples of a dataset: maps from its EXR files, else from the images in its tables, and kept sensor frames.
+
+use std::fs::{self, File};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int64Type, UInt8Type};
+use arrow_array::{Array, RecordBatch};
+use output_schema::Manifest;
+use output_schema::file::{data_path, exr_path, stack_path};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+use super::source::{error, exr_frame};
+use super::{Exposure, Frame, SourceError};
+use crate::shard::{DatasetFolder, read_png};
+
+/// Most sensor frames of a sample that are read: the middle ones.
+const EXPOSURES: usize = 16;
+/// What to do about a damaged dataset.
+const CHECK: &str = "`gen validate` says what is damaged";
+
+/// An open dataset.
+#[derive(Debug)]
+pub struct Dataset(DatasetFolder);
+
+impl Dataset {
+    /// Opens a folder.
+    ///
+    /// # Errors
+    /// Where it holds no dataset that this program reads.
+    pub fn open(path: &Path) -> Result<Self, SourceError> {
+        let told = |e: crate::shard::ShardError| error(path, e.to_string(), "name the folder of a dataset");
+        DatasetFolder::open(path).map(Self).map_err(told)
+    }
+
+    /// How many samples it has or will have.
+    pub fn samples(&self) -> u64 {
+        self.0.head().samples
+    }
+
+    /// One sample with the sensor frames that were kept, at most 16.
+    ///
+    /// # Errors
+    /// Where it is not there, not finished, damaged, or has no heights.
+    pub fn frame(&self, index: u64) -> Result<Frame, SourceError> {
+        let (head, root) = (self.0.head(), self.0.root());
+        if index >= head.samples {
+            let what = format!("there is no sample {index}");
+            return Err(error(root, what, &format!("give --index 0 to {}", head.samples.saturating_sub(1))));
+        }
+        let shard = index / head.samples_per_shard.max(1);
+        let unfinished = || error(root, format!("sample {index} is not finished"), "run gen again to finish it");
+        let manifest = self.0.manifest(shard).ok_or_else(unfinished)?;
+        let listed = manifest.samples.iter().find(|sample| sample.index == index && !sample.id.contains('/'));
+        let listed = listed.ok_or_else(|| error(root, format!("no manifest names sample {index}"), CHECK))?;
+        let has = |images: &[String]| images.iter().any(|image| image == "range");
+        let mut frame = if has(&head.images.exr) {
+            let path = root.join(exr_path(shard, &listed.id));
+            let bytes = fs::read(&path).map_err(|e| error(&path, format!("it cannot be read: {e}"), CHECK))?;
+            exr_frame(&path, &bytes)?
+        } else if has(&head.images.png) {
+            let before = manifest.samples.iter().filter(|sample| sample.split == listed.split && sample.index < index);
+            guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, before.count(), index))?
+        } else {
+            let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
+            return Err(error(root, "it was made without range images".into(), remedy));
+        };
+        frame.name = format!("sample {index}");
+        if head.images.stack_every.is_some() {
+            frame.exposures = guarded(&root.join(stack_path(shard)), |path| {
+                exposures(path, &manifest, index, head.images.sensor_cols)
+            })?;
+        }
+        Ok(frame)
+    }
+}
+
+/// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
+fn guarded<T>(path: &Path, read: impl FnOnce(&Path) -> Result<T, String>) -> Result<T, SourceError> {
+    let result = catch_unwind(AssertUnwindSafe(|| read(path)));
+    result.unwrap_or_else(|_| Err("the reader gave up on its content".into())).map_err(|what| error(path, what, CHECK))
+}
+
+/// The rows `first` to `first + count` of a table.
+fn batches(path: &Path, first: usize, count: usize) -> Result<Vec<RecordBatch>, String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
+    let reader = builder.with_batch_size(count.clamp(1, 8)).with_offset(first).with_limit(count);
+    let batches: Result<Vec<_>, _> = reader.build().map_err(|e| e.to_string())?.collect();
+    batches.map_err(|e| e.to_string())
+}
+
+fn is_index(batch: &RecordBatch, row: usize, index: u64) -> bool {
+    let column = batch.column_by_name("index").and_then(|column| column.as_primitive_opt::<Int64Type>());
+    column.is_some_and(|column| column.value(row) == index as i64)
+}
+
+/// The maps of a row that holds images.
+fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
+    let batches = batches(path, place, 1)?;
+    let batch = batches.iter().find(|batch| batch.num_rows() > 0).ok_or("it has too few rows")?;
+    if !is_index(batch, 0, index) {
+        return Err(format!("row {place} is not sample {index}"));
+    }
+    let number = |name: &str| {
+        let column = batch.column_by_name(name).and_then(|column| column.as_primitive_opt::<Float64Type>());
+        column.map(|column| column.value(0)).ok_or_else(|| format!("`{name}` is missing"))
+    };
+    let image = |name: &str| -> Result<Option<(usize, usize, Vec<u16>)>, String> {
+        let bytes = batch.column_by_name(name).and_then(|column| column.as_struct_opt());
+        let bytes = bytes.and_then(|column| column.column_by_name("bytes")).and_then(|b| b.as_binary_opt::<i32>());
+        let Some(bytes) = bytes.filter(|bytes| !bytes.is_null(0)) else { return Ok(None) };
+        let (cols, rows, grey) = read_png(bytes.value(0)).map_err(|e| format!("`{name}`: {e}"))?;
+        Ok(Some((cols as usize, rows as usize, grey.numbers())))
+    };
+    let (cols, rows, steps) = image("range")?.ok_or("`range` is missing")?;
+    let (offset, scale) = (number("range_offset_mm")?, number("range_scale_mm")?);
+    let height = |&n: &u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
+    let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
+        match image(name)? {
+            Some((w, h, _)) if (w, h) != (cols, rows) => Err(format!("`{name}` is {w} x {h}, not {cols} x {rows}")),
+            found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(f32::from).collect())),
+        }
+    };
+    Ok(Frame {
+        cols,
+        rows,
+        col_mm: Some(number("col_mm")?),
+        row_mm: Some(number("row_mm")?),
+        range: steps.iter().map(height).collect(),
+        reflectance: map("reflectance")?,
+        scatter: map("scatter")?,
+        ..Frame::default()
+    })
+}
+
+/// Sensor frames of a sample: each sample of a shard has as many, in order.
+fn exposures(path: &Path, manifest: &Manifest, index: u64, cols: u64) -> Result<Vec<Exposure>, String> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let rows = manifest.files.iter().find(|file| file.path.ends_with(name.as_ref()) && file.path.starts_with("stacks"));
+    let rows = rows.and_then(|file| file.rows).ok_or("the manifest does not count its rows")?;
+    let each = (rows / manifest.samples.len().max(1) as u64) as usize;
+    let before = manifest.samples.iter().filter(|sample| sample.index < index).count() * each;
+    let take = each.min(EXPOSURES);
+    let mut found = Vec::new();
+    for batch in batches(path, before + (each - take) / 2, take)? {
+        let frames = batch.column_by_name("frame").and_then(|column| column.as_fixed_size_list_opt());
+        let frames = frames.ok_or("the frames are no tensors")?;
+        for row in 0..batch.num_rows() {
+            if !is_index(&batch, row, index) {
+                return Err(format!("a sensor frame of sample {index} is not where it should be"));
+            }
+            let pixels = frames.value(row);
+            let pixels = pixels.as_primitive_opt::<UInt8Type>().ok_or("the frames are not uint8")?;
+            found.push(Exposure { cols: cols as usize, dn: pixels.values().to_vec() });
+        }
+    }
+    Ok(found)
+}

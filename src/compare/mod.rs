@@ -1,0 +1,58 @@
+//! Simulated and real scans side by side: the same statistics of both, how far they lie apart, and a page of plots.
+//!
+//! ```text
+//! path --Source::open--> Source --frame by frame--> Tally --Statistics--> Comparison --> table, JSON, page
+//! ```
+//!
+//! It knows files and numbers, and nothing of how a scan came to be: both sides take the same way. Each statistic is a
+//! function of a frame in a file of its own, which says what it takes for granted.
+
+mod dataset;
+pub mod distribution;
+mod json_frame;
+pub mod noise;
+mod page;
+pub mod patch;
+mod report;
+mod source;
+pub mod spectrum;
+mod statistics;
+pub mod width;
+
+pub use dataset::Dataset;
+pub use report::Comparison;
+pub use source::{Source, SourceError};
+pub use statistics::{Statistics, Tally};
+
+/// One exposure of the sensor.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Exposure {
+    /// Columns [px].
+    pub cols: usize,
+    /// Digital numbers `[rows, cols]`, row-major [DN].
+    pub dn: Vec<u8>,
+}
+
+/// One scan, whatever file it came from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frame {
+    /// What it is called.
+    pub name: String,
+    /// Columns.
+    pub cols: usize,
+    /// Profiles.
+    pub rows: usize,
+    /// Distance between two columns, where the file says it [mm].
+    pub col_mm: Option<f64>,
+    /// Distance between two profiles, where the file says it [mm].
+    pub row_mm: Option<f64>,
+    /// Heights `[rows, cols]`, row-major [mm]; NaN where missing. In double precision, so that differences of steps of
+    /// an instrument are equal where the steps are.
+    pub range: Vec<f64>,
+    /// Digital number at the peak `[rows, cols]` [DN]; 0 where missing.
+    pub reflectance: Option<Vec<f32>>,
+    /// Sum of digital numbers beside the peak `[rows, cols]` [DN]; 0 where missing.
+    pub scatter: Option<Vec<f32>>,
+    /// Exposures that were kept.
+    pub exposures: Vec<Exposure>,
+}

@@ -1,0 +1,236 @@
+//! Everything that is told about one side of a comparison, over all of its frames.
+
+use super::Frame;
+use super::distribution::Sample;
+use super::noise::{Correlation, LAGS, Second, Way};
+use super::patch::{CONTRAST_SIDE, GRAIN_LAGS, GRAIN_SIDE, Grain, SATURATED, contrast, patches};
+use super::spectrum::Spectrum;
+use super::width::width;
+
+/// Most columns of an exposure whose line is measured; more are left out evenly.
+const WIDTHS: usize = 4096;
+
+/// How often each digital number occurs.
+#[derive(Clone)]
+struct Counts([u64; 256]);
+
+impl Default for Counts {
+    fn default() -> Self {
+        Self([0; 256])
+    }
+}
+
+/// Sums over frames.
+#[derive(Clone, Default)]
+pub struct Tally {
+    name: String,
+    frames: u64,
+    sizes: Vec<(usize, usize)>,
+    pixels: u64,
+    missing: u64,
+    measured: u64,
+    edges: [[u64; 2]; 2],
+    light: Counts,
+    noise: [Vec<f32>; 2],
+    correlation: [Correlation; 2],
+    contrast: Vec<f32>,
+    grain: [Grain; 2],
+    spectrum: [Spectrum; 2],
+    widths: Vec<f32>,
+}
+
+/// One side of a comparison. Pairs are along the laser line and across profiles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Statistics {
+    /// What it is called.
+    pub name: String,
+    /// Scans.
+    pub frames: u64,
+    /// Columns and profiles of the first scan; 0 where there is none.
+    pub size: (usize, usize),
+    /// Share of pixels without a height [1].
+    pub missing: Option<f64>,
+    /// Least digital number beside a height [DN].
+    pub least_reflectance: Option<f64>,
+    /// Share of heights whose reflectance is 255 [1].
+    pub saturated: Option<f64>,
+    /// Robust deviation of heights from second differences [um].
+    pub noise_um: [Option<f64>; 2],
+    /// Share of second differences that are edges, not noise [1].
+    pub edges: [Option<f64>; 2],
+    /// Correlation of the noise of heights at lags 0, 1, ... px [1].
+    pub noise_correlation: [Vec<f64>; 2],
+    /// Contrast of patches at 10, 50 and 90 % [1].
+    pub contrast: Option<[f64; 3]>,
+    /// Correlation of reflectance in patches at lags 0, 1, ... px [1].
+    pub grain: [Vec<f64>; 2],
+    /// Width of the laser line at 10, 50 and 90 % [px].
+    pub line_width_px: Option<[f64; 3]>,
+    /// Power of heights: frequency [cycles/px], power [um^2 per cycle/px].
+    pub spectrum: [Vec<(f64, f64)>; 2],
+    /// Second differences along the line, as deviations, edges left out [um].
+    pub noise_sample: Sample,
+    /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
+    pub light_sample: Sample,
+    /// Contrast of each patch [1].
+    pub contrast_sample: Sample,
+    /// Width of the laser line, column by column [px].
+    pub width_sample: Sample,
+}
+
+impl Tally {
+    /// For frames that have a name together.
+    pub fn new(name: &str) -> Self {
+        Self { name: name.into(), ..Self::default() }
+    }
+
+    /// Adds a frame.
+    pub fn add(&mut self, frame: &Frame) {
+        for exposure in &frame.exposures {
+            self.exposure(exposure.cols, &exposure.dn);
+        }
+        if frame.range.is_empty() {
+            return;
+        }
+        self.frames += 1;
+        self.sizes.push((frame.cols, frame.rows));
+        self.pixels += frame.range.len() as u64;
+        self.missing += frame.range.iter().filter(|z| !z.is_finite()).count() as u64;
+        if let Some(light) = &frame.reflectance {
+            for (&dn, _) in light.iter().zip(&frame.range).filter(|(_, z)| z.is_finite()) {
+                self.light.0[dn.round() as u8 as usize] += 1;
+                self.measured += 1;
+            }
+        }
+        let seconds = Way::BOTH.map(|way| Second::new(frame, way));
+        for (i, second) in seconds.iter().enumerate() {
+            let all = second.sample.numbers();
+            let noise: Vec<f32> = all.iter().copied().filter(|&d| second.is_noise(d)).collect();
+            self.edges[i][0] += (all.len() - noise.len()) as u64;
+            self.edges[i][1] += all.len() as u64;
+            self.noise[i].extend(noise);
+            // Along the line by differences across, and the other way round.
+            self.correlation[1 - i].add(frame, second, Way::BOTH[1 - i]);
+        }
+        self.contrast.extend(patches(frame, &seconds, CONTRAST_SIDE).iter().map(|patch| contrast(patch)));
+        for patch in patches(frame, &seconds, GRAIN_SIDE) {
+            Way::BOTH.into_iter().zip(&mut self.grain).for_each(|(way, grain)| grain.add(&patch, way));
+        }
+        for ((way, spectrum), second) in Way::BOTH.into_iter().zip(&mut self.spectrum).zip(&seconds) {
+            spectrum.add(frame, way, second);
+        }
+    }
+
+    fn exposure(&mut self, cols: usize, dn: &[u8]) {
+        let rows = dn.len() / cols.max(1);
+        for x in (0..cols).step_by(cols.div_ceil(WIDTHS).max(1)) {
+            let column: Vec<u8> = (0..rows).map(|y| dn[y * cols + x]).collect();
+            self.widths.extend(width(&column));
+        }
+    }
+
+    /// What the sums say.
+    pub fn statistics(self) -> Statistics {
+        let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
+        let three = |sample: &Sample| {
+            let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| sample.quantile(share));
+            Some([low?, middle?, high?])
+        };
+        let least = self.light.0.iter().enumerate().skip(1).find(|(_, count)| **count > 0);
+        let saturated = share(self.light.0[SATURATED as usize], self.measured);
+        let [along, across] = self.noise.map(Sample::new);
+        let (contrast_sample, width_sample) = (Sample::new(self.contrast), Sample::new(self.widths));
+        Statistics {
+            name: self.name,
+            frames: self.frames,
+            size: self.sizes.first().copied().unwrap_or_default(),
+            missing: share(self.missing, self.pixels),
+            least_reflectance: least.map(|(dn, _)| dn as f64),
+            saturated,
+            noise_um: [along.robust_deviation(), across.robust_deviation()],
+            edges: self.edges.map(|[edges, all]| share(edges, all)),
+            noise_correlation: self.correlation.map(|sums| (0..LAGS).map_while(|lag| sums.at(lag)).collect()),
+            contrast: three(&contrast_sample),
+            grain: self.grain.map(|sums| (0..GRAIN_LAGS).map_while(|lag| sums.at(lag)).collect()),
+            line_width_px: three(&width_sample),
+            spectrum: self.spectrum.map(|spectrum| spectrum.points()),
+            noise_sample: along,
+            light_sample: light_sample(&self.light.0),
+            contrast_sample,
+            width_sample,
+        }
+    }
+}
+
+/// Unsaturated reflectance as a sample of at most ten thousand numbers.
+fn light_sample(counts: &[u64; 256]) -> Sample {
+    const MOST: u64 = 10_000;
+    let counts = &counts[1..SATURATED as usize];
+    let all: u64 = counts.iter().sum();
+    let keep = all.div_ceil(MOST).max(1);
+    let mut passed = 0;
+    let mut numbers = Vec::new();
+    for (dn, count) in (1_u16..).zip(counts) {
+        let before = passed / keep;
+        passed += count;
+        numbers.extend((before..passed / keep).map(|_| f32::from(dn)));
+    }
+    Sample::new(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::spectrum::FREQUENCIES;
+
+    /// Shares by hand: two of eight missing, one of six saturated, the least number that has a height.
+    #[test]
+    fn shares_by_hand() {
+        let mut range = vec![1.0; 8];
+        range[0] = f64::NAN;
+        range[5] = f64::NAN;
+        let reflectance = Some(vec![9.0, 255.0, 30.0, 21.0, 254.0, 0.0, 22.0, 254.4]);
+        let frame = Frame { cols: 4, rows: 2, range, reflectance, ..Frame::default() };
+        let mut tally = Tally::new("by hand");
+        tally.add(&frame);
+        let found = tally.statistics();
+        assert_eq!(
+            (found.missing, found.saturated, found.least_reflectance),
+            (Some(0.25), Some(1.0 / 6.0), Some(21.0))
+        );
+        assert_eq!(found.light_sample.numbers(), [21.0, 22.0, 30.0, 254.0, 254.0]);
+        assert_eq!((found.frames, found.size, found.contrast, found.line_width_px), (1, (4, 2), None, None));
+    }
+
+    /// A frame twice is what it is once; nothing at all says nothing.
+    #[test]
+    fn frames_add_up() {
+        let height = |i: usize| libm::sin(i as f64 * 0.7) * 0.01 + ((i * 7919) % 101) as f64 * 0.0003;
+        let light = |i: usize| 100.0 + ((i * 7919) % 97) as f32;
+        let range: Vec<f64> = (0..96 * 80).map(height).collect();
+        let reflectance = Some((0..96 * 80).map(light).collect());
+        let column = [0, 0, 0, 0, 50, 100, 50, 0, 0, 0];
+        let exposures = vec![crate::compare::Exposure { cols: 1, dn: column.to_vec() }];
+        let frame = Frame { cols: 96, rows: 80, range, reflectance, exposures, ..Frame::default() };
+        let of = |times: usize| {
+            let mut tally = Tally::new("n");
+            (0..times).for_each(|_| tally.add(&frame));
+            tally.statistics()
+        };
+        let (once, twice) = (of(1), of(2));
+        assert_eq!((twice.frames, twice.missing, twice.saturated), (2, Some(0.0), Some(0.0)));
+        assert_eq!((once.line_width_px, twice.line_width_px), (Some([2.0; 3]), Some([2.0; 3])));
+        let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
+        for way in [0, 1] {
+            assert!(same(once.noise_um[way].expect("noise"), twice.noise_um[way].expect("noise")));
+            for (a, b) in once.noise_correlation[way].iter().zip(&twice.noise_correlation[way]) {
+                assert!(same(*a, *b));
+            }
+            for (a, b) in once.spectrum[way].iter().zip(&twice.spectrum[way]) {
+                assert!(same(a.1, b.1));
+            }
+            assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (LAGS, FREQUENCIES));
+        }
+        assert_eq!(of(0), Statistics { name: "n".into(), ..Statistics::default() });
+    }
+}

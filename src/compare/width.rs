@@ -1,0 +1,68 @@
+//! Width of the laser line on the sensor: full width at half of the peak above the dark level, in one column.
+
+/// Least light above the dark level that makes a line [DN].
+pub const LEAST: f32 = 20.0;
+
+/// Full width at half maximum of a column of digital numbers, linear between rows [px]. The dark level is the median of
+/// the column. `None` where the peak is saturated, too dark, or cut off by the edge.
+pub fn width(column: &[u8]) -> Option<f32> {
+    let mut order = column.to_vec();
+    order.sort_unstable();
+    let dark = f32::from(*order.get(order.len() / 2)?);
+    let (top, peak) = column.iter().enumerate().max_by_key(|(i, dn)| (**dn, usize::MAX - i))?;
+    if *peak == u8::MAX || f32::from(*peak) - dark < LEAST {
+        return None;
+    }
+    let half = (f32::from(*peak) + dark) / 2.0;
+    let at = |i: usize| f32::from(column[i]);
+    // The first row on either side that is at or below half, and how far before it the half was passed.
+    let below = (0..top).rev().find(|&i| at(i) <= half)?;
+    let above = (top + 1..column.len()).find(|&i| at(i) <= half)?;
+    let before = |out: usize, within: usize| (half - at(out)) / (at(within) - at(out));
+    Some(above as f32 - below as f32 - before(below, below + 1) - before(above, above - 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gaussian(rows: usize, centre: f64, deviation: f64, peak: f64) -> Vec<u8> {
+        let dn = |row: usize| {
+            let t = (row as f64 - centre) / deviation;
+            (10.0 + peak * libm::exp(-t * t / 2.0)).round() as u8
+        };
+        (0..rows).map(dn).collect()
+    }
+
+    /// A Gaussian of deviation s whose brightest row lies d beside its centre passes half of that row 2 sqrt(2 ln 2 s^2 +
+    /// d^2) apart.
+    #[test]
+    fn gaussians_have_their_width() {
+        for deviation in [1.5, 2.5, 4.0] {
+            for (shift, beside) in [(0.0, 0.0), (0.25, 0.25), (0.5, 0.5), (0.8, 0.2_f64)] {
+                let found = width(&gaussian(80, 40.0 + shift, deviation, 230.0)).expect("there is a line");
+                let expected = 2.0 * (2.0 * 2_f64.ln() * deviation * deviation + beside * beside).sqrt();
+                // A chord between rows strays by (t^2 - 1) / (8 s t) on either side, t = 1.2 deviations; whole digital
+                // numbers by a hundredth.
+                let error = 0.12 / deviation + 0.02;
+                assert!((f64::from(found) - expected).abs() < error, "{deviation} at {shift}: {found}, not {expected}");
+            }
+        }
+    }
+
+    /// A triangle by hand: half height is passed exactly half way down.
+    #[test]
+    fn triangles_by_hand() {
+        assert_eq!(width(&[0, 0, 0, 0, 50, 100, 50, 0, 0, 0]), Some(2.0));
+        assert_eq!(width(&[0, 0, 0, 0, 0, 0, 40, 80, 60, 20, 0, 0, 0, 0]), Some(3.5 - 1.0));
+    }
+
+    /// No line, a saturated one, one at the edge and none at all have no width.
+    #[test]
+    fn unclear_lines_have_none() {
+        assert_eq!(width(&[10; 20]), None);
+        assert_eq!(width(&[0, 0, 0, 200, 255, 255, 200, 0, 0, 0, 0]), None);
+        assert_eq!(width(&[200, 150, 0, 0, 0, 0, 0]), None);
+        assert_eq!(width(&[]), None);
+    }
+}

@@ -1,0 +1,271 @@
+//! How the numbers of a file lie: its planes in order, from XML and to XML.
+
+use super::traits::Traits;
+use super::xml::{Fault, Node};
+use super::{Light, Range, Scan, Scatter};
+
+/// Type of a plane's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Byte,
+    Word,
+    Int,
+    Float,
+}
+
+impl Kind {
+    const ALL: [(Self, &'static str, usize); 4] =
+        [(Self::Byte, "BYTE", 1), (Self::Word, "WORD", 2), (Self::Int, "INT", 4), (Self::Float, "FLOAT", 4)];
+
+    fn entry(self) -> (Self, &'static str, usize) {
+        // Every kind stands in the list.
+        Self::ALL.into_iter().find(|(kind, ..)| *kind == self).unwrap_or(Self::ALL[0])
+    }
+
+    /// Bytes of one number.
+    pub fn bytes(self) -> usize {
+        self.entry().2
+    }
+}
+
+/// What a plane holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Range,
+    Intensity,
+    Reflectance,
+    Scatter,
+    Mark,
+    Image,
+    /// Something that is stepped over.
+    Other,
+}
+
+impl Part {
+    const NAMES: [(Self, &'static str); 7] = [
+        (Self::Range, "Range"),
+        (Self::Range, "Range R"),
+        (Self::Intensity, "Intensity"),
+        (Self::Reflectance, "Reflectance"),
+        (Self::Scatter, "Scatter"),
+        (Self::Mark, "Mark"),
+        (Self::Image, "Image"),
+    ];
+
+    fn named(name: &str) -> Self {
+        Self::NAMES
+            .into_iter()
+            .find(|(_, known)| known.eq_ignore_ascii_case(name))
+            .map_or(Self::Other, |(part, _)| part)
+    }
+
+    fn name(self) -> &'static str {
+        Self::NAMES.into_iter().find(|(part, _)| *part == self).map_or("", |(_, name)| name)
+    }
+
+    /// The kinds that it may have.
+    fn kinds(self) -> &'static [Kind] {
+        match self {
+            Self::Range => &[Kind::Word, Kind::Float],
+            Self::Scatter => &[Kind::Byte, Kind::Word],
+            Self::Intensity | Self::Reflectance | Self::Image => &[Kind::Byte],
+            Self::Mark => &[Kind::Int],
+            Self::Other => &[Kind::Byte, Kind::Word, Kind::Int, Kind::Float],
+        }
+    }
+}
+
+/// One subcomponent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Plane {
+    pub part: Part,
+    pub kind: Kind,
+    /// Numbers in a row.
+    pub width: usize,
+    /// Bytes of one row of all planes before it.
+    pub before: usize,
+}
+
+impl Plane {
+    /// Bytes of one of its rows.
+    pub fn line(&self) -> usize {
+        self.width * self.kind.bytes()
+    }
+}
+
+/// A component that can be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Subject {
+    Scan(Traits),
+    /// Rows and offset of a sensor image.
+    Image(usize, [u32; 2]),
+}
+
+/// Everything that the XML says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Form {
+    pub subject: Subject,
+    /// Planes of the component that is read, in order.
+    pub planes: Vec<Plane>,
+    /// Bytes of one row of all planes of all components.
+    pub line: usize,
+    /// Whether all rows of a plane lie together (layout SUBCOMPONENT), not all planes of a row (SCAN).
+    pub planar: bool,
+}
+
+impl Form {
+    /// The form of a scan.
+    pub fn of(scan: &Scan) -> Self {
+        let mut list = vec![match &scan.range {
+            Range::Steps(_) => (Part::Range, Kind::Word, scan.width),
+            Range::World(_) => (Part::Range, Kind::Float, scan.width),
+        }];
+        list.extend(scan.light.as_ref().map(|light| match light {
+            Light::Intensity(_) => (Part::Intensity, Kind::Byte, scan.width),
+            Light::Reflectance(_) => (Part::Reflectance, Kind::Byte, scan.width),
+        }));
+        list.extend(scan.scatter.as_ref().map(|scatter| match scatter {
+            Scatter::Byte(_) => (Part::Scatter, Kind::Byte, scan.width),
+            Scatter::Word(_) => (Part::Scatter, Kind::Word, scan.width),
+        }));
+        list.extend(scan.marks.as_ref().map(|_| (Part::Mark, Kind::Int, 5)));
+        let mut line = 0;
+        let mut planes = Vec::new();
+        for (part, kind, width) in list {
+            planes.push(Plane { part, kind, width, before: line });
+            line += width * kind.bytes();
+        }
+        Self { subject: Subject::Scan(scan.traits), planes, line, planar: true }
+    }
+
+    /// The form of a sensor image.
+    pub fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
+        let plane = Plane { part: Part::Image, kind: Kind::Byte, width: cols, before: 0 };
+        Self { subject: Subject::Image(rows, offset), planes: vec![plane], line: cols, planar: false }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        let wide = |plane: &&Plane| matches!(plane.part, Part::Range | Part::Image);
+        self.planes.iter().find(wide).map_or(0, |plane| plane.width)
+    }
+
+    /// As XML.
+    pub fn write(&self) -> String {
+        let parameter = |name: &str, count: usize| Node::parameter(name, &count.to_string());
+        let layout = Node::parameter("layout", if self.planar { "SUBCOMPONENT" } else { "SCAN" });
+        let words = self.planes.iter().any(|plane| plane.part == Part::Range && plane.kind == Kind::Word);
+        let (root, size, height, mut inner, component) = match &self.subject {
+            Subject::Scan(traits) => {
+                let component = [("valuetype", "Hi3D"), ("name", "Ranger3Range")];
+                ([("valuetype", ""), ("name", "")], self.line, 1, traits.nodes(self.width(), words), component)
+            }
+            Subject::Image(rows, offset) => {
+                let traits = vec![
+                    parameter("size x", self.width()),
+                    parameter("size y", *rows),
+                    parameter("offset x", offset[0] as usize),
+                    parameter("offset y", offset[1] as usize),
+                ];
+                let component = [("valuetype", "image"), ("name", "Ranger3Image")];
+                let root = [("valuetype", "IMAGE"), ("name", "IMAGE")];
+                (root, self.line * rows, *rows, vec![Node::new("imagetraits", &[], traits)], component)
+            }
+        };
+        inner.extend(self.planes.iter().map(|plane| {
+            let attributes = [("valuetype", plane.kind.entry().1), ("name", plane.part.name())];
+            let children = vec![parameter("size", plane.line()), parameter("width", plane.width)];
+            Node::new("subcomponent", &attributes, children)
+        }));
+        let mut children = vec![parameter("size", self.line), parameter("height", height)];
+        children.append(&mut inner);
+        let component = Node::new("component", &component, children);
+        let children = vec![parameter("size", size), Node::parameter("version", "1"), layout, component];
+        Node::new("icon_data_format", &root, children).write()
+    }
+
+    /// From the root element.
+    pub fn read(root: &Node) -> Result<Self, Fault> {
+        if root.name != "icon_data_format" {
+            return Err(root.fault(format!("its root is <{}>, not <icon_data_format>", root.name)));
+        }
+        let version = root.get("version")?;
+        if version.text != "1" {
+            return Err(version.fault(format!("its version is '{}', and only 1 is known", version.text)));
+        }
+        let layout = root.get("layout")?;
+        let planar = match layout.text.as_str() {
+            "SUBCOMPONENT" => true,
+            "SCAN" => false,
+            other => return Err(layout.fault(format!("its layout is '{other}', neither SUBCOMPONENT nor SCAN"))),
+        };
+        let mut line = 0;
+        let mut found: Option<(&Node, Vec<Plane>)> = None;
+        for component in root.children.iter().filter(|child| child.name == "component") {
+            let planes = planes(component, &mut line)?;
+            let holds = planes.iter().any(|plane| matches!(plane.part, Part::Range | Part::Image));
+            if holds && found.is_none() {
+                found = Some((component, planes));
+            }
+        }
+        let none = || root.fault("no component has a subcomponent 'Range' or 'Image'".into());
+        let (component, planes) = found.ok_or_else(none)?;
+        let image = planes.iter().find(|plane| plane.part == Part::Image);
+        let subject = match image {
+            Some(_) => image_subject(component)?,
+            None => {
+                let size = root.get("size")?;
+                if size.count()? != line {
+                    let what = format!("it says {} bytes a row, but its subcomponents take {line}", size.text);
+                    return Err(size.fault(what));
+                }
+                let width = planes.iter().find(|plane| plane.part == Part::Range).map_or(0, |plane| plane.width);
+                Subject::Scan(Traits::read(component, width)?)
+            }
+        };
+        Ok(Self { subject, planes, line, planar })
+    }
+}
+
+fn image_subject(component: &Node) -> Result<Subject, Fault> {
+    let height = component.get("height")?.count()?;
+    let traits = component.child("imagetraits");
+    let offset = |name| {
+        let Some(node) = traits.and_then(|traits| traits.find(name)) else { return Ok(0) };
+        u32::try_from(node.count()?).map_err(|_| node.fault(format!("'{name}' is beyond any sensor")))
+    };
+    Ok(Subject::Image(height, [offset("offset x")?, offset("offset y")?]))
+}
+
+/// The subcomponents of a component; `line` grows by their bytes.
+fn planes(component: &Node, line: &mut usize) -> Result<Vec<Plane>, Fault> {
+    let mut planes: Vec<Plane> = Vec::new();
+    for node in component.children.iter().filter(|child| child.name == "subcomponent") {
+        let (name, kind) = (node.attribute("name"), node.attribute("valuetype"));
+        let part = Part::named(name);
+        let known = Kind::ALL.into_iter().find(|(_, known, _)| *known == kind).map(|(kind, ..)| kind);
+        let kind = known.ok_or_else(|| node.fault(format!("'{name}' is {kind}, not BYTE, WORD, INT or FLOAT")))?;
+        if !part.kinds().contains(&kind) {
+            return Err(node.fault(format!("'{name}' is {}, which it never is", kind.entry().1)));
+        }
+        let (size, width) = (node.get("size")?.count()?, node.get("width")?.count()?);
+        if width == 0 || width.checked_mul(kind.bytes()) != Some(size) {
+            return Err(node.fault(format!("'{name}' has {width} numbers of {} bytes in {size} bytes", kind.bytes())));
+        }
+        if part == Part::Mark && !matches!(width, 2 | 5) {
+            return Err(node.fault(format!("'{name}' has {width} numbers, neither 2 nor 5")));
+        }
+        if part != Part::Other && planes.iter().any(|plane| plane.part == part) {
+            return Err(node.fault(format!("'{name}' is there twice")));
+        }
+        planes.push(Plane { part, kind, width, before: *line });
+        *line = line.checked_add(size).ok_or_else(|| node.fault("its rows are beyond any memory".into()))?;
+    }
+    let wide = planes.iter().find(|plane| plane.part == Part::Range).map(|plane| plane.width);
+    let pixels = |plane: &&Plane| matches!(plane.part, Part::Intensity | Part::Reflectance | Part::Scatter);
+    if let Some(other) = planes.iter().filter(pixels).find(|plane| wide.is_some_and(|wide| wide != plane.width)) {
+        let what = format!("Range is {} wide, {} is {}", wide.unwrap_or(0), other.part.name(), other.width);
+        return Err(component.fault(what));
+    }
+    Ok(planes)
+}

@@ -1,0 +1,183 @@
+//! iCon files from disk.
+
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::form::{Form, Kind, Part, Plane, Subject};
+use super::traits::Traits;
+use super::{IconError, Light, Mark, Range, Scan, Scatter, SensorImage, xml};
+
+/// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
+const LONGEST_XML: u64 = 16 << 20;
+
+/// What a file holds.
+#[derive(Debug)]
+pub enum Content {
+    /// A scan, to be read by rows.
+    Scan(ScanReader),
+    /// One exposure.
+    Image(SensorImage),
+}
+
+/// A scan on disk.
+#[derive(Debug)]
+pub struct ScanReader {
+    form: Form,
+    traits: Traits,
+    rows: usize,
+    file: File,
+    path: PathBuf,
+}
+
+/// Opens `NAME.xml` and `NAME.dat`; either may be given, or `NAME`.
+///
+/// # Errors
+/// What is wrong with one of them, where, and what to do.
+pub fn open(path: &Path) -> Result<Content, IconError> {
+    let known = path.extension().is_some_and(|extension| extension == "xml" || extension == "dat");
+    let side = |extension: &str| {
+        if known { path.with_extension(extension) } else { PathBuf::from(format!("{}.{extension}", path.display())) }
+    };
+    let (description, data) = (side("xml"), side("dat"));
+    let form = read_form(&description)?;
+    let unreadable = |error: std::io::Error| fault(&data, format!("it cannot be read: {error}"), BESIDE);
+    let mut file = File::open(&data).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    let whole = form.line as u64;
+    if whole == 0 || !length.is_multiple_of(whole) {
+        let what = format!("its {length} bytes are no whole number of rows of {whole} bytes, as its XML has them");
+        return Err(fault(&data, what, AGAIN));
+    }
+    let rows = usize::try_from(length / whole).map_err(|_| fault(&data, "it is beyond memory".into(), AGAIN))?;
+    match form.subject {
+        Subject::Scan(traits) => Ok(Content::Scan(ScanReader { form, traits, rows, file, path: data })),
+        Subject::Image(height, offset) => {
+            if height != rows {
+                let what = format!("it has {rows} rows of {whole} bytes, its XML says {height}");
+                return Err(fault(&data, what, AGAIN));
+            }
+            // As long as the file, which was just measured.
+            let mut dn = vec![0; rows * form.line];
+            file.read_exact(&mut dn).map_err(unreadable)?;
+            let plane = form.planes.iter().find(|plane| plane.part == Part::Image);
+            let begin = plane.map_or(0, |plane| plane.before);
+            let cols = form.width();
+            let image = dn.chunks_exact(form.line).flat_map(|row| &row[begin..begin + cols]).copied().collect();
+            let dn = if form.line == cols { dn } else { image };
+            Ok(Content::Image(SensorImage { cols, rows, offset, dn }))
+        }
+    }
+}
+
+/// What to do about a file that is not whole.
+const AGAIN: &str = "copy both files again, or have them written again";
+/// What to do about a file that is not there.
+const BESIDE: &str = "NAME.xml and NAME.dat must lie side by side";
+
+fn fault(path: &Path, what: String, remedy: &str) -> IconError {
+    IconError { place: path.display().to_string(), what, remedy: remedy.into() }
+}
+
+fn read_form(path: &Path) -> Result<Form, IconError> {
+    let unreadable = |error: std::io::Error| fault(path, format!("it cannot be read: {error}"), BESIDE);
+    let length = fs::metadata(path).map_err(unreadable)?.len();
+    if length > LONGEST_XML {
+        return Err(fault(
+            path,
+            format!("it has {length} bytes, more than any description"),
+            "give the .xml of a scan",
+        ));
+    }
+    let bytes = fs::read(path).map_err(unreadable)?;
+    let text = String::from_utf8(bytes);
+    let text = text.map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        fault(path, format!("byte {at} is no UTF-8"), "save it as UTF-8 without other changes")
+    })?;
+    // Windows tools may begin with a mark of byte order.
+    let read = xml::read(text.trim_start_matches('\u{feff}')).and_then(|root| Form::read(&root));
+    read.map_err(|wrong| {
+        let place = format!("{}, line {}", path.display(), wrong.line);
+        IconError { place, what: wrong.what, remedy: "correct this line, or have the file written again".into() }
+    })
+}
+
+impl ScanReader {
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.form.width()
+    }
+
+    /// Profiles.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// What columns and steps of Range mean.
+    pub fn traits(&self) -> Traits {
+        self.traits
+    }
+
+    /// `count` rows from `first` on; fewer where the scan ends.
+    ///
+    /// # Errors
+    /// Where the disk refuses, or the file has become shorter.
+    pub fn read(&mut self, first: usize, count: usize) -> Result<Scan, IconError> {
+        let rows = count.min(self.rows.saturating_sub(first));
+        let mut range = Range::World(Vec::new());
+        let (mut light, mut scatter, mut marks) = (None, None, None);
+        for plane in self.form.planes.clone() {
+            let bytes = match plane.part {
+                Part::Other | Part::Image => continue,
+                _ => self.bytes(&plane, first, rows)?,
+            };
+            let words = |bytes: &[u8]| -> Vec<u16> {
+                bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
+            };
+            match (plane.part, plane.kind) {
+                (Part::Range, Kind::Word) => range = Range::Steps(words(&bytes)),
+                (Part::Range, _) => {
+                    let heights = bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four));
+                    range = Range::World(heights.collect());
+                }
+                (Part::Intensity, _) => light = Some(Light::Intensity(bytes)),
+                (Part::Reflectance, _) => light = Some(Light::Reflectance(bytes)),
+                (Part::Scatter, Kind::Word) => scatter = Some(Scatter::Word(words(&bytes))),
+                (Part::Scatter, _) => scatter = Some(Scatter::Byte(bytes)),
+                (Part::Mark, _) => marks = Some(bytes.chunks_exact(plane.line()).map(mark).collect()),
+                (Part::Other | Part::Image, _) => {}
+            }
+        }
+        Ok(Scan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
+    }
+
+    /// The bytes of some rows of a plane.
+    fn bytes(&mut self, plane: &Plane, first: usize, rows: usize) -> Result<Vec<u8>, IconError> {
+        let refused = |error: std::io::Error| fault(&self.path, format!("it cannot be read: {error}"), AGAIN);
+        let mut bytes = vec![0; rows * plane.line()];
+        if self.form.planar {
+            let at = self.rows as u64 * plane.before as u64 + first as u64 * plane.line() as u64;
+            self.file.seek(SeekFrom::Start(at)).map_err(refused)?;
+            self.file.read_exact(&mut bytes).map_err(refused)?;
+        } else {
+            for (row, line) in (first as u64..).zip(bytes.chunks_exact_mut(plane.line())) {
+                self.file.seek(SeekFrom::Start(row * self.form.line as u64 + plane.before as u64)).map_err(refused)?;
+                self.file.read_exact(line).map_err(refused)?;
+            }
+        }
+        Ok(bytes)
+    }
+}
+
+/// Standard marks have two numbers, extended ones five.
+fn mark(bytes: &[u8]) -> Mark {
+    let number = |i: usize| bytes.as_chunks::<4>().0.get(i).map_or(0, |four| u32::from_le_bytes(*four));
+    Mark {
+        encoder: number(0).cast_signed(),
+        status: number(1),
+        timestamp: number(2),
+        pulse: number(3),
+        scan: number(4),
+    }
+}

@@ -1,0 +1,161 @@
+//! iCon files to disk: numbers under a temporary name as they come, the XML last.
+
+use std::fs::{self, File};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::form::{Form, Part};
+use super::{IconError, Light, Mark, Range, Scan, Scatter, SensorImage};
+use crate::whole;
+
+/// A scan that is being written. Without [`ScanWriter::finish`] nothing stays.
+#[derive(Debug)]
+pub struct ScanWriter {
+    form: Form,
+    rows: usize,
+    written: usize,
+    data: PathBuf,
+    partial: PathBuf,
+    file: File,
+}
+
+impl ScanWriter {
+    /// Begins `NAME.dat` for `rows` rows like those of `like`, whose own rows are not written; `name` is NAME, with or
+    /// without one of the two extensions.
+    ///
+    /// # Errors
+    /// Where the place cannot be written.
+    pub fn create(name: &Path, like: &Scan, rows: usize) -> Result<Self, IconError> {
+        let data = paths(name)?.0;
+        let partial = partial(&data);
+        let file = File::create(&partial).map_err(|error| refused(&data, error.to_string()))?;
+        Ok(Self { form: Form::of(like), rows, written: 0, data, partial, file })
+    }
+
+    /// Adds rows.
+    ///
+    /// # Errors
+    /// Where they have another form, are more than were announced, or the disk refuses.
+    pub fn push(&mut self, rows: &Scan) -> Result<(), IconError> {
+        let wrong = |what: String| IconError {
+            place: self.data.display().to_string(),
+            what,
+            remedy: "give whole rows of the scan that was begun".into(),
+        };
+        if Form::of(rows) != self.form {
+            return Err(wrong("these rows have other planes, another width or other traits".into()));
+        }
+        if self.written + rows.rows > self.rows {
+            return Err(wrong(format!("{} rows are too many for {}", self.written + rows.rows, self.rows)));
+        }
+        for plane in &self.form.planes {
+            let bytes = bytes(rows, plane.part);
+            if bytes.len() != rows.rows * plane.line() {
+                return Err(wrong(format!(
+                    "{:?} holds {} bytes, not {}",
+                    plane.part,
+                    bytes.len(),
+                    rows.rows * plane.line()
+                )));
+            }
+            let at = self.rows as u64 * plane.before as u64 + self.written as u64 * plane.line() as u64;
+            let mut put = || {
+                self.file.seek(SeekFrom::Start(at))?;
+                self.file.write_all(&bytes)
+            };
+            put().map_err(|error: std::io::Error| refused(&self.data, error.to_string()))?;
+        }
+        self.written += rows.rows;
+        Ok(())
+    }
+
+    /// Gives both files their names.
+    ///
+    /// # Errors
+    /// Where rows are missing, or the disk refuses.
+    pub fn finish(self) -> Result<(), IconError> {
+        if self.written != self.rows {
+            let what = format!("{} of {} rows were written", self.written, self.rows);
+            return Err(IconError { place: self.data.display().to_string(), what, remedy: "write all rows".into() });
+        }
+        self.file.sync_all().map_err(|error| refused(&self.data, error.to_string()))?;
+        whole::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, no.source.to_string()))?;
+        write_text(&self.data.with_extension("xml"), &self.form.write())
+    }
+}
+
+impl Drop for ScanWriter {
+    fn drop(&mut self) {
+        // After `finish` the name is gone, and nothing is left to remove.
+        let _ = fs::remove_file(&self.partial);
+    }
+}
+
+/// Writes a sensor image as `NAME.dat` and `NAME.xml`.
+///
+/// # Errors
+/// Where the place cannot be written, or the image is not whole rows.
+pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), IconError> {
+    let (data, text) = paths(name)?;
+    if image.cols == 0 || image.dn.len() != image.cols * image.rows {
+        let what = format!("{} numbers are not {} rows of {}", image.dn.len(), image.rows, image.cols);
+        return Err(IconError { place: data.display().to_string(), what, remedy: "give a whole image".into() });
+    }
+    let told = |no: whole::Refused| refused(&data, no.source.to_string());
+    whole::write(&partial(&data), &data, &image.dn).map_err(told)?;
+    write_text(&text, &Form::of_image(image.cols, image.rows, image.offset).write())
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), IconError> {
+    whole::write(&partial(path), path, text.as_bytes()).map_err(|no| refused(path, no.source.to_string()))
+}
+
+/// `NAME.dat` and `NAME.xml`.
+fn paths(name: &Path) -> Result<(PathBuf, PathBuf), IconError> {
+    let bare = match name.extension() {
+        Some(extension) if extension == "dat" || extension == "xml" => name.with_extension(""),
+        _ => name.to_path_buf(),
+    };
+    let Some(last) = bare.file_name().filter(|_| !name.is_dir()) else {
+        return Err(refused(name, "it is a folder".into()));
+    };
+    let side = |extension| bare.with_file_name(format!("{}.{extension}", last.to_string_lossy()));
+    Ok((side("dat"), side("xml")))
+}
+
+fn partial(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".tmp-{}-{name}", std::process::id()))
+}
+
+fn refused(path: &Path, reason: String) -> IconError {
+    let remedy = "make the folder first, or give another name with --out".into();
+    IconError { place: path.display().to_string(), what: format!("it cannot be written: {reason}"), remedy }
+}
+
+/// The bytes of a plane; none where the scan has no such plane.
+fn bytes(scan: &Scan, part: Part) -> Vec<u8> {
+    let words = |words: &[u16]| words.iter().flat_map(|n| n.to_le_bytes()).collect();
+    match part {
+        Part::Range => match &scan.range {
+            Range::Steps(steps) => words(steps),
+            Range::World(heights) => heights.iter().flat_map(|z| z.to_le_bytes()).collect(),
+        },
+        Part::Intensity | Part::Reflectance => match &scan.light {
+            Some(Light::Intensity(dn) | Light::Reflectance(dn)) => dn.clone(),
+            None => Vec::new(),
+        },
+        Part::Scatter => match &scan.scatter {
+            Some(Scatter::Byte(dn)) => dn.clone(),
+            Some(Scatter::Word(sums)) => words(sums),
+            None => Vec::new(),
+        },
+        Part::Mark => scan.marks.iter().flatten().flat_map(mark).collect(),
+        Part::Image | Part::Other => Vec::new(),
+    }
+}
+
+fn mark(mark: &Mark) -> Vec<u8> {
+    let numbers = [mark.encoder.cast_unsigned(), mark.status, mark.timestamp, mark.pulse, mark.scan];
+    numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
+}
