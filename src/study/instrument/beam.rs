@@ -26,7 +26,8 @@ pub fn electrons(bench: &Bench, x: f64, z: f64) -> f64 {
     let lens = camera.distance_mm * DVec3::new(0.0, -sin, cos);
     let way = lens - DVec3::new(x, 0.0, z);
     let (upright, axial) = (way.z / way.length(), way.dot(lens) / (way.length() * lens.length()));
-    let width = camera.pixel_um * 1e-3 * (camera.distance_mm - camera.focal_length_mm - z * cos) / camera.focal_length_mm;
+    let width =
+        camera.pixel_um * 1e-3 * (camera.distance_mm - camera.focal_length_mm - z * cos) / camera.focal_length_mm;
     let pupil = 0.5 * camera.focal_length_mm / camera.f_number;
     let photons = per_mm * end * width * exposure.time_us * 1e-6 * laser.wavelength_nm * 1e-9 / HC;
     photons * pupil * pupil * axial * upright / way.length_squared() * camera.transmission * exposure.quantum_efficiency
@@ -60,4 +61,48 @@ pub fn box_error(bench: &Bench) -> f64 {
         (drawn(x) - (below(x + 0.5) - below(x - 0.5))).abs()
     };
     (0..500).map(off).fold(0.0, f64::max) / drawn(0.0)
+}
+
+/// Height of the laser plane's point seen in a row that lies `up` rows above the middle [mm].
+fn height(bench: &Bench, up: f64) -> f64 {
+    let Plain { f, d, sin, cos, beta, pixel } = plain(bench);
+    // Solved from row = c - v Yc / Zc / cos(beta) / pixel with y = 0.
+    let s = up * pixel * libm::cos(beta);
+    s * (d - f) / (f * sin + s * cos)
+}
+
+/// Rows above the sensor's middle in which the laser plane's height `z` is seen [px].
+pub fn row_up(bench: &Bench, z: f64) -> f64 {
+    let Plain { f, d, sin, cos, beta, pixel } = plain(bench);
+    let (yc, zc) = (z * sin, d - z * cos);
+    let v = f * d / (d - f) / (1.0 - libm::tan(beta) * yc / zc);
+    v * yc / zc / libm::cos(beta) / pixel
+}
+
+/// Height that a row stands for at height `z` [mm].
+pub fn height_per_row(bench: &Bench, z: f64) -> f64 {
+    let up = row_up(bench, z);
+    (height(bench, up + 0.01) - height(bench, up - 0.01)) / 0.02
+}
+
+/// Width of a column at height `z` [mm].
+pub fn column_width(bench: &Bench, z: f64) -> f64 {
+    let Plain { f, d, cos, pixel, .. } = plain(bench);
+    pixel * (d - f - z * cos) / f
+}
+
+struct Plain {
+    f: f64,
+    d: f64,
+    sin: f64,
+    cos: f64,
+    beta: f64,
+    pixel: f64,
+}
+
+fn plain(bench: &Bench) -> Plain {
+    let camera = &bench.camera;
+    let (f, d) = (camera.focal_length_mm, camera.distance_mm);
+    let (sin, cos) = libm::sincos(camera.tilt_deg.to_radians());
+    Plain { f, d, sin, cos, beta: libm::atan(f / (d - f) * cos / sin), pixel: camera.pixel_um * 1e-3 }
 }

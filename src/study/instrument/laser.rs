@@ -12,19 +12,19 @@
 //!
 //! The closed forms stand in [`super::beam`].
 
-use std::f64::consts::PI;
-
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use serde_json::json;
 
 use super::beam::{box_error, electrons, half_width, rows_per_mm};
+use super::laser_line::{BIN, beam, bins, gaussian, half_light, line, mean_line};
 use super::laser_page::draw;
-use super::setup::{BARE, Look, bare, expose_to, gain, plate, scene, shine, stream};
+use super::setup::{BARE, bare, expose_to, plate, scene, shine, stream};
 use super::{Figure, Trials, document, each, repeat, table};
+use crate::optics::camera::rig;
 use crate::optics::parameters::Bench;
 use crate::optics::speckle::Tiles;
-use crate::optics::{CENTRE, ROWS};
 use crate::recipe::Scene;
+use crate::settings::Size;
 use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
 
@@ -33,17 +33,16 @@ pub(super) const HEIGHTS: [f64; 9] = [-50.0, -35.0, -20.0, -5.0, 10.0, 25.0, 40.
 /// Heights at which light is told too [mm].
 const LIT: [usize; 3] = [2, 4, 6];
 /// Exposures averaged for a line, and columns of the plate.
-const EXPOSURES: usize = 8;
+pub(super) const EXPOSURES: usize = 8;
 const COLUMNS: usize = 128;
-/// Columns of the whole sensor, and how many are taken together along the line.
+/// Columns of the whole sensor.
 const SENSOR: usize = 2560;
-const BIN: usize = 40;
 /// Fan whose ends lie on the sensor [deg].
 const NARROW: f64 = 27.0;
 /// Brightest pixel [DN over dark].
 const PEAK: f64 = 170.0;
 
-/// A bench, its name, and what docs/instrument.md or a published budget says a column gets [e-].
+/// A bench and its name.
 type Budget = (&'static str, Bench);
 
 struct Found {
@@ -63,8 +62,8 @@ pub(super) struct Seen {
     pub width: Vec<Estimate>,
     /// x, light and expected light, by default and with a narrow fan [mm, e-, e-].
     pub along: [Vec<(f64, Estimate, f64)>; 2],
-    /// Mean of the line in one height after another, a row a height, over [-0.5, 0.5] mm.
-    pub beam: Vec<(f64, Vec<f64>)>,
+    /// Rows per mm, centre of the line and the mean line at one height after another [px/mm, px, e-].
+    pub beam: Vec<(f64, f64, Vec<f64>)>,
     /// Waist, its height, M^2.
     pub beam_fit: [Estimate; 3],
 }
@@ -77,14 +76,16 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
     let error = 100.0 * box_error(&seen.bench);
     let note = format!(
         "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box differs\n\
-         from it by at most {error:.2} % of the peak. Light of the white plane at z = 0 is {:.0} e- a column by default.",
+         from it by at most {error:.2} % of the peak. Rows sample it: a column's light changes with the line's place between rows\n\
+         by 2 exp(-2 pi^2 sigma^2), 2e-5 on the default bench and 0.3 % at d = 820 mm, where the line is narrower. Light of the white plane at z = 0 is {:.0} e- a column by default.",
         electrons(&seen.bench, 0.0, 0.0)
     );
     let table = table("Laser", trials, &figures, &[&note]);
     let mut json = document("laser", trials, &figures);
     json["height_mm"] = json!(HEIGHTS);
     json["half_width_mm"] = json!(seen.width);
-    json["along"] = seen.along[0].iter().map(|(x, e, t)| json!({ "x_mm": x, "electrons_e": e, "theory_e": t })).collect();
+    json["along"] =
+        seen.along[0].iter().map(|(x, e, t)| json!({ "x_mm": x, "electrons_e": e, "theory_e": t })).collect();
     Report { picture: draw(&seen, &table), table, json }
 }
 
@@ -119,69 +120,6 @@ fn white(columns: usize) -> Scene {
     scene
 }
 
-/// The line in sensor rows, mean over all columns of some exposures less the same without light, `[ROWS]` [e-]; with
-/// the rows about `CENTRE` that each column's light is summed over if it is asked for.
-fn line(scene: &Scene, body: &procedural::Body, tiles: &Tiles) -> (i32, Vec<Vec<f64>>) {
-    let profiles = BARE..BARE + EXPOSURES;
-    let mut dark = scene.clone();
-    // As little light as there may be, other noise, the same fixed pattern.
-    (dark.bench.laser.power_mw, dark.bench.exposure.time_us) = (0.01, 0.1);
-    let lit = Look::at(scene, body.clone(), tiles, profiles.clone());
-    let unlit = Look::at(&dark, body.clone(), tiles, profiles.start + EXPOSURES..profiles.end + EXPOSURES);
-    let scale = 1.0 / (gain(scene) * EXPOSURES as f64);
-    let columns = scene.size.columns;
-    let mut sum = vec![vec![0.0; columns]; ROWS];
-    let mut first = 0;
-    for profile in profiles {
-        let (bright, dark) = (lit.frame(profile), unlit.frame(profile + EXPOSURES));
-        first = bright.first_row[columns / 2];
-        for (k, row) in sum.iter_mut().enumerate() {
-            for (c, sum) in row.iter_mut().enumerate() {
-                let at = k * columns + c;
-                *sum += scale * (f64::from(bright.dn[at]) - f64::from(dark.dn[at]));
-            }
-        }
-    }
-    (first, sum)
-}
-
-/// Light, centre and standard deviation of a Gaussian by least squares (Gauss and Newton) [e-, px, px].
-fn gaussian(line: &[f64]) -> [f64; 3] {
-    let peak = (0..line.len()).max_by(|&a, &b| line[a].total_cmp(&line[b])).unwrap_or(0);
-    let mut p = [2.5 * line[peak], peak as f64, 1.0];
-    for _ in 0..30 {
-        let (mut m, mut r) = ([[0.0; 3]; 3], [0.0; 3]);
-        for (k, value) in line.iter().enumerate() {
-            let t = (k as f64 - p[1]) / p[2];
-            let shape = libm::exp(-0.5 * t * t) / ((2.0 * PI).sqrt() * p[2]);
-            let slope = [shape, p[0] * shape * t / p[2], p[0] * shape * (t * t - 1.0) / p[2]];
-            for i in 0..3 {
-                r[i] += slope[i] * (value - p[0] * shape);
-                for j in 0..3 {
-                    m[i][j] += slope[i] * slope[j];
-                }
-            }
-        }
-        let matrix = DMat3::from_cols_array_2d(&m);
-        let step = matrix.inverse() * DVec3::from_array(r);
-        p = [p[0] + step.x, p[1] + step.y, (p[2] + step.z).clamp(0.3, 8.0)];
-    }
-    p
-}
-
-/// Mean over columns.
-fn mean_line(line: &[Vec<f64>]) -> Vec<f64> {
-    line.iter().map(|row| row.iter().sum::<f64>() / row.len() as f64).collect()
-}
-
-/// Light of each bin of columns: rows about the middle that hold it all [e-].
-fn bins(line: &[Vec<f64>]) -> Vec<f64> {
-    let rows = &line[CENTRE - 8..=CENTRE + 8];
-    let column = |c: usize| rows.iter().map(|row| row[c]).sum::<f64>();
-    let bin = line[0].len().min(BIN);
-    (0..line[0].len() / bin).map(|b| (b * bin..(b + 1) * bin).map(column).sum::<f64>() / bin as f64).collect()
-}
-
 /// A scene over the metal plate at a height.
 fn at_height(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
@@ -197,7 +135,7 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
     for (i, z) in HEIGHTS.into_iter().enumerate() {
         let (mut scene, body) = at_height(z, tiles);
         scene.stream = own.child("height").index(i as u64);
-        let [all, _, sigma] = gaussian(&mean_line(&line(&scene, &body, tiles).1));
+        let [all, _, sigma] = gaussian(&mean_line(&line(&scene, &body, tiles)));
         let camera = &scene.bench.camera;
         let lens = (camera.blur_um / camera.pixel_um).powi(2) + 1.0 / 12.0;
         width.push(2.0 * (sigma * sigma - lens).max(0.0).sqrt() / rows_per_mm(&scene.bench, &scene.size, z));
@@ -224,51 +162,22 @@ fn exposed(scene: Scene, tiles: &Tiles) -> Vec<Vec<f64>> {
     let mut short = scene.clone();
     expose_to(&mut short, &bare(), tiles, BARE, PEAK);
     let scale = scene.bench.exposure.time_us / short.bench.exposure.time_us;
-    let (_, mut line) = line(&short, &bare(), tiles);
+    let mut line = line(&short, &bare(), tiles);
     line.iter_mut().flatten().for_each(|light| *light *= scale);
     line
 }
 
-/// Waist, its height and M^2 from the parabola w^2 = a + b z + c z^2 through measured widths [mm, mm, 1].
-fn beam(width: &[f64], wavelength_nm: f64) -> [f64; 3] {
-    let (mut m, mut r) = ([[0.0; 3]; 3], DVec3::ZERO);
-    for (z, w) in HEIGHTS.into_iter().zip(width) {
-        let (terms, weight) = (DVec3::new(1.0, z, z * z), w.powi(-4));
-        r += weight * w * w * terms;
-        for (i, column) in m.iter_mut().enumerate() {
-            for (j, entry) in column.iter_mut().enumerate() {
-                *entry += weight * terms[i] * terms[j];
-            }
-        }
-    }
-    let p = DMat3::from_cols_array_2d(&m).inverse() * r;
-    let least = p.x - p.y * p.y / (4.0 * p.z);
-    let rayleigh = (least / p.z).sqrt();
-    [least.sqrt(), -0.5 * p.y / p.z, PI * least / (rayleigh * wavelength_nm * 1e-6)]
-}
-
-/// Distance from the middle at which the light along the line is half of what an even line has there [mm].
-fn half_light(bins: &[f64], bench: &Bench) -> f64 {
-    let mut even = *bench;
-    even.laser.fan_angle_deg = 60.0;
-    let share = |i: usize| bins[i] / electrons(&even, place(i, bench), 0.0);
-    let full = share(bins.len() / 2);
-    let ends = [1.0, -1.0].map(|side| {
-        let at = |i: usize| if side > 0.0 { bins.len() / 2 + i } else { bins.len() / 2 - 1 - i };
-        let i = (1..bins.len() / 2).find(|&i| share(at(i)) < 0.5 * full).unwrap_or(1);
-        let (near, far) = (share(at(i - 1)), share(at(i)));
-        let t = (near - 0.5 * full) / (near - far);
-        let (from, to) = (place(at(i - 1), bench).abs(), place(at(i), bench).abs());
-        from + t * (to - from)
-    });
-    0.5 * (ends[0] + ends[1])
+/// Mean of the closed form over the columns of a bin [e-].
+fn binned(bench: &Bench, bin: usize) -> f64 {
+    let pitch = (place(1, bench) - place(0, bench)) / BIN as f64;
+    let first = place(bin, bench) - 0.5 * (BIN as f64 - 1.0) * pitch;
+    (0..BIN).map(|i| electrons(bench, first + i as f64 * pitch, 0.0)).sum::<f64>() / BIN as f64
 }
 
 /// Middle of a bin along the line on the plane z = 0 [mm].
 fn place(bin: usize, bench: &Bench) -> f64 {
-    let mut one = white(SENSOR);
-    one.bench = *bench;
-    crate::optics::camera::rig(bench, &one.size).along((bin * BIN) as f64 + 0.5 * (BIN as f64 - 1.0), 0.0)
+    let size = Size { columns: SENSOR, rows: 1, profiles: 1 };
+    rig(bench, &size).along((bin * BIN) as f64 + 0.5 * (BIN as f64 - 1.0), 0.0)
 }
 
 fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
@@ -283,18 +192,20 @@ fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
     }
     let mut narrow = bench;
     narrow.laser.fan_angle_deg = NARROW;
-    let end = bench.laser.fan_height_mm * libm::tan(0.5 * NARROW.to_radians());
+    let at = |bin: usize| place(bin, &bench);
+    let expected: Vec<f64> = (0..SENSOR / BIN).map(|bin| binned(&narrow, bin)).collect();
     figures.push(Figure::of(
         &format!("half light of a {NARROW:.0} deg fan at [mm]"),
-        &each(found, |f| half_light(&f.along[1], &bench)),
-        end,
+        &each(found, |f| half_light(&f.along[1], &bench, at)),
+        half_light(&expected, &bench, at),
     ));
     let last = SENSOR / BIN - 1;
-    let edge = |light: &dyn Fn(usize) -> f64| 0.5 * (light(0) + light(last)) / (0.5 * (light(last / 2) + light(last / 2 + 1)));
+    let edge =
+        |light: &dyn Fn(usize) -> f64| 0.5 * (light(0) + light(last)) / (0.5 * (light(last / 2) + light(last / 2 + 1)));
     figures.push(Figure::of(
         "ends of the line over its middle, 45 deg fan [1]",
         &each(found, |f| edge(&|i| f.along[0][i])),
-        edge(&|i| electrons(&bench, place(i, &bench), 0.0)),
+        edge(&|i| binned(&bench, i)),
     ));
     for (i, (name, bench)) in budgets().into_iter().enumerate() {
         let name = format!("white, z = 0, {name} [e-]");
@@ -310,12 +221,13 @@ fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
     }
     let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
     let along = [(0, bench), (1, narrow)].map(|(which, bench)| {
-        let bin = |i: usize| (place(i, &bench), estimate(&|f| f.along[which][i]), electrons(&bench, place(i, &bench), 0.0));
+        let bin = |i: usize| (place(i, &bench), estimate(&|f| f.along[which][i]), binned(&bench, i));
         (0..=last).map(bin).collect()
     });
     let beam = HEIGHTS.into_iter().map(|z| {
         let (scene, body) = at_height(z, tiles);
-        (rows_per_mm(&scene.bench, &scene.size, z), mean_line(&line(&scene, &body, tiles).1))
+        let line = mean_line(&line(&scene, &body, tiles));
+        (rows_per_mm(&scene.bench, &scene.size, z), gaussian(&line)[1], line)
     });
     let seen = Seen {
         bench,

@@ -33,9 +33,9 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     let (x, y) = corner(0, 0);
     let [waist, place, quality] = seen.beam_fit;
     let words = [
-        format!("waist   {:.4} +- {:.4} mm, set {}", waist.value, waist.error, bench.laser.waist_mm),
-        format!("height  {:.2} +- {:.2} mm, set {}", place.value, place.error, bench.laser.waist_height_mm),
-        format!("M^2     {:.3} +- {:.3}, set {}", quality.value, quality.error, bench.laser.m_squared),
+        format!("waist   {:.5} +- {:.5} mm, set {}", waist.value, waist.error, bench.laser.waist_mm),
+        format!("height  {:.3} +- {:.3} mm, set {}", place.value, place.error, bench.laser.waist_height_mm),
+        format!("M^2     {:.4} +- {:.4}, set {}", quality.value, quality.error, bench.laser.m_squared),
     ];
     for (i, words) in words.iter().enumerate() {
         page.words_in(x + 190, y + 240 + 16 * i as u32, words, BLUE);
@@ -60,7 +60,11 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     );
     along.draw(&mut page, corner(0, 1), CHART);
     let (x, y) = corner(0, 1);
-    legend(&mut page, (x + 180, y + 240), &[(BLUE, "fan of 45 deg, the default"), (ORANGE, "fan of 27 deg, its ends in sight")]);
+    legend(
+        &mut page,
+        (x + 180, y + 240),
+        &[(BLUE, "fan of 45 deg, the default"), (ORANGE, "fan of 27 deg, its ends in sight")],
+    );
 
     let off = seen.along[0].iter().map(|(x, e, t)| (*x, 100.0 * (e.value / t - 1.0), 100.0 * e.error / t));
     let even = chart(
@@ -81,9 +85,7 @@ fn caustic(page: &mut crate::drawing::Page, (left, top): (u32, u32), (width, hei
     let (low, high) = (HEIGHTS[0], HEIGHTS[HEIGHTS.len() - 1]);
     let z = |px: f64| low + px / f64::from(width) * (high - low);
     let at = |which: usize, mm: f64| {
-        let (rows_per_mm, line) = &seen.beam[which];
-        let sum: f64 = line.iter().sum();
-        let centre = line.iter().enumerate().map(|(k, v)| k as f64 * v).sum::<f64>() / sum;
+        let (rows_per_mm, centre, line) = &seen.beam[which];
         let place = (centre + mm * rows_per_mm).clamp(0.0, line.len() as f64 - 2.0);
         let (k, t) = (place as usize, place.fract());
         // A cubic through four rows: straight pieces would show the rows' own grid.

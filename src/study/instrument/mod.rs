@@ -10,8 +10,10 @@
 //! cannot be blamed; what counts as far is divided by the number of figures of the table (Bonferroni).
 
 pub mod beam;
+pub mod centre;
 pub mod chance;
 pub mod laser;
+mod laser_line;
 mod laser_page;
 mod page;
 pub mod pattern;
@@ -19,6 +21,7 @@ pub mod sensor;
 mod sensor_page;
 mod setup;
 pub mod speckle;
+mod speckle_look;
 mod speckle_page;
 pub mod triangulation;
 mod triangulation_page;
@@ -107,7 +110,13 @@ fn table(title: &str, trials: Trials, figures: &[Figure], notes: &[&str]) -> Str
                 figure.z()
             )
         } else {
-            format!("  {:wide$} {value:>11.digits$} {:>11} {:>10} {:>6}{mark}\n", figure.name, "", "", told(figure.chance))
+            format!(
+                "  {:wide$} {value:>11.digits$} {:>11} {:>10} {:>6}{mark}\n",
+                figure.name,
+                "",
+                "",
+                told(figure.chance)
+            )
         };
     }
     text += &format!(

@@ -204,14 +204,26 @@ fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<
     let pixel = exposure.dark_noise_dn.powi(2) - staying;
     let mut figures = vec![
         Figure::of("gain K, slope of variance over mean [DN/e-]", &gains, k),
-        Figure::of("full well, (255 - dark) / K [e-]", &each(&gains, |g| (255.0 - exposure.dark_level_dn) / g), exposure.full_well_e),
-        Figure::of("noise in time without light [DN]", &each(found, |f| f.levels[0][1].sqrt()), (in_time + k * k * electrons(0)).sqrt()),
+        Figure::of(
+            "full well, (255 - dark) / K [e-]",
+            &each(&gains, |g| (255.0 - exposure.dark_level_dn) / g),
+            exposure.full_well_e,
+        ),
+        Figure::of(
+            "noise in time without light [DN]",
+            &each(found, |f| f.levels[0][1].sqrt()),
+            (in_time + k * k * electrons(0)).sqrt(),
+        ),
         Figure::of("response, slope of mean over electrons [DN/e-]", &each(found, |f| response(f)[1]), k),
         Figure::of("bend of the response, % of its range", &each(found, bend), 0.0),
         Figure::of("row noise, new each exposure [DN]", &each(found, spread(1)), exposure.row_noise_dn),
         Figure::of("row pattern that stays [DN]", &each(found, spread(2)), exposure.row_pattern_dn),
         Figure::of("pixel in its row, dark [DN]", &each(found, spread(0)), pixel.sqrt()),
-        Figure::of("row means' variance ratio", &each(found, |f| f.dark[0].ratio), 1.0 + staying * COLUMNS as f64 / pixel),
+        Figure::of(
+            "row means' variance ratio",
+            &each(found, |f| f.dark[0].ratio),
+            1.0 + staying * COLUMNS as f64 / pixel,
+        ),
         Figure::of("row means' variance ratio, row noise off", &each(found, |f| f.dark[1].ratio), 1.0),
         Figure::of("pixel, row noise off [DN^2]", &each(found, row(1, 0)), exposure.dark_noise_dn.powi(2)),
     ];
@@ -233,9 +245,8 @@ fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<
         scene.stream = stream("sensor", trials, 0).child("dark");
         dark_frames(&mut scene, rows, tiles).swap_remove(0)
     });
-    let spectra = [0, 1].map(|on| {
-        (0..=COLUMNS / 2).map(|i| estimate(&|f: &Found| f.dark[on].spectrum[i]).value).collect()
-    });
+    let spectra =
+        [0, 1].map(|on| (0..=COLUMNS / 2).map(|i| estimate(&|f: &Found| f.dark[on].spectrum[i]).value).collect());
     let seen = Seen {
         levels: levels.collect(),
         expected: curve.collect(),

@@ -122,7 +122,8 @@ impl Look {
             let first = tile.first_col;
             whole.first_row[first..first + tile.cols].copy_from_slice(&tile.first_row);
             for k in 0..ROWS {
-                whole.dn[k * self.columns + first..][..tile.cols].copy_from_slice(&tile.dn[k * tile.cols..][..tile.cols]);
+                whole.dn[k * self.columns + first..][..tile.cols]
+                    .copy_from_slice(&tile.dn[k * tile.cols..][..tile.cols]);
             }
         }
         whole

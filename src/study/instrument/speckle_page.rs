@@ -2,7 +2,6 @@
 
 use image::{Rgb, RgbImage};
 
-use super::chance::gamma_density;
 use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
 use super::pattern::Correlation;
 use super::speckle::{LAGS, PIXELS, STRENGTHS, Seen, WAISTS};
@@ -30,22 +29,31 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     contrast.draw(&mut page, corner(0, 0), CHART);
     let (x, y) = corner(0, 0);
     let own = PIXELS.iter().position(|pixel| *pixel == 6.0).map_or(0.0, |i| seen.contrast[i].value);
-    page.words_in(x + 200, y + 250, &format!("the sensor's own 6 um: {own:.4}, theory {:.4}", seen.own.contrast()), BLUE);
+    page.words_in(
+        x + 200,
+        y + 250,
+        &format!("the sensor's own 6 um: {own:.4}, theory {:.4}", seen.own.contrast()),
+        BLUE,
+    );
 
     let mut series = Vec::new();
-    for (i, (values, shape)) in seen.laws.iter().enumerate() {
-        series.push(curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, gamma_density(*shape, v)))));
+    for (i, (values, law)) in seen.laws.iter().enumerate() {
+        series.push(curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
         series.push(marks(COLOURS[i], histogram(values).into_iter()));
     }
     let laws = chart(
-        "Law of one pixel: histograms and gamma laws",
+        "Law of one pixel: histograms, and sums of exponential parts",
         Axis::even("light over its mean", 0.0, 3.0),
         Axis::even("density", 0.0, 3.0),
         series,
     );
     laws.draw(&mut page, corner(1, 0), CHART);
     let (x, y) = corner(1, 0);
-    let entries = [(PURPLE, "surface, 1.2 um: nearly exponential"), (BLUE, "surface, 6 um"), (ORANGE, "below, 6 um: mean of four")];
+    let entries = [
+        (PURPLE, "surface, 1.2 um: nearly exponential"),
+        (BLUE, "surface, 6 um"),
+        (ORANGE, "below, 6 um: mean of four"),
+    ];
     legend(&mut page, (x + 260, y + 60), &entries);
 
     let lags = |way: usize| {
@@ -67,7 +75,8 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     let (x, y) = corner(0, 1);
     legend(&mut page, (x + 380, y + 60), &[(BLUE, "along columns"), (ORANGE, "along rows")]);
 
-    let apart = |n: usize| seen.profiles.iter().filter(move |(_, _, m)| *m == n).map(|(lag, c, _)| (*lag, c.value, c.error));
+    let apart =
+        |n: usize| seen.profiles.iter().filter(move |(_, _, m)| *m == n).map(|(lag, c, _)| (*lag, c.value, c.error));
     let mut series = vec![curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, seen.own.at(lag))))];
     series.extend((1..=5).map(|n| marks(COLOURS[n - 1], apart(n))));
     let moved = chart(
@@ -103,8 +112,10 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     );
     centre.draw(&mut page, corner(0, 2), CHART);
     let (x, y) = corner(0, 2);
-    let entries: Vec<String> = STRENGTHS.iter().map(|s| format!("contrast {:.3}; line: sum over rows", s * seen.own.contrast())).collect();
-    let mut entries: Vec<_> = COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).rev().collect();
+    let entries: Vec<String> =
+        STRENGTHS.iter().map(|s| format!("contrast {:.3}; line: sum over rows", s * seen.own.contrast())).collect();
+    let mut entries: Vec<_> =
+        COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).rev().collect();
     entries.retain(|(_, words)| !words.is_empty());
     entries.push((GREY, "C sqrt(sigma L_c / (4 sqrt(pi)))"));
     legend(&mut page, (x + 64, y + 56), &entries);
@@ -120,7 +131,8 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
 
 /// 64 by 64 pixels of a pattern, four pixels of the page each.
 fn cut(page: &mut Page, (left, top): (u32, u32), pattern: &[f64]) {
-    let picture = RgbImage::from_fn(256, 256, |px, py| viridis((pattern[py as usize / 4 * TILE + px as usize / 4] / 3.0) as f32));
+    let picture =
+        RgbImage::from_fn(256, 256, |px, py| viridis((pattern[py as usize / 4 * TILE + px as usize / 4] / 3.0) as f32));
     page.picture(left, top, &picture);
 }
 

@@ -1,6 +1,6 @@
 //! Range on flat targets: whether it is right, how it spreads, and the scales of rows and columns.
 //!
-//! Metal plates, level and tilted along each axis, and level white ceramic, go the production's way from body to Range
+//! Metal plates, level and tilted along each axis, and level white ceramic, go production's way from body to Range
 //! map. The truth is the plane itself. Expected spread of the centre of gravity over rows k with light I_k [DN], to first
 //! order in noise:
 //!
@@ -15,6 +15,8 @@ use glam::DVec2;
 use procedural::Body;
 use serde_json::json;
 
+use super::beam::{column_width, height_per_row, row_up};
+use super::centre::spread;
 use super::pattern::Correlation;
 use super::setup::{Look, ceramic, expose_to, gain, plate, scene, stream};
 use super::{Figure, Trials, document, each, moments, repeat, table, triangulation_page};
@@ -37,6 +39,8 @@ const COLUMNS: usize = 256;
 const PROFILES: usize = 40;
 const EDGE: usize = 4;
 const CERAMIC_EDGE: usize = 40;
+/// Profiles of the map that is drawn.
+const MAPPED: usize = 112;
 /// Brightest pixel [DN over dark].
 const PEAK: f64 = 185.0;
 
@@ -93,50 +97,6 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
     Report { picture: triangulation_page::draw(&seen, &table), table, json }
 }
 
-/// Height of the laser plane's point seen in a row that lies `up` rows above the middle [mm].
-fn height(bench: &Bench, up: f64) -> f64 {
-    let Plain { f, d, sin, cos, beta, pixel } = plain(bench);
-    // Solved from row = c - v Yc / Zc / cos(beta) / pixel with y = 0.
-    let s = up * pixel * libm::cos(beta);
-    s * (d - f) / (f * sin + s * cos)
-}
-
-/// Rows above the sensor's middle in which the laser plane's height `z` is seen [px].
-pub fn row_up(bench: &Bench, z: f64) -> f64 {
-    let Plain { f, d, sin, cos, beta, pixel } = plain(bench);
-    let (yc, zc) = (z * sin, d - z * cos);
-    let v = f * d / (d - f) / (1.0 - libm::tan(beta) * yc / zc);
-    v * yc / zc / libm::cos(beta) / pixel
-}
-
-/// Height that a row stands for at height `z` [mm].
-pub fn height_per_row(bench: &Bench, z: f64) -> f64 {
-    let up = row_up(bench, z);
-    (height(bench, up + 0.01) - height(bench, up - 0.01)) / 0.02
-}
-
-/// Width of a column at height `z` [mm].
-pub fn column_width(bench: &Bench, z: f64) -> f64 {
-    let Plain { f, d, cos, pixel, .. } = plain(bench);
-    pixel * (d - f - z * cos) / f
-}
-
-struct Plain {
-    f: f64,
-    d: f64,
-    sin: f64,
-    cos: f64,
-    beta: f64,
-    pixel: f64,
-}
-
-fn plain(bench: &Bench) -> Plain {
-    let camera = &bench.camera;
-    let (f, d) = (camera.focal_length_mm, camera.distance_mm);
-    let (sin, cos) = libm::sincos(camera.tilt_deg.to_radians());
-    Plain { f, d, sin, cos, beta: libm::atan(f / (d - f) * cos / sin), pixel: camera.pixel_um * 1e-3 }
-}
-
 /// A scene over a plate of metal without speckle, or of ceramic with it.
 fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Scene {
     let edge = if speckle { CERAMIC_EDGE } else { EDGE };
@@ -149,9 +109,8 @@ fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Sc
 }
 
 /// Range less truth away from the front edge, `[profiles, columns]` [um].
-fn errors(scene: &Scene, body: Body, tiles: &Tiles, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
+fn errors(scene: &Scene, body: Body, edge: usize, tiles: &Tiles, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
     let record = pipeline::render_body(scene, body, tiles, &|_| ());
-    let edge = scene.size.profiles - PROFILES;
     let (bench, middle) = (&scene.bench, 0.5 * (COLUMNS as f64 - 1.0));
     let (mut errors, mut over, mut under) = (Vec::new(), 0.0, 0.0);
     for profile in edge..scene.size.profiles {
@@ -172,7 +131,7 @@ fn errors(scene: &Scene, body: Body, tiles: &Tiles, plane: (f64, DVec2)) -> (Vec
 }
 
 fn told(scene: &Scene, body: Body, tiles: &Tiles, plane: (f64, DVec2)) -> Plate {
-    let (errors, scale) = errors(scene, body, tiles, plane);
+    let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
     let (error, variance) = moments(errors.iter().copied());
     Plate { error, spread: variance.sqrt(), scale }
 }
@@ -236,20 +195,6 @@ fn expected(scene: &Scene, body: &Body, tiles: &Tiles, contrast: f64, correlatio
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-/// Variance of the centre of gravity of a line over `reach` rows beside its peak, to first order [px^2].
-pub(super) fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, correlation: &Correlation) -> f64 {
-    let peak = (0..line.len()).max_by(|&a, &b| line[a].total_cmp(&line[b])).unwrap_or(0);
-    let rows = peak.saturating_sub(reach)..(peak + reach + 1).min(line.len());
-    let sum: f64 = line[rows.clone()].iter().sum();
-    let centre = rows.clone().map(|k| k as f64 * line[k]).sum::<f64>() / sum;
-    let arm = |k: usize| k as f64 - centre;
-    let noise: f64 = rows.clone().map(|k| arm(k).powi(2) * (still + shot * line[k])).sum();
-    let pairs = rows.clone().flat_map(|k| rows.clone().map(move |l| (k, l)));
-    let grains: f64 =
-        pairs.map(|(k, l)| arm(k) * arm(l) * line[k] * line[l] * correlation.at(k.abs_diff(l) as f64)).sum();
-    (noise + contrast * contrast * grains) / (sum * sum)
-}
-
 fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
     let own = stream("triangulation", trials, 0);
     let bench = scene(own, COLUMNS, 1).bench;
@@ -265,7 +210,11 @@ fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen
     for (slope, name) in names.iter().enumerate() {
         for i in SHOWN {
             let z = HEIGHTS[i];
-            figures.push(Figure::of(&format!("{name}, {z:.0} mm: mean error [um]"), &each(found, |f| f.plates[slope][i].error), 0.0));
+            figures.push(Figure::of(
+                &format!("{name}, {z:.0} mm: mean error [um]"),
+                &each(found, |f| f.plates[slope][i].error),
+                0.0,
+            ));
         }
     }
     for i in SHOWN {
@@ -278,12 +227,22 @@ fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen
         let scene = set(own, &body, true, tiles);
         let contrast = f64::from(Look::at(&scene, body.clone(), tiles, 0..1).sensor.speckle_contrast()[1]);
         let theory = expected(&scene, &body, tiles, contrast, &correlation);
-        figures.push(Figure::of(&format!("ceramic, {z:.0} mm: mean error [um]"), &each(found, |f| f.ceramic[place].error), 0.0));
-        figures.push(Figure::of(&format!("ceramic, {z:.0} mm: spread, speckle too [um]"), &each(found, |f| f.ceramic[place].spread), theory));
+        figures.push(Figure::of(
+            &format!("ceramic, {z:.0} mm: mean error [um]"),
+            &each(found, |f| f.ceramic[place].error),
+            0.0,
+        ));
+        figures.push(Figure::of(
+            &format!("ceramic, {z:.0} mm: spread, speckle too [um]"),
+            &each(found, |f| f.ceramic[place].spread),
+            theory,
+        ));
         white.push((Estimate::of(each(found, |f| f.ceramic[place].spread).iter().copied()), theory));
     }
     let pitch = |i: usize| move |f: &Found| 1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (f.rows[i + 1] - f.rows[i]);
-    let truth = |i: usize| 1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (row_up(&bench, HEIGHTS[i + 1]) - row_up(&bench, HEIGHTS[i]));
+    let truth = |i: usize| {
+        1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (row_up(&bench, HEIGHTS[i + 1]) - row_up(&bench, HEIGHTS[i]))
+    };
     for i in [0, 3, 6] {
         let name = format!("height of a row, {:.0} to {:.0} mm [um]", HEIGHTS[i], HEIGHTS[i + 1]);
         figures.push(Figure::of(&name, &each(found, pitch(i)), truth(i)));
@@ -295,10 +254,13 @@ fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen
     }
     let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
     let all = |number: &dyn Fn(&Plate) -> f64| {
-        (0..SLOPES.len()).map(|s| (0..HEIGHTS.len()).map(|i| estimate(&|f| number(&f.plates[s][i]))).collect()).collect()
+        (0..SLOPES.len())
+            .map(|s| (0..HEIGHTS.len()).map(|i| estimate(&|f| number(&f.plates[s][i]))).collect())
+            .collect()
     };
     let body = ceramic(23.0);
-    let map_scene = set(own.child("map"), &body, true, tiles);
+    let mut map_scene = set(own.child("map"), &body, true, tiles);
+    map_scene.size.profiles = CERAMIC_EDGE + MAPPED;
     let seen = Seen {
         bench,
         error: all(&|p| p.error),
@@ -307,7 +269,7 @@ fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen
         ceramic: white,
         row_um: (0..HEIGHTS.len() - 1).map(|i| (0.5 * (HEIGHTS[i] + HEIGHTS[i + 1]), estimate(&pitch(i)))).collect(),
         column_um: (0..HEIGHTS.len()).map(|i| (HEIGHTS[i], estimate(&width(i)))).collect(),
-        map: (COLUMNS, errors(&map_scene, body, tiles, (23.0, DVec2::ZERO)).0),
+        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE, tiles, (23.0, DVec2::ZERO)).0),
     };
     (figures, seen)
 }

@@ -2,8 +2,9 @@
 
 use image::{Rgb, RgbImage};
 
+use super::beam::{column_width, height_per_row};
 use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
-use super::triangulation::{HEIGHTS, SHOWN, Seen, column_width, height_per_row};
+use super::triangulation::{HEIGHTS, SHOWN, Seen};
 use crate::drawing::{MARGIN, Page};
 use crate::study::chart::Axis;
 
@@ -65,7 +66,11 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     );
     scales.draw(&mut page, corner(0, 1), CHART);
     let (x, y) = corner(0, 1);
-    legend(&mut page, (x + 270, y + 180), &[(BLUE, "height of a row, level plates"), (ORANGE, "width of a column, dz/dx = 0.15")]);
+    legend(
+        &mut page,
+        (x + 270, y + 180),
+        &[(BLUE, "height of a row, level plates"), (ORANGE, "width of a column, dz/dx = 0.15")],
+    );
 
     let (x, y) = corner(1, 1);
     page.words(x, y + 12, "Range less truth on level ceramic at 23 mm, speckle and noise");
