@@ -12,6 +12,8 @@
 //!
 //! The closed forms stand in [`super::beam`].
 
+use std::f64::consts::PI;
+
 use glam::{DVec3, Vec3};
 use serde_json::json;
 
@@ -56,14 +58,26 @@ struct Found {
     budgets: Vec<f64>,
 }
 
+/// The mean line at a height.
+pub(super) struct Beam {
+    /// Rows per mm [px/mm].
+    pub rows_per_mm: f64,
+    /// Where its Gaussian has its middle [px].
+    pub centre: f64,
+    /// Top of its Gaussian [e-].
+    pub peak: f64,
+    /// Light of each row of the window [e-].
+    pub line: Vec<f64>,
+}
+
 /// Everything that the picture shows.
 pub(super) struct Seen {
     pub bench: Bench,
     pub width: Vec<Estimate>,
     /// x, light and expected light, by default and with a narrow fan [mm, e-, e-].
     pub along: [Vec<(f64, Estimate, f64)>; 2],
-    /// Rows per mm, centre of the line and the mean line at one height after another [px/mm, px, e-].
-    pub beam: Vec<(f64, f64, Vec<f64>)>,
+    /// The line at one height after another.
+    pub beam: Vec<Beam>,
     /// Waist, its height, M^2.
     pub beam_fit: [Estimate; 3],
 }
@@ -77,7 +91,8 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
     let note = format!(
         "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box differs\n\
          from it by at most {error:.2} % of the peak. Rows sample it: a column's light changes with the line's place between rows\n\
-         by 2 exp(-2 pi^2 sigma^2), 2e-5 on the default bench and 0.3 % at d = 820 mm, where the line is narrower. Light of the white plane at z = 0 is {:.0} e- a column by default.",
+         by 2 exp(-2 pi^2 sigma^2), 2e-5 on the default bench and 0.3 % at d = 820 mm, where the line is narrower.\n\
+         Light of the white plane at z = 0 is {:.0} e- a column by default.",
         electrons(&seen.bench, 0.0, 0.0)
     );
     let table = table("Laser", trials, &figures, &[&note]);
@@ -227,7 +242,9 @@ fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
     let beam = HEIGHTS.into_iter().map(|z| {
         let (scene, body) = at_height(z, tiles);
         let line = mean_line(&line(&scene, &body, tiles));
-        (rows_per_mm(&scene.bench, &scene.size, z), gaussian(&line)[1], line)
+        let [light, centre, sigma] = gaussian(&line);
+        let peak = light / ((2.0 * PI).sqrt() * sigma);
+        Beam { rows_per_mm: rows_per_mm(&scene.bench, &scene.size, z), centre, peak, line }
     });
     let seen = Seen {
         bench,

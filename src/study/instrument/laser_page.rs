@@ -1,15 +1,19 @@
 //! The picture of the study of the laser.
 
+use std::f64::consts::PI;
+
 use image::RgbImage;
 
 use super::beam::{electrons, half_width};
-use super::laser::{HEIGHTS, Seen};
+use super::laser::{Beam, HEIGHTS, Seen};
 use super::page::{BLUE, CHART, GREY, ORANGE, chart, corner, curve, legend, marks, page};
 use crate::drawing::{MARGIN, viridis};
 use crate::study::chart::Axis;
 
 /// How far the line is shown on either side [mm].
 const REACH_MM: f64 = 0.4;
+/// Rows on either side that a point between rows is made of.
+const LOBES: f64 = 5.0;
 
 pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     let bench = &seen.bench;
@@ -85,14 +89,13 @@ fn caustic(page: &mut crate::drawing::Page, (left, top): (u32, u32), (width, hei
     let (low, high) = (HEIGHTS[0], HEIGHTS[HEIGHTS.len() - 1]);
     let z = |px: f64| low + px / f64::from(width) * (high - low);
     let at = |which: usize, mm: f64| {
-        let (rows_per_mm, centre, line) = &seen.beam[which];
-        let place = (centre + mm * rows_per_mm).clamp(0.0, line.len() as f64 - 2.0);
-        let (k, t) = (place as usize, place.fract());
-        // A cubic through four rows: straight pieces would show the rows' own grid.
-        let v = |i: isize| line[(k as isize + i).clamp(0, line.len() as isize - 1) as usize];
-        let (a, b, c, d) = (v(-1), v(0), v(1), v(2));
-        let cubic = b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)));
-        cubic / line.iter().fold(0.0, |m: f64, v| m.max(*v))
+        let Beam { rows_per_mm, centre, peak, line } = &seen.beam[which];
+        let place = centre + mm * rows_per_mm;
+        // Lanczos: straight pieces or cubics would show the rows' own grid.
+        let wave = |x: f64| if x.abs() < 1e-9 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
+        let lobe = |x: f64| if x.abs() < LOBES { wave(x) * wave(x / LOBES) } else { 0.0 };
+        let value: f64 = line.iter().enumerate().map(|(k, v)| v * lobe(place - k as f64)).sum();
+        value / peak
     };
     let picture = RgbImage::from_fn(width, height, |px, py| {
         let mm = REACH_MM * (1.0 - 2.0 * (f64::from(py) + 0.5) / f64::from(height));
