@@ -5,8 +5,8 @@
 //! - [`profile`]: one profile of a recipe's sample
 //! - [`instrument`]: triangulation, sensor, speckle, laser
 //!
-//! A study of light inside matter walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question stands in it with its
-//! reason.
+//! A study of light inside matter walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question
+//! stands in it with its reason.
 
 pub mod by;
 mod chart;

@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde_json::json;
 
 use super::beam::{box_error, electrons, half_width, rows_per_mm};
@@ -182,6 +182,19 @@ fn exposed(scene: Scene, tiles: &Tiles) -> Vec<Vec<f64>> {
     line
 }
 
+/// Mean light of a column of the metal plate at height `z`, whose facets shine less to the sides [e-].
+fn shone(bench: &Bench, z: f64) -> f64 {
+    let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
+    let size = Size { columns: COLUMNS, rows: 1, profiles: 1 };
+    let column = |i: usize| {
+        let point = DVec3::new(rig(bench, &size).along(i as f64, z), 0.0, z);
+        let view = bench.camera.distance_mm * DVec3::new(0.0, -sin, cos) - point;
+        let light = DVec3::new(0.0, 0.0, bench.laser.fan_height_mm) - point;
+        electrons(bench, point.x, z) * shine(light.normalize().as_vec3(), view.normalize().as_vec3())
+    };
+    (0..COLUMNS).map(column).sum::<f64>() / COLUMNS as f64
+}
+
 /// Mean of the closed form over the columns of a bin [e-].
 fn binned(bench: &Bench, bin: usize) -> f64 {
     let pitch = (place(1, bench) - place(0, bench)) / BIN as f64;
@@ -228,9 +241,7 @@ fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
     }
     for i in LIT {
         let z = HEIGHTS[i];
-        let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
-        let lens = bench.camera.distance_mm * DVec3::new(0.0, -sin, cos) - DVec3::new(0.0, 0.0, z);
-        let theory = electrons(&bench, 0.0, z) * shine(Vec3::Z, lens.normalize().as_vec3());
+        let theory = shone(&bench, z);
         let light = each(found, |f| f.light[i] * bench.exposure.time_us);
         figures.push(Figure::of(&format!("metal plate at z = {z:.0} mm [e-]"), &light, theory));
     }
