@@ -182,7 +182,7 @@ fn editing_keys_of(before: &Recipe) {
             "pack.pitch_x_mm" => 18.9,
             "pack.pitch_y_mm" => 18.7,
             "pack.width_mm" => 99.0,
-            "pack.length_mm" => 58.0,
+            "pack.length_mm" => 59.0,
             "tablet.length_mm" | "tablet.width_mm" => 10.8,
             _ if parameter.integer => parameter.min + 3.0,
             _ => parameter.default + 0.013 * (parameter.max - parameter.default).min(10.0),

@@ -1,4 +1,4 @@
-//! `gen study`: models of light inside matter side by side.
+//! `gen study`: models of light inside matter side by side, and the instrument against theory.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,11 +9,14 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
 use crate::recipe::Recipe;
+use crate::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
 use crate::study::{Report, Step, Watch, lines, point, profile};
 use crate::transport::path::Effort;
 
 /// Most photons for a single question: days of work.
 const MOST_PHOTONS: u64 = 10_000_000_000;
+/// Most repeats of a study of the instrument: hours of work.
+const MOST_REPEATS: u64 = 10_000;
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Study {
@@ -32,6 +35,35 @@ pub(super) enum Study {
   gen study profile --recipe wood-small.yaml --index 12 --profile 128
                                                    writes out/study/profile.json and profile.png")]
     Profile(Profile),
+    /// Flat targets, level and tilted: errors of Range, height of a row, width of a column
+    #[command(after_help = "Examples:
+  gen study triangulation                          writes out/study/triangulation.json and .png
+  gen study triangulation --out targets.png        the picture there, the JSON file beside it")]
+    Triangulation(Repeated),
+    /// Photon transfer: gain, noise, linearity, full well, rows that stand out
+    #[command(after_help = "Examples:
+  gen study sensor                                 writes out/study/sensor.json and sensor.png
+  gen study sensor --repeats 64                    errors half as large")]
+    Sensor(Repeated),
+    /// Speckle: contrast in a pixel, its law, correlation and movement, what it does to the line's centre
+    #[command(after_help = "Examples:
+  gen study speckle                                writes out/study/speckle.json and speckle.png
+  gen study speckle --repeats 4 --seed 7           a rough look at other patterns")]
+    Speckle(Repeated),
+    /// The laser line: width over height, evenness along it, electrons a column
+    #[command(after_help = "Examples:
+  gen study laser                                  writes out/study/laser.json and laser.png
+  gen study laser --out line.png > line.txt        the table in a file")]
+    Laser(Repeated),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Repeated {
+    #[command(flatten)]
+    common: Common,
+    /// Independent repeats, from whose spread errors come [default: 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MOST_REPEATS))]
+    repeats: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -51,12 +83,18 @@ pub(super) struct Profile {
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Folder for the JSON file and the picture; made where it is missing
-    #[arg(long, value_name = "DIR", default_value = "out/study")]
-    out: PathBuf,
+    #[command(flatten)]
+    common: Common,
     /// Photons for each question [default: 1000000 for point, 300000 for transport, 2000000 for profile]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_PHOTONS))]
     photons: Option<u64>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Common {
+    /// Folder for the JSON file and the picture, or the picture's own name, ending in .png; folders are made
+    #[arg(long, value_name = "PATH", default_value = "out/study")]
+    out: PathBuf,
     /// Seed of all chance
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
@@ -67,41 +105,61 @@ pub(super) struct Arguments {
 
 pub(super) fn run(study: &Study) -> Outcome {
     match study {
-        Study::Point(arguments) => make(arguments, "point", point::PHOTONS, point::work, point::study),
-        Study::Transport(arguments) => make(arguments, "transport", lines::PHOTONS, lines::work, lines::study),
+        Study::Point(arguments) => walk(arguments, "point", point::PHOTONS, point::work, point::study),
+        Study::Transport(arguments) => walk(arguments, "transport", lines::PHOTONS, lines::work, lines::study),
         Study::Profile(one) => {
-            let scene = Recipe::load(&one.recipe)?.draw(one.arguments.seed, one.index);
+            let scene = Recipe::load(&one.recipe)?.draw(one.arguments.common.seed, one.index);
             let chosen = one.profile.unwrap_or(scene.size.profiles / 2);
             if chosen >= scene.size.profiles {
                 let last = scene.size.profiles - 1;
                 return Err(format!("profile {chosen} is beyond the scan: give --profile 0 to {last}").into());
             }
             let study = |effort: Effort, watch: Watch<'_>| profile::study(&scene, chosen, effort, watch);
-            make(&one.arguments, "profile", profile::PHOTONS, profile::work, study)
+            walk(&one.arguments, "profile", profile::PHOTONS, profile::work, study)
         }
+        Study::Triangulation(of) => again(of, "triangulation", triangulation::study),
+        Study::Sensor(of) => again(of, "sensor", sensor::study),
+        Study::Speckle(of) => again(of, "speckle", speckle::study),
+        Study::Laser(of) => again(of, "laser", laser::study),
     }
 }
 
-fn make(
+/// A study that walks photons.
+fn walk(
     arguments: &Arguments,
     name: &str,
     photons: u64,
     work: fn(Effort) -> u64,
     study: impl Fn(Effort, Watch) -> Report + Sync,
 ) -> Outcome {
-    let threads = super::generate::threads(arguments.threads)?;
-    let out = &arguments.out;
-    std::fs::create_dir_all(out)
-        .map_err(|error| format!("cannot make {}: {error}; give another folder with --out", out.display()))?;
-    let (json, png) = (out.join(format!("{name}.json")), out.join(format!("{name}.png")));
+    let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed };
+    make(&arguments.common, name, work(effort), |watch| study(effort, watch))
+}
+
+/// A study that is repeated.
+fn again(of: &Repeated, name: &str, study: fn(Trials, Watch) -> Report) -> Outcome {
+    let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed };
+    make(&of.common, name, trials.repeats, |watch| study(trials, watch))
+}
+
+fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Report + Sync) -> Outcome {
+    let threads = super::generate::threads(common.threads)?;
+    let out = &common.out;
+    let (json, png) = if out.extension().is_some_and(|extension| extension == "png") {
+        (out.with_extension("json"), out.clone())
+    } else {
+        (out.join(format!("{name}.json")), out.join(format!("{name}.png")))
+    };
+    let folder = png.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make {}: {error}; give another place with --out", folder.display()))?;
     whole::check(&json)?;
-    let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.seed };
-    let bar = Photons::new(work(effort));
+    let bar = Photons::new(work);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let report = pool.install(|| {
-        study(effort, &|step| match step {
+        study(&|step| match step {
             Step::Asks(what) => bar.say(what),
-            Step::Photons(photons) => bar.done(photons),
+            Step::Done(part) => bar.done(part),
         })
     });
     bar.end();

@@ -211,8 +211,8 @@ mod tests {
             assert!((camera.rig.height(row) - z).abs() < 1e-9);
             assert!((camera.rig.along(col, z) - 31.0).abs() < 1e-9);
             let exact = camera.rig.project(31.0, -2.5, z);
-            let [col, row] = camera.place(31.0, -2.5, z as f32).map(f64::from);
-            assert!((col - exact.0).abs() < 1e-3 && (row - exact.1).abs() < 1e-3, "{col} {row} {exact:?}");
+            let [along, across] = camera.place(31.0, -2.5, z as f32).map(f64::from);
+            assert!((along - exact.0).abs() < 1e-3 && (across - exact.1).abs() < 1e-3, "{along} {across} {exact:?}");
             for slope in [0.0, 0.2] {
                 let sight = camera.sight(31.0, z as f32, slope as f32);
                 assert!((f64::from(sight.row) - row).abs() < 1e-3);

@@ -105,6 +105,6 @@ mod tests {
         let names: Vec<_> = legend.0.iter().map(|(_, name, _)| *name).collect();
         assert_eq!(names, ["background", "flange", "missing", "tablet_on_flange"]);
         assert!(legend.0.iter().all(|(_, name, at)| at[0] + 18 + LETTER * name.len() as u32 <= 200));
-        assert_eq!(legend.more(), 2 * LINE);
+        assert_eq!(legend.more(), LINE);
     }
 }

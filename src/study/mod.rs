@@ -1,16 +1,18 @@
-//! Studies: models of transport side by side, as tables, JSON and pictures.
+//! Studies: models of transport side by side and the instrument against theory, as tables, JSON and pictures.
 //!
 //! - [`point`]: a point of light on wood, the ellipses that it makes
 //! - [`lines`]: a line of light on fifteen media, where it comes out
 //! - [`profile`]: one profile of a recipe's sample
+//! - [`instrument`]: triangulation, sensor, speckle, laser
 //!
-//! A study walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question stands in it with its
-//! reason.
+//! A study of light inside matter walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question
+//! stands in it with its reason.
 
 pub mod by;
 pub(crate) mod chart;
 pub mod ellipse;
 mod fit;
+pub mod instrument;
 pub mod lines;
 mod lines_page;
 pub mod media;
@@ -43,8 +45,8 @@ pub struct Report {
 pub enum Step<'a> {
     /// A model is asked about something.
     Asks(&'a str),
-    /// So many photons more are done.
-    Photons(u64),
+    /// So many photons more are done, or so many repeats.
+    Done(u64),
 }
 
 /// Whoever wants to know.
@@ -59,7 +61,7 @@ fn ask(
     watch: Watch,
 ) -> Result<Answer, Refusal> {
     asks(model.name(), what, watch);
-    model.ask(stack, question, effort, &|photons| watch(Step::Photons(photons)))
+    model.ask(stack, question, effort, &|photons| watch(Step::Done(photons)))
 }
 
 /// Tells who watches that somebody is asked.

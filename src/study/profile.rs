@@ -87,7 +87,7 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Rep
                 .map(|repeat| {
                     let look = look(transport, repeat);
                     if repeats > 1 {
-                        watch(Step::Photons(effort.photons.div_ceil(REPEATS)));
+                        watch(Step::Done(effort.photons.div_ceil(REPEATS)));
                     }
                     look
                 })

@@ -1,0 +1,268 @@
+//! The laser line: how wide it is over height, how even along itself, and how many electrons a column gets.
+//!
+//! Width: exposures of a level metal plate are averaged and fitted with a Gaussian; less the variance of lens and pixel it
+//! is the laser's, in mm through the rows per mm of the projection. It is held to a Gaussian beam (Siegman 1986),
+//!
+//!     w(z) = w0 sqrt(1 + ((z - z0) / zR)^2),    zR = pi w0^2 / (M^2 lambda),
+//!
+//! and w^2, a parabola in z, gives waist, its height and M^2 back. Light: a white Lambertian plane at z = 0, of which a
+//! column gets (docs/instrument.md)
+//!
+//!     P / (2 h tan(Phi/2)) width (D/2)^2 cos(phi) cos(theta) / r^2 T t QE lambda / (h c).
+//!
+//! The closed forms stand in [`super::beam`].
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::beam::{box_error, electrons, half_width, rows_per_mm};
+use super::laser_line::{BIN, beam, bins, gaussian, half_light, line, mean_line};
+use super::laser_page::draw;
+use super::setup::{BARE, bare, expose_to, plate, scene, shine, stream};
+use super::{Figure, Trials, document, each, repeat, table};
+use crate::optics::camera::rig;
+use crate::optics::parameters::Bench;
+use crate::optics::speckle::Tiles;
+use crate::recipe::Scene;
+use crate::settings::Size;
+use crate::study::{Report, Watch};
+use crate::transport::answer::Estimate;
+
+/// Heights of the plate [mm].
+pub(super) const HEIGHTS: [f64; 9] = [-50.0, -35.0, -20.0, -5.0, 10.0, 25.0, 40.0, 55.0, 70.0];
+/// Heights at which light is told too [mm].
+const LIT: [usize; 3] = [2, 4, 6];
+/// Exposures averaged for a line, and columns of the plate.
+pub(super) const EXPOSURES: usize = 8;
+const COLUMNS: usize = 128;
+/// Columns of the whole sensor.
+const SENSOR: usize = 2560;
+/// Fan whose ends lie on the sensor [deg].
+const NARROW: f64 = 27.0;
+/// Brightest pixel [DN over dark].
+const PEAK: f64 = 170.0;
+
+/// A bench and its name.
+type Budget = (&'static str, Bench);
+
+struct Found {
+    /// Half width at 1/e^2 at each height [mm].
+    width: Vec<f64>,
+    /// Light of the whole line at each height [e-].
+    light: Vec<f64>,
+    /// Light along the line by default and with a narrow fan, by bins [e-].
+    along: [Vec<f64>; 2],
+    /// Light of each budget in the middle [e-].
+    budgets: Vec<f64>,
+}
+
+/// The mean line at a height.
+pub(super) struct Beam {
+    /// Rows per mm [px/mm].
+    pub rows_per_mm: f64,
+    /// Where its Gaussian has its middle [px].
+    pub centre: f64,
+    /// Top of its Gaussian [e-].
+    pub peak: f64,
+    /// Light of each row of the window [e-].
+    pub line: Vec<f64>,
+}
+
+/// Everything that the picture shows.
+pub(super) struct Seen {
+    pub bench: Bench,
+    pub width: Vec<Estimate>,
+    /// x, light and expected light, by default and with a narrow fan [mm, e-, e-].
+    pub along: [Vec<(f64, Estimate, f64)>; 2],
+    /// The line at one height after another.
+    pub beam: Vec<Beam>,
+    /// Waist, its height, M^2.
+    pub beam_fit: [Estimate; 3],
+}
+
+/// Makes the study.
+pub fn study(trials: Trials, watch: Watch) -> Report {
+    let tiles = Tiles::new(trials.seed);
+    let found = repeat(trials, watch, |one| found(trials, one, &tiles));
+    let (figures, seen) = figures(&found, &tiles);
+    let error = 100.0 * box_error(&seen.bench);
+    let note = format!(
+        "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box differs\n\
+         from it by at most {error:.2} % of the peak. Rows sample it: a column's light changes with the line's place between rows\n\
+         by 2 exp(-2 pi^2 sigma^2), 2e-5 on the default bench and 0.3 % at d = 820 mm, where the line is narrower.\n\
+         Light of the white plane at z = 0 is {:.0} e- a column by default.",
+        electrons(&seen.bench, 0.0, 0.0)
+    );
+    let table = table("Laser", trials, &figures, &[&note]);
+    let mut json = document("laser", trials, &figures);
+    json["height_mm"] = json!(HEIGHTS);
+    json["half_width_mm"] = json!(seen.width);
+    json["along"] =
+        seen.along[0].iter().map(|(x, e, t)| json!({ "x_mm": x, "electrons_e": e, "theory_e": t })).collect();
+    Report { picture: draw(&seen, &table), table, json }
+}
+
+/// Benches whose light is counted: those of docs/instrument.md and others that change one factor each.
+fn budgets() -> Vec<Budget> {
+    let nominal = white(1).bench;
+    let change = |set: fn(&mut Bench)| {
+        let mut bench = nominal;
+        set(&mut bench);
+        bench
+    };
+    vec![
+        ("default bench", nominal),
+        (
+            "50 mW over 236.4 mm, QE 0.5, 50 us",
+            change(|b| {
+                (b.exposure.quantum_efficiency, b.exposure.time_us) = (0.5, 50.0);
+                b.laser.fan_angle_deg = 2.0 * libm::atan(118.2 / 400.0).to_degrees();
+            }),
+        ),
+        ("f/5.6", change(|b| b.camera.f_number = 5.6)),
+        ("d = 820 mm", change(|b| b.camera.distance_mm = 820.0)),
+        ("405 nm", change(|b| b.laser.wavelength_nm = 405.0)),
+    ]
+}
+
+/// A white plane at z = 0 under a sensor without speckle.
+fn white(columns: usize) -> Scene {
+    let mut scene = scene(procedural::Stream::root(0), columns, BARE + EXPOSURES);
+    scene.bench.motion.conveyor_reflectance = 1.0;
+    scene.bench.speckle.strength = 0.0;
+    scene
+}
+
+/// A scene over the metal plate at a height.
+fn at_height(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
+    let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
+    scene.bench.speckle.strength = 0.0;
+    let body = plate(z as f32, 0.0, 0.0);
+    expose_to(&mut scene, &body, tiles, BARE, PEAK);
+    (scene, body)
+}
+
+fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
+    let own = stream("laser", trials, one);
+    let (mut width, mut light) = (Vec::new(), Vec::new());
+    for (i, z) in HEIGHTS.into_iter().enumerate() {
+        let (mut scene, body) = at_height(z, tiles);
+        scene.stream = own.child("height").index(i as u64);
+        let [all, _, sigma] = gaussian(&mean_line(&line(&scene, &body, tiles)));
+        let camera = &scene.bench.camera;
+        let lens = (camera.blur_um / camera.pixel_um).powi(2) + 1.0 / 12.0;
+        width.push(2.0 * (sigma * sigma - lens).max(0.0).sqrt() / rows_per_mm(&scene.bench, &scene.size, z));
+        light.push(all / scene.bench.exposure.time_us);
+    }
+    let along = |fan: Option<f64>| {
+        let mut scene = white(SENSOR);
+        scene.stream = own.child("along").index(u64::from(fan.is_some()));
+        scene.bench.laser.fan_angle_deg = fan.unwrap_or(scene.bench.laser.fan_angle_deg);
+        bins(&exposed(scene, tiles))
+    };
+    let budget = |(i, (_, bench)): (usize, Budget)| {
+        let mut scene = white(COLUMNS);
+        (scene.bench, scene.stream) = (bench, own.child("budget").index(i as u64));
+        let bins = bins(&exposed(scene, tiles));
+        bins.iter().sum::<f64>() / bins.len() as f64
+    };
+    let along = [along(None), along(Some(NARROW))];
+    Found { width, light, along, budgets: budgets().into_iter().enumerate().map(budget).collect() }
+}
+
+/// The line on the white plane, exposed for a time that the sensor bears and told for the time of the scene [e-].
+fn exposed(scene: Scene, tiles: &Tiles) -> Vec<Vec<f64>> {
+    let mut short = scene.clone();
+    expose_to(&mut short, &bare(), tiles, BARE, PEAK);
+    let scale = scene.bench.exposure.time_us / short.bench.exposure.time_us;
+    let mut line = line(&short, &bare(), tiles);
+    line.iter_mut().flatten().for_each(|light| *light *= scale);
+    line
+}
+
+/// Mean light of a column of the metal plate at height `z`, whose facets shine less to the sides [e-].
+fn shone(bench: &Bench, z: f64) -> f64 {
+    let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
+    let size = Size { columns: COLUMNS, rows: 1, profiles: 1 };
+    let column = |i: usize| {
+        let point = DVec3::new(rig(bench, &size).along(i as f64, z), 0.0, z);
+        let view = bench.camera.distance_mm * DVec3::new(0.0, -sin, cos) - point;
+        let light = DVec3::new(0.0, 0.0, bench.laser.fan_height_mm) - point;
+        electrons(bench, point.x, z) * shine(light.normalize().as_vec3(), view.normalize().as_vec3())
+    };
+    (0..COLUMNS).map(column).sum::<f64>() / COLUMNS as f64
+}
+
+/// Mean of the closed form over the columns of a bin [e-].
+fn binned(bench: &Bench, bin: usize) -> f64 {
+    let pitch = (place(1, bench) - place(0, bench)) / BIN as f64;
+    let first = place(bin, bench) - 0.5 * (BIN as f64 - 1.0) * pitch;
+    (0..BIN).map(|i| electrons(bench, first + i as f64 * pitch, 0.0)).sum::<f64>() / BIN as f64
+}
+
+/// Middle of a bin along the line on the plane z = 0 [mm].
+fn place(bin: usize, bench: &Bench) -> f64 {
+    let size = Size { columns: SENSOR, rows: 1, profiles: 1 };
+    rig(bench, &size).along((bin * BIN) as f64 + 0.5 * (BIN as f64 - 1.0), 0.0)
+}
+
+fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
+    let bench = white(SENSOR).bench;
+    let fit = |i: usize| each(found, |f| beam(&f.width, bench.laser.wavelength_nm)[i]);
+    let names = ["waist, half width at 1/e^2 [mm]", "height of the waist [mm]", "beam quality M^2 [1]"];
+    let set = [bench.laser.waist_mm, bench.laser.waist_height_mm, bench.laser.m_squared];
+    let mut figures: Vec<_> = (0..3).map(|i| Figure::of(names[i], &fit(i), set[i])).collect();
+    for (i, z) in HEIGHTS.into_iter().enumerate() {
+        let name = format!("half width at z = {z:.0} mm [mm]");
+        figures.push(Figure::of(&name, &each(found, |f| f.width[i]), half_width(&bench, z)));
+    }
+    let mut narrow = bench;
+    narrow.laser.fan_angle_deg = NARROW;
+    let at = |bin: usize| place(bin, &bench);
+    let expected: Vec<f64> = (0..SENSOR / BIN).map(|bin| binned(&narrow, bin)).collect();
+    figures.push(Figure::of(
+        &format!("half light of a {NARROW:.0} deg fan at [mm]"),
+        &each(found, |f| half_light(&f.along[1], &bench, at)),
+        half_light(&expected, &bench, at),
+    ));
+    let last = SENSOR / BIN - 1;
+    let edge =
+        |light: &dyn Fn(usize) -> f64| 0.5 * (light(0) + light(last)) / (0.5 * (light(last / 2) + light(last / 2 + 1)));
+    figures.push(Figure::of(
+        "ends of the line over its middle, 45 deg fan [1]",
+        &each(found, |f| edge(&|i| f.along[0][i])),
+        edge(&|i| binned(&bench, i)),
+    ));
+    for (i, (name, bench)) in budgets().into_iter().enumerate() {
+        let name = format!("white, z = 0, {name} [e-]");
+        figures.push(Figure::of(&name, &each(found, |f| f.budgets[i]), electrons(&bench, 0.0, 0.0)));
+    }
+    for i in LIT {
+        let z = HEIGHTS[i];
+        let theory = shone(&bench, z);
+        let light = each(found, |f| f.light[i] * bench.exposure.time_us);
+        figures.push(Figure::of(&format!("metal plate at z = {z:.0} mm [e-]"), &light, theory));
+    }
+    let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
+    let along = [(0, bench), (1, narrow)].map(|(which, bench)| {
+        let bin = |i: usize| (place(i, &bench), estimate(&|f| f.along[which][i]), binned(&bench, i));
+        (0..=last).map(bin).collect()
+    });
+    let beam = HEIGHTS.into_iter().map(|z| {
+        let (scene, body) = at_height(z, tiles);
+        let line = mean_line(&line(&scene, &body, tiles));
+        let [light, centre, sigma] = gaussian(&line);
+        let peak = light / ((2.0 * PI).sqrt() * sigma);
+        Beam { rows_per_mm: rows_per_mm(&scene.bench, &scene.size, z), centre, peak, line }
+    });
+    let seen = Seen {
+        bench,
+        width: (0..HEIGHTS.len()).map(|i| estimate(&|f| f.width[i])).collect(),
+        along,
+        beam: beam.collect(),
+        beam_fit: [0, 1, 2].map(|i| figures[i].measured),
+    };
+    (figures, seen)
+}

@@ -1,0 +1,271 @@
+//! The sensor by photon transfer: gain, noise, linearity and rows, read off digital numbers alone.
+//!
+//! A white plane lit by a line of 4 mm is exposed again and again without speckle. Signal and noise of a pixel follow
+//! (EMVA 1288)
+//!
+//!     mean = dark + K e,    variance in time = dark noise^2 + K (mean - dark),
+//!
+//! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
+//! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
+//! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
+//! of a clipped normal. Neglected: nothing that the model has; what it has not (PRNU, DSNU, dark current) is not here.
+
+use std::f64::consts::PI;
+
+use rustfft::FftPlannerScalar;
+use rustfft::num_complex::Complex64;
+use serde_json::json;
+
+use super::setup::{BARE, Look, bare, gain, scene, stream};
+use super::{Figure, Trials, chance, document, each, moments, repeat, sensor_page, table};
+use crate::optics::CENTRE;
+use crate::optics::speckle::Tiles;
+use crate::recipe::Scene;
+use crate::study::{Report, Watch};
+use crate::transport::answer::Estimate;
+
+/// Exposure times, and the step between them as a share of that which fills a pixel.
+const LEVELS: usize = 24;
+const STEP: f64 = 0.05;
+/// Levels that the line is fitted to: up to 70 % of full, as EMVA 1288 has it.
+const FITTED: std::ops::RangeInclusive<usize> = 0..=14;
+/// Levels whose variance the table shows.
+const SHOWN: [usize; 4] = [2, 6, 10, 14];
+/// Columns, and rows around the line's middle, of the patch.
+const COLUMNS: usize = 256;
+const ROWS: std::ops::Range<usize> = CENTRE - 2..CENTRE + 2;
+/// Exposures at each level, and dark frames, of one repeat.
+const EXPOSURES: usize = 24;
+const DARK: usize = 6;
+
+/// What dark frames say.
+pub(super) struct Dark {
+    /// Variance of a pixel within its row, of a row's mean in time, and of rows' means that stay [DN^2].
+    variances: [f64; 3],
+    /// Variance of row means times columns over the variance of a pixel [1].
+    ratio: f64,
+    /// Power along the rows by frequency, 0 to 1/2 a pixel [DN^2].
+    pub spectrum: Vec<f64>,
+}
+
+struct Found {
+    /// Mean and variance in time at each level [DN, DN^2].
+    levels: Vec<[f64; 2]>,
+    /// With rows that stand out, and without.
+    dark: [Dark; 2],
+}
+
+/// Everything that the picture shows.
+pub(super) struct Seen {
+    pub scene: Scene,
+    /// Electrons, mean and variance at each level [e-, DN, DN^2].
+    pub levels: Vec<(f64, Estimate, Estimate)>,
+    /// Expected mean and variance by electrons [e-, DN, DN^2].
+    pub expected: Vec<[f64; 3]>,
+    pub gain: Estimate,
+    /// Mean spectra with and without rows that stand out [DN^2].
+    pub spectra: [Vec<f64>; 2],
+    /// A dark frame with rows, and one without; `[rows, COLUMNS]`.
+    pub frames: [Vec<u8>; 2],
+}
+
+/// Makes the study.
+pub fn study(trials: Trials, watch: Watch) -> Report {
+    let tiles = Tiles::new(trials.seed);
+    let full = full(&tiles);
+    let found = repeat(trials, watch, |one| found(trials, one, &full, &tiles));
+    let (figures, seen) = figures(trials, &found, &full, &tiles);
+    let table = table("Sensor", trials, &figures, &[]);
+    let mut json = document("sensor", trials, &figures);
+    let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| json!({ "electrons_e": electrons, "mean_dn": mean, "variance_dn2": variance });
+    json["levels"] = seen.levels.iter().map(level).collect();
+    json["spectrum_with_rows_dn2"] = json!(seen.spectra[0]);
+    json["spectrum_without_rows_dn2"] = json!(seen.spectra[1]);
+    Report { picture: sensor_page::draw(&seen, &table), table, json }
+}
+
+/// The patch: a scene whose exposure time fills the pixels, and electrons of the patch then [e-].
+struct Full {
+    scene: Scene,
+    electrons: f64,
+}
+
+fn full(tiles: &Tiles) -> Full {
+    let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
+    (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
+    scene.bench.speckle.strength = 0.0;
+    let light = Look::at(&scene, bare(), tiles, BARE..BARE + 1).light(BARE);
+    let (electrons, _) = moments(light[ROWS.start * COLUMNS..ROWS.end * COLUMNS].iter().copied());
+    scene.bench.exposure.time_us *= scene.bench.exposure.full_well_e / electrons;
+    Full { electrons: scene.bench.exposure.full_well_e, scene }
+}
+
+fn found(trials: Trials, one: u64, full: &Full, tiles: &Tiles) -> Found {
+    let own = stream("sensor", trials, one);
+    let level = |i: usize| {
+        let mut scene = full.scene.clone();
+        // Profiles of their own have noise of their own, over the same fixed pattern.
+        scene.stream = own.child("levels");
+        scene.bench.exposure.time_us = share(i) * full.scene.bench.exposure.time_us;
+        patch(&scene, BARE + i * EXPOSURES, tiles)
+    };
+    let dark = |rows: bool| {
+        let mut scene = full.scene.clone();
+        scene.stream = own.child("dark");
+        dark(&dark_frames(&mut scene, rows, tiles))
+    };
+    Found { levels: (0..LEVELS).map(level).collect(), dark: [dark(true), dark(false)] }
+}
+
+/// Exposure of a level over the one that fills a pixel [1].
+fn share(level: usize) -> f64 {
+    (level as f64 * STEP).max(1e-3)
+}
+
+/// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
+fn patch(scene: &Scene, first: usize, tiles: &Tiles) -> [f64; 2] {
+    let profiles = first..first + EXPOSURES;
+    let look = Look::at(scene, bare(), tiles, profiles.clone());
+    let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
+    let pixels = ROWS.start * COLUMNS..ROWS.end * COLUMNS;
+    let n = pixels.len() as f64;
+    let sums = pixels.map(|pixel| moments(frames.iter().map(move |frame| f64::from(frame.dn[pixel]))));
+    sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
+}
+
+fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u8>> {
+    (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
+    if !rows {
+        (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
+    }
+    let look = Look::at(scene, bare(), tiles, BARE..BARE + DARK);
+    (BARE..BARE + DARK).map(|profile| look.sensor_frame(profile)).collect()
+}
+
+fn dark(frames: &[Vec<u8>]) -> Dark {
+    let rows = frames[0].len() / COLUMNS;
+    let transform = FftPlannerScalar::new().plan_fft_forward(COLUMNS);
+    let (mut pixel, mut all_means) = (0.0, Vec::new());
+    let mut spectrum = vec![0.0; COLUMNS / 2 + 1];
+    for frame in frames {
+        let (mean, _) = moments(frame.iter().map(|&dn| f64::from(dn)));
+        let mut means = Vec::new();
+        for row in frame.chunks(COLUMNS) {
+            let (m, v) = moments(row.iter().map(|&dn| f64::from(dn)));
+            pixel += v / (rows * frames.len()) as f64;
+            means.push(m);
+            let mut line: Vec<_> = row.iter().map(|&dn| Complex64::new(f64::from(dn) - mean, 0.0)).collect();
+            transform.process(&mut line);
+            for (sum, wave) in spectrum.iter_mut().zip(&line) {
+                *sum += wave.norm_sqr() / (COLUMNS * rows * frames.len()) as f64;
+            }
+        }
+        all_means.push(means);
+    }
+    let n = frames.len() as f64;
+    let within = all_means.iter().map(|means| moments(means.iter().copied()).1).sum::<f64>() / n;
+    let of_row = |row: usize| moments(all_means.iter().map(move |means| means[row]));
+    let in_time = (0..rows).map(|row| of_row(row).1).sum::<f64>() / rows as f64;
+    let staying = moments((0..rows).map(|row| of_row(row).0)).1 - in_time / n;
+    let by_chance = pixel / COLUMNS as f64;
+    Dark { variances: [pixel, in_time - by_chance, staying], ratio: within / by_chance, spectrum }
+}
+
+/// Straight line through levels: value at 0 and slope, each level weighted by the inverse of its `scatter`.
+fn line(levels: impl Iterator<Item = (f64, f64, f64)>) -> [f64; 2] {
+    let mut s = [0.0; 5];
+    for (x, y, scatter) in levels {
+        let w = 1.0 / (scatter * scatter);
+        s = [s[0] + w, s[1] + w * x, s[2] + w * y, s[3] + w * x * x, s[4] + w * x * y];
+    }
+    let slope = (s[0] * s[4] - s[1] * s[2]) / (s[0] * s[3] - s[1] * s[1]);
+    [(s[2] - slope * s[1]) / s[0], slope]
+}
+
+fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<Figure>, Seen) {
+    let exposure = full.scene.bench.exposure;
+    let k = gain(&full.scene);
+    let electrons = |i: usize| share(i) * full.electrons;
+    // The fixed pattern of rows is the same in all exposures: no noise in time.
+    let in_time = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
+    let transfer = |f: &Found| line(FITTED.map(|i| (f.levels[i][0], f.levels[i][1], f.levels[i][1])));
+    let response = |f: &Found| line(FITTED.map(|i| (electrons(i), f.levels[i][0], 1.0)));
+    let gains = each(found, |f| transfer(f)[1]);
+    let bend = |f: &Found| {
+        let [start, slope] = response(f);
+        // A parabola over the fitted levels has a third of its height in the middle's residue, twice a sixth at the ends.
+        let off = |i: usize| f.levels[i][0] - start - slope * electrons(i);
+        let (first, last) = (*FITTED.start(), *FITTED.end());
+        100.0 * (off((first + last) / 2) - 0.5 * (off(first) + off(last))) / (slope * electrons(last))
+    };
+    let row = |on: usize, i: usize| move |f: &Found| f.dark[on].variances[i];
+    let spread = |i: usize| move |f: &Found| f.dark[0].variances[i].max(0.0).sqrt();
+    let staying = exposure.row_noise_dn.powi(2) + exposure.row_pattern_dn.powi(2);
+    let pixel = exposure.dark_noise_dn.powi(2) - staying;
+    let mut figures = vec![
+        Figure::of("gain K, slope of variance over mean [DN/e-]", &gains, k),
+        Figure::of(
+            "full well, (255 - dark) / K [e-]",
+            &each(&gains, |g| (255.0 - exposure.dark_level_dn) / g),
+            exposure.full_well_e,
+        ),
+        Figure::of(
+            "noise in time without light [DN]",
+            &each(found, |f| f.levels[0][1].sqrt()),
+            (in_time + k * k * electrons(0)).sqrt(),
+        ),
+        Figure::of("response, slope of mean over electrons [DN/e-]", &each(found, |f| response(f)[1]), k),
+        Figure::of("bend of the response, % of its range", &each(found, bend), 0.0),
+        Figure::of("row noise, new each exposure [DN]", &each(found, spread(1)), exposure.row_noise_dn),
+        Figure::of("row pattern that stays [DN]", &each(found, spread(2)), exposure.row_pattern_dn),
+        Figure::of("pixel in its row, dark [DN]", &each(found, spread(0)), pixel.sqrt()),
+        Figure::of(
+            "row means' variance ratio",
+            &each(found, |f| f.dark[0].ratio),
+            1.0 + staying * COLUMNS as f64 / pixel,
+        ),
+        Figure::of("row means' variance ratio, row noise off", &each(found, |f| f.dark[1].ratio), 1.0),
+        Figure::of("pixel, row noise off [DN^2]", &each(found, row(1, 0)), exposure.dark_noise_dn.powi(2)),
+    ];
+    figures.extend(SHOWN.map(|i| {
+        let name = format!("variance at {:.0} DN [DN^2]", exposure.dark_level_dn + k * electrons(i));
+        Figure::of(&name, &each(found, |f| f.levels[i][1]), in_time + k * k * electrons(i))
+    }));
+    let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
+    // Without light the patch shows its rows' fixed pattern.
+    let mean = |i: usize| estimate(&|f| f.levels[i][0] - f.levels[0][0] + exposure.dark_level_dn + k * electrons(0));
+    let levels = (0..LEVELS).map(|i| (electrons(i), mean(i), estimate(&|f| f.levels[i][1])));
+    let curve = (0..=230).map(|i| {
+        let e = f64::from(i) * 0.005 * full.electrons;
+        let [mean, variance] = clipped(exposure.dark_level_dn + k * e, in_time + k * k * e);
+        [e, mean, variance]
+    });
+    let frames = [true, false].map(|rows| {
+        let mut scene = full.scene.clone();
+        scene.stream = stream("sensor", trials, 0).child("dark");
+        dark_frames(&mut scene, rows, tiles).swap_remove(0)
+    });
+    let spectra =
+        [0, 1].map(|on| (0..=COLUMNS / 2).map(|i| estimate(&|f: &Found| f.dark[on].spectrum[i]).value).collect());
+    let seen = Seen {
+        levels: levels.collect(),
+        expected: curve.collect(),
+        gain: figures[0].measured,
+        spectra,
+        frames,
+        scene: full.scene.clone(),
+    };
+    (figures, seen)
+}
+
+/// Mean and variance of a normal number that is clipped at 255 [DN, DN^2].
+fn clipped(mean: f64, variance: f64) -> [f64; 2] {
+    // The twelfth that rounding adds is in the variance; what is clipped has none.
+    let sigma = variance.sqrt();
+    let t = (255.0 - mean) / sigma;
+    let (below, density) = (chance::normal_below(t), libm::exp(-0.5 * t * t) / (2.0 * PI).sqrt());
+    // Of min(x, t) for a standard normal x.
+    let first = -density + t * (1.0 - below);
+    let second = below - t * density + t * t * (1.0 - below);
+    [mean + sigma * first, variance * (second - first * first)]
+}

@@ -1,0 +1,275 @@
+//! Range on flat targets: whether it is right, how it spreads, and the scales of rows and columns.
+//!
+//! Metal plates, level and tilted along each axis, and level white ceramic, go production's way from body to Range
+//! map. The truth is the plane itself. Expected spread of the centre of gravity over rows k with light I_k [DN], to first
+//! order in noise:
+//!
+//!     var = sum (k - c)^2 (s^2 + K I_k) / S^2 + C^2 sum (k - c) (l - c) I_k I_l r(k - l) / S^2 + 1 / (12 * 16^2),
+//!
+//! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
+//! to a sixteenth of a row. Height of a row and width of a column are held to the projection of docs/instrument.md:
+//! row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f, which are written out here once more.
+//! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
+
+use glam::DVec2;
+use procedural::Body;
+use serde_json::json;
+
+use super::beam::{column_width, height_per_row, row_up};
+use super::centre::spread;
+use super::pattern::Correlation;
+use super::setup::{Look, ceramic, expose_to, gain, plate, scene, stream};
+use super::{Figure, Trials, document, each, moments, repeat, table, triangulation_page};
+use crate::optics::ROWS;
+use crate::optics::parameters::Bench;
+use crate::optics::speckle::Tiles;
+use crate::pipeline;
+use crate::recipe::Scene;
+use crate::study::{Report, Watch};
+use crate::transport::answer::Estimate;
+
+/// Heights of the plates [mm].
+pub(super) const HEIGHTS: [f64; 8] = [2.0, 9.0, 16.0, 23.0, 30.0, 37.0, 44.0, 51.0];
+/// Slopes of the plates along the line and along the motion [1].
+pub(super) const SLOPES: [(f64, f64); 3] = [(0.0, 0.0), (0.15, 0.0), (0.0, 0.15)];
+/// Heights of the plates that the table shows.
+pub(super) const SHOWN: [usize; 3] = [0, 3, 7];
+const COLUMNS: usize = 256;
+/// Profiles of a plate, and those of them at its front edge that are left out: there light from below sees the edge.
+const PROFILES: usize = 40;
+const EDGE: usize = 4;
+const CERAMIC_EDGE: usize = 40;
+/// Profiles of the map that is drawn.
+const MAPPED: usize = 112;
+/// Brightest pixel [DN over dark].
+const PEAK: f64 = 185.0;
+
+/// Mean error, its spread, line of Range over columns.
+#[derive(Clone, Copy)]
+struct Plate {
+    /// Mean of Range less truth [um].
+    error: f64,
+    /// Standard deviation of Range less truth [um].
+    spread: f64,
+    /// Slope of Range along columns over that of the truth [1].
+    scale: f64,
+}
+
+struct Found {
+    /// By slope and height.
+    plates: Vec<Vec<Plate>>,
+    /// Level ceramic with speckle, by shown height.
+    ceramic: Vec<Plate>,
+    /// Sensor row of the line on level plates by height [px].
+    rows: Vec<f64>,
+}
+
+/// Everything that the picture shows.
+pub(super) struct Seen {
+    pub bench: Bench,
+    /// Mean error by slope and height [um].
+    pub error: Vec<Vec<Estimate>>,
+    /// Spread of it [um].
+    pub spread: Vec<Vec<Estimate>>,
+    /// Expected spread on level plates [um].
+    pub expected: Vec<f64>,
+    /// Spread on ceramic at the shown heights, and what is expected [um].
+    pub ceramic: Vec<(Estimate, f64)>,
+    /// Height of a row between neighbouring heights and width of a column at each height [um].
+    pub row_um: Vec<(f64, Estimate)>,
+    pub column_um: Vec<(f64, Estimate)>,
+    /// Range less truth on ceramic with speckle, `[profiles, columns]` [um].
+    pub map: (usize, Vec<f64>),
+}
+
+/// Makes the study.
+pub fn study(trials: Trials, watch: Watch) -> Report {
+    let tiles = Tiles::new(trials.seed);
+    let found = repeat(trials, watch, |one| found(trials, one, &tiles));
+    let (figures, seen) = figures(trials, &found, &tiles);
+    let table = table("Triangulation", trials, &figures, &[]);
+    let mut json = document("triangulation", trials, &figures);
+    let plates = |slope: usize| {
+        let at = |i: usize| json!({ "height_mm": HEIGHTS[i], "error_um": seen.error[slope][i], "spread_um": seen.spread[slope][i] });
+        json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS.len()).map(at).collect::<Vec<_>>() })
+    };
+    json["plates"] = (0..SLOPES.len()).map(plates).collect();
+    Report { picture: triangulation_page::draw(&seen, &table), table, json }
+}
+
+/// A scene over a plate of metal without speckle, or of ceramic with it.
+fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Scene {
+    let edge = if speckle { CERAMIC_EDGE } else { EDGE };
+    let mut scene = scene(own, COLUMNS, edge + PROFILES);
+    if !speckle {
+        scene.bench.speckle.strength = 0.0;
+    }
+    expose_to(&mut scene, body, tiles, edge + PROFILES / 2, PEAK);
+    scene
+}
+
+/// Range less truth away from the front edge, `[profiles, columns]` [um].
+fn errors(scene: &Scene, body: Body, edge: usize, tiles: &Tiles, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
+    let record = pipeline::render_body(scene, body, tiles, &|_| ());
+    let (bench, middle) = (&scene.bench, 0.5 * (COLUMNS as f64 - 1.0));
+    let (mut errors, mut over, mut under) = (Vec::new(), 0.0, 0.0);
+    for profile in edge..scene.size.profiles {
+        let y = profile as f64 * bench.motion.step_mm;
+        for column in 0..COLUMNS {
+            // z = h + slope x, x = (col - c) (w0 + w1 z): both are straight.
+            let u = column as f64 - middle;
+            let (w0, step) = (column_width(bench, 0.0), column_width(bench, 0.0) - column_width(bench, 1.0));
+            let start = plane.0 + plane.1.y * y;
+            let truth = (start + plane.1.x * u * w0) / (1.0 + plane.1.x * u * step);
+            let range = f64::from(record.maps.range[profile * COLUMNS + column]);
+            errors.push(1000.0 * (range - truth));
+            over += (range - start) * (truth - start);
+            under += (truth - start) * (truth - start);
+        }
+    }
+    (errors, if under > 0.0 { over / under } else { 1.0 })
+}
+
+fn told(scene: &Scene, body: Body, tiles: &Tiles, plane: (f64, DVec2)) -> Plate {
+    let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
+    let (error, variance) = moments(errors.iter().copied());
+    Plate { error, spread: variance.sqrt(), scale }
+}
+
+fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
+    let own = stream("triangulation", trials, one);
+    // Other repeats lie on other patterns of speckle.
+    let patterns = Tiles::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
+    let metal = |slope: usize, i: usize| {
+        let (x, y) = SLOPES[slope];
+        let body = plate(HEIGHTS[i] as f32, x as f32, y as f32);
+        let scene = set(own.child("metal").index((slope * HEIGHTS.len() + i) as u64), &body, false, tiles);
+        told(&scene, body, tiles, (HEIGHTS[i], DVec2::new(x, y)))
+    };
+    let white = |i: usize| {
+        let body = ceramic(HEIGHTS[i] as f32);
+        let scene = set(own.child("ceramic").index(i as u64), &body, true, &patterns);
+        told(&scene, body, &patterns, (HEIGHTS[i], DVec2::ZERO))
+    };
+    let row = |i: usize| {
+        let body = plate(HEIGHTS[i] as f32, 0.0, 0.0);
+        centre(&set(own.child("row").index(i as u64), &body, false, tiles), body, tiles)
+    };
+    Found {
+        plates: (0..SLOPES.len()).map(|slope| (0..HEIGHTS.len()).map(|i| metal(slope, i)).collect()).collect(),
+        ceramic: SHOWN.map(white).to_vec(),
+        rows: (0..HEIGHTS.len()).map(row).collect(),
+    }
+}
+
+/// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
+fn centre(scene: &Scene, body: Body, tiles: &Tiles) -> f64 {
+    let look = Look::at(scene, body, tiles, EDGE..EDGE + 8);
+    let dark = scene.bench.exposure.dark_level_dn;
+    let (mut sum, mut moment) = (0.0, 0.0);
+    for profile in EDGE..EDGE + 8 {
+        let frame = look.frame(profile);
+        // All light is within eight rows of the middle of the window.
+        for k in ROWS / 2 - 8..=ROWS / 2 + 8 {
+            for column in 0..COLUMNS {
+                let light = f64::from(frame.dn[k * COLUMNS + column]) - dark;
+                sum += light;
+                moment += light * (k as f64 + f64::from(frame.first_row[column]));
+            }
+        }
+    }
+    0.5 * (scene.size.rows as f64 - 1.0) - moment / sum
+}
+
+/// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out [um].
+fn expected(scene: &Scene, body: &Body, tiles: &Tiles, contrast: f64, correlation: &Correlation) -> f64 {
+    let profile = scene.size.profiles - PROFILES / 2;
+    let look = Look::at(scene, body.clone(), tiles, profile..profile + 1);
+    let (k, exposure) = (gain(scene), &scene.bench.exposure);
+    let light = look.light(profile);
+    let line: Vec<f64> = (0..ROWS).map(|row| k * light[row * COLUMNS + COLUMNS / 2]).collect();
+    let still = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
+    let variance = spread(&line, scene.extraction.window_rows, still, k, contrast, correlation)
+        + 1.0 / (12.0 * f64::from(scene.extraction.subpixel_steps).powi(2));
+    let z = f64::from(body.bounds().1.z);
+    1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
+}
+
+fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
+    let own = stream("triangulation", trials, 0);
+    let bench = scene(own, COLUMNS, 1).bench;
+    let correlation = Correlation::of(super::pattern::grain_px(&bench));
+    let names = ["level", "dz/dx .15", "dz/dy .15"];
+    let expect = |z: &f64| {
+        let body = plate(*z as f32, 0.0, 0.0);
+        expected(&set(own, &body, false, tiles), &body, tiles, 0.0, &correlation)
+    };
+    let level: Vec<f64> = HEIGHTS.iter().map(expect).collect();
+    let mut white = Vec::new();
+    let mut figures = Vec::new();
+    for (slope, name) in names.iter().enumerate() {
+        for i in SHOWN {
+            let z = HEIGHTS[i];
+            figures.push(Figure::of(
+                &format!("{name}, {z:.0} mm: mean error [um]"),
+                &each(found, |f| f.plates[slope][i].error),
+                0.0,
+            ));
+        }
+    }
+    for i in SHOWN {
+        let name = format!("level, {:.0} mm: spread [um]", HEIGHTS[i]);
+        figures.push(Figure::of(&name, &each(found, |f| f.plates[0][i].spread), level[i]));
+    }
+    for (place, i) in SHOWN.into_iter().enumerate() {
+        let z = HEIGHTS[i];
+        let body = ceramic(z as f32);
+        let scene = set(own, &body, true, tiles);
+        let contrast = f64::from(Look::at(&scene, body.clone(), tiles, 0..1).sensor.speckle_contrast()[1]);
+        let theory = expected(&scene, &body, tiles, contrast, &correlation);
+        figures.push(Figure::of(
+            &format!("ceramic, {z:.0} mm: mean error [um]"),
+            &each(found, |f| f.ceramic[place].error),
+            0.0,
+        ));
+        figures.push(Figure::of(
+            &format!("ceramic, {z:.0} mm: spread, speckle too [um]"),
+            &each(found, |f| f.ceramic[place].spread),
+            theory,
+        ));
+        white.push((Estimate::of(each(found, |f| f.ceramic[place].spread).iter().copied()), theory));
+    }
+    let pitch = |i: usize| move |f: &Found| 1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (f.rows[i + 1] - f.rows[i]);
+    let truth = |i: usize| {
+        1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (row_up(&bench, HEIGHTS[i + 1]) - row_up(&bench, HEIGHTS[i]))
+    };
+    for i in [0, 3, 6] {
+        let name = format!("height of a row, {:.0} to {:.0} mm [um]", HEIGHTS[i], HEIGHTS[i + 1]);
+        figures.push(Figure::of(&name, &each(found, pitch(i)), truth(i)));
+    }
+    let width = |i: usize| move |f: &Found| 1000.0 * column_width(&bench, HEIGHTS[i]) * f.plates[1][i].scale;
+    for i in SHOWN {
+        let name = format!("width of a column at {:.0} mm [um]", HEIGHTS[i]);
+        figures.push(Figure::of(&name, &each(found, width(i)), 1000.0 * column_width(&bench, HEIGHTS[i])));
+    }
+    let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
+    let all = |number: &dyn Fn(&Plate) -> f64| {
+        (0..SLOPES.len())
+            .map(|s| (0..HEIGHTS.len()).map(|i| estimate(&|f| number(&f.plates[s][i]))).collect())
+            .collect()
+    };
+    let body = ceramic(23.0);
+    let mut map_scene = set(own.child("map"), &body, true, tiles);
+    map_scene.size.profiles = CERAMIC_EDGE + MAPPED;
+    let seen = Seen {
+        bench,
+        error: all(&|p| p.error),
+        spread: all(&|p| p.spread),
+        expected: level,
+        ceramic: white,
+        row_um: (0..HEIGHTS.len() - 1).map(|i| (0.5 * (HEIGHTS[i] + HEIGHTS[i + 1]), estimate(&pitch(i)))).collect(),
+        column_um: (0..HEIGHTS.len()).map(|i| (HEIGHTS[i], estimate(&width(i)))).collect(),
+        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE, tiles, (23.0, DVec2::ZERO)).0),
+    };
+    (figures, seen)
+}
