@@ -147,7 +147,7 @@ mod tests {
         })
     }
 
-    /// The shadow of a wall ends where the straight way over its edge says, to 10 um, and the walls' fronts are in sight.
+    /// The shadow of a wall ends where the straight way over its edge says, to a step, and the walls' fronts are in sight.
     #[test]
     fn what_lies_behind_a_wall_is_hidden_as_far_as_its_edge_says() {
         let relief = wall();
@@ -159,10 +159,10 @@ mod tests {
         let end = 12.0 + 4.0 * 173.3 / (371.6 - 1.0);
         for x in [2.0, 9.0, 17.0] {
             assert!(
-                !hidden(x, 5.0) && !hidden(x, 10.5) && !hidden(x, 11.7) && !hidden(x, end + 0.01),
+                !hidden(x, 5.0) && !hidden(x, 10.5) && !hidden(x, 11.7) && !hidden(x, end + STEP_MM),
                 "in sight at {x}"
             );
-            assert!(hidden(x, 12.9) && hidden(x, 13.2) && hidden(x, end - 0.01), "hidden at {x}");
+            assert!(hidden(x, 12.9) && hidden(x, 13.2) && hidden(x, end - STEP_MM), "hidden at {x}");
         }
     }
 
