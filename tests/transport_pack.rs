@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use procedural::blister::{Blister, Pack};
-use procedural::{Body, Stream};
+use procedural::{Body, Instance, Stream};
 use sheetlight::transport::answer::{Estimate, Question};
 use sheetlight::transport::kernel::layers::{Cover, Covers};
 use sheetlight::transport::kernel::{BASIS, SPREAD_MM};
@@ -14,7 +14,8 @@ use sheetlight::transport::path::body::judge;
 const ROW_MM: f64 = 0.101;
 const ROWS: usize = 20;
 const LINE_MM: f64 = 0.05;
-const PHOTONS: u64 = 40_000;
+/// Photons for each column.
+const PHOTONS: u64 = 6_000;
 /// What is compared: the scatter, its far rows, and all light; the first row and the last.
 const WINDOWS: [(&str, usize, usize); 3] = [("rows 1 to 8", 1, 8), ("rows 7 to 11", 7, 11), ("all", 0, ROWS)];
 
@@ -31,6 +32,12 @@ fn pack(change: Change) -> Pack {
     Pack::form(Stream::root(7), &blister)
 }
 
+/// The pocket in the middle.
+fn middle(pack: &Pack) -> &Instance {
+    let pockets: Vec<_> = pack.instances().iter().filter(|i| i.within == 0).collect();
+    pockets[pockets.len() / 2]
+}
+
 /// Light in rows `from..=to`, of what entered.
 fn window(rows: &[Estimate], from: usize, to: usize) -> Estimate {
     let inside = rows.iter().enumerate().filter(|(i, _)| (from..=to).contains(&i.abs_diff(ROWS)));
@@ -40,25 +47,27 @@ fn window(rows: &[Estimate], from: usize, to: usize) -> Estimate {
     })
 }
 
-/// The judge in the middle 4.5 mm of the fifth pocket, which is lit across 10.5 mm.
-fn judged(pack: &Pack) -> Vec<Estimate> {
-    let at = &pack.instances()[4];
-    let body = Body::Pack(Box::new(pack.clone()));
-    let x: Vec<f32> = (0..7).map(|i| (at.x_mm - 4.5 + 1.5 * f64::from(i)) as f32).collect();
+/// The judge in the middle 4.5 mm of the middle pocket, which is lit across `columns` of 1.5 mm, an odd number.
+fn judged(pack: &Pack, columns: usize) -> Vec<Estimate> {
+    let at = middle(pack);
+    let (body, half) = (Body::Pack(Box::new(pack.clone())), columns / 2);
+    let x: Vec<f32> = (0..columns).map(|i| (at.x_mm + 1.5 * (i as f64 - half as f64)) as f32).collect();
     let line = LineOfLight {
         body: &body,
         y: at.y_mm,
         line_mm: LINE_MM,
         x: &x,
-        power: &[1.0; 7],
+        power: &vec![1.0; columns],
         view: Question::default().view,
         row_mm: ROW_MM,
         rows: ROWS,
     };
-    let (glow, books) = judge(&line, Effort { photons: PHOTONS, seed: 1 });
+    let (glow, books) = judge(&line, Effort { photons: PHOTONS * columns as u64, seed: 1 });
     let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
     assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
-    let row = |of: &[f32], row: usize| of[7 * row + 2..7 * row + 5].iter().map(|&v| f64::from(v)).collect::<Vec<_>>();
+    let row = |of: &[f32], row: usize| {
+        of[columns * row + half - 1..columns * row + half + 2].iter().map(|&v| f64::from(v)).collect::<Vec<_>>()
+    };
     (0..=2 * ROWS)
         .map(|r| Estimate {
             value: row(&glow.light, r).iter().sum::<f64>() / 3.0,
@@ -69,7 +78,7 @@ fn judged(pack: &Pack) -> Vec<Estimate> {
 
 /// Production's answer for the plane layers in the middle of that pocket.
 fn produced(pack: &Pack) -> Vec<Estimate> {
-    let at = &pack.instances()[4];
+    let at = middle(pack);
     let slice = pack.slice(at.y_mm as f32);
     let (matter, surface) = (slice.matter(at.x_mm as f32), slice.surface(at.x_mm as f32).expect("film"));
     let film = matter.film.expect("film");
@@ -96,16 +105,21 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
 /// tablet deep below its film, 35 %: the kernel has film and tablet parallel.
 #[test]
 fn scatter_of_pockets_is_the_judges() {
-    let cases: [(&str, f64, Change); 4] = [
-        ("filled", 0.12, |_| ()),
-        ("empty", 0.12, |b| b.defects.missing = 9.0),
-        ("touching", 0.12, |b| (b.pocket.headroom_mm, b.pocket.dome_mm, b.tablet.band_mm) = (0.1, 0.0, 4.6)),
-        ("tilted", 0.35, |b| (b.tablet.tilt_deg, b.pocket.headroom_mm, b.pocket.dome_mm) = (15.0, 2.5, 0.0)),
+    let wide: Change = |b| {
+        (b.card.columns, b.card.rows, b.pocket.dome_mm) = (1.0, 1.0, 0.0);
+        (b.tablet.length_mm, b.tablet.width_mm, b.tablet.shape, b.defects.missing) = (30.0, 20.0, 1.0, 1.0);
+    };
+    let cases: [(&str, f64, usize, Change); 5] = [
+        ("filled", 0.12, 7, |_| ()),
+        ("empty", 0.12, 7, |b| b.defects.missing = 9.0),
+        ("touching", 0.12, 7, |b| (b.pocket.headroom_mm, b.pocket.dome_mm, b.tablet.band_mm) = (0.1, 0.0, 4.6)),
+        ("tilted", 0.35, 7, |b| (b.tablet.tilt_deg, b.pocket.headroom_mm, b.pocket.dome_mm) = (15.0, 2.5, 0.0)),
+        ("wide and empty", 0.12, 19, wide),
     ];
     let mut faults = Vec::new();
-    for (name, far, change) in cases {
+    for (name, far, columns, change) in cases {
         let pack = pack(change);
-        let (kernel, judge) = (produced(&pack), judged(&pack));
+        let (kernel, judge) = (produced(&pack), judged(&pack, columns));
         for (what, from, to) in WINDOWS {
             let (k, j) = (window(&kernel, from, to).value, window(&judge, from, to));
             println!("{name}, {what}: {k:.4} against {:.4} +- {:.4}, {:.3}", j.value, j.error, k / j.value);

@@ -1,9 +1,9 @@
 //! Light from below by a model that knows one line at a time (path, diffusion, thesis), put on the sensor.
 //!
 //! The model answers on cells of the body around the line, columns of the sensor times rows along the scan ([`Glow`]).
-//! Each cell is laid on the sensor's rows with the blur of lens and pixel; the laser's width is in the answer already.
-//! As in the production path, rows of a tilted surface are taken at the scale of the lit point, and the lens blurs along
-//! the line too. One direction of view serves the whole line, that of its middle.
+//! Each cell is laid on the sensor's rows where the body's surface there is seen, with the blur of lens and pixel; the
+//! laser's width is in the answer already. The lens blurs along the line too. Neglected: light stays in its column, and
+//! one direction of view serves the whole line, that of its middle.
 
 use procedural::Stream;
 
@@ -81,11 +81,11 @@ impl Slow<'_> {
                 thesis::glow(&line, &thesis::Settings { method, pitch_mm: pixel_mm, ..thesis::Settings::default() })
             }
         };
-        Some(self.project(&glow, row))
+        Some(self.project(&glow, row, &line))
     }
 
     /// Lays an answer on the sensor.
-    fn project(&self, glow: &Glow, row: &Row) -> Window {
+    fn project(&self, glow: &Glow, row: &Row, of: &LineOfLight) -> Window {
         let columns = glow.columns;
         let padded = columns.next_multiple_of(TILE);
         let mut window = vec![0.0; ROWS * padded];
@@ -94,13 +94,17 @@ impl Slow<'_> {
             line.copy_from_slice(light);
             blur(&mut line, self.camera.blur_variance, 1.0, &mut room);
             let y = (i as f64 - glow.rows as f64) * ROW_MM;
+            let cut = of.body.slice((of.y + y) as f32);
             for (column, &electrons) in line.iter().enumerate() {
                 if electrons == 0.0 {
                     continue;
                 }
-                // Rows fall with y; the window's middle row holds the centre.
-                let fraction = row.centre[column] - row.centre[column].floor();
-                let place = CENTRE as f32 + fraction - y as f32 * row.rows_per_mm[column];
+                // The window's middle row holds the centre. Beside the body light is seen as if the line's height went on.
+                let first = row.centre[column].floor() - CENTRE as f32;
+                let place = match cut.surface(of.x[column]) {
+                    Some(surface) => self.camera.place(of.x[column], y as f32, surface.z)[1] - first,
+                    None => row.centre[column] - first - y as f32 * row.rows_per_mm[column],
+                };
                 let variance = self.camera.lens_variance();
                 let scale = 0.398_942_3 / variance.sqrt() * electrons;
                 let reach = REACH * variance.sqrt();
