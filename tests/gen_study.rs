@@ -175,3 +175,33 @@ fn a_study_of_the_instrument_is_the_same_on_any_number_of_threads() {
         assert!(place.done(&format!("study {study} --help")).out.contains("Examples:"), "{study}");
     }
 }
+
+/// Packs with one defect each: the pocket concerned tells by its Scatter, through clear film by Range, and is outlined.
+#[test]
+fn the_study_of_packs_shows_each_defect() {
+    let place = Place::new();
+    let run = place.done("study packs --out here --threads 2");
+    let json = place.json("here/packs.json");
+    let packs = json["packs"].as_array().expect("a list");
+    assert_eq!((packs.len(), run.out.lines().count()), (24, 26));
+    let pack = |name: &str| packs.iter().find(|pack| pack["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+    let told = |name: &str, of: &str| {
+        let pack = pack(name);
+        [&pack["concerned"][of], &pack["others"][of]].map(|value| value.as_f64().unwrap_or(f64::NAN))
+    };
+    assert_eq!(pack("sound")["defects"].as_array().map(Vec::len), Some(0));
+    for pack in packs.iter().filter(|pack| pack["name"] != "sound") {
+        assert!(pack["defects"].as_array().is_some_and(|defects| !defects.is_empty()), "{pack}");
+    }
+    let [empty, filled] = told("missing", "scatter_dn");
+    assert!(empty < 0.85 * filled, "{empty} of {filled}");
+    let [range, other] = told("missing", "range_mm");
+    assert!((range - other).abs() < 0.1, "{range} and {other}");
+    let [range, other] = told("missing, clear film", "range_mm");
+    assert!(range < 0.3 && other > 1.0, "{range} and {other} through clear film");
+    let picture = image::open(place.path("here/packs.png")).expect("a PNG").to_rgb8();
+    let outlined = picture.pixels().filter(|pixel| pixel.0 == [255, 60, 40]).count();
+    assert!(outlined > 2000, "{outlined} pixels of outlines");
+    let refused = place.run("study packs --recipe wood-small --out here");
+    assert!(refused.code != 0 && refused.err.contains("about wood"), "{}", refused.err);
+}

@@ -10,7 +10,7 @@ use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
 use crate::recipe::Recipe;
 use crate::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
-use crate::study::{Report, Step, Watch, lines, point, profile};
+use crate::study::{Report, Step, Watch, lines, packs, point, profile};
 use crate::transport::path::Effort;
 
 /// Most photons for a single question: days of work.
@@ -55,6 +55,20 @@ pub(super) enum Study {
   gen study laser                                  writes out/study/laser.json and laser.png
   gen study laser --out line.png > line.txt        the table in a file")]
     Laser(Repeated),
+    /// One blister pack of each defect: Range, Reflectance, Scatter, and means of the pockets concerned
+    #[command(after_help = "Examples:
+  gen study packs                                  writes out/study/packs.json and packs.png
+  gen study packs --recipe mine.yaml --seed 3      the same defects in packs of a recipe of yours")]
+    Packs(Packs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Packs {
+    #[command(flatten)]
+    common: Common,
+    /// Recipe for blister packs: a YAML file, or a built-in one
+    #[arg(long, value_name = "FILE", default_value = "blister-small")]
+    recipe: String,
 }
 
 #[derive(Debug, Args)]
@@ -121,6 +135,10 @@ pub(super) fn run(study: &Study) -> Outcome {
         Study::Sensor(of) => again(of, "sensor", sensor::study),
         Study::Speckle(of) => again(of, "speckle", speckle::study),
         Study::Laser(of) => again(of, "laser", laser::study),
+        Study::Packs(of) => {
+            let recipe = Recipe::load(&of.recipe)?;
+            make(&of.common, "packs", packs::work(), |watch| packs::study(&recipe, of.common.seed, watch))
+        }
     }
 }
 
@@ -133,16 +151,16 @@ fn walk(
     study: impl Fn(Effort, Watch) -> Report + Sync,
 ) -> Outcome {
     let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed };
-    make(&arguments.common, name, work(effort), |watch| study(effort, watch))
+    make(&arguments.common, name, work(effort), |watch| Ok(study(effort, watch)))
 }
 
 /// A study that is repeated.
 fn again(of: &Repeated, name: &str, study: fn(Trials, Watch) -> Report) -> Outcome {
     let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed };
-    make(&of.common, name, trials.repeats, |watch| study(trials, watch))
+    make(&of.common, name, trials.repeats, |watch| Ok(study(trials, watch)))
 }
 
-fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Report + Sync) -> Outcome {
+fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Result<Report, String> + Sync) -> Outcome {
     let threads = super::generate::threads(common.threads)?;
     let out = &common.out;
     let (json, png) = if out.extension().is_some_and(|extension| extension == "png") {
@@ -161,7 +179,7 @@ fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Report 
             Step::Asks(what) => bar.say(what),
             Step::Done(part) => bar.done(part),
         })
-    });
+    })?;
     bar.end();
     print(&report.table);
     whole::write(&json, format!("{:#}\n", report.json).as_bytes())?;

@@ -4,6 +4,7 @@
 //! - [`lines`]: a line of light on fifteen media, where it comes out
 //! - [`profile`]: one profile of a recipe's sample
 //! - [`instrument`]: triangulation, sensor, speckle, laser
+//! - [`packs`]: one blister pack of each defect
 //!
 //! A study of light inside matter walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question
 //! stands in it with its reason.
@@ -16,6 +17,8 @@ pub mod instrument;
 pub mod lines;
 mod lines_page;
 pub mod media;
+pub mod packs;
+mod packs_page;
 pub mod point;
 mod point_page;
 pub mod profile;

@@ -1,0 +1,165 @@
+//! One blister pack of each defect as the camera sees it, and what Range and Scatter say of the pockets concerned.
+//!
+//! Every pack has draws of its own, those of samples 0, 1, 2 ... of the recipe, but one film, one exposure and the defects
+//! of [`PACKS`]; so apart from the defect packs differ as they do in a dataset.
+
+use procedural::blister::{Blister, Defects};
+use procedural::{Class, Instance};
+use serde_json::{Value, json};
+
+use super::packs_page::page;
+use super::{Report, Step, Watch, asks};
+use crate::optics::speckle::Tiles;
+use crate::pipeline;
+use crate::recipe::{Plan, Recipe, Scene};
+use crate::record::Record;
+
+/// Severity of the defects on show [1].
+const SEVERITY: f64 = 0.9;
+/// Scattering of semi-transparent, clear and opaque film [mm^-1].
+const FILM_PER_MM: f64 = 12.0;
+const CLEAR_PER_MM: f64 = 0.05;
+const OPAQUE_PER_MM: f64 = 150.0;
+/// Exposure time of a good scan, and of one as overexposed as those of Kihl and Källberg [us].
+const GOOD_US: f64 = 40.0;
+const OVEREXPOSED_US: f64 = 400.0;
+
+/// A name, and what makes the pack so: its numbers and the exposure time [us].
+type Change = (&'static str, fn(&mut Blister, &mut f64));
+
+/// The packs on show: sound, each defect alone, then other films and light, then several defects together.
+const PACKS: [Change; 24] = [
+    ("sound", |_, _| ()),
+    ("missing", |b, _| b.defects.missing = 1.0),
+    ("broken", |b, _| b.defects.broken = 1.0),
+    ("chipped", |b, _| b.defects.chipped = 1.0),
+    ("cracked", |b, _| b.defects.cracked = 1.0),
+    ("capped", |b, _| b.defects.capped = 1.0),
+    ("foreign tablet", |b, _| b.defects.foreign_tablet = 1.0),
+    ("wrong coat", |b, _| b.defects.wrong_coat = 1.0),
+    ("double", |b, _| b.defects.double = 1.0),
+    ("particle", |b, _| b.defects.particle = 1.0),
+    ("fibre", |b, _| b.defects.fibre = 1.0),
+    ("powder", |b, _| b.defects.powder = 1.0),
+    ("shallow", |b, _| b.defects.shallow = 1.0),
+    ("collapsed", |b, _| b.defects.collapsed = 1.0),
+    ("punctured", |b, _| b.defects.punctured = 1.0),
+    ("pinhole, clear film", |b, _| (b.defects.pinhole, b.web.sigma_per_mm) = (3.0, CLEAR_PER_MM)),
+    ("channel", |b, _| b.defects.channel = 1.0),
+    ("wrinkle", |b, _| b.defects.wrinkle = 1.0),
+    ("delamination", |b, _| b.defects.delamination = 1.0),
+    ("tablet on flange", |b, _| b.defects.tablet_on_flange = 1.0),
+    ("missing, clear film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, CLEAR_PER_MM)),
+    ("missing, opaque film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, OPAQUE_PER_MM)),
+    ("missing, overexposed", |b, time_us| {
+        b.defects.missing = 1.0;
+        *time_us = OVEREXPOSED_US;
+    }),
+    ("several", |b, _| {
+        (b.defects.missing, b.defects.broken, b.defects.powder, b.defects.channel) = (1.0, 1.0, 1.0, 1.0);
+    }),
+];
+
+/// A pack on show.
+pub(super) struct Pack {
+    pub name: &'static str,
+    pub record: Record,
+    /// What the dark level adds to Scatter [DN].
+    pub dark_dn: f64,
+}
+
+/// Packs of the whole study.
+pub fn work() -> u64 {
+    PACKS.len() as u64
+}
+
+/// Renders the packs of `recipe`; what is wrong where it is about something else.
+pub fn study(recipe: &Recipe, seed: u64, watch: Watch) -> Result<Report, String> {
+    let tiles = Tiles::new(seed);
+    let mut packs = Vec::with_capacity(PACKS.len());
+    for (number, (name, change)) in PACKS.into_iter().enumerate() {
+        asks("kernel", name, watch);
+        let scene = scene(recipe, seed, number as u64, change)?;
+        let record = pipeline::render(&scene, &tiles, &|_| ());
+        let dark = record.physics.iter().find(|(name, _)| *name == "scatter_dark_dn");
+        packs.push(Pack { name, dark_dn: dark.map_or(0.0, |(_, dn)| *dn), record });
+        watch(Step::Done(1));
+    }
+    let mut table =
+        format!("{:22} {:>10} {:>10} {:>10} {:>10}  defects\n", "pack", "Scatter", "others", "Range", "others");
+    table += &format!("{:22} {:>10} {:>10} {:>10} {:>10}\n", "", "[DN]", "[DN]", "[mm]", "[mm]");
+    let mut rows = Vec::new();
+    for pack in &packs {
+        let (line, row) = told(pack);
+        table += &line;
+        rows.push(row);
+    }
+    let json = json!({
+        "schema_version": 1,
+        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
+        "study": "packs",
+        "recipe": recipe.name(),
+        "seed": seed,
+        "packs": rows,
+    });
+    Ok(Report { table, json, picture: page(&packs) })
+}
+
+/// Sample `index` of the recipe with nothing wrong, and then `change`.
+fn scene(recipe: &Recipe, seed: u64, index: u64, change: fn(&mut Blister, &mut f64)) -> Result<Scene, String> {
+    let mut scene = recipe.draw(seed, index);
+    let subject = recipe.subject().name();
+    let Plan::Blister(blister) = &mut scene.plan else {
+        return Err(format!(
+            "{} is about {subject}; name a recipe for blister packs, blister-small for one",
+            recipe.name()
+        ));
+    };
+    blister.defects = Defects::from_values(&mut |parameter| parameter.default);
+    blister.defects.severity = SEVERITY;
+    blister.web.sigma_per_mm = FILM_PER_MM;
+    scene.bench.exposure.time_us = GOOD_US;
+    change(blister, &mut scene.bench.exposure.time_us);
+    (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
+    Ok(scene)
+}
+
+/// Mean Scatter without the dark level [DN] and mean Range [mm] of the pockets that `chosen` picks; `None` for none.
+fn mean(pack: &Pack, chosen: impl Fn(&Instance) -> bool) -> Option<[f64; 2]> {
+    let record = &pack.record;
+    let ids: Vec<u16> = record.objects.iter().map(|o| o.instance).filter(|i| chosen(i)).map(|i| i.id).collect();
+    let parent = |id: u16| {
+        let own = record.objects.iter().map(|object| &object.instance).find(|instance| instance.id == id);
+        own.map_or(id, |instance| if instance.within > 0 { instance.within } else { id })
+    };
+    let seen = |i: &usize| {
+        let id = record.labels.instance[*i];
+        id > 0 && record.maps.scatter[*i] > 0.0 && ids.contains(&parent(id))
+    };
+    let pixels: Vec<usize> = (0..record.labels.instance.len()).filter(seen).collect();
+    let of = |map: &[f32]| pixels.iter().map(|&i| f64::from(map[i])).sum::<f64>() / pixels.len() as f64;
+    (!pixels.is_empty()).then(|| [of(&record.maps.scatter) - pack.dark_dn, of(&record.maps.range)])
+}
+
+/// A pack's line in the table, and the same as JSON.
+fn told(pack: &Pack) -> (String, Value) {
+    let pocket = |i: &Instance| i.within == 0 && (i.class == Class::Pocket || i.state != Class::Pocket);
+    let concerned = mean(pack, |i| pocket(i) && i.state != Class::Pocket);
+    let others = mean(pack, |i| pocket(i) && i.state == Class::Pocket);
+    let defects: Vec<&str> =
+        pack.record.objects.iter().map(|o| o.instance.class).filter(|c| *c != Class::Pocket).map(Class::name).collect();
+    let number = |of: Option<[f64; 2]>, i: usize, digits: usize| {
+        of.map_or("-".to_owned(), |values| format!("{:.digits$}", values[i]))
+    };
+    let line = format!(
+        "{:22} {:>10} {:>10} {:>10} {:>10}  {}\n",
+        pack.name,
+        number(concerned, 0, 1),
+        number(others, 0, 1),
+        number(concerned, 1, 2),
+        number(others, 1, 2),
+        defects.join(", ")
+    );
+    let pair = |of: Option<[f64; 2]>| of.map(|[scatter, range]| json!({"scatter_dn": scatter, "range_mm": range}));
+    (line, json!({"name": pack.name, "defects": defects, "concerned": pair(concerned), "others": pair(others)}))
+}
