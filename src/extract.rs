@@ -172,7 +172,9 @@ fn read(
             && peak + need < frame.rows as i32
             && row >= need
             && row + need < calibration.sensor_rows as i32
-            && sum[c] > 0.0;
+            && sum[c] > 0.0
+            // What lies outside of its own window is noise over noise.
+            && moment[c].abs() <= window as f32 * sum[c];
         let mut position = row as f32 + moment[c] / sum[c];
         if settings.subpixel_steps > 0 {
             position = (position * steps).round() / steps;

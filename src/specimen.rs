@@ -139,6 +139,10 @@ impl Specimen {
                 guess += ((along(guess) - last.0) * last.1).clamp(-0.5, 0.5);
             }
             let mut found = slice.surface(along(guess)).map(|s| (along(guess), s));
+            if found.is_none() && self.upper.is_some() {
+                // Where the card ends on the lens's far side, a look from as high as the pockets goes past its edge.
+                found = slice.surface(along(0.0)).map(|s| (along(0.0), s));
+            }
             if let Some((_, first)) = found
                 && (first.z - guess).abs() > 0.05
             {
@@ -246,7 +250,7 @@ fn approach(
 
 /// The upper surface of a body that can hide itself, and what lies below its film where that lets light through.
 fn reliefs(body: &Body, lens: Vec3) -> (Option<Relief>, Option<Relief>) {
-    let Body::Pack(_) = body else { return (None, None) };
+    let Body::Pack(pack) = body else { return (None, None) };
     let (low, high) = body.bounds();
     let upper = Relief::new(low, high, lens, |y, x, row| {
         let slice = body.slice(y);
@@ -254,10 +258,7 @@ fn reliefs(body: &Body, lens: Vec3) -> (Option<Relief>, Option<Relief>) {
             *z = slice.surface(x).map_or(0.0, |surface| surface.z);
         }
     });
-    let middle = 0.5 * (low + high);
-    let film = body.slice(middle.y).matter(middle.x, high.z);
-    let clear = film.film.is_some_and(|f| film.medium.sigma_i * f.thickness_mm < DENSE);
-    let lower = clear.then(|| {
+    let lower = (pack.clearest() < DENSE).then(|| {
         Relief::new(low, high, lens, |y, x, row| {
             let slice = body.slice(y);
             for (z, &x) in row.iter_mut().zip(x) {

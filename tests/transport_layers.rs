@@ -1,10 +1,11 @@
 //! Purpose: foil and coats against closed forms, and the kernel's films against the judge on plane stacks.
 
 use glam::{DVec3, Vec3};
-use procedural::{Gloss, Stream};
+use procedural::{Film, Gloss, Medium, Stream};
 use sheetlight::transport::answer::{Answer, Estimate, Question, Side};
 use sheetlight::transport::fresnel::gloss;
 use sheetlight::transport::kernel;
+use sheetlight::transport::kernel::layers::{Cover, Covers};
 use sheetlight::transport::path::{Effort, solve};
 use sheetlight::transport::stack::{Below, Foil, Layer, Scattering, Stack};
 
@@ -220,3 +221,46 @@ const FACTORS: [(f64, f64, [f64; 2]); 8] = [
     (150.0, 0.08, [1.171, 7.725]),
     (150.0, 0.3, [1.023, 5.346]),
 ];
+
+/// What foil and a tablet's own gloss send through clear film follows the bisector of laser and lens, which off the middle
+/// of the line both lean.
+#[test]
+fn glints_stand_where_facets_bisect_laser_and_lens() {
+    let facets = |reflectance| Gloss { share: 1.0, reflectance, roughness: [0.1, 0.3] };
+    let foil = Medium::opaque(facets(0.9));
+    let black = Medium { gloss: facets(0.04), ..Medium::isotropic(50.0, 0.01, 1.5, Gloss::NONE) };
+    let view = Vec3::new(-0.12, -0.42, 0.9).normalize();
+    for under in [foil, black] {
+        let glint = |light: Vec3| {
+            let film = Film { thickness_mm: 0.1, gap_mm: Some(3.0), under, under_slope: [0.0; 2] };
+            let medium = Medium::isotropic(0.001, 0.001, 1.53, Gloss::NONE);
+            let cover = Cover { medium, film, enter: 0.956, view_up: view.z, view, light };
+            Covers::new().spread(&cover).through.iter().sum::<f32>() / gloss(&under.gloss, Vec3::Z, light, view)
+        };
+        let [above, aslant] = [Vec3::Z, Vec3::new(-0.14, 0.0, 1.0).normalize()].map(glint);
+        assert!((above / aslant - 1.0).abs() < 0.05, "{above} of the lobe from above, {aslant} from aslant");
+    }
+}
+
+/// Film that absorbs more than it lets pass: the judge's reflectance.
+#[test]
+fn dark_films_reflect_what_the_judge_says() {
+    for (sigma, mu_a, thickness) in [(40.0, 3.0, 0.5), (40.0, 8.0, 0.5), (12.0, 4.0, 0.8)] {
+        let stack = over_foil(film(sigma, mu_a, thickness), Some(2.0));
+        let (kernel, judge) = (ask(&stack), judge("dark", &stack, Question::default(), 60_000));
+        println!("{sigma} {mu_a} {thickness}: {} against {:?}", kernel.reflectance.value, judge.reflectance);
+        near("dark film", judge.reflectance, kernel.reflectance.value, 0.012);
+    }
+}
+
+/// Film sealed to foil of other reflectances than the table's.
+#[test]
+fn sealed_films_know_their_foil() {
+    for reflectance in [0.6, 0.75, 0.95] {
+        let mut stack = over_foil(film(12.0, 0.05, 0.25), None);
+        stack.below = Below::Foil(Foil { reflectance, ..ROUND });
+        let (kernel, judge) = (ask(&stack), judge("sealed", &stack, Question::default(), 60_000));
+        println!("{reflectance}: {} against {:?}", kernel.reflectance.value, judge.reflectance);
+        near("sealed film", judge.reflectance, kernel.reflectance.value, 0.015);
+    }
+}

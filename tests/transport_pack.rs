@@ -84,7 +84,7 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
     let film = matter.film.expect("film");
     let view = Question::default().view.as_vec3();
     let normal = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize();
-    let cover = Cover { medium: matter.medium, film, enter: 1.0, view_up: normal.dot(view), view };
+    let cover = Cover { medium: matter.medium, film, enter: 1.0, view_up: normal.dot(view), view, light: Vec3::Z };
     let answer = Covers::new().spread(&cover);
     // What comes from below is seen through the film nearer to the lens.
     let shift = f64::from(film.gap_mm.unwrap_or(0.0) * view.y / view.z);

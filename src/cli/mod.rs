@@ -72,7 +72,7 @@ enum Command {
 /// Arguments of a generating run.
 #[derive(Debug, Args)]
 pub(crate) struct Generate {
-    /// Recipe: a YAML file, or a built-in one (wood.yaml, wood-small.yaml)
+    /// Recipe: a YAML file, or a built-in one (wood, wood-small, blister, blister-small, ...)
     #[arg(long, value_name = "FILE")]
     recipe: Option<String>,
     /// Samples that the dataset shall have; a larger number later extends it

@@ -96,6 +96,7 @@ pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, covers:
         enter: enters(matter.medium.n_eff, normal, -sight.light),
         view_up: normal.dot(sight.view).max(0.0),
         view: sight.view,
+        light: -sight.light,
     });
     // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
     for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {

@@ -226,18 +226,15 @@ impl RowMaker {
     }
 }
 
-/// Pieces of a row between upright walls and gaps, of the columns `first..`. A film goes on through its walls and ends
-/// at its holes.
+/// Pieces of a row between upright walls and gaps, of the columns `first..`. A film goes on through its walls, and
+/// around its holes.
 fn pieces(hits: &[Hit], first: usize, relief: bool, pieces: &mut Vec<Range<usize>>) {
     pieces.clear();
     let mut start = 0;
     for i in 1..=hits.len() {
         let bare = |hit: &Hit| hit.matter.class == Class::Background;
-        let filmed = |hit: &Hit| hit.matter.film.is_some();
         let wall = |pair: &[Hit]| (pair[0].surface.z - pair[1].surface.z).abs() > WALL_MM;
-        let ends = |pair: &[Hit]| {
-            bare(&pair[0]) != bare(&pair[1]) || if relief { filmed(&pair[0]) != filmed(&pair[1]) } else { wall(pair) }
-        };
+        let ends = |pair: &[Hit]| bare(&pair[0]) != bare(&pair[1]) || (!relief && wall(pair));
         if i == hits.len() || ends(&hits[i - 1..=i]) {
             pieces.push(first + start..first + i);
             start = i;
@@ -253,14 +250,16 @@ fn texel(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
     let flat = fibre + normal * sin_dive;
     let length = flat.length();
     let track = if length > 1e-4 { flat / length } else { Vec3::Y };
-    // What facets throw back does not enter.
-    let thrown = medium.gloss.share * medium.gloss.reflectance;
+    // What facets of denser matter throw back does not enter; facets of the matter itself are its own surface.
+    let own = fresnel::normal_reflectance(medium.n_eff);
+    let facets = medium.gloss.reflectance > 1.01 * own;
+    let thrown = if facets { medium.gloss.share * medium.gloss.reflectance } else { 0.0 };
     Texel {
         mu_a: medium.mu_a,
         sigma_i: medium.sigma_i,
         k: medium.k,
         n: medium.n_eff,
-        enter: (1.0 - thrown) * (1.0 - fresnel::normal_reflectance(medium.n_eff)),
+        enter: (1.0 - thrown) * (1.0 - own),
         sin_dive,
         cos_azimuth: track.y,
         view_along: view.dot(track),

@@ -93,6 +93,10 @@ impl Pack {
         let class = self.instances[cell].class;
         let wish = wish(stream.child("pose").index(cell as u64), blister, form);
         let swept = |p: &Planned| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
+        if of_whole.is_some_and(swept) {
+            // Not formed deep enough for its tablet, which is not there.
+            self.instances[cell].state = Class::Missing;
+        }
         let mut short = None;
         if class != Class::Missing && !of_whole.is_some_and(swept) {
             let severity = of_whole.map_or(0.0, |p| p.severity);

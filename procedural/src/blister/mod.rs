@@ -121,6 +121,11 @@ impl Pack {
         }
     }
 
+    /// Least reduced scattering times thickness of the film, anywhere [1].
+    pub fn clearest(&self) -> f32 {
+        self.web.medium(1.0).sigma_i * self.web.thinnest_mm()
+    }
+
     /// Everything between film and foil: convex solids, which may touch and do not overlap.
     pub fn solids(&self) -> &[Solid] {
         &self.solids

@@ -239,6 +239,12 @@ impl FormedWeb {
         (self.bumps_mm * weight * height, self.bumps_mm * gradient, (self.spread * weight * thin).max(-0.8))
     }
 
+    /// Thickness of the film where it was drawn farthest, but for its variation from place to place [mm].
+    pub fn thinnest_mm(&self) -> f32 {
+        let drawn = self.cells.iter().map(|cell| self.formed.thickness_mm(1.0, cell.stretch));
+        drawn.fold(self.formed.thickness_mm(0.0, 0.0), f32::min)
+    }
+
     /// Largest bump [mm].
     pub fn highest_bump(&self) -> f32 {
         2.3 * self.bumps_mm

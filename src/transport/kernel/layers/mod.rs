@@ -34,9 +34,13 @@ use self::under::Under;
 use self::waves::{Back, Lambert, Place, WAVES, Wave};
 use super::widths::BASIS;
 use crate::transport::fresnel::{gloss, interface, normal_reflectance};
+use crate::transport::path;
 
 /// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
 const NEAR_MM: f32 = 0.5;
+/// Share of diffuse light that foil sends into a film and that comes back to it, and that a film's outside throws back [1].
+const RETURNED: f32 = 0.7;
+const DIFFUSE: f32 = 0.092;
 /// Largest gain of light between film and what lies below that is believed [1].
 const LOOP: f32 = 0.98;
 
@@ -53,6 +57,8 @@ pub struct Cover {
     pub view_up: f32,
     /// Unit vector to the lens; x along the line, y along the motion, z up.
     pub view: Vec3,
+    /// Unit vector to the laser.
+    pub light: Vec3,
 }
 
 /// What a film does to a line of light: two patterns on the fixed widths.
@@ -130,6 +136,25 @@ fn spread(covers: &Covers, cover: &Cover) -> CoverSpread {
     CoverSpread { enter, exit, through: covers.back.weights(&flow.through) }
 }
 
+/// Light that leaves a film sealed to foil of another reflectance than the table's.
+///
+/// Each meeting keeps `reflectance` of it, and the film sends [`RETURNED`] of that to the next: r / (1 - s r). Film in air
+/// is one more known place, since its lower side throws back the share 1 - (1 - r_d) / n^2 of diffuse light inside.
+#[inline(always)]
+fn other_foil(sealed: Wave, back: Wave, n: f32, reflectance: f32) -> Wave {
+    let met = |kept: f32| kept / (1.0 - RETURNED * kept);
+    let air = met(1.0 - (1.0 - DIFFUSE) / (n * n));
+    let part = (met(reflectance) - air) / (met(path::film::SEALED.reflectance as f32) - air);
+    std::array::from_fn(|i| back[i] + (sealed[i] - back[i]) * part)
+}
+
+/// A direction in air as a level film of index `n` bends it.
+#[inline(always)]
+fn inside(n: f32, way: Vec3) -> Vec3 {
+    let flat = Vec3::new(way.x, way.y, 0.0) / n;
+    flat + Vec3::Z * (1.0 - flat.length_squared()).max(0.0).sqrt()
+}
+
 /// Follows a line's light through film and gap and back.
 #[inline(always)]
 fn flow(covers: &Covers, cover: &Cover) -> Flow {
@@ -150,13 +175,11 @@ fn flow(covers: &Covers, cover: &Cover) -> Flow {
     let normal = Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize();
     let under = &film.under;
     if let (None, true) = (film.gap_mm, foil) {
-        let sealed = place.read(&of.sealed());
-        let (sin, up) = refracted(n, cover.view_up);
-        // The lens's direction inside the film.
-        let flat = Vec3::new(cover.view.x, cover.view.y, 0.0).normalize_or_zero();
-        let inside = (flat * sin + Vec3::Z * up).normalize();
+        let sealed = other_foil(place.read(&of.sealed()), place.read(&of.back()), n, under.gloss.reflectance);
+        let (_, up) = refracted(n, cover.view_up);
         let out = crate::lanes::exp(-extinction / up) * (1.0 - interface(1.0, n.into(), cover.view_up.into()).0 as f32);
-        let glint = enter * left * out * gloss(&under.gloss, normal, Vec3::Z, inside) / (n * n);
+        let glint =
+            enter * left * out * gloss(&under.gloss, normal, inside(n, cover.light), inside(n, cover.view)) / (n * n);
         let all = sealed.map(|part| enter * (part + of.sealed_straight()));
         let rest = (enter - all[0]).max(0.0);
         return Flow {
@@ -177,10 +200,12 @@ fn flow(covers: &Covers, cover: &Cover) -> Flow {
     let lobe = if foil { covers.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; WAVES] };
     let (body, [mirrors, mirrors_straight]) = (covers.under.body(), covers.under.mirrors());
     let glint = if foil {
-        gloss(&under.gloss, normal, Vec3::Z, cover.view)
+        gloss(&under.gloss, normal, cover.light, cover.view)
     } else {
         covers.under.towards(cover.view.dot(normal))
     };
+    // What the glossy surface of a tablet throws to the lens itself.
+    let shine = if foil { 0.0 } else { gloss(&under.gloss, normal, cover.light, cover.view) };
     // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
     let near = NEAR_MM * NEAR_MM / (NEAR_MM * NEAR_MM + gap * gap);
     let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
@@ -199,7 +224,7 @@ fn flow(covers: &Covers, cover: &Cover) -> Flow {
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);
         out.towards[i] = enter * (laws[0] * back[i] + laws[1] * passed);
-        let below = body[i] * ((1.0 - mirrors_straight) * straight + (1.0 - mirrors) * down) * glint;
+        let below = body[i] * ((1.0 - mirrors_straight) * straight + (1.0 - mirrors) * down) * glint + straight * shine;
         let metal = straight * glint + down * glow;
         out.through[i] = enter * seen * if foil { metal } else { below };
         let unturned = of.diffuse_straight() * up + (1.0 - fresnel) * straight * mirror;
@@ -214,7 +239,7 @@ fn flow(covers: &Covers, cover: &Cover) -> Flow {
 }
 
 /// Mean cosine of the pigment of films [1].
-const PIGMENT_G: f32 = crate::transport::path::film::PIGMENT_G as f32;
+const PIGMENT_G: f32 = path::film::PIGMENT_G as f32;
 
 /// Sine and cosine inside a film of index `n` of light that leaves it under cosine `up` [1].
 #[inline(always)]

@@ -99,7 +99,7 @@ fn cover(stack: &Stack, question: &Question) -> Result<Cover, Refusal> {
     let film = Film { thickness_mm: top.thickness as f32, gap_mm: gap, under, under_slope: [0.0; 2] };
     let enter = 1.0 - interface(1.0, top.n, 1.0).0 as f32;
     let view: Vec3 = question.view.as_vec3();
-    Ok(Cover { medium, film, enter, view_up: view.z, view })
+    Ok(Cover { medium, film, enter, view_up: view.z, view, light: Vec3::Z })
 }
 
 /// Height of a layer of air [mm].

@@ -13,7 +13,7 @@ pub const N: [f64; 2] = [1.45, 1.58];
 pub const TURNS: [f64; 15] =
     [0.0, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56, 5.12, 10.24, 20.48, 40.96, 81.92, 163.84];
 /// Absorption times thickness [1].
-pub const ABSORBED: [f64; 7] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
+pub const ABSORBED: [f64; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 10.0];
 /// Path of light in a film about which interpolation over absorption is exact [thicknesses].
 const PATH: f32 = 4.0;
 /// Lowest frequency of a transform [1 / thickness].
