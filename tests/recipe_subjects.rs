@@ -36,8 +36,7 @@ fn laser_and_camera_stand_above_all_that_a_pack_can_become() {
     let either = low.replace("shape: 2", "shape: {choice: {values: [0, 2]}}");
     only_pack(&either, (1, 9), "laser.fan_height_mm", &["20 mm high", "above the pack"]);
     let text = |defects: &str| {
-        let pack =
-            "tablet: {thickness_mm: 8, band_mm: 4}\npack: {bow_mm: {uniform: [-1, 0]}}\nlaser: {fan_height_mm: 20}";
+        let pack = "tablet: {thickness_mm: 8, band_mm: 4}\npack: {bow_mm: {uniform: [-1, 0]}, pitch_y_mm: 18}\nlaser: {fan_height_mm: 20}";
         format!("name: a\nsubject: blister\nclasses: {{a: {{share: 1{defects}}}}}\n{pack}\n")
     };
     Recipe::parse("single.yaml", &text("")).expect("one tablet has room");
