@@ -5,7 +5,7 @@ mod icon_support;
 use std::fs;
 use std::path::Path;
 
-use icon_support::{calibrated, folder, noise, reader, uncalibrated, world, write};
+use icon_support::{calibrated, folder, noise, plane, reader, uncalibrated, world, write, write_between};
 use sheetlight::icon::{
     Content, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, open, write_image,
 };
@@ -209,17 +209,23 @@ fn sensor_images_come_back() {
     }
 }
 
+/// An image between planes that we do not know is read in either layout, each plane with its own width.
+#[test]
+fn images_are_found_between_planes() {
+    let (_folder, name) = folder();
+    let image = SensorImage { cols: 9, rows: 4, offset: [3, 128], dn: noise(36).map(|n| n as u8).collect() };
+    for layout in ["SCAN", "SUBCOMPONENT"] {
+        write_between(&name, &image, layout, [("Before", "WORD", 10, 5), ("After", "INT", 12, 3)]);
+        let Ok(Content::Image(back)) = open(&name) else { panic!("{layout} is no image") };
+        assert_eq!(back, image, "{layout}");
+    }
+}
+
 /// Planes, components and settings that we do not know are stepped over; line-by-line layout and short marks are read.
 #[test]
 fn other_cameras_are_read() {
     let (_folder, name) = folder();
     let scan = uncalibrated(2, 3);
-    let plane = |kind: &str, name: &str, size: usize, width: usize| {
-        format!(
-            "<subcomponent name=\"{name}\" valuetype=\"{kind}\"><parameter name=\"size\">{size}</parameter>\
-             <parameter name=\"width\">{width}</parameter></subcomponent>"
-        )
-    };
     write(&name, &scan);
     let text = fs::read_to_string(format!("{}.xml", name.display())).expect("it was just written");
     let from = text.find("<sensorrangetraits>").expect("it is there");

@@ -5,8 +5,8 @@ mod icon_support;
 use std::fs;
 use std::path::PathBuf;
 
-use icon_support::{calibrated, folder, uncalibrated, write};
-use sheetlight::icon::{Scan, ScanWriter, open};
+use icon_support::{calibrated, folder, noise, uncalibrated, write, write_between};
+use sheetlight::icon::{Content, Scan, ScanWriter, SensorImage, open, write_image};
 
 /// Damage has a place, a reason and a remedy; cut or changed anywhere, a file is never a panic.
 #[test]
@@ -75,4 +75,98 @@ fn unfinished_scans_leave_nothing() {
     assert!(writer.finish().expect_err("a row is missing").to_string().contains("2 of 3 rows"));
     assert_eq!(fs::read_dir(folder.path()).expect("it is ours").count(), 0);
     assert!(ScanWriter::create(&folder.path().join("no/such"), &scan, 1).is_err());
+}
+
+/// An image beside a plane of pixels of another width is told, in either layout.
+#[test]
+fn widths_that_disagree_are_told() {
+    let (_folder, name) = folder();
+    let image = SensorImage { cols: 10, rows: 2, offset: [0, 0], dn: vec![7; 20] };
+    for layout in ["SCAN", "SUBCOMPONENT"] {
+        for (plane, kind, size) in [("Range", "WORD", 200), ("Intensity", "BYTE", 100)] {
+            write_between(&name, &image, layout, [(plane, kind, size, 100), ("After", "BYTE", 1, 1)]);
+            let error = open(&name).expect_err("the widths disagree").to_string();
+            assert!(error.contains(&format!("{plane} is 100")) && error.contains("Image is 10"), "{error}");
+        }
+    }
+}
+
+/// The text with every number replaced in turn, and every element taken away or doubled.
+fn mutations(good: &str) -> Vec<String> {
+    const NUMBERS: [&str; 8] = ["0", "1", "18446744073709551615", "4294967297", "1e308", "-1", "lots", ""];
+    let lines: Vec<&str> = good.lines().map(str::trim).collect();
+    let joined = |parts: [&[&str]; 3]| parts.concat().join("\n");
+    let mut list = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        if let Some((front, rest)) = line.split_once("\">")
+            && let Some((number, back)) = rest.split_once("</")
+            && number.parse::<f64>().is_ok()
+        {
+            list.extend(NUMBERS.map(|other| {
+                let changed = format!("{front}\">{other}</{back}");
+                joined([&lines[..i], &[changed.as_str()], &lines[i + 1..]])
+            }));
+        }
+        if line.starts_with("</") {
+            continue;
+        }
+        // An element ends in its own line, or where as many have been closed as were opened.
+        let mut depth = 0;
+        let end = lines[i..].iter().position(|line| {
+            depth += if line.starts_with("</") { -1 } else { i32::from(!line.contains("</")) };
+            depth == 0
+        });
+        let end = i + end.expect("the text is whole") + 1;
+        list.push(joined([&lines[..i], &[], &lines[end..]]));
+        list.push(joined([&lines[..end], &lines[i..end], &lines[end..]]));
+    }
+    list
+}
+
+/// Whatever is wrong with a description or with the length of its data gives an error, or what the data can hold.
+#[test]
+fn mutated_files_are_errors_or_sane() {
+    let (_folder, name) = folder();
+    let image = SensorImage { cols: 9, rows: 4, offset: [3, 128], dn: noise(36).map(|n| n as u8).collect() };
+    let (text, data) = (format!("{}.xml", name.display()), format!("{}.dat", name.display()));
+    for case in ["image", "SCAN", "SUBCOMPONENT", "calibrated", "uncalibrated"] {
+        match case {
+            "image" => write_image(&name, &image).expect("the folder is ours"),
+            "calibrated" => write(&name, &calibrated(12, 3)),
+            "uncalibrated" => write(&name, &uncalibrated(12, 3)),
+            layout => write_between(&name, &image, layout, [("Before", "WORD", 10, 5), ("After", "INT", 12, 3)]),
+        }
+        let (good, whole) = (fs::read_to_string(&text).expect("it is there"), fs::read(&data).expect("it is there"));
+        let cut = |n: usize| whole[..n].to_vec();
+        let longer = |n: usize| [whole.as_slice(), &vec![0; n]].concat();
+        let lengths = [whole.clone(), cut(0), cut(1), cut(whole.len() - 1), longer(1), longer(whole.len())];
+        let mut told = [0; 2];
+        for mutated in [good.clone()].into_iter().chain(mutations(&good)) {
+            fs::write(&text, &mutated).expect("the folder is ours");
+            for bytes in &lengths {
+                fs::write(&data, bytes).expect("the folder is ours");
+                let held = match open(&name) {
+                    Err(error) => {
+                        assert!(error.to_string().contains(';') && !error.what.is_empty(), "{error}");
+                        told[0] += 1;
+                        continue;
+                    }
+                    Ok(Content::Image(back)) => {
+                        assert_eq!(back.dn.len(), back.cols * back.rows, "{case}\n{mutated}");
+                        assert!(*bytes != whole || back.dn == image.dn, "{case}\n{mutated}");
+                        back.dn.len()
+                    }
+                    Ok(Content::Scan(mut reader)) => {
+                        let scan = reader.read(0, usize::MAX).expect("the data are as long as they were");
+                        assert_eq!(scan.heights().len(), scan.width * scan.rows, "{case}\n{mutated}");
+                        scan.width * scan.rows
+                    }
+                };
+                assert!(held <= bytes.len(), "{held} of {} bytes: {case}\n{mutated}", bytes.len());
+                told[1] += 1;
+            }
+        }
+        // Some elements can be missed, most cannot.
+        assert!(told[0] > told[1] && told[1] > 10, "{case}: {told:?}");
+    }
 }

@@ -26,6 +26,32 @@ fn numbers_of_a_pack_must_fit_together() {
     only_pack(low, (1, 9), "laser.fan_height_mm", &["20 mm high", "mm thick", "above the pack"]);
 }
 
+/// Hard capsules are as thick as wide, and a pocket for two tablets is formed deeper.
+#[test]
+fn laser_and_camera_stand_above_all_that_a_pack_can_become() {
+    let card = "pack: {pitch_x_mm: 50, pitch_y_mm: 50, width_mm: 170, length_mm: 170}";
+    let capsule = "tablet: {shape: 2, length_mm: 25, width_mm: 20, thickness_mm: 0.5, band_mm: 0.2}";
+    let low = format!("laser: {{fan_height_mm: 20}}\n{capsule}\n{card}");
+    only_pack(&low, (1, 9), "laser.fan_height_mm", &["20 mm high", "mm thick", "above the pack"]);
+    let either = low.replace("shape: 2", "shape: {choice: {values: [0, 2]}}");
+    only_pack(&either, (1, 9), "laser.fan_height_mm", &["20 mm high", "above the pack"]);
+    let text = |defects: &str| {
+        let pack = "tablet: {thickness_mm: 8, band_mm: 4}\npack: {bow_mm: {uniform: [-1, 0]}, pitch_y_mm: 18}\nlaser: {fan_height_mm: 20}";
+        format!("name: a\nsubject: blister\nclasses: {{a: {{share: 1{defects}}}}}\n{pack}\n")
+    };
+    Recipe::parse("single.yaml", &text("")).expect("one tablet has room");
+    whole(&text(", defects: {double: 1}"), (3, 35), "classes.a.defects.double", &["20 mm high", "above the pack"]);
+}
+
+/// A warp takes the more room of pockets the smaller the card is.
+#[test]
+fn pockets_fit_on_the_smallest_card() {
+    let text = |width: &str| format!("pack: {{pitch_x_mm: 16.55, columns: 2, bow_mm: 3, width_mm: {width}}}");
+    let good = |width: &str| format!("{}{}\n", GOOD.replace("wood", "blister"), text(width));
+    Recipe::parse("large.yaml", &good("{uniform: [110, 120]}")).expect("a large card has room");
+    only_pack(&text("{uniform: [40, 120]}"), (1, 8), "pack.pitch_x_mm", &["mm apart along the laser line", "move"]);
+}
+
 #[test]
 fn a_pack_needs_light_that_knows_air() {
     for model in ["diffusion", "thesis"] {

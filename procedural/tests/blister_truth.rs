@@ -1,7 +1,7 @@
 //! Pocket truth is exact under pose: tablets lie inside, nothing overlaps, what is lost matches its severity, masks lie
 //! where their pockets are.
 
-use procedural::blister::{Blister, Pack, Solid};
+use procedural::blister::{Blister, Defects, Pack, Solid, extent};
 use procedural::{Class, Stream};
 use rand::RngExt;
 
@@ -78,6 +78,26 @@ fn tablets_lie_inside_and_nothing_overlaps() {
     }
 }
 
+/// No film rises above the height that is told beforehand, with two tablets in a pocket or with one.
+#[test]
+fn no_pack_is_higher_than_was_told() {
+    let mut closest = [0.0f64; 2];
+    for seed in 0..120 {
+        let mut b = plausible(seed);
+        b.tablet.shape = (seed % 3) as f64;
+        b.defects = Defects { severity: b.defects.severity, ..Defects::from_values(&mut |p| p.min) };
+        for double in [0.0, 12.0] {
+            b.defects.double = double;
+            let (told, high) = (extent(&b).height_mm, f64::from(form(seed, &b).bounds().1.z));
+            assert!(high <= told, "seed {seed}, {double} doubles: {high} of {told} mm");
+            let kind = usize::from(double > 0.0);
+            closest[kind] = closest[kind].max(high / told);
+        }
+    }
+    // It is no idle bound.
+    assert!(closest[0] > 0.9 && closest[1] > 0.7, "{closest:?}");
+}
+
 #[test]
 fn anything_that_the_recipe_allows_is_sane() {
     for seed in 0..120 {
@@ -94,6 +114,27 @@ fn anything_that_the_recipe_allows_is_sane() {
         check_inside(&pack, 12, &format!("extreme {seed}"));
         let (low, high) = pack.bounds();
         assert!(low.is_finite() && high.is_finite() && low.cmplt(high).all());
+        if f64::from(high.z) > extent(&b).height_mm {
+            println!(
+                "OVER {seed}: {} told {} tablet {:?} flat {} spread {} thinning {} draft {} head {} dome {} bumps {} size {} double {} slackcard {} {} {} {}",
+                high.z,
+                extent(&b).height_mm,
+                (b.tablet.shape, b.tablet.length_mm, b.tablet.width_mm, b.tablet.thickness_mm, b.tablet.band_mm),
+                b.web.thickness_mm,
+                b.web.thinning_spread,
+                b.web.thinning,
+                b.pocket.draft_deg,
+                b.pocket.headroom_mm,
+                b.pocket.dome_mm,
+                b.pocket.bumps_um,
+                b.pocket.bump_size_mm,
+                b.defects.double,
+                b.card.bow_mm,
+                b.card.curl_mm,
+                b.card.width_mm,
+                b.card.length_mm
+            );
+        }
         assert!(pack.hull().positions.iter().all(|p| p.is_finite() && p.z <= high.z + 1.0e-3), "extreme {seed}");
         for _ in 0..400 {
             let (x, y) =

@@ -97,8 +97,8 @@ impl Plane {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Subject {
     Scan(Traits),
-    /// Rows and offset of a sensor image.
-    Image(usize, [u32; 2]),
+    /// Rows, offset and plane of a sensor image.
+    Image(usize, [u32; 2], Plane),
 }
 
 /// Everything that the XML says.
@@ -141,10 +141,10 @@ impl Form {
     /// The form of a sensor image.
     pub fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
         let plane = Plane { part: Part::Image, kind: Kind::Byte, width: cols, before: 0 };
-        Self { subject: Subject::Image(rows, offset), planes: vec![plane], line: cols, planar: false }
+        Self { subject: Subject::Image(rows, offset, plane), planes: vec![plane], line: cols, planar: false }
     }
 
-    /// Columns.
+    /// Columns: planes of pixels all have as many.
     pub fn width(&self) -> usize {
         let wide = |plane: &&Plane| matches!(plane.part, Part::Range | Part::Image);
         self.planes.iter().find(wide).map_or(0, |plane| plane.width)
@@ -160,7 +160,7 @@ impl Form {
                 let component = [("valuetype", "Hi3D"), ("name", "Ranger3Range")];
                 ([("valuetype", ""), ("name", "")], self.line, 1, traits.nodes(self.width(), words), component)
             }
-            Subject::Image(rows, offset) => {
+            Subject::Image(rows, offset, _) => {
                 let traits = vec![
                     parameter("size x", self.width()),
                     parameter("size y", *rows),
@@ -212,7 +212,7 @@ impl Form {
         let (component, planes) = found.ok_or_else(none)?;
         let image = planes.iter().find(|plane| plane.part == Part::Image);
         let subject = match image {
-            Some(_) => image_subject(component)?,
+            Some(plane) => image_subject(component, *plane)?,
             None => {
                 let size = root.get("size")?;
                 if size.count()? != line {
@@ -227,14 +227,14 @@ impl Form {
     }
 }
 
-fn image_subject(component: &Node) -> Result<Subject, Fault> {
+fn image_subject(component: &Node, plane: Plane) -> Result<Subject, Fault> {
     let height = component.get("height")?.count()?;
     let traits = component.child("imagetraits");
     let offset = |name| {
         let Some(node) = traits.and_then(|traits| traits.find(name)) else { return Ok(0) };
         u32::try_from(node.count()?).map_err(|_| node.fault(format!("'{name}' is beyond any sensor")))
     };
-    Ok(Subject::Image(height, [offset("offset x")?, offset("offset y")?]))
+    Ok(Subject::Image(height, [offset("offset x")?, offset("offset y")?], plane))
 }
 
 /// The subcomponents of a component; `line` grows by their bytes.
@@ -261,11 +261,13 @@ fn planes(component: &Node, line: &mut usize) -> Result<Vec<Plane>, Fault> {
         planes.push(Plane { part, kind, width, before: *line });
         *line = line.checked_add(size).ok_or_else(|| node.fault("its rows are beyond any memory".into()))?;
     }
-    let wide = planes.iter().find(|plane| plane.part == Part::Range).map(|plane| plane.width);
-    let pixels = |plane: &&Plane| matches!(plane.part, Part::Intensity | Part::Reflectance | Part::Scatter);
-    if let Some(other) = planes.iter().filter(pixels).find(|plane| wide.is_some_and(|wide| wide != plane.width)) {
-        let what = format!("Range is {} wide, {} is {}", wide.unwrap_or(0), other.part.name(), other.width);
-        return Err(component.fault(what));
+    let wide = planes.iter().find(|plane| matches!(plane.part, Part::Range | Part::Image));
+    let mut pixels = planes.iter().filter(|plane| !matches!(plane.part, Part::Mark | Part::Other));
+    if let Some(wide) = wide
+        && let Some(other) = pixels.find(|other| other.width != wide.width)
+    {
+        let (name, second) = (wide.part.name(), other.part.name());
+        return Err(component.fault(format!("{name} is {} wide, {second} is {}", wide.width, other.width)));
     }
     Ok(planes)
 }

@@ -23,8 +23,15 @@ pub enum Content {
 /// A scan on disk.
 #[derive(Debug)]
 pub struct ScanReader {
-    form: Form,
     traits: Traits,
+    data: Data,
+}
+
+/// A `.dat` and how its numbers lie.
+#[derive(Debug)]
+struct Data {
+    form: Form,
+    /// Rows of every plane; all planes together are as long as the file was.
     rows: usize,
     file: File,
     path: PathBuf,
@@ -42,7 +49,7 @@ pub fn open(path: &Path) -> Result<Content, IconError> {
     let (description, data) = (side("xml"), side("dat"));
     let form = read_form(&description)?;
     let unreadable = |error: std::io::Error| fault(&data, format!("it cannot be read: {error}"), BESIDE);
-    let mut file = File::open(&data).map_err(unreadable)?;
+    let file = File::open(&data).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
     let whole = form.line as u64;
     if whole == 0 || !length.is_multiple_of(whole) {
@@ -50,22 +57,17 @@ pub fn open(path: &Path) -> Result<Content, IconError> {
         return Err(fault(&data, what, AGAIN));
     }
     let rows = usize::try_from(length / whole).map_err(|_| fault(&data, "it is beyond memory".into(), AGAIN))?;
-    match form.subject {
-        Subject::Scan(traits) => Ok(Content::Scan(ScanReader { form, traits, rows, file, path: data })),
-        Subject::Image(height, offset) => {
+    let subject = form.subject;
+    let mut data = Data { form, rows, file, path: data };
+    match subject {
+        Subject::Scan(traits) => Ok(Content::Scan(ScanReader { traits, data })),
+        Subject::Image(height, offset, plane) => {
             if height != rows {
                 let what = format!("it has {rows} rows of {whole} bytes, its XML says {height}");
-                return Err(fault(&data, what, AGAIN));
+                return Err(fault(&data.path, what, AGAIN));
             }
-            // As long as the file, which was just measured.
-            let mut dn = vec![0; rows * form.line];
-            file.read_exact(&mut dn).map_err(unreadable)?;
-            let plane = form.planes.iter().find(|plane| plane.part == Part::Image);
-            let begin = plane.map_or(0, |plane| plane.before);
-            let cols = form.width();
-            let image = dn.chunks_exact(form.line).flat_map(|row| &row[begin..begin + cols]).copied().collect();
-            let dn = if form.line == cols { dn } else { image };
-            Ok(Content::Image(SensorImage { cols, rows, offset, dn }))
+            let dn = data.bytes(&plane, 0, rows)?;
+            Ok(Content::Image(SensorImage { cols: plane.width, rows, offset, dn }))
         }
     }
 }
@@ -106,12 +108,12 @@ fn read_form(path: &Path) -> Result<Form, IconError> {
 impl ScanReader {
     /// Columns.
     pub fn width(&self) -> usize {
-        self.form.width()
+        self.data.form.width()
     }
 
     /// Profiles.
     pub fn rows(&self) -> usize {
-        self.rows
+        self.data.rows
     }
 
     /// What columns and steps of Range mean.
@@ -124,13 +126,13 @@ impl ScanReader {
     /// # Errors
     /// Where the disk refuses, or the file has become shorter.
     pub fn read(&mut self, first: usize, count: usize) -> Result<Scan, IconError> {
-        let rows = count.min(self.rows.saturating_sub(first));
+        let rows = count.min(self.data.rows.saturating_sub(first));
         let mut range = Range::World(Vec::new());
         let (mut light, mut scatter, mut marks) = (None, None, None);
-        for plane in self.form.planes.clone() {
+        for plane in self.data.form.planes.clone() {
             let bytes = match plane.part {
                 Part::Other | Part::Image => continue,
-                _ => self.bytes(&plane, first, rows)?,
+                _ => self.data.bytes(&plane, first, rows)?,
             };
             let words = |bytes: &[u8]| -> Vec<u16> {
                 bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
@@ -151,12 +153,15 @@ impl ScanReader {
         }
         Ok(Scan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
     }
+}
 
+impl Data {
     /// The bytes of some rows of a plane.
     fn bytes(&mut self, plane: &Plane, first: usize, rows: usize) -> Result<Vec<u8>, IconError> {
         let refused = |error: std::io::Error| fault(&self.path, format!("it cannot be read: {error}"), AGAIN);
         let mut bytes = vec![0; rows * plane.line()];
-        if self.form.planar {
+        // A plane on its own lies the same way in either layout.
+        if self.form.planar || plane.line() == self.form.line {
             let at = self.rows as u64 * plane.before as u64 + first as u64 * plane.line() as u64;
             self.file.seek(SeekFrom::Start(at)).map_err(refused)?;
             self.file.read_exact(&mut bytes).map_err(refused)?;

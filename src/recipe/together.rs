@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use procedural::Parameter;
-use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, room_mm};
+use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
 
 use super::dist::Distribution;
 use super::table;
@@ -102,20 +102,27 @@ pub(super) fn blister(walk: &mut Walk, scene: &Together) {
         let problem = format!("the band can be {} mm of a tablet that is {} mm thick", shown(band), shown(thickness));
         scene.fault(walk, &keys, problem, "the straight side is at most the whole thickness");
     }
-    pockets_fit(walk, scene);
-    let keys = ["tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "pack.bow_mm", "pack.curl_mm"];
-    let height = keys.iter().map(|key| scene.most(key)).sum::<f64>() + scene.most("film.thickness_mm");
+    let forming = Card::PARAMETERS.iter().chain(Pocket::PARAMETERS).chain(Tablet::PARAMETERS).chain(Web::PARAMETERS);
+    let forming: Vec<_> = forming.map(Parameter::path).collect();
+    let forming: Vec<_> = forming.iter().map(String::as_str).collect();
+    // The stands above it, and what else makes a pack high.
+    let others =
+        ["laser.fan_height_mm", "camera.distance_mm", "camera.tilt_deg", "defects.double", "foil.thickness_mm"];
+    if !scene.concerned(forming.iter().copied().chain(others)) {
+        return;
+    }
+    let (room, height) = largest(scene);
+    if scene.concerned(forming.iter().copied()) {
+        pockets_fit(walk, scene, room);
+    }
+    // What makes most of the height first: the fault stands at the first that the recipe has.
+    let first = ["defects.double", "tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "foil.thickness_mm"];
+    let keys: Vec<_> = first.into_iter().chain(forming).collect();
     scene.below_the_bench(walk, height, &keys, "pack");
 }
 
 /// Pockets that have no room on the card would be left out, or moved apart.
-fn pockets_fit(walk: &mut Walk, scene: &Together) {
-    let forming = Card::PARAMETERS.iter().chain(Pocket::PARAMETERS).chain(Tablet::PARAMETERS).chain(Web::PARAMETERS);
-    let forming: Vec<_> = forming.map(Parameter::path).collect();
-    if !scene.concerned(forming.iter().map(String::as_str)) {
-        return;
-    }
-    let room = largest_room(scene);
+fn pockets_fit(walk: &mut Walk, scene: &Together, room: [f64; 2]) {
     let tablet =
         ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
     for (way, room, pitch, count, size) in [
@@ -139,28 +146,36 @@ fn pockets_fit(walk: &mut Walk, scene: &Together) {
     }
 }
 
-/// Largest room of a pocket along the laser line and along the scan [mm]: at the ends of the numbers that form it.
-fn largest_room(scene: &Together) -> [f64; 2] {
-    // A pocket grows with each of its numbers but these, of which either end may give the larger one.
-    const EITHER: [&str; 3] = ["tablet.shape", "pocket.dome_mm", "pocket.turn_deg"];
-    let ends = EITHER.map(|path| scene.ends(path));
-    let mut room = [0.0f64; 2];
+/// Largest room of a pocket along the laser line and along the scan, and largest height of the pack [mm]: at the ends of
+/// the numbers that form it.
+fn largest(scene: &Together) -> ([f64; 2], f64) {
+    // All grow with each number but these, of which either end may give the larger one. A warp takes more of the room
+    // the smaller the card, and a flat tablet under a high roof leaves the most to be formed for a second one.
+    const EITHER: [&[&str]; 6] = [
+        &["tablet.shape"],
+        &["pocket.dome_mm"],
+        &["pocket.turn_deg"],
+        &["pack.width_mm", "pack.length_mm"],
+        &["tablet.thickness_mm"],
+        &["tablet.band_mm"],
+    ];
+    let (mut room, mut height) = ([0.0f64; 2], 0.0f64);
     for choice in 0..1usize << EITHER.len() {
         let second = |i: usize| choice >> i & 1 == 1;
-        if (0..EITHER.len()).any(|i| second(i) && ends[i][0] == ends[i][1]) {
+        let same = |path: &&str| scene.ends(path)[0] == scene.ends(path)[1];
+        if (0..EITHER.len()).any(|i| second(i) && EITHER[i].iter().all(same)) {
             continue;
         }
         let formed = Blister::from_values(&mut |parameter| {
             let path = parameter.path();
-            match EITHER.iter().position(|known| *known == path) {
-                Some(i) => ends[i][usize::from(second(i))],
-                None => scene.ends(&path)[1],
-            }
+            let either = EITHER.iter().position(|group| group.contains(&path.as_str()));
+            scene.ends(&path)[either.map_or(1, |i| usize::from(second(i)))]
         });
-        let own = room_mm(&formed);
-        room = [0, 1].map(|i| room[i].max(own[i]));
+        let own = extent(&formed);
+        room = [0, 1].map(|i| room[i].max(own.room_mm[i]));
+        height = height.max(own.height_mm);
     }
-    room
+    (room, height)
 }
 
 /// To hundredths, for messages.

@@ -2,10 +2,12 @@
 
 #![allow(dead_code)]
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use sheetlight::icon::{
-    Content, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorTraits, Traits, WorldTraits, open,
+    Content, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
+    open, write_image,
 };
 
 /// Traits of a real calibrated scan.
@@ -74,4 +76,30 @@ pub fn folder() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let name = folder.path().join("board.7");
     (folder, name)
+}
+
+/// A subcomponent as XML: type, name, bytes of a row, numbers of a row.
+pub fn plane(kind: &str, name: &str, size: usize, width: usize) -> String {
+    format!(
+        "<subcomponent name=\"{name}\" valuetype=\"{kind}\">\n<parameter name=\"size\">{size}</parameter>\n\
+         <parameter name=\"width\">{width}</parameter>\n</subcomponent>\n"
+    )
+}
+
+/// Writes an image between two planes of that name, type, row [bytes] and width.
+pub fn write_between(name: &Path, image: &SensorImage, layout: &str, beside: [(&str, &str, usize, usize); 2]) {
+    write_image(name, image).expect("the folder is ours");
+    let path = format!("{}.xml", name.display());
+    let good = fs::read_to_string(&path).expect("it was just written").replace("SCAN", layout);
+    let at = good.find("<subcomponent").expect("it is there");
+    let [first, last] = beside.map(|(name, kind, size, width)| plane(kind, name, size, width));
+    let text = format!("{}{first}{}", &good[..at], &good[at..]).replace("</component>", &format!("{last}</component>"));
+    fs::write(path, text).expect("the folder is ours");
+    let filled = |n: usize| vec![0xAA; n];
+    let between = |rows: usize, dn: &[u8]| [&filled(rows * beside[0].2), dn, &filled(rows * beside[1].2)].concat();
+    let bytes = match layout {
+        "SCAN" => image.dn.chunks(image.cols).flat_map(|line| between(1, line)).collect(),
+        _ => between(image.rows, &image.dn),
+    };
+    fs::write(format!("{}.dat", name.display()), bytes).expect("the folder is ours");
 }

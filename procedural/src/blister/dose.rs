@@ -20,7 +20,7 @@ use crate::{Class, Gloss, Medium, Stream, normal};
 /// Least distance of a tablet from the film [mm].
 const MARGIN_MM: f32 = 0.01;
 /// Least distance of a tablet from a steep wall beside it [mm].
-const BESIDE_MM: f32 = 0.06;
+pub const BESIDE_MM: f32 = 0.06;
 /// Distance between columns that the pose is checked at [mm].
 const COLUMN_MM: f32 = 0.25;
 /// Film that is closer than this is looked at more closely [mm].
@@ -29,6 +29,19 @@ const CLOSE_MM: f32 = 0.15;
 pub const SHALLOW: [f32; 2] = [0.85, 0.3];
 /// How much deeper the film is formed at a time where something has no room [1].
 const DEEPER: f32 = 1.03;
+
+/// Most that a pocket may be formed deeper than its form, for one tablet or for two [1].
+///
+/// The form has room for a tablet with `spare` to lose, least of it over the tablet's rim; so film that is
+/// (floor + rim + spare) / rim times as deep has room for one that lies on `floor`. The first of two may stand as high
+/// as the film, or as it is long.
+pub fn deepest(form: &Form, depth: f32, spare: f32, double: bool) -> f32 {
+    let rim = form.top_mm(0.0);
+    let half = form.outline().half();
+    let long = (4.0 * half.x * half.x + form.thickness_mm() * form.thickness_mm()).sqrt();
+    let floor = if double { depth.min(long) } else { 0.0 };
+    DEEPER * (floor + rim + spare + CLOSE_MM) / rim
+}
 
 /// Draws the pose of a tablet.
 fn wish(stream: Stream, blister: &Blister, form: &Form) -> Wish {

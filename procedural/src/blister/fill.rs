@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-use super::dose::SHALLOW;
+use super::dose::{BESIDE_MM, SHALLOW, deepest};
 use super::face::Face;
 use super::formed::Formed;
 use super::lay::Lay;
@@ -11,7 +11,7 @@ use super::parameters::{Blister, Foil};
 use super::plan::{self, Planned, graded, plan};
 use super::strew::{self, Powder};
 use super::tablet::{self, Form};
-use super::web::{FLANGE_MM, FormedWeb};
+use super::web::{FLANGE_MM, FormedWeb, highest_bump_mm};
 use super::{Pack, flange};
 use crate::{Class, Gloss, Instance, Medium, Stream};
 
@@ -51,11 +51,20 @@ pub fn form(stream: Stream, blister: &Blister) -> Pack {
     pack
 }
 
-/// What [`super::room_mm`] says.
-pub fn room_mm(blister: &Blister) -> Vec2 {
-    let form = Form::new(&blister.tablet);
-    let slack = Lay::new(&blister.card).slack(form.outline().half().length() + blister.pocket.clearance_mm as f32);
-    2.0 * Formed::new(&blister.pocket, &blister.web, &form, slack).reach() + FLANGE_MM
+/// What [`super::extent`] says: room across and along the card, and height [mm].
+pub fn extent_mm(blister: &Blister) -> (Vec2, f32) {
+    let (lay, form) = (Lay::new(&blister.card), Form::new(&blister.tablet));
+    let slack = lay.slack(form.outline().half().length() + blister.pocket.clearance_mm as f32);
+    let formed = Formed::new(&blister.pocket, &blister.web, &form, slack);
+    let (depth, crown) = formed.depth_mm();
+    let (depth, bump) = (depth + crown, highest_bump_mm(&blister.pocket));
+    let flat = blister.web.thickness_mm as f32;
+    // On the crown's slope the film takes more of the room than its thickness.
+    let spare = slack + bump + formed.crown_slope() * (flat + BESIDE_MM);
+    let pocket = deepest(&form, depth, spare, blister.defects.double > 0.0) * depth + bump;
+    let over = pocket.max(blister.card.code_mm as f32).max(flange::tent_mm(&form, &lay, slack, flat));
+    let height = blister.foil.thickness_mm as f32 + flat + over + flange::RAISED_MM + lay.highest();
+    (2.0 * formed.reach() + FLANGE_MM, height)
 }
 
 /// The foil's bright side.

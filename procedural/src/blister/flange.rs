@@ -7,6 +7,7 @@ use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
 use super::Pack;
+use super::lay::Lay;
 use super::mark::{Kind, Mark};
 use super::outline::Outline;
 use super::plan::{Planned, graded};
@@ -17,6 +18,8 @@ use crate::{Class, Medium, Stream};
 
 /// Room between a tablet on the flange and the film over it [mm].
 const OVER_MM: f32 = 0.05;
+/// Most that film comes off the foil: by delamination [mm].
+pub const RAISED_MM: f32 = 0.4;
 /// Distance between places that must be free [mm].
 const COLUMN_MM: f32 = 0.2;
 /// Room between a tablet on the flange and anything beside it [mm].
@@ -102,9 +105,14 @@ pub fn on_flange(pack: &Pack, class: Class, severity: f32, stream: Stream, insta
         (Outline::Stadium { segment: 0.5 * (length - width), radius: 0.5 * width }, graded(severity, 0.05, 0.3))
     } else {
         let long = graded(severity, 2.0, 8.0);
-        (Outline::Ellipse { long, short: long * graded(even(), 0.4, 0.8) }, graded(severity, 0.05, 0.4))
+        (Outline::Ellipse { long, short: long * graded(even(), 0.4, 0.8) }, graded(severity, 0.05, RAISED_MM))
     };
     Mark { kind: Kind::Raised, class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
+}
+
+/// Height of film of that thickness over a tablet beside the pockets [mm].
+pub fn tent_mm(form: &Form, lay: &Lay, slack: f32, flat_mm: f32) -> f32 {
+    form.thickness_mm() + 2.0 * slack + lay.steepest() * flat_mm + 2.0 * OVER_MM
 }
 
 /// A tablet beside the pockets and the film over it; `None` where there is no room for one.
@@ -140,7 +148,7 @@ pub fn tablet_on_flange(
             }
             let solid = scaled(form.scale);
             let skirt = 0.8 * height;
-            let over = height + 2.0 * pack.slack + pack.lay.steepest() * pack.web.flat_mm + OVER_MM;
+            let over = tent_mm(form, &pack.lay, pack.slack, pack.web.flat_mm);
             // A cap of radius R falls by at least r^2 / 2R from its middle.
             let drop = form.shape.cap.map_or(0.0, |[radius, _]| half.y * half.y / (2.0 * radius));
             let mark = Mark {

@@ -153,6 +153,12 @@ impl Formed {
         (self.section.depth, self.crown)
     }
 
+    /// Steepest slope of the crown [1].
+    pub fn crown_slope(&self) -> f32 {
+        // (1 - q^2)^2 is steepest at q = 1 / sqrt(3).
+        1.54 * self.crown / (self.outline.half().y - self.section.ends[2])
+    }
+
     /// Half the box around a pocket in the axes of the card [mm].
     pub fn reach(&self) -> Vec2 {
         self.outline.reach(self.axis)

@@ -84,11 +84,21 @@ fn fresnel(n: f32) -> f32 {
     r * r
 }
 
-/// Room that each pocket takes across and along the card, with the flange to its neighbours [mm].
-///
-/// Pockets that a card has no room for are left out; [`RIM_MM`] stays free around all of them together.
-pub fn room_mm(blister: &Blister) -> [f64; 2] {
-    fill::room_mm(blister).to_array().map(f64::from)
+/// How much of its surroundings a pack takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// Room that each pocket takes across and along the card, with the flange to its neighbours [mm].
+    ///
+    /// Pockets that a card has no room for are left out; [`RIM_MM`] stays free around all of them together.
+    pub room_mm: [f64; 2],
+    /// Height that no place of the pack exceeds, however it is filled [mm].
+    pub height_mm: f64,
+}
+
+/// The extent of packs of these numbers.
+pub fn extent(blister: &Blister) -> Extent {
+    let (room, height) = fill::extent_mm(blister);
+    Extent { room_mm: room.to_array().map(f64::from), height_mm: f64::from(height) }
 }
 
 /// Flange beyond the room of the outermost pockets, both sides together [mm].

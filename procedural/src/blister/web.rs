@@ -8,7 +8,7 @@
 use glam::Vec2;
 
 use super::formed::Formed;
-use super::parameters::Blister;
+use super::parameters::{Blister, Pocket};
 use super::tablet::Form;
 use super::texture::{Texture, hump};
 use crate::noise::{Noise, smoothstep};
@@ -23,6 +23,8 @@ const CREVICE: [f32; 3] = [1.0, 0.4, 0.4];
 const TURN: Vec2 = Vec2::new(0.8, 0.6);
 /// Bumps are at most this share of their size high, root mean square [1].
 const STEEPEST: f32 = 0.05;
+/// The highest bump over their root mean square [1].
+const HIGHEST_BUMP: f32 = 2.3;
 /// How far the pockets make room for a code [mm].
 const CODE_SHIFT_MM: f32 = 2.5;
 /// Distance from a pocket over which knurl and code fade out [mm].
@@ -91,6 +93,16 @@ impl Leaf {
     }
 }
 
+/// Root mean square of the bumps [mm].
+fn bumps_mm(pocket: &Pocket) -> f32 {
+    (1.0e-3 * pocket.bumps_um as f32).min(STEEPEST * pocket.bump_size_mm as f32)
+}
+
+/// Largest bump of such pockets [mm].
+pub fn highest_bump_mm(pocket: &Pocket) -> f32 {
+    HIGHEST_BUMP * bumps_mm(pocket)
+}
+
 impl FormedWeb {
     /// The film of a pack on a card of half size `half`; `slack` as in [`Formed::new`].
     pub fn new(stream: Stream, blister: &Blister, form: &Form, half: Vec2, slack: f32) -> Self {
@@ -130,7 +142,7 @@ impl FormedWeb {
             pitch,
             shift,
             texture: Texture::new(stream, card, web, half.y),
-            bumps_mm: (1.0e-3 * pocket.bumps_um as f32).min(STEEPEST * bump_size),
+            bumps_mm: bumps_mm(pocket),
             bump_size,
             spread: web.thinning_spread as f32,
             noise: [Noise::new(stream.child("bumps")), Noise::new(stream.child("thinning"))],
@@ -247,7 +259,7 @@ impl FormedWeb {
 
     /// Largest bump [mm].
     pub fn highest_bump(&self) -> f32 {
-        2.3 * self.bumps_mm
+        HIGHEST_BUMP * self.bumps_mm
     }
 
     /// Highest that tools pressed up the flange [mm].
