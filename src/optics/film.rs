@@ -66,6 +66,7 @@ struct Below {
     /// Light towards the lens, by width [e-].
     light: [f32; BASIS],
     metal: bool,
+    sealed: bool,
 }
 
 /// Room in which second lines are made.
@@ -74,6 +75,8 @@ pub struct Room {
     below: Vec<Option<Below>>,
     /// Height of the surface drawn in each column [mm].
     height: Vec<f32>,
+    /// Whether the film is sealed to it: light does not creep from there into a pocket.
+    sealed: Vec<bool>,
     line: Vec<f32>,
 }
 
@@ -134,6 +137,7 @@ impl Room {
             sight,
             light: through.map(|t| t * white),
             metal: film.under.gloss.is_metal(),
+            sealed: film.gap_mm.is_none(),
         });
     }
 
@@ -152,6 +156,8 @@ impl Room {
         second.metal.resize(padded, false);
         self.height.clear();
         self.height.resize(columns, f32::MIN);
+        self.sealed.clear();
+        self.sealed.resize(columns, false);
         let (mut first, mut last) = (columns, 0);
         for pair in self.below.windows(2) {
             let [Some(a), Some(b)] = pair else { continue };
@@ -167,6 +173,7 @@ impl Room {
                     continue;
                 }
                 self.height[column] = z;
+                self.sealed[column] = a.sealed;
                 (first, last) = (first.min(column), last.max(column + 1));
                 second.centre[column] = mix(a.sight.row, b.sight.row);
                 second.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
@@ -187,7 +194,8 @@ impl Room {
         for column in second.columns.clone() {
             let ends = column + 1 == second.columns.end
                 || (self.height[column + 1] - self.height[column]).abs() > JUMP_MM
-                || second.metal[column + 1] != second.metal[column];
+                || second.metal[column + 1] != second.metal[column]
+                || self.sealed[column + 1] != self.sealed[column];
             if !ends {
                 continue;
             }
