@@ -1,6 +1,6 @@
 //! An upper surface on a grid, for straight ways that may meet it: what hides behind what, and where mirrored light lands.
 //!
-//! Heights stand on nodes [`PITCH_MM`] apart, linear along both axes between them; ways are followed in steps of half
+//! Heights stand on nodes `PITCH_MM` apart, linear along both axes between them; ways are followed in steps of half
 //! that. A surface of curvature radius R is met to PITCH^2 / (8 R), 2 um at an edge of 0.8 mm. Whether the lens is in
 //! sight is asked of most points by one comparison: every node knows how high what stands before it reaches above it.
 //! Neglected: detail finer than the grid, overhangs.

@@ -1,7 +1,7 @@
 //! One blister pack of each defect as the camera sees it, and what Range and Scatter say of the pockets concerned.
 //!
 //! Every pack has draws of its own, those of samples 0, 1, 2 ... of the recipe, but one film, one exposure and the defects
-//! of [`PACKS`]; so apart from the defect packs differ as they do in a dataset.
+//! of `PACKS`; so apart from the defect packs differ as they do in a dataset.
 
 use procedural::blister::{Blister, Defects};
 use procedural::{Class, Instance};
