@@ -217,6 +217,14 @@ fn masks_lie_within_their_pockets_and_every_defect_is_counted() {
             let worst = instances.iter().filter(|i| i.within == pocket.id).map(|i| i.severity).fold(f64::NAN, f64::max);
             if pocket.class == Class::Pocket && worst.is_finite() {
                 assert!(pocket.severity == worst && pocket.state != Class::Pocket, "{pocket:?}");
+            } else if pocket.class == Class::Shallow && pocket.state != Class::Shallow {
+                // The tablet that was swept off.
+                let inside = |solid: &Solid| {
+                    let middle = 0.5 * (solid.bounds[0] + solid.bounds[1]);
+                    let off = [f64::from(middle.x) - pocket.x_mm, f64::from(middle.y) - pocket.y_mm];
+                    off[0].hypot(off[1]) < 5.0 && solid.instance == 0
+                };
+                assert!(pocket.state == Class::Missing && !pack.solids().iter().any(inside), "{pocket:?}");
             } else {
                 assert_eq!(pocket.state, pocket.class);
             }
