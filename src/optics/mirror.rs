@@ -6,7 +6,7 @@
 //! that they hit, so light is kept and caustics come out by themselves. Roughness alpha turns facets by a slope of
 //! standard deviation alpha / sqrt(2) (Walter et al. 2007: the GGX law's core) and light by twice that, which widens the
 //! image by sqrt(2) alpha times the way. Neglected: the tails of the GGX law, narrower spread across the plane of incidence
-//! at a slant, mirror images of tablets and foil and of second bounces, what edges sharper than the columns throw over the card; what is lit answers with the light that comes
+//! at a slant, mirror images of tablets and foil and of second bounces; what is lit answers with the light that comes
 //! out within 0.32 mm, as the film of the line's own row in that column does.
 
 use glam::Vec3;
@@ -21,9 +21,6 @@ const STEEP2: f32 = 0.65;
 const REACH_MM: f32 = 25.0;
 /// Places on the sensor of neighbouring columns' light that count as torn apart [px].
 const TORN_PX: f32 = 40.0;
-/// Cosine of the turn of the surface from column to column from which on it is an edge: its light fans out over the whole
-/// card, and a few columns' rays would stand for it as streaks [1].
-const EDGE: f32 = 0.98;
 /// Images of one column that are kept apart.
 const SLOTS: usize = 4;
 /// Rows within which images are one [px].
@@ -162,11 +159,6 @@ impl Landing {
     }
 }
 
-/// Unit normal of the surface that a column sees [1].
-fn normal(hit: &Hit) -> Vec3 {
-    Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize()
-}
-
 impl Lit<'_> {
     /// Where the mirrored light of a column is seen.
     fn landing(&self, column: usize) -> Option<Landing> {
@@ -178,11 +170,7 @@ impl Lit<'_> {
         }
         let Watch { specimen, camera, y, .. } = self.watch;
         let source = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
-        let normal = normal(hit);
-        let beside = [column.wrapping_sub(1), column + 1].map(|beside| self.hits.get(beside));
-        if beside.into_iter().flatten().any(|beside| normal.dot(self::normal(beside)) < EDGE) {
-            return None;
-        }
+        let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
         let thrown = gloss.share * (1.0 - enters(hit.matter.medium.n_eff, normal, -source.light));
         let way = source.light - normal * (2.0 * source.light.dot(normal));
         let from = Vec3::new(hit.x, y, hit.surface.z);

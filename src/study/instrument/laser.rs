@@ -3,12 +3,16 @@
 //! Width: exposures of a level metal plate are averaged and fitted with a Gaussian; less the variance of lens and pixel it
 //! is the laser's, in mm through the rows per mm of the projection. It is held to a Gaussian beam (Siegman 1986),
 //!
-//!     w(z) = w0 sqrt(1 + ((z - z0) / zR)^2),    zR = pi w0^2 / (M^2 lambda),
+//! ```text
+//! w(z) = w0 sqrt(1 + ((z - z0) / zR)^2),    zR = pi w0^2 / (M^2 lambda),
+//! ```
 //!
 //! and w^2, a parabola in z, gives waist, its height and M^2 back. Light: a white Lambertian plane at z = 0, of which a
 //! column gets (docs/instrument.md)
 //!
-//!     P / (2 h tan(Phi/2)) width (D/2)^2 cos(phi) cos(theta) / r^2 T t QE lambda / (h c).
+//! ```text
+//! P / (2 h tan(Phi/2)) width (D/2)^2 cos(phi) cos(theta) / r^2 T t QE lambda / (h c).
+//! ```
 //!
 //! The closed forms stand in [`super::beam`].
 

@@ -3,7 +3,9 @@
 //! A round lens of working f-number N (1 + m) makes grains of L = lambda N (1 + m) whose intensity is correlated by
 //! |mu|^2 = [2 J1(pi r / L) / (pi r / L)]^2 (Goodman 2007, 4.4). Behind a pixel of side a the contrast is
 //!
-//!     C^2 = (1 / a^4) int int (a - |u|) (a - |v|) |mu(u, v)|^2 du dv,
+//! ```text
+//! C^2 = (1 / a^4) int int (a - |u|) (a - |v|) |mu(u, v)|^2 du dv,
+//! ```
 //!
 //! pixels d apart have the same integral with u + d for u. The light of a pixel is a sum of independent exponential parts
 //! whose shares are the eigenvalues of mu over the pixel (Karhunen and Loeve; Goodman 2007, 4.6): close to a gamma law of

@@ -3,7 +3,9 @@
 //! A white plane lit by a line of 4 mm is exposed again and again without speckle. Signal and noise of a pixel follow
 //! (EMVA 1288)
 //!
-//!     mean = dark + K e,    variance in time = dark noise^2 + K (mean - dark),
+//! ```text
+//! mean = dark + K e,    variance in time = dark noise^2 + K (mean - dark),
+//! ```
 //!
 //! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
 //! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line

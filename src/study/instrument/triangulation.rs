@@ -4,7 +4,9 @@
 //! map. The truth is the plane itself. Expected spread of the centre of gravity over rows k with light I_k [DN], to first
 //! order in noise:
 //!
-//!     var = sum (k - c)^2 (s^2 + K I_k) / S^2 + C^2 sum (k - c) (l - c) I_k I_l r(k - l) / S^2 + 1 / (12 * 16^2),
+//! ```text
+//! var = sum (k - c)^2 (s^2 + K I_k) / S^2 + C^2 sum (k - c) (l - c) I_k I_l r(k - l) / S^2 + 1 / (12 * 16^2),
+//! ```
 //!
 //! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
 //! to a sixteenth of a row. Height of a row and width of a column are held to the projection of docs/instrument.md:
