@@ -145,12 +145,8 @@ pub(super) fn point(all: &[Gaussian], (sin, cos): (f64, f64), question: &Questio
     places.map(at).collect()
 }
 
-/// The half space as a texel, and (sine, cosine) of the fibres' track against the motion.
-fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refusal> {
-    let [layer] = stack.layers.as_slice() else { return Err(Refusal::Layers) };
-    if layer.thickness.is_finite() {
-        return Err(Refusal::Layers);
-    }
+/// Whether light comes straight down through air and the lens stands above: all that the tables were measured with.
+pub(super) fn seen_from_above(stack: &Stack, question: &Question) -> Result<(), Refusal> {
     if stack.above != 1.0 {
         return Err(Refusal::Above);
     }
@@ -160,6 +156,16 @@ fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refu
     if question.view.z <= 0.0 {
         return Err(Refusal::Below);
     }
+    Ok(())
+}
+
+/// The half space as a texel, and (sine, cosine) of the fibres' track against the motion.
+fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refusal> {
+    let [layer] = stack.layers.as_slice() else { return Err(Refusal::Layers) };
+    if layer.thickness.is_finite() {
+        return Err(Refusal::Layers);
+    }
+    seen_from_above(stack, question)?;
     let (sigma_i, k, axis) = match layer.scattering {
         Scattering::Isotropic { mu_s, g } => (mu_s * (1.0 - g), 0.0, glam::DVec3::Y),
         Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {

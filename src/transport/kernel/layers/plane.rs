@@ -6,7 +6,7 @@
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
 
-use super::super::infinite::{Gaussian, Refusal, point, share};
+use super::super::infinite::{Gaussian, Refusal, point, seen_from_above, share};
 use super::super::widths::{BASIS, SPREAD_MM};
 use super::{Cover, Covers, flow};
 use crate::transport::answer::{Answer, Estimate, Question};
@@ -80,15 +80,7 @@ fn cover(stack: &Stack, question: &Question) -> Result<Cover, Refusal> {
     if !top.thickness.is_finite() || top.coat < 1.0 {
         return Err(Refusal::Layers);
     }
-    if stack.above != 1.0 {
-        return Err(Refusal::Above);
-    }
-    if question.incidence != Some(0.0) {
-        return Err(Refusal::Incidence);
-    }
-    if question.view.z <= 0.0 {
-        return Err(Refusal::Below);
-    }
+    seen_from_above(stack, question)?;
     if let Scattering::Isotropic { mu_s, g } = top.scattering
         && mu_s > 0.0
         && (g - PIGMENT_G).abs() > COSINE
