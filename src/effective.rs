@@ -84,8 +84,12 @@ pub fn typical(plan: &Plan) -> Medium {
         Plan::Blister(blister) => {
             let tablet = &blister.tablet;
             let r0 = boundary_reflectance(tablet.n);
-            let gloss =
-                Gloss { share: tablet.gloss as f32, reflectance: r0 as f32, roughness: [tablet.roughness as f32; 2] };
+            let gloss = Gloss {
+                share: tablet.gloss as f32,
+                reflectance: r0 as f32,
+                roughness: [tablet.roughness as f32; 2],
+                matte: 0.0,
+            };
             Medium::isotropic(tablet.mu_a_per_mm as f32, tablet.sigma_per_mm as f32, tablet.n as f32, gloss)
         }
     }

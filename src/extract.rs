@@ -50,11 +50,11 @@ pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extrac
     if beside.rows == 0 {
         return one(frame, calibration, settings, out);
     }
-    one(&about_peaks(frames, calibration.dark_level.round() as u8), calibration, settings, out);
+    one(&about_peaks(frames, calibration.dark_level.round() as u16), calibration, settings, out);
 }
 
 /// One window about the peak of each column, from the two in `frames` and `dark` where neither is.
-fn about_peaks(frames: &[Frame; 2], dark: u8) -> Frame {
+fn about_peaks(frames: &[Frame; 2], dark: u16) -> Frame {
     let cols = frames[0].cols;
     let rows = 2 * ABOUT + 1;
     let mut merged =
@@ -80,8 +80,8 @@ fn about_peaks(frames: &[Frame; 2], dark: u8) -> Frame {
 }
 
 /// Level [DN] and row of the first greatest level of each column of a window.
-fn peaks(frame: &Frame) -> Vec<(u8, i32)> {
-    let mut peaks = vec![(0u8, 0i32); frame.cols];
+fn peaks(frame: &Frame) -> Vec<(u16, i32)> {
+    let mut peaks = vec![(0u16, 0i32); frame.cols];
     for (k, row) in frame.dn.chunks_exact(frame.cols).take(frame.rows).enumerate() {
         for (peak, &dn) in peaks.iter_mut().zip(row) {
             if dn > peak.0 {
@@ -121,17 +121,17 @@ fn read(
 ) {
     let n = columns.len();
     let line = |k: usize| {
-        let mut lanes = [0u8; LANES];
+        let mut lanes = [0u16; LANES];
         lanes[..n].copy_from_slice(&frame.dn[k * frame.cols + columns.start..][..n]);
         lanes
     };
-    let (mut best, mut at) = ([0u8; LANES], [0u8; LANES]);
+    let (mut best, mut at) = ([0u16; LANES], [0u16; LANES]);
     for k in 0..frame.rows {
         let dn = line(k);
         for c in 0..LANES {
             let higher = dn[c] > best[c];
             best[c] = if higher { dn[c] } else { best[c] };
-            at[c] = if higher { k as u8 } else { at[c] };
+            at[c] = if higher { k as u16 } else { at[c] };
         }
     }
     let window = settings.window_rows as i32;

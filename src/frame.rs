@@ -18,7 +18,7 @@ pub struct Frame {
     /// Sensor row of each column's first sample `[cols]`.
     pub first_row: Vec<i32>,
     /// Digital numbers `[rows, cols]`, row-major [DN].
-    pub dn: Vec<u8>,
+    pub dn: Vec<u16>,
 }
 
 /// Position and optics of the camera against the laser plane.
@@ -65,6 +65,12 @@ impl Rig {
         let (sin, cos) = libm::sincos(self.tilt);
         let s = (self.centre_row - row) * self.pixel * libm::cos(self.scheimpflug());
         s * (self.distance - self.focal_length) / (self.focal_length * sin + s * cos)
+    }
+
+    /// Where the laser plane is seen at a place of the sensor: x along the line and height z [mm].
+    pub fn locate(&self, col: f64, row: f64) -> [f64; 2] {
+        let z = self.height(row);
+        [self.along(col, z), z]
     }
 
     /// Position along the laser line of a point of the laser plane at height `z` seen in `col` [mm].

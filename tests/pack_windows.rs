@@ -9,7 +9,7 @@ use sheetlight::recipe::Recipe;
 const ROWS: usize = 44;
 const SENSOR: usize = 240;
 const COLUMNS: usize = 96;
-const DARK: u8 = 12;
+const DARK: u16 = 12;
 
 /// Lines of DN in both windows, brighter now in one and now in the other, at times saturated over several rows.
 #[test]
@@ -55,7 +55,7 @@ fn two_windows_read_like_the_whole_sensor() {
             let middle = rng.random_range(20.0..24.0f64);
             for k in 0..ROWS {
                 let light: f64 = height * (-0.5 * (k as f64 - middle).powi(2) / 2.2).exp();
-                let dn = (f64::from(DARK) + light).min(255.0) as u8;
+                let dn = (f64::from(DARK) + light).min(255.0) as u16;
                 window.dn[k * COLUMNS + column] = dn;
                 whole.dn[(stand as usize + k) * COLUMNS + column] = dn;
             }

@@ -65,7 +65,7 @@ fn foil_reflects_its_reflectance() {
 /// about three views, against the law's own mean over the cone.
 #[test]
 fn foil_mirrors_by_its_law() {
-    let metal = Gloss { share: 1.0, reflectance: 0.9, roughness: FOIL.roughness.map(|alpha| alpha as f32) };
+    let metal = Gloss { share: 1.0, reflectance: 0.9, roughness: FOIL.roughness.map(|alpha| alpha as f32), matte: 0.0 };
     let stack = Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Below::Foil(FOIL) };
     for view in
         [DVec3::new(0.0, -0.422_618, 0.906_308), DVec3::new(0.3, 0.0, 0.953_939), DVec3::new(0.2, 0.2, 0.959_166)]
@@ -226,7 +226,7 @@ const FACTORS: [(f64, f64, [f64; 2]); 8] = [
 /// of the line both lean.
 #[test]
 fn glints_stand_where_facets_bisect_laser_and_lens() {
-    let facets = |reflectance| Gloss { share: 1.0, reflectance, roughness: [0.1, 0.3] };
+    let facets = |reflectance| Gloss { share: 1.0, reflectance, roughness: [0.1, 0.3], matte: 0.0 };
     let foil = Medium::opaque(facets(0.9));
     let black = Medium { gloss: facets(0.04), ..Medium::isotropic(50.0, 0.01, 1.5, Gloss::NONE) };
     let view = Vec3::new(-0.12, -0.42, 0.9).normalize();

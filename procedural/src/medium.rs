@@ -15,15 +15,17 @@ pub struct Gloss {
     pub reflectance: f32,
     /// Roughness alpha of the GGX law along x and along y [1].
     pub roughness: [f32; 2],
+    /// Light that the surface throws back evenly to all sides, before any of it enters: oxide, paint, blasted metal [1].
+    pub matte: f32,
 }
 
 impl Gloss {
     /// No gloss at all.
-    pub const NONE: Self = Self { share: 0.0, reflectance: 0.0, roughness: [1.0; 2] };
+    pub const NONE: Self = Self { share: 0.0, reflectance: 0.0, roughness: [1.0; 2], matte: 0.0 };
 
     /// Facets of cell wall, n = 1.55, on a share of sawn wood.
     pub const fn wood(share: f32) -> Self {
-        Self { share, reflectance: 0.046_520_57, roughness: [0.45; 2] }
+        Self { share, reflectance: 0.046_520_57, roughness: [0.45; 2], matte: 0.0 }
     }
 
     /// Whether these are facets of metal: what is not thrown back is absorbed.

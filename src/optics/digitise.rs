@@ -41,7 +41,7 @@ pub fn digitise(sensor: &Sensor, shot: &Shot<'_>, number: usize, window: &Window
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let base = (profile as f64 * sensor.drift).round() as i64 + number as i64 * (ROWS * FINE) as i64;
+    let base = (sensor.position(profile) * sensor.drift).round() as i64 + number as i64 * (ROWS * FINE) as i64;
     let counter = tile as u32 * TILE as u32;
     for pair in 0..ROWS / 2 {
         let rows = [2 * pair, 2 * pair + 1];
@@ -82,15 +82,15 @@ struct PairOfRows<'a> {
 }
 
 impl PairOfRows<'_> {
-    fn write(&self, sensor: &Sensor, even: &mut [u8], odd: &mut [u8]) {
+    fn write(&self, sensor: &Sensor, even: &mut [u16], odd: &mut [u16]) {
         pair(self, sensor, even, odd);
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn pair(pixels: &PairOfRows<'_>, sensor: &Sensor, even: &mut [u8], odd: &mut [u8]) {
+fn pair(pixels: &PairOfRows<'_>, sensor: &Sensor, even: &mut [u16], odd: &mut [u16]) {
     let (chain, [glint, grain]) = (&sensor.chain, sensor.contrast);
-    let mut out = [[0u8; TILE]; 2];
+    let mut out = [[0u16; TILE]; 2];
     for c in 0..TILE {
         let (first, second) = normals(pixels.counter + c as u32, pixels.keys);
         let signal = |row: usize| {

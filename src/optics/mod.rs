@@ -55,7 +55,7 @@ pub struct Sensor {
     contrast: [f32; 2],
     /// Offset of the row that lets light out, for each row of the window [profiles].
     neighbours: [isize; ROWS],
-    /// Movement of the pattern in one profile [fine rows].
+    /// Movement of the pattern with the object [fine rows/mm].
     drift: f64,
     step: f64,
     size: Size,
@@ -119,7 +119,7 @@ impl Sensor {
             tiles: tiles.get(grain),
             contrast: contrast.map(|c| c as f32),
             neighbours,
-            drift: rows_per_mm * step * FINE as f64,
+            drift: rows_per_mm * FINE as f64,
             step,
             size,
             transport: Transport::Kernel,
@@ -151,6 +151,15 @@ impl Sensor {
         Calibration { rig: self.camera.rig, sensor_rows: self.size.rows as u32, dark_level: self.chain.dark_level }
     }
 
+    /// Scan position under the laser in `profile` [mm].
+    pub fn position(&self, profile: usize) -> f64 {
+        self.position_of(profile as isize)
+    }
+
+    fn position_of(&self, profile: isize) -> f64 {
+        profile as f64 * self.step
+    }
+
     /// Rows of the specimen that a profile needs before and behind its own.
     pub fn halo(&self) -> usize {
         self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
@@ -162,15 +171,15 @@ impl Sensor {
         band.rows.resize_with(band.profiles.len() + 2 * band.halo, Row::default);
         let mut scratch = RowScratch::new(self.size.columns);
         for (place, row) in band.rows.iter_mut().enumerate() {
-            let position = (band.profiles.start + place) as f64 - band.halo as f64;
-            self.maker.make(specimen, &self.camera, (position * self.step) as f32, &mut scratch, row);
+            let y = self.position_of((band.profiles.start + place) as isize - band.halo as isize);
+            self.maker.make(specimen, &self.camera, y as f32, &mut scratch, row);
         }
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);
             before[place - 1].face(&from[0]);
         }
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
-        let window = |profile: usize| slow.window(band.row(profile), profile as u64, profile as f64 * self.step);
+        let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
         band.windows = band.profiles.clone().map_while(window).collect();
         band
     }
@@ -208,7 +217,7 @@ impl Sensor {
         let mut sensor: Vec<u8> = (0..rows * columns)
             .map(|pixel| {
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.digitise(0.0, normal, offsets[pixel / columns])
+                self.chain.digitise(0.0, normal, offsets[pixel / columns]) as u8
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
@@ -218,7 +227,8 @@ impl Sensor {
                 for column in 0..frame.cols {
                     let row = frame.first_row[column] + k as i32;
                     if (0..rows as i32).contains(&row) {
-                        sensor[row as usize * columns + frame.first_col + column] = frame.dn[k * frame.cols + column];
+                        sensor[row as usize * columns + frame.first_col + column] =
+                            frame.dn[k * frame.cols + column] as u8;
                     }
                 }
             }

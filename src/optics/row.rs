@@ -253,7 +253,7 @@ fn texel(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
     // What facets of denser matter throw back does not enter; facets of the matter itself are its own surface.
     let own = fresnel::normal_reflectance(medium.n_eff);
     let facets = medium.gloss.reflectance > 1.01 * own;
-    let thrown = if facets { medium.gloss.share * medium.gloss.reflectance } else { 0.0 };
+    let thrown = if facets { medium.gloss.share * medium.gloss.reflectance } else { 0.0 } + medium.gloss.matte;
     Texel {
         mu_a: medium.mu_a,
         sigma_i: medium.sigma_i,

@@ -69,10 +69,10 @@ impl Chain {
 
     /// One digital number: `signal` [DN over dark], a standard normal and the row's offset [DN].
     #[inline(always)]
-    pub fn digitise(&self, signal: f32, normal: f32, offset: f32) -> u8 {
+    pub fn digitise(&self, signal: f32, normal: f32, offset: f32) -> u16 {
         let noise = (self.read_variance + self.shot * signal).sqrt() * normal;
         // Rounding to even at halves, as the sum with 1.5 * 2^23 does it; the clamp keeps it in range.
         let level = (signal + noise + offset).clamp(0.0, 255.0);
-        ((level + 12_582_912.0).to_bits() & 0xff) as u8
+        ((level + 12_582_912.0).to_bits() & 0xff) as u16
     }
 }

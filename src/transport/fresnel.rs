@@ -73,14 +73,14 @@ impl Default for BoundaryTable {
     }
 }
 
-/// Radiance factor of a surface's gloss: pi times the reflected radiance over the irradiance [1].
+/// Radiance factor of a surface itself, matte and gloss: pi times the reflected radiance over the irradiance [1].
 ///
 /// `normal`, `light` (towards the laser) and `view` (towards the lens) are unit vectors. Roughness along x and along y
 /// is that of a level surface; slopes turn it with the surface about the axis across.
 #[inline(always)]
 pub fn gloss(gloss: &Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     if gloss.share == 0.0 {
-        return 0.0;
+        return gloss.matte;
     }
     let half = (view + light).normalize();
     // Schlick's fit of Fresnel's law is exact to 1 % at these angles.
@@ -95,7 +95,8 @@ pub fn gloss(gloss: &Gloss, normal: Vec3, light: Vec3, view: Vec3) -> f32 {
     let (hx, hy) = (half.dot(tx) / ax, half.dot(ty) / ay);
     let d = hx * hx + hy * hy + up * up;
     // pi D F / (4 mu mu'), pi cancelled against the one in D.
-    gloss.share * fresnel / (ax * ay * d * d * 4.0 * normal.dot(light).max(0.05) * normal.dot(view).max(0.05))
+    gloss.matte
+        + gloss.share * fresnel / (ax * ay * d * d * 4.0 * normal.dot(light).max(0.05) * normal.dot(view).max(0.05))
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ pub fn extent_mm(blister: &Blister) -> (Vec2, f32) {
 fn metal(foil: &Foil) -> Medium {
     let (along, across) = (foil.roughness_along as f32, foil.roughness_across as f32);
     let roughness = if foil.rolled_along_line >= 0.5 { [along, across] } else { [across, along] };
-    Medium::opaque(Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness })
+    Medium::opaque(Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness, matte: 0.0 })
 }
 
 impl Pack {

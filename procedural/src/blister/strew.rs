@@ -152,8 +152,8 @@ pub fn foreign(pack: &Pack, planned: &Planned, instance: u16) -> Option<(Solid, 
             } else {
                 (Shape { segment: 0.0, radius: 1.0, band: 0.0, cap: Some([1.0, 0.0]) }, half.extend(0.5 * height))
             };
-            let metal = Gloss { share: 1.0, reflectance: 0.6, roughness: [0.3; 2] };
-            let dark = Gloss { share: 0.5, reflectance: 0.04, roughness: [0.5; 2] };
+            let metal = Gloss { share: 1.0, reflectance: 0.6, roughness: [0.3; 2], matte: 0.0 };
+            let dark = Gloss { share: 0.5, reflectance: 0.04, roughness: [0.5; 2], matte: 0.0 };
             let medium = match (fibre, kind < 0.3) {
                 (false, true) => Medium::opaque(metal),
                 (false, false) => Medium::isotropic(20.0, 10.0, 1.5, dark),

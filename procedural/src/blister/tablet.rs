@@ -117,8 +117,12 @@ impl Form {
 /// What a tablet of these numbers is made of.
 pub fn medium(tablet: &Tablet) -> Medium {
     let n = tablet.n as f32;
-    let gloss =
-        Gloss { share: tablet.gloss as f32, reflectance: super::fresnel(n), roughness: [tablet.roughness as f32; 2] };
+    let gloss = Gloss {
+        share: tablet.gloss as f32,
+        reflectance: super::fresnel(n),
+        roughness: [tablet.roughness as f32; 2],
+        matte: 0.0,
+    };
     let medium = Medium::isotropic(tablet.mu_a_per_mm as f32, tablet.sigma_per_mm as f32, n, gloss);
     Medium { coat: tablet.coat as f32, ..medium }
 }

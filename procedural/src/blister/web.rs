@@ -130,8 +130,12 @@ impl FormedWeb {
                 Cell { middle, factor: 1.0, stretch }
             })
             .collect();
-        let gloss =
-            Gloss { share: 1.0, reflectance: super::fresnel(web.n as f32), roughness: [web.roughness as f32; 2] };
+        let gloss = Gloss {
+            share: 1.0,
+            reflectance: super::fresnel(web.n as f32),
+            roughness: [web.roughness as f32; 2],
+            matte: 0.0,
+        };
         let bump_size = pocket.bump_size_mm as f32;
         Self {
             formed,

@@ -14,7 +14,7 @@ use crate::recipe::{Recipe, Scene};
 /// First profile that looks at nothing but the conveyor where the target is [`bare`].
 pub(super) const BARE: usize = 64;
 /// A metal plate: facets alone, so that light comes back from where it hits.
-const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.5, roughness: [0.45; 2] };
+const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.5, roughness: [0.45; 2], matte: 0.0 };
 
 /// Every number of the bench at its declared default, over a scene with the extraction of the small recipe.
 pub(super) fn scene(stream: Stream, columns: usize, profiles: usize) -> Scene {

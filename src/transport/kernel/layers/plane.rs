@@ -115,7 +115,7 @@ fn matter(layer: &Layer) -> Result<Medium, Refusal> {
 
 fn metal(foil: &crate::transport::stack::Foil) -> Medium {
     let roughness = foil.roughness.map(|alpha| alpha as f32);
-    Medium::opaque(Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness })
+    Medium::opaque(Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness, matte: 0.0 })
 }
 
 /// A layer that scatters alike in all directions.

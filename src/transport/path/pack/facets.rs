@@ -25,7 +25,7 @@ pub(super) fn bottom(medium: &Medium) -> Gloss {
         return medium.gloss;
     }
     let s = (medium.mu_a / (medium.mu_a + medium.sigma_i)).sqrt();
-    Gloss { share: 1.0, reflectance: (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s), roughness: [1.0; 2] }
+    Gloss { share: 1.0, reflectance: (1.0 - s) * (1.0 - 0.139 * s) / (1.0 + 1.17 * s), roughness: [1.0; 2], matte: 0.0 }
 }
 
 /// A piece of rough metal.

@@ -16,7 +16,7 @@ use crate::transport::path::film::PIGMENT_G;
 use crate::transport::path::{Effort, solve};
 use crate::transport::stack::{Below, Foil, Layer, Scattering, Stack};
 
-const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1, 0.3] };
+const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1, 0.3], matte: 0.0 };
 /// Smoother, so that few facets throw light into the foil: layered judge and this one then differ in what becomes of it.
 const SMOOTH: Gloss = Gloss { roughness: [0.05, 0.1], ..METAL };
 /// Upper side of the film over the conveyor [mm].
