@@ -61,10 +61,10 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
         1.0 / f64::from(sight.rows_per_mm),
         f64::from(sight.variance.sqrt()),
         f64::from(sight.electrons * sight.view.z),
-        (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
+        scene.readout.scale() * (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
         f64::from(surface),
         f64::from(volume),
-        extract::scatter_pixels(&scene.extraction) as f64 * exposure.dark_level_dn,
+        extract::scatter_pixels(&scene.extraction) as f64 * f64::from(sensor.calibration().dark_level),
     ];
     let own = match &scene.plan {
         Plan::Wood(wood) => of_wood(&earlywood(&wood.media)).to_vec(),

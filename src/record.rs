@@ -115,7 +115,7 @@ pub struct StackFrame {
     /// Profile number in the scan.
     pub profile: u32,
     /// Digital numbers [DN].
-    pub dn: Vec<u8>,
+    pub dn: Vec<u16>,
 }
 
 /// One sample.

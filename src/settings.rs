@@ -1,5 +1,9 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
+mod readout;
+
+pub use readout::{Hdr, Readout, SCALE_DN};
+
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
@@ -115,6 +119,8 @@ pub struct Output {
     pub sensor_stack: SensorStack,
     /// Samples in a shard; `None` keeps a shard under about 500 MB.
     pub samples_per_shard: Option<usize>,
+    /// Bits of a digital number: 8, 10 or 12.
+    pub bits: u32,
 }
 
 impl Output {

@@ -156,7 +156,7 @@ pub const ROW: [Column; 21] = [
         "reflectance",
         Kind::Image(8),
         "DN",
-        "0 to 255",
+        "0 to 255; 16 bits, to 1023 or 4095, for 10 or 12",
         "0",
         "Digital number at the peak of the laser line, rounded.",
     ),

@@ -8,6 +8,7 @@
 use multiversion::multiversion;
 
 use super::film::Second;
+use super::overflow::Charge;
 use super::row::Row;
 use super::{Band, Sensor, TILE, arrange};
 use crate::lanes::exp;
@@ -59,6 +60,8 @@ pub struct Scratch {
     pub columns: usize,
     /// Room for a line in a window of its own.
     pub spare: Window,
+    /// Room for signals on their way to numbers.
+    pub charge: Charge,
 }
 
 impl Scratch {

@@ -13,7 +13,9 @@ mod digitise;
 pub mod expose;
 pub mod film;
 pub mod mirror;
+pub mod overflow;
 pub mod parameters;
+pub mod pixels;
 pub mod row;
 pub mod sensor;
 pub mod slow;
@@ -25,13 +27,13 @@ use procedural::{Medium, Stream};
 
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
-use self::parameters::Bench;
+use self::parameters::{Bench, Exposure};
 use self::row::{Row, RowMaker, RowScratch};
 use self::sensor::Chain;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Size, Transport};
+use crate::settings::{Readout, Size, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
@@ -42,13 +44,14 @@ pub use self::speckle::TILE;
 /// leaves further away is let out by the last of them.
 const FARTHEST: usize = 64;
 
-/// Light in one pixel that is left out where it lies beside the line [DN].
+/// Light in one pixel that is left out where it lies beside the line [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
 
 /// Laser, camera and sensor over one scan.
 #[derive(Debug)]
 pub struct Sensor {
     camera: Camera,
+    exposure: Exposure,
     chain: Chain,
     tiles: Arc<[Tile; 2]>,
     /// Contrast of light from the surface and from below [1].
@@ -110,7 +113,7 @@ impl Sensor {
         ];
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
         let step = bench.motion.step_mm;
-        let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
+        let chain = Chain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
         let neighbours = std::array::from_fn(|k| {
             let y = (CENTRE as f64 - k as f64) / rows_per_mm;
             ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
@@ -126,9 +129,19 @@ impl Sensor {
             stream,
             speckle_key: stream.child("speckle").key(),
             maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
+            exposure: bench.exposure,
             chain,
             camera,
         }
+    }
+
+    /// The same with another converter, or with a knee.
+    pub fn with_readout(self, readout: Readout) -> Self {
+        if readout == Readout::PLAIN {
+            return self;
+        }
+        let chain = Chain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
+        Self { chain, ..self }
     }
 
     /// The same with light from below by another model than the kernel.
@@ -204,20 +217,22 @@ impl Sensor {
         let shot = Shot { profile, tile, columns: scratch.columns, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
-            digitise(self, &shot, number, &scratch.windows[number], &mut frames[number]);
+            digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
         }
     }
 
     /// The whole sensor in exposure `profile`, `[rows, columns]`, row-major [DN]; rows outside the windows are dark.
-    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u8> {
+    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u16> {
         let (rows, columns) = (self.size.rows, self.size.columns);
         let mut offsets = Vec::new();
         self.row_offsets(profile, &mut offsets);
         let keys = self.chain.keys("dark", profile);
-        let mut sensor: Vec<u8> = (0..rows * columns)
+        let mut sensor: Vec<u16> = (0..rows * columns)
             .map(|pixel| {
+                let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.digitise(0.0, normal, offsets[pixel / columns]) as u8
+                let shift = self.chain.pixels.as_ref().map_or(0.0, |pixels| pixels.at(row, column).1);
+                self.chain.digitise(0.0, 0.0, normal, offsets[row] + shift)
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
@@ -227,8 +242,7 @@ impl Sensor {
                 for column in 0..frame.cols {
                     let row = frame.first_row[column] + k as i32;
                     if (0..rows as i32).contains(&row) {
-                        sensor[row as usize * columns + frame.first_col + column] =
-                            frame.dn[k * frame.cols + column] as u8;
+                        sensor[row as usize * columns + frame.first_col + column] = frame.dn[k * frame.cols + column];
                     }
                 }
             }

@@ -48,6 +48,7 @@ impl Recipe {
             bench,
             plan,
             transport: self.settings.transport(),
+            readout: self.settings.readout(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::settings::{Channel, ScatterMode};
+use crate::settings::{Channel, Hdr, ScatterMode};
 
 /// The declaration of one setting.
 #[derive(Debug, Clone, Copy)]
@@ -128,6 +128,24 @@ pub(super) const CAMERA: &[Setting] = &[setting(
     "[T]",
 )];
 
+/// What of the sensor is not drawn.
+pub(super) const EXPOSURE: &[Setting] = &[
+    setting(
+        "bits",
+        Kind::OneOf(&[8, 10, 12]),
+        Value::Count(8),
+        "Bits of a digital number. Keys in DN stay on the scale of 8 bits; images, frames and Scatter get finer steps.",
+        "[T] 8",
+    ),
+    setting(
+        "hdr",
+        Kind::Word(&Hdr::NAMES),
+        Value::Word("none"),
+        "A second, flatter slope for bright light: 2, 6 or 15 times the dynamic range.",
+        "modes of the real camera",
+    ),
+];
+
 /// From frames to measures.
 pub(super) const EXTRACTION: &[Setting] = &[
     setting(
@@ -148,7 +166,7 @@ pub(super) const EXTRACTION: &[Setting] = &[
         "threshold_dn",
         Kind::Number { min: 0.0, max: 255.0, unit: "DN" },
         Value::Number(17.0),
-        "Smallest digital number of a peak.",
+        "Smallest digital number of a peak, on the scale of 8 bits.",
         "dark level plus five standard deviations",
     ),
     setting(

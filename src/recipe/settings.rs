@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
-use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport};
+use crate::settings::{
+    Channel, Extraction, Hdr, Output, Readout, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport,
+};
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,12 +39,20 @@ impl Settings {
         Size { columns, rows, profiles }
     }
 
+    /// How the sensor is read out.
+    pub fn readout(&self) -> Readout {
+        let name = self.word("exposure.hdr");
+        let hdr = Hdr::ALL.into_iter().find(|known| known.name() == name);
+        // The table ends bits at 12.
+        Readout { bits: self.count("exposure.bits") as u32, hdr: hdr.unwrap_or_else(|| panic!("no slopes {name}")) }
+    }
+
     /// How a profile is read.
     pub fn extraction(&self) -> Extraction {
         let mode = self.get("extraction.scatter_mode");
         Extraction {
             window_rows: self.count("extraction.window_rows"),
-            threshold_dn: self.number("extraction.threshold_dn"),
+            threshold_dn: self.number("extraction.threshold_dn") * self.readout().scale(),
             // The table ends it at 256.
             subpixel_steps: self.count("extraction.subpixel_steps") as u32,
             scatter_mode: ScatterMode::ALL
@@ -88,6 +98,7 @@ impl Settings {
                 Value::Count(samples) => Some(samples),
                 _ => None,
             },
+            bits: self.readout().bits,
         }
     }
 

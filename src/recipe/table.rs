@@ -57,7 +57,7 @@ pub(super) const SECTIONS: [Section; 22] = [
     drawn!(Motion),
     drawn!(Laser),
     drawn!(Camera, None, setting::CAMERA),
-    drawn!(Exposure),
+    drawn!(Exposure, None, setting::EXPOSURE),
     drawn!(Speckle),
     drawn!(Board, Subject::Wood),
     drawn!(Log, Subject::Wood),
@@ -96,7 +96,7 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 12] = [
+    const UNITS: [(&str, &str); 13] = [
         ("_deg_per_mm", "deg/mm"),
         ("_per_mm", "1/mm"),
         ("_mm", "mm"),
@@ -105,6 +105,7 @@ pub(super) fn unit(name: &str) -> &'static str {
         ("_deg", "deg"),
         ("_mw", "mW"),
         ("_us", "us"),
+        ("_e_per_s", "electrons/s"),
         ("_dn", "DN"),
         ("_e", "electrons"),
         ("_rows", "px"),

@@ -107,11 +107,11 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
 }
 
 /// What the text attribute says about a record.
-pub(super) fn description(record: &Record, declared: &[Channel]) -> Value {
+pub(super) fn description(record: &Record, declared: &[Channel], bits: u32) -> Value {
     let units: serde_json::Map<String, Value> = declared.iter().map(|c| (c.name.into(), c.unit.into())).collect();
     json!({
         "id": record.id, "index": record.index, "split": record.split.name(), "class": record.class,
-        "row_mm": record.row_mm, "col_mm": record.col_mm, "units": units,
+        "row_mm": record.row_mm, "col_mm": record.col_mm, "bits": bits, "units": units,
     })
 }
 

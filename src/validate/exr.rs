@@ -1,6 +1,6 @@
 //! EXR files: declared channels, ranges, and the same content as the row's images.
 
-use output_schema::Channel;
+use output_schema::DatasetHead;
 use serde_json::Value;
 
 use super::columns::StoredRow;
@@ -8,11 +8,11 @@ use super::images::Decoded;
 use super::report::{Code, Fault, Report};
 use crate::shard::{ExrChannel, read_exr};
 
-/// Checks one EXR file against its declaration and the images of its row; adds label and instance to the images where
+/// Checks one EXR file against its declaration in the head and the images of its row; adds label and instance to the images where
 /// the row has none.
 pub(super) fn check(
     bytes: &[u8],
-    declared: &[Channel],
+    head: &DatasetHead,
     row: &StoredRow,
     decoded: &mut Decoded,
     place: &str,
@@ -23,7 +23,8 @@ pub(super) fn check(
         Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
     };
     report.images += channels.len() as u64;
-    let expected: Vec<_> = declared.iter().map(|c| (c.name, c.samples)).collect();
+    let most = f32::from(head.images.most_dn());
+    let expected: Vec<_> = head.channels().iter().map(|c| (c.name, c.samples)).collect();
     let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
     if expected != found || (cols, rows) != (row.cols as usize, row.rows as usize) {
         let what = format!("it holds {cols} x {rows} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
@@ -36,7 +37,7 @@ pub(super) fn check(
     }
     for channel in &channels {
         let numbers = channel.numbers();
-        let outside = numbers.iter().filter(|&&n| !in_range(&channel.name, n)).count();
+        let outside = numbers.iter().filter(|&&n| !in_range(&channel.name, n, most)).count();
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
             report.faults.push(Fault::new(Code::ValueRange, place, what));
@@ -49,10 +50,10 @@ pub(super) fn check(
     }
 }
 
-fn in_range(channel: &str, value: f32) -> bool {
+fn in_range(channel: &str, value: f32, most: f32) -> bool {
     match channel {
-        "Reflectance" => value.is_nan() || (0.0..=255.0).contains(&value),
-        "Y" => (0.0..=255.0).contains(&value),
+        "Reflectance" => value.is_nan() || (0.0..=most).contains(&value),
+        "Y" => (0.0..=most).contains(&value),
         "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),
         "FibreAzimuth" => value.is_nan() || (-90.0..=90.0).contains(&value),
         "FilmGap" | "FilmThickness" => value.is_nan() || (value >= 0.0 && value.is_finite()),

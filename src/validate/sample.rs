@@ -38,7 +38,7 @@ pub(super) fn check(
         return;
     }
     numbers(task, &row, listed, &place, report);
-    let mut decoded = images::check(&row, &place, report);
+    let mut decoded = images::check(&row, &task.head.images, &place, report);
 
     let path = exr_path(task.number, &row.id);
     let exr = (!task.head.images.exr.is_empty() && whole(&path)).then(|| fs::read(task.root.join(&path)));
@@ -47,7 +47,7 @@ pub(super) fn check(
         Err(e) => return report.faults.push(Fault::new(Code::FileMissing, path, e.to_string())),
     };
     if let Some(bytes) = &exr {
-        exr::check(bytes, &task.head.channels(), &row, &mut decoded, &path, report);
+        exr::check(bytes, &task.head, &row, &mut decoded, &path, report);
     }
     labels::check(&row, &task.head.label_values, &decoded, &place, report);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
