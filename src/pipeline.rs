@@ -1,5 +1,7 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
+use std::ops::Range;
+
 use procedural::blister::Pack;
 use procedural::wood::Plank;
 use procedural::{Body, Class};
@@ -51,7 +53,8 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let matter = typical(&scene.plan);
     let sensor = Sensor::new(&scene.bench, scene.size, height, &matter, tiles, scene.stream)
         .with_transport(scene.transport)
-        .with_readout(scene.readout);
+        .with_readout(scene.readout)
+        .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
     (sensor, specimen)
 }
@@ -188,25 +191,38 @@ impl Part<'_> {
                 }
             }
             sensor.row_offsets(profile, &mut offsets[place]);
-            if keeps(scene.output.sensor_stack, profile) {
+            if sensor.is_scripted() {
+                let frame = sensor.processed(band, profile);
+                if keeps(scene.output.sensor_stack, profile) {
+                    stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
+                }
+                self.read(&[frame, Frame::default()], line, calibration, scene);
+            } else if keeps(scene.output.sensor_stack, profile) {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
+        }
+        if sensor.is_scripted() {
+            return stack;
         }
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..columns.div_ceil(TILE) {
             for (place, profile) in profiles.clone().enumerate() {
                 sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                 let from = place * columns + frames[0].first_col;
-                let line = from..from + frames[0].cols;
-                let mut out = Profile {
-                    range: &mut self.range[line.clone()],
-                    reflectance: &mut self.reflectance[line.clone()],
-                    scatter: &mut self.scatter[line],
-                };
-                extract(&frames, calibration, &scene.extraction, &mut out);
+                self.read(&frames, from..from + frames[0].cols, calibration, scene);
             }
         }
         stack
+    }
+
+    /// Reads frames into the pixels `line`.
+    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, calibration: &Calibration, scene: &Scene) {
+        let mut out = Profile {
+            range: &mut self.range[line.clone()],
+            reflectance: &mut self.reflectance[line.clone()],
+            scatter: &mut self.scatter[line],
+        };
+        extract(frames, calibration, &scene.extraction, &mut out);
     }
 }
 

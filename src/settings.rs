@@ -1,7 +1,9 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
+mod postprocess;
 mod readout;
 
+pub use postprocess::{Law, Order, Pattern, Postprocess, Step};
 pub use readout::{Hdr, Readout, SCALE_DN};
 
 /// Sizes of the scan.

@@ -16,6 +16,7 @@ pub mod mirror;
 pub mod overflow;
 pub mod parameters;
 pub mod pixels;
+pub mod postprocess;
 pub mod row;
 pub mod sensor;
 pub mod slow;
@@ -28,12 +29,13 @@ use procedural::{Medium, Stream};
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
 use self::parameters::{Bench, Exposure};
+use self::postprocess::{Picture, Scripts};
 use self::row::{Row, RowMaker, RowScratch};
 use self::sensor::Chain;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Readout, Size, Transport};
+use crate::settings::{Order, Postprocess, Readout, Size, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
@@ -53,6 +55,8 @@ pub struct Sensor {
     camera: Camera,
     exposure: Exposure,
     chain: Chain,
+    /// The thesis' scripts in place of speckle and noise.
+    scripts: Option<Scripts>,
     tiles: Arc<[Tile; 2]>,
     /// Contrast of light from the surface and from below [1].
     contrast: [f32; 2],
@@ -131,6 +135,7 @@ impl Sensor {
             maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
             exposure: bench.exposure,
             chain,
+            scripts: None,
             camera,
         }
     }
@@ -147,6 +152,19 @@ impl Sensor {
     /// The same with light from below by another model than the kernel.
     pub fn with_transport(self, transport: Transport) -> Self {
         Self { transport, ..self }
+    }
+
+    /// The same with the thesis' scripts in place of speckle and noise, where the order is not `physical`.
+    pub fn with_postprocess(self, bench: &Bench, readout: Readout, postprocess: Postprocess) -> Self {
+        let stream = self.stream.child("postprocess");
+        let make = || Scripts::new(postprocess, bench, readout, stream);
+        let scripts = (postprocess.order != Order::Physical).then(make);
+        Self { scripts, ..self }
+    }
+
+    /// Whether frames are made whole by the thesis' scripts ([`Self::processed`]) and not by [`Self::expose`].
+    pub fn is_scripted(&self) -> bool {
+        self.scripts.is_some()
     }
 
     /// The geometry and radiometry in use.
@@ -219,6 +237,40 @@ impl Sensor {
         for number in 0..scratch.used {
             digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
         }
+    }
+
+    /// Light of exposure `profile` without speckle and noise, in the rows that hold some.
+    pub fn light(&self, band: &Band, profile: usize) -> Picture {
+        let (rows, columns) = (self.size.rows, self.size.columns);
+        let mut places = Vec::new();
+        let mut scratch = Scratch::default();
+        for tile in 0..columns.div_ceil(TILE) {
+            expose::window(self, band, profile, tile, &mut scratch);
+            for window in &scratch.windows[..scratch.used] {
+                for k in 0..ROWS {
+                    for c in 0..scratch.columns {
+                        let (row, light) = (window.first_row[c] + k as i32, window.volume[k][c] + window.surface[k][c]);
+                        if light > 0.0 && (0..rows as i32).contains(&row) {
+                            places.push((row as usize, tile * TILE + c, self.chain.gain * light));
+                        }
+                    }
+                }
+            }
+        }
+        let first_row = places.iter().map(|place| place.0).min().unwrap_or(0);
+        let last = places.iter().map(|place| place.0 + 1).max().unwrap_or(0);
+        let mut numbers = vec![0.0; (last - first_row) * columns];
+        // Windows that lie over each other hold the same light.
+        places.iter().for_each(|&(row, column, light)| numbers[(row - first_row) * columns + column] = light);
+        Picture { columns, first_row, numbers }
+    }
+
+    /// The whole sensor in exposure `profile` by the thesis' scripts; no rows where there are none.
+    pub fn processed(&self, band: &Band, profile: usize) -> Frame {
+        let Some(scripts) = &self.scripts else { return Frame::default() };
+        let (rows, cols) = (self.size.rows, self.size.columns);
+        let dn = scripts.frame(self.light(band, profile), rows, profile);
+        Frame { cols, rows, first_col: 0, first_row: vec![0; cols], dn }
     }
 
     /// The whole sensor in exposure `profile`, `[rows, columns]`, row-major [DN]; rows outside the windows are dark.

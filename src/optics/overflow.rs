@@ -48,3 +48,47 @@ impl Charge {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What pixels gain is the share of what lies above the full well, as long as it stays in the window, and it fills the
+    /// nearest room on both sides alike.
+    #[test]
+    fn overflowing_charge_is_kept_and_fills_the_neighbours() {
+        let full = 240.0f32;
+        let light = |k: usize| 1200.0 * (-0.5 * ((k as f32 - 21.3) / 1.4).powi(2)).exp();
+        for share in [0.0f32, 0.1, 0.5, 1.0] {
+            let mut charge = Charge::default();
+            for k in 0..ROWS {
+                charge.level[k] = [light(k); TILE];
+                charge.noisy[k] = [light(k); TILE];
+            }
+            charge.overflow(full, share);
+            let held = |level: f32| f64::from(level.min(full));
+            let before: f64 = (0..ROWS).map(|k| held(light(k))).sum();
+            let after: f64 = (0..ROWS).map(|k| held(charge.level[k][5])).sum();
+            let over: f64 = (0..ROWS).map(|k| f64::from((light(k) - full).max(0.0))).sum();
+            assert!((after - before - f64::from(share) * over).abs() < 1e-3 * over, "{share}: {before} to {after} of {over}");
+            let noisy: f64 = (0..ROWS).map(|k| f64::from(charge.noisy[k][5] - light(k))).sum();
+            assert!((noisy - f64::from(share) * over).abs() < 1e-3 * over, "noise of {noisy}");
+            let full_rows: Vec<usize> = (0..ROWS).filter(|&k| charge.level[k][5] >= full).collect();
+            let (first, last) = (full_rows[0], full_rows[full_rows.len() - 1]);
+            assert_eq!(full_rows.len(), last - first + 1, "full pixels are together");
+            if share == 1.0 {
+                let sides = [21.3 - first as f32, last as f32 - 21.3];
+                assert!((sides[0] - sides[1]).abs() <= 1.5 && sides[0] > 4.0, "{first} to {last}");
+            }
+        }
+    }
+
+    /// Columns that are not full stay as they are.
+    #[test]
+    fn columns_with_room_stay() {
+        let mut charge = Charge::default();
+        (charge.level[20][3], charge.level[20][4]) = (500.0, 100.0);
+        charge.overflow(240.0, 1.0);
+        assert_eq!((charge.level[20][4], charge.level[19][4], charge.level[21][3]), (100.0, 0.0, 130.0));
+    }
+}

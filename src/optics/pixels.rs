@@ -102,3 +102,61 @@ impl Pixels {
         self.shown(self.code(column / TILE, row as i32, column % TILE))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use procedural::Parameter;
+
+    use super::*;
+
+    const SIZE: Size = Size { columns: 512, rows: 400, profiles: 1 };
+
+    fn pixels(set: impl Fn(&mut Exposure)) -> Option<Pixels> {
+        let mut exposure = Exposure::from_values(&mut |p: &'static Parameter| p.default);
+        set(&mut exposure);
+        Pixels::new(&exposure, 1.0, &SIZE, Stream::root(3))
+    }
+
+    fn moments(values: impl Iterator<Item = f32> + Clone) -> (f64, f64) {
+        let n = values.clone().count() as f64;
+        let mean = values.clone().map(f64::from).sum::<f64>() / n;
+        (mean, (values.map(|v| (f64::from(v) - mean).powi(2)).sum::<f64>() / n).sqrt())
+    }
+
+    /// Each source has its own spread and leaves the others alone; alike pixels need no map.
+    #[test]
+    fn sources_are_switched_alone() {
+        assert!(pixels(|_| ()).is_none());
+        // 204 800 pixels: a spread is known to 0.16 %, four of which.
+        let near = |found: f64, set: f64| (found - set).abs() <= 0.0064 * set;
+        let all = |p: &Pixels| (0..SIZE.rows * SIZE.columns).map(|i| p.at(i / SIZE.columns, i % SIZE.columns)).collect::<Vec<_>>();
+        let found = all(&pixels(|e| e.prnu = 0.01).expect("pixels differ"));
+        assert!(near(moments(found.iter().map(|v| v.0)).1, 0.01) && found.iter().all(|v| v.1 == 0.0));
+        let found = all(&pixels(|e| e.dsnu_dn = 0.25).expect("pixels differ"));
+        assert!(near(moments(found.iter().map(|v| v.1)).1, 0.25) && found.iter().all(|v| v.0 == 1.0));
+        let found = all(&pixels(|e| e.column_pattern_dn = 0.1).expect("pixels differ"));
+        assert!(found.iter().zip(&found[SIZE.columns..]).all(|(a, b)| a == b), "columns are even");
+        // 512 columns: 3.1 %, three of which.
+        assert!((moments(found[..SIZE.columns].iter().map(|v| v.1)).1 / 0.1 - 1.0).abs() < 0.1);
+        let found = all(&pixels(|e| e.defect_share = 0.01).expect("pixels differ"));
+        let count = |defect: &dyn Fn(&(f32, f32)) -> bool| found.iter().filter(|v| defect(v)).count() as f64;
+        // 1024 of each expected, standard deviation 32.
+        for n in [count(&|v| v.0 == 0.0), count(&|v| v.1 == FULL)] {
+            assert!((n - 1024.0).abs() < 128.0, "{n} defects");
+        }
+    }
+
+    /// Windows show the pixels of the sensor that they lie on, and the edge's beyond it.
+    #[test]
+    fn windows_lie_on_the_sensor() {
+        let pixels = pixels(|e| (e.prnu, e.dsnu_dn, e.column_pattern_dn) = (0.01, 0.25, 0.1)).expect("pixels differ");
+        let first: [i32; TILE] = std::array::from_fn(|c| c as i32 - 20);
+        let (response, offset) = pixels.line(2, &first, 30);
+        for c in 0..TILE {
+            let row = (first[c] + 30).clamp(0, SIZE.rows as i32 - 1) as usize;
+            assert_eq!((response[c], offset[c]), pixels.at(row, 2 * TILE + c), "column {c}");
+        }
+        assert_eq!(pixels.line(0, &[-100; TILE], 3).0[9], pixels.at(0, 9).0);
+        assert_eq!(pixels.line(0, &[1000; TILE], 3).0[9], pixels.at(SIZE.rows - 1, 9).0);
+    }
+}

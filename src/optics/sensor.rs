@@ -155,3 +155,28 @@ impl Chain {
         ((level + 12_582_912.0).to_bits() & 0xffff) as u16
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The knee does not jump, the first slope is 1, and a pixel is full at 2, 6 and 15 times the light of one slope; of
+    /// that only the second slope's share makes noise.
+    #[test]
+    fn slopes_meet_and_stretch_the_range() {
+        let full = 243.4;
+        for hdr in [Hdr::Soft, Hdr::Medium, Hdr::Aggressive] {
+            let slopes = Slopes::new(hdr, full);
+            let below = slopes.bend(slopes.knee * (1.0 - 1e-6)).0;
+            let above = slopes.bend(slopes.knee * (1.0 + 1e-6)).0;
+            assert!((above - below).abs() < 1e-3, "{hdr:?}: {below} and {above} at the knee");
+            assert_eq!(slopes.bend(50.0), (50.0, 50.0));
+            let most = (hdr.gain() * full) as f32;
+            let (level, noisy) = slopes.bend(most);
+            assert!((f64::from(level) / full - 1.0).abs() < 1e-5, "{hdr:?}: {level} at {most}");
+            // Half of the full well came after the barrier.
+            assert!((f64::from(noisy) / full - 0.5).abs() < 1e-5, "{hdr:?}: {noisy} is noisy at {most}");
+        }
+        assert_eq!(Slopes::new(Hdr::None, full).bend(1e6), (1e6, 1e6));
+    }
+}

@@ -49,6 +49,7 @@ impl Recipe {
             plan,
             transport: self.settings.transport(),
             readout: self.settings.readout(),
+            postprocess: self.settings.postprocess(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

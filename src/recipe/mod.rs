@@ -11,6 +11,7 @@ mod draw;
 mod embedded;
 mod fault;
 mod forms;
+mod postprocess;
 mod read;
 mod reference;
 mod schema;
@@ -29,7 +30,7 @@ use procedural::Stream;
 use self::settings::Settings;
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Output, Readout, Size, Splits, Transport};
+use crate::settings::{Extraction, Output, Postprocess, Readout, Size, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -88,6 +89,8 @@ pub struct Scene {
     pub transport: Transport,
     /// How the sensor is read out.
     pub readout: Readout,
+    /// What is done to frames before they are read.
+    pub postprocess: Postprocess,
     /// How profiles are read.
     pub extraction: Extraction,
     /// What is written.

@@ -9,7 +9,7 @@ use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS, sections};
-use super::transport;
+use super::{postprocess, transport};
 use super::{Class, Subject};
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node};
@@ -81,17 +81,22 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
     top.close(walk, &known, &|name| table::home(subject, name));
 
+    postprocess::idle(walk, &settings);
     for section in &SECTIONS {
         for setting in section.settings {
             settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
         }
     }
     transport::leave_out(&mut settings);
+    postprocess::leave_out(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, subject, &settings);
     check::scene(walk, subject, "", &parameters, &BTreeMap::new());
+    postprocess::scene(walk, &settings, "", &parameters, &BTreeMap::new());
     for class in &classes {
-        check::scene(walk, subject, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+        let prefix = format!("classes.{}.", class.name);
+        check::scene(walk, subject, &prefix, &parameters, &class.overrides);
+        postprocess::scene(walk, &settings, &prefix, &parameters, &class.overrides);
     }
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::setting::Value;
 use crate::settings::{
-    Channel, Extraction, Hdr, Output, Readout, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport,
+    Channel, Extraction, Hdr, Law, Order, Output, Pattern, Postprocess, Readout, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -45,6 +45,27 @@ impl Settings {
         let hdr = Hdr::ALL.into_iter().find(|known| known.name() == name);
         // The table ends bits at 12.
         Readout { bits: self.count("exposure.bits") as u32, hdr: hdr.unwrap_or_else(|| panic!("no slopes {name}")) }
+    }
+
+    /// What is done to frames before they are read; numbers that have no effect are 0.
+    pub fn postprocess(&self) -> Postprocess {
+        let has = |name: &str| self.0.contains_key(&format!("postprocess.{name}"));
+        let number = |name: &str| if has(name) { self.number(&format!("postprocess.{name}")) } else { 0.0 };
+        let count = |name: &str| if has(name) { self.count(&format!("postprocess.{name}")) } else { 0 };
+        let order = self.word("postprocess.order");
+        let order = Order::ALL.into_iter().find(|known| known.name() == order);
+        let root = !has("pattern_law") || self.word("postprocess.pattern_law") == Law::NAMES[0];
+        Postprocess {
+            order: order.unwrap_or_else(|| panic!("no such order")),
+            blur_radius_px: number("blur_radius_px"),
+            intensity_scale: number("intensity_scale"),
+            pattern: Pattern {
+                size_px: count("pattern_px"),
+                mask_px: count("mask_px"),
+                factor: count("sampling_factor"),
+                law: if root { Law::Rayleigh } else { Law::Exponential },
+            },
+        }
     }
 
     /// How a profile is read.
@@ -107,6 +128,14 @@ impl Settings {
         let [train, validation, test] =
             ["train", "validation", "test"].map(|name| self.number(&format!("splits.{name}")));
         Splits { train, validation, test }
+    }
+
+    /// The word at `path`, where there is one.
+    pub fn word_or_none(&self, path: &str) -> Option<&'static str> {
+        match self.0.get(path) {
+            Some(Value::Word(word)) => Some(word),
+            _ => None,
+        }
     }
 
     fn word(&self, path: &str) -> &'static str {

@@ -9,7 +9,7 @@ use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
 use super::setting::{self, Setting};
-use super::transport;
+use super::{postprocess, transport};
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 
 /// A group of keys.
@@ -52,7 +52,7 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
 }
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [Section; 22] = [
+pub(super) const SECTIONS: [Section; 23] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
     drawn!(Laser),
@@ -71,6 +71,7 @@ pub(super) const SECTIONS: [Section; 22] = [
     drawn!(Foil, Subject::Blister),
     drawn!(Defects, Subject::Blister),
     fixed(transport::SECTION, transport::DOC, transport::TABLE),
+    fixed(postprocess::SECTION, postprocess::DOC, postprocess::TABLE),
     fixed("extraction", "How a profile is read from a frame.", setting::EXTRACTION),
     fixed("splits", "Shares of the parts of the dataset; they sum to 1.", setting::SPLITS),
     fixed("output", "What is written.", setting::OUTPUT),
