@@ -111,12 +111,12 @@ impl Beside {
 }
 
 /// Whether a line whose own window starts at `stand` does not fit the window that starts at `first`.
-fn outside(stand: i32, first: i32) -> bool {
+pub fn outside(stand: i32, first: i32) -> bool {
     (stand - first).abs() > ROWS as i32 - CENTRE as i32 - FOOT
 }
 
 /// `stand`, moved until its window does not overlap the one that starts at `first`.
-fn apart(stand: i32, first: i32) -> i32 {
+pub fn apart(stand: i32, first: i32) -> i32 {
     let rows = ROWS as i32;
     match stand - first {
         d if d.abs() >= rows => stand,

@@ -11,9 +11,14 @@ pub mod camera;
 pub mod coherence;
 mod digitise;
 pub mod expose;
+mod field;
 pub mod film;
+mod focus;
+mod lamps;
 pub mod mirror;
+mod moved;
 pub mod parameters;
+mod pieces;
 pub mod row;
 pub mod sensor;
 pub mod slow;
@@ -55,6 +60,10 @@ pub struct Sensor {
     contrast: [f32; 2],
     /// Offset of the row that lets light out, for each row of the window [profiles].
     neighbours: [isize; ROWS],
+    /// Profiles by row, on a flat surface as high as the object.
+    profiles_per_row: f64,
+    /// Share of a step that the object moves while it is exposed [1].
+    way: f32,
     /// Movement of the pattern with the object [fine rows/mm].
     drift: f64,
     step: f64,
@@ -93,14 +102,18 @@ impl Band {
     }
 }
 
+/// Whole profiles, within the farthest that is looked at.
+fn looks(profiles: f64) -> isize {
+    (profiles.round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
+}
+
 impl Sensor {
     /// Sets the bench up over a specimen whose upper surface lies about `height` [mm]; `clear` is the medium whose paths
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
     pub fn new(bench: &Bench, size: Size, height: f64, clear: &Medium, tiles: &Tiles, stream: Stream) -> Self {
         let camera = Camera::new(bench, &size);
-        let magnification = camera.rig.magnification();
-        let grain =
-            bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
+        let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
+        let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
         let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
@@ -111,21 +124,27 @@ impl Sensor {
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
         let step = bench.motion.step_mm;
         let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
-        let neighbours = std::array::from_fn(|k| {
-            let y = (CENTRE as f64 - k as f64) / rows_per_mm;
-            ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
-        });
+        let profiles_per_row = 1.0 / (rows_per_mm * step);
+        let neighbours = std::array::from_fn(|k| looks((CENTRE as f64 - k as f64) * profiles_per_row));
         Self {
             tiles: tiles.get(grain),
             contrast: contrast.map(|c| c as f32),
             neighbours,
+            profiles_per_row,
+            way: (bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6) as f32,
             drift: rows_per_mm * FINE as f64,
             step,
             size,
             transport: Transport::Kernel,
             stream,
             speckle_key: stream.child("speckle").key(),
-            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
+            maker: RowMaker::new(
+                bench.motion.conveyor_reflectance,
+                &camera,
+                size.columns,
+                height,
+                FAINT_DN / chain.gain,
+            ),
             chain,
             camera,
         }
@@ -160,9 +179,19 @@ impl Sensor {
         profile as f64 * self.step
     }
 
-    /// Rows of the specimen that a profile needs before and behind its own.
+    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
     pub fn halo(&self) -> usize {
-        self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
+        self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize + 1 + usize::from(self.way > 0.0)
+    }
+
+    /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
+    fn looks(&self, rows: f32) -> isize {
+        looks(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
+    }
+
+    /// Way that the image of a flat surface moves while it is exposed, along the rows [px].
+    pub fn travel_px(&self) -> f64 {
+        f64::from(self.way) / self.profiles_per_row
     }
 
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
@@ -180,7 +209,9 @@ impl Sensor {
         }
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
-        band.windows = band.profiles.clone().map_while(window).collect();
+        // The light that a moving object has in the next profile counts too.
+        let last = band.profiles.end + usize::from(self.way > 0.0);
+        band.windows = (band.profiles.start..last).map_while(window).collect();
         band
     }
 
@@ -217,7 +248,8 @@ impl Sensor {
         let mut sensor: Vec<u8> = (0..rows * columns)
             .map(|pixel| {
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.digitise(0.0, normal, offsets[pixel / columns]) as u8
+                let ambient = lamps::pixel(self, band, profile, pixel % columns, pixel / columns);
+                self.chain.digitise(self.chain.gain * ambient, normal, offsets[pixel / columns]) as u8
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::camera;
 use super::check;
 use super::dist::Distribution;
 use super::dist_read;
@@ -89,9 +90,12 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     transport::leave_out(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, subject, &settings);
-    check::scene(walk, subject, "", &parameters, &BTreeMap::new());
+    check::scene(walk, subject, &settings, "", &parameters, &BTreeMap::new());
+    camera::idle(walk, &settings, "", &parameters);
     for class in &classes {
-        check::scene(walk, subject, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+        let prefix = format!("classes.{}.", class.name);
+        check::scene(walk, subject, &settings, &prefix, &parameters, &class.overrides);
+        camera::idle(walk, &settings, &prefix, &class.overrides);
     }
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
 }

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
-use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport};
+use crate::settings::{
+    Channel, Extraction, Filter, LensModel, Optics, Output, ScatterMode, Scheimpflug, SensorStack, Size, Splits,
+    ThesisMethod, Transport,
+};
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +38,19 @@ impl Settings {
     pub fn size(&self) -> Size {
         let [columns, rows, profiles] = ["scan.columns", "camera.rows", "scan.profiles"].map(|path| self.count(path));
         Size { columns, rows, profiles }
+    }
+
+    /// What of the camera is the same for all samples.
+    pub fn optics(&self) -> Optics {
+        let chosen = |path: &str, word: &str| self.word(path) == word;
+        Optics {
+            scheimpflug: if chosen("camera.scheimpflug", "given") { Scheimpflug::Given } else { Scheimpflug::Solved },
+            lens: if chosen("camera.lens", "pinhole") { LensModel::Pinhole } else { LensModel::ThinLens },
+            filter: if chosen("camera.filter", "band_pass") { Filter::BandPass } else { Filter::None },
+            diffraction: self.get("camera.diffraction") == Value::Flag(true),
+            offset_columns: self.number("camera.offset_columns"),
+            offset_rows: self.number("camera.offset_rows"),
+        }
     }
 
     /// How a profile is read.
