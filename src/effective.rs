@@ -13,7 +13,7 @@ use crate::transport::kernel::diffusion;
 /// Name (ending in its unit) and meaning of the numbers of the bench, which every subject has.
 const BENCH: [(&str, &str); 10] = [
     ("magnification", "Magnification of the lens at the origin."),
-    ("scheimpflug_deg", "Tilt of the sensor that focuses the laser plane."),
+    ("scheimpflug_deg", "Tilt of the sensor; solved, it focuses the laser plane."),
     ("height_per_row_mm", "Height that one sensor row stands for, at the sensor's middle."),
     ("motion_per_row_mm", "Distance along the motion that one sensor row stands for, on a flat upper surface."),
     ("line_sigma_px", "Standard deviation of the line on the upper surface, laser, lens and pixel together."),
@@ -56,7 +56,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     let exposure = &scene.bench.exposure;
     let bench = [
         rig.magnification(),
-        rig.scheimpflug().to_degrees(),
+        rig.sensor_tilt.to_degrees(),
         rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5),
         1.0 / f64::from(sight.rows_per_mm),
         f64::from(sight.variance.sqrt()),

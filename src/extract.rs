@@ -95,18 +95,21 @@ fn peaks(frame: &Frame) -> Vec<(u16, i32)> {
 /// Reads every column of one window.
 fn one(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
     let rig = &calibration.rig;
-    // z = s (d - f) / (f sin a + s cos a), s = (centre - row) pixel cos(beta).
-    let (sin, cos) = libm::sincos(rig.tilt);
-    let optics = [
-        rig.centre_row as f32,
-        (rig.pixel * libm::cos(rig.scheimpflug())) as f32,
-        (rig.distance - rig.focal_length) as f32,
-        (rig.focal_length * sin) as f32,
-        cos as f32,
-    ];
+    let reading = rig.reading();
+    let [a, b, c] = reading.straight().map(|number| number as f32);
+    let optics = [rig.centre_row as f32, a, b, c];
     for start in (0..frame.cols).step_by(LANES) {
         let columns = start..(start + LANES).min(frame.cols);
-        read(frame, columns, calibration, settings, optics, out);
+        let mut rows = [0.0; LANES];
+        read(frame, columns.clone(), calibration, settings, optics, &mut rows, out);
+        if !rig.distortion.is_none() {
+            for (column, row) in columns.zip(rows) {
+                let range = &mut out.range[column];
+                if !range.is_nan() {
+                    *range = reading.locate((frame.first_col + column) as f64, f64::from(row))[1] as f32;
+                }
+            }
+        }
     }
 }
 
@@ -116,7 +119,8 @@ fn read(
     columns: std::ops::Range<usize>,
     calibration: &Calibration,
     settings: &Extraction,
-    optics: [f32; 5],
+    optics: [f32; 4],
+    rows: &mut [f32; LANES],
     out: &mut Profile<'_>,
 ) {
     let n = columns.len();
@@ -163,7 +167,7 @@ fn read(
     }
     let need = margin(settings) as i32;
     let steps = settings.subpixel_steps as f32;
-    let [centre, pitch, depth, gain, cos] = optics;
+    let [centre, a, b, rise] = optics;
     for c in 0..n {
         let peak = i32::from(at[c]);
         let row = frame.first_row[columns.start + c] + peak;
@@ -179,9 +183,10 @@ fn read(
         if settings.subpixel_steps > 0 {
             position = (position * steps).round() / steps;
         }
-        let s = (centre - position) * pitch;
+        rows[c] = position;
+        let s = centre - position;
         let place = columns.start + c;
-        out.range[place] = if found { s * depth / (gain + s * cos) } else { f32::NAN };
+        out.range[place] = if found { a * s / (b + rise * s) } else { f32::NAN };
         out.reflectance[place] = if found { f32::from(best[c]) } else { 0.0 };
         out.scatter[place] = if found { scatter[c] } else { 0.0 };
     }

@@ -144,7 +144,7 @@ impl Scan {
         let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, instances);
         let defects = instances.iter().map(|instance| instance.class).filter(|class| *class != Class::Pocket).collect();
         // Sixteen bits over the sensor's whole height; 0 is missing.
-        let (low, high) = (rig.height(scene.size.rows as f64 - 0.5), rig.height(-0.5));
+        let (low, high) = rig.heights(cols, scene.size.rows);
         let scale = (high - low) / 65534.0;
         Record {
             index: scene.index,

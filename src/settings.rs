@@ -189,6 +189,67 @@ pub struct Splits {
     pub test: f64,
 }
 
+/// Who says how the sensor is tilted and where the lens is sharp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scheimpflug {
+    /// The geometry: the laser plane is in focus.
+    #[default]
+    Solved,
+    /// The recipe.
+    Given,
+}
+
+/// What the lens is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LensModel {
+    /// A thin lens, which blurs what is out of focus.
+    #[default]
+    ThinLens,
+    /// A hole: sharp everywhere.
+    Pinhole,
+}
+
+/// What lies before the lens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// Nothing that depends on colour.
+    #[default]
+    None,
+    /// A band-pass filter.
+    BandPass,
+}
+
+/// What of the camera is the same for all samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optics {
+    /// Who says how the sensor stands.
+    pub scheimpflug: Scheimpflug,
+    /// What the lens is taken for.
+    pub lens: LensModel,
+    /// What lies before the lens.
+    pub filter: Filter,
+    /// Whether the lens's opening bends light.
+    pub diffraction: bool,
+    /// From the optical axis to the middle of the sensor's region along the columns [px].
+    pub offset_columns: f64,
+    /// From the optical axis to the middle of the sensor's region along the rows [px].
+    pub offset_rows: f64,
+}
+
+impl Default for Optics {
+    /// As recipes have it that say nothing.
+    fn default() -> Self {
+        Self {
+            scheimpflug: Scheimpflug::Solved,
+            lens: LensModel::ThinLens,
+            filter: Filter::None,
+            diffraction: true,
+            offset_columns: 0.0,
+            offset_rows: 0.0,
+        }
+    }
+}
+
 /// How light spreads below the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transport {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::camera;
 use super::check;
 use super::dist::Distribution;
 use super::dist_read;
@@ -96,8 +97,11 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
     check::settings(walk, subject, &settings);
     let kind = (subject, &settings);
     check::scene(walk, kind, "", &parameters, &BTreeMap::new());
+    camera::idle(walk, &settings, "", &parameters);
     for class in &classes {
-        check::scene(walk, kind, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+        let prefix = format!("classes.{}.", class.name);
+        check::scene(walk, kind, &prefix, &parameters, &class.overrides);
+        camera::idle(walk, &settings, &prefix, &class.overrides);
     }
     laser::idle(walk, subject, &settings, &parameters, &classes);
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })

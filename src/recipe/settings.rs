@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::setting::Value;
 use crate::asset::Asset;
 use crate::settings::{
-    Channel, Extraction, Fan, Line, Output, ScatterMode, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
+    Channel, Extraction, Fan, Filter, LensModel, Line, Optics, Output, ScatterMode, Scheimpflug, SensorStack, Shape,
+    Size, Splits, ThesisMethod, Transport,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -62,6 +63,19 @@ impl Settings {
         let (fan, shape) = (self.word("laser.fan"), self.word("laser.profile"));
         let named = |names: &[&str], name| names.iter().position(|known| *known == name).unwrap_or_default();
         Line { fan: Fan::ALL[named(&Fan::NAMES, fan)], shape: Shape::ALL[named(&Shape::NAMES, shape)] }
+    }
+
+    /// What of the camera is the same for all samples.
+    pub fn optics(&self) -> Optics {
+        let chosen = |path: &str, word: &str| self.word(path) == word;
+        Optics {
+            scheimpflug: if chosen("camera.scheimpflug", "given") { Scheimpflug::Given } else { Scheimpflug::Solved },
+            lens: if chosen("camera.lens", "pinhole") { LensModel::Pinhole } else { LensModel::ThinLens },
+            filter: if chosen("camera.filter", "band_pass") { Filter::BandPass } else { Filter::None },
+            diffraction: self.get("camera.diffraction") == Value::Flag(true),
+            offset_columns: self.number("camera.offset_columns"),
+            offset_rows: self.number("camera.offset_rows"),
+        }
     }
 
     /// How a profile is read.

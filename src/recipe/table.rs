@@ -97,7 +97,9 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 12] = [
+    const UNITS: [(&str, &str); 14] = [
+        ("_w_per_m2_nm", "W/(m^2 nm)"),
+        ("_hz", "Hz"),
         ("_deg_per_mm", "deg/mm"),
         ("_per_mm", "1/mm"),
         ("_mm", "mm"),
