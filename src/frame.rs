@@ -4,6 +4,10 @@
 //! the laser plane is y = 0, the lens stands at d (0, -sin a, cos a) and looks at the origin, the sensor is tilted by
 //! beta about x with tan(beta) = m cot(a), m = f / (d - f), which puts the whole laser plane in focus.
 
+mod locator;
+
+pub use locator::Locator;
+
 /// Columns of digital numbers around the laser line.
 ///
 /// The window of each column starts at a sensor row of its own; rows outside of it hold dark level and noise alone.
@@ -81,7 +85,7 @@ impl Rig {
 }
 
 /// What an extraction must know to turn sensor rows into numbers; it knows nothing of the object.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// The camera.
     pub rig: Rig,
@@ -89,4 +93,14 @@ pub struct Calibration {
     pub sensor_rows: u32,
     /// Mean digital number without light [DN].
     pub dark_level: f32,
+    /// The camera as a table.
+    pub locator: Locator,
+}
+
+impl Calibration {
+    /// For a sensor of that many columns and rows [px].
+    pub fn new(rig: Rig, [columns, rows]: [usize; 2], dark_level: f32) -> Self {
+        let locator = Locator::new(columns, rows, |col, row| rig.locate(col, row));
+        Self { rig, sensor_rows: rows as u32, dark_level, locator }
+    }
 }

@@ -6,6 +6,7 @@ use super::check;
 use super::dist::Distribution;
 use super::dist_read;
 use super::setting::Value;
+use super::setting_extraction;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS, sections};
@@ -81,12 +82,14 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
     top.close(walk, &known, &|name| table::home(subject, name));
 
+    setting_extraction::refuse_idle(walk, &settings);
     for section in &SECTIONS {
         for setting in section.settings {
             settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
         }
     }
     transport::leave_out(&mut settings);
+    setting_extraction::leave_out_idle(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, subject, &settings);
     check::scene(walk, subject, "", &parameters, &BTreeMap::new());

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::settings::{Channel, ScatterMode};
+use crate::settings::Channel;
 
 /// The declaration of one setting.
 #[derive(Debug, Clone, Copy)]
@@ -38,6 +38,8 @@ pub(super) enum Kind {
     Stack { max: usize },
     /// `auto` or a whole number.
     CountOrAuto { min: usize, max: usize },
+    /// `auto` or a number of `unit`.
+    NumberOrAuto { min: f64, max: f64, unit: &'static str },
 }
 
 /// What a setting is.
@@ -92,12 +94,13 @@ impl fmt::Display for Kind {
             Self::Channels => write!(f, "a list of {}", Channel::ALL.map(Channel::name).join(", ")),
             Self::Stack { max } => write!(f, "none, all or {{every: k}}, k from 1 to {max}"),
             Self::CountOrAuto { min, max } => write!(f, "auto or a whole number from {min} to {max}"),
+            Self::NumberOrAuto { min, max, unit } => write!(f, "auto or a number from {min} to {max} {unit}"),
         }
     }
 }
 
 /// The row of a setting.
-const fn setting(name: &'static str, kind: Kind, default: Value, doc: &'static str, source: &'static str) -> Setting {
+pub(super) const fn setting(name: &'static str, kind: Kind, default: Value, doc: &'static str, source: &'static str) -> Setting {
     Setting { name, kind, default, doc, source }
 }
 
@@ -127,59 +130,6 @@ pub(super) const CAMERA: &[Setting] = &[setting(
     "Sensor rows; the same for all samples, so a class cannot change it.",
     "[T]",
 )];
-
-/// From frames to measures.
-pub(super) const EXTRACTION: &[Setting] = &[
-    setting(
-        "method",
-        Kind::Word(&["centre_of_gravity"]),
-        Value::Word("centre_of_gravity"),
-        "How the peak is placed between the rows.",
-        "[T]",
-    ),
-    setting(
-        "window_rows",
-        Kind::OneOf(&[3, 7, 15]),
-        Value::Count(7),
-        "Rows on each side of the peak that the centre of gravity uses.",
-        "window around the maximum of the real camera",
-    ),
-    setting(
-        "threshold_dn",
-        Kind::Number { min: 0.0, max: 255.0, unit: "DN" },
-        Value::Number(17.0),
-        "Smallest digital number of a peak.",
-        "dark level plus five standard deviations",
-    ),
-    setting(
-        "subpixel_steps",
-        Kind::Count { min: 0, max: 256, unit: "" },
-        Value::Count(16),
-        "Steps per row in which the peak position is given; 0 leaves it unrounded.",
-        "1/16 px of the real camera",
-    ),
-    setting(
-        "scatter_mode",
-        Kind::Word(&ScatterMode::NAMES),
-        Value::Word("symmetric"),
-        "Which side windows Scatter sums: both, `front` (smaller row numbers) or `back`.",
-        "modes of the real camera",
-    ),
-    setting(
-        "scatter_offset_rows",
-        Kind::Count { min: 0, max: 15, unit: "px" },
-        Value::Count(1),
-        "Distance from the peak to the first summed row; 0 includes the peak.",
-        "[T] wood",
-    ),
-    setting(
-        "scatter_width_rows",
-        Kind::Count { min: 1, max: 16, unit: "px" },
-        Value::Count(8),
-        "Rows that are summed on each side; offset and width together at most 16, at most 29 rows in all.",
-        "[T] wood",
-    ),
-];
 
 /// Parts of the dataset.
 pub(super) const SPLITS: &[Setting] = &[
