@@ -5,8 +5,10 @@ use procedural::wood::Media;
 use procedural::{Gloss, Medium};
 
 use crate::extract;
+use crate::frame::Rig;
 use crate::optics::Sensor;
 use crate::recipe::{Plan, Scene, Subject};
+use crate::settings::ScatterDark;
 use crate::transport::fresnel::boundary_factor;
 use crate::transport::kernel::diffusion;
 
@@ -54,6 +56,10 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     let sight = camera.sight(0.0, top as f32, 0.0);
     let [surface, volume] = sensor.speckle_contrast();
     let exposure = &scene.bench.exposure;
+    let scatter_dark = match scene.extraction.scatter_dark {
+        ScatterDark::Kept => exposure.dark_level_dn,
+        ScatterDark::Subtracted => 0.0,
+    };
     let bench = [
         rig.magnification(),
         rig.sensor_tilt.to_degrees(),
@@ -64,7 +70,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
         (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
         f64::from(surface),
         f64::from(volume),
-        extract::scatter_pixels(&scene.extraction) as f64 * exposure.dark_level_dn,
+        extract::scatter_pixels(&scene.extraction) as f64 * scatter_dark,
     ];
     let own = match &scene.plan {
         Plan::Wood(wood) => of_wood(&earlywood(&wood.media)).to_vec(),
@@ -72,6 +78,21 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     };
     let names = declared(scene.plan.subject()).into_iter().map(|(name, _)| name);
     names.zip(bench.into_iter().chain(own)).collect()
+}
+
+/// The numbers of a rig as files give them, in the order of `output_schema::row::CALIBRATION`; `x_first_mm` is NaN where
+/// Range lies on sensor columns.
+pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64)> {
+    vec![
+        ("distance_mm", rig.distance),
+        ("tilt_deg", rig.tilt.to_degrees()),
+        ("focal_length_mm", rig.focal_length),
+        ("pixel_um", rig.pixel * 1e3),
+        ("centre_col_px", rig.centre_col),
+        ("centre_row_px", rig.centre_row),
+        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
+        ("x_first_mm", x_first_mm),
+    ]
 }
 
 /// The matter that stands for a scene's object as a whole: what most light from below has gone through.

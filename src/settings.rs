@@ -1,5 +1,9 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
+mod extraction;
+
+pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
@@ -59,46 +63,6 @@ pub struct Line {
 impl Line {
     /// A Gaussian beam behind a Powell lens.
     pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
-}
-
-/// Which side windows Scatter sums.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ScatterMode {
-    /// Both sides of the peak.
-    Symmetric,
-    /// Rows before the peak (smaller row numbers).
-    Front,
-    /// Rows after the peak.
-    Back,
-}
-
-impl ScatterMode {
-    /// Every mode in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 3] = [Self::Symmetric, Self::Front, Self::Back];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 3] = ["symmetric", "front", "back"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-}
-
-/// How a profile is read from a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extraction {
-    /// Rows on each side of the peak that the centre of gravity uses: 3, 7 or 15 [px].
-    pub window_rows: usize,
-    /// Smallest digital number of a peak [DN].
-    pub threshold_dn: f64,
-    /// Steps per row in which the peak position is given; 0 leaves it unrounded.
-    pub subpixel_steps: u32,
-    /// Which side windows Scatter sums.
-    pub scatter_mode: ScatterMode,
-    /// Distance from the peak to the first summed row; 0 includes the peak [px].
-    pub scatter_offset_rows: usize,
-    /// Rows that are summed on each side [px].
-    pub scatter_width_rows: usize,
 }
 
 /// Which sensor frames are kept.

@@ -186,7 +186,7 @@ impl Sensor {
 
     /// What a reader of the frames has to know.
     pub fn calibration(&self) -> Calibration {
-        Calibration { rig: self.camera.rig, sensor_rows: self.size.rows as u32, dark_level: self.chain.dark_level }
+        Calibration::new(self.camera.rig, [self.size.columns, self.size.rows], self.chain.dark_level)
     }
 
     /// Scan position under the laser in `profile` [mm].

@@ -17,6 +17,7 @@ mod read;
 mod reference;
 mod schema;
 mod setting;
+mod setting_extraction;
 mod setting_read;
 mod settings;
 mod subject;

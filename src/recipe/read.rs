@@ -8,6 +8,7 @@ use super::dist::Distribution;
 use super::dist_read;
 use super::laser;
 use super::setting::{Kind, Setting, Value};
+use super::setting_extraction;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS, sections};
@@ -84,6 +85,7 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
     top.close(walk, &known, &|name| table::home(subject, name));
 
+    setting_extraction::refuse_idle(walk, &settings);
     for section in table::sections(subject) {
         for setting in section.settings {
             let path = format!("{}.{}", section.path, setting.name);
@@ -93,6 +95,7 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
         }
     }
     transport::leave_out(&mut settings);
+    setting_extraction::leave_out_idle(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, subject, &settings);
     let kind = (subject, &settings);
