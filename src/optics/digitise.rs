@@ -18,6 +18,9 @@ const COUNTER_COLUMNS: u32 = 1 << 14;
 /// Names of the noise of the first and of the second window.
 const NOISE: [&str; 2] = ["pixels", "pixels_beside"];
 
+/// No light.
+const DARK: [f32; TILE] = [0.0; TILE];
+
 /// One exposure of one tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Shot<'a> {
@@ -63,6 +66,7 @@ pub fn digitise(
         PairOfRows {
             electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
             patterns,
+            ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
             shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
             counter: pair as u32 * COUNTER_COLUMNS + counter,
             keys,
@@ -120,6 +124,8 @@ struct PairOfRows<'a> {
     electrons: [[&'a [f32; TILE]; 2]; 2],
     /// Surface and volume patterns of both rows.
     patterns: [[&'a [f32; TILE]; 2]; 2],
+    /// Light without speckle of both rows [e-].
+    ambient: [&'a [f32; TILE]; 2],
     /// Offsets of both rows, a column [DN].
     shades: Rows<f32>,
     counter: u32,
@@ -135,7 +141,7 @@ impl PairOfRows<'_> {
     fn light(&self, [glint, grain]: [f32; 2], row: usize, c: usize) -> f32 {
         let [surface, volume] = self.electrons[row];
         let [bright, soft] = self.patterns[row];
-        surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c])
+        surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + self.ambient[row][c]
     }
 
     /// Digital numbers of what is read and what of it makes photon noise [DN over dark].

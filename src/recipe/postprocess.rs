@@ -73,7 +73,8 @@ pub(super) const TABLE: &[Setting] = &[
 ];
 
 /// Keys of the sensor that the scripts know nothing of; they must be 0 there, so that the recipe says what is made.
-const SENSOR: [&str; 9] = [
+const SENSOR: [&str; 10] = [
+    "camera.ambient_w_per_m2_nm",
     "exposure.shot_noise",
     "exposure.row_noise_dn",
     "exposure.row_pattern_dn",
