@@ -6,7 +6,7 @@ use super::Subject;
 use super::dist::Distribution;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
-use super::together::{Together, blister, wood};
+use super::together::{Together, blister, mesh, sawtooth, wood};
 use super::transport;
 use crate::settings::{ScatterMode, SensorStack};
 use crate::yaml::walk::{Walk, shown};
@@ -21,6 +21,14 @@ const MOST_FRAME_BYTES: usize = 2 << 30;
 const SUM_SLACK: f64 = 1e-9;
 /// Variance of rounding to whole digital numbers [DN^2].
 const ROUNDING: f64 = 1.0 / 12.0;
+
+/// What the objects of a recipe are, as far as it is known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Object<'a> {
+    pub subject: Option<Subject>,
+    /// The triangles of a part.
+    pub mesh: Option<&'a procedural::Mesh>,
+}
 
 /// The settings together.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
@@ -95,7 +103,7 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
 /// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
 pub(super) fn scene(
     walk: &mut Walk,
-    subject: Option<Subject>,
+    object: Object,
     prefix: &str,
     base: &BTreeMap<String, Distribution>,
     overrides: &BTreeMap<String, Distribution>,
@@ -123,9 +131,11 @@ pub(super) fn scene(
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
 
-    match subject {
+    match object.subject {
         Some(Subject::Wood) => wood(walk, &scene),
         Some(Subject::Blister) => blister(walk, &scene),
+        Some(Subject::Sawtooth) => sawtooth(walk, &scene),
+        Some(Subject::Mesh) => mesh(walk, &scene, object.mesh),
         None => {}
     }
 }

@@ -47,6 +47,7 @@ impl Recipe {
             size: self.settings.size(),
             bench,
             plan,
+            mesh: self.mesh.clone(),
             transport: self.settings.transport(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),

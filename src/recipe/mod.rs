@@ -23,8 +23,9 @@ mod together;
 mod transport;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use procedural::Stream;
+use procedural::{Mesh, Stream};
 
 use self::settings::Settings;
 use crate::asset::{Asset, Files};
@@ -50,6 +51,7 @@ pub struct Recipe {
     parameters: BTreeMap<String, Distribution>,
     /// By name.
     classes: Vec<Class>,
+    mesh: Option<Arc<Mesh>>,
     text: String,
     canonical: serde_json::Value,
     hash: String,
@@ -85,6 +87,8 @@ pub struct Scene {
     pub bench: Bench,
     /// Object.
     pub plan: Plan,
+    /// Triangles of a part, in units of its file.
+    pub mesh: Option<Arc<Mesh>>,
     /// How light spreads below the surface.
     pub transport: Transport,
     /// How profiles are read.
@@ -110,8 +114,8 @@ impl Recipe {
         let resolved = read::read(origin, text, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let read::Resolved { name, subject, settings, parameters, classes } = resolved;
-        Ok(Self { name, subject, settings, parameters, classes, text: text.to_owned(), canonical, hash })
+        let read::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
+        Ok(Self { name, subject, settings, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
 
     /// Names of the recipes that are built in.
