@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::Subject;
+use super::camera;
 use super::dist::Distribution;
+use super::laser;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
 use super::together::{Together, blister, mesh, sawtooth, wood};
@@ -26,6 +28,7 @@ const ROUNDING: f64 = 1.0 / 12.0;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Object<'a> {
     pub subject: Option<Subject>,
+    pub settings: &'a Settings,
     /// The triangles of a part.
     pub mesh: Option<&'a procedural::Mesh>,
 }
@@ -33,6 +36,8 @@ pub(super) struct Object<'a> {
 /// The settings together.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     transport::check(walk, subject, settings);
+    laser::settings(walk, settings);
+    camera::settings(walk, settings);
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
         let problem = format!(
@@ -109,14 +114,7 @@ pub(super) fn scene(
     overrides: &BTreeMap<String, Distribution>,
 ) {
     let scene = Together { prefix, base, overrides };
-    let keys = ["camera.focal_length_mm", "camera.distance_mm"];
-    let (focal, distance) = (scene.most(keys[0]), scene.least(keys[1]));
-    if focal >= distance / 2.0 {
-        let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
-        let remedy = "it must stay below half the distance for an image smaller than the object";
-        scene.fault(walk, &keys, problem, remedy);
-    }
-
+    camera::scene(walk, object.settings, &scene);
     let keys = ["exposure.dark_noise_dn", "exposure.row_noise_dn", "exposure.row_pattern_dn"];
     let (dark, row, pattern) = (scene.least(keys[0]), scene.most(keys[1]), scene.most(keys[2]));
     let parts = row * row + pattern * pattern + ROUNDING;
@@ -130,6 +128,8 @@ pub(super) fn scene(
         );
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
+
+    laser::together(walk, object.settings, &scene);
 
     match object.subject {
         Some(Subject::Wood) => wood(walk, &scene),

@@ -3,6 +3,7 @@
 //! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names its
 //! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
 
+mod camera;
 mod canonical;
 mod check;
 mod dist;
@@ -11,10 +12,12 @@ mod draw;
 mod embedded;
 mod fault;
 mod forms;
+mod laser;
 mod read;
 mod reference;
 mod schema;
 mod setting;
+mod setting_extraction;
 mod setting_read;
 mod settings;
 mod subject;
@@ -31,7 +34,7 @@ use self::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Output, Size, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Size, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -85,6 +88,8 @@ pub struct Scene {
     pub size: Size,
     /// Bench.
     pub bench: Bench,
+    /// What of the laser is not drawn.
+    pub line: Line,
     /// Object.
     pub plan: Plan,
     /// Triangles of a part, in units of its file.
