@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use procedural::blister::Pack;
+use procedural::solid::{self, Sawtooth};
 use procedural::wood::Plank;
 use procedural::{Body, Class};
 use rayon::prelude::*;
@@ -36,6 +37,12 @@ pub fn body(scene: &Scene) -> Body {
     match &scene.plan {
         Plan::Wood(wood) => Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), wood))),
         Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),
+        Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
+        Plan::Mesh(placing, material) => {
+            // A recipe about meshes has one; a scene made by hand without one lays nothing down.
+            let mesh = scene.mesh.as_deref().cloned().unwrap_or_default();
+            Body::Part(Box::new(solid::Part::new(&mesh, placing, material)))
+        }
     }
 }
 
@@ -74,7 +81,7 @@ struct Part<'a> {
     scatter: &'a mut [f32],
     class: &'a mut [u8],
     instance: &'a mut [u16],
-    truth: Option<[&'a mut [f32]; 3]>,
+    truth: Option<Vec<&'a mut [f32]>>,
 }
 
 impl Scan {
@@ -89,6 +96,7 @@ impl Scan {
                 below: match scene.plan.subject() {
                     Subject::Wood => Below::Fibre { azimuth: map(), dive: map() },
                     Subject::Blister => Below::Film { thickness: map(), gap: map() },
+                    Subject::Sawtooth | Subject::Mesh => Below::Solid(scene.plan.subject().name()),
                 },
             }),
             stack: Vec::new(),
@@ -106,12 +114,13 @@ impl Scan {
         let grid = grid(scene, &calibration.rig);
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
-        let mut truth = self.truth.as_mut().map(|truth| truth.maps_mut().map(|map| map.chunks_mut(step)));
+        let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
+        let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
         let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
         let measured = measured.zip(self.maps.scatter.chunks_mut(step));
         let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
         for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
-            let truth = truth.as_mut().map(|maps| maps.each_mut().map(|map| map.next().unwrap_or_default()));
+            let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
             parts.push(Part { range, reflectance, scatter, class, instance, truth });
         }
         let stacks: Vec<Vec<StackFrame>> = parts
@@ -143,7 +152,8 @@ impl Scan {
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, instances);
-        let defects = instances.iter().map(|instance| instance.class).filter(|class| *class != Class::Pocket).collect();
+        let sound = [Class::Pocket, Class::Tooth, Class::Object];
+        let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
         let (range_offset, range_scale) = steps(scene, &rig);
         // The middle of the columns that are averaged into the first.
         let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
@@ -191,10 +201,12 @@ impl Part<'_> {
             let hits = even.as_ref().unwrap_or(hits);
             labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
             if let Some(maps) = &mut self.truth {
-                let maps = maps.each_mut().map(|map| &mut map[line.clone()]);
-                match scene.plan.subject() {
-                    Subject::Wood => labels::fibre_row(hits, maps),
-                    Subject::Blister => labels::film_row(hits, maps),
+                let mut maps: Vec<_> = maps.iter_mut().map(|map| &mut map[line.clone()]).collect();
+                match (scene.plan.subject(), &mut maps[..]) {
+                    (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
+                    (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
+                    (_, [height, ..]) => labels::height_row(hits, height),
+                    (_, []) => {}
                 }
             }
             sensor.row_offsets(profile, &mut offsets[place]);

@@ -3,7 +3,7 @@
 use crate::column::{Column, Kind};
 
 /// Names of the pixel classes; the position is the value in label images.
-pub const PIXEL_CLASSES: [&str; 26] = [
+pub const PIXEL_CLASSES: [&str; 28] = [
     "background",
     "clear",
     "sound_knot",
@@ -30,6 +30,8 @@ pub const PIXEL_CLASSES: [&str; 26] = [
     "wrinkle",
     "delamination",
     "tablet_on_flange",
+    "tooth",
+    "object",
 ];
 
 /// Images of a row in the order of columns; each is written only where the recipe asks for it.

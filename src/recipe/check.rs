@@ -8,7 +8,7 @@ use super::dist::Distribution;
 use super::laser;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
-use super::together::{Together, blister, wood};
+use super::together::{Together, blister, mesh, sawtooth, wood};
 use super::transport;
 use crate::settings::{ScatterMode, SensorStack};
 use crate::yaml::walk::{Walk, shown};
@@ -23,6 +23,15 @@ const MOST_FRAME_PIXELS: usize = 2 << 30;
 const SUM_SLACK: f64 = 1e-9;
 /// Variance of rounding to whole digital numbers [DN^2].
 const ROUNDING: f64 = 1.0 / 12.0;
+
+/// What the objects of a recipe are, as far as it is known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Object<'a> {
+    pub subject: Option<Subject>,
+    pub settings: &'a Settings,
+    /// The triangles of a part.
+    pub mesh: Option<&'a procedural::Mesh>,
+}
 
 /// The settings together.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
@@ -103,13 +112,13 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
 /// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
 pub(super) fn scene(
     walk: &mut Walk,
-    (subject, settings): (Option<Subject>, &Settings),
+    object: Object,
     prefix: &str,
     base: &BTreeMap<String, Distribution>,
     overrides: &BTreeMap<String, Distribution>,
 ) {
     let scene = Together { prefix, base, overrides };
-    camera::scene(walk, settings, &scene);
+    camera::scene(walk, object.settings, &scene);
     let keys = [
         "exposure.dark_noise_dn",
         "exposure.row_noise_dn",
@@ -131,11 +140,13 @@ pub(super) fn scene(
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
 
-    laser::together(walk, settings, &scene);
+    laser::together(walk, object.settings, &scene);
 
-    match subject {
+    match object.subject {
         Some(Subject::Wood) => wood(walk, &scene),
         Some(Subject::Blister) => blister(walk, &scene),
+        Some(Subject::Sawtooth) => sawtooth(walk, &scene),
+        Some(Subject::Mesh) => mesh(walk, &scene, object.mesh),
         None => {}
     }
 }

@@ -49,6 +49,7 @@ impl Recipe {
             bench,
             line: self.settings.line(),
             plan,
+            mesh: self.mesh.clone(),
             transport: self.settings.transport(),
             readout: self.settings.readout(),
             postprocess: self.settings.postprocess(),

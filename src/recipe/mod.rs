@@ -27,8 +27,9 @@ mod together;
 mod transport;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use procedural::Stream;
+use procedural::{Mesh, Stream};
 
 use self::settings::Settings;
 use crate::asset::{Asset, Files};
@@ -54,6 +55,7 @@ pub struct Recipe {
     parameters: BTreeMap<String, Distribution>,
     /// By name.
     classes: Vec<Class>,
+    mesh: Option<Arc<Mesh>>,
     text: String,
     canonical: serde_json::Value,
     hash: String,
@@ -91,6 +93,8 @@ pub struct Scene {
     pub line: Line,
     /// Object.
     pub plan: Plan,
+    /// Triangles of a part, in units of its file.
+    pub mesh: Option<Arc<Mesh>>,
     /// How light spreads below the surface.
     pub transport: Transport,
     /// How the sensor is read out.
@@ -120,8 +124,8 @@ impl Recipe {
         let resolved = read::read(origin, text, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let read::Resolved { name, subject, settings, parameters, classes } = resolved;
-        Ok(Self { name, subject, settings, parameters, classes, text: text.to_owned(), canonical, hash })
+        let read::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
+        Ok(Self { name, subject, settings, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
 
     /// Names of the recipes that are built in.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::asset::{Asset, BuiltIn};
+use crate::mesh;
 use crate::settings::{Channel, Hdr};
 
 /// The declaration of one setting.
@@ -40,7 +41,6 @@ pub(super) enum Kind {
     /// `auto` or a whole number.
     CountOrAuto { min: usize, max: usize },
     /// A file of at most `most_mb`, or one of those that are built in; `none` where the default is.
-    #[allow(dead_code)]
     File { most_mb: usize, built_in: &'static [BuiltIn] },
     /// `auto` or a number of `unit`.
     NumberOrAuto { min: f64, max: f64, unit: &'static str },
@@ -164,6 +164,15 @@ pub(super) const EXPOSURE: &[Setting] = &[
         "modes of the real camera",
     ),
 ];
+
+/// What of a part is not drawn.
+pub(super) const MESH: &[Setting] = &[setting(
+    "file",
+    Kind::File { most_mb: 64, built_in: &mesh::BUILT_IN },
+    Value::Word(mesh::BUILT_IN[0].0),
+    "Triangles of the part: OBJ, STL or PLY, by the name's ending.",
+    "free",
+)];
 
 /// What of the camera is not drawn.
 pub(super) const CAMERA: &[Setting] = &[

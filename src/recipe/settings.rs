@@ -37,7 +37,6 @@ impl Settings {
     }
 
     /// The file at `path`; `None` where the recipe names none.
-    #[allow(dead_code)]
     pub fn file(&self, path: &str) -> Option<&Asset> {
         match self.0.get(path) {
             Some(Value::File(file)) => Some(file),

@@ -5,6 +5,7 @@
 
 use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
+use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
@@ -20,8 +21,8 @@ pub(super) struct Section {
     pub path: &'static str,
     /// What the group is about.
     pub doc: &'static str,
-    /// What the objects are in recipes that have it; `None` for all recipes.
-    pub subject: Option<Subject>,
+    /// What the objects are in recipes that have it; empty for all recipes.
+    pub subjects: &'static [Subject],
     /// Keys that are the same for all samples.
     pub settings: &'static [Setting],
     /// Keys that are drawn for each sample.
@@ -30,47 +31,50 @@ pub(super) struct Section {
 
 /// A section of parameters: of one subject, or of all with settings beside them.
 macro_rules! drawn {
-    ($Group:ty, $subject:expr, $settings:expr) => {
+    ($Group:ty, $subjects:expr, $settings:expr) => {
         Section {
             path: <$Group>::GROUP,
             doc: <$Group>::DOC,
-            subject: $subject,
+            subjects: $subjects,
             settings: $settings,
             parameters: <$Group>::PARAMETERS,
         }
     };
-    ($Group:ty, $subject:expr) => {
-        drawn!($Group, Some($subject), &[])
+    ($Group:ty, $subjects:expr) => {
+        drawn!($Group, $subjects, &[])
     };
     ($Group:ty) => {
-        drawn!($Group, None, &[])
+        drawn!($Group, &[], &[])
     };
 }
 
 /// A section of settings alone.
 const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Setting]) -> Section {
-    Section { path, doc, subject: None, settings, parameters: &[] }
+    Section { path, doc, subjects: &[], settings, parameters: &[] }
 }
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [Section; 23] = [
+pub(super) const SECTIONS: [Section; 26] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
-    drawn!(Laser, None, laser::TABLE),
-    drawn!(Camera, None, setting::CAMERA),
-    drawn!(Exposure, None, setting::EXPOSURE),
+    drawn!(Laser, &[], laser::TABLE),
+    drawn!(Camera, &[], setting::CAMERA),
+    drawn!(Exposure, &[], setting::EXPOSURE),
     drawn!(Speckle),
-    drawn!(Board, Subject::Wood),
-    drawn!(Log, Subject::Wood),
-    drawn!(Knots, Subject::Wood),
-    drawn!(Rot, Subject::Wood),
-    drawn!(Media, Subject::Wood),
-    drawn!(Card, Subject::Blister),
-    drawn!(Pocket, Subject::Blister),
-    drawn!(Tablet, Subject::Blister),
-    drawn!(Web, Subject::Blister),
-    drawn!(Foil, Subject::Blister),
-    drawn!(Defects, Subject::Blister),
+    drawn!(Board, &[Subject::Wood]),
+    drawn!(Log, &[Subject::Wood]),
+    drawn!(Knots, &[Subject::Wood]),
+    drawn!(Rot, &[Subject::Wood]),
+    drawn!(Media, &[Subject::Wood]),
+    drawn!(Card, &[Subject::Blister]),
+    drawn!(Pocket, &[Subject::Blister]),
+    drawn!(Tablet, &[Subject::Blister]),
+    drawn!(Web, &[Subject::Blister]),
+    drawn!(Foil, &[Subject::Blister]),
+    drawn!(Defects, &[Subject::Blister]),
+    drawn!(Piece, &[Subject::Sawtooth]),
+    drawn!(Placing, &[Subject::Mesh], setting::MESH),
+    drawn!(Material, &[Subject::Sawtooth, Subject::Mesh]),
     fixed(transport::SECTION, transport::DOC, transport::TABLE),
     fixed(postprocess::SECTION, postprocess::DOC, postprocess::TABLE),
     fixed("extraction", "How a profile is read from a frame.", setting_extraction::EXTRACTION),
@@ -82,7 +86,7 @@ pub(super) const SECTIONS: [Section; 23] = [
 impl Section {
     /// Whether recipes about `subject` have it; all have what is asked about while the subject is a fault itself.
     pub fn is_of(&self, subject: Option<Subject>) -> bool {
-        self.subject.is_none() || subject.is_none() || self.subject == subject
+        self.subjects.is_empty() || subject.is_none_or(|subject| self.subjects.contains(&subject))
     }
 }
 
@@ -128,14 +132,19 @@ pub(super) fn home(subject: Option<Subject>, name: &str) -> Option<String> {
         (!paths.is_empty()).then(|| format!("`{name}` belongs in {}", paths.join(" or ")))
     };
     let foreign = |section: &&Section| !section.is_of(subject);
-    // Each section that is not of this subject is of another one.
-    let remedy = |other: Subject| format!("is for subject `{0}`: remove it, or give `subject: {0}`", other.name());
-    if let Some(other) = SECTIONS.iter().filter(foreign).find(|s| s.path == name).and_then(|s| s.subject) {
+    // Each section that is not of this subject is of others.
+    let remedy = |section: &Section| {
+        let names = |quote: &str| -> Vec<_> {
+            section.subjects.iter().map(|subject| format!("{quote}{}`", subject.name())).collect()
+        };
+        format!("is for subject {}: remove it, or give {}", names("`").join(" or "), names("`subject: ").join(" or "))
+    };
+    if let Some(other) = SECTIONS.iter().filter(foreign).find(|s| s.path == name) {
         return Some(format!("`{name}` {}", remedy(other)));
     }
     listed(sections(subject).filter(has).collect()).or_else(|| {
         let section = SECTIONS.iter().filter(foreign).find(has)?;
-        Some(format!("`{name}` of `{}` {}", section.path, remedy(section.subject?)))
+        Some(format!("`{name}` of `{}` {}", section.path, remedy(section)))
     })
 }
 

@@ -78,7 +78,7 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
                 a.clone()
             }
         }
-        None => empty.clone(),
+        Some(Below::Solid(_)) | None => empty.clone(),
     };
     // Missing is NaN in float images, the picture for viewers apart.
     let seen = |map: &[f32]| -> Vec<f32> {
