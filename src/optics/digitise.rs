@@ -6,7 +6,6 @@
 use multiversion::multiversion;
 
 use super::expose::{CENTRE, ROWS, Window};
-use super::speckle::{self, FINE, TURN};
 use super::{Sensor, TILE};
 use crate::frame::Frame;
 use crate::lanes::normals;
@@ -25,13 +24,15 @@ pub struct Shot<'a> {
     pub tile: usize,
     /// Columns of it that the sensor has.
     pub columns: usize,
+    /// Its middle in the laser plane, x and z [mm].
+    pub place: [f64; 2],
     /// Offsets of the sensor's rows [DN].
     pub offsets: &'a [f32],
 }
 
 /// Adds speckle and noise to the electrons of window `number` and writes them to `frame`.
 pub fn digitise(sensor: &Sensor, shot: &Shot<'_>, number: usize, window: &Window, frame: &mut Frame) {
-    let Shot { profile, tile, columns, offsets } = *shot;
+    let Shot { profile, tile, columns, place, offsets } = *shot;
     frame.cols = columns;
     frame.rows = ROWS;
     frame.first_col = tile * TILE;
@@ -41,15 +42,11 @@ pub fn digitise(sensor: &Sensor, shot: &Shot<'_>, number: usize, window: &Window
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let base = (sensor.position(profile) * sensor.drift).round() as i64 + number as i64 * (ROWS * FINE) as i64;
+    let view = sensor.speckle.view(tile, place, sensor.position(profile), number * ROWS);
     let counter = tile as u32 * TILE as u32;
     for pair in 0..ROWS / 2 {
         let rows = [2 * pair, 2 * pair + 1];
-        let patterns = rows.map(|k| {
-            let fine = base - (k as i64 - CENTRE as i64) * FINE as i64;
-            let place = fine + speckle::offset(sensor.speckle_key, tile, fine.div_euclid(TURN));
-            [sensor.tiles[0].row(place), sensor.tiles[1].row(place + TURN / 2)]
-        });
+        let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
         let shades = rows.map(|k| row_offsets(offsets, &window.first_row, k, level));
         let (even, odd) = frame.dn[rows[0] * columns..][..2 * columns].split_at_mut(columns);
         let pixels = PairOfRows {
@@ -89,7 +86,7 @@ impl PairOfRows<'_> {
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn pair(pixels: &PairOfRows<'_>, sensor: &Sensor, even: &mut [u16], odd: &mut [u16]) {
-    let (chain, [glint, grain]) = (&sensor.chain, sensor.contrast);
+    let (chain, [glint, grain]) = (&sensor.chain, sensor.speckle.scale());
     let mut out = [[0u16; TILE]; 2];
     for c in 0..TILE {
         let (first, second) = normals(pixels.counter + c as u32, pixels.keys);

@@ -90,7 +90,8 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
             }
         }
         None => {
-            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
+            let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
+            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             spread(own, &neighbours, start, first);
             if let Some(beside) = &own.beside {
                 arrange::arrange(beside, tile, scratch);

@@ -18,8 +18,7 @@ pub mod row;
 pub mod sensor;
 pub mod slow;
 pub mod speckle;
-
-use std::sync::Arc;
+pub mod travel;
 
 use procedural::{Medium, Stream};
 
@@ -28,10 +27,12 @@ use self::digitise::{Shot, digitise};
 use self::parameters::Bench;
 use self::row::{Row, RowMaker, RowScratch};
 use self::sensor::Chain;
-use self::speckle::{FINE, Tile, Tiles};
+use self::speckle::Tiles;
+use self::speckle::anchor::{Ground, Speckle};
+use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Size, Transport};
+use crate::settings::{Size, SpeckleLaw, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
@@ -50,18 +51,14 @@ const FAINT_DN: f32 = 0.05;
 pub struct Sensor {
     camera: Camera,
     chain: Chain,
-    tiles: Arc<[Tile; 2]>,
-    /// Contrast of light from the surface and from below [1].
-    contrast: [f32; 2],
-    /// Offset of the row that lets light out, for each row of the window [profiles].
+    speckle: Speckle,
+    /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
+    away: [f64; ROWS],
     neighbours: [isize; ROWS],
-    /// Movement of the pattern with the object [fine rows/mm].
-    drift: f64,
-    step: f64,
+    travel: Travel,
     size: Size,
     transport: Transport,
     stream: Stream,
-    speckle_key: u64,
     maker: RowMaker,
 }
 
@@ -75,6 +72,8 @@ pub struct Band {
     rows: Vec<Row>,
     /// Light from below by a slow model, a profile; empty where the kernel answers.
     windows: Vec<slow::Window>,
+    /// Offsets of the rows that let light out, a profile, for each row of the window [profiles]; empty where steps are even.
+    offsets: Vec<[isize; ROWS]>,
 }
 
 impl Band {
@@ -96,35 +95,32 @@ impl Band {
 impl Sensor {
     /// Sets the bench up over a specimen whose upper surface lies about `height` [mm]; `clear` is the medium whose paths
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
-    pub fn new(bench: &Bench, size: Size, height: f64, clear: &Medium, tiles: &Tiles, stream: Stream) -> Self {
+    pub fn new(
+        bench: &Bench,
+        size: Size,
+        height: f64,
+        clear: &Medium,
+        (law, tiles): (SpeckleLaw, &Tiles),
+        stream: Stream,
+    ) -> Self {
         let camera = Camera::new(bench, &size);
-        let magnification = camera.rig.magnification();
-        let grain =
-            bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
-        let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
-        let contrast = [
-            developed / bench.speckle.surface_patterns.sqrt(),
-            developed * paths / bench.speckle.volume_patterns.sqrt(),
-        ];
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
-        let step = bench.motion.step_mm;
+        let ground = Ground { rows_per_mm, height, paths, way: 0.0 };
+        let travel = Travel::new(&bench.motion, stream.child("travel"));
         let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
-        let neighbours = std::array::from_fn(|k| {
-            let y = (CENTRE as f64 - k as f64) / rows_per_mm;
-            ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
-        });
+        let away = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
+        let even = |away: f64| (away / bench.motion.step_mm).round() as isize;
+        let neighbours = away.map(|away| even(away).clamp(-(FARTHEST as isize), FARTHEST as isize));
         Self {
-            tiles: tiles.get(grain),
-            contrast: contrast.map(|c| c as f32),
+            speckle: Speckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
+            away,
             neighbours,
-            drift: rows_per_mm * FINE as f64,
-            step,
+            travel,
             size,
             transport: Transport::Kernel,
             stream,
-            speckle_key: stream.child("speckle").key(),
             maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
             chain,
             camera,
@@ -143,7 +139,7 @@ impl Sensor {
 
     /// Contrast of speckle from the surface and from below in one pixel [1].
     pub fn speckle_contrast(&self) -> [f32; 2] {
-        self.contrast
+        self.speckle.contrast()
     }
 
     /// What a reader of the frames has to know.
@@ -157,12 +153,19 @@ impl Sensor {
     }
 
     fn position_of(&self, profile: isize) -> f64 {
-        profile as f64 * self.step
+        self.travel.place(profile)
     }
 
     /// Rows of the specimen that a profile needs before and behind its own.
     pub fn halo(&self) -> usize {
-        self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
+        self.travel.within(self.away[0].max(-self.away[ROWS - 1])).min(FARTHEST)
+    }
+
+    /// Offsets of the rows that let light out in the profiles of a band.
+    fn offsets(&self, band: &Band) -> Vec<[isize; ROWS]> {
+        let most = band.halo as isize;
+        let nearest = |profile: usize| self.away.map(|away| self.travel.nearest(profile as isize, away, most));
+        if self.travel.even() { Vec::new() } else { band.profiles.clone().map(nearest).collect() }
     }
 
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
@@ -178,6 +181,7 @@ impl Sensor {
             let (before, from) = band.rows.split_at_mut(place);
             before[place - 1].face(&from[0]);
         }
+        band.offsets = self.offsets(&band);
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
         band.windows = band.profiles.clone().map_while(window).collect();
@@ -201,7 +205,9 @@ impl Sensor {
         frames: &mut [Frame; 2],
     ) {
         expose::window(self, band, profile, tile, scratch);
-        let shot = Shot { profile, tile, columns: scratch.columns, offsets };
+        let middle = &band.row(profile).hits[tile * TILE + scratch.columns / 2];
+        let place = [f64::from(middle.x), f64::from(middle.surface.z)];
+        let shot = Shot { profile, tile, columns: scratch.columns, place, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
             digitise(self, &shot, number, &scratch.windows[number], &mut frames[number]);

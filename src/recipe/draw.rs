@@ -48,6 +48,7 @@ impl Recipe {
             bench,
             plan,
             transport: self.settings.transport(),
+            speckle_law: self.settings.speckle_law(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

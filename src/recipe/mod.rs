@@ -29,7 +29,7 @@ use procedural::Stream;
 use self::settings::Settings;
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Output, Size, Splits, Transport};
+use crate::settings::{Extraction, Output, Size, SpeckleLaw, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -86,6 +86,8 @@ pub struct Scene {
     pub plan: Plan,
     /// How light spreads below the surface.
     pub transport: Transport,
+    /// Law of speckle in a point.
+    pub speckle_law: SpeckleLaw,
     /// How profiles are read.
     pub extraction: Extraction,
     /// What is written.

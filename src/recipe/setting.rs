@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::settings::{Channel, ScatterMode};
+use crate::settings::{Channel, ScatterMode, SpeckleLaw};
 
 /// The declaration of one setting.
 #[derive(Debug, Clone, Copy)]
@@ -126,6 +126,15 @@ pub(super) const CAMERA: &[Setting] = &[setting(
     Value::Count(832),
     "Sensor rows; the same for all samples, so a class cannot change it.",
     "[T]",
+)];
+
+/// What of speckle is not drawn.
+pub(super) const SPECKLE: &[Setting] = &[setting(
+    "law",
+    Kind::Word(&SpeckleLaw::NAMES),
+    Value::Word("exponential"),
+    "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that (contrast 0.523).",
+    "Goodman; [T] for `rayleigh`",
 )];
 
 /// From frames to measures.

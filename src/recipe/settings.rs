@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
-use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport};
+use crate::settings::{
+    Channel, Extraction, Output, ScatterMode, SensorStack, Size, SpeckleLaw, Splits, ThesisMethod, Transport,
+};
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +71,12 @@ impl Settings {
             }
             other => panic!("no model {other}"),
         }
+    }
+
+    /// Law of speckle in a point.
+    pub fn speckle_law(&self) -> SpeckleLaw {
+        let name = self.word("speckle.law");
+        SpeckleLaw::ALL.into_iter().find(|law| law.name() == name).unwrap_or_else(|| panic!("no law {name}"))
     }
 
     /// What is written.

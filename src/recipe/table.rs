@@ -58,7 +58,7 @@ pub(super) const SECTIONS: [Section; 22] = [
     drawn!(Laser),
     drawn!(Camera, None, setting::CAMERA),
     drawn!(Exposure),
-    drawn!(Speckle),
+    drawn!(Speckle, None, setting::SPECKLE),
     drawn!(Board, Subject::Wood),
     drawn!(Log, Subject::Wood),
     drawn!(Knots, Subject::Wood),
