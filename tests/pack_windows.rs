@@ -23,7 +23,7 @@ fn two_windows_read_like_the_whole_sensor() {
         centre_col: 0.5 * (COLUMNS as f64 - 1.0),
         centre_row: 120.0,
     };
-    let calibration = Calibration { rig, sensor_rows: SENSOR as u32, dark_level: f32::from(DARK) };
+    let calibration = Calibration::new(rig, [COLUMNS, SENSOR], f32::from(DARK));
     let mut rng = Stream::root(3).rng();
     let mut windows: [Frame; 2] = std::array::from_fn(|_| Frame {
         cols: COLUMNS,

@@ -5,37 +5,50 @@
 //! the cache while the profiles of a band pass by.
 
 mod arrange;
+mod band;
 pub mod beside;
 mod blur;
 pub mod camera;
 pub mod coherence;
 mod digitise;
 pub mod expose;
+mod field;
 pub mod film;
+mod focus;
+mod lamps;
+pub mod laser;
 pub mod mirror;
+mod moved;
 pub mod parameters;
+mod pieces;
 pub mod row;
+mod second;
 pub mod sensor;
 pub mod slow;
 pub mod speckle;
+pub mod streak;
 pub mod travel;
 
 use procedural::{Medium, Stream};
 
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
+use self::film::Watch;
+use self::laser::spots::Shining;
 use self::parameters::Bench;
 use self::row::{Row, RowMaker, RowScratch};
+use self::second::SecondLine;
 use self::sensor::Chain;
 use self::speckle::Tiles;
 use self::speckle::anchor::{Ground, Speckle};
 use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Size, SpeckleLaw, Transport};
+use crate::settings::{Line, Size, SpeckleLaw, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
+pub use self::band::Band;
 pub use self::expose::{CENTRE, ROWS, Scratch};
 pub use self::speckle::TILE;
 
@@ -55,6 +68,13 @@ pub struct Sensor {
     /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
     away: [f64; ROWS],
     neighbours: [isize; ROWS],
+    /// Profiles by row, on a flat surface as high as the object.
+    profiles_per_row: f64,
+    /// Share of a step that the object moves while it is exposed [1].
+    way: f32,
+    second: Option<SecondLine>,
+    /// Light in one pixel that is left out where it lies beside the line [e-].
+    faint: f32,
     travel: Travel,
     size: Size,
     transport: Transport,
@@ -62,34 +82,9 @@ pub struct Sensor {
     maker: RowMaker,
 }
 
-/// Rows of the specimen around some profiles of the scan.
-#[derive(Debug, Default)]
-pub struct Band {
-    /// Profiles that can be exposed.
-    pub profiles: std::ops::Range<usize>,
-    /// Rows before the first profile.
-    halo: usize,
-    rows: Vec<Row>,
-    /// Light from below by a slow model, a profile; empty where the kernel answers.
-    windows: Vec<slow::Window>,
-    /// Offsets of the rows that let light out, a profile, for each row of the window [profiles]; empty where steps are even.
-    offsets: Vec<[isize; ROWS]>,
-}
-
-impl Band {
-    /// The row under the laser in `profile`.
-    pub fn row(&self, profile: usize) -> &Row {
-        self.neighbour(profile, 0)
-    }
-
-    fn window(&self, profile: usize) -> Option<&[f32]> {
-        self.windows.get(profile - self.profiles.start).map(Vec::as_slice)
-    }
-
-    fn neighbour(&self, profile: usize, offset: isize) -> &Row {
-        let place = (profile - self.profiles.start + self.halo) as isize + offset;
-        &self.rows[place as usize]
-    }
+/// Whole profiles, within the farthest that is looked at.
+fn looks(profiles: f64) -> isize {
+    (profiles.round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
 }
 
 impl Sensor {
@@ -97,31 +92,46 @@ impl Sensor {
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
     pub fn new(
         bench: &Bench,
+        line: Line,
         size: Size,
         height: f64,
         clear: &Medium,
         (law, tiles): (SpeckleLaw, &Tiles),
         stream: Stream,
     ) -> Self {
-        let camera = Camera::new(bench, &size);
+        let camera = Camera::new(bench, &size, line, stream);
+        let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
+        let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
-        let ground = Ground { rows_per_mm, height, paths, way: 0.0 };
         let travel = Travel::new(&bench.motion, stream.child("travel"));
         let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
-        let away = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
-        let even = |away: f64| (away / bench.motion.step_mm).round() as isize;
-        let neighbours = away.map(|away| even(away).clamp(-(FARTHEST as isize), FARTHEST as isize));
+        let step = bench.motion.step_mm;
+        let profiles_per_row = 1.0 / (rows_per_mm * step);
+        let way = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
+        let ground = Ground { grain, rows_per_mm, height, paths, way: way / profiles_per_row };
+        let away: [f64; ROWS] = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
+        let neighbours = away.map(|away| looks(away / step));
         Self {
             speckle: Speckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
             away,
             neighbours,
-            travel,
+            profiles_per_row,
+            way: way as f32,
             size,
             transport: Transport::Kernel,
             stream,
-            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
+            maker: RowMaker::new(
+                bench.motion.conveyor_reflectance,
+                &camera,
+                Shining::new(&bench.laser, stream.child("shining")),
+                size.columns,
+                height,
+            ),
+            second: SecondLine::new(&bench.laser, step),
+            faint: FAINT_DN / chain.gain,
+            travel,
             chain,
             camera,
         }
@@ -144,7 +154,7 @@ impl Sensor {
 
     /// What a reader of the frames has to know.
     pub fn calibration(&self) -> Calibration {
-        Calibration { rig: self.camera.rig, sensor_rows: self.size.rows as u32, dark_level: self.chain.dark_level }
+        Calibration::new(self.camera.rig, [self.size.columns, self.size.rows], self.chain.dark_level)
     }
 
     /// Scan position under the laser in `profile` [mm].
@@ -156,26 +166,46 @@ impl Sensor {
         self.travel.place(profile)
     }
 
-    /// Rows of the specimen that a profile needs before and behind its own.
-    pub fn halo(&self) -> usize {
-        self.travel.within(self.away[0].max(-self.away[ROWS - 1])).min(FARTHEST)
+    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
+    pub fn halo(&self) -> [usize; 2] {
+        let window = self.most() as usize + 1 + usize::from(self.way > 0.0);
+        let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
+        [window + before, window + behind]
     }
 
-    /// Offsets of the rows that let light out in the profiles of a band.
+    /// Most profiles between one and another whose row lets its light out.
+    fn most(&self) -> isize {
+        self.travel.within(self.away[0].max(-self.away[ROWS - 1])).min(FARTHEST) as isize
+    }
+
+    /// Offsets of the rows that let light out in the profiles of a band and the next one.
     fn offsets(&self, band: &Band) -> Vec<[isize; ROWS]> {
-        let most = band.halo as isize;
-        let nearest = |profile: usize| self.away.map(|away| self.travel.nearest(profile as isize, away, most));
-        if self.travel.even() { Vec::new() } else { band.profiles.clone().map(nearest).collect() }
+        let nearest = |profile: usize| self.away.map(|away| self.travel.nearest(profile as isize, away, self.most()));
+        let profiles = band.profiles.start..band.profiles.end + 1;
+        if self.travel.even() { Vec::new() } else { profiles.map(nearest).collect() }
+    }
+
+    /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
+    fn looks(&self, rows: f32) -> isize {
+        looks(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
+    }
+
+    /// Way that the image of a flat surface moves while it is exposed, along the rows [px].
+    pub fn travel_px(&self) -> f64 {
+        f64::from(self.way) / self.profiles_per_row
     }
 
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
-        (band.halo, band.profiles) = (self.halo(), profiles);
-        band.rows.resize_with(band.profiles.len() + 2 * band.halo, Row::default);
+        let [before, behind] = self.halo();
+        (band.halo, band.profiles) = (before, profiles);
+        band.rows.resize_with(band.profiles.len() + before + behind, Row::default);
         let mut scratch = RowScratch::new(self.size.columns);
         for (place, row) in band.rows.iter_mut().enumerate() {
-            let y = self.position_of((band.profiles.start + place) as isize - band.halo as isize);
-            self.maker.make(specimen, &self.camera, y as f32, &mut scratch, row);
+            let profile = (band.profiles.start + place) as isize - band.halo as isize;
+            let y = self.position_of(profile) as f32;
+            let watch = Watch { specimen, camera: &self.camera, y, profile, faint: self.faint };
+            self.maker.make(watch, &mut scratch, row);
         }
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);
@@ -184,7 +214,9 @@ impl Sensor {
         band.offsets = self.offsets(&band);
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
-        band.windows = band.profiles.clone().map_while(window).collect();
+        // The light that a moving object has in the next profile counts too.
+        let last = band.profiles.end + usize::from(self.way > 0.0);
+        band.windows = (band.profiles.start..last).map_while(window).collect();
         band
     }
 
@@ -223,7 +255,8 @@ impl Sensor {
         let mut sensor: Vec<u8> = (0..rows * columns)
             .map(|pixel| {
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.digitise(0.0, normal, offsets[pixel / columns]) as u8
+                let ambient = lamps::pixel(self, band, profile, pixel % columns, pixel / columns);
+                self.chain.digitise(self.chain.gain * ambient, normal, offsets[pixel / columns]) as u8
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());

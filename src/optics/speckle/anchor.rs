@@ -39,6 +39,8 @@ pub struct Speckle {
 /// What decides the speckle of a sample beside its bench.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground {
+    /// Grain L = lambda times the working f-number [px].
+    pub grain: f64,
     /// Movement of the image with the object [px/mm].
     pub rows_per_mm: f64,
     /// Height of the object [mm].
@@ -52,9 +54,7 @@ pub struct Ground {
 impl Speckle {
     /// Under a bench; `key` belongs to the sample.
     pub fn new(bench: &Bench, ground: &Ground, law: SpeckleLaw, tiles: &Tiles, key: u64) -> Self {
-        let (laser, camera, speckle) = (&bench.laser, &bench.camera, &bench.speckle);
-        let magnification = camera.focal_length_mm / (camera.distance_mm - camera.focal_length_mm);
-        let grain = laser.wavelength_nm * 1e-3 * camera.f_number * (1.0 + magnification) / camera.pixel_um;
+        let (speckle, grain) = (&bench.speckle, ground.grain);
         // Equal independent patterns as far as the contrast says so: 1 / C^2 of them.
         let below = speckle.volume_patterns / (ground.paths * ground.paths);
         let patterns = [speckle.surface_patterns, below];

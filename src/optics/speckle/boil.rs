@@ -96,6 +96,7 @@ mod tests {
             camera: Camera::from_values(d),
             exposure: Exposure::from_values(d),
             speckle: Speckle::from_values(d),
+            optics: crate::settings::Optics::default(),
         }
     }
 
