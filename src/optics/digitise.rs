@@ -8,7 +8,6 @@ use multiversion::multiversion;
 use super::expose::{CENTRE, ROWS, Window};
 use super::overflow::Charge;
 use super::sensor::Chain;
-use super::speckle::{self, FINE, TURN};
 use super::{Sensor, TILE};
 use crate::frame::Frame;
 use crate::lanes::normals;
@@ -30,6 +29,8 @@ pub struct Shot<'a> {
     pub tile: usize,
     /// Columns of it that the sensor has.
     pub columns: usize,
+    /// Its middle in the laser plane, x and z [mm].
+    pub place: [f64; 2],
     /// Offsets of the sensor's rows [DN].
     pub offsets: &'a [f32],
 }
@@ -43,7 +44,7 @@ pub fn digitise(
     charge: &mut Charge,
     frame: &mut Frame,
 ) {
-    let Shot { profile, tile, columns, offsets } = *shot;
+    let Shot { profile, tile, columns, place, offsets } = *shot;
     frame.cols = columns;
     frame.rows = ROWS;
     frame.first_col = tile * TILE;
@@ -53,16 +54,12 @@ pub fn digitise(
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let base = (sensor.position(profile) * sensor.drift).round() as i64 + number as i64 * (ROWS * FINE) as i64;
+    let view = sensor.speckle.view(tile, place, sensor.position(profile), number * ROWS);
     let counter = tile as u32 * TILE as u32;
     let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
     let pair_of = |pair: usize| {
         let rows = rows_of(pair);
-        let patterns = rows.map(|k| {
-            let fine = base - (k as i64 - CENTRE as i64) * FINE as i64;
-            let place = fine + speckle::offset(sensor.speckle_key, tile, fine.div_euclid(TURN));
-            [sensor.tiles[0].row(place), sensor.tiles[1].row(place + TURN / 2)]
-        });
+        let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
         PairOfRows {
             electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
             patterns,
@@ -163,7 +160,7 @@ impl PairOfRows<'_> {
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> Rows<u16> {
     pixels.numbers(&sensor.chain, |row, c| {
-        let signal = (sensor.chain.gain * pixels.light(sensor.contrast, row, c)).max(0.0);
+        let signal = (sensor.chain.gain * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
         (signal, signal)
     })
 }
@@ -174,7 +171,7 @@ fn develop(pixels: &PairOfRows<'_>, response: &Rows<f32>, sensor: &Sensor) -> [R
     let (chain, mut out) = (&sensor.chain, [[[0.0; TILE]; 2]; 2]);
     for row in 0..2 {
         for c in 0..TILE {
-            let signal = (chain.gain * response[row][c] * pixels.light(sensor.contrast, row, c)).max(0.0);
+            let signal = (chain.gain * response[row][c] * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
             (out[0][row][c], out[1][row][c]) = chain.slopes.bend(signal);
         }
     }

@@ -116,7 +116,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
             }
         }
         None => {
-            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
+            let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
+            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             spread(own, &neighbours, start, load(&own.centre, start), sensor.camera.laser.section(), first);
             if let Some(beside) = &own.beside {
                 arrange::arrange(beside, tile, scratch);

@@ -15,6 +15,13 @@ parameters! {
         line_rate_hz: 0.0, 100000.0, 0.0, "free; 0 leaves motion blur out";
         /// Diffuse reflectance of the conveyor.
         conveyor_reflectance: 0.0, 1.0, 0.04, "[M] black rubber";
+        /// Standard deviation of a profile's place, each on its own; cut at 0.45 of the smallest step, so that profiles
+        /// stay in order.
+        encoder_jitter_um: 0.0, 1000.0, 0.0, "[M] off; 0.5 to 5 with an encoder";
+        /// Amplitude of an error of the place that comes again and again: an eccentric wheel.
+        wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel";
+        /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
+        wow_period_mm: 0.1, 10000.0, 200.0, "[M]";
     }
 }
 
@@ -175,7 +182,8 @@ parameters! {
     speckle: Speckle {
         /// Scale of the contrast: 1 as physics has it, 0 to switch it off.
         strength: 0.0, 1.0, 1.0, "Goodman";
-        /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised.
+        /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised. The law is that of the
+        /// largest of 1, 2 and 4 patterns below it.
         surface_patterns: 1.0, 64.0, 1.0, "[C]", count;
         /// Extra independent patterns in light from below the surface, on top of path spread and depolarisation.
         volume_patterns: 1.0, 64.0, 2.0, "[C]", count;

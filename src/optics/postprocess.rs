@@ -26,7 +26,7 @@ use rustfft::num_complex::Complex32;
 
 use super::parameters::Bench;
 use crate::lanes;
-use crate::settings::{Law, Postprocess, Readout, Step};
+use crate::settings::{Postprocess, Readout, SpeckleLaw, Step};
 
 /// Standard deviations to which the blur reaches.
 const REACH: f64 = 4.0;
@@ -142,8 +142,8 @@ impl Scripts {
         }
         transform.process(&mut field);
         let numbers = field.iter().map(|v| match self.settings.pattern.law {
-            Law::Exponential => v.norm_sqr(),
-            Law::Rayleigh => v.norm_sqr().sqrt(),
+            SpeckleLaw::Exponential => v.norm_sqr(),
+            SpeckleLaw::Rayleigh => v.norm_sqr().sqrt(),
         });
         let mut numbers: Vec<f32> = numbers.collect();
         let mean = numbers.iter().map(|&v| f64::from(v)).sum::<f64>() / numbers.len() as f64;

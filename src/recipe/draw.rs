@@ -53,6 +53,7 @@ impl Recipe {
             transport: self.settings.transport(),
             readout: self.settings.readout(),
             postprocess: self.settings.postprocess(),
+            speckle_law: self.settings.speckle_law(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

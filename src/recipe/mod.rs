@@ -35,7 +35,7 @@ use self::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -101,6 +101,8 @@ pub struct Scene {
     pub readout: Readout,
     /// What is done to frames before they are read.
     pub postprocess: Postprocess,
+    /// Law of speckle in a point.
+    pub speckle_law: SpeckleLaw,
     /// How profiles are read.
     pub extraction: Extraction,
     /// What is written.

@@ -7,7 +7,7 @@ use super::setting::{Kind, Setting, Value};
 use super::settings::Settings;
 use super::together::Together;
 use crate::optics::parameters::Speckle;
-use crate::settings::{Law, Order, Step};
+use crate::settings::{Order, Step};
 use crate::yaml::walk::Walk;
 
 /// Path of the section.
@@ -63,13 +63,6 @@ pub(super) const TABLE: &[Setting] = &[
         doc: "Pattern pixels along a sensor pixel; 6 makes the speckles of the default bench as large as they are.",
         source: "[T] 5",
     },
-    Setting {
-        name: "pattern_law",
-        kind: Kind::Word(&Law::NAMES),
-        default: Value::Word(Law::NAMES[0]),
-        doc: "Law of the pattern's numbers: the root of an intensity, or the intensity.",
-        source: "[T] rayleigh",
-    },
 ];
 
 /// Keys of the sensor that the scripts know nothing of; they must be 0 there, so that the recipe says what is made.
@@ -115,6 +108,10 @@ pub(super) fn idle(walk: &mut Walk, given: &BTreeMap<String, Value>) {
             let remedy = format!("it is for `order: {}`: give one of them, or remove it", others.join("` or `"));
             walk.joint_fault(&[path], format!("has no effect on order `{}`", order.name()), remedy);
         }
+    }
+    let law = "speckle.law".to_owned();
+    if given.contains_key(&law) && order != Order::Physical && !order.steps().contains(&Step::Speckle) {
+        walk.joint_fault(&[law], format!("has no effect on order `{}`", order.name()), "remove it");
     }
 }
 

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use super::setting::Value;
 use crate::asset::Asset;
 use crate::settings::{
-    Channel, Direction, Extraction, Fan, Filter, Hdr, Law, LensModel, Line, Method, Optics, Order, Output, Pattern, Peak,
-    Postprocess, RangeForm, Readout, ScatterDark, ScatterMode, Scheimpflug, SensorStack, Shape, Size, Splits,
-    ThesisMethod, Transport,
+    Channel, Direction, Extraction, Fan, Filter, Hdr, LensModel, Line, Method, Optics, Order, Output, Pattern, Peak,
+    Postprocess, RangeForm, Readout, ScatterDark, ScatterMode, Scheimpflug, SensorStack, Shape, Size, SpeckleLaw,
+    Splits, ThesisMethod, Transport,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -73,7 +73,6 @@ impl Settings {
         let count = |name: &str| if has(name) { self.count(&format!("postprocess.{name}")) } else { 0 };
         let order = self.word("postprocess.order");
         let order = Order::ALL.into_iter().find(|known| known.name() == order);
-        let root = !has("pattern_law") || self.word("postprocess.pattern_law") == Law::NAMES[0];
         Postprocess {
             order: order.unwrap_or_else(|| panic!("no such order")),
             blur_radius_px: number("blur_radius_px"),
@@ -82,7 +81,7 @@ impl Settings {
                 size_px: count("pattern_px"),
                 mask_px: count("mask_px"),
                 factor: count("sampling_factor"),
-                law: if root { Law::Rayleigh } else { Law::Exponential },
+                law: self.speckle_law(),
             },
         }
     }
@@ -172,6 +171,12 @@ impl Settings {
             }
             other => panic!("no model {other}"),
         }
+    }
+
+    /// Law of speckle in a point.
+    pub fn speckle_law(&self) -> SpeckleLaw {
+        let name = self.word("speckle.law");
+        SpeckleLaw::ALL.into_iter().find(|law| law.name() == name).unwrap_or_else(|| panic!("no law {name}"))
     }
 
     /// What is written.

@@ -60,7 +60,7 @@ pub(super) const SECTIONS: [Section; 26] = [
     drawn!(Laser, &[], laser::TABLE),
     drawn!(Camera, &[], setting::CAMERA),
     drawn!(Exposure, &[], setting::EXPOSURE),
-    drawn!(Speckle),
+    drawn!(Speckle, &[], setting::SPECKLE),
     drawn!(Board, &[Subject::Wood]),
     drawn!(Log, &[Subject::Wood]),
     drawn!(Knots, &[Subject::Wood]),

@@ -1,5 +1,7 @@
 //! The orders in which the thesis worked on its rendered frames.
 
+use super::SpeckleLaw;
+
 /// What is done to the light of a frame, and in which order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Postprocess {
@@ -22,24 +24,8 @@ pub struct Pattern {
     pub mask_px: usize,
     /// Pattern pixels along the side of a sensor pixel.
     pub factor: usize,
-    /// Law of the pattern's numbers.
-    pub law: Law,
-}
-
-/// Law of a pattern's numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Law {
-    /// The square root of an intensity, as the thesis preferred it; the root of an exponential law is Rayleigh's.
-    Rayleigh,
-    /// An intensity.
-    Exponential,
-}
-
-impl Law {
-    /// Both in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 2] = [Self::Rayleigh, Self::Exponential];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["rayleigh", "exponential"];
+    /// Law of the pattern's numbers; the thesis preferred the root of an intensity.
+    pub law: SpeckleLaw,
 }
 
 /// One of the thesis' scripts.

@@ -18,7 +18,7 @@ fn bench() -> Bench {
     }
 }
 
-fn scripts(order: Order, law: Law, blur_radius_px: f64) -> Scripts {
+fn scripts(order: Order, law: SpeckleLaw, blur_radius_px: f64) -> Scripts {
     let pattern = Pattern { size_px: 1000, mask_px: 500, factor: 5, law };
     let settings = Postprocess { order, blur_radius_px, intensity_scale: 1.0, pattern };
     Scripts::new(settings, &bench(), Readout::PLAIN, Stream::root(4))
@@ -39,7 +39,7 @@ fn moments(values: impl Iterator<Item = f32> + Clone) -> (f64, f64) {
 /// Patterns have their law's contrast, 1 and sqrt(4 / pi - 1), and 0.374 and 0.191 behind 5 x 5 of their pixels.
 #[test]
 fn patterns_have_the_contrast_of_their_law() {
-    for (law, fine, coarse) in [(Law::Exponential, 1.0, 0.374), (Law::Rayleigh, 0.5227, 0.191)] {
+    for (law, fine, coarse) in [(SpeckleLaw::Exponential, 1.0, 0.374), (SpeckleLaw::Rayleigh, 0.5227, 0.191)] {
         let scripts = scripts(Order::NoiseSpeckle, law, 0.5);
         let (mean, spread) = moments(scripts.pattern(0).into_iter());
         // 196 000 speckles: under 1 %.
@@ -53,7 +53,7 @@ fn patterns_have_the_contrast_of_their_law() {
 /// Patterns of profiles are alike as discs overlap: g^2 with g = 2 (acos s - s sqrt(1 - s^2)) / pi, s = sin(turn / 2).
 #[test]
 fn patterns_change_as_their_discs_move() {
-    let mut scripts = scripts(Order::NoiseSpeckle, Law::Exponential, 0.5);
+    let mut scripts = scripts(Order::NoiseSpeckle, SpeckleLaw::Exponential, 0.5);
     // 0.126 mm of a pupil of 8.9 mm, times pi.
     assert!((scripts.turns[1] / std::f64::consts::PI - 0.0141).abs() < 2e-4, "{}", scripts.turns[1]);
     scripts.turns[1] = 0.2;
@@ -101,7 +101,7 @@ fn blur_keeps_light_and_has_its_variance() {
 #[test]
 fn each_order_differs_as_it_must() {
     let contrast = |order: Order| {
-        let scripts = scripts(order, Law::Rayleigh, 1.0);
+        let scripts = scripts(order, SpeckleLaw::Rayleigh, 1.0);
         let frame = scripts.frame(line(), ROWS, 0);
         let (mean, spread) = moments(frame[54 * COLUMNS..58 * COLUMNS].iter().map(|&dn| f32::from(dn)));
         ((spread * spread - 1.19).max(0.0).sqrt(), mean)
@@ -118,7 +118,7 @@ fn each_order_differs_as_it_must() {
         // 1600 pixels of 19 DN that are alike a little: 0.55, four of which.
         assert!((mean - 111.6).abs() < 2.2, "{mean}");
     }
-    let all: Vec<_> = Order::ALL[1..].iter().map(|&order| scripts(order, Law::Rayleigh, 1.0).frame(line(), ROWS, 0)).collect();
+    let all: Vec<_> = Order::ALL[1..].iter().map(|&order| scripts(order, SpeckleLaw::Rayleigh, 1.0).frame(line(), ROWS, 0)).collect();
     assert!((0..4).all(|i| (0..i).all(|j| all[i] != all[j])), "orders are alike");
 }
 
@@ -126,7 +126,7 @@ fn each_order_differs_as_it_must() {
 #[test]
 fn noise_is_the_law_of_the_thesis() {
     for order in &Order::ALL[1..] {
-        let scripts = scripts(*order, Law::Rayleigh, 0.5);
+        let scripts = scripts(*order, SpeckleLaw::Rayleigh, 0.5);
         let frames: Vec<u16> = (0..8).flat_map(|profile| scripts.frame(line(), ROWS, profile)).collect();
         let dark = || frames.iter().enumerate().filter(|(i, _)| i / COLUMNS % ROWS < 40).map(|(_, &dn)| f32::from(dn));
         let (mean, spread) = moments(dark());
