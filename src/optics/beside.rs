@@ -126,7 +126,7 @@ pub fn apart(stand: i32, first: i32) -> i32 {
 }
 
 /// Light in the brightest row of a column's line [e-].
-fn line_peak(row: &Row, column: usize) -> f32 {
+pub fn line_peak(row: &Row, column: usize) -> f32 {
     let rate = row.rows_per_mm[column];
     peak(row.glare[column], row.variance[column], rate, |j| row.source[j][column] * row.exit[j][column])
 }

@@ -1,47 +1,44 @@
 //! How much light of which point arrives where on the sensor: radiometry of line and lens, and the local scale.
 //!
-//! Radiometry: the line's power per length on a level surface at distance h below the fan's origin is
-//! P / (2 h tan(Phi / 2)) (Powell lens: even on a plane); a Lambertian patch sends the share Omega cos(theta) / pi of it
-//! into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda. docs/instrument.md holds the
+//! Radiometry: a mm of the line carries what [`Laser`] says; a Lambertian patch sends the share Omega cos(theta) / pi of
+//! it into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda. docs/instrument.md holds the
 //! derivation. A point's spread has the variances of the lens's aberrations, of diffraction (Airy's core as a normal law
 //! of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007), of crosstalk (2 x in either direction for a
 //! share x to each neighbour), of the pixel's box, and of the disc that lies out of focus ([`super::focus`]). Neglected:
 //! the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
 
 use glam::Vec3;
+use procedural::Stream;
 
 use super::field::{self, Field};
 use super::focus::Focus;
+use super::laser::Laser;
 use super::parameters::Bench;
 use crate::frame::{Bent, Distortion, Rig, image_distance, scheimpflug};
-use crate::settings::{LensModel, Scheimpflug, Size};
+use crate::settings::{LensModel, Line, Scheimpflug, Size};
 
 /// Planck's constant times the speed of light [J m].
 const HC: f64 = 1.986_445_86e-25;
-/// Width of the fan's soft ends, in units of the half fan [1].
-const FAN_SOFT_END: f32 = 0.02;
 /// Standard deviation of a normal law that stands for the core of Airy's disc, in units of lambda N' [1].
 const AIRY: f64 = 0.42;
 /// Variance of a box of one pixel [px^2].
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+/// A surface that rises away from the lens is never seen more stretched along the line than this [1].
+const LEAST_SEEN: f32 = 0.1;
 
 /// The camera over the laser plane, with everything that does not change during a scan.
 #[derive(Debug, Clone)]
 pub struct Camera {
     /// Its geometry.
     pub rig: Rig,
-    /// Electrons per mm of x at 1 mm below the fan, 1 mm from the lens, for a white Lambertian surface seen straight.
+    /// The laser.
+    pub laser: Laser,
+    /// Electrons of all light of the laser's first line, 1 mm from the lens, for a white Lambertian surface seen straight.
     electrons: f32,
-    /// Height of the fan's origin over the conveyor [mm].
-    fan_height: f32,
-    /// Tangent of half the fan's angle [1].
-    fan_half: f32,
     /// Lens [mm].
     lens: Vec3,
     /// Unit vector from the lens along the axis.
     axis: Vec3,
-    /// Half width of the laser at 1/e^2 in the waist [mm], height of the waist [mm], Rayleigh length [mm].
-    waist: [f32; 3],
     /// Variance of the lens's point spread along rows or columns [px^2].
     pub blur_variance: f32,
     /// v0 / (cos(beta) pixel), sin and cos of the tilt, tan(beta), distance: the row as a function of (y, z).
@@ -92,12 +89,16 @@ pub struct Sight {
     pub rows_per_mm: f32,
     /// Variance that laser, lens and pixel give the line [px^2].
     pub variance: f32,
-    /// The laser's part of it [px^2].
+    /// The laser's part of it, without lobes and skirt [px^2].
     pub laser_variance: f32,
+    /// Unit of the laser's [`super::laser::Section`] along the rows [px].
+    pub unit: f32,
     /// Variance along the line of a point that is out of focus [px^2].
     pub defocus: f32,
-    /// Electrons of the whole line in this column for a white Lambertian surface [e-].
+    /// Electrons of the whole line in this column for a white Lambertian surface, level along the line [e-].
     pub electrons: f32,
+    /// Width of the column on a level surface [mm].
+    pub column_mm: f32,
     /// Unit vector to the lens.
     pub view: Vec3,
     /// Unit vector of the laser light.
@@ -114,25 +115,26 @@ struct Image {
 }
 
 impl Camera {
-    /// The camera of a bench.
-    pub fn new(bench: &Bench, size: &Size) -> Self {
+    /// The camera of a bench under a laser of the kind `line`; `stream` belongs to the sample.
+    pub fn new(bench: &Bench, size: &Size, line: Line, stream: Stream) -> Self {
         let rig = rig(bench, size);
         let (camera, laser, exposure) = (&bench.camera, &bench.laser, &bench.exposure);
         let photon = HC / (laser.wavelength_nm * 1e-9);
         let pupil = 0.5 * camera.focal_length_mm / camera.f_number;
-        let fan_half = libm::tan((0.5 * laser.fan_angle_deg).to_radians());
-        let electrons = laser.power_mw * 1e-3 / (2.0 * fan_half) * exposure.time_us * 1e-6 / photon
+        let first = if laser.second_line_mm == 0.0 { 1.0 } else { 1.0 - laser.second_line_share };
+        let electrons = first * laser.power_mw * 1e-3 * exposure.time_us * 1e-6 / photon
             * exposure.quantum_efficiency
             * camera.transmission
             * pupil
             * pupil;
-        let rayleigh = std::f64::consts::PI * laser.waist_mm.powi(2) / (laser.m_squared * laser.wavelength_nm * 1e-6);
         let v0 = rig.image_distance;
         let beta = rig.sensor_tilt;
         let (sin, cos) = libm::sincos(rig.tilt);
         let airy = AIRY * laser.wavelength_nm * 1e-3 * camera.f_number * v0 / rig.focal_length;
         let blur_um2 = camera.blur_um.powi(2) + if bench.optics.diffraction { airy * airy } else { 0.0 };
         let blur = blur_um2 / camera.pixel_um.powi(2) + 2.0 * camera.crosstalk;
+        let row_mm = rig.distance * libm::cos(beta) * rig.pixel / (v0 * cos);
+        let lens_mm = (blur + f64::from(PIXEL_VARIANCE)).sqrt() * row_mm;
         let focus = Focus {
             pupil: (2.0 * pupil) as f32,
             focal_length: rig.focal_length as f32,
@@ -159,12 +161,10 @@ impl Camera {
             * camera.transmission;
         Self {
             rig,
+            laser: Laser::new(laser, line, lens_mm, stream),
             electrons: electrons as f32,
-            fan_height: laser.fan_height_mm as f32,
-            fan_half: fan_half as f32,
             lens: Vec3::new(0.0, (-rig.distance * sin) as f32, (rig.distance * cos) as f32),
             axis: Vec3::new(0.0, sin as f32, -cos as f32),
-            waist: [laser.waist_mm as f32, laser.waist_height_mm as f32, rayleigh as f32],
             blur_variance: blur as f32,
             row: [
                 (v0 / (libm::cos(beta) * rig.pixel)) as f32,
@@ -288,21 +288,40 @@ impl Camera {
         let [defocus, defocus_rows] =
             if self.blurs { self.focus.variances(zc, zc / (zc - tan_beta * yc)) } else { [0.0; 2] };
 
-        let off_waist = (z - self.waist[1]) / self.waist[2];
-        let sigma = 0.5 * self.waist[0] * (1.0 + off_waist * off_waist).sqrt() * rows_per_mm;
+        let beam = self.laser.at(x, z);
+        let row = row - beam.bow * rows_per_mm;
+        let sigma = beam.sigma * rows_per_mm;
         let laser_variance = sigma * sigma;
         let variance = laser_variance + self.lens_variance() + defocus_rows;
 
-        let depth = (self.fan_height - z).max(1.0);
-        let side = x.abs() / (depth * self.fan_half);
-        let end = 0.5 * (1.0 - ((side - 1.0) / FAN_SOFT_END).clamp(-1.0, 1.0));
         let to_lens = self.lens - Vec3::new(x, 0.0, z);
         let far2 = to_lens.length_squared();
         let view = to_lens / far2.sqrt();
         let passed = self.field.as_ref().map_or(1.0, |field| field.laser((x * x + yc * yc) / (zc * zc)));
-        let electrons = self.electrons * end / depth * pixel_mm * -view.dot(self.axis) / far2 * passed;
-        let light = Vec3::new(x, 0.0, z - self.fan_height).normalize();
-        Sight { row, rows_per_mm, variance, laser_variance, defocus, electrons, view, light }
+        let electrons = self.electrons * beam.per_mm * pixel_mm * -view.dot(self.axis) / far2 * passed;
+        let unit = beam.unit * rows_per_mm;
+        Sight {
+            row,
+            rows_per_mm,
+            variance,
+            laser_variance,
+            unit,
+            defocus,
+            electrons,
+            column_mm: pixel_mm,
+            view,
+            light: beam.light,
+        }
+    }
+
+    /// Light of a column on a surface that rises by `slope_x` along the line over that on a level one: the fan meets it
+    /// more or less straight, and the column sees more or less of it. Nearly 1 where laser and lens are equally high [1].
+    #[inline]
+    pub fn slant(&self, x: f32, z: f32, slope_x: f32) -> f32 {
+        let [_, sin, cos, tan_beta, distance] = self.row;
+        let bottom = distance - z * cos - tan_beta * z * sin;
+        let seen = 1.0 + slope_x * x * (cos + tan_beta * sin) / bottom;
+        self.laser.slant(x, z, slope_x) / seen.max(LEAST_SEEN)
     }
 }
 

@@ -43,7 +43,7 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
     }
     expose::still(sensor, band, profile + 1, tile, &mut ahead.light);
     ahead.of = name(profile + 1);
-    blend(scratch, &ahead.light, 0.5 * sensor.way, sensor.maker.faint());
+    blend(scratch, &ahead.light, 0.5 * sensor.way, sensor.faint);
     scratch.ahead = Some(ahead);
 }
 

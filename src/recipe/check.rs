@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::Subject;
 use super::camera;
 use super::dist::Distribution;
+use super::laser;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
 use super::together::{Together, blister, wood};
@@ -26,6 +27,7 @@ const ROUNDING: f64 = 1.0 / 12.0;
 /// The settings together.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     transport::check(walk, subject, settings);
+    laser::settings(walk, settings);
     camera::settings(walk, settings);
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
@@ -97,8 +99,7 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
 /// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
 pub(super) fn scene(
     walk: &mut Walk,
-    subject: Option<Subject>,
-    settings: &Settings,
+    (subject, settings): (Option<Subject>, &Settings),
     prefix: &str,
     base: &BTreeMap<String, Distribution>,
     overrides: &BTreeMap<String, Distribution>,
@@ -118,6 +119,8 @@ pub(super) fn scene(
         );
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
+
+    laser::together(walk, settings, &scene);
 
     match subject {
         Some(Subject::Wood) => wood(walk, &scene),

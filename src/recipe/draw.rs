@@ -47,6 +47,7 @@ impl Recipe {
             stream,
             size: self.settings.size(),
             bench,
+            line: self.settings.line(),
             plan,
             transport: self.settings.transport(),
             extraction: self.settings.extraction(),

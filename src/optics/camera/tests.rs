@@ -17,6 +17,10 @@ pub fn bench() -> Bench {
     }
 }
 
+fn camera_of(bench: &Bench) -> Camera {
+    Camera::new(bench, &SIZE, Line::PLAIN, Stream::root(0))
+}
+
 const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };
 
 /// The numbers of docs/instrument.md for d = 410 mm.
@@ -28,14 +32,14 @@ fn geometry_matches_published_numbers() {
     assert!((rig.along(1280.5, 0.0) - rig.along(1279.5, 0.0) - 0.0924).abs() < 1e-4);
     let centre = rig.centre_row;
     assert!(((rig.height(centre - 0.5) - rig.height(centre + 0.5)) - 0.2166).abs() < 2e-4);
-    let sight = Camera::new(&bench(), &SIZE).sight(0.0, 0.0, 0.0);
+    let sight = camera_of(&bench()).sight(0.0, 0.0, 0.0);
     assert!((1.0 / sight.rows_per_mm - 0.1010).abs() < 2e-4, "row pitch {}", 1.0 / sight.rows_per_mm);
     // 50 mW over 236 mm, R = 0.7, QE 0.5: 1.83e9 electrons a second and column.
     let mut b = bench();
     b.exposure.quantum_efficiency = 0.5;
     b.exposure.time_us = 50.0;
     b.laser.fan_angle_deg = 2.0 * (118.2f64 / 400.0).atan().to_degrees();
-    let sight = Camera::new(&b, &SIZE).sight(0.0, 0.0, 0.0);
+    let sight = camera_of(&b).sight(0.0, 0.0, 0.0);
     let electrons = sight.electrons * sight.view.z * 0.7;
     assert!((electrons / 91.0e3 - 1.0).abs() < 0.02, "electrons a column {electrons}");
 }
@@ -43,7 +47,7 @@ fn geometry_matches_published_numbers() {
 /// Projection and back-projection undo each other, and `sight` agrees with the exact projection off the plane.
 #[test]
 fn projection_inverts() {
-    let camera = Camera::new(&bench(), &SIZE);
+    let camera = camera_of(&bench());
     for z in [-50.0, -3.0, 0.0, 22.0, 60.0] {
         let (col, row) = camera.rig.project(31.0, 0.0, z);
         assert!((camera.rig.height(row) - z).abs() < 1e-9);
@@ -134,11 +138,11 @@ fn distortion_by_hand() {
 #[test]
 fn sight_follows_the_bent_lens() {
     let (bench, open) = (bent(), Bench { camera: bench().camera, ..bent() });
-    let camera = Camera::new(&bench, &SIZE);
-    let straight = Camera::new(
-        &Bench { camera: CameraNumbers { sensor_tilt_deg: 5.0, focus_distance_mm: 380.0, ..open.camera }, ..open },
-        &SIZE,
-    );
+    let camera = camera_of(&bench);
+    let straight = camera_of(&Bench {
+        camera: CameraNumbers { sensor_tilt_deg: 5.0, focus_distance_mm: 380.0, ..open.camera },
+        ..open
+    });
     for (x, z) in [(0.0, 0.0), (110.0, 0.0), (-104.0, 30.0), (60.0, 60.0), (-100.0, -60.0)] {
         let (_, row) = camera.rig.project(x, 0.0, z);
         for slope in [0.0, 0.2] {
@@ -163,7 +167,7 @@ fn sight_follows_the_bent_lens() {
 /// sharp, none on it; 6.5, 13.1 and 26.8 um at 5, 10 and 20 mm of height without the tilt; and by tracing the rim.
 #[test]
 fn discs_out_of_focus_match_published_numbers() {
-    let solved = Camera::new(&bench(), &SIZE);
+    let solved = camera_of(&bench());
     for (y, um) in [(0.5, 1.7), (1.0, 3.3), (2.0, 6.7), (5.0, 16.7)] {
         let c = 1e3 * solved.confusion(y, 0.0);
         assert!((c - um).abs() < 0.06, "{y} mm off the plane: {c} um, published {um}");
@@ -173,14 +177,14 @@ fn discs_out_of_focus_match_published_numbers() {
     }
     let mut b = bench();
     b.optics.scheimpflug = Scheimpflug::Given;
-    let level = Camera::new(&b, &SIZE);
+    let level = camera_of(&b);
     for (z, um) in [(5.0, 6.5), (10.0, 13.1), (20.0, 26.8)] {
         let c = 1e3 * level.confusion(0.0, z);
         assert!((c - um).abs() < 0.1, "{z} mm high: {c} um, published {um}");
     }
     // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the rows.
     b.camera.sensor_tilt_deg = 4.0;
-    let camera = Camera::new(&b, &SIZE);
+    let camera = camera_of(&b);
     let rig = camera.rig;
     for z in [-40.0f64, 15.0, 40.0] {
         let (sin, cos) = rig.tilt.sin_cos();
