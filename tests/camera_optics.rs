@@ -79,6 +79,44 @@ fn discs_out_of_focus_widen_the_line() {
     assert!(((soft - plain) / (disc * disc / 16.0) - 1.0).abs() < 0.03, "{soft} - {plain} px^2, disc {disc} px");
 }
 
+/// The line's shape is the semicircle of the disc's projection, smoothed by the rest: slightly and far out of focus.
+#[test]
+fn lines_out_of_focus_have_the_shape_of_discs() {
+    let mut level = scene(1);
+    level.bench.optics.scheimpflug = Scheimpflug::Given;
+    for (focus_mm, radius_px) in [(410.0, 2.2..2.3), (380.0, 1.4..1.6), (340.0, 6.0..9.0)] {
+        level.bench.camera.focus_distance_mm = focus_mm;
+        let mut hole = level.clone();
+        hole.bench.optics.lens = LensModel::Pinhole;
+        let body = || plate(grey(), 20.0, 0.0, 0.0);
+        let [light, centre, rest] = middle(&hole, body());
+        let (sensor, band) = expose(&level, body(), 100..101);
+        let row = band.row(100);
+        let radius = f64::from(row.disc[128]);
+        assert!(radius_px.contains(&radius), "sharp at {focus_mm} mm: a disc of {radius} px");
+        let mut scratch = Scratch::default();
+        window(&sensor, &band, 100, 1, &mut scratch);
+        let shape = |row: f64| {
+            let steps = 4000;
+            let sum = (0..steps).map(|i| {
+                let t = (f64::from(i) + 0.5) / f64::from(steps) * 2.0 - 1.0;
+                let off = row - centre - radius * t;
+                (1.0 - t * t).sqrt() * (-0.5 * off * off / rest).exp()
+            });
+            light * 4.0 / std::f64::consts::PI / f64::from(steps) * sum.sum::<f64>()
+                / (2.0 * std::f64::consts::PI * rest).sqrt()
+        };
+        let peak = shape(centre);
+        let worst = (0..ROWS).map(|k| {
+            let row = f64::from(scratch.windows[0].first_row[0]) + k as f64;
+            (f64::from(scratch.electrons(k, 0)) - shape(row)).abs() / peak
+        });
+        let worst = worst.fold(0.0, f64::max);
+        println!("disc of {radius:.2} px: off by {worst:.4} of the peak");
+        assert!(worst < 0.01, "disc of {radius} px: off by {worst} of the peak");
+    }
+}
+
 /// Aberrations, Airy's core and crosstalk add their variances; diffraction goes by wavelength and working f-number.
 #[test]
 fn blurs_of_lens_and_pixel_add_up() {
@@ -124,7 +162,7 @@ fn range_behind_a_bent_lens_is_right() {
     let straight = sheetlight::frame::Rig { distortion: Default::default(), ..rig };
     let (col, row) = rig.project(100.0, 0.0, 20.0);
     let [x, z] = straight.locate(col, row);
-    assert!((x - 100.0).abs() > 0.2 && (z - 20.0).abs() > 0.05, "read straight: {x} {z}");
+    assert!((x - 100.0).abs() > 0.2 && (z - 20.0).abs() > 0.04, "read straight: {x} {z}");
 }
 
 /// The sensor's region moved against the axis shows the line elsewhere and measures the same.
@@ -182,7 +220,7 @@ fn filter_and_mounts_dim_the_field() {
 fn ambient_light_follows_the_reflectance() {
     let mut scene = scene(70);
     scene.bench.laser.power_mw = 0.01;
-    scene.bench.camera.ambient_w_per_m2_nm = 0.5;
+    scene.bench.camera.ambient_w_per_m2_nm = 0.05;
     scene.bench.exposure.time_us = 200.0;
     (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
     let low = |medium: Medium| {
@@ -195,7 +233,7 @@ fn ambient_light_follows_the_reflectance() {
     let pupil = 0.5 * 25.0 / 2.8e0;
     let v0 = 25.0 * 410.0 / 385.0f64;
     let beta = (25.0f64 / 385.0 / 25.0f64.to_radians().tan()).atan();
-    let watts = 0.5 * 0.5 * 450.0 * 6e-6f64.powi(2) * (pupil / v0).powi(2) * beta.cos();
+    let watts = 0.5 * 0.05 * 450.0 * 6e-6f64.powi(2) * (pupil / v0).powi(2) * beta.cos();
     let electrons = watts * 200e-6 / (1.986_445_86e-25 / 660e-9) * 0.55 * 0.75;
     let frame: Vec<f64> = sensor.full_frame(&band, 60).into_iter().map(f64::from).collect();
     // The middle of the frame looks at the plate about the line; behind it the plate goes on.
