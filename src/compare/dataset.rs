@@ -7,8 +7,8 @@ use std::path::Path;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, RecordBatch};
-use output_schema::{Images, Manifest};
 use output_schema::file::{data_path, exr_path, stack_path};
+use output_schema::{Images, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};
@@ -71,9 +71,8 @@ impl Dataset {
         frame.name = format!("sample {index}");
         frame.bits = head.images.bits;
         if head.images.stack_every.is_some() {
-            frame.exposures = guarded(&root.join(stack_path(shard)), |path| {
-                exposures(path, &manifest, index, &head.images)
-            })?;
+            frame.exposures =
+                guarded(&root.join(stack_path(shard)), |path| exposures(path, &manifest, index, &head.images))?;
         }
         Ok(frame)
     }
