@@ -15,7 +15,7 @@ use sheetlight::settings::RangeForm;
 fn rigs() -> Vec<(String, Rig)> {
     let base = rig(2560);
     let mut rigs = vec![("default".to_owned(), base)];
-    for (distance, tilt, focal_length) in [(200.0, 15.0f64, 16.0), (300.0, 60.0, 25.0), (1000.0, 40.0, 50.0)] {
+    for (distance, tilt, focal_length) in [(250.0, 20.0f64, 16.0), (300.0, 60.0, 25.0), (1000.0, 40.0, 50.0)] {
         rigs.push((
             format!("{distance} mm, {tilt} deg, {focal_length} mm"),
             Rig { distance, tilt: tilt.to_radians(), focal_length, ..base },

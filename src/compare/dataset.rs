@@ -7,12 +7,12 @@ use std::path::Path;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt8Type};
 use arrow_array::{Array, RecordBatch};
-use output_schema::Manifest;
+use output_schema::{DatasetHead, Manifest};
 use output_schema::file::{data_path, exr_path, stack_path};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};
-use super::{Exposure, Frame, SourceError};
+use super::{Exposure, Frame, SourceError, Unit};
 use crate::shard::{DatasetFolder, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
@@ -61,7 +61,7 @@ impl Dataset {
             exr_frame(&path, &bytes)?
         } else if has(&head.images.png) {
             let before = manifest.samples.iter().filter(|sample| sample.split == listed.split && sample.index < index);
-            guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, before.count(), index))?
+            guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, head, before.count(), index))?
         } else {
             let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
             return Err(error(root, "it was made without range images".into(), remedy));
@@ -97,7 +97,7 @@ fn is_index(batch: &RecordBatch, row: usize, index: u64) -> bool {
 }
 
 /// The maps of a row that holds images.
-fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
+fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Frame, String> {
     let batches = batches(path, place, 1)?;
     let batch = batches.iter().find(|batch| batch.num_rows() > 0).ok_or("it has too few rows")?;
     if !is_index(batch, 0, index) {
@@ -115,7 +115,8 @@ fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
         Ok(Some((cols as usize, rows as usize, grey.numbers())))
     };
     let (cols, rows, steps) = image("range")?.ok_or("`range` is missing")?;
-    let (offset, scale) = (number("range_offset_mm")?, number("range_scale_mm")?);
+    let unit = head.range_unit();
+    let (offset, scale) = (number(&format!("range_offset_{unit}"))?, number(&format!("range_scale_{unit}"))?);
     let height = |&n: &u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
     let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
         match image(name)? {
@@ -123,9 +124,14 @@ fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
             found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(f32::from).collect())),
         }
     };
+    let first = batch.column_by_name("calibration").and_then(|column| column.as_struct_opt());
+    let first = first.and_then(|column| column.column_by_name("x_first_mm")).filter(|column| !column.is_null(0));
+    let first = first.and_then(|column| column.as_primitive_opt::<Float64Type>()).map(|column| column.value(0));
     Ok(Frame {
         cols,
         rows,
+        unit: if unit == "px" { Unit::Px { sensor_rows: head.images.sensor_rows as u32 } } else { Unit::Mm },
+        first_mm: first,
         col_mm: Some(number("col_mm")?),
         row_mm: Some(number("row_mm")?),
         range: steps.iter().map(height).collect(),

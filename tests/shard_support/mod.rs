@@ -146,6 +146,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         range: RangeForm::Calibrated,
         range_offset: -20.0,
         range_scale: SCALE_MM,
+        sensor_rows: size.rows,
         calibration: CALIBRATION.iter().map(|field| (field.name, if field.missing == "never" { 1.0 } else { f64::NAN })).collect(),
         draws: [("laser.power_mw", 50.0 + index as f64), ("laser.wavelength_nm", 660.0), ("board.width_mm", 94.0)]
             .map(|(path, value)| (path.to_string(), value))
