@@ -15,7 +15,7 @@ use crate::transport::kernel::diffusion;
 /// Name (ending in its unit) and meaning of the numbers of the bench, which every subject has.
 const BENCH: [(&str, &str); 10] = [
     ("magnification", "Magnification of the lens at the origin."),
-    ("scheimpflug_deg", "Tilt of the sensor that focuses the laser plane."),
+    ("scheimpflug_deg", "Tilt of the sensor; solved, it focuses the laser plane."),
     ("height_per_row_mm", "Height that one sensor row stands for, at the sensor's middle."),
     ("motion_per_row_mm", "Distance along the motion that one sensor row stands for, on a flat upper surface."),
     ("line_sigma_px", "Standard deviation of the line on the upper surface, laser, lens and pixel together."),
@@ -62,7 +62,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     };
     let bench = [
         rig.magnification(),
-        rig.scheimpflug().to_degrees(),
+        rig.sensor_tilt.to_degrees(),
         rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5),
         1.0 / f64::from(sight.rows_per_mm),
         f64::from(sight.variance.sqrt()),
@@ -86,11 +86,16 @@ pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64
     vec![
         ("distance_mm", rig.distance),
         ("tilt_deg", rig.tilt.to_degrees()),
-        ("focal_length_mm", rig.focal_length),
+        ("image_distance_mm", rig.image_distance),
+        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
         ("pixel_um", rig.pixel * 1e3),
         ("centre_col_px", rig.centre_col),
         ("centre_row_px", rig.centre_row),
-        ("sensor_tilt_deg", rig.scheimpflug().to_degrees()),
+        ("k1", rig.distortion.radial[0]),
+        ("k2", rig.distortion.radial[1]),
+        ("k3", rig.distortion.radial[2]),
+        ("p1", rig.distortion.tangential[0]),
+        ("p2", rig.distortion.tangential[1]),
         ("x_first_mm", x_first_mm),
     ]
 }

@@ -49,8 +49,8 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
 pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
-    let sensor =
-        Sensor::new(&scene.bench, scene.size, height, &matter, tiles, scene.stream).with_transport(scene.transport);
+    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, tiles, scene.stream)
+        .with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
     (sensor, specimen)
 }
@@ -241,7 +241,7 @@ fn steps(scene: &Scene, rig: &Rig) -> (f64, f64) {
         return (0.0, 1.0 / if asked > 0.0 { asked.min(finest) } else { finest });
     }
     // The sensor's whole height.
-    let (low, high) = (rig.height(rows - 0.5), rig.height(-0.5));
+    let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
     let scale = (high - low) / 65534.0;
     (low - scale, scale)
 }
@@ -256,9 +256,9 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
 }
 
 /// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
-fn band_profiles(columns: usize, halo: usize, beside: bool) -> usize {
+fn band_profiles(columns: usize, halo: [usize; 2], beside: bool) -> usize {
     let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
     let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + numbers * std::mem::size_of::<f32>());
     let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
-    rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
+    rows.saturating_sub(halo.iter().sum()).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
 }

@@ -15,6 +15,56 @@ pub struct Size {
     pub profiles: usize,
 }
 
+/// Lens that makes a sheet of a laser's beam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fan {
+    /// Even on a plane.
+    Powell,
+    /// With a hot spot in the middle.
+    Cylindrical,
+}
+
+impl Fan {
+    /// Every lens in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 2] = [Self::Powell, Self::Cylindrical];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 2] = ["powell", "cylindrical"];
+}
+
+/// What the laser looks like across its line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// A Gaussian beam.
+    Gaussian,
+    /// Even, with hard edges.
+    Slit,
+    /// A picture.
+    Texture,
+    /// A round Gaussian spot, stepped along the line.
+    Point,
+}
+
+impl Shape {
+    /// Every shape in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 4] = [Self::Gaussian, Self::Slit, Self::Texture, Self::Point];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 4] = ["gaussian", "slit", "texture", "point"];
+}
+
+/// What of the laser is not drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Line {
+    /// Its lens.
+    pub fan: Fan,
+    /// Its shape.
+    pub shape: Shape,
+}
+
+impl Line {
+    /// A Gaussian beam behind a Powell lens.
+    pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
+}
+
 /// Which sensor frames are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorStack {
@@ -101,6 +151,67 @@ pub struct Splits {
     pub validation: f64,
     /// For the last word.
     pub test: f64,
+}
+
+/// Who says how the sensor is tilted and where the lens is sharp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scheimpflug {
+    /// The geometry: the laser plane is in focus.
+    #[default]
+    Solved,
+    /// The recipe.
+    Given,
+}
+
+/// What the lens is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LensModel {
+    /// A thin lens, which blurs what is out of focus.
+    #[default]
+    ThinLens,
+    /// A hole: sharp everywhere.
+    Pinhole,
+}
+
+/// What lies before the lens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// Nothing that depends on colour.
+    #[default]
+    None,
+    /// A band-pass filter.
+    BandPass,
+}
+
+/// What of the camera is the same for all samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optics {
+    /// Who says how the sensor stands.
+    pub scheimpflug: Scheimpflug,
+    /// What the lens is taken for.
+    pub lens: LensModel,
+    /// What lies before the lens.
+    pub filter: Filter,
+    /// Whether the lens's opening bends light.
+    pub diffraction: bool,
+    /// From the optical axis to the middle of the sensor's region along the columns [px].
+    pub offset_columns: f64,
+    /// From the optical axis to the middle of the sensor's region along the rows [px].
+    pub offset_rows: f64,
+}
+
+impl Default for Optics {
+    /// As recipes have it that say nothing.
+    fn default() -> Self {
+        Self {
+            scheimpflug: Scheimpflug::Solved,
+            lens: LensModel::ThinLens,
+            filter: Filter::None,
+            diffraction: true,
+            offset_columns: 0.0,
+            offset_rows: 0.0,
+        }
+    }
 }
 
 /// How light spreads below the surface.

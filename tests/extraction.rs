@@ -196,7 +196,17 @@ fn first_peaks_are_found_in_either_window() {
         rows: 44,
         first_col: 0,
         first_row: vec![first],
-        dn: (0..44).map(|k: i32| if k == 22 { top } else if (k - 22).abs() == 1 { top / 2 } else { 0 }).collect(),
+        dn: (0..44)
+            .map(|k: i32| {
+                if k == 22 {
+                    top
+                } else if (k - 22).abs() == 1 {
+                    top / 2
+                } else {
+                    0
+                }
+            })
+            .collect(),
     };
     let (low, high) = (line(40, 60), line(120, 200));
     for (peak, direction, row) in [

@@ -106,7 +106,8 @@ impl NumberColumn {
 }
 
 /// Ends of keys and the unit that they stand for, longest first.
-const UNITS: [(&str, &str); 21] = [
+const UNITS: [(&str, &str); 22] = [
+    ("_w_per_m2_nm", "W/(m^2 nm)"),
     ("_deg_per_mm", "deg/mm"),
     ("_um_per_mm", "um/mm"),
     ("_per_mm", "1/mm"),

@@ -112,7 +112,7 @@ pub const ROW: [Column; 24] = [
         "by field",
         "by field",
         "null where it has no meaning",
-        "Camera against laser plane: from places on the sensor to places in the laser plane, docs/instrument/extraction.md.",
+        "Camera against laser plane: from a column and a row of the sensor to x and z, by python/calibrate.py.",
     ),
     column(
         "parameters",
@@ -190,14 +190,19 @@ pub const ROW: [Column; 24] = [
 ];
 
 /// Fields of `calibration`.
-pub const CALIBRATION: [Column; 8] = [
+pub const CALIBRATION: [Column; 14] = [
     column("distance_mm", Kind::Float64, "mm", "above 0", "never", "From the lens to the origin."),
     column("tilt_deg", Kind::Float64, "deg", "0 to 90", "never", "Between the optical axis and the laser plane."),
-    column("focal_length_mm", Kind::Float64, "mm", "above 0", "never", "Focal length."),
+    column("image_distance_mm", Kind::Float64, "mm", "above 0", "never", "From the lens to the sensor along the axis."),
+    column("sensor_tilt_deg", Kind::Float64, "deg", "-90 to 90", "never", "Tilt of the sensor about its rows."),
     column("pixel_um", Kind::Float64, "um", "above 0", "never", "Pitch of the pixels."),
     column("centre_col_px", Kind::Float64, "px", "any", "never", "Sensor column of the optical axis."),
     column("centre_row_px", Kind::Float64, "px", "any", "never", "Sensor row of the optical axis."),
-    column("sensor_tilt_deg", Kind::Float64, "deg", "-90 to 90", "never", "Tilt of the sensor about its rows."),
+    column("k1", Kind::Float64, "1", "any", "never", "Radial distortion, r^2 (Brown and Conrady)."),
+    column("k2", Kind::Float64, "1", "any", "never", "Radial distortion, r^4."),
+    column("k3", Kind::Float64, "1", "any", "never", "Radial distortion, r^6."),
+    column("p1", Kind::Float64, "1", "any", "never", "Tangential distortion along the rows."),
+    column("p2", Kind::Float64, "1", "any", "never", "Tangential distortion along the columns."),
     column(
         "x_first_mm",
         Kind::Float64,

@@ -34,6 +34,11 @@ impl Dataset {
         DatasetFolder::open(path).map(Self).map_err(told)
     }
 
+    /// Sensor columns that are averaged into one column of the images.
+    pub fn binned_columns(&self) -> u64 {
+        self.0.head().images.sensor_cols / self.0.head().images.cols.max(1)
+    }
+
     /// How many samples it has or will have.
     pub fn samples(&self) -> u64 {
         self.0.head().samples

@@ -109,11 +109,7 @@ fn zero(window: usize, slope: impl Fn(i32) -> f32) -> f32 {
     let reach = window as i32;
     // Up to the last row on the rising side: from there to the first on the falling side it crosses.
     let rising = |i: i32| slope(i) > 0.0;
-    let start = if rising(0) {
-        (0..reach).find(|&i| !rising(i + 1))
-    } else {
-        (-reach..0).rev().find(|&i| rising(i))
-    };
+    let start = if rising(0) { (0..reach).find(|&i| !rising(i + 1)) } else { (-reach..0).rev().find(|&i| rising(i)) };
     let Some(before) = start else { return f32::NAN };
     let Some(behind) = (before + 1..=reach + 1).find(|&i| slope(i) < 0.0) else { return f32::NAN };
     if behind > before + 1 {

@@ -9,9 +9,9 @@
 //! what lies below; light that comes back through another film than it went in by.
 
 use glam::Vec3;
-use procedural::{Film, Matter, Medium};
+use procedural::{Film, Matter, Medium, Surface};
 
-use super::blur::blur;
+use super::blur::blur_unlike;
 use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen, height_below};
@@ -52,8 +52,29 @@ pub struct Watch<'a> {
     pub camera: &'a Camera,
     /// Scan position [mm].
     pub y: f32,
+    /// The profile that stands there.
+    pub profile: isize,
     /// Light in one pixel that is left out where it lies beside the line [e-].
     pub faint: f32,
+}
+
+impl Watch<'_> {
+    /// What becomes of the light at `x` on a surface.
+    #[inline]
+    pub fn sight(&self, x: f32, surface: &Surface) -> Sight {
+        let mut sight = self.camera.sight(x, surface.z, surface.slope_y);
+        sight.electrons *= self.camera.slant(x, surface.z, surface.slope_x);
+        self.share(sight, x, surface.z)
+    }
+
+    /// The same with what a column gets of a point laser.
+    #[inline]
+    pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
+        match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
+            Some(share) => Sight { electrons: sight.electrons * share / sight.column_mm, ..sight },
+            None => sight,
+        }
+    }
 }
 
 /// What the laser meets below a film, by the column that looks at the film above it.
@@ -77,6 +98,8 @@ pub struct Room {
     height: Vec<f32>,
     /// Whether the film is sealed to it: light does not creep from there into a pocket.
     sealed: Vec<bool>,
+    /// Variance along the line of what is out of focus, a column [px^2].
+    defocus: Vec<f32>,
     line: Vec<f32>,
 }
 
@@ -124,7 +147,8 @@ impl Room {
     pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], watch: &Watch<'_>) {
         let z = height_below(&hit.surface, film);
         let light: f32 = through.iter().sum();
-        let sight = watch.camera.sight(hit.x, z, film.under_slope[1]);
+        let [slope_x, slope_y] = film.under_slope;
+        let sight = watch.sight(hit.x, &Surface { z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         // No row holds more than all of it.
         let faint = light * white < watch.faint;
@@ -158,6 +182,7 @@ impl Room {
         self.height.resize(columns, f32::MIN);
         self.sealed.clear();
         self.sealed.resize(columns, false);
+        self.defocus.resize(columns, 0.0);
         let (mut first, mut last) = (columns, 0);
         for pair in self.below.windows(2) {
             let [Some(a), Some(b)] = pair else { continue };
@@ -174,6 +199,7 @@ impl Room {
                 }
                 self.height[column] = z;
                 self.sealed[column] = a.sealed;
+                self.defocus[column] = mix(a.sight.defocus, b.sight.defocus);
                 (first, last) = (first.min(column), last.max(column + 1));
                 second.centre[column] = mix(a.sight.row, b.sight.row);
                 second.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
@@ -204,10 +230,11 @@ impl Room {
             if self.height[column] == f32::MIN {
                 continue;
             }
+            let defocus = &self.defocus[piece.clone()];
             for j in 0..BASIS {
                 let source = &mut second.source[j][piece.clone()];
                 if source.iter().any(|&light| light != 0.0) {
-                    blur(source, camera.along_variance(SPREAD_MM[j]), 1.0, &mut self.line);
+                    blur_unlike(source, camera.along_variance(SPREAD_MM[j]), defocus, 1.0, &mut self.line);
                 }
             }
         }

@@ -11,13 +11,21 @@ pub mod camera;
 pub mod coherence;
 mod digitise;
 pub mod expose;
+mod field;
 pub mod film;
+mod focus;
+mod lamps;
+pub mod laser;
 pub mod mirror;
+mod moved;
 pub mod parameters;
+mod pieces;
 pub mod row;
+mod second;
 pub mod sensor;
 pub mod slow;
 pub mod speckle;
+pub mod streak;
 
 use std::sync::Arc;
 
@@ -25,13 +33,16 @@ use procedural::{Medium, Stream};
 
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
+use self::film::Watch;
+use self::laser::spots::Shining;
 use self::parameters::Bench;
 use self::row::{Row, RowMaker, RowScratch};
+use self::second::SecondLine;
 use self::sensor::Chain;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Size, Transport};
+use crate::settings::{Line, Size, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
@@ -55,8 +66,15 @@ pub struct Sensor {
     contrast: [f32; 2],
     /// Offset of the row that lets light out, for each row of the window [profiles].
     neighbours: [isize; ROWS],
+    /// Profiles by row, on a flat surface as high as the object.
+    profiles_per_row: f64,
+    /// Share of a step that the object moves while it is exposed [1].
+    way: f32,
     /// Movement of the pattern with the object [fine rows/mm].
     drift: f64,
+    second: Option<SecondLine>,
+    /// Light in one pixel that is left out where it lies beside the line [e-].
+    faint: f32,
     step: f64,
     size: Size,
     transport: Transport,
@@ -93,14 +111,26 @@ impl Band {
     }
 }
 
+/// Whole profiles, within the farthest that is looked at.
+fn looks(profiles: f64) -> isize {
+    (profiles.round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
+}
+
 impl Sensor {
     /// Sets the bench up over a specimen whose upper surface lies about `height` [mm]; `clear` is the medium whose paths
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
-    pub fn new(bench: &Bench, size: Size, height: f64, clear: &Medium, tiles: &Tiles, stream: Stream) -> Self {
-        let camera = Camera::new(bench, &size);
-        let magnification = camera.rig.magnification();
-        let grain =
-            bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
+    pub fn new(
+        bench: &Bench,
+        line: Line,
+        size: Size,
+        height: f64,
+        clear: &Medium,
+        tiles: &Tiles,
+        stream: Stream,
+    ) -> Self {
+        let camera = Camera::new(bench, &size, line, stream);
+        let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
+        let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
         let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
@@ -111,21 +141,29 @@ impl Sensor {
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
         let step = bench.motion.step_mm;
         let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
-        let neighbours = std::array::from_fn(|k| {
-            let y = (CENTRE as f64 - k as f64) / rows_per_mm;
-            ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
-        });
+        let profiles_per_row = 1.0 / (rows_per_mm * step);
+        let neighbours = std::array::from_fn(|k| looks((CENTRE as f64 - k as f64) * profiles_per_row));
         Self {
             tiles: tiles.get(grain),
             contrast: contrast.map(|c| c as f32),
             neighbours,
+            profiles_per_row,
+            way: (bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6) as f32,
             drift: rows_per_mm * FINE as f64,
             step,
             size,
             transport: Transport::Kernel,
             stream,
             speckle_key: stream.child("speckle").key(),
-            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
+            maker: RowMaker::new(
+                bench.motion.conveyor_reflectance,
+                &camera,
+                Shining::new(&bench.laser, stream.child("shining")),
+                size.columns,
+                height,
+            ),
+            second: SecondLine::new(&bench.laser, step),
+            faint: FAINT_DN / chain.gain,
             chain,
             camera,
         }
@@ -160,19 +198,34 @@ impl Sensor {
         profile as f64 * self.step
     }
 
-    /// Rows of the specimen that a profile needs before and behind its own.
-    pub fn halo(&self) -> usize {
-        self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
+    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
+    pub fn halo(&self) -> [usize; 2] {
+        let window = self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize + 1 + usize::from(self.way > 0.0);
+        let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
+        [window + before, window + behind]
+    }
+
+    /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
+    fn looks(&self, rows: f32) -> isize {
+        looks(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
+    }
+
+    /// Way that the image of a flat surface moves while it is exposed, along the rows [px].
+    pub fn travel_px(&self) -> f64 {
+        f64::from(self.way) / self.profiles_per_row
     }
 
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
-        (band.halo, band.profiles) = (self.halo(), profiles);
-        band.rows.resize_with(band.profiles.len() + 2 * band.halo, Row::default);
+        let [before, behind] = self.halo();
+        (band.halo, band.profiles) = (before, profiles);
+        band.rows.resize_with(band.profiles.len() + before + behind, Row::default);
         let mut scratch = RowScratch::new(self.size.columns);
         for (place, row) in band.rows.iter_mut().enumerate() {
-            let y = self.position_of((band.profiles.start + place) as isize - band.halo as isize);
-            self.maker.make(specimen, &self.camera, y as f32, &mut scratch, row);
+            let profile = (band.profiles.start + place) as isize - band.halo as isize;
+            let y = self.position_of(profile) as f32;
+            let watch = Watch { specimen, camera: &self.camera, y, profile, faint: self.faint };
+            self.maker.make(watch, &mut scratch, row);
         }
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);
@@ -180,7 +233,9 @@ impl Sensor {
         }
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
-        band.windows = band.profiles.clone().map_while(window).collect();
+        // The light that a moving object has in the next profile counts too.
+        let last = band.profiles.end + usize::from(self.way > 0.0);
+        band.windows = (band.profiles.start..last).map_while(window).collect();
         band
     }
 
@@ -217,7 +272,8 @@ impl Sensor {
         let mut sensor: Vec<u8> = (0..rows * columns)
             .map(|pixel| {
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.digitise(0.0, normal, offsets[pixel / columns]) as u8
+                let ambient = lamps::pixel(self, band, profile, pixel % columns, pixel / columns);
+                self.chain.digitise(self.chain.gain * ambient, normal, offsets[pixel / columns]) as u8
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
+use crate::asset::Asset;
 use crate::settings::{
-    Channel, Direction, Extraction, Method, Output, Peak, RangeForm, ScatterDark, ScatterMode, SensorStack, Size, Splits,
-    ThesisMethod, Transport,
+    Channel, Direction, Extraction, Fan, Filter, LensModel, Line, Method, Optics, Output, Peak, RangeForm, ScatterDark,
+    ScatterMode, Scheimpflug, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -15,7 +16,7 @@ pub(super) struct Settings(pub BTreeMap<String, Value>);
 impl Settings {
     /// The setting at `path`.
     pub fn get(&self, path: &str) -> Value {
-        *self.0.get(path).unwrap_or_else(|| panic!("no table declares {path}"))
+        self.0.get(path).cloned().unwrap_or_else(|| panic!("no table declares {path}"))
     }
 
     /// The whole number at `path`.
@@ -34,10 +35,47 @@ impl Settings {
         }
     }
 
+    /// The file at `path`; `None` where the recipe names none.
+    #[allow(dead_code)]
+    pub fn file(&self, path: &str) -> Option<&Asset> {
+        match self.0.get(path) {
+            Some(Value::File(file)) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// Every file with the key that names it, by key.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
+        self.0.iter().filter_map(|(path, value)| match value {
+            Value::File(file) => Some((path.as_str(), file)),
+            _ => None,
+        })
+    }
+
     /// Sizes of the scan.
     pub fn size(&self) -> Size {
         let [columns, rows, profiles] = ["scan.columns", "camera.rows", "scan.profiles"].map(|path| self.count(path));
         Size { columns, rows, profiles }
+    }
+
+    /// What of the laser is not drawn.
+    pub fn line(&self) -> Line {
+        let (fan, shape) = (self.word("laser.fan"), self.word("laser.profile"));
+        let named = |names: &[&str], name| names.iter().position(|known| *known == name).unwrap_or_default();
+        Line { fan: Fan::ALL[named(&Fan::NAMES, fan)], shape: Shape::ALL[named(&Shape::NAMES, shape)] }
+    }
+
+    /// What of the camera is the same for all samples.
+    pub fn optics(&self) -> Optics {
+        let chosen = |path: &str, word: &str| self.word(path) == word;
+        Optics {
+            scheimpflug: if chosen("camera.scheimpflug", "given") { Scheimpflug::Given } else { Scheimpflug::Solved },
+            lens: if chosen("camera.lens", "pinhole") { LensModel::Pinhole } else { LensModel::ThinLens },
+            filter: if chosen("camera.filter", "band_pass") { Filter::BandPass } else { Filter::None },
+            diffraction: self.get("camera.diffraction") == Value::Flag(true),
+            offset_columns: self.number("camera.offset_columns"),
+            offset_rows: self.number("camera.offset_rows"),
+        }
     }
 
     /// How a profile is read.

@@ -8,6 +8,7 @@ use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
+use super::laser;
 use super::setting::{self, Setting};
 use super::setting_extraction;
 use super::transport;
@@ -56,7 +57,7 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
 pub(super) const SECTIONS: [Section; 22] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
-    drawn!(Laser),
+    drawn!(Laser, None, laser::TABLE),
     drawn!(Camera, None, setting::CAMERA),
     drawn!(Exposure),
     drawn!(Speckle),
@@ -97,7 +98,9 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 12] = [
+    const UNITS: [(&str, &str); 14] = [
+        ("_w_per_m2_nm", "W/(m^2 nm)"),
+        ("_hz", "Hz"),
         ("_deg_per_mm", "deg/mm"),
         ("_per_mm", "1/mm"),
         ("_mm", "mm"),

@@ -36,7 +36,10 @@ pub(super) fn check(
         report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
     for channel in declared.iter().filter(|c| description["units"][c.name] != c.unit) {
-        let what = format!("its attribute gives {} in {}, not in {}", channel.name, description["units"][channel.name], channel.unit);
+        let what = format!(
+            "its attribute gives {} in {}, not in {}",
+            channel.name, description["units"][channel.name], channel.unit
+        );
         report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
     for channel in &channels {
@@ -56,7 +59,9 @@ pub(super) fn check(
 
 fn in_range(channel: &str, head: &DatasetHead, value: f32) -> bool {
     match channel {
-        "Range" if head.range_unit() == "px" => value.is_nan() || (0.0..head.images.sensor_rows as f32).contains(&value),
+        "Range" if head.range_unit() == "px" => {
+            value.is_nan() || (0.0..head.images.sensor_rows as f32).contains(&value)
+        }
         "Reflectance" => value.is_nan() || (0.0..=255.0).contains(&value),
         "Y" => (0.0..=255.0).contains(&value),
         "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),

@@ -8,7 +8,7 @@ use output_schema::row::CALIBRATION;
 use output_schema::{DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares};
 use procedural::{Class, Instance};
 use sheetlight::record::{Below, Labels, Maps, Object, Record, Split, StackFrame, TruthMaps};
-use sheetlight::settings::{RangeForm, Channel, Output, SensorStack, Size};
+use sheetlight::settings::{Channel, Output, RangeForm, SensorStack, Size};
 use sheetlight::shard::{DatasetFolder, Encoded, ShardWriter, encode, images};
 
 /// Images of the tests: small, and not square.
@@ -46,6 +46,7 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
             hash: "5f".repeat(32),
             canonical: serde_json::json!({ "laser": { "power_mw": 50.0 }, "board": { "width_mm": 94.0 } }),
         },
+        assets: Vec::new(),
         seed: SEED,
         samples,
         samples_per_shard: per_shard,
@@ -147,7 +148,10 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         range_offset: -20.0,
         range_scale: SCALE_MM,
         sensor_rows: size.rows,
-        calibration: CALIBRATION.iter().map(|field| (field.name, if field.missing == "never" { 1.0 } else { f64::NAN })).collect(),
+        calibration: CALIBRATION
+            .iter()
+            .map(|field| (field.name, if field.missing == "never" { 1.0 } else { f64::NAN }))
+            .collect(),
         draws: [("laser.power_mw", 50.0 + index as f64), ("laser.wavelength_nm", 660.0), ("board.width_mm", 94.0)]
             .map(|(path, value)| (path.to_string(), value))
             .to_vec(),
