@@ -190,7 +190,7 @@ pub const ROW: [Column; 24] = [
 ];
 
 /// Fields of `calibration`.
-pub const CALIBRATION: [Column; 14] = [
+pub const CALIBRATION: [Column; 13] = [
     column("distance_mm", Kind::Float64, "mm", "above 0", "never", "From the lens to the origin."),
     column("tilt_deg", Kind::Float64, "deg", "0 to 90", "never", "Between the optical axis and the laser plane."),
     column("image_distance_mm", Kind::Float64, "mm", "above 0", "never", "From the lens to the sensor along the axis."),
