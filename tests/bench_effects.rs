@@ -108,11 +108,7 @@ fn every_setting_of_the_extraction_has_an_effect() {
     }
     // Settings that have an effect beside another one.
     let pairs: [(&str, Change, Change); 4] = [
-        (
-            "direction",
-            |e| e.peak = Peak::First,
-            |e| (e.peak, e.direction) = (Peak::First, Direction::Reverse),
-        ),
+        ("direction", |e| e.peak = Peak::First, |e| (e.peak, e.direction) = (Peak::First, Direction::Reverse)),
         (
             "blais_rioux_order",
             |e| e.method = Method::BlaisRioux { order: 2 },

@@ -10,7 +10,8 @@ use sheetlight::shard::read_exr;
 /// A dataset of two samples whose Range has a form.
 fn planks(range: &str, changes: &[[&str; 2]]) -> Place {
     let line = format!("\n  range: {range}\n  window_rows: 7");
-    let changes: Vec<[&str; 2]> = [["\n  window_rows: 7", line.as_str()]].into_iter().chain(changes.iter().copied()).collect();
+    let changes: Vec<[&str; 2]> =
+        [["\n  window_rows: 7", line.as_str()]].into_iter().chain(changes.iter().copied()).collect();
     let place = Place::with(&changes);
     place.make("planks", "--n 2");
     place
@@ -81,7 +82,10 @@ fn sensor_rows_become_uncalibrated_scans() {
     place.done("icon planks --index 1 --out rows --rate 7000");
     let (scan, (channels, said)) = (scan(&place, "rows"), exr(&place, 1));
     let Traits::Sensor(sensor) = scan.traits else { panic!("it is calibrated") };
-    assert_eq!((u64::from(sensor.region_rows), sensor.scale), (said["sensor_rows"].as_u64().unwrap_or(0), [1.0, 0.0625]));
+    assert_eq!(
+        (u64::from(sensor.region_rows), sensor.scale),
+        (said["sensor_rows"].as_u64().unwrap_or(0), [1.0, 0.0625])
+    );
     let (Range::Steps(steps), Some(Light::Reflectance(light)), Some(Scatter::Word(sums))) =
         (&scan.range, &scan.light, &scan.scatter)
     else {
@@ -91,7 +95,11 @@ fn sensor_rows_become_uncalibrated_scans() {
     for i in 0..steps.len() {
         let of = |map: &[f32], scale: f32| if maps[0][i].is_nan() { 0.0 } else { map[i] * scale };
         assert_eq!(f32::from(steps[i]), of(maps[0], 16.0), "Range of pixel {i}");
-        assert_eq!((f32::from(light[i]), f32::from(sums[i])), (of(maps[1], 1.0), of(maps[2], 1.0)), "light of pixel {i}");
+        assert_eq!(
+            (f32::from(light[i]), f32::from(sums[i])),
+            (of(maps[1], 1.0), of(maps[2], 1.0)),
+            "light of pixel {i}"
+        );
     }
     assert!(steps.contains(&0) && steps.iter().any(|n| *n > 0));
     let marks = scan.marks.as_ref().expect("each profile has notes");
@@ -100,7 +108,11 @@ fn sensor_rows_become_uncalibrated_scans() {
     assert_eq!(marks[47].encoder, (47.0 * step * 1000.0).round() as i32);
     assert_eq!(marks[7].timestamp, 1000, "seven profiles of 1/7000 s are a millisecond");
     let told = place.run("icon rows.xml");
-    assert!(told.out.contains("uncalibrated") && told.out.contains("Range WORD") && told.out.contains(" px"), "{}", told.out);
+    assert!(
+        told.out.contains("uncalibrated") && told.out.contains("Range WORD") && told.out.contains(" px"),
+        "{}",
+        told.out
+    );
     // Means of rows are no sensor rows.
     let binned = planks("uncalibrated", &[["  bin: {columns: 1, profiles: 1}", "  bin: {columns: 2, profiles: 1}"]]);
     let run = binned.run("icon planks --index 0 --out rows");
@@ -133,7 +145,10 @@ fn sensor_rows_are_compared_with_their_kind() {
     let other: Value = serde_json::from_str(&run.out).expect("it prints JSON");
     assert_eq!(other["sim"]["range_noise_mpx"], other["real"]["range_noise_mpx"]);
     assert_eq!(both["sim"]["range_noise_mpx"], other["sim"]["range_noise_mpx"]);
-    assert!(both["sim"]["range_noise_mpx"]["along"].as_f64().is_some_and(|noise| (5.0..2000.0).contains(&noise)), "{both}");
+    assert!(
+        both["sim"]["range_noise_mpx"]["along"].as_f64().is_some_and(|noise| (5.0..2000.0).contains(&noise)),
+        "{both}"
+    );
     for name in ["line_width_px", "line_sigma_px"] {
         assert_eq!(both["distances"][name]["ks"], 0.0, "{name}");
         assert!(both["sim"][name]["p50"].as_f64().is_some_and(|px| px > 0.3));

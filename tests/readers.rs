@@ -29,12 +29,13 @@ fn every_reader_opens_a_dataset_of_packs() {
 #[test]
 fn sensor_rows_become_heights() {
     let bent = ["camera:\n", "camera:\n  distortion_k1: -0.06\n  distortion_p1: 0.0005\n"];
-    let [heights, rows] = [None, Some(["\n  window_rows: 7", "\n  range: uncalibrated\n  window_rows: 7"])].map(|change| {
-        let changes: Vec<_> = [bent].into_iter().chain(change).collect();
-        let place = Place::with(&changes);
-        place.make("planks", "--n 3");
-        place
-    });
+    let [heights, rows] =
+        [None, Some(["\n  window_rows: 7", "\n  range: uncalibrated\n  window_rows: 7"])].map(|change| {
+            let changes: Vec<_> = [bent].into_iter().chain(change).collect();
+            let place = Place::with(&changes);
+            place.make("planks", "--n 3");
+            place
+        });
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let run = Command::new(root.join(".venv/bin/python"))
         .arg(root.join("python/calibrate.py"))

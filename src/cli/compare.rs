@@ -73,7 +73,8 @@ fn statistics(source: &Source, path: &Path) -> Result<Statistics, SourceError> {
         let frame = source.frame(i)?;
         let this = frame.unit.thousandth();
         if !frame.range.is_empty() && unit.replace(this).is_some_and(|before| before != this) {
-            let (place, what) = (frame.name, "it has sensor rows where other scans have heights, or the other way round");
+            let (place, what) =
+                (frame.name, "it has sensor rows where other scans have heights, or the other way round");
             return Err(SourceError { place, what: what.into(), remedy: "compare scans of one kind".into() });
         }
         tally.add(&frame);

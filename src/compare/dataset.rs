@@ -7,8 +7,8 @@ use std::path::Path;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type, UInt8Type};
 use arrow_array::{Array, RecordBatch};
-use output_schema::{DatasetHead, Manifest};
 use output_schema::file::{data_path, exr_path, stack_path};
+use output_schema::{DatasetHead, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};

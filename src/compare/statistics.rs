@@ -1,11 +1,11 @@
 //! Everything that is told about one side of a comparison, over all of its frames.
 
-use super::{Frame, Unit};
 use super::distribution::Sample;
 use super::noise::{Correlation, LAGS, Second, Way};
 use super::patch::{CONTRAST_SIDE, GRAIN_LAGS, GRAIN_SIDE, Grain, SATURATED, contrast, patches};
 use super::spectrum::Spectrum;
 use super::width::{deviation, width};
+use super::{Frame, Unit};
 
 /// Most columns of an exposure whose line is measured; more are left out evenly.
 const WIDTHS: usize = 4096;
