@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::channel::CHANNELS;
+use crate::channel::{CHANNELS, RANGE_FORMS};
 use crate::column::{Column, Kind};
 use crate::dataset::{FORMAT, SCHEMA_VERSION};
 use crate::file::FILES;
@@ -24,6 +24,7 @@ pub fn json_schema() -> Value {
             "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values() })),
             "row": columns(&ROW),
             "stack": columns(&STACK),
+            "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range, "doc": f.doc })),
             "exr": CHANNELS.iter().map(|c| json!({
                 "name": c.name, "type": c.samples.name(), "unit": c.unit, "range": c.range, "missing": c.missing,
                 "doc": c.doc, "asked_by": c.asked_by, "subject": c.subject,
@@ -37,7 +38,7 @@ fn columns(table: &[Column]) -> Vec<Value> {
         let mut entry = json!({
             "name": c.name, "type": c.kind.name(), "unit": c.unit, "range": c.range, "missing": c.missing, "doc": c.doc,
         });
-        if let Kind::List(fields) = c.kind {
+        if let Kind::List(fields) | Kind::Struct(fields) = c.kind {
             entry["fields"] = Value::from(columns(fields));
         }
         entry
@@ -85,7 +86,14 @@ fn dataset() -> Value {
         ("doc", text("Meaning.")),
     ]);
     let share = json!({ "type": "number", "minimum": 0, "maximum": 1 });
-    object(vec![
+    let asset = object(vec![
+        ("key", text("Key of the recipe that names it.")),
+        ("name", text("Its name when it was read, without folders.")),
+        ("path", text("Path of the copy, relative to the folder.")),
+        ("bytes", whole("Size [bytes].")),
+        ("sha256", sha256("Of its content.")),
+    ]);
+    let mut document = object(vec![
         ("format", json!({ "const": FORMAT })),
         ("schema_version", version()),
         ("generator", generator()),
@@ -99,6 +107,7 @@ fn dataset() -> Value {
                 ("canonical", json!({ "description": "Every key with its value, defaults filled in." })),
             ]),
         ),
+        ("assets", list(asset, "Files that the recipe names, by key; left out where there are none.")),
         ("seed", whole("Seed.")),
         ("samples", whole("Samples (n).")),
         ("samples_per_shard", json!({ "type": "integer", "minimum": 1, "description": "Samples in a shard." })),
@@ -115,6 +124,7 @@ fn dataset() -> Value {
                 ("rows", whole("Rows of every image [px].")),
                 ("png", list(text("Name."), "Images in the Parquet rows.")),
                 ("exr", list(text("Name."), "Images in the EXR files.")),
+                ("range", json!({ "enum": RANGE_FORMS.map(|form| form.name), "description": "What Range is." })),
                 ("truth_maps", json!({ "type": "boolean", "description": "Whether the EXR files hold truth maps." })),
                 (
                     "stack_every",
@@ -126,7 +136,12 @@ fn dataset() -> Value {
         ),
         ("parameters", list(number.clone(), "Drawn numbers in the order of columns.")),
         ("physics", list(number, "Derived numbers in the order of columns.")),
-    ])
+    ]);
+    // Left out where there are none.
+    if let Some(required) = document["required"].as_array_mut() {
+        required.retain(|key| key != "assets");
+    }
+    document
 }
 
 fn manifest() -> Value {

@@ -136,6 +136,20 @@ pub(super) fn setting(row: &Setting) -> Value {
             { "const": "auto" },
             { "type": "integer", "minimum": min, "maximum": max },
         ] }),
+        Kind::File { .. } => json!({ "oneOf": [
+            { "type": "string", "minLength": 1 },
+            object(
+                &[
+                    ("name", json!({ "type": "string", "minLength": 1 })),
+                    ("sha256", json!({ "type": "string", "pattern": "^[0-9a-f]{64}$" })),
+                ],
+                &["name"],
+            ),
+        ] }),
+        Kind::NumberOrAuto { min, max, .. } => json!({ "oneOf": [
+            { "const": "auto" },
+            { "type": "number", "minimum": min, "maximum": max },
+        ] }),
     };
     schema["description"] = format!("{} Give {}. Source: {}.", row.doc, row.kind, row.source).into();
     schema["default"] = row.default.json();
