@@ -49,7 +49,7 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
 pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
-    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, tiles, scene.stream)
+    let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, tiles, scene.stream)
         .with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
     (sensor, specimen)

@@ -37,9 +37,11 @@ fn light(scene: &Scene, body: Body, profile: usize) -> (Sensor, Vec<Vec<(i32, f6
         expose::window(&sensor, &band, profile, tile, &mut scratch);
         for window in &scratch.windows[..scratch.used] {
             for c in 0..TILE {
-                columns[tile * TILE + c].extend((0..ROWS).map(|k| {
-                    (window.first_row[c] + k as i32, f64::from(window.surface[k][c] + window.volume[k][c]))
-                }));
+                columns[tile * TILE + c].extend(
+                    (0..ROWS).map(|k| {
+                        (window.first_row[c] + k as i32, f64::from(window.surface[k][c] + window.volume[k][c]))
+                    }),
+                );
             }
         }
     }

@@ -23,9 +23,12 @@ mod pieces;
 pub mod row;
 mod second;
 pub mod sensor;
+mod shine;
 pub mod slow;
 pub mod speckle;
 pub mod streak;
+mod texel;
+mod walk;
 
 use std::sync::Arc;
 
@@ -34,11 +37,11 @@ use procedural::{Medium, Stream};
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
 use self::film::Watch;
-use self::laser::spots::Shining;
 use self::parameters::Bench;
 use self::row::{Row, RowMaker, RowScratch};
 use self::second::SecondLine;
 use self::sensor::Chain;
+use self::shine::Shine;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
@@ -121,7 +124,7 @@ impl Sensor {
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
     pub fn new(
         bench: &Bench,
-        line: Line,
+        line: &Line,
         size: Size,
         height: f64,
         clear: &Medium,
@@ -158,7 +161,7 @@ impl Sensor {
             maker: RowMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
-                Shining::new(&bench.laser, stream.child("shining")),
+                Shine::new(&bench.laser, stream.child("shining")),
                 size.columns,
                 height,
             ),

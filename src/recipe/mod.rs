@@ -13,6 +13,7 @@ mod embedded;
 mod fault;
 mod forms;
 mod laser;
+mod picture;
 mod read;
 mod reference;
 mod schema;
@@ -49,6 +50,8 @@ pub struct Recipe {
     name: String,
     subject: Subject,
     settings: Settings,
+    /// The laser's settings, with its picture read.
+    line: Line,
     /// Every parameter's distribution by path.
     parameters: BTreeMap<String, Distribution>,
     /// By name.
@@ -116,7 +119,8 @@ impl Recipe {
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
         let read::Resolved { name, subject, settings, parameters, classes } = resolved;
-        Ok(Self { name, subject, settings, parameters, classes, text: text.to_owned(), canonical, hash })
+        let line = settings.line();
+        Ok(Self { name, subject, settings, line, parameters, classes, text: text.to_owned(), canonical, hash })
     }
 
     /// Names of the recipes that are built in.

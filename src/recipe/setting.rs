@@ -40,7 +40,6 @@ pub(super) enum Kind {
     /// `auto` or a whole number.
     CountOrAuto { min: usize, max: usize },
     /// A file of at most `most_mb`, or one of those that are built in; `none` where the default is.
-    #[allow(dead_code)]
     File { most_mb: usize, built_in: &'static [BuiltIn] },
     /// `auto` or a number of `unit`.
     NumberOrAuto { min: f64, max: f64, unit: &'static str },

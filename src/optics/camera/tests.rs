@@ -18,7 +18,7 @@ pub fn bench() -> Bench {
 }
 
 fn camera_of(bench: &Bench) -> Camera {
-    Camera::new(bench, &SIZE, Line::PLAIN, Stream::root(0))
+    Camera::new(bench, &SIZE, &Line::PLAIN, Stream::root(0))
 }
 
 const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };
