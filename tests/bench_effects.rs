@@ -34,6 +34,16 @@ fn awake(mut bench: Bench) -> Bench {
     bench
 }
 
+/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming.
+fn waking(scene: &mut Scene, name: &str) {
+    let exposure = &mut scene.bench.exposure;
+    match name {
+        "dark_current_e_per_s" => (exposure.time_us, scene.bench.laser.power_mw) = (1e5, 0.02),
+        "blooming" => exposure.time_us = 400.0,
+        _ => {}
+    }
+}
+
 /// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
 fn changed(parameter: &'static Parameter) -> Bench {
     let old = nominal_with(&mut |p| p.default);
@@ -71,7 +81,13 @@ fn every_number_of_the_bench_has_an_effect() {
         if parameter.name != "waist_height_mm" {
             scene.bench.laser.waist_height_mm = waist_height;
         }
+        let mut own = base.clone();
+        waking(&mut scene, parameter.name);
+        waking(&mut own, parameter.name);
         let record = render(&scene);
+        let asleep = own == base;
+        let rendered = if asleep { None } else { Some(render(&own)) };
+        let plain = rendered.as_ref().unwrap_or(&plain);
         let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
         if same(&record.maps.range, &plain.maps.range)
             && same(&record.maps.reflectance, &plain.maps.reflectance)
