@@ -36,6 +36,16 @@ fn wobbling(mut bench: Bench) -> Bench {
     bench
 }
 
+/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming.
+fn waking(scene: &mut Scene, name: &str) {
+    let exposure = &mut scene.bench.exposure;
+    match name {
+        "dark_current_e_per_s" => (exposure.time_us, scene.bench.laser.power_mw) = (1e5, 0.02),
+        "blooming" => exposure.time_us = 400.0,
+        _ => {}
+    }
+}
+
 /// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
 fn changed(parameter: &'static Parameter) -> Bench {
     let old = nominal_with(&mut |p| p.default);
@@ -85,6 +95,7 @@ fn every_number_of_the_bench_has_an_effect() {
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
         let mut scene = awake(parameter);
+        waking(&mut scene, parameter.name);
         let plain = render(&scene);
         let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
         scene.bench = wobbling(Bench { optics, ..changed(parameter) });
@@ -94,6 +105,7 @@ fn every_number_of_the_bench_has_an_effect() {
         if parameter.name != "waist_height_mm" {
             scene.bench.laser.waist_height_mm = waist_height;
         }
+        waking(&mut scene, parameter.name);
         let record = render(&scene);
         if same(&record, &plain) {
             idle.push(parameter.path());

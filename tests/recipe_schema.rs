@@ -19,7 +19,8 @@ fn recipes() -> Vec<(String, String)> {
 #[test]
 fn every_recipe_loads_and_is_embedded() {
     let recipes = recipes();
-    assert_eq!(recipes.len(), Recipe::embedded().count());
+    // Those of the thesis lie in a folder of their own: tests/recipe_thesis.rs.
+    assert_eq!(recipes.len(), Recipe::embedded().filter(|name| !name.contains('/')).count());
     for (path, text) in recipes {
         let recipe = Recipe::load(&path).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(recipe.text(), text);
@@ -45,7 +46,8 @@ fn every_recipe_loads_and_is_embedded() {
 }
 
 fn embedded() -> Vec<Recipe> {
-    Recipe::embedded().map(|name| Recipe::load(name).expect("embedded")).collect()
+    let names = Recipe::embedded().filter(|name| !name.contains('/'));
+    names.map(|name| Recipe::load(name).expect("embedded")).collect()
 }
 
 #[test]
