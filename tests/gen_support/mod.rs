@@ -27,6 +27,16 @@ pub fn pack_recipe(changes: &[[&str; 2]]) -> String {
     changed(include_str!("../../recipes/blister-small.yaml"), &size, changes)
 }
 
+/// The same of sawtooth-small.yaml and of mesh-small.yaml: the front of the piece.
+pub fn solid_recipes(changes: &[[&str; 2]]) -> [String; 2] {
+    let texts = [include_str!("../../recipes/sawtooth-small.yaml"), include_str!("../../recipes/mesh-small.yaml")];
+    let profiles = ["\n  profiles: 192 ", "\n  profiles: 256 "];
+    [0, 1].map(|i| {
+        let size = [["\n  columns: 256 ", "\n  columns: 64 "], [profiles[i], "\n  profiles: 48 "]];
+        changed(texts[i], &size, changes)
+    })
+}
+
 fn changed(text: &str, size: &[[&str; 2]], changes: &[[&str; 2]]) -> String {
     let mut text = text.to_owned();
     for [old, new] in size.iter().chain(changes) {
@@ -62,10 +72,13 @@ impl Place {
     }
 
     /// A folder for each subject, with its small recipe, changed, as `tiny.yaml`.
-    pub fn of_each_subject(changes: &[[&str; 2]]) -> [Self; 2] {
-        let pack = Self::new();
-        pack.write("tiny.yaml", pack_recipe(changes));
-        [Self::with(changes), pack]
+    pub fn of_each_subject(changes: &[[&str; 2]]) -> [Self; 4] {
+        let [sawtooth, mesh] = solid_recipes(changes);
+        [recipe(changes), pack_recipe(changes), sawtooth, mesh].map(|text| {
+            let place = Self::new();
+            place.write("tiny.yaml", text);
+            place
+        })
     }
 
     pub fn path(&self, relative: &str) -> PathBuf {
