@@ -4,14 +4,14 @@ mod gen_support;
 
 use std::fs;
 
-use gen_support::{Place, assert_same, solid_recipes};
+use gen_support::{Place, assert_same, mesh_recipe};
 
 const BOX: &str = "v 0 0 0\nv 9 0 0\nv 9 8 0\nv 0 8 0\nv 0 0 3\nv 9 0 3\nv 9 8 3\nv 0 8 3\n\
                    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 fn place() -> Place {
     let place = Place::new();
-    let [_, recipe] = solid_recipes(&[["file: meshes/clip.obj", "file: parts/my box.obj"]]);
+    let recipe = mesh_recipe(&[["file: meshes/clip.obj", "file: parts/my box.obj"]]);
     fs::create_dir(place.path("parts")).expect("a folder");
     place.write("tiny.yaml", recipe);
     place.write("parts/my box.obj", BOX);
@@ -70,15 +70,15 @@ fn faults_of_a_file_name_line_key_and_remedy() {
     fails(&["there is no file `parts/my box.obj`", "relative to the recipe's own file", "meshes/clip.obj"]);
     fs::create_dir(place.path("parts/my box.obj")).expect("a folder");
     fails(&["no plain file", "name a file"]);
-    let [_, pinned] = solid_recipes(&[["file: meshes/clip.obj", "file: {name: meshes/clip.obj, sha256: ab}"]]);
+    let pinned = mesh_recipe(&[["file: meshes/clip.obj", "file: {name: meshes/clip.obj, sha256: ab}"]]);
     place.write("tiny.yaml", pinned);
     fails(&["mesh.file.sha256", "64 digits"]);
     let sum = "0".repeat(64);
     let pin = format!("file: {{name: meshes/clip.obj, sha256: '{sum}'}}");
-    place.write("tiny.yaml", solid_recipes(&[["file: meshes/clip.obj", &pin]])[1].clone());
+    place.write("tiny.yaml", mesh_recipe(&[["file: meshes/clip.obj", &pin]]));
     fails(&["has SHA-256", &sum]);
-    let [_, slow] = solid_recipes(&[["file: meshes/clip.obj", "unit_mm: 1000"], ["  unit_mm: 1 ", "  lift_mm: 1 "]]);
-    place.write("tiny.yaml", slow);
+    let large = mesh_recipe(&[["  unit_mm: 1 ", "  unit_mm: 1000 "]]);
+    place.write("tiny.yaml", large);
     let run = place.run("preview --recipe tiny.yaml");
     assert!(run.code == 1 && run.err.contains("must be above the part"), "{}", run.err);
 }

@@ -51,9 +51,9 @@ fn range_of_the_saw_tooth_is_right() {
     for row in 80..record.rows {
         let (range, truth) = (&record.maps.range[row * cols..][..cols], &truth[row * cols..][..cols]);
         for c in 4..cols - 4 {
-            // A flank of one slope over nine columns.
+            // A flank of one slope over nine columns, which are 2 % wider in the valleys than on the peaks.
             let rise = (truth[c + 4] - truth[c - 4]).abs() / (8.0 * record.col_mm as f32);
-            if (f64::from(rise) / slope - 1.0).abs() < 0.03 {
+            if (f64::from(rise) / slope - 1.0).abs() < 0.06 {
                 errors.push(1000.0 * f64::from(range[c] - truth[c]));
             }
         }
@@ -85,20 +85,22 @@ fn free(piece: &Piece, x: f64, z: f64, eye: f64) -> (bool, f64) {
 /// where they are not both.
 #[test]
 fn flanks_are_hidden_where_their_angles_say() {
-    let mut scene = quiet(scene(150));
+    let mut scene = quiet(scene(52));
     scene.size.columns = 2560;
-    scene.bench.laser.fan_height_mm = 300.0;
     scene.bench.laser.fan_angle_deg = 60.0;
     scene.bench.laser.power_mw = 150.0;
     let mut hidden = [0usize; 4];
-    for rise_share in [0.0, 0.06, 0.12, 0.2, 0.5, 0.84, 0.9, 0.95, 1.0] {
-        let piece = Piece { rise_share, length_mm: 200.0, teeth: 10.0, lead_in_mm: 0.5, base_mm: 5.0, ..piece() };
+    for (i, rise_share) in [0.0, 0.05, 0.1, 0.15, 0.5, 0.88, 0.92, 0.96, 1.0].into_iter().enumerate() {
+        // The fan comes from below the lens and from above it.
+        scene.bench.laser.fan_height_mm = if i % 2 == 0 { 300.0 } else { 600.0 };
+        let sizes = Piece { length_mm: 200.0, teeth: 20.0, depth_mm: 4.0, ..piece() };
+        let piece = Piece { rise_share, lead_in_mm: 0.5, base_mm: 5.0, ..sizes };
         let body = || Body::Sawtooth(Box::new(Sawtooth::new(&piece, &metal())));
-        let (sensor, band) = expose(&scene, body(), 140..150);
+        let (sensor, band) = expose(&scene, body(), 46..52);
         let rig = &sensor.camera().rig;
         let lens = rig.distance * libm::cos(rig.tilt);
         let record = render(&scene, body());
-        for profile in 140..150 {
+        for profile in 46..52 {
             let hits = &band.row(profile).hits;
             let range = &record.maps.range[profile * record.cols..][..record.cols];
             for (hit, range) in hits.iter().zip(range).filter(|(hit, _)| hit.matter.class == Class::Tooth) {
@@ -118,7 +120,7 @@ fn flanks_are_hidden_where_their_angles_say() {
         }
     }
     println!("places neither lit nor seen, lit alone, seen alone, both: {hidden:?}");
-    assert!(hidden.iter().all(|&places| places > 500), "{hidden:?}");
+    assert!(hidden.iter().all(|&places| places > 20), "{hidden:?}");
 }
 
 fn piece() -> Piece {

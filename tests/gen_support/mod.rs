@@ -27,14 +27,16 @@ pub fn pack_recipe(changes: &[[&str; 2]]) -> String {
     changed(include_str!("../../recipes/blister-small.yaml"), &size, changes)
 }
 
-/// The same of sawtooth-small.yaml and of mesh-small.yaml: the front of the piece.
-pub fn solid_recipes(changes: &[[&str; 2]]) -> [String; 2] {
-    let texts = [include_str!("../../recipes/sawtooth-small.yaml"), include_str!("../../recipes/mesh-small.yaml")];
-    let profiles = ["\n  profiles: 192 ", "\n  profiles: 256 "];
-    [0, 1].map(|i| {
-        let size = [["\n  columns: 256 ", "\n  columns: 64 "], [profiles[i], "\n  profiles: 48 "]];
-        changed(texts[i], &size, changes)
-    })
+/// The same of sawtooth-small.yaml: the front of the piece.
+pub fn sawtooth_recipe(changes: &[[&str; 2]]) -> String {
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 192 ", "\n  profiles: 48 "]];
+    changed(include_str!("../../recipes/sawtooth-small.yaml"), &size, changes)
+}
+
+/// The same of mesh-small.yaml: the front of the part.
+pub fn mesh_recipe(changes: &[[&str; 2]]) -> String {
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "]];
+    changed(include_str!("../../recipes/mesh-small.yaml"), &size, changes)
 }
 
 fn changed(text: &str, size: &[[&str; 2]], changes: &[[&str; 2]]) -> String {
@@ -73,10 +75,9 @@ impl Place {
 
     /// A folder for each subject, with its small recipe, changed, as `tiny.yaml`.
     pub fn of_each_subject(changes: &[[&str; 2]]) -> [Self; 4] {
-        let [sawtooth, mesh] = solid_recipes(changes);
-        [recipe(changes), pack_recipe(changes), sawtooth, mesh].map(|text| {
+        [recipe, pack_recipe, sawtooth_recipe, mesh_recipe].map(|text| {
             let place = Self::new();
-            place.write("tiny.yaml", text);
+            place.write("tiny.yaml", text(changes));
             place
         })
     }
