@@ -54,7 +54,11 @@ fn awake(parameter: &Parameter) -> Scene {
     let mut scene = base();
     match parameter.name {
         "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
-        "filter_centre_nm" | "filter_width_nm" => scene.bench.optics.filter = Filter::BandPass,
+        "filter_centre_nm" => scene.bench.optics.filter = Filter::BandPass,
+        "filter_width_nm" => {
+            // The laser stands at the edge of the band.
+            (scene.bench.optics.filter, scene.bench.camera.filter_centre_nm) = (Filter::BandPass, 645.0);
+        }
         name if name.starts_with("distortion") => {
             (scene.size.columns, scene.size.profiles) = (2560, 16);
             if let Plan::Wood(wood) = &mut scene.plan {
@@ -76,6 +80,9 @@ fn every_number_of_the_bench_has_an_effect() {
         let plain = render(&scene);
         let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
         scene.bench = Bench { optics, ..changed(parameter) };
+        if parameter.name == "filter_width_nm" {
+            scene.bench.camera.filter_centre_nm = 645.0;
+        }
         if parameter.name == "line_rate_hz" {
             scene.bench.motion.line_rate_hz = 20_000.0;
         }
