@@ -6,6 +6,10 @@ mod rig;
 
 pub use self::rig::{Bent, Columns, Distortion, Reading, Rig, Sightline, image_distance, scheimpflug};
 
+mod locator;
+
+pub use locator::Locator;
+
 /// Columns of digital numbers around the laser line.
 ///
 /// The window of each column starts at a sensor row of its own; rows outside of it hold dark level and noise alone.
@@ -24,7 +28,7 @@ pub struct Frame {
 }
 
 /// What an extraction must know to turn sensor rows into numbers; it knows nothing of the object.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// The camera.
     pub rig: Rig,
@@ -32,4 +36,15 @@ pub struct Calibration {
     pub sensor_rows: u32,
     /// Mean digital number without light [DN].
     pub dark_level: f32,
+    /// The camera as a table.
+    pub locator: Locator,
+}
+
+impl Calibration {
+    /// For a sensor of that many columns and rows [px].
+    pub fn new(rig: Rig, [columns, rows]: [usize; 2], dark_level: f32) -> Self {
+        let reading = rig.reading();
+        let locator = Locator::new(columns, rows, |col, row| reading.locate(col, row));
+        Self { rig, sensor_rows: rows as u32, dark_level, locator }
+    }
 }

@@ -35,7 +35,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
 pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let panel = Panel::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
-    let scatter_dark = crate::extract::scatter_pixels(&scene.extraction) as f32 * dark;
+    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark)[0];
     let on_body = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
     };
@@ -65,7 +65,7 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
     type Map<'a> = (&'a str, &'a str, &'a [f32], f32, f32, Ramp<'a>);
     let maps: [Map; 3] = [
-        ("Range", "mm", &record.maps.range, low, high, &viridis),
+        ("Range", scene.extraction.range.unit(), &record.maps.range, low, high, &viridis),
         ("Reflectance", "DN", &record.maps.reflectance, 0.0, bright, &grey),
         ("Scatter less dark", "DN", &scatter, 0.0, deep, &grey),
     ];
@@ -113,7 +113,10 @@ fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
     let threshold = scene.extraction.threshold_dn;
     let lit = |row: &usize| {
         let dn = &record.stack[record.stack.len() / 2].dn;
-        dn[row * columns..(row + 1) * columns].iter().filter(|&&v| f64::from(v) >= threshold + 8.0).count()
+        dn[row * columns..(row + 1) * columns]
+            .iter()
+            .filter(|&&v| f64::from(v) >= threshold + 8.0 * scene.readout.scale())
+            .count()
             > columns / 200
     };
     let first = (0..scene.size.rows).find(lit).unwrap_or(0);
@@ -129,7 +132,7 @@ fn frame_strip(scene: &Scene, record: &Record, width: u32) -> Option<RgbImage> {
     Some(RgbImage::from_fn(width, height, |x, y| {
         let row = rows.start + (f64::from(y) / f64::from(height) * rows.len() as f64) as usize;
         let column = ((f64::from(x) / zoom) as usize).min(columns - 1);
-        let value = f32::from(frame.dn[row * columns + column]) / 255.0;
+        let value = f32::from(frame.dn[row * columns + column]) / f32::from(scene.readout.most());
         Rgb([(255.0 * value.sqrt()) as u8; 3])
     }))
 }

@@ -1,5 +1,13 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
+mod extraction;
+mod postprocess;
+mod readout;
+
+pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+pub use postprocess::{Order, Pattern, Postprocess, Step};
+pub use readout::{Hdr, Readout, SCALE_DN};
+
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
@@ -61,44 +69,25 @@ impl Line {
     pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
 }
 
-/// Which side windows Scatter sums.
+/// Law of the light in a point of fully developed speckle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ScatterMode {
-    /// Both sides of the peak.
-    Symmetric,
-    /// Rows before the peak (smaller row numbers).
-    Front,
-    /// Rows after the peak.
-    Back,
+pub enum SpeckleLaw {
+    /// exp(-I), as physics has it.
+    Exponential,
+    /// The square root of that, which the thesis took.
+    Rayleigh,
 }
 
-impl ScatterMode {
-    /// Every mode in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 3] = [Self::Symmetric, Self::Front, Self::Back];
+impl SpeckleLaw {
+    /// Every law in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 2] = [Self::Exponential, Self::Rayleigh];
     /// Names in recipes and files.
-    pub const NAMES: [&str; 3] = ["symmetric", "front", "back"];
+    pub const NAMES: [&str; 2] = ["exponential", "rayleigh"];
 
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
-}
-
-/// How a profile is read from a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extraction {
-    /// Rows on each side of the peak that the centre of gravity uses: 3, 7 or 15 [px].
-    pub window_rows: usize,
-    /// Smallest digital number of a peak [DN].
-    pub threshold_dn: f64,
-    /// Steps per row in which the peak position is given; 0 leaves it unrounded.
-    pub subpixel_steps: u32,
-    /// Which side windows Scatter sums.
-    pub scatter_mode: ScatterMode,
-    /// Distance from the peak to the first summed row; 0 includes the peak [px].
-    pub scatter_offset_rows: usize,
-    /// Rows that are summed on each side [px].
-    pub scatter_width_rows: usize,
 }
 
 /// Which sensor frames are kept.
@@ -165,6 +154,8 @@ pub struct Output {
     pub sensor_stack: SensorStack,
     /// Samples in a shard; `None` keeps a shard under about 500 MB.
     pub samples_per_shard: Option<usize>,
+    /// Bits of a digital number: 8, 10 or 12.
+    pub bits: u32,
 }
 
 impl Output {

@@ -31,6 +31,8 @@ pub enum Kind {
     Parameters,
     /// A struct of the numbers that are in `dataset.json` as `physics`.
     Physics,
+    /// One struct with these fields.
+    Struct(&'static [Column]),
     /// A list of structs with these fields.
     List(&'static [Column]),
     /// An image of 8-bit numbers as `arrow.fixed_shape_tensor`, row-major.
@@ -54,6 +56,7 @@ impl Kind {
             Self::PixelCounts => "struct of int64, one for each pixel class of the subject".into(),
             Self::Parameters => "one struct of float64 for each group".into(),
             Self::Physics => "struct of float64".into(),
+            Self::Struct(_) => "struct".into(),
             Self::List(_) => "list of struct".into(),
             Self::Tensor => "fixed list of uint8, `arrow.fixed_shape_tensor`".into(),
         }

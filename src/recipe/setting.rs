@@ -3,7 +3,8 @@
 use std::fmt;
 
 use crate::asset::{Asset, BuiltIn};
-use crate::settings::{Channel, ScatterMode};
+use crate::mesh;
+use crate::settings::{Channel, Hdr, SpeckleLaw};
 
 /// The declaration of one setting.
 #[derive(Debug, Clone)]
@@ -40,8 +41,9 @@ pub(super) enum Kind {
     /// `auto` or a whole number.
     CountOrAuto { min: usize, max: usize },
     /// A file of at most `most_mb`, or one of those that are built in; `none` where the default is.
-    #[allow(dead_code)]
     File { most_mb: usize, built_in: &'static [BuiltIn] },
+    /// `auto` or a number of `unit`.
+    NumberOrAuto { min: f64, max: f64, unit: &'static str },
 }
 
 /// What a setting is.
@@ -108,6 +110,7 @@ impl fmt::Display for Kind {
                 let names: Vec<_> = built_in.iter().map(|(name, _)| *name).collect();
                 write!(f, "the name of a file of at most {most_mb} MB, or the built-in {}", names.join(" or "))
             }
+            Self::NumberOrAuto { min, max, unit } => write!(f, "auto or a number from {min} to {max} {unit}"),
         }
     }
 }
@@ -141,58 +144,41 @@ pub(super) const SCAN: &[Setting] = &[
     ),
 ];
 
-/// From frames to measures.
-pub(super) const EXTRACTION: &[Setting] = &[
+/// What of the sensor is not drawn.
+pub(super) const EXPOSURE: &[Setting] = &[
     setting(
-        "method",
-        Kind::Word(&["centre_of_gravity"]),
-        Value::Word("centre_of_gravity"),
-        "How the peak is placed between the rows.",
-        "[T]",
+        "bits",
+        Kind::OneOf(&[8, 10, 12]),
+        Value::Count(8),
+        "Bits of a digital number. Keys in DN stay on the scale of 8 bits; images, frames and Scatter get finer steps.",
+        "[T] 8",
     ),
     setting(
-        "window_rows",
-        Kind::OneOf(&[3, 7, 15]),
-        Value::Count(7),
-        "Rows on each side of the peak that the centre of gravity uses.",
-        "window around the maximum of the real camera",
-    ),
-    setting(
-        "threshold_dn",
-        Kind::Number { min: 0.0, max: 255.0, unit: "DN" },
-        Value::Number(17.0),
-        "Smallest digital number of a peak.",
-        "dark level plus five standard deviations",
-    ),
-    setting(
-        "subpixel_steps",
-        Kind::Count { min: 0, max: 256, unit: "" },
-        Value::Count(16),
-        "Steps per row in which the peak position is given; 0 leaves it unrounded.",
-        "1/16 px of the real camera",
-    ),
-    setting(
-        "scatter_mode",
-        Kind::Word(&ScatterMode::NAMES),
-        Value::Word("symmetric"),
-        "Which side windows Scatter sums: both, `front` (smaller row numbers) or `back`.",
+        "hdr",
+        Kind::Word(&Hdr::NAMES),
+        Value::Word("none"),
+        "A second, flatter slope for bright light: 2, 6 or 15 times the dynamic range.",
         "modes of the real camera",
     ),
-    setting(
-        "scatter_offset_rows",
-        Kind::Count { min: 0, max: 15, unit: "px" },
-        Value::Count(1),
-        "Distance from the peak to the first summed row; 0 includes the peak.",
-        "[T] wood",
-    ),
-    setting(
-        "scatter_width_rows",
-        Kind::Count { min: 1, max: 16, unit: "px" },
-        Value::Count(8),
-        "Rows that are summed on each side; offset and width together at most 16, at most 29 rows in all.",
-        "[T] wood",
-    ),
 ];
+
+/// What of a part is not drawn.
+pub(super) const MESH: &[Setting] = &[setting(
+    "file",
+    Kind::File { most_mb: 64, built_in: &mesh::BUILT_IN },
+    Value::Word(mesh::BUILT_IN[0].0),
+    "Triangles of the part: OBJ, STL or PLY, by the name's ending.",
+    "free",
+)];
+
+/// What of speckle is not drawn.
+pub(super) const SPECKLE: &[Setting] = &[setting(
+    "law",
+    Kind::Word(&SpeckleLaw::NAMES),
+    Value::Word("exponential"),
+    "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that (contrast 0.523).",
+    "Goodman; [T] for `rayleigh`",
+)];
 
 /// Parts of the dataset.
 pub(super) const SPLITS: &[Setting] = &[

@@ -34,6 +34,7 @@ pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub use folder::DatasetFolder;
 pub use png::{Grey, read_png, write_png, write_png_as};
 pub use refuse::differences;
+pub(crate) use rows::frame_numbers;
 pub use rows::row_batch;
 pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
 pub use size::{estimated_bytes_per_sample, samples_per_shard};
@@ -41,7 +42,7 @@ pub use writer::ShardWriter;
 
 use output_schema::{Images, NumberColumn};
 
-use crate::settings::{Output, SensorStack, Size};
+use crate::settings::{Output, RangeForm, SensorStack, Size};
 
 /// Version of the program; another version may give other numbers.
 pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -52,7 +53,7 @@ pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {
 }
 
 /// What a recipe's sizes and output say about the images.
-pub fn images(output: &Output, size: &Size) -> Images {
+pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
     let names = |channels: &[crate::settings::Channel]| {
         let mut channels = channels.to_vec();
         channels.sort_unstable();
@@ -64,6 +65,7 @@ pub fn images(output: &Output, size: &Size) -> Images {
         rows: (size.profiles / output.bin_profiles.max(1)) as u64,
         png: names(&output.png),
         exr: names(&output.exr),
+        range: range.name().into(),
         truth_maps: output.truth_maps,
         stack_every: match output.sensor_stack {
             SensorStack::None => None,
@@ -72,5 +74,6 @@ pub fn images(output: &Output, size: &Size) -> Images {
         },
         sensor_cols: size.columns as u64,
         sensor_rows: size.rows as u64,
+        bits: output.bits.into(),
     }
 }
