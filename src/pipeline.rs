@@ -59,7 +59,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let speckle = (scene.speckle_law, tiles);
-    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, speckle, scene.stream)
+    let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, speckle, scene.stream)
         .with_transport(scene.transport)
         .with_readout(scene.readout)
         .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
