@@ -65,6 +65,20 @@ impl Line {
     pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
 }
 
+/// How the object moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Straight on, under the line.
+    Linear,
+    /// About an upright axis in the laser plane.
+    Turntable,
+}
+
+impl Way {
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 2] = ["linear", "turntable"];
+}
+
 /// Law of the light in a point of fully developed speckle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeckleLaw {

@@ -7,6 +7,7 @@
 //! clear so is the surface of tablets and foil below. Neglected: light that a body throws onto the conveyor.
 
 pub mod relief;
+pub mod turned;
 
 use std::time::Duration;
 
@@ -19,6 +20,7 @@ use obvhs::triangle::Triangle;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
 use self::relief::Relief;
+use self::turned::Turn;
 use crate::frame::{Columns, Rig, Sightline};
 
 /// What one sensor column sees at one position of the scan.
@@ -52,6 +54,8 @@ pub struct Specimen {
     upper: Option<Relief>,
     /// What lies below its film, where light comes through.
     lower: Option<Relief>,
+    /// Where it turns; `None` for a straight way.
+    turn: Option<Turn>,
 }
 
 /// Scattering over a film's thickness above which nothing is seen through it [1].
@@ -84,7 +88,12 @@ impl Specimen {
         };
         let (low, high) = (fold(Vec3A::min), fold(Vec3A::max));
         let (upper, lower) = reliefs(&body, lens(&rig, 0.0));
-        Self { body, hull, triangles, low, high, rig, fan_height: fan_height as f32, upper, lower }
+        Self { body, hull, triangles, low, high, rig, fan_height: fan_height as f32, upper, lower, turn: None }
+    }
+
+    /// The same on a turntable, for a body that does not hide itself; scan positions are ways at its radius.
+    pub fn turned(self, turn: Option<Turn>) -> Self {
+        Self { turn, ..self }
     }
 
     /// The body.
@@ -123,6 +132,9 @@ impl Specimen {
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
     pub fn look(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
+        if let Some(turn) = &self.turn {
+            return self.look_turned(turn, y, columns, conveyor, hits);
+        }
         let slice = self.body.slice(y);
         let shadow = self.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
         let near_y = y > self.low.y - LEAVE_MM && y < self.high.y + shadow;

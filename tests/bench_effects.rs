@@ -8,7 +8,7 @@ use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Spe
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
-use sheetlight::settings::ScatterMode;
+use sheetlight::settings::{ScatterMode, Way};
 
 fn render(scene: &Scene) -> Record {
     pipeline::render(scene, tiles(), &|_| ())
@@ -62,10 +62,14 @@ fn every_number_of_the_bench_has_an_effect() {
     assert_eq!(nominal(), nominal_with(&mut |p| p.default));
     let base = base();
     let plain = render(&base);
+    let turned = render(&Scene { way: Way::Turntable, ..base.clone() });
     let tables = [Motion::PARAMETERS, Laser::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
-        let mut scene = base.clone();
+        let (mut scene, mut plain) = (base.clone(), &plain);
+        if parameter.name.starts_with("turn_") {
+            (scene.way, plain) = (Way::Turntable, &turned);
+        }
         let waist_height = scene.bench.laser.waist_height_mm;
         scene.bench = awake(changed(parameter));
         if parameter.name != "waist_height_mm" {

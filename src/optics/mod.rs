@@ -46,6 +46,7 @@ use crate::frame::{Calibration, Frame};
 use crate::lanes;
 use crate::settings::{Line, Size, SpeckleLaw, Transport};
 use crate::specimen::Specimen;
+use crate::specimen::turned::Turn;
 use crate::transport::fresnel;
 
 pub use self::band::Band;
@@ -76,6 +77,7 @@ pub struct Sensor {
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
     travel: Travel,
+    turn: Option<Turn>,
     size: Size,
     transport: Transport,
     stream: Stream,
@@ -132,6 +134,7 @@ impl Sensor {
             second: SecondLine::new(&bench.laser, step),
             faint: FAINT_DN / chain.gain,
             travel,
+            turn: None,
             chain,
             camera,
         }
@@ -140,6 +143,12 @@ impl Sensor {
     /// The same with light from below by another model than the kernel.
     pub fn with_transport(self, transport: Transport) -> Self {
         Self { transport, ..self }
+    }
+
+    /// The same under an object that turns: light is let out by the matter of its own line.
+    pub fn with_turn(self, turn: Option<Turn>) -> Self {
+        let (away, neighbours) = if turn.is_some() { ([0.0; ROWS], [0; ROWS]) } else { (self.away, self.neighbours) };
+        Self { turn, away, neighbours, ..self }
     }
 
     /// The geometry and radiometry in use.
@@ -239,7 +248,9 @@ impl Sensor {
         expose::window(self, band, profile, tile, scratch);
         let middle = &band.row(profile).hits[tile * TILE + scratch.columns / 2];
         let place = [f64::from(middle.x), f64::from(middle.surface.z)];
-        let shot = Shot { profile, tile, columns: scratch.columns, place, offsets };
+        // Speckle moves as far as the object does here.
+        let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
+        let shot = Shot { profile, tile, columns: scratch.columns, place, way, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
             digitise(self, &shot, number, &scratch.windows[number], &mut frames[number]);

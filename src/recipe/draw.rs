@@ -50,6 +50,7 @@ impl Recipe {
             line: self.settings.line(),
             plan,
             transport: self.settings.transport(),
+            way: self.settings.way(),
             speckle_law: self.settings.speckle_law(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),

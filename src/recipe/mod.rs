@@ -13,6 +13,7 @@ mod embedded;
 mod fault;
 mod forms;
 mod laser;
+mod motion;
 mod read;
 mod reference;
 mod schema;
@@ -33,7 +34,7 @@ use self::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Line, Output, Size, SpeckleLaw, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Size, SpeckleLaw, Splits, Transport, Way};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -92,6 +93,8 @@ pub struct Scene {
     pub plan: Plan,
     /// How light spreads below the surface.
     pub transport: Transport,
+    /// How the object moves.
+    pub way: Way,
     /// Law of speckle in a point.
     pub speckle_law: SpeckleLaw,
     /// How profiles are read.

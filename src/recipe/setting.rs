@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::asset::{Asset, BuiltIn};
-use crate::settings::{Channel, SpeckleLaw};
+use crate::settings::Channel;
 
 /// The declaration of one setting.
 #[derive(Debug, Clone)]
@@ -146,15 +146,6 @@ pub(super) const SCAN: &[Setting] = &[
 
 /// Farthest from the optical axis that the middle of the sensor's region stands [px].
 const FARTHEST_PX: f64 = 8192.0;
-
-/// What of speckle is not drawn.
-pub(super) const SPECKLE: &[Setting] = &[setting(
-    "law",
-    Kind::Word(&SpeckleLaw::NAMES),
-    Value::Word("exponential"),
-    "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that (contrast 0.523).",
-    "Goodman; [T] for `rayleigh`",
-)];
 
 /// What of the camera is not drawn.
 pub(super) const CAMERA: &[Setting] = &[

@@ -9,6 +9,7 @@ use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
 use super::laser;
+use super::motion;
 use super::setting::{self, Setting};
 use super::setting_extraction;
 use super::transport;
@@ -56,11 +57,11 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
 pub(super) const SECTIONS: [Section; 22] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
-    drawn!(Motion),
+    drawn!(Motion, None, motion::TABLE),
     drawn!(Laser, None, laser::TABLE),
     drawn!(Camera, None, setting::CAMERA),
     drawn!(Exposure),
-    drawn!(Speckle, None, setting::SPECKLE),
+    drawn!(Speckle, None, motion::SPECKLE),
     drawn!(Board, Subject::Wood),
     drawn!(Log, Subject::Wood),
     drawn!(Knots, Subject::Wood),
