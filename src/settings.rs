@@ -1,8 +1,12 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
 mod extraction;
+mod postprocess;
+mod readout;
 
 pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+pub use postprocess::{Order, Pattern, Postprocess, Step};
+pub use readout::{Hdr, Readout, SCALE_DN};
 
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,6 +168,8 @@ pub struct Output {
     pub sensor_stack: SensorStack,
     /// Samples in a shard; `None` keeps a shard under about 500 MB.
     pub samples_per_shard: Option<usize>,
+    /// Bits of a digital number: 8, 10 or 12.
+    pub bits: u32,
 }
 
 impl Output {

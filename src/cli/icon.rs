@@ -57,6 +57,11 @@ pub(super) fn run(arguments: &Icon) -> Outcome {
             let (data, text) = (beside(out, "dat"), beside(out, "xml"));
             whole::check(&data)?;
             let frame = Dataset::open(&arguments.path)?.frame(arguments.index.unwrap_or(0))?;
+            if frame.bits > 8 {
+                let what = format!("its numbers have {} bits, and the camera's files hold 8", frame.bits);
+                let remedy = "set `exposure: {bits: 8}` in the recipe and make it anew";
+                return Err(format!("{}: {what}; {remedy}", arguments.path.display()).into());
+            }
             if arguments.sensor {
                 sensor(out, &frame)?
             } else {

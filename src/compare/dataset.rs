@@ -5,15 +5,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type, UInt8Type};
+use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, RecordBatch};
-use output_schema::Manifest;
 use output_schema::file::{data_path, exr_path, stack_path};
+use output_schema::{Images, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};
-use super::{Exposure, Frame, SourceError};
-use crate::shard::{DatasetFolder, read_png};
+use super::{Exposure, Frame, SourceError, to_eight_bits};
+use crate::shard::{DatasetFolder, frame_numbers, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
 const EXPOSURES: usize = 16;
@@ -61,16 +61,18 @@ impl Dataset {
             exr_frame(&path, &bytes)?
         } else if has(&head.images.png) {
             let before = manifest.samples.iter().filter(|sample| sample.split == listed.split && sample.index < index);
-            guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, before.count(), index))?
+            guarded(&root.join(data_path(&listed.split, shard)), |path| {
+                row(path, before.count(), index, to_eight_bits(head.images.bits))
+            })?
         } else {
             let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
             return Err(error(root, "it was made without range images".into(), remedy));
         };
         frame.name = format!("sample {index}");
+        frame.bits = head.images.bits;
         if head.images.stack_every.is_some() {
-            frame.exposures = guarded(&root.join(stack_path(shard)), |path| {
-                exposures(path, &manifest, index, head.images.sensor_cols)
-            })?;
+            frame.exposures =
+                guarded(&root.join(stack_path(shard)), |path| exposures(path, &manifest, index, &head.images))?;
         }
         Ok(frame)
     }
@@ -97,7 +99,7 @@ fn is_index(batch: &RecordBatch, row: usize, index: u64) -> bool {
 }
 
 /// The maps of a row that holds images.
-fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
+fn row(path: &Path, place: usize, index: u64, to_eight: f32) -> Result<Frame, String> {
     let batches = batches(path, place, 1)?;
     let batch = batches.iter().find(|batch| batch.num_rows() > 0).ok_or("it has too few rows")?;
     if !is_index(batch, 0, index) {
@@ -120,7 +122,7 @@ fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
     let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
         match image(name)? {
             Some((w, h, _)) if (w, h) != (cols, rows) => Err(format!("`{name}` is {w} x {h}, not {cols} x {rows}")),
-            found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(f32::from).collect())),
+            found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(|n| to_eight * f32::from(n)).collect())),
         }
     };
     Ok(Frame {
@@ -136,7 +138,8 @@ fn row(path: &Path, place: usize, index: u64) -> Result<Frame, String> {
 }
 
 /// Sensor frames of a sample: each sample of a shard has as many, in order.
-fn exposures(path: &Path, manifest: &Manifest, index: u64, cols: u64) -> Result<Vec<Exposure>, String> {
+fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> Result<Vec<Exposure>, String> {
+    let scale = to_eight_bits(images.bits);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let rows = manifest.files.iter().find(|file| file.path.ends_with(name.as_ref()) && file.path.starts_with("stacks"));
     let rows = rows.and_then(|file| file.rows).ok_or("the manifest does not count its rows")?;
@@ -152,8 +155,9 @@ fn exposures(path: &Path, manifest: &Manifest, index: u64, cols: u64) -> Result<
                 return Err(format!("a sensor frame of sample {index} is not where it should be"));
             }
             let pixels = frames.value(row);
-            let pixels = pixels.as_primitive_opt::<UInt8Type>().ok_or("the frames are not uint8")?;
-            found.push(Exposure { cols: cols as usize, dn: pixels.values().to_vec() });
+            let dn = frame_numbers(&pixels).ok_or("the frames are neither uint8 nor uint16")?;
+            let dn = dn.into_iter().map(|dn| (scale * f32::from(dn)).round() as u8).collect();
+            found.push(Exposure { cols: images.sensor_cols as usize, dn });
         }
     }
     Ok(found)

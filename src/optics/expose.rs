@@ -12,6 +12,7 @@ use multiversion::multiversion;
 use super::film::Second;
 use super::laser::{Level, Section};
 use super::moved::{self, Ahead};
+use super::overflow::Charge;
 use super::row::Row;
 use super::{Band, Sensor, TILE, arrange, lamps, streak};
 use crate::lanes::{exp, turn};
@@ -70,6 +71,8 @@ pub struct Scratch {
     pub columns: usize,
     /// Room for a line in a window of its own.
     pub spare: Window,
+    /// Room for signals on their way to numbers.
+    pub charge: Charge,
     /// The next profile's light, where the object moves while it is exposed.
     pub ahead: Option<Box<Ahead>>,
 }

@@ -19,8 +19,11 @@ mod lamps;
 pub mod laser;
 pub mod mirror;
 mod moved;
+pub mod overflow;
 pub mod parameters;
 mod pieces;
+pub mod pixels;
+pub mod postprocess;
 pub mod row;
 mod second;
 pub mod sensor;
@@ -35,7 +38,8 @@ use self::camera::Camera;
 use self::digitise::{Shot, digitise};
 use self::film::Watch;
 use self::laser::spots::Shining;
-use self::parameters::Bench;
+use self::parameters::{Bench, Exposure};
+use self::postprocess::{Picture, Scripts};
 use self::row::{Row, RowMaker, RowScratch};
 use self::second::SecondLine;
 use self::sensor::Chain;
@@ -44,7 +48,7 @@ use self::speckle::anchor::{Ground, Speckle};
 use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Line, Size, SpeckleLaw, Transport};
+use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
 use crate::specimen::Specimen;
 use crate::specimen::turned::Turn;
 use crate::transport::fresnel;
@@ -57,14 +61,17 @@ pub use self::speckle::TILE;
 /// leaves further away is let out by the last of them.
 const FARTHEST: usize = 64;
 
-/// Light in one pixel that is left out where it lies beside the line [DN].
+/// Light in one pixel that is left out where it lies beside the line [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
 
 /// Laser, camera and sensor over one scan.
 #[derive(Debug)]
 pub struct Sensor {
     camera: Camera,
+    exposure: Exposure,
     chain: Chain,
+    /// The thesis' scripts in place of speckle and noise.
+    scripts: Option<Scripts>,
     speckle: Speckle,
     /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
     away: [f64; ROWS],
@@ -108,7 +115,7 @@ impl Sensor {
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
         let travel = Travel::new(&bench.motion, stream.child("travel"));
-        let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
+        let chain = Chain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
         let step = bench.motion.step_mm;
         let profiles_per_row = 1.0 / (rows_per_mm * step);
         let way = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
@@ -133,11 +140,22 @@ impl Sensor {
             ),
             second: SecondLine::new(&bench.laser, step),
             faint: FAINT_DN / chain.gain,
+            exposure: bench.exposure,
             travel,
             turn: None,
             chain,
+            scripts: None,
             camera,
         }
+    }
+
+    /// The same with another converter, or with a knee.
+    pub fn with_readout(self, readout: Readout) -> Self {
+        if readout == Readout::PLAIN {
+            return self;
+        }
+        let chain = Chain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
+        Self { chain, ..self }
     }
 
     /// The same with light from below by another model than the kernel.
@@ -149,6 +167,19 @@ impl Sensor {
     pub fn with_turn(self, turn: Option<Turn>) -> Self {
         let (away, neighbours) = if turn.is_some() { ([0.0; ROWS], [0; ROWS]) } else { (self.away, self.neighbours) };
         Self { turn, away, neighbours, ..self }
+    }
+
+    /// The same with the thesis' scripts in place of speckle and noise, where the order is not `physical`.
+    pub fn with_postprocess(self, bench: &Bench, readout: Readout, postprocess: Postprocess) -> Self {
+        let stream = self.stream.child("postprocess");
+        let make = || Scripts::new(postprocess, bench, readout, stream);
+        let scripts = (postprocess.order != Order::Physical).then(make);
+        Self { scripts, ..self }
+    }
+
+    /// Whether frames are made whole by the thesis' scripts ([`Self::processed`]) and not by [`Self::expose`].
+    pub fn is_scripted(&self) -> bool {
+        self.scripts.is_some()
     }
 
     /// The geometry and radiometry in use.
@@ -253,21 +284,58 @@ impl Sensor {
         let shot = Shot { profile, tile, columns: scratch.columns, place, way, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
-            digitise(self, &shot, number, &scratch.windows[number], &mut frames[number]);
+            digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
         }
     }
 
+    /// Light of exposure `profile` without speckle and noise, in the rows that hold some.
+    pub fn light(&self, band: &Band, profile: usize) -> Picture {
+        let (rows, columns) = (self.size.rows, self.size.columns);
+        let mut places = Vec::new();
+        let mut scratch = Scratch::default();
+        for tile in 0..columns.div_ceil(TILE) {
+            expose::window(self, band, profile, tile, &mut scratch);
+            for window in &scratch.windows[..scratch.used] {
+                for k in 0..ROWS {
+                    for c in 0..scratch.columns {
+                        let (row, light) = (window.first_row[c] + k as i32, window.volume[k][c] + window.surface[k][c]);
+                        if light > 0.0 && (0..rows as i32).contains(&row) {
+                            places.push((row as usize, tile * TILE + c, self.chain.gain * light));
+                        }
+                    }
+                }
+            }
+        }
+        let first_row = places.iter().map(|place| place.0).min().unwrap_or(0);
+        let last = places.iter().map(|place| place.0 + 1).max().unwrap_or(0);
+        let mut numbers = vec![0.0; (last - first_row) * columns];
+        // Windows that lie over each other hold the same light.
+        places.iter().for_each(|&(row, column, light)| numbers[(row - first_row) * columns + column] = light);
+        Picture { columns, first_row, numbers }
+    }
+
+    /// The whole sensor in exposure `profile` by the thesis' scripts; no rows where there are none.
+    pub fn processed(&self, band: &Band, profile: usize) -> Frame {
+        let Some(scripts) = &self.scripts else { return Frame::default() };
+        let (rows, cols) = (self.size.rows, self.size.columns);
+        let dn = scripts.frame(self.light(band, profile), rows, profile);
+        Frame { cols, rows, first_col: 0, first_row: vec![0; cols], dn }
+    }
+
     /// The whole sensor in exposure `profile`, `[rows, columns]`, row-major [DN]; rows outside the windows are dark.
-    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u8> {
+    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u16> {
         let (rows, columns) = (self.size.rows, self.size.columns);
         let mut offsets = Vec::new();
         self.row_offsets(profile, &mut offsets);
         let keys = self.chain.keys("dark", profile);
-        let mut sensor: Vec<u8> = (0..rows * columns)
+        let mut sensor: Vec<u16> = (0..rows * columns)
             .map(|pixel| {
+                let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                let ambient = lamps::pixel(self, band, profile, pixel % columns, pixel / columns);
-                self.chain.digitise(self.chain.gain * ambient, normal, offsets[pixel / columns]) as u8
+                let ambient = self.chain.gain * lamps::pixel(self, band, profile, column, row);
+                let (response, shift) = self.chain.pixels.as_ref().map_or((1.0, 0.0), |pixels| pixels.at(row, column));
+                let (level, noisy) = self.chain.slopes.bend(response * ambient);
+                self.chain.digitise(level, noisy, normal, offsets[row] + shift)
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
@@ -277,8 +345,7 @@ impl Sensor {
                 for column in 0..frame.cols {
                     let row = frame.first_row[column] + k as i32;
                     if (0..rows as i32).contains(&row) {
-                        sensor[row as usize * columns + frame.first_col + column] =
-                            frame.dn[k * frame.cols + column] as u8;
+                        sensor[row as usize * columns + frame.first_col + column] = frame.dn[k * frame.cols + column];
                     }
                 }
             }

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test uses its own part of this")]
 
 use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::{Calibration, Frame, Rig};
+use sheetlight::frame::{Calibration, Distortion, Frame, Rig, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::{Extraction, Method, RangeForm};
 
@@ -16,6 +16,9 @@ pub fn rig(columns: usize) -> Rig {
         distance: 410.0,
         tilt: 25f64.to_radians(),
         focal_length: 25.0,
+        image_distance: image_distance(25.0, 410.0),
+        sensor_tilt: scheimpflug(25.0, 410.0, 25f64.to_radians()),
+        distortion: Distortion { radial: [0.0; 3], tangential: [0.0; 2] },
         pixel: 6e-3,
         centre_col: 0.5 * (columns as f64 - 1.0),
         centre_row: 0.5 * (SENSOR as f64 - 1.0),
