@@ -124,6 +124,13 @@ fn most_frequent(sorted: impl Iterator<Item = u16>) -> u16 {
     best
 }
 
+/// Areas of the pixels of each image column, `columns` of `cols` sensor columns each, of which a middle one has
+/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column [mm^2].
+pub fn areas(cols: usize, columns: usize, pixel_mm2: f64, share: impl Fn(f64) -> f64) -> Vec<f64> {
+    let middle = |column: usize| (column as f64 + 0.5) * columns as f64 - 0.5;
+    (0..cols / columns).map(|column| pixel_mm2 * share(middle(column))).collect()
+}
+
 /// What the label image shows: area and box of each instance, what lies in it included, with the body's numbers; `areas` are
 /// those of a pixel in each column [mm^2].
 pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {

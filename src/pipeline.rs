@@ -13,12 +13,12 @@ use crate::extract::{Grid, Profile, extract, rectify};
 use crate::frame::{Calibration, Frame, Rig};
 use crate::labels;
 use crate::optics::speckle::Tiles;
+use crate::optics::travel::turn;
 use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
-use crate::settings::{RangeForm, SensorStack, Transport, Way};
+use crate::settings::{RangeForm, SensorStack, Transport};
 use crate::specimen::Specimen;
-use crate::specimen::turned::Turn;
 use crate::transport::kernel::BASIS;
 
 /// Memory for rows of the specimen, all threads together [bytes].
@@ -60,7 +60,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let speckle = (scene.speckle_law, tiles);
-    let turn = turn(scene);
+    let turn = turn(&scene.bench.motion, scene.way);
     let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, speckle, scene.stream)
         .with_transport(scene.transport)
         .with_turn(turn)
@@ -68,13 +68,6 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
         .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).turned(turn);
     (sensor, specimen)
-}
-
-/// Where the object of a scene turns; `None` for a straight way.
-fn turn(scene: &Scene) -> Option<Turn> {
-    let motion = &scene.bench.motion;
-    let turn = Turn { axis: [motion.turn_axis_x_mm, motion.turn_axis_y_mm], radius: motion.turn_radius_mm };
-    (scene.way == Way::Turntable).then_some(turn)
 }
 
 /// Full-size maps of one sample, `[profiles, columns]`, row-major.
@@ -162,13 +155,10 @@ impl Scan {
         let pitch = grid.map_or_else(|| rig.along(1.0, top) - rig.along(0.0, top), |grid| grid.pitch_mm);
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
-        // On a turntable a step is as long as the distance from the axis says.
-        let share = |column: usize| {
-            let middle = (column as f64 + 0.5) * columns as f64 - 0.5;
-            let x = grid.map_or_else(|| rig.along(middle, top), |grid| grid.first_mm + middle * grid.pitch_mm);
-            turn(scene).map_or(1.0, |turn| turn.share(x).abs())
-        };
-        let areas: Vec<f64> = (0..cols / columns).map(|column| col_mm * row_mm * share(column)).collect();
+        let x =
+            |column: f64| grid.map_or_else(|| rig.along(column, top), |grid| grid.first_mm + column * grid.pitch_mm);
+        let share = |column: f64| turn(&scene.bench.motion, scene.way).map_or(1.0, |turn| turn.share(x(column)).abs());
+        let areas = labels::areas(cols, columns, col_mm * row_mm, share);
         let objects = labels::objects(&labels, &areas, instances);
         let sound = [Class::Pocket, Class::Tooth, Class::Object];
         let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
