@@ -11,6 +11,7 @@ mod blur;
 pub mod camera;
 pub mod coherence;
 mod digitise;
+mod disc;
 pub mod expose;
 mod field;
 pub mod film;
@@ -49,7 +50,6 @@ use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
-use crate::specimen::Specimen;
 use crate::specimen::turned::Turn;
 use crate::transport::fresnel;
 
