@@ -90,6 +90,7 @@ number is written do not matter, everything else does.
 - `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + 1/12 (rounding) is at most its square.
 - `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
 - `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
+- A key of `extraction` stands only beside the `method` or the `range` that it has an effect on.
 - `splits` sum to 1; `rot.edge` is -1 or 1.
 - All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
   `tablet.thickness_mm`.
