@@ -155,8 +155,7 @@ impl Scan {
         let pitch = grid.map_or_else(|| rig.along(1.0, top) - rig.along(0.0, top), |grid| grid.pitch_mm);
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
-        let x =
-            |column: f64| grid.map_or_else(|| rig.along(column, top), |grid| grid.first_mm + column * grid.pitch_mm);
+        let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
         let share = |column: f64| turn(&scene.bench.motion, scene.way).map_or(1.0, |turn| turn.share(x(column)).abs());
         let areas = labels::areas(cols, columns, col_mm * row_mm, share);
         let objects = labels::objects(&labels, &areas, instances);

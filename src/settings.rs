@@ -1,10 +1,12 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
 mod extraction;
+mod motion;
 mod postprocess;
 mod readout;
 
 pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+pub use motion::{SpeckleLaw, Way};
 pub use postprocess::{Order, Pattern, Postprocess, Step};
 pub use readout::{Hdr, Readout, SCALE_DN};
 
@@ -67,41 +69,6 @@ pub struct Line {
 impl Line {
     /// A Gaussian beam behind a Powell lens.
     pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
-}
-
-/// How the object moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
-    /// Straight on, under the line.
-    Linear,
-    /// About an upright axis in the laser plane.
-    Turntable,
-}
-
-impl Way {
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["linear", "turntable"];
-}
-
-/// Law of the light in a point of fully developed speckle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SpeckleLaw {
-    /// exp(-I), as physics has it.
-    Exponential,
-    /// The square root of that, which the thesis took.
-    Rayleigh,
-}
-
-impl SpeckleLaw {
-    /// Every law in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 2] = [Self::Exponential, Self::Rayleigh];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["exponential", "rayleigh"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
 }
 
 /// Which sensor frames are kept.
