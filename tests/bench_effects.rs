@@ -9,7 +9,7 @@ use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
 use sheetlight::settings::{
-    Direction, Filter, LensModel, Method, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
+    Direction, Filter, LensModel, Method, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug, Way,
 };
 
 fn render(scene: &Scene) -> Record {
@@ -80,6 +80,7 @@ fn scene_of(parameter: &Parameter) -> Scene {
             // The laser stands at the edge of the band.
             (scene.bench.optics.filter, scene.bench.camera.filter_centre_nm) = (Filter::BandPass, 645.0);
         }
+        name if name.starts_with("turn_") => scene.way = Way::Turntable,
         name if name.starts_with("distortion") => {
             (scene.size.columns, scene.size.profiles) = (2560, 16);
             if let Plan::Wood(wood) = &mut scene.plan {
