@@ -78,6 +78,13 @@ pub fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
     }
 }
 
+/// Writes the truth of one profile of a solid piece: its height; NaN off the body.
+pub fn height_row(hits: &[Hit], height: &mut [f32]) {
+    for (height, hit) in height.iter_mut().zip(hits) {
+        *height = if hit.matter.class == Class::Background { f32::NAN } else { hit.surface.z };
+    }
+}
+
 /// Groups of `columns x rows` pixels into one: the most frequent class (the greater value on a tie, so that a small
 /// defect is not lost to sound wood), and among its pixels the most frequent instance.
 pub fn bin(labels: Labels, cols: usize, columns: usize, rows: usize) -> Labels {
@@ -175,6 +182,7 @@ pub fn bin_truth(truth: TruthMaps, cols: usize, columns: usize, rows: usize) -> 
             Below::Fibre { azimuth, dive: mean(dive) }
         }
         Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },
+        Below::Solid(subject) => Below::Solid(subject),
     };
     TruthMaps { height: mean(truth.height), below }
 }

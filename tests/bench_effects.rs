@@ -22,7 +22,16 @@ fn base() -> Scene {
         (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 8.0);
     }
     scene.bench.laser.waist_height_mm = 0.0;
+    scene.bench = awake(scene.bench);
     scene
+}
+
+/// A bench on which numbers that need another one have an effect.
+fn awake(mut bench: Bench) -> Bench {
+    if bench.motion.wow_um == 0.0 {
+        bench.motion.wow_um = 40.0;
+    }
+    bench
 }
 
 /// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
@@ -58,7 +67,7 @@ fn every_number_of_the_bench_has_an_effect() {
     for parameter in tables.into_iter().flatten() {
         let mut scene = base.clone();
         let waist_height = scene.bench.laser.waist_height_mm;
-        scene.bench = changed(parameter);
+        scene.bench = awake(changed(parameter));
         if parameter.name != "waist_height_mm" {
             scene.bench.laser.waist_height_mm = waist_height;
         }

@@ -4,7 +4,7 @@ pub use crate::calibration::CALIBRATION;
 use crate::column::{Column, Kind};
 
 /// Names of the pixel classes; the position is the value in label images.
-pub const PIXEL_CLASSES: [&str; 26] = [
+pub const PIXEL_CLASSES: [&str; 28] = [
     "background",
     "clear",
     "sound_knot",
@@ -31,6 +31,8 @@ pub const PIXEL_CLASSES: [&str; 26] = [
     "wrinkle",
     "delamination",
     "tablet_on_flange",
+    "tooth",
+    "object",
 ];
 
 /// Images of a row in the order of columns; each is written only where the recipe asks for it.
@@ -167,7 +169,7 @@ pub const ROW: [Column; 24] = [
         "reflectance",
         Kind::Image(8),
         "DN",
-        "0 to 255",
+        "0 to 255; 16 bits, to 1023 or 4095, for 10 or 12",
         "0",
         "Digital number at the peak of the laser line, rounded.",
     ),

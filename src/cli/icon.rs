@@ -71,6 +71,11 @@ pub(super) fn run(arguments: &Icon) -> Outcome {
                 let place = arguments.path.display();
                 return Err(format!("{place}: {what}; make it anew without `output: {{bin: ..}}`").into());
             }
+            if frame.bits > 8 {
+                let what = format!("its numbers have {} bits, and the camera's files hold 8", frame.bits);
+                let remedy = "set `exposure: {bits: 8}` in the recipe and make it anew";
+                return Err(format!("{}: {what}; {remedy}", arguments.path.display()).into());
+            }
             if arguments.sensor {
                 sensor(out, &frame)?
             } else {

@@ -5,15 +5,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type, UInt8Type};
+use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, RecordBatch};
 use output_schema::file::{data_path, exr_path, stack_path};
-use output_schema::{DatasetHead, Manifest};
+use output_schema::{DatasetHead, Images, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};
-use super::{Exposure, Frame, SourceError, Unit};
-use crate::shard::{DatasetFolder, read_png};
+use super::{Exposure, Frame, SourceError, Unit, to_eight_bits};
+use crate::shard::{DatasetFolder, frame_numbers, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
 const EXPOSURES: usize = 16;
@@ -72,10 +72,10 @@ impl Dataset {
             return Err(error(root, "it was made without range images".into(), remedy));
         };
         frame.name = format!("sample {index}");
+        frame.bits = head.images.bits;
         if head.images.stack_every.is_some() {
-            frame.exposures = guarded(&root.join(stack_path(shard)), |path| {
-                exposures(path, &manifest, index, head.images.sensor_cols)
-            })?;
+            frame.exposures =
+                guarded(&root.join(stack_path(shard)), |path| exposures(path, &manifest, index, &head.images))?;
         }
         Ok(frame)
     }
@@ -120,13 +120,13 @@ fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Fram
         Ok(Some((cols as usize, rows as usize, grey.numbers())))
     };
     let (cols, rows, steps) = image("range")?.ok_or("`range` is missing")?;
-    let unit = head.range_unit();
+    let (unit, to_eight) = (head.range_unit(), to_eight_bits(head.images.bits));
     let (offset, scale) = (number(&format!("range_offset_{unit}"))?, number(&format!("range_scale_{unit}"))?);
     let height = |&n: &u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
     let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
         match image(name)? {
             Some((w, h, _)) if (w, h) != (cols, rows) => Err(format!("`{name}` is {w} x {h}, not {cols} x {rows}")),
-            found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(f32::from).collect())),
+            found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(|n| to_eight * f32::from(n)).collect())),
         }
     };
     let first = batch.column_by_name("calibration").and_then(|column| column.as_struct_opt());
@@ -147,7 +147,8 @@ fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Fram
 }
 
 /// Sensor frames of a sample: each sample of a shard has as many, in order.
-fn exposures(path: &Path, manifest: &Manifest, index: u64, cols: u64) -> Result<Vec<Exposure>, String> {
+fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> Result<Vec<Exposure>, String> {
+    let scale = to_eight_bits(images.bits);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let rows = manifest.files.iter().find(|file| file.path.ends_with(name.as_ref()) && file.path.starts_with("stacks"));
     let rows = rows.and_then(|file| file.rows).ok_or("the manifest does not count its rows")?;
@@ -163,8 +164,9 @@ fn exposures(path: &Path, manifest: &Manifest, index: u64, cols: u64) -> Result<
                 return Err(format!("a sensor frame of sample {index} is not where it should be"));
             }
             let pixels = frames.value(row);
-            let pixels = pixels.as_primitive_opt::<UInt8Type>().ok_or("the frames are not uint8")?;
-            found.push(Exposure { cols: cols as usize, dn: pixels.values().to_vec() });
+            let dn = frame_numbers(&pixels).ok_or("the frames are neither uint8 nor uint16")?;
+            let dn = dn.into_iter().map(|dn| (scale * f32::from(dn)).round() as u8).collect();
+            found.push(Exposure { cols: images.sensor_cols as usize, dn });
         }
     }
     Ok(found)

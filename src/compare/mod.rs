@@ -29,7 +29,7 @@ pub use statistics::{Statistics, Tally};
 pub struct Exposure {
     /// Columns [px].
     pub cols: usize,
-    /// Digital numbers `[rows, cols]`, row-major [DN].
+    /// Digital numbers `[rows, cols]`, row-major [DN of 8 bits].
     pub dn: Vec<u8>,
 }
 
@@ -76,10 +76,17 @@ pub struct Frame {
     /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
     /// an instrument are equal where the steps are.
     pub range: Vec<f64>,
-    /// Digital number at the peak `[rows, cols]` [DN]; 0 where missing.
+    /// Digital number at the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.
     pub reflectance: Option<Vec<f32>>,
-    /// Sum of digital numbers beside the peak `[rows, cols]` [DN]; 0 where missing.
+    /// Sum of digital numbers beside the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.
     pub scatter: Option<Vec<f32>>,
     /// Exposures that were kept.
     pub exposures: Vec<Exposure>,
+    /// Bits of the numbers in the file, 0 where it does not say; here all are on the scale of 8 bits.
+    pub bits: u64,
+}
+
+/// What a digital number of `bits` is on the scale of 8 bits [1].
+fn to_eight_bits(bits: u64) -> f32 {
+    if (9..=16).contains(&bits) { 255.0 / ((1u32 << bits) - 1) as f32 } else { 1.0 }
 }

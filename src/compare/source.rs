@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{Dataset, Exposure, Frame, Unit, json_frame};
+use super::{Dataset, Exposure, Frame, Unit, json_frame, to_eight_bits};
 use crate::icon::{self, Content, Traits};
 use crate::shard::{ExrChannel, read_exr};
 
@@ -136,17 +136,20 @@ pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError>
     let description: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
+    let bits = description["bits"].as_u64().unwrap_or(0);
+    let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
     Ok(Frame {
         name,
         cols,
         rows,
         unit: if description["units"]["Range"] == "px" { Unit::Px { sensor_rows } } else { Unit::Mm },
         first_mm: description["calibration"]["x_first_mm"].as_f64(),
+        bits,
         col_mm: description["col_mm"].as_f64(),
         row_mm: description["row_mm"].as_f64(),
         range,
-        reflectance: find("Reflectance").or_else(|| find("Y")).map(seen),
-        scatter: find("Scatter").map(seen),
+        reflectance: find("Reflectance").or_else(|| find("Y")).map(seen).map(scaled),
+        scatter: find("Scatter").map(seen).map(scaled),
         exposures: Vec::new(),
     })
 }
@@ -181,7 +184,7 @@ fn icon_file(path: &Path) -> Result<Frame, SourceError> {
                     Some(icon::Scatter::Word(dn)) => Some(dn.into_iter().map(f32::from).collect()),
                     None => None,
                 },
-                exposures: Vec::new(),
+                ..Frame::default()
             })
         }
     }

@@ -35,6 +35,7 @@ pub use folder::DatasetFolder;
 pub use png::{Grey, read_png, write_png, write_png_as};
 pub use refuse::differences;
 pub use rows::row_batch;
+pub(crate) use rows::frame_numbers;
 pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
 pub use size::{estimated_bytes_per_sample, samples_per_shard};
 pub use writer::ShardWriter;
@@ -73,5 +74,6 @@ pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
         },
         sensor_cols: size.columns as u64,
         sensor_rows: size.rows as u64,
+        bits: output.bits.into(),
     }
 }
