@@ -113,7 +113,10 @@ fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
     let threshold = scene.extraction.threshold_dn;
     let lit = |row: &usize| {
         let dn = &record.stack[record.stack.len() / 2].dn;
-        dn[row * columns..(row + 1) * columns].iter().filter(|&&v| f64::from(v) >= threshold + 8.0 * scene.readout.scale()).count()
+        dn[row * columns..(row + 1) * columns]
+            .iter()
+            .filter(|&&v| f64::from(v) >= threshold + 8.0 * scene.readout.scale())
+            .count()
             > columns / 200
     };
     let first = (0..scene.size.rows).find(lit).unwrap_or(0);

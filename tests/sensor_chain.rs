@@ -28,8 +28,7 @@ fn white(profiles: usize) -> Scene {
 
 fn sensor(scene: &Scene) -> (Sensor, Band) {
     let medium = Medium::opaque(Gloss::NONE);
-    let body =
-        Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
+    let body = Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
     let band = sensor.band(&specimen, BARE..scene.size.profiles, Band::default());
     (sensor, band)
@@ -127,7 +126,8 @@ fn spectrum(frame: &[f64], columns: usize, along_rows: bool) -> Vec<f64> {
 #[test]
 fn structure_shows_in_the_spectra() {
     const FRAMES: usize = 12;
-    for (row, column, dsnu) in [(0.2, 0.1, 0.25), (0.0, 0.1, 0.25), (0.2, 0.0, 0.25), (0.2, 0.1, 0.0), (0.0, 0.0, 0.0)] {
+    for (row, column, dsnu) in [(0.2, 0.1, 0.25), (0.0, 0.1, 0.25), (0.2, 0.0, 0.25), (0.2, 0.1, 0.0), (0.0, 0.0, 0.0)]
+    {
         let mut scene = white(FRAMES);
         (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
         let exposure = &mut scene.bench.exposure;
@@ -149,7 +149,11 @@ fn structure_shows_in_the_spectra() {
             // Of `lines` independent lines; the other structure is alike in all of them and scatters as one line does.
             let expected = pixel + across * across * length as f64;
             let error = expected * (2.0 / lines as f64).sqrt();
-            assert!((power[0] - expected).abs() < 4.0 * error, "{row} {column} {dsnu}: {} for {expected} at 0", power[0]);
+            assert!(
+                (power[0] - expected).abs() < 4.0 * error,
+                "{row} {column} {dsnu}: {} for {expected} at 0",
+                power[0]
+            );
             let rest = power[1..].iter().sum::<f64>() / (power.len() - 1) as f64;
             let all = pixel + other * other;
             let error = pixel * (2.0 / (columns * rows) as f64).sqrt() + other * other * (2.0 / length as f64).sqrt();

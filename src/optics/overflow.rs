@@ -29,7 +29,8 @@ impl Default for Charge {
 impl Charge {
     /// Lets `share` of what is above `full` flow on.
     pub fn overflow(&mut self, full: f32, share: f32) {
-        let over: Vec<[f32; TILE]> = self.level.iter().map(|row| row.map(|v| 0.5 * share * (v - full).max(0.0))).collect();
+        let over: Vec<[f32; TILE]> =
+            self.level.iter().map(|row| row.map(|v| 0.5 * share * (v - full).max(0.0))).collect();
         for c in 0..TILE {
             if over.iter().any(|row| row[c] > 0.0) {
                 self.flow(&over, full, c, 0..ROWS);
@@ -70,7 +71,10 @@ mod tests {
             let before: f64 = (0..ROWS).map(|k| held(light(k))).sum();
             let after: f64 = (0..ROWS).map(|k| held(charge.level[k][5])).sum();
             let over: f64 = (0..ROWS).map(|k| f64::from((light(k) - full).max(0.0))).sum();
-            assert!((after - before - f64::from(share) * over).abs() < 1e-3 * over, "{share}: {before} to {after} of {over}");
+            assert!(
+                (after - before - f64::from(share) * over).abs() < 1e-3 * over,
+                "{share}: {before} to {after} of {over}"
+            );
             let noisy: f64 = (0..ROWS).map(|k| f64::from(charge.noisy[k][5] - light(k))).sum();
             assert!((noisy - f64::from(share) * over).abs() < 1e-3 * over, "noise of {noisy}");
             let full_rows: Vec<usize> = (0..ROWS).filter(|&k| charge.level[k][5] >= full).collect();

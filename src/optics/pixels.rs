@@ -81,10 +81,7 @@ impl Pixels {
     fn shown(&self, [response, offset]: [i8; 2]) -> (f32, f32) {
         let responds = (1.0 + self.steps[0] * f32::from(response)).max(0.0);
         let shifts = self.steps[1] * f32::from(offset);
-        (
-            if response == DEFECT { 0.0 } else { responds },
-            if offset == DEFECT { FULL } else { shifts },
-        )
+        (if response == DEFECT { 0.0 } else { responds }, if offset == DEFECT { FULL } else { shifts })
     }
 
     /// Row `k` of windows that begin at `first_row` in each column of a tile.
@@ -129,7 +126,9 @@ mod tests {
         assert!(pixels(|_| ()).is_none());
         // 204 800 pixels: a spread is known to 0.16 %, four of which.
         let near = |found: f64, set: f64| (found - set).abs() <= 0.0064 * set;
-        let all = |p: &Pixels| (0..SIZE.rows * SIZE.columns).map(|i| p.at(i / SIZE.columns, i % SIZE.columns)).collect::<Vec<_>>();
+        let all = |p: &Pixels| {
+            (0..SIZE.rows * SIZE.columns).map(|i| p.at(i / SIZE.columns, i % SIZE.columns)).collect::<Vec<_>>()
+        };
         let found = all(&pixels(|e| e.prnu = 0.01).expect("pixels differ"));
         assert!(near(moments(found.iter().map(|v| v.0)).1, 0.01) && found.iter().all(|v| v.1 == 0.0));
         let found = all(&pixels(|e| e.dsnu_dn = 0.25).expect("pixels differ"));

@@ -74,7 +74,8 @@ impl Scripts {
             settings,
             phases: phases.collect(),
             turns: [std::f64::consts::TAU * rng.random::<f64>(), std::f64::consts::PI * shift / pupil],
-            noise: [bench.exposure.dark_level_dn * scale, (noise * noise - 1.0 / 12.0).max(0.0).sqrt()].map(|v| v as f32),
+            noise: [bench.exposure.dark_level_dn * scale, (noise * noise - 1.0 / 12.0).max(0.0).sqrt()]
+                .map(|v| v as f32),
             most: f32::from(readout.most()),
             stream,
         }
@@ -129,7 +130,8 @@ impl Scripts {
                 continue;
             }
             let half = half.sqrt();
-            let columns = (centre[1] - half).ceil().max(0.0) as usize..((centre[1] + half).floor() as usize + 1).min(size);
+            let columns =
+                (centre[1] - half).ceil().max(0.0) as usize..((centre[1] + half).floor() as usize + 1).min(size);
             let line = row * size..(row + 1) * size;
             let disc = line.start + columns.start..line.start + columns.end;
             field[disc.clone()].copy_from_slice(&self.phases[disc]);

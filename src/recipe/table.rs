@@ -9,6 +9,7 @@ use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
+use super::camera;
 use super::laser;
 use super::setting::{self, Setting};
 use super::{postprocess, setting_extraction, transport};
@@ -58,7 +59,7 @@ pub(super) const SECTIONS: [Section; 26] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
     drawn!(Laser, &[], laser::TABLE),
-    drawn!(Camera, &[], setting::CAMERA),
+    drawn!(Camera, &[], camera::TABLE),
     drawn!(Exposure, &[], setting::EXPOSURE),
     drawn!(Speckle, &[], setting::SPECKLE),
     drawn!(Board, &[Subject::Wood]),

@@ -1,7 +1,7 @@
 //! The PNG images of a row: size, depth, values, and the rule for missing pixels.
 
-use output_schema::{Images, Kind};
 use output_schema::row::{IMAGES, ROW};
+use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};

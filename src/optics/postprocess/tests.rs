@@ -15,6 +15,7 @@ fn bench() -> Bench {
         camera: Camera::from_values(default),
         exposure: Exposure::from_values(default),
         speckle: Speckle::from_values(default),
+        optics: crate::settings::Optics::default(),
     }
 }
 
@@ -118,7 +119,8 @@ fn each_order_differs_as_it_must() {
         // 1600 pixels of 19 DN that are alike a little: 0.55, four of which.
         assert!((mean - 111.6).abs() < 2.2, "{mean}");
     }
-    let all: Vec<_> = Order::ALL[1..].iter().map(|&order| scripts(order, SpeckleLaw::Rayleigh, 1.0).frame(line(), ROWS, 0)).collect();
+    let all: Vec<_> =
+        Order::ALL[1..].iter().map(|&order| scripts(order, SpeckleLaw::Rayleigh, 1.0).frame(line(), ROWS, 0)).collect();
     assert!((0..4).all(|i| (0..i).all(|j| all[i] != all[j])), "orders are alike");
 }
 

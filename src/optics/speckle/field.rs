@@ -81,7 +81,13 @@ impl Pupil {
 
 impl Half {
     /// Intensity of the rows from `first` on, as many as `light` has room for; `[rows][columns of the grid]`.
-    pub fn rows(&self, first: usize, light: &mut [f32], room: &mut Vec<Complex32>, planner: &mut FftPlannerScalar<f32>) {
+    pub fn rows(
+        &self,
+        first: usize,
+        light: &mut [f32],
+        room: &mut Vec<Complex32>,
+        planner: &mut FftPlannerScalar<f32>,
+    ) {
         let [across, down] = self.side;
         let rows = light.len() / across;
         room.clear();

@@ -98,7 +98,11 @@ mod tests {
         assert!((contrast(1.968 / 6.0, SpeckleLaw::Exponential) - 0.3115).abs() < 1e-3);
         assert!((contrast(1.968 / 3.45, SpeckleLaw::Exponential) - 0.487).abs() < 1e-3);
         assert!((contrast(100.0, SpeckleLaw::Exponential) - 1.0).abs() < 1e-3);
-        assert!((contrast(100.0, SpeckleLaw::Rayleigh) - 0.5227).abs() < 1e-3, "{}", contrast(100.0, SpeckleLaw::Rayleigh));
+        assert!(
+            (contrast(100.0, SpeckleLaw::Rayleigh) - 0.5227).abs() < 1e-3,
+            "{}",
+            contrast(100.0, SpeckleLaw::Rayleigh)
+        );
     }
 
     /// For a point a long way leaves 1 / (1 + 0.9 b / L) of the variance, within 12 %, a short one more; pixels have averaged

@@ -83,10 +83,8 @@ fn alike_in_pixels(s: f64, grain: f64) -> f64 {
     let sum = |s: f64| {
         let inside = |x: f64, y: f64| x * x + y * y <= 0.25 && x * x + (y - s) * (y - s) <= 0.25;
         let at = |i: usize| (i as f64 + 0.5) / CELLS as f64 - 0.5;
-        let cells: Vec<(usize, usize)> = (0..CELLS * CELLS)
-            .map(|i| (i % CELLS, i / CELLS))
-            .filter(|(x, y)| inside(at(*x), at(*y)))
-            .collect();
+        let cells: Vec<(usize, usize)> =
+            (0..CELLS * CELLS).map(|i| (i % CELLS, i / CELLS)).filter(|(x, y)| inside(at(*x), at(*y))).collect();
         let pair = |a: &(usize, usize), b: &(usize, usize)| shares[a.0.abs_diff(b.0)] * shares[a.1.abs_diff(b.1)];
         cells.iter().map(|a| cells.iter().map(|b| pair(a, b)).sum::<f64>()).sum::<f64>()
     };
@@ -154,7 +152,8 @@ fn the_thesis_law_has_its_contrast() {
     const SIDE: usize = 1000;
     let light: Vec<f64> = intensity(SIDE, 2.0, 0, Stream::root(4)).iter().map(|v| v.sqrt()).collect();
     let mean = light.iter().sum::<f64>() / light.len() as f64;
-    let contrast = |values: &[f64]| (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt() / mean;
+    let contrast =
+        |values: &[f64]| (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt() / mean;
     assert!((contrast(&light) - 0.5227).abs() < 0.003, "{}", contrast(&light));
     let bin = |i: usize| {
         let start = i / (SIDE / 5) * 5 * SIDE + i % (SIDE / 5) * 5;
@@ -164,7 +163,8 @@ fn the_thesis_law_has_its_contrast() {
     assert!((contrast(&bins) - 0.191).abs() < 0.004, "{}", contrast(&bins));
     let stack = Stack::new(0.328, SpeckleLaw::Rayleigh, [1, 1], Stream::root(5));
     let squares: f64 = (0..stack.rows()).flat_map(|row| stack.row(0, row as i64)[0]).map(|v| f64::from(v * v)).sum();
-    let (found, theory) = ((squares / (stack.rows() * TILE) as f64).sqrt(), goodman::pixel_contrast(0.328, SpeckleLaw::Rayleigh, 0.0));
+    let (found, theory) =
+        ((squares / (stack.rows() * TILE) as f64).sqrt(), goodman::pixel_contrast(0.328, SpeckleLaw::Rayleigh, 0.0));
     assert!((found / theory - 1.0).abs() < 0.025, "{found} for {theory}");
 }
 

@@ -117,11 +117,7 @@ fn found(trials: Trials, one: u64) -> Found {
         contrast: PIXELS.iter().map(|pixel| contrast(own.child("contrast"), *pixel, &tiles)).collect(),
         lags,
         profiles,
-        laws: [
-            law(&tiles, grain, 0, 2),
-            law(&tiles, grain, 1, 2),
-            law(&tiles, grain * PIXELS[OWN] / PIXELS[0], 0, 3),
-        ],
+        laws: [law(&tiles, grain, 0, 2), law(&tiles, grain, 1, 2), law(&tiles, grain * PIXELS[OWN] / PIXELS[0], 0, 3)],
         wide: neighbours(&tiles, grain * PIXELS[OWN] / PIXELS[PIXELS.len() - 1]),
         centre: WAISTS.iter().enumerate().map(lines).collect(),
         stack: speckle_stack::found(own.child("stack")),
