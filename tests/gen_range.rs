@@ -40,8 +40,7 @@ fn channel<'a>(channels: &'a [(String, Vec<f32>)], name: &str) -> &'a [f32] {
     &channels.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("no channel {name}")).1
 }
 
-/// Each form says its unit in `dataset.json`, in the files and in the card, passes its check to the last bit, and is seen
-/// through when it lies.
+/// Each form says its unit in `dataset.json`, in the files and in the card, and passes its check to the last bit.
 #[test]
 fn forms_say_what_they_are() {
     for (range, unit) in [("calibrated", "mm"), ("uncalibrated", "px"), ("rectified", "mm")] {
