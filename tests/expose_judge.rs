@@ -13,7 +13,7 @@ use sheetlight::recipe::Scene;
 const GREY: f32 = 0.6;
 /// Columns judged.
 const COLS: usize = 64;
-const RAYS: usize = 6_000_000;
+const RAYS: usize = 2_000_000;
 
 /// A plate of height and slopes, cut at profile 200.
 fn plate<'a>(name: &'a str, scene: &'a Scene, height_mm: f32, slope: [f32; 2], first_col: usize) -> Trial<'a> {
@@ -107,7 +107,7 @@ fn steps() {
         heights: [8.0, 20.0],
         first_col: 78,
         cols: 100,
-        rays: 10_000_000,
+        rays: 3_000_000,
     };
     let verdict = trial.compare();
     // A column at a wall sees both sides of it: light within three standard deviations of the blur counts.

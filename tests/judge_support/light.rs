@@ -1,10 +1,16 @@
 //! The laser: rays from a virtual source over the line, and the light that each carries.
 //!
-//! Rays fan out along x from (0, ., height) and stay in planes of one y; the irradiance on a surface that faces the light
-//! at distance rho from the source is what [`Light::irradiance`] says, for a Gaussian sheet behind a Powell lens
-//! P p(theta) / rho sqrt(2 / pi) / w(rho) exp(-2 y^2 / w(rho)^2), p = 1 / (2 tan(Phi / 2) cos^2 theta).
-//! Rays are drawn evenly in tan(theta) and from a mixture of two normal laws in y; each is weighted by irradiance x
-//! rho cos^2(theta) over the density of its draw.
+//! Rays fan out along x from (0, y, height) and stay in planes of one y. A surface that faces the light at the distance
+//! rho from the source, y beside the plane, gets the irradiance
+//!
+//! ```text
+//! E = P p(theta) / rho * S(y; theta, rho),     integral p dtheta = 1,  integral S dy = 1
+//! ```
+//!
+//! and every other one E times the cosine, which comes from drawing rays. They are drawn evenly in tan(theta) and from a
+//! mixture of normal laws in y; each is weighted by E rho cos^2(theta) over the density of its draw.
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use sheetlight::optics::parameters::Laser;
@@ -22,74 +28,132 @@ pub struct Ray {
     share: f64,
 }
 
-/// Irradiance of a surface that faces the light, of tan(theta), y and the distance to the source [W/mm^2].
-pub type Irradiance = Box<dyn Fn(f64, f64, f64) -> f64>;
+/// A normal law from which y is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Draw {
+    pub share: f64,
+    pub centre: f64,
+    pub sigma: f64,
+}
+
+/// p(theta), a function of tan(theta) [1/rad].
+pub type Along = Box<dyn Fn(f64) -> f64>;
+/// S, a function of y, tan(theta) and rho [1/mm].
+pub type Across = Box<dyn Fn(f64, f64, f64) -> f64>;
 
 /// A laser.
 pub struct Light {
+    watts: f64,
     height: f64,
     /// Least and greatest tan(theta) that are asked for.
     pub tans: [f64; 2],
-    /// Where rays are drawn about y = 0: standard deviations of the two laws [mm].
-    pub spread: [f64; 2],
-    /// Where the middle of the line lies, of tan(theta), and how the lines of more than one lie about it [mm].
-    pub middle: fn(f64) -> f64,
-    pub irradiance: Irradiance,
+    pub draws: Vec<Draw>,
+    pub along: Along,
+    pub across: Across,
 }
-
-/// Share of rays from the wider law.
-const WIDE: f64 = 0.1;
 
 /// Half width at 1/e^2 at `rho` from the source [mm].
 pub fn half_width(laser: &Laser, rho: f64) -> f64 {
     let waist = laser.waist_mm;
-    let rayleigh = std::f64::consts::PI * waist * waist / (laser.m_squared * laser.wavelength_nm * 1e-6);
+    let rayleigh = PI * waist * waist / (laser.m_squared * laser.wavelength_nm * 1e-6);
     let off = (rho - (laser.fan_height_mm - laser.waist_height_mm)) / rayleigh;
     waist * (1.0 + off * off).sqrt()
 }
 
+/// Tangent of half the fan's angle.
+pub fn half_fan(laser: &Laser) -> f64 {
+    (0.5 * laser.fan_angle_deg).to_radians().tan()
+}
+
+/// A Powell lens: even on a plane, without its soft ends.
+pub fn powell(laser: &Laser) -> Along {
+    let fan = half_fan(laser);
+    Box::new(move |tan| {
+        assert!(tan.abs() < 0.97 * fan, "the soft ends of the fan are not judged");
+        (1.0 + tan * tan) / (2.0 * fan)
+    })
+}
+
+/// A cylindrical lens: p = exp(-2 tan^2 / tan^2 (Phi / 2)) / norm, the norm by the midpoint rule.
+pub fn cylindrical(laser: &Laser) -> Along {
+    let fan = half_fan(laser);
+    let shape = move |tan: f64| (-2.0 * (tan / fan).powi(2)).exp();
+    let steps = 20_000;
+    let step = PI / f64::from(steps);
+    let norm: f64 = (0..steps).map(|i| shape(((f64::from(i) + 0.5) * step - 0.5 * PI).tan()) * step).sum();
+    Box::new(move |tan| shape(tan) / norm)
+}
+
+/// A Gaussian beam across.
+pub fn gaussian(laser: &Laser) -> Across {
+    let laser = *laser;
+    Box::new(move |y, _, rho| {
+        let w = half_width(&laser, rho);
+        (2.0 / PI).sqrt() / w * (-2.0 * y * y / (w * w)).exp()
+    })
+}
+
+/// Even over a width that is `width` at the conveyor and grows with the distance from the source [mm].
+pub fn slit(laser: &Laser, width: f64) -> Across {
+    let height = laser.fan_height_mm;
+    Box::new(move |y, tan, rho| {
+        let wide = width * rho / (1.0 + tan * tan).sqrt() / height;
+        if y.abs() < 0.5 * wide { 1.0 / wide } else { 0.0 }
+    })
+}
+
+/// `across` about a line that bows off the plane by `bow` at the conveyor, a function of tan over that of half the fan [mm].
+pub fn bowed(laser: &Laser, across: Across, bow: impl Fn(f64) -> f64 + 'static) -> Across {
+    let (fan, height) = (half_fan(laser), laser.fan_height_mm);
+    Box::new(move |y, tan, rho| {
+        let near = rho / (1.0 + tan * tan).sqrt() / height;
+        across(y - bow(tan / fan) * near, tan, rho)
+    })
+}
+
 impl Light {
-    /// A Gaussian sheet behind a Powell lens, of which rays between `tans` are drawn.
-    pub fn powell(laser: &Laser, tans: [f64; 2]) -> Self {
-        let fan = (0.5 * laser.fan_angle_deg).to_radians().tan();
-        assert!(tans.iter().all(|t| t.abs() < 0.97 * fan), "the soft ends of the fan are not judged");
-        Self::sheet(laser, tans, move |tan| (1.0 + tan * tan) / (2.0 * fan))
+    /// The laser's power behind a lens and through a section; rays between `tans` are drawn, as wide as a Gaussian line.
+    pub fn new(laser: &Laser, tans: [f64; 2], along: Along, across: Across) -> Self {
+        let sigma = 0.5 * half_width(laser, laser.fan_height_mm - 10.0);
+        Self { watts: laser.power_mw * 1e-3, height: laser.fan_height_mm, tans, draws: draws(0.0, sigma), along, across }
     }
 
-    /// A Gaussian sheet whose light goes `per_angle` along the fan [1/rad], a function of tan(theta).
-    pub fn sheet(laser: &Laser, tans: [f64; 2], per_angle: impl Fn(f64) -> f64 + 'static) -> Self {
-        let nominal = 0.5 * half_width(laser, laser.fan_height_mm - 10.0);
-        let laser = *laser;
-        let irradiance = move |tan: f64, y: f64, rho: f64| {
-            let w = half_width(&laser, rho);
-            let across = (2.0 / std::f64::consts::PI).sqrt() / w * (-2.0 * y * y / (w * w)).exp();
-            laser.power_mw * 1e-3 * per_angle(tan) / rho * across
-        };
-        Self {
-            height: laser.fan_height_mm,
-            tans,
-            spread: [1.1 * nominal, 3.0 * nominal],
-            middle: |_| 0.0,
-            irradiance: Box::new(irradiance),
-        }
+    /// A Gaussian sheet behind a Powell lens.
+    pub fn plain(laser: &Laser, tans: [f64; 2]) -> Self {
+        Self::new(laser, tans, powell(laser), gaussian(laser))
+    }
+
+    /// The same with rays drawn otherwise.
+    pub fn drawn(self, draws: Vec<Draw>) -> Self {
+        Self { draws, ..self }
     }
 
     /// Draws a ray.
-    pub fn shine(&self, chance: &mut Chance) -> Option<Ray> {
+    pub fn shine(&self, chance: &mut Chance) -> Ray {
         let [low, high] = self.tans;
         let tan = low + (high - low) * chance.uniform();
-        let sigma = self.spread[usize::from(chance.uniform() < WIDE)];
-        let off = sigma * chance.normals()[0];
-        let law = |s: f64| (-0.5 * (off / s).powi(2)).exp() / (s * std::f64::consts::TAU.sqrt());
-        let density = (1.0 - WIDE) * law(self.spread[0]) + WIDE * law(self.spread[1]);
-        let y = (self.middle)(tan) + off;
+        let mut pick = chance.uniform();
+        let chosen = self.draws.iter().find(|draw| {
+            pick -= draw.share;
+            pick < 0.0
+        });
+        let chosen = chosen.or(self.draws.last()).expect("rays are drawn from some law");
+        let y = chosen.centre + chosen.sigma * chance.normals()[0];
+        let law = |d: &Draw| d.share * (-0.5 * ((y - d.centre) / d.sigma).powi(2)).exp() / (d.sigma * (2.0 * PI).sqrt());
+        let density: f64 = self.draws.iter().map(law).sum();
         let way = DVec3::new(tan, 0.0, -1.0).normalize();
-        Some(Ray { from: DVec3::new(0.0, y, self.height), way, tan, y, share: (high - low) / density })
+        Ray { from: DVec3::new(0.0, y, self.height), way, tan, y, share: (high - low) / density }
     }
 
     /// Power that a drawn ray stands for where it meets the surface at `at` [W].
     pub fn watts(&self, ray: &Ray, at: DVec3) -> f64 {
         let rho = at.distance(ray.from);
-        (self.irradiance)(ray.tan, ray.y, rho) * rho / (1.0 + ray.tan * ray.tan) * ray.share
+        let facing = self.watts * (self.along)(ray.tan) / rho * (self.across)(ray.y, ray.tan, rho);
+        facing * rho / (1.0 + ray.tan * ray.tan) * ray.share
     }
+}
+
+/// Most rays as wide as a Gaussian line and some three times as wide.
+pub fn draws(centre: f64, sigma: f64) -> Vec<Draw> {
+    vec![Draw { share: 0.9, centre, sigma: 1.1 * sigma }, Draw { share: 0.1, centre, sigma: 3.0 * sigma }]
 }

@@ -13,6 +13,7 @@ pub mod eye;
 pub mod light;
 pub mod object;
 pub mod scenes;
+pub mod shapes;
 pub mod verdict;
 
 use glam::DVec3;
@@ -97,7 +98,7 @@ pub fn picture(light: &Light, object: &Object, eye: &Eye, region: Region, rays: 
     let mut chance = Chance::new(seed);
     let (mut sum, mut square) = (vec![0.0; region.cols * region.rows], vec![0.0; region.cols * region.rows]);
     for _ in 0..rays {
-        let Some(ray) = light.shine(&mut chance) else { continue };
+        let ray = light.shine(&mut chance);
         let Some((at, facet)) = object.first(ray.from, ray.way) else { continue };
         let normal = facet.normal;
         if facet.matte == 0.0 || normal.dot(ray.way) >= 0.0 {

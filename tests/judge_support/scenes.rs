@@ -116,7 +116,7 @@ impl Trial<'_> {
     /// Both sides under a Gaussian sheet behind a Powell lens and the camera of the scene.
     pub fn compare(&self) -> Verdict {
         let eye = self.eye();
-        let light = Light::powell(&self.scene.bench.laser, self.tans(&eye));
+        let light = Light::plain(&self.scene.bench.laser, self.tans(&eye));
         self.compare_under(&light, &eye)
     }
 
