@@ -69,7 +69,7 @@ fn main() {
 #[divan::bench]
 fn rows(bencher: Bencher) {
     let bench = Bench::new();
-    let rows = PROFILES + 2 * bench.sensor.halo();
+    let rows = PROFILES + bench.sensor.halo().iter().sum::<usize>();
     bencher.counter(ItemsCount::new(rows)).bench(|| bench.band());
 }
 

@@ -49,8 +49,8 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
 pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
-    let sensor =
-        Sensor::new(&scene.bench, scene.size, height, &matter, tiles, scene.stream).with_transport(scene.transport);
+    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, tiles, scene.stream)
+        .with_transport(scene.transport);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
     (sensor, specimen)
 }
@@ -219,9 +219,9 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
 }
 
 /// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
-fn band_profiles(columns: usize, halo: usize, beside: bool) -> usize {
+fn band_profiles(columns: usize, halo: [usize; 2], beside: bool) -> usize {
     let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
     let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + numbers * std::mem::size_of::<f32>());
     let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
-    rows.saturating_sub(2 * halo).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
+    rows.saturating_sub(halo.iter().sum()).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
 }

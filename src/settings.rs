@@ -11,6 +11,56 @@ pub struct Size {
     pub profiles: usize,
 }
 
+/// Lens that makes a sheet of a laser's beam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fan {
+    /// Even on a plane.
+    Powell,
+    /// With a hot spot in the middle.
+    Cylindrical,
+}
+
+impl Fan {
+    /// Every lens in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 2] = [Self::Powell, Self::Cylindrical];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 2] = ["powell", "cylindrical"];
+}
+
+/// What the laser looks like across its line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// A Gaussian beam.
+    Gaussian,
+    /// Even, with hard edges.
+    Slit,
+    /// A picture.
+    Texture,
+    /// A round Gaussian spot, stepped along the line.
+    Point,
+}
+
+impl Shape {
+    /// Every shape in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 4] = [Self::Gaussian, Self::Slit, Self::Texture, Self::Point];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 4] = ["gaussian", "slit", "texture", "point"];
+}
+
+/// What of the laser is not drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Line {
+    /// Its lens.
+    pub fan: Fan,
+    /// Its shape.
+    pub shape: Shape,
+}
+
+impl Line {
+    /// A Gaussian beam behind a Powell lens.
+    pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
+}
+
 /// Which side windows Scatter sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScatterMode {

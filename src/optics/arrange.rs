@@ -28,7 +28,7 @@ pub fn arrange(beside: &Beside, tile: usize, scratch: &mut Scratch) {
         windows[0].first_row = places[0];
         windows[1].first_row = places[1];
         windows[1].darken();
-        shift(spare, &mut windows[..*used], &[]);
+        shift(spare, &mut windows[..*used], &[], 1.0);
     } else {
         windows[1].first_row = places[1];
         windows[1].darken();
@@ -37,7 +37,7 @@ pub fn arrange(beside: &Beside, tile: usize, scratch: &mut Scratch) {
     let columns = &beside.second.columns;
     if columns.start < start + TILE && columns.end > start {
         through(&beside.second, start, spare);
-        shift(spare, windows, &beside.second.metal[start..start + TILE]);
+        shift(spare, windows, &beside.second.metal[start..start + TILE], 1.0);
     }
     for splat in beside.tile(tile) {
         lay(splat, start, windows);
@@ -48,9 +48,9 @@ fn load_rows(rows: &[i32], start: usize) -> [i32; TILE] {
     std::array::from_fn(|c| rows[start + c])
 }
 
-/// Adds the light of one window to others, row by row of the sensor; what comes from below counts as light from the
-/// surface in columns of `metal`.
-fn shift(from: &Window, to: &mut [Window], metal: &[bool]) {
+/// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light from
+/// the surface in columns of `metal`.
+pub fn shift(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
     for c in 0..TILE {
         let metal = metal.get(c).is_some_and(|&metal| metal);
         for window in to.iter_mut() {
@@ -58,7 +58,7 @@ fn shift(from: &Window, to: &mut [Window], metal: &[bool]) {
             let rows = ROWS as i32;
             for k in (-off).max(0)..(rows - off).min(rows) {
                 let (k, there) = (k as usize, (k + off) as usize);
-                let (surface, volume) = (from.surface[k][c], from.volume[k][c]);
+                let (surface, volume) = (share * from.surface[k][c], share * from.volume[k][c]);
                 window.surface[there][c] += if metal { surface + volume } else { surface };
                 window.volume[there][c] += if metal { 0.0 } else { volume };
             }

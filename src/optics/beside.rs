@@ -116,7 +116,7 @@ fn outside(stand: i32, first: i32) -> bool {
 }
 
 /// `stand`, moved until its window does not overlap the one that starts at `first`.
-fn apart(stand: i32, first: i32) -> i32 {
+pub fn apart(stand: i32, first: i32) -> i32 {
     let rows = ROWS as i32;
     match stand - first {
         d if d.abs() >= rows => stand,
@@ -126,7 +126,7 @@ fn apart(stand: i32, first: i32) -> i32 {
 }
 
 /// Light in the brightest row of a column's line [e-].
-fn line_peak(row: &Row, column: usize) -> f32 {
+pub fn line_peak(row: &Row, column: usize) -> f32 {
     let rate = row.rows_per_mm[column];
     peak(row.glare[column], row.variance[column], rate, |j| row.source[j][column] * row.exit[j][column])
 }

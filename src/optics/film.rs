@@ -9,7 +9,7 @@
 //! what lies below; light that comes back through another film than it went in by.
 
 use glam::Vec3;
-use procedural::{Film, Matter, Medium};
+use procedural::{Film, Matter, Medium, Surface};
 
 use super::blur::blur;
 use super::camera::{Camera, Sight};
@@ -52,8 +52,29 @@ pub struct Watch<'a> {
     pub camera: &'a Camera,
     /// Scan position [mm].
     pub y: f32,
+    /// The profile that stands there.
+    pub profile: isize,
     /// Light in one pixel that is left out where it lies beside the line [e-].
     pub faint: f32,
+}
+
+impl Watch<'_> {
+    /// What becomes of the light at `x` on a surface.
+    #[inline]
+    pub fn sight(&self, x: f32, surface: &Surface) -> Sight {
+        let mut sight = self.camera.sight(x, surface.z, surface.slope_y);
+        sight.electrons *= self.camera.slant(x, surface.z, surface.slope_x);
+        self.share(sight, x, surface.z)
+    }
+
+    /// The same with what a column gets of a point laser.
+    #[inline]
+    pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
+        match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
+            Some(share) => Sight { electrons: sight.electrons * share / sight.column_mm, ..sight },
+            None => sight,
+        }
+    }
 }
 
 /// What the laser meets below a film, by the column that looks at the film above it.
@@ -124,7 +145,8 @@ impl Room {
     pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], watch: &Watch<'_>) {
         let z = height_below(&hit.surface, film);
         let light: f32 = through.iter().sum();
-        let sight = watch.camera.sight(hit.x, z, film.under_slope[1]);
+        let [slope_x, slope_y] = film.under_slope;
+        let sight = watch.sight(hit.x, &Surface { z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         // No row holds more than all of it.
         let faint = light * white < watch.faint;

@@ -169,7 +169,7 @@ impl Lit<'_> {
             return None;
         }
         let Watch { specimen, camera, y, .. } = self.watch;
-        let source = camera.sight(hit.x, hit.surface.z, hit.surface.slope_y);
+        let source = self.watch.sight(hit.x, &hit.surface);
         let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
         let thrown = gloss.share * (1.0 - enters(hit.matter.medium.n_eff, normal, -source.light));
         let way = source.light - normal * (2.0 * source.light.dot(normal));

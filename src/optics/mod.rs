@@ -12,12 +12,15 @@ pub mod coherence;
 mod digitise;
 pub mod expose;
 pub mod film;
+pub mod laser;
 pub mod mirror;
 pub mod parameters;
 pub mod row;
+mod second;
 pub mod sensor;
 pub mod slow;
 pub mod speckle;
+pub mod streak;
 
 use std::sync::Arc;
 
@@ -25,13 +28,16 @@ use procedural::{Medium, Stream};
 
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
+use self::film::Watch;
+use self::laser::spots::Shining;
 use self::parameters::Bench;
 use self::row::{Row, RowMaker, RowScratch};
+use self::second::SecondLine;
 use self::sensor::Chain;
 use self::speckle::{FINE, Tile, Tiles};
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Size, Transport};
+use crate::settings::{Line, Size, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
@@ -57,6 +63,9 @@ pub struct Sensor {
     neighbours: [isize; ROWS],
     /// Movement of the pattern with the object [fine rows/mm].
     drift: f64,
+    second: Option<SecondLine>,
+    /// Light in one pixel that is left out where it lies beside the line [e-].
+    faint: f32,
     step: f64,
     size: Size,
     transport: Transport,
@@ -96,8 +105,16 @@ impl Band {
 impl Sensor {
     /// Sets the bench up over a specimen whose upper surface lies about `height` [mm]; `clear` is the medium whose paths
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
-    pub fn new(bench: &Bench, size: Size, height: f64, clear: &Medium, tiles: &Tiles, stream: Stream) -> Self {
-        let camera = Camera::new(bench, &size);
+    pub fn new(
+        bench: &Bench,
+        line: Line,
+        size: Size,
+        height: f64,
+        clear: &Medium,
+        tiles: &Tiles,
+        stream: Stream,
+    ) -> Self {
+        let camera = Camera::new(bench, &size, line, stream);
         let magnification = camera.rig.magnification();
         let grain =
             bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
@@ -125,7 +142,14 @@ impl Sensor {
             transport: Transport::Kernel,
             stream,
             speckle_key: stream.child("speckle").key(),
-            maker: RowMaker::new(bench.motion.conveyor_reflectance, &camera, size.columns, FAINT_DN / chain.gain),
+            maker: RowMaker::new(
+                bench.motion.conveyor_reflectance,
+                &camera,
+                Shining::new(&bench.laser, stream.child("shining")),
+                size.columns,
+            ),
+            second: SecondLine::new(&bench.laser, step),
+            faint: FAINT_DN / chain.gain,
             chain,
             camera,
         }
@@ -161,18 +185,23 @@ impl Sensor {
     }
 
     /// Rows of the specimen that a profile needs before and behind its own.
-    pub fn halo(&self) -> usize {
-        self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize
+    pub fn halo(&self) -> [usize; 2] {
+        let window = self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize;
+        let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
+        [window + before, window + behind]
     }
 
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
-        (band.halo, band.profiles) = (self.halo(), profiles);
-        band.rows.resize_with(band.profiles.len() + 2 * band.halo, Row::default);
+        let [before, behind] = self.halo();
+        (band.halo, band.profiles) = (before, profiles);
+        band.rows.resize_with(band.profiles.len() + before + behind, Row::default);
         let mut scratch = RowScratch::new(self.size.columns);
         for (place, row) in band.rows.iter_mut().enumerate() {
-            let y = self.position_of((band.profiles.start + place) as isize - band.halo as isize);
-            self.maker.make(specimen, &self.camera, y as f32, &mut scratch, row);
+            let profile = (band.profiles.start + place) as isize - band.halo as isize;
+            let y = self.position_of(profile) as f32;
+            let watch = Watch { specimen, camera: &self.camera, y, profile, faint: self.faint };
+            self.maker.make(watch, &mut scratch, row);
         }
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);

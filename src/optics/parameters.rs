@@ -29,10 +29,62 @@ parameters! {
         m_squared: 1.0, 50.0, 1.3, "[V] from 200 um over 70 mm";
         /// Height of the point that the fan comes from over the conveyor.
         fan_height_mm: 20.0, 5000.0, 400.0, "[M] 200 to 600";
-        /// Full angle of the fan (Powell lens: even line on a plane).
+        /// Full angle of the fan: its ends behind a Powell lens, 1/e^2 behind a cylindrical one.
         fan_angle_deg: 1.0, 120.0, 45.0, "[M] 20 to 75";
+        /// Half width of the ramps at the ends of a Powell lens's fan, over half the fan.
+        fan_soft_ends: 0.001, 0.5, 0.02, "[M] 0.02 to 0.05";
+        /// Greatest departure from an even line: 3 to 5 sinusoids along the fan.
+        fan_ripple: 0.0, 0.5, 0.0, "[V] 0.05 to 0.2";
         /// Spectral width at half maximum.
         linewidth_nm: 0.001, 20.0, 0.8, "[M] 0.3 to 1.0";
+        /// Width of a slit's line at the conveyor.
+        line_width_mm: 0.02, 3.0, 0.3, "[T] a slit; width free";
+        /// Extent of a texture along the line, at the conveyor.
+        texture_length_mm: 1.0, 5000.0, 300.0, "free";
+        /// Extent of a texture across the line, at the conveyor.
+        texture_width_mm: 0.05, 4.0, 0.61, "0.01 a pixel of the thesis' line, as wide as the default waist then";
+        /// Where a point laser stands along the line in the first profile, at the conveyor.
+        point_x_mm: -2000.0, 2000.0, 0.0, "free";
+        /// How far a point laser goes on from profile to profile.
+        point_step_mm: -100.0, 100.0, 0.0924, "[C] a column";
+        /// Length of line about its first place that a point laser goes round in.
+        point_span_mm: 0.01, 4000.0, 100.0, "free";
+        /// Distance along the motion of a second line, parallel to the first; 0 for none.
+        second_line_mm: -20.0, 20.0, 0.0, "off";
+        /// Share of the power in the second line.
+        second_line_share: 0.0, 0.9, 0.5, "[M]";
+        /// Bow of the line at both ends of the fan, at the conveyor (smile, quadratic); unknown to the calibration.
+        smile_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50";
+        /// The same with unlike signs at the two ends (cubic).
+        smile_cubic_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50";
+        /// Share of the power in lines beside the line.
+        lobe_share: 0.0, 0.5, 0.0, "[M] 0.001 to 0.02";
+        /// Pairs of them, each further pair with 1, 1/4, 1/9 of the first one's light.
+        lobe_pairs: 1.0, 3.0, 1.0, "[M]", count;
+        /// Distance of the first pair from the line, in half widths w of the line.
+        lobe_distance: 1.0, 8.0, 2.5, "[M] 1.5 to 4";
+        /// Share of the power in a wide halo around the line.
+        skirt_share: 0.0, 0.5, 0.0, "[M] 0.005 to 0.03";
+        /// Full width of the halo at half its height, in half widths w of the line.
+        skirt_width: 1.0, 40.0, 10.0, "[M] 5 to 20";
+        /// Standard deviation of the line's width along itself, over its width.
+        width_jitter: 0.0, 0.3, 0.0, "[M] 0.05";
+        /// Correlation length of that, at the conveyor.
+        width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10";
+        /// Single fibres that guide light out of the line, on wood, at any moment.
+        streaks_per_mm: 0.0, 50.0, 0.0, "[M] 0.5 to 2";
+        /// Their width.
+        streak_width_um: 5.0, 200.0, 40.0, "[M] 30 to 50, a tracheid";
+        /// Mean length on either side of the line, an exponential law.
+        streak_length_mm: 0.02, 5.0, 0.4, "[M]";
+        /// Their mean irradiance over the peak of the line.
+        streak_share: 0.0, 0.5, 0.03, "[M] 0.01 to 0.05";
+        /// Facets of metal that mirror light into the lens, at any moment.
+        glints_per_mm: 0.0, 50.0, 0.0, "[M]";
+        /// Mean light of such a facet over that of the metal around it in a column, an exponential law.
+        glint_gain: 0.0, 1000.0, 4.0, "[M]";
+        /// Mean length of a facet along the motion, an exponential law.
+        glint_length_mm: 0.01, 5.0, 0.15, "[M] two passes of a cutter";
     }
 }
 

@@ -13,9 +13,12 @@ use super::beside::{self, Beside};
 use super::blur::blur;
 use super::camera::{Camera, Sight};
 use super::film::{self, Watch};
+use super::laser::spots::{Segment, Shining, lean};
 use super::mirror::Lit;
 use super::speckle::TILE;
-use crate::specimen::{Hit, Specimen};
+use super::streak::{self, Streak};
+use crate::lanes::ln;
+use crate::specimen::Hit;
 use crate::transport::fresnel;
 use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
 
@@ -36,6 +39,10 @@ pub struct Row {
     pub rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
+    /// Unit of the laser's section [px], and place along its nodes [1]; empty for a Gaussian line.
+    pub unit: Vec<f32>,
+    /// See [`Self::unit`].
+    pub node: Vec<f32>,
     /// Light thrown back by the surface itself [e-].
     pub glare: Vec<f32>,
     /// Light that entered below the surface, as a white Lambertian surface would return it to the lens [e-].
@@ -48,9 +55,18 @@ pub struct Row {
     pub exit: [Vec<f32>; BASIS],
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
     pub beside: Option<Box<Beside>>,
+    /// Single fibres that guide light out of the line, by rising column.
+    pub streaks: Vec<Streak>,
 }
 
 impl Row {
+    /// Streaks that touch a tile of columns.
+    pub fn streaks_of(&self, tile: usize) -> &[Streak] {
+        let at = |column: f32| self.streaks.partition_point(|streak| streak.column < column);
+        let start = (tile * TILE) as f32;
+        &self.streaks[at(start - streak::BESIDE)..at(start + TILE as f32 + streak::BESIDE)]
+    }
+
     /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, so light
     /// that would leave beyond the front edge is seen as if the surface went on.
     pub fn face(&mut self, next: &Row) {
@@ -73,8 +89,7 @@ pub struct RowMaker {
     conveyor_reflectance: f32,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
-    /// Light in one pixel that is left out where it lies beside the line [e-].
-    faint: f32,
+    shining: Shining,
 }
 
 /// Room that one thread needs to make rows.
@@ -88,6 +103,8 @@ pub struct RowScratch {
     pull: Vec<f32>,
     pieces: Vec<Range<usize>>,
     beside: beside::Room,
+    segments: Vec<Segment>,
+    glints: Vec<(usize, f32)>,
 }
 
 impl RowScratch {
@@ -101,33 +118,40 @@ impl RowScratch {
             pull: vec![0.0; columns],
             pieces: Vec::new(),
             beside: beside::Room::default(),
+            segments: Vec::new(),
+            glints: Vec::new(),
         }
     }
 }
 
 impl RowMaker {
-    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, and a sensor of
-    /// `columns` columns that does not notice `faint` electrons in a pixel.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, columns: usize, faint: f32) -> Self {
+    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, an object that is
+    /// `shining`, and a sensor of `columns` columns.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, shining: Shining, columns: usize) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
+            shining,
             shares: Shares::new(),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
-            faint,
         }
     }
 
-    /// The row at scan position `y` [mm] of `specimen`.
-    pub fn make(&self, specimen: &Specimen, camera: &Camera, y: f32, scratch: &mut RowScratch, row: &mut Row) {
+    /// The row of what `watch` looks at.
+    pub fn make(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        let Watch { specimen, camera, y, .. } = watch;
         let columns = scratch.electrons.len();
         specimen.look(y, columns, self.conveyor, &mut row.hits);
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
             field.resize(columns.next_multiple_of(TILE), 0.0);
         }
+        let section = camera.laser.section();
+        if section.is_some() {
+            row.unit.resize(columns.next_multiple_of(TILE), 0.0);
+            row.node.resize(columns.next_multiple_of(TILE), 0.0);
+        }
         let relief = specimen.has_relief();
-        let watch = Watch { specimen, camera, y, faint: self.faint };
         if relief {
             row.beside.get_or_insert_default();
             scratch.beside.second.clear(columns);
@@ -138,13 +162,18 @@ impl RowMaker {
         for (column, hit) in row.hits.iter().enumerate() {
             let bare = hit.matter.class == Class::Background;
             let sight = if bare {
-                self.conveyor_sights[column]
+                watch.share(self.conveyor_sights[column], hit.x, 0.0)
             } else {
-                camera.sight(hit.x, hit.surface.z, hit.surface.slope_y)
+                watch.sight(hit.x, &hit.surface)
             };
             row.centre[column] = sight.row;
             row.rows_per_mm[column] = sight.rows_per_mm;
             row.variance[column] = sight.variance;
+            if let Some(section) = section {
+                row.unit[column] = sight.unit;
+                let side = 0.5 + 0.5 * camera.laser.side(hit.x, hit.surface.z);
+                row.node[column] = side * section.nodes() as f32 - 0.5;
+            }
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
             if bare {
                 row.glare[column] = reach * sight.view.z * self.conveyor_reflectance;
@@ -188,11 +217,76 @@ impl RowMaker {
         if first < last {
             self.spread(first..last, camera, relief, scratch, row);
         }
+        self.glint(watch, scratch, row);
+        self.streaks(watch, scratch, row);
+        if camera.laser.is_point() {
+            // What the lens blurs along a line is even anyway.
+            blur(&mut row.glare[..columns], camera.blur_variance, 1.0, &mut scratch.line);
+        }
         if let Some(mut beside) = row.beside.take() {
             let lit = Lit { watch, hits: &row.hits, spread: &scratch.spread };
             beside.make(&lit, row, &mut scratch.beside);
             row.beside = Some(beside);
         }
+    }
+
+    /// Lets facets of metal shine that mirror light into the lens.
+    fn glint(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        let Some((spots, gain)) = &self.shining.glints else { return };
+        spots.meet(f64::from(watch.y), ends(&row.hits), &mut scratch.segments);
+        for segment in &scratch.segments {
+            let (column, hit) = at(&row.hits, segment.x);
+            let gloss = &hit.matter.medium.gloss;
+            if !gloss.is_metal() {
+                continue;
+            }
+            // An exponential law of brightness, as of facets that lie more or less right.
+            let light = gain * -ln(segment.draw) * row.glare[column];
+            let off = watch.camera.place(hit.x, 0.0, hit.surface.z)[0] - watch.camera.place(segment.x, 0.0, hit.surface.z)[0];
+            for (side, part) in streak::columns(-off, watch.camera.blur_variance + streak::PIXEL) {
+                let there = column.wrapping_add_signed(side);
+                if let Some(hit) = row.hits.get(there)
+                    && hit.matter.class != Class::Background
+                {
+                    scratch.glints.push((there, part * light));
+                }
+            }
+        }
+        for (column, light) in scratch.glints.drain(..) {
+            row.glare[column] += light;
+        }
+    }
+
+    /// Notes the fibres that guide light out of the line.
+    fn streaks(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        row.streaks.clear();
+        let Some((spots, width, share)) = &self.shining.streaks else { return };
+        spots.meet(f64::from(watch.y), ends(&row.hits), &mut scratch.segments);
+        for segment in &scratch.segments {
+            let (column, hit) = at(&row.hits, segment.x);
+            let Some(lean) = lean(&hit.matter.medium) else { continue };
+            if hit.matter.class == Class::Background || !hit.seen {
+                continue;
+            }
+            let x = segment.x - segment.reach[0] * lean;
+            let place = watch.camera.place(x, 0.0, hit.surface.z)[0];
+            let rate = row.rows_per_mm[column];
+            let wide = width / self.conveyor_sights[column].column_mm;
+            // Even between a third and five thirds of the mean.
+            let bright = share * (1.0 / 3.0 + 4.0 / 3.0 * segment.draw);
+            row.streaks.push(Streak {
+                column: place,
+                centre: row.centre[column],
+                lean: -lean / self.conveyor_sights[column].column_mm / rate,
+                rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
+                electrons: bright * wide * beside::line_peak(row, column),
+                variance: [
+                    watch.camera.blur_variance + streak::PIXEL + wide * wide / 12.0,
+                    watch.camera.lens_variance(),
+                ],
+            });
+        }
+        row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));
     }
 
     /// Lets the light of the columns `own` spread, along the motion and along the line.
@@ -224,6 +318,19 @@ impl RowMaker {
             }
         }
     }
+}
+
+/// Where a row of columns starts and ends [mm].
+fn ends(hits: &[Hit]) -> Range<f64> {
+    let at = |hit: Option<&Hit>| hit.map_or(0.0, |hit| f64::from(hit.x));
+    at(hits.first())..at(hits.last())
+}
+
+/// The column that looks at `x`, and what it sees.
+fn at(hits: &[Hit], x: f32) -> (usize, &Hit) {
+    let right = hits.partition_point(|hit| hit.x < x).clamp(1, hits.len() - 1);
+    let column = if x - hits[right - 1].x < hits[right].x - x { right - 1 } else { right };
+    (column, &hits[column])
 }
 
 /// Pieces of a row between upright walls and gaps, of the columns `first..`. A film goes on through its walls, and

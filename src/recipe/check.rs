@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::Subject;
 use super::dist::Distribution;
 use super::setting::MOST_PIXELS;
+use super::laser;
 use super::settings::Settings;
 use super::together::{Together, blister, wood};
 use super::transport;
@@ -25,6 +26,7 @@ const ROUNDING: f64 = 1.0 / 12.0;
 /// The settings together.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     transport::check(walk, subject, settings);
+    laser::settings(walk, settings);
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
         let problem = format!(
@@ -95,7 +97,7 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
 /// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
 pub(super) fn scene(
     walk: &mut Walk,
-    subject: Option<Subject>,
+    (subject, settings): (Option<Subject>, &Settings),
     prefix: &str,
     base: &BTreeMap<String, Distribution>,
     overrides: &BTreeMap<String, Distribution>,
@@ -122,6 +124,8 @@ pub(super) fn scene(
         );
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
+
+    laser::together(walk, settings, &scene);
 
     match subject {
         Some(Subject::Wood) => wood(walk, &scene),

@@ -46,6 +46,7 @@ impl Recipe {
             stream,
             size: self.settings.size(),
             bench,
+            line: self.settings.line(),
             plan,
             transport: self.settings.transport(),
             extraction: self.settings.extraction(),

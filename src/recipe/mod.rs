@@ -11,6 +11,7 @@ mod draw;
 mod embedded;
 mod fault;
 mod forms;
+mod laser;
 mod read;
 mod reference;
 mod schema;
@@ -29,7 +30,7 @@ use procedural::Stream;
 use self::settings::Settings;
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Output, Size, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Size, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -82,6 +83,8 @@ pub struct Scene {
     pub size: Size,
     /// Bench.
     pub bench: Bench,
+    /// What of the laser is not drawn.
+    pub line: Line,
     /// Object.
     pub plan: Plan,
     /// How light spreads below the surface.

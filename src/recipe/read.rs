@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::check;
 use super::dist::Distribution;
 use super::dist_read;
+use super::laser;
 use super::setting::Value;
 use super::setting_read;
 use super::settings::Settings;
@@ -89,10 +90,12 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     transport::leave_out(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, subject, &settings);
-    check::scene(walk, subject, "", &parameters, &BTreeMap::new());
+    let kind = (subject, &settings);
+    check::scene(walk, kind, "", &parameters, &BTreeMap::new());
     for class in &classes {
-        check::scene(walk, subject, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+        check::scene(walk, kind, &format!("classes.{}.", class.name), &parameters, &class.overrides);
     }
+    laser::idle(walk, subject, &settings, &parameters, &classes);
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
 }
 

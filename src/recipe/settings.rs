@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
-use crate::settings::{Channel, Extraction, Output, ScatterMode, SensorStack, Size, Splits, ThesisMethod, Transport};
+use crate::settings::{
+    Channel, Extraction, Fan, Line, Output, ScatterMode, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
+};
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +37,13 @@ impl Settings {
     pub fn size(&self) -> Size {
         let [columns, rows, profiles] = ["scan.columns", "camera.rows", "scan.profiles"].map(|path| self.count(path));
         Size { columns, rows, profiles }
+    }
+
+    /// What of the laser is not drawn.
+    pub fn line(&self) -> Line {
+        let (fan, shape) = (self.word("laser.fan"), self.word("laser.profile"));
+        let named = |names: &[&str], name| names.iter().position(|known| *known == name).unwrap_or_default();
+        Line { fan: Fan::ALL[named(&Fan::NAMES, fan)], shape: Shape::ALL[named(&Shape::NAMES, shape)] }
     }
 
     /// How a profile is read.

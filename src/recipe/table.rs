@@ -8,6 +8,7 @@ use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
+use super::laser;
 use super::setting::{self, Setting};
 use super::transport;
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
@@ -55,7 +56,7 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
 pub(super) const SECTIONS: [Section; 22] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
-    drawn!(Laser),
+    drawn!(Laser, None, laser::TABLE),
     drawn!(Camera, None, setting::CAMERA),
     drawn!(Exposure),
     drawn!(Speckle),

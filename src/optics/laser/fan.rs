@@ -1,0 +1,112 @@
+//! Light along the line: q(t), share of the power per unit of t = tan(theta); on a level plane at depth h a mm carries q / h.
+//!
+//! ```text
+//! powell        q = 1 / (2 T) within |t| < T, ends ramp down over T (1 +- soft)         even on a plane
+//! cylindrical   q ~ exp(-2 t^2 / T^2) / (1 + t^2)                                       hot spot, p(theta) Gaussian in t
+//! texture       q ~ sum of the image's column
+//! ```
+//!
+//! T = tan(fan_angle / 2), for a cylindrical lens the angle at 1/e^2. Ripple multiplies q by 1 + r(t), r the sum of 3 to 5
+//! sinusoids with 1.5 to 12 periods over the fan, scaled to the amplitude asked for. Each q has the integral 1.
+//! Sources: cylindrical lenses and Powell lenses as their vendors describe them (Edmund Optics, Coherent). Neglected: speckle
+//! and interference fringes of the lens, light beyond the fan.
+
+use procedural::Stream;
+use rand::RngExt;
+
+use super::texture::Texture;
+use crate::lanes::turn;
+use crate::optics::parameters::Laser;
+use crate::settings::{self, Line};
+
+/// Steps of a table along the fan.
+const STEPS: usize = 4096;
+/// Half widths at 1/e^2 beyond which a Gaussian fan is dark: 1.5e-8 of its middle.
+const FARTHEST: f64 = 3.0;
+
+/// q(t).
+#[derive(Debug, Clone)]
+pub(super) enum Fan {
+    /// An even line: half its length and width of the ramps, in units of that [1].
+    Even { half: f32, soft: f32 },
+    /// q at even steps of t from -`reach` to `reach`.
+    Table { reach: f32, q: Vec<f32> },
+}
+
+impl Fan {
+    /// The fan of a bench with the tangent `half` at its ends.
+    pub fn new(bench: &Laser, line: Line, half: f64, image: Option<&Texture>, stream: Stream) -> Self {
+        let even = Self::Even { half: half as f32, soft: bench.fan_soft_ends as f32 };
+        let ripple = Ripple::new(bench.fan_ripple, half, stream);
+        match (image, line.fan) {
+            (Some(image), _) => Self::table(half, &|t| image.along(0.5 + 0.5 * t / half)),
+            (None, settings::Fan::Cylindrical) => Self::table(FARTHEST * half, &|t| {
+                let side = t / half;
+                libm::exp(-2.0 * side * side) / (1.0 + t * t) * ripple.at(t)
+            }),
+            (None, settings::Fan::Powell) if bench.fan_ripple == 0.0 => even,
+            (None, settings::Fan::Powell) => {
+                let reach = half * (1.0 + bench.fan_soft_ends);
+                Self::table(reach, &|t| f64::from(even.at(t as f32)) * ripple.at(t))
+            }
+        }
+    }
+
+    /// A table of `q`, brought to the integral 1 by the trapezoidal rule.
+    fn table(reach: f64, q: &dyn Fn(f64) -> f64) -> Self {
+        let step = 2.0 * reach / STEPS as f64;
+        let values: Vec<f64> = (0..=STEPS).map(|i| q(i as f64 * step - reach)).collect();
+        let sum = values.iter().sum::<f64>() - 0.5 * (values[0] + values[STEPS]);
+        let scale = if sum > 0.0 { 1.0 / (sum * step) } else { 0.0 };
+        Self::Table { reach: reach as f32, q: values.into_iter().map(|q| (q * scale) as f32).collect() }
+    }
+
+    /// q at `t` [1].
+    #[inline]
+    pub fn at(&self, t: f32) -> f32 {
+        match self {
+            Self::Even { half, soft } => {
+                let side = t.abs() / half;
+                0.5 * (1.0 - ((side - 1.0) / soft).clamp(-1.0, 1.0)) / (2.0 * half)
+            }
+            Self::Table { reach, q } => {
+                let place = (t + reach) / (2.0 * reach) * STEPS as f32;
+                if !(0.0..STEPS as f32).contains(&place) {
+                    return 0.0;
+                }
+                let left = place as usize;
+                q[left] + (q[left + 1] - q[left]) * (place - left as f32)
+            }
+        }
+    }
+}
+
+/// Sinusoids along the fan.
+struct Ripple {
+    half: f64,
+    /// Amplitude, periods over the fan, phase in turns.
+    waves: Vec<[f64; 3]>,
+}
+
+impl Ripple {
+    /// Ripple whose greatest departure from an even line is `amplitude`.
+    fn new(amplitude: f64, half: f64, stream: Stream) -> Self {
+        let mut rng = stream.rng();
+        let count = 3 + (rng.random::<u32>() % 3) as usize;
+        let mut wave = || [0.5 + rng.random::<f64>(), 1.5 + 10.5 * rng.random::<f64>(), rng.random::<f64>()];
+        let mut ripple = Self { half, waves: (0..count).map(|_| wave()).collect() };
+        let place = |i: usize| half * (2.0 * i as f64 / STEPS as f64 - 1.0);
+        let most = (0..=STEPS).map(|i| (ripple.at(place(i)) - 1.0).abs()).fold(0.0, f64::max);
+        ripple.waves.iter_mut().for_each(|wave| wave[0] *= amplitude / most.max(1e-9));
+        ripple
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        let side = 0.5 + 0.5 * t / self.half;
+        let wave = |[amplitude, periods, phase]: &[f64; 3]| {
+            let turns = periods * side + phase;
+            amplitude * f64::from(turn((turns - turns.floor()).min(1.0 - 1e-7) as f32).0)
+        };
+        1.0 + self.waves.iter().map(wave).sum::<f64>()
+    }
+}

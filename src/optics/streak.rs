@@ -1,0 +1,66 @@
+//! Single fibres that guide light out of the line, drawn into the window of a tile.
+//!
+//! An even stretch of light along the fibre, narrower than a column, with the blur of lens and pixel at its sides and at its
+//! ends. Neglected: light along the fibre grows fainter in truth; a streak is drawn in its column's own window only.
+
+use super::TILE;
+use super::expose::{ROWS, Window};
+use crate::lanes::exp;
+
+/// Variance of a box of one pixel [px^2].
+pub const PIXEL: f32 = 1.0 / 12.0;
+/// Columns by which a streak may lean out of the tile that it starts in [px].
+pub const BESIDE: f32 = 24.0;
+/// Standard deviations beyond its ends at which a streak is left out.
+const REACH: f32 = 4.0;
+
+/// A fibre that shines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Streak {
+    /// Sensor column where it crosses the line [px], and row of the line there [px].
+    pub column: f32,
+    /// See [`Self::column`].
+    pub centre: f32,
+    /// Columns that it goes aside in a row [1].
+    pub lean: f32,
+    /// Its first and last row [px].
+    pub rows: [f32; 2],
+    /// Light in each of its rows [e-].
+    pub electrons: f32,
+    /// Variance along the columns and along the rows [px^2].
+    pub variance: [f32; 2],
+}
+
+/// Parts of a Gaussian of variance `v` in the columns about the nearest one, which lies `off` from its middle; they sum to 1.
+pub fn columns(off: f32, v: f32) -> [(isize, f32); 5] {
+    let part = |side: isize| {
+        let d = side as f32 - off;
+        exp(-0.5 * d * d / v.max(0.05))
+    };
+    let parts = [-2, -1, 0, 1, 2].map(|side| (side, part(side)));
+    let sum: f32 = parts.iter().map(|(_, part)| part).sum();
+    parts.map(|(side, part)| (side, part / sum.max(1e-20)))
+}
+
+/// Draws streaks into the columns `start..` of a window, as light from below.
+pub fn draw(streaks: &[Streak], start: usize, window: &mut Window) {
+    for streak in streaks {
+        let sigma = streak.variance[1].sqrt();
+        let (first, last) = (streak.rows[0] - REACH * sigma, streak.rows[1] + REACH * sigma);
+        // The normal law by the logistic one, within 1 %.
+        let below = |row: f32| 1.0 / (1.0 + exp((-1.702 * row / sigma).clamp(-80.0, 80.0)));
+        for row in first.ceil() as i32..=last.floor() as i32 {
+            let light = streak.electrons * (below(row as f32 - streak.rows[0]) - below(row as f32 - streak.rows[1]));
+            let place = streak.column + streak.lean * (row as f32 - streak.centre);
+            let nearest = place.round();
+            for (side, part) in columns(place - nearest, streak.variance[0]) {
+                let column = nearest as isize + side - start as isize;
+                let Some(c) = usize::try_from(column).ok().filter(|&c| c < TILE) else { continue };
+                let k = row - window.first_row[c];
+                if (0..ROWS as i32).contains(&k) {
+                    window.volume[k as usize][c] += part * light;
+                }
+            }
+        }
+    }
+}
