@@ -1,22 +1,25 @@
 //! A recipe and a number of samples -> a dataset folder, shard by shard, continued wherever it stopped.
 
+mod estimate;
+
 use std::ops::Range;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use output_schema::dataset::{Generator, RecipeHead, SplitShares};
-use output_schema::{DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION, SubjectFiles};
+use output_schema::file::asset_path;
+use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
 
+use crate::asset::{Asset, Files, Kept};
 use crate::effective::declared;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Recipe;
-use crate::settings::Transport;
 use crate::shard::{
-    self, DatasetFolder, Encoded, GENERATOR_VERSION, ROW_BYTES, ShardError, ShardWriter, TABLES_BYTES,
-    estimated_bytes_per_sample, number_column,
+    self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, differences, number_column,
 };
+
+pub use self::estimate::Estimate;
 
 /// Memory for samples on their way to disk [bytes].
 const FLIGHT_BYTES: usize = 900 << 20;
@@ -73,6 +76,41 @@ pub struct Summary {
     pub total: u64,
 }
 
+/// The files that a recipe names, as its dataset keeps them.
+fn assets(recipe: &Recipe) -> Vec<AssetHead> {
+    let one = |(key, file): (&str, &Asset)| AssetHead {
+        key: key.into(),
+        name: file.name().into(),
+        path: asset_path(file.sha256(), &file.plain_name()),
+        bytes: file.bytes().len() as u64,
+        sha256: file.sha256().into(),
+    };
+    recipe.files().map(one).collect()
+}
+
+/// The recipe of a dataset, from the folder alone: its text, and the copies of the files that it names.
+///
+/// # Errors
+/// In words, where it does not load or means something else than it did.
+pub fn recipe_of(folder: &DatasetFolder) -> Result<Recipe, String> {
+    let head = folder.head();
+    if let Some(asset) = head.assets.iter().find(|asset| !asset.is_in_folder()) {
+        return Err(format!("dataset.json says that `{}` lies in `{}`", asset.key, asset.path));
+    }
+    let kept = |asset: &AssetHead| Kept {
+        key: asset.key.clone(),
+        name: asset.name.clone(),
+        path: folder.root().join(&asset.path),
+    };
+    let files = Files::Kept(head.assets.iter().map(kept).collect());
+    let recipe = Recipe::parse_with("dataset.json", &head.recipe.text, &files).map_err(|error| error.to_string())?;
+    if recipe.hash() == head.recipe.hash {
+        return Ok(recipe);
+    }
+    let keys = differences("recipe", &head.recipe.canonical, &recipe.canonical());
+    Err(format!("the recipe in dataset.json means something else to this program: {}", keys.join("; ")))
+}
+
 /// The head of the dataset that `order` describes.
 pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
     let per_shard =
@@ -92,6 +130,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
             hash: recipe.hash(),
             canonical: recipe.canonical(),
         },
+        assets: assets(recipe),
         seed: order.seed,
         samples: order.samples,
         samples_per_shard: per_shard,
@@ -120,6 +159,9 @@ pub fn sample(recipe: &Recipe, seed: u64, index: u64, tiles: &Tiles, progress: &
 /// [`ShardError`] as folder and shards give it; finished shards stay, and the same order continues.
 pub fn generate(recipe: &Recipe, order: &Order, watch: &(dyn Fn(Event) + Sync)) -> Result<Summary, ShardError> {
     let folder = DatasetFolder::open_or_create(&order.out, head(recipe, order))?;
+    for (file, asset) in recipe.files().zip(&folder.head().assets) {
+        folder.keep(&asset.path, file.1.bytes())?;
+    }
     let head = folder.head();
     let (part, parts) = order.part;
     let mine: Vec<u64> = (part..head.shards).step_by(parts as usize).collect();
@@ -173,99 +215,4 @@ fn in_flight(recipe: &Recipe) -> u64 {
 fn flights(samples: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>> {
     let end = samples.end;
     samples.step_by(length as usize).map(move |start| start..(start + length).min(end))
-}
-
-/// Samples of each class in the whole dataset, in the recipe's order.
-fn classes(recipe: &Recipe, order: &Order) -> Vec<(String, u64)> {
-    let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
-    let one = |mut counts: Vec<u64>, index: u64| {
-        let class = &recipe.class_of(order.seed, index).name;
-        names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| *count += 1);
-        counts
-    };
-    let none = || vec![0; names.len()];
-    let sum = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
-    let counts = (0..order.samples).into_par_iter().fold(none, one).reduce(none, sum);
-    names.iter().map(|name| name.to_string()).zip(counts).collect()
-}
-
-/// What a dataset would take.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Samples still to be made by this order.
-    pub samples: u64,
-    /// Shards that they fill.
-    pub shards: u64,
-    /// Size of one sample on disk [bytes].
-    pub sample_bytes: u64,
-    /// Time of one sample on this machine, all threads busy.
-    pub sample_time: Duration,
-    /// Free space where the dataset would lie [bytes].
-    pub free: Option<u64>,
-    /// Samples of each class in the whole dataset, in the recipe's order.
-    pub classes: Vec<(String, u64)>,
-}
-
-impl Estimate {
-    /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy; only one
-    /// where the transport is a slow one.
-    pub fn trial(recipe: &Recipe, order: &Order) -> u64 {
-        let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
-        together.min(order.samples)
-    }
-
-    /// Renders the first samples to see what one takes, and counts.
-    pub fn measure(recipe: &Recipe, order: &Order) -> Self {
-        let tiles = Tiles::new(order.seed);
-        let together = Self::trial(recipe, order);
-        if together > 1 {
-            // Tables are filled before the clock runs; a sample so large that it flies alone hides them.
-            sample(recipe, order.seed, 0, &tiles, &|_| ());
-        }
-        let start = Instant::now();
-        let bytes: u64 =
-            (0..together).into_par_iter().map(|i| sample(recipe, order.seed, i, &tiles, &|_| ()).bytes()).sum();
-        let sample_time = start.elapsed() / together as u32;
-        let (count, classes) = (Self::count(recipe, order), classes(recipe, order));
-        Self { sample_bytes: bytes / together + ROW_BYTES, sample_time, classes, ..count }
-    }
-
-    /// Counts what is to be made; size from the recipe's channels, no time and no classes.
-    pub fn count(recipe: &Recipe, order: &Order) -> Self {
-        let (part, parts) = order.part;
-        let folder = DatasetFolder::open(&order.out).ok();
-        let head = head(recipe, order);
-        // A shard that the folder's head ends early is made again.
-        let missing = |&shard: &u64| {
-            folder.as_ref().is_none_or(|f| f.head().span(shard) != head.span(shard) || !f.is_done(shard))
-        };
-        let (mut samples, mut shards) = (0, 0);
-        for shard in (part..head.shards).step_by(parts as usize).filter(missing) {
-            samples += head.span(shard).1;
-            shards += 1;
-        }
-        Self {
-            samples,
-            shards,
-            sample_bytes: estimated_bytes_per_sample(&recipe.output(), &recipe.size()),
-            sample_time: Duration::ZERO,
-            free: shard::free_bytes(&order.out),
-            classes: Vec::new(),
-        }
-    }
-
-    /// Size of what is to be made [bytes].
-    pub fn bytes(&self) -> u64 {
-        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards)
-    }
-
-    /// Time that it takes.
-    pub fn time(&self) -> Duration {
-        self.sample_time.saturating_mul(self.samples.min(u64::from(u32::MAX)) as u32)
-    }
-
-    /// Whether the disk can hold it; true where the system does not say.
-    pub fn fits(&self) -> bool {
-        self.free.is_none_or(|free| self.bytes() <= free)
-    }
 }

@@ -3,6 +3,7 @@
 //! In flow order:
 //!
 //! - [`yaml`]: files in YAML, and what is wrong with them
+//! - [`asset`]: files that a recipe names
 //! - [`recipe`]: YAML -> `Recipe`, `Recipe::draw(seed, index)` -> `Scene`
 //! - [`specimen`]: `procedural::Body` -> `Specimen`, ready for rays
 //! - [`transport`]: light inside matter
@@ -26,6 +27,7 @@
 //!
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
+pub mod asset;
 pub mod cli;
 pub mod compare;
 pub mod drawing;

@@ -9,8 +9,10 @@ use std::sync::Arc;
 
 use arrow_array::RecordBatch;
 use output_schema::DatasetHead;
+use output_schema::file::asset_path;
 use serde_json::Value;
 use shard_support::{SIZE, head, output, write_dataset};
+use sheetlight::asset::Asset;
 use sheetlight::shard::DatasetFolder;
 use sheetlight::validate::Code;
 use validate_support::{DATA, EXR, MANIFEST, after, agree, check, edit_json, rewrite};
@@ -138,4 +140,34 @@ fn an_unfinished_dataset_says_which_shards_are_missing() {
     let head: DatasetHead =
         serde_json::from_slice(&fs::read(place.path().join("dataset.json")).expect("there")).expect("a head");
     assert_eq!(head.shards, 3);
+}
+
+/// A copy of a file that the recipe names: changed, gone, of another recipe, or outside of the folder.
+#[test]
+fn files_that_the_recipe_names() {
+    let damaged = |damage: &dyn Fn(&Path, &str)| {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = write_dataset(place.path(), 4, &output());
+        let file = Asset::new("hook.obj", b"v 0 0 0".to_vec());
+        let path = asset_path(file.sha256(), &file.plain_name());
+        folder.keep(&path, file.bytes()).expect("it is kept");
+        edit_json(&place.path().join("dataset.json"), |v| {
+            v["recipe"]["canonical"]["mesh"] = serde_json::json!({ "file": { "sha256": file.sha256() } });
+            v["assets"] = serde_json::json!([{
+                "key": "mesh.file", "name": "hook.obj", "path": path, "bytes": 7, "sha256": file.sha256(),
+            }]);
+        });
+        damage(place.path(), &path);
+        check(&place).codes()
+    };
+    assert_eq!(damaged(&|_, _| ()), []);
+    assert_eq!(damaged(&|root, path| fs::write(root.join(path), "v 0 0 1").expect("written")), [Code::FileChecksum]);
+    assert_eq!(damaged(&|root, path| fs::write(root.join(path), "v 0 0").expect("written")), [Code::FileSize]);
+    assert_eq!(damaged(&|root, path| fs::remove_file(root.join(path)).expect("removed")), [Code::FileMissing]);
+    let edited = |edit: &dyn Fn(&mut Value)| damaged(&|root, _| edit_json(&root.join("dataset.json"), edit));
+    assert_eq!(edited(&|v| _ = v.as_object_mut().map(|v| v.remove("assets"))), [Code::FileUnexpected]);
+    for (key, value) in [("path", "../hook.obj"), ("key", "laser.texture")] {
+        let codes = edited(&|v| v["assets"][0][key] = value.into());
+        assert_eq!(codes, [Code::DatasetUnreadable, Code::FileUnexpected], "{key}");
+    }
 }

@@ -35,6 +35,30 @@ pub struct RecipeHead {
     pub canonical: Value,
 }
 
+/// A file that the recipe names.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AssetHead {
+    /// Key of the recipe that names it.
+    pub key: String,
+    /// Its name when it was read, without folders.
+    pub name: String,
+    /// Path of the copy, relative to the folder.
+    pub path: String,
+    /// Size [bytes].
+    pub bytes: u64,
+    /// SHA-256 of its content, hexadecimal.
+    pub sha256: String,
+}
+
+impl AssetHead {
+    /// Whether its path is that of a copy, and so leads out of no folder.
+    pub fn is_in_folder(&self) -> bool {
+        let name = self.path.strip_prefix("assets/").and_then(|rest| rest.strip_prefix(&self.sha256));
+        let hexadecimal = self.sha256.len() == 64 && self.sha256.bytes().all(|c| c.is_ascii_hexdigit());
+        hexadecimal && name.is_some_and(|name| name.starts_with('-') && !name.contains(['/', '\\']))
+    }
+}
+
 /// Shares of the splits [1].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SplitShares {
@@ -87,6 +111,9 @@ pub struct DatasetHead {
     pub target: String,
     /// The recipe.
     pub recipe: RecipeHead,
+    /// Files that the recipe names, by key; the key `assets` is left out where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assets: Vec<AssetHead>,
     /// Seed.
     pub seed: u64,
     /// Samples (n).

@@ -21,13 +21,18 @@ pub struct FileKind {
 }
 
 /// Every kind of file.
-pub const FILES: [FileKind; 6] = [
+pub const FILES: [FileKind; 7] = [
     FileKind {
         path: "dataset.json",
         when: "always",
         doc: "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.",
     },
     FileKind { path: "README.md", when: "always", doc: "Dataset card for people and for the Hugging Face hub." },
+    FileKind {
+        path: "assets/<sha256>-<name>",
+        when: "the recipe names files",
+        doc: "A copy of each file that the recipe names, by its content; `assets` of `dataset.json` lists them.",
+    },
     FileKind {
         path: "data/<split>-<shard>.parquet",
         when: "the shard has samples of the split",
@@ -49,6 +54,11 @@ pub const FILES: [FileKind; 6] = [
         doc: "Manifest: every file with its size and SHA-256, every sample with its own. Written last.",
     },
 ];
+
+/// Path of the copy of a file that the recipe names, relative to the folder.
+pub fn asset_path(sha256: &str, name: &str) -> String {
+    format!("assets/{sha256}-{name}")
+}
 
 /// Path of a shard's rows of one split, relative to the folder.
 pub fn data_path(split: &str, shard: u64) -> String {

@@ -85,7 +85,14 @@ fn dataset() -> Value {
         ("doc", text("Meaning.")),
     ]);
     let share = json!({ "type": "number", "minimum": 0, "maximum": 1 });
-    object(vec![
+    let asset = object(vec![
+        ("key", text("Key of the recipe that names it.")),
+        ("name", text("Its name when it was read, without folders.")),
+        ("path", text("Path of the copy, relative to the folder.")),
+        ("bytes", whole("Size [bytes].")),
+        ("sha256", sha256("Of its content.")),
+    ]);
+    let mut document = object(vec![
         ("format", json!({ "const": FORMAT })),
         ("schema_version", version()),
         ("generator", generator()),
@@ -99,6 +106,7 @@ fn dataset() -> Value {
                 ("canonical", json!({ "description": "Every key with its value, defaults filled in." })),
             ]),
         ),
+        ("assets", list(asset, "Files that the recipe names, by key; left out where there are none.")),
         ("seed", whole("Seed.")),
         ("samples", whole("Samples (n).")),
         ("samples_per_shard", json!({ "type": "integer", "minimum": 1, "description": "Samples in a shard." })),
@@ -126,7 +134,12 @@ fn dataset() -> Value {
         ),
         ("parameters", list(number.clone(), "Drawn numbers in the order of columns.")),
         ("physics", list(number, "Derived numbers in the order of columns.")),
-    ])
+    ]);
+    // Left out where there are none.
+    if let Some(required) = document["required"].as_array_mut() {
+        required.retain(|key| key != "assets");
+    }
+    document
 }
 
 fn manifest() -> Value {

@@ -22,7 +22,9 @@ pub mod subject;
 
 pub use channel::{CHANNELS, Channel, SampleType};
 pub use column::{Column, Kind, NumberColumn, unit_of};
-pub use dataset::{DatasetHead, FORMAT, Generator, Images, RecipeHead, SCHEMA_VERSION, SplitShares, refuse_version};
+pub use dataset::{
+    AssetHead, DatasetHead, FORMAT, Generator, Images, RecipeHead, SCHEMA_VERSION, SplitShares, refuse_version,
+};
 pub use json::json_schema;
 pub use manifest::{Manifest, ManifestFile, ManifestSample};
 pub use row::PIXEL_CLASSES;

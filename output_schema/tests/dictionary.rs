@@ -26,6 +26,13 @@ fn json_schema_lists_every_key_of_the_documents() {
             hash: String::new(),
             canonical: serde_json::json!({}),
         },
+        assets: vec![AssetHead {
+            key: "mesh.file".into(),
+            name: "a.obj".into(),
+            path: file::asset_path(&"0".repeat(64), "a.obj"),
+            bytes: 1,
+            sha256: "0".repeat(64),
+        }],
         seed: 1,
         samples: 5,
         samples_per_shard: 2,
@@ -69,4 +76,24 @@ fn json_schema_lists_every_key_of_the_documents() {
             schema["$defs"][name]["properties"].as_object().expect("properties").keys().collect();
         assert_eq!(keys, declared, "{name}");
     }
+}
+
+/// A copy's path leads nowhere else, whatever a document says.
+#[test]
+fn copies_lie_in_the_folder() {
+    use output_schema::AssetHead;
+    let sum = "a1".repeat(32);
+    let head = |path: &str, sha256: &str| AssetHead {
+        key: "mesh.file".into(),
+        name: "a.obj".into(),
+        path: path.into(),
+        bytes: 1,
+        sha256: sha256.into(),
+    };
+    assert!(head(&output_schema::file::asset_path(&sum, "a.obj"), &sum).is_in_folder());
+    for path in ["a.obj", "/etc/passwd", "assets/a.obj", "assets/../a.obj"] {
+        assert!(!head(path, &sum).is_in_folder(), "{path}");
+    }
+    assert!(!head(&format!("assets/{sum}-../../a"), &sum).is_in_folder());
+    assert!(!head("assets/..-a", "..").is_in_folder());
 }

@@ -23,7 +23,7 @@ pub(super) fn run(arguments: &Generate) -> Outcome {
     };
     let threads = threads(arguments.threads)?;
     let samples = samples(arguments)?;
-    let recipe = Recipe::load(name)?;
+    let recipe = super::load(name)?;
     let order = order(arguments, &recipe, samples)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     warn(&recipe);

@@ -11,10 +11,11 @@ mod transport;
 mod whole;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use output_schema::file::DATASET;
 
 use crate::optics::speckle::Tiles;
 use crate::preview;
@@ -72,7 +73,7 @@ enum Command {
 /// Arguments of a generating run.
 #[derive(Debug, Args)]
 pub(crate) struct Generate {
-    /// Recipe: a YAML file, or a built-in one (wood, wood-small, blister, blister-small, ...)
+    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), or the folder of a dataset to continue
     #[arg(long, value_name = "FILE")]
     recipe: Option<String>,
     /// Samples that the dataset shall have; a larger number later extends it
@@ -173,8 +174,16 @@ fn print(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
+/// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`.
+fn load(name: &str) -> Result<Recipe, Box<dyn std::error::Error + Send + Sync>> {
+    if Path::new(name).join(DATASET).is_file() {
+        return Ok(crate::generate::recipe_of(&DatasetFolder::open(Path::new(name))?)?);
+    }
+    Ok(Recipe::load(name)?)
+}
+
 fn show(arguments: &Preview) -> Outcome {
-    let recipe = Recipe::load(&arguments.recipe)?;
+    let recipe = load(&arguments.recipe)?;
     generate::warn(&recipe);
     let picture = preview::preview(&recipe, arguments.seed, arguments.index);
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -188,8 +197,7 @@ fn check(arguments: &Validate) -> Outcome {
     let folder = DatasetFolder::open(&arguments.dir).ok();
     let again = folder.as_ref().map(|folder| {
         let head = folder.head();
-        let recipe = Recipe::parse("dataset.json", &head.recipe.text).map_err(|error| error.to_string());
-        (recipe, Tiles::new(head.seed), head)
+        (crate::generate::recipe_of(folder), Tiles::new(head.seed), head)
     });
     if let Some((Ok(recipe), _, _)) = &again
         && arguments.rerender > 0

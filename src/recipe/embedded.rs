@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::fault::RecipeError;
+use crate::asset::Files;
 use crate::yaml::fault::nearest;
 use crate::yaml::text::{read, utf8};
 
@@ -16,12 +17,16 @@ pub(super) const EMBEDDED: [(&str, &str); 6] = [
     ("blister-opaque", include_str!("../../recipes/blister-opaque.yaml")),
 ];
 
-/// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`.
-pub(super) fn text(name: &str) -> Result<String, RecipeError> {
+/// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`; and
+/// where the files are that it names.
+pub(super) fn text(name: &str) -> Result<(String, Files), RecipeError> {
     let path = Path::new(name);
     if path.exists() && !path.is_dir() {
         return match read(path) {
-            Ok(bytes) => Ok(utf8(name, bytes, "recipe")?),
+            Ok(bytes) => {
+                let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+                Ok((utf8(name, bytes, "recipe")?, Files::Beside(folder)))
+            }
             Err(source) => Err(RecipeError::Unreadable { path: path.to_owned(), source }),
         };
     }
@@ -29,7 +34,7 @@ pub(super) fn text(name: &str) -> Result<String, RecipeError> {
     let stem = stem.strip_prefix("recipes/").unwrap_or(stem);
     let stem = stem.strip_suffix(".yaml").unwrap_or(stem);
     match EMBEDDED.iter().find(|(known, _)| *known == stem) {
-        Some((_, text)) => Ok((*text).to_owned()),
+        Some((_, text)) => Ok(((*text).to_owned(), Files::BuiltIn)),
         None => {
             let known: Vec<_> = EMBEDDED.iter().map(|(known, _)| *known).collect();
             let nearest = nearest(stem, known.iter().copied()).map(str::to_owned);

@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 use procedural::Stream;
 
 use self::settings::Settings;
+use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
 use crate::settings::{Extraction, Line, Output, Size, Splits, Transport};
@@ -98,12 +99,18 @@ pub struct Scene {
 impl Recipe {
     /// The recipe in the file `name`, or else the embedded one of that name, also as `recipes/{name}.yaml`.
     pub fn load(name: &str) -> Result<Self, RecipeError> {
-        Self::parse(name, &embedded::text(name)?)
+        let (text, files) = embedded::text(name)?;
+        Self::parse_with(name, &text, &files)
     }
 
-    /// The recipe that `text` writes; `origin` is where faults say that it comes from.
+    /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes from.
     pub fn parse(origin: &str, text: &str) -> Result<Self, RecipeError> {
-        let resolved = read::read(origin, text)?;
+        Self::parse_with(origin, text, &Files::BuiltIn)
+    }
+
+    /// The same with the files that it names looked for in `files`.
+    pub fn parse_with(origin: &str, text: &str, files: &Files) -> Result<Self, RecipeError> {
+        let resolved = read::read(origin, text, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
         let read::Resolved { name, subject, settings, parameters, classes } = resolved;
@@ -148,6 +155,11 @@ impl Recipe {
     /// Shares of the splits.
     pub fn splits(&self) -> Splits {
         self.settings.splits()
+    }
+
+    /// Every file that it names, with the key, by key.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
+        self.settings.files()
     }
 
     /// The classes by name; their shares sum to 1.

@@ -6,12 +6,13 @@ use super::check;
 use super::dist::Distribution;
 use super::dist_read;
 use super::laser;
-use super::setting::Value;
+use super::setting::{Kind, Setting, Value};
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS, sections};
 use super::transport;
 use super::{Class, Subject};
+use crate::asset::{Files, Wanted};
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node};
 use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
@@ -34,11 +35,11 @@ pub(super) struct Resolved {
     pub classes: Vec<Class>,
 }
 
-/// Reads `text`; every fault that is found comes back.
-pub(super) fn read(origin: &str, text: &str) -> Result<Resolved, Faults> {
+/// Reads `text` and the files that it names; every fault that is found comes back.
+pub(super) fn read(origin: &str, text: &str, files: &Files) -> Result<Resolved, Faults> {
     let mut walk = Walk::new(text, "recipe");
     let resolved = match node::parse(text, "recipe") {
-        Ok(root) => recipe(&mut walk, &root),
+        Ok(root) => recipe(&mut walk, &root, files),
         Err(error) => {
             walk.fault(error.place, "", error.problem, error.remedy);
             None
@@ -48,7 +49,7 @@ pub(super) fn read(origin: &str, text: &str) -> Result<Resolved, Faults> {
     Ok(resolved.expect("whatever gives no recipe notes a fault"))
 }
 
-fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
+fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
     if !matches!(root.value, node::Value::Map(_)) {
         let problem = match &root.value {
             node::Value::Nothing => "the file is empty".to_owned(),
@@ -82,9 +83,12 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
     top.close(walk, &known, &|name| table::home(subject, name));
 
-    for section in &SECTIONS {
+    for section in table::sections(subject) {
         for setting in section.settings {
-            settings.entry(format!("{}.{}", section.path, setting.name)).or_insert(setting.default);
+            let path = format!("{}.{}", section.path, setting.name);
+            let value = settings.remove(&path).unwrap_or_else(|| setting.default.clone());
+            let value = load(walk, &path, setting, value, files);
+            settings.extend(value.map(|value| (path, value)));
         }
     }
     transport::leave_out(&mut settings);
@@ -97,6 +101,24 @@ fn recipe(walk: &mut Walk, root: &Node) -> Option<Resolved> {
     }
     laser::idle(walk, subject, &settings, &parameters, &classes);
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
+}
+
+/// The file that a setting names; `None` for none, and where it is a fault.
+fn load(walk: &mut Walk, path: &str, setting: &Setting, value: Value, files: &Files) -> Option<Value> {
+    let Kind::File { most_mb, built_in } = setting.kind else { return Some(value) };
+    let (name, sha256) = match &value {
+        Value::Word("none") => return None,
+        Value::Word(name) => (*name, None),
+        Value::Named { name, sha256 } => (name.as_str(), sha256.as_deref()),
+        _ => return Some(value),
+    };
+    match files.find(&Wanted { key: path, name, sha256, most: most_mb << 20, built_in }) {
+        Ok(file) => Some(Value::File(file)),
+        Err((problem, remedy)) => {
+            walk.joint_fault(&[path.to_owned()], problem, remedy);
+            None
+        }
+    }
 }
 
 /// Where the keys of a section go; classes have no settings.

@@ -140,8 +140,8 @@ fn keys(page: &mut String, section: &Section) {
             Kind::Number { min, max, unit } => (unit, format!("{} to {}", shown(min), shown(max))),
             kind => (unit(setting.name), kind.to_string()),
         };
-        let default = match setting.default {
-            Value::Number(number) => shown(number),
+        let default = match &setting.default {
+            Value::Number(number) => shown(*number),
             other => other.json().to_string().replace('"', "").replace(',', ", "),
         };
         row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);

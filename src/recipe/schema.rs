@@ -136,6 +136,16 @@ pub(super) fn setting(row: &Setting) -> Value {
             { "const": "auto" },
             { "type": "integer", "minimum": min, "maximum": max },
         ] }),
+        Kind::File { .. } => json!({ "oneOf": [
+            { "type": "string", "minLength": 1 },
+            object(
+                &[
+                    ("name", json!({ "type": "string", "minLength": 1 })),
+                    ("sha256", json!({ "type": "string", "pattern": "^[0-9a-f]{64}$" })),
+                ],
+                &["name"],
+            ),
+        ] }),
     };
     schema["description"] = format!("{} Give {}. Source: {}.", row.doc, row.kind, row.source).into();
     schema["default"] = row.default.json();

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use crate::asset::{Asset, BuiltIn};
 use crate::settings::{Channel, ScatterMode};
 
 /// The declaration of one setting.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Setting {
     /// Key in its section.
     pub name: &'static str,
@@ -38,10 +39,13 @@ pub(super) enum Kind {
     Stack { max: usize },
     /// `auto` or a whole number.
     CountOrAuto { min: usize, max: usize },
+    /// A file of at most `most_mb`, or one of those that are built in; `none` where the default is.
+    #[allow(dead_code)]
+    File { most_mb: usize, built_in: &'static [BuiltIn] },
 }
 
 /// What a setting is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     /// A whole number.
     Count(usize),
@@ -55,6 +59,10 @@ pub(super) enum Value {
     Channels([bool; Channel::ALL.len()]),
     /// `{every: k}`.
     Every(usize),
+    /// The name of a file that is still to be read, and the SHA-256 that it must have.
+    Named { name: String, sha256: Option<String> },
+    /// A file.
+    File(Asset),
 }
 
 /// Smallest and largest number of columns [px]; the smallest leaves something to bin.
@@ -66,14 +74,17 @@ pub(super) const MOST_PIXELS: usize = 1 << 27;
 
 impl Value {
     /// The value as JSON, which is how a recipe writes it too.
-    pub fn json(self) -> serde_json::Value {
+    pub fn json(&self) -> serde_json::Value {
         match self {
-            Self::Count(count) => count.into(),
-            Self::Number(number) => number.into(),
-            Self::Flag(flag) => flag.into(),
-            Self::Word(word) => word.into(),
-            Self::Channels(chosen) => Channel::chosen(chosen).iter().map(|channel| channel.name()).collect(),
+            Self::Count(count) => (*count).into(),
+            Self::Number(number) => (*number).into(),
+            Self::Flag(flag) => (*flag).into(),
+            Self::Word(word) => (*word).into(),
+            Self::Channels(chosen) => Channel::chosen(*chosen).iter().map(|channel| channel.name()).collect(),
             Self::Every(k) => serde_json::json!({ "every": k }),
+            Self::Named { name, sha256: None } => name.as_str().into(),
+            Self::Named { name, sha256 } => serde_json::json!({ "name": name, "sha256": sha256 }),
+            Self::File(file) => serde_json::json!({ "name": file.name(), "sha256": file.sha256() }),
         }
     }
 }
@@ -92,6 +103,11 @@ impl fmt::Display for Kind {
             Self::Channels => write!(f, "a list of {}", Channel::ALL.map(Channel::name).join(", ")),
             Self::Stack { max } => write!(f, "none, all or {{every: k}}, k from 1 to {max}"),
             Self::CountOrAuto { min, max } => write!(f, "auto or a whole number from {min} to {max}"),
+            Self::File { most_mb, built_in: [] } => write!(f, "the name of a file of at most {most_mb} MB"),
+            Self::File { most_mb, built_in } => {
+                let names: Vec<_> = built_in.iter().map(|(name, _)| *name).collect();
+                write!(f, "the name of a file of at most {most_mb} MB, or the built-in {}", names.join(" or "))
+            }
         }
     }
 }

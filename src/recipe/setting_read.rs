@@ -29,7 +29,50 @@ pub(super) fn read(walk: &mut Walk, node: &Node, path: &str, setting: &Setting) 
             walk.word(node, path, &["auto", "a whole number"]).map(Value::Word)
         }
         Kind::CountOrAuto { min, max } => count(walk, node, path, (min, max), "").map(Value::Count),
+        Kind::File { .. } if text == Some("none") && setting.default == Value::Word("none") => {
+            Some(Value::Word("none"))
+        }
+        Kind::File { .. } => file(walk, node, path, &setting.kind.to_string()),
     }
+}
+
+/// The name of a file, or a map of its name and the SHA-256 that it must have; it is read when all keys are.
+fn file(walk: &mut Walk, node: &Node, path: &str, allowed: &str) -> Option<Value> {
+    let named = |walk: &mut Walk, node: &Node, path: &str| {
+        let name = walk.text(node, path, allowed)?;
+        if name.is_empty() {
+            walk.fault(node.place, path, "is empty", format!("give {allowed}"));
+        }
+        (!name.is_empty()).then(|| name.to_owned())
+    };
+    if !matches!(node.value, node::Value::Map(_)) {
+        return named(walk, node, path).map(|name| Value::Named { name, sha256: None });
+    }
+    let mut map = walk.section(node, path);
+    let (name, sha256) = (map.take(walk, "name"), map.take(walk, "sha256"));
+    let (name_path, sum_path) = (map.path_of("name"), map.path_of("sha256"));
+    map.close(walk, &["name", "sha256"], &|_| None);
+    let Some(name) = name else {
+        walk.fault(node.place, &name_path, "is missing", format!("give {allowed}"));
+        return None;
+    };
+    let name = named(walk, name, &name_path)?;
+    let sha256 = match sha256 {
+        Some(node) => Some(sum(walk, node, &sum_path)?),
+        None => None,
+    };
+    Some(Value::Named { name, sha256 })
+}
+
+/// A SHA-256 in hexadecimal.
+fn sum(walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
+    let allowed = "64 digits of 0-9 and a-f, as `sha256sum` prints them";
+    let text = walk.text(node, path, allowed)?;
+    let digits = text.len() == 64 && text.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'));
+    if !digits {
+        walk.fault(node.place, path, "is no SHA-256", format!("give {allowed}"));
+    }
+    digits.then(|| text.to_owned())
 }
 
 fn count(walk: &mut Walk, node: &Node, path: &str, (min, max): (usize, usize), unit: &'static str) -> Option<usize> {

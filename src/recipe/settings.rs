@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::setting::Value;
+use crate::asset::Asset;
 use crate::settings::{
     Channel, Extraction, Fan, Line, Output, ScatterMode, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
 };
@@ -14,7 +15,7 @@ pub(super) struct Settings(pub BTreeMap<String, Value>);
 impl Settings {
     /// The setting at `path`.
     pub fn get(&self, path: &str) -> Value {
-        *self.0.get(path).unwrap_or_else(|| panic!("no table declares {path}"))
+        self.0.get(path).cloned().unwrap_or_else(|| panic!("no table declares {path}"))
     }
 
     /// The whole number at `path`.
@@ -31,6 +32,23 @@ impl Settings {
             Value::Number(number) => number,
             other => panic!("{path} is {other:?}"),
         }
+    }
+
+    /// The file at `path`; `None` where the recipe names none.
+    #[allow(dead_code)]
+    pub fn file(&self, path: &str) -> Option<&Asset> {
+        match self.0.get(path) {
+            Some(Value::File(file)) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// Every file with the key that names it, by key.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
+        self.0.iter().filter_map(|(path, value)| match value {
+            Value::File(file) => Some((path.as_str(), file)),
+            _ => None,
+        })
     }
 
     /// Sizes of the scan.

@@ -82,6 +82,19 @@ impl DatasetFolder {
         Ok(Self { root: path.into(), head: Arc::new(head) })
     }
 
+    /// Keeps a file that the recipe names, under its path in the folder; one that is there as it should be stays.
+    ///
+    /// # Errors
+    /// [`ShardError::Io`] and [`ShardError::DiskFull`].
+    pub fn keep(&self, path: &str, content: &[u8]) -> Result<(), ShardError> {
+        let _lock = Lock::take(&self.root.join(format!("{LOCK}dataset")))?;
+        if fs::read(self.root.join(path)).is_ok_and(|found| found == content) {
+            return Ok(());
+        }
+        create_directory(&self.root.join("assets"))?;
+        write_whole(&self.root, path, content)
+    }
+
     /// The folder.
     pub fn root(&self) -> &Path {
         &self.root

@@ -5,7 +5,8 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-use output_schema::ManifestFile;
+use output_schema::file::DATASET;
+use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
 use super::report::{Code, Fault, Report};
@@ -51,6 +52,27 @@ fn sum(path: &Path) -> io::Result<String> {
         }
         sum.update(&part[..read]);
     }
+}
+
+/// Checks the copies of files that the recipe names; their paths.
+pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut Report) -> Vec<String> {
+    let mut paths = Vec::new();
+    for asset in &head.assets {
+        let place = asset.key.split('.').fold(&head.recipe.canonical, |value, key| &value[key]);
+        if !asset.is_in_folder() || place["sha256"].as_str() != Some(&asset.sha256) {
+            let what = format!("its asset `{}` is none of its recipe", asset.path);
+            report.faults.push(Fault::new(Code::DatasetUnreadable, DATASET, what));
+            continue;
+        }
+        let AssetHead { path, bytes, sha256, .. } = asset.clone();
+        let before = report.faults.len();
+        check(root, &ManifestFile { path: path.clone(), bytes, sha256, rows: None }, report);
+        for fault in &mut report.faults[before..] {
+            fault.remedy = "run the command that began the dataset: it writes the file again";
+        }
+        paths.push(path);
+    }
+    paths
 }
 
 /// Every file below `root` that is not expected.

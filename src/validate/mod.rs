@@ -62,6 +62,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
         .collect();
 
     let mut expected = vec![DATASET.to_string(), CARD.to_string()];
+    expected.extend(files::assets(folder, &head, &mut report));
     let mut ids: HashMap<String, u64> = HashMap::new();
     for (number, part) in (0..).zip(parts) {
         report.add(part.report);

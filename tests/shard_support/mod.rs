@@ -45,6 +45,7 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
             hash: "5f".repeat(32),
             canonical: serde_json::json!({ "laser": { "power_mw": 50.0 }, "board": { "width_mm": 94.0 } }),
         },
+        assets: Vec::new(),
         seed: SEED,
         samples,
         samples_per_shard: per_shard,

@@ -1,0 +1,223 @@
+//! Files that a recipe names: where they are found, read once, known by their content.
+//!
+//! A name is relative to the recipe's own file; a file that exists wins over one that is built in. A dataset keeps a
+//! copy of each, so that its samples can be made again from the folder alone.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+/// Longest name that a copy keeps [bytes].
+const LONGEST_NAME: usize = 64;
+
+/// The content of a file, and what it is called; clones share the content.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Asset {
+    name: String,
+    sha256: String,
+    bytes: Arc<[u8]>,
+}
+
+impl std::fmt::Debug for Asset {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Asset({}, {} bytes, {})", self.name, self.bytes.len(), self.sha256)
+    }
+}
+
+impl Asset {
+    /// The file `name`, of which the last part counts.
+    pub fn new(name: &str, bytes: Vec<u8>) -> Self {
+        let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Self { name: last(name).to_owned(), sha256, bytes: bytes.into() }
+    }
+
+    /// Its name without folders.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// SHA-256 of its content, hexadecimal.
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Its content.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Its name as the copy in a dataset has it: of letters, digits, `.`, `-` and `_`.
+    pub fn plain_name(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_') { c } else { '_' };
+        let plain: String = self.name.chars().map(plain).collect();
+        plain[plain.len().saturating_sub(LONGEST_NAME)..].to_owned()
+    }
+}
+
+/// A file that is built in: its name and its content.
+pub type BuiltIn = (&'static str, &'static [u8]);
+
+/// Where the files are that a recipe names.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Files {
+    /// Only built in: the recipe comes from no file.
+    BuiltIn,
+    /// In this folder, that of the recipe's file, or else built in.
+    Beside(PathBuf),
+    /// Copies that a dataset keeps.
+    Kept(Vec<Kept>),
+}
+
+/// A copy that a dataset keeps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// Key of the recipe that names it.
+    pub key: String,
+    /// Its name when it was read.
+    pub name: String,
+    /// Where the copy lies.
+    pub path: PathBuf,
+}
+
+/// What a recipe asks for.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Key of the recipe.
+    pub key: &'a str,
+    /// What it names.
+    pub name: &'a str,
+    /// SHA-256 that the content must have, where the recipe says.
+    pub sha256: Option<&'a str>,
+    /// Most bytes.
+    pub most: usize,
+    /// What could be meant beside files.
+    pub built_in: &'a [BuiltIn],
+}
+
+impl Files {
+    /// The file that is `wanted`, or what is wrong with it and what to do.
+    pub fn find(&self, wanted: &Wanted) -> Result<Asset, (String, String)> {
+        let asset = self.look(wanted)?;
+        match wanted.sha256 {
+            Some(sum) if sum != asset.sha256 => Err((
+                format!("`{}` has SHA-256 {}, not {sum}", clipped(wanted.name), asset.sha256),
+                "bring the file back, or give its name alone to take it as it is".into(),
+            )),
+            _ => Ok(asset),
+        }
+    }
+
+    fn look(&self, wanted: &Wanted) -> Result<Asset, (String, String)> {
+        let name = wanted.name;
+        let known = || {
+            let names: Vec<_> = wanted.built_in.iter().map(|(name, _)| *name).collect();
+            if names.is_empty() { String::new() } else { format!(", or one that is built in: {}", names.join(", ")) }
+        };
+        let path = match self {
+            Self::BuiltIn => None,
+            Self::Beside(folder) => Some(folder.join(name)),
+            Self::Kept(kept) => match kept.iter().find(|kept| kept.key == wanted.key) {
+                Some(kept) => return load(&kept.path, &kept.name, wanted.most),
+                None => {
+                    let problem = format!("the dataset keeps no copy of `{}`", clipped(name));
+                    return Err((problem, "bring dataset.json back from a copy".into()));
+                }
+            },
+        };
+        if let Some(path) = path.as_ref().filter(|path| path.exists()) {
+            return load(path, name, wanted.most);
+        }
+        let own = |(known, _): &&BuiltIn| *known == name || (wanted.sha256.is_some() && last(known) == name);
+        if let Some((name, bytes)) = wanted.built_in.iter().find(own) {
+            return Ok(Asset::new(name, bytes.to_vec()));
+        }
+        Err(match path {
+            Some(path) => (
+                format!("there is no file `{}` (looked for {})", clipped(name), clipped(&path.to_string_lossy())),
+                format!("give a name relative to the recipe's own file{}", known()),
+            ),
+            None => (
+                format!("there is no built-in file `{}`", clipped(name)),
+                format!("give a recipe that is a file, which can name files beside it{}", known()),
+            ),
+        })
+    }
+}
+
+/// Reads a file that has at most `most` bytes.
+fn load(path: &Path, name: &str, most: usize) -> Result<Asset, (String, String)> {
+    let shown = clipped(&path.to_string_lossy());
+    let unreadable = |e: io::Error| (format!("`{shown}` cannot be read: {e}"), "make it readable".to_owned());
+    let found = std::fs::metadata(path).map_err(unreadable)?;
+    if !found.is_file() {
+        return Err((format!("`{shown}` is no plain file"), "name a file".into()));
+    }
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|file| file.take(most as u64 + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() > most {
+        let problem = format!("`{shown}` has more than {most} bytes");
+        return Err((problem, format!("give a file of at most {} MB", most >> 20)));
+    }
+    Ok(Asset::new(name, bytes))
+}
+
+/// The last part of a path.
+fn last(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().filter(|last| !last.is_empty()).unwrap_or("file")
+}
+
+/// A text short enough for a message, without control characters.
+fn clipped(text: &str) -> String {
+    text.chars().take(200).map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A copy's name leads nowhere else and keeps the ending by which a reader knows the kind of file.
+    #[test]
+    fn plain_names_stay_in_their_folder() {
+        let plain = |name: &str| Asset::new(name, Vec::new()).plain_name();
+        assert_eq!(plain("../parts/hook v2.obj"), "hook_v2.obj");
+        assert_eq!(plain("c:\\parts\\naïve.stl"), "na_ve.stl");
+        assert_eq!(plain(".."), "..");
+        assert_eq!(plain("a/"), "file");
+        let long = format!("{}.ply", "x".repeat(300));
+        assert!(plain(&long).len() == 64 && plain(&long).ends_with(".ply"));
+    }
+
+    /// Content decides: the sum is that of FIPS 180-2's example, and another content is refused where a sum is given.
+    #[test]
+    fn files_are_known_by_content() {
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        let built_in: &[BuiltIn] = &[("parts/abc.txt", b"abc")];
+        let wanted = |name, sha256| Wanted { key: "mesh.file", name, sha256, most: 10, built_in };
+        let found = Files::BuiltIn.find(&wanted("parts/abc.txt", None)).expect("built in");
+        assert_eq!((found.name(), found.sha256(), found.bytes()), ("abc.txt", sum, &b"abc"[..]));
+        assert_eq!(Files::BuiltIn.find(&wanted("abc.txt", Some(sum))), Ok(found));
+        let refused = |files: &Files, name, sum| files.find(&wanted(name, sum)).expect_err("refused").0;
+        assert!(refused(&Files::BuiltIn, "abc.txt", Some("00")).contains("not 00"));
+        assert!(refused(&Files::BuiltIn, "abc.txt", None).contains("no built-in file"));
+
+        let folder = tempfile::tempdir().expect("a folder");
+        let beside = Files::Beside(folder.path().to_owned());
+        assert!(beside.find(&wanted("parts/abc.txt", None)).is_ok(), "built in where no file is");
+        assert!(refused(&beside, "none.txt", None).contains("there is no file"));
+        assert!(refused(&beside, ".", None).contains("no plain file"));
+        std::fs::write(folder.path().join("large.txt"), [0; 11]).expect("written");
+        assert!(refused(&beside, "large.txt", None).contains("more than 10 bytes"));
+        std::fs::create_dir(folder.path().join("parts")).expect("made");
+        std::fs::write(folder.path().join("parts/abc.txt"), b"own").expect("written");
+        assert_eq!(beside.find(&wanted("parts/abc.txt", None)).expect("a file wins").bytes(), b"own");
+        let kept = |key: &str| {
+            let path = folder.path().join("large.txt");
+            Files::Kept(vec![Kept { key: key.into(), name: "abc.txt".into(), path }])
+        };
+        assert!(refused(&kept("mesh.file"), "abc.txt", None).contains("more than"));
+        assert!(refused(&kept("laser.texture"), "abc.txt", None).contains("keeps no copy"));
+    }
+}

@@ -1,0 +1,106 @@
+//! What a dataset would take: time, disk, samples of each class.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use super::{Order, head, in_flight, sample};
+use crate::optics::speckle::Tiles;
+use crate::recipe::Recipe;
+use crate::settings::Transport;
+use crate::shard::{self, DatasetFolder, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
+
+/// Samples of each class in the whole dataset, in the recipe's order.
+fn classes(recipe: &Recipe, order: &Order) -> Vec<(String, u64)> {
+    let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
+    let one = |mut counts: Vec<u64>, index: u64| {
+        let class = &recipe.class_of(order.seed, index).name;
+        names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| *count += 1);
+        counts
+    };
+    let none = || vec![0; names.len()];
+    let sum = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
+    let counts = (0..order.samples).into_par_iter().fold(none, one).reduce(none, sum);
+    names.iter().map(|name| name.to_string()).zip(counts).collect()
+}
+
+/// What a dataset would take.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Samples still to be made by this order.
+    pub samples: u64,
+    /// Shards that they fill.
+    pub shards: u64,
+    /// Size of one sample on disk [bytes].
+    pub sample_bytes: u64,
+    /// Time of one sample on this machine, all threads busy.
+    pub sample_time: Duration,
+    /// Free space where the dataset would lie [bytes].
+    pub free: Option<u64>,
+    /// Samples of each class in the whole dataset, in the recipe's order.
+    pub classes: Vec<(String, u64)>,
+}
+
+impl Estimate {
+    /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy; only one
+    /// where the transport is a slow one.
+    pub fn trial(recipe: &Recipe, order: &Order) -> u64 {
+        let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
+        together.min(order.samples)
+    }
+
+    /// Renders the first samples to see what one takes, and counts.
+    pub fn measure(recipe: &Recipe, order: &Order) -> Self {
+        let tiles = Tiles::new(order.seed);
+        let together = Self::trial(recipe, order);
+        if together > 1 {
+            // Tables are filled before the clock runs; a sample so large that it flies alone hides them.
+            sample(recipe, order.seed, 0, &tiles, &|_| ());
+        }
+        let start = Instant::now();
+        let bytes: u64 =
+            (0..together).into_par_iter().map(|i| sample(recipe, order.seed, i, &tiles, &|_| ()).bytes()).sum();
+        let sample_time = start.elapsed() / together as u32;
+        let (count, classes) = (Self::count(recipe, order), classes(recipe, order));
+        Self { sample_bytes: bytes / together + ROW_BYTES, sample_time, classes, ..count }
+    }
+
+    /// Counts what is to be made; size from the recipe's channels, no time and no classes.
+    pub fn count(recipe: &Recipe, order: &Order) -> Self {
+        let (part, parts) = order.part;
+        let folder = DatasetFolder::open(&order.out).ok();
+        let head = head(recipe, order);
+        // A shard that the folder's head ends early is made again.
+        let missing = |&shard: &u64| {
+            folder.as_ref().is_none_or(|f| f.head().span(shard) != head.span(shard) || !f.is_done(shard))
+        };
+        let (mut samples, mut shards) = (0, 0);
+        for shard in (part..head.shards).step_by(parts as usize).filter(missing) {
+            samples += head.span(shard).1;
+            shards += 1;
+        }
+        Self {
+            samples,
+            shards,
+            sample_bytes: estimated_bytes_per_sample(&recipe.output(), &recipe.size()),
+            sample_time: Duration::ZERO,
+            free: shard::free_bytes(&order.out),
+            classes: Vec::new(),
+        }
+    }
+
+    /// Size of what is to be made [bytes].
+    pub fn bytes(&self) -> u64 {
+        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards)
+    }
+
+    /// Time that it takes.
+    pub fn time(&self) -> Duration {
+        self.sample_time.saturating_mul(self.samples.min(u64::from(u32::MAX)) as u32)
+    }
+
+    /// Whether the disk can hold it; true where the system does not say.
+    pub fn fits(&self) -> bool {
+        self.free.is_none_or(|free| self.bytes() <= free)
+    }
+}
