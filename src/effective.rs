@@ -5,15 +5,17 @@ use procedural::wood::Media;
 use procedural::{Gloss, Medium};
 
 use crate::extract;
+use crate::frame::Rig;
 use crate::optics::Sensor;
 use crate::recipe::{Plan, Scene, Subject};
+use crate::settings::ScatterDark;
 use crate::transport::fresnel::boundary_factor;
 use crate::transport::kernel::diffusion;
 
 /// Name (ending in its unit) and meaning of the numbers of the bench, which every subject has.
 const BENCH: [(&str, &str); 10] = [
     ("magnification", "Magnification of the lens at the origin."),
-    ("scheimpflug_deg", "Tilt of the sensor that focuses the laser plane."),
+    ("scheimpflug_deg", "Tilt of the sensor; solved, it focuses the laser plane."),
     ("height_per_row_mm", "Height that one sensor row stands for, at the sensor's middle."),
     ("motion_per_row_mm", "Distance along the motion that one sensor row stands for, on a flat upper surface."),
     ("line_sigma_px", "Standard deviation of the line on the upper surface, laser, lens and pixel together."),
@@ -54,9 +56,13 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     let sight = camera.sight(0.0, top as f32, 0.0);
     let [surface, volume] = sensor.speckle_contrast();
     let exposure = &scene.bench.exposure;
+    let scatter_dark = match scene.extraction.scatter_dark {
+        ScatterDark::Kept => exposure.dark_level_dn,
+        ScatterDark::Subtracted => 0.0,
+    };
     let bench = [
         rig.magnification(),
-        rig.scheimpflug().to_degrees(),
+        rig.sensor_tilt.to_degrees(),
         rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5),
         1.0 / f64::from(sight.rows_per_mm),
         f64::from(sight.variance.sqrt()),
@@ -64,7 +70,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
         (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
         f64::from(surface),
         f64::from(volume),
-        extract::scatter_pixels(&scene.extraction) as f64 * exposure.dark_level_dn,
+        extract::scatter_pixels(&scene.extraction) as f64 * scatter_dark,
     ];
     let own = match &scene.plan {
         Plan::Wood(wood) => of_wood(&earlywood(&wood.media)).to_vec(),
@@ -72,6 +78,21 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     };
     let names = declared(scene.plan.subject()).into_iter().map(|(name, _)| name);
     names.zip(bench.into_iter().chain(own)).collect()
+}
+
+/// The numbers of a rig as files give them, in the order of `output_schema::row::CALIBRATION`; `x_first_mm` is NaN where
+/// Range lies on sensor columns.
+pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64)> {
+    vec![
+        ("distance_mm", rig.distance),
+        ("tilt_deg", rig.tilt.to_degrees()),
+        ("focal_length_mm", rig.focal_length),
+        ("pixel_um", rig.pixel * 1e3),
+        ("centre_col_px", rig.centre_col),
+        ("centre_row_px", rig.centre_row),
+        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
+        ("x_first_mm", x_first_mm),
+    ]
 }
 
 /// The matter that stands for a scene's object as a whole: what most light from below has gone through.

@@ -140,7 +140,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
         pixel_classes: files.pixel_classes(),
         label_values: files.label_values(),
         splits: SplitShares { train: splits.train, validation: splits.validation, test: splits.test },
-        images: shard::images(&recipe.output(), &recipe.size()),
+        images: shard::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),
         physics: declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
     }

@@ -1,8 +1,8 @@
 //! Labels from the truth alone: noise-free hits and the body's own instances, never a measured map.
 
-use procedural::{Class, Instance, atan2};
+use procedural::{Class, Instance, Matter, atan2};
 
-use crate::record::{Below, Labels, Object, TruthMaps};
+use crate::record::{Below, Labels, Maps, Object, TruthMaps};
 use crate::specimen::Hit;
 
 /// Writes the truth of one profile into row `row` of full-size maps of `hits.len()` columns.
@@ -11,6 +11,40 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
         class[column] = hit.matter.class as u8;
         instance[column] = hit.matter.instance;
     }
+}
+
+/// The hits of one profile at even places along the line, as many as there are columns: of each the one whose true x is
+/// nearest, among those that are lit and seen as long as one of these lies within a pitch. The places beyond either end show
+/// the background.
+pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
+    let sorted = |seen_alone: bool| -> Vec<&Hit> {
+        let mut sorted: Vec<&Hit> = hits.iter().filter(|hit| !seen_alone || (hit.lit && hit.seen)).collect();
+        // Of two at one place the upper one hides the lower.
+        sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(b.surface.z.total_cmp(&a.surface.z)));
+        sorted
+    };
+    let (seen, all) = (sorted(true), sorted(false));
+    let nearest = |list: &[&Hit], x: f32| -> Option<(f32, Hit)> {
+        let above = list.partition_point(|hit| hit.x < x);
+        // The first of those at one place.
+        let below = above.checked_sub(1).map(|last| list.partition_point(|hit| hit.x < list[last].x));
+        let candidates = [below, Some(above)].into_iter().flatten().filter_map(|i| list.get(i));
+        let apart = |hit: &&Hit| ((hit.x - x).abs(), **hit);
+        candidates.map(apart).reduce(|a, b| if b.0 < a.0 { b } else { a })
+    };
+    let place = |j: usize| {
+        let x = (first_mm + j as f64 * pitch_mm) as f32;
+        let near = nearest(&seen, x).filter(|(apart, _)| f64::from(*apart) <= pitch_mm).or_else(|| nearest(&all, x));
+        let ends = [all.first(), all.last()].map(|end| end.map_or(x, |hit| hit.x));
+        let beyond = f64::from((ends[0] - x).max(x - ends[1])) > pitch_mm;
+        near.map(|(_, hit)| if beyond { background(hit, x) } else { hit })
+    };
+    (0..hits.len()).filter_map(place).collect()
+}
+
+/// A place of which nothing is known.
+fn background(hit: Hit, x: f32) -> Hit {
+    Hit { x, matter: Matter { class: Class::Background, instance: 0, ..hit.matter }, lit: false, seen: false, ..hit }
 }
 
 /// Writes the truth of one profile of a board: height, fibre azimuth and fibre dive; NaN off the body.
@@ -110,6 +144,20 @@ pub fn objects(labels: &Labels, cols: usize, pixel_mm2: f64, instances: &[Instan
             bbox: [left, top, right - left, bottom - top],
         })
         .collect()
+}
+
+/// Means of groups of `columns x rows` measured pixels that are not missing.
+pub fn bin_maps(maps: Maps, cols: usize, columns: usize, rows: usize) -> Maps {
+    if columns == 1 && rows == 1 {
+        return maps;
+    }
+    let light = |map: Vec<f32>| -> Vec<f32> {
+        let known = map.iter().zip(&maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect();
+        bin_map(known, cols, columns, rows, 0.0, |v| !v.is_nan())
+    };
+    let (reflectance, scatter) = (light(maps.reflectance), light(maps.scatter));
+    let range = bin_map(maps.range, cols, columns, rows, f32::NAN, |v| !v.is_nan());
+    Maps { range, reflectance, scatter }
 }
 
 /// Means of groups of `columns x rows` truth pixels; angles by their vectors, NaN left out.

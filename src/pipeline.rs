@@ -5,15 +5,15 @@ use procedural::wood::Plank;
 use procedural::{Body, Class};
 use rayon::prelude::*;
 
-use crate::effective::{effective, typical};
-use crate::extract::{Profile, extract};
-use crate::frame::{Calibration, Frame};
+use crate::effective::{calibration_numbers, effective, typical};
+use crate::extract::{Grid, Profile, extract, rectify};
+use crate::frame::{Calibration, Frame, Rig};
 use crate::labels;
 use crate::optics::speckle::Tiles;
 use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
-use crate::settings::{SensorStack, Transport};
+use crate::settings::{RangeForm, SensorStack, Transport};
 use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
 
@@ -99,6 +99,7 @@ impl Scan {
             _ => 1,
         };
         let calibration = sensor.calibration();
+        let grid = grid(scene, &calibration.rig);
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
         let mut truth = self.truth.as_mut().map(|truth| truth.maps_mut().map(|map| map.chunks_mut(step)));
@@ -116,7 +117,7 @@ impl Scan {
                 let start = number * length;
                 let profiles = start..(start + length).min(profiles);
                 let band = sensor.band(specimen, profiles, std::mem::take(room));
-                let stack = part.fill(scene, sensor, &band, &calibration);
+                let stack = part.fill(scene, sensor, &band, (&calibration, grid.as_ref()));
                 progress(band.profiles.len() as u64);
                 *room = band;
                 stack
@@ -129,23 +130,19 @@ impl Scan {
         let (columns, rows) = (scene.output.bin_columns, scene.output.bin_profiles);
         let cols = scene.size.columns;
         let rig = sensor.camera().rig;
-        let missing = |map: Vec<f32>| labels::bin_map(map, cols, columns, rows, 0.0, |v| v > 0.0);
-        let maps = Maps {
-            range: labels::bin_map(self.maps.range, cols, columns, rows, f32::NAN, |v| !v.is_nan()),
-            reflectance: missing(self.maps.reflectance),
-            scatter: missing(self.maps.scatter),
-        };
+        let maps = labels::bin_maps(self.maps, cols, columns, rows);
         let labels = labels::bin(self.labels, cols, columns, rows);
         let truth = self.truth.map(|truth| labels::bin_truth(truth, cols, columns, rows));
         let top = f64::from(specimen.top());
-        let col_mm = rig.along(1.0, top) - rig.along(0.0, top);
-        let (col_mm, row_mm) = (col_mm * columns as f64, scene.bench.motion.step_mm * rows as f64);
+        let grid = grid(scene, &rig);
+        let pitch = grid.map_or_else(|| rig.along(1.0, top) - rig.along(0.0, top), |grid| grid.pitch_mm);
+        let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, instances);
         let defects = instances.iter().map(|instance| instance.class).filter(|class| *class != Class::Pocket).collect();
-        // Sixteen bits over the sensor's whole height; 0 is missing.
-        let (low, high) = (rig.height(scene.size.rows as f64 - 0.5), rig.height(-0.5));
-        let scale = (high - low) / 65534.0;
+        let (range_offset, range_scale) = steps(scene, &rig);
+        // The middle of the columns that are averaged into the first.
+        let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
         Record {
             index: scene.index,
             id: scene.id.clone(),
@@ -155,8 +152,10 @@ impl Scan {
             rows: scene.size.profiles / rows,
             row_mm,
             col_mm,
-            range_offset_mm: low - scale,
-            range_scale_mm: scale,
+            range: scene.extraction.range,
+            range_offset,
+            range_scale,
+            calibration: calibration_numbers(&rig, x_first),
             draws: scene.draws(),
             physics: effective(scene, sensor, top),
             maps,
@@ -171,13 +170,21 @@ impl Scan {
 
 impl Part<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
-    fn fill(mut self, scene: &Scene, sensor: &Sensor, band: &Band, calibration: &Calibration) -> Vec<StackFrame> {
+    fn fill(
+        mut self,
+        scene: &Scene,
+        sensor: &Sensor,
+        band: &Band,
+        (calibration, grid): (&Calibration, Option<&Grid>),
+    ) -> Vec<StackFrame> {
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
         for (place, profile) in profiles.clone().enumerate() {
             let line = place * columns..(place + 1) * columns;
             let hits = &band.row(profile).hits;
+            let even = grid.map(|grid| labels::on_grid(hits, grid.first_mm, grid.pitch_mm));
+            let hits = even.as_ref().unwrap_or(hits);
             labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
             if let Some(maps) = &mut self.truth {
                 let maps = maps.each_mut().map(|map| &mut map[line.clone()]);
@@ -205,8 +212,37 @@ impl Part<'_> {
                 extract(&frames, calibration, &scene.extraction, &mut out);
             }
         }
+        if let Some(grid) = grid {
+            let maps = self.range.chunks_mut(columns).zip(self.reflectance.chunks_mut(columns));
+            for ((range, reflectance), scatter) in maps.zip(self.scatter.chunks_mut(columns)) {
+                rectify(calibration, grid, [range, reflectance, scatter]);
+            }
+        }
         stack
     }
+}
+
+/// The grid of a rectified scan.
+fn grid(scene: &Scene, rig: &Rig) -> Option<Grid> {
+    match scene.extraction.range {
+        RangeForm::Rectified { pitch_mm } => Some(Grid::new(rig, scene.size.columns, pitch_mm)),
+        RangeForm::Calibrated | RangeForm::Uncalibrated => None,
+    }
+}
+
+/// Offset and scale of Range as whole numbers up to 65535, of which 0 is missing [mm or px].
+fn steps(scene: &Scene, rig: &Rig) -> (f64, f64) {
+    let rows = scene.size.rows as f64;
+    if scene.extraction.range == RangeForm::Uncalibrated {
+        // A step of the extraction, or of the finest that fits where it gives none.
+        let finest = (65535.0 / rows).floor();
+        let asked = f64::from(scene.extraction.subpixel_steps);
+        return (0.0, 1.0 / if asked > 0.0 { asked.min(finest) } else { finest });
+    }
+    // The sensor's whole height.
+    let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
+    let scale = (high - low) / 65534.0;
+    (low - scale, scale)
 }
 
 /// Whether the recipe keeps the sensor frame of `profile`.

@@ -35,7 +35,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
 pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let panel = Panel::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
-    let scatter_dark = crate::extract::scatter_pixels(&scene.extraction) as f32 * dark;
+    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark)[0];
     let on_body = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
     };
@@ -65,7 +65,7 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
     type Map<'a> = (&'a str, &'a str, &'a [f32], f32, f32, Ramp<'a>);
     let maps: [Map; 3] = [
-        ("Range", "mm", &record.maps.range, low, high, &viridis),
+        ("Range", scene.extraction.range.unit(), &record.maps.range, low, high, &viridis),
         ("Reflectance", "DN", &record.maps.reflectance, 0.0, bright, &grey),
         ("Scatter less dark", "DN", &scatter, 0.0, deep, &grey),
     ];

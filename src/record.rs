@@ -2,6 +2,8 @@
 
 use procedural::{Class, Instance};
 
+use crate::settings::RangeForm;
+
 /// Which part of the dataset a sample belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Split {
@@ -30,11 +32,12 @@ impl Split {
 /// What the instrument measured, `[rows = profiles, cols]`, row-major.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Maps {
-    /// Height [mm]; NaN where missing.
+    /// Height [mm] or sensor row [px]; NaN where missing.
     pub range: Vec<f32>,
-    /// Digital number at the peak [DN]; 0 where missing. Whole numbers unless binned.
+    /// Digital number at the peak [DN]; 0 where missing. Whole numbers unless binned or rectified.
     pub reflectance: Vec<f32>,
-    /// Sum of digital numbers in the side windows [DN]; 0 where missing. Whole numbers unless binned.
+    /// Sum of digital numbers in the side windows [DN]; 0 where missing. Whole numbers unless binned, rectified or less the
+    /// dark level.
     pub scatter: Vec<f32>,
 }
 
@@ -137,10 +140,14 @@ pub struct Record {
     pub row_mm: f64,
     /// Distance between two columns at the upper surface's height [mm].
     pub col_mm: f64,
-    /// Integer range r > 0 means `range_offset_mm + r * range_scale_mm`.
-    pub range_offset_mm: f64,
-    /// See `range_offset_mm`.
-    pub range_scale_mm: f64,
+    /// What Range is.
+    pub range: RangeForm,
+    /// Integer range r > 0 means `range_offset + r * range_scale`, in the unit of [`Record::range`].
+    pub range_offset: f64,
+    /// See `range_offset`.
+    pub range_scale: f64,
+    /// Camera against laser plane, by name with unit; NaN where a number has no meaning.
+    pub calibration: Vec<(&'static str, f64)>,
     /// Every drawn number, by its path.
     pub draws: Vec<(String, f64)>,
     /// Numbers that follow from the draws: effective physics, by name with unit.

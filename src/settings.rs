@@ -1,5 +1,9 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
+mod extraction;
+
+pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
@@ -59,46 +63,6 @@ pub struct Line {
 impl Line {
     /// A Gaussian beam behind a Powell lens.
     pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
-}
-
-/// Which side windows Scatter sums.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ScatterMode {
-    /// Both sides of the peak.
-    Symmetric,
-    /// Rows before the peak (smaller row numbers).
-    Front,
-    /// Rows after the peak.
-    Back,
-}
-
-impl ScatterMode {
-    /// Every mode in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 3] = [Self::Symmetric, Self::Front, Self::Back];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 3] = ["symmetric", "front", "back"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-}
-
-/// How a profile is read from a frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extraction {
-    /// Rows on each side of the peak that the centre of gravity uses: 3, 7 or 15 [px].
-    pub window_rows: usize,
-    /// Smallest digital number of a peak [DN].
-    pub threshold_dn: f64,
-    /// Steps per row in which the peak position is given; 0 leaves it unrounded.
-    pub subpixel_steps: u32,
-    /// Which side windows Scatter sums.
-    pub scatter_mode: ScatterMode,
-    /// Distance from the peak to the first summed row; 0 includes the peak [px].
-    pub scatter_offset_rows: usize,
-    /// Rows that are summed on each side [px].
-    pub scatter_width_rows: usize,
 }
 
 /// Which sensor frames are kept.
@@ -187,6 +151,67 @@ pub struct Splits {
     pub validation: f64,
     /// For the last word.
     pub test: f64,
+}
+
+/// Who says how the sensor is tilted and where the lens is sharp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scheimpflug {
+    /// The geometry: the laser plane is in focus.
+    #[default]
+    Solved,
+    /// The recipe.
+    Given,
+}
+
+/// What the lens is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LensModel {
+    /// A thin lens, which blurs what is out of focus.
+    #[default]
+    ThinLens,
+    /// A hole: sharp everywhere.
+    Pinhole,
+}
+
+/// What lies before the lens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// Nothing that depends on colour.
+    #[default]
+    None,
+    /// A band-pass filter.
+    BandPass,
+}
+
+/// What of the camera is the same for all samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Optics {
+    /// Who says how the sensor stands.
+    pub scheimpflug: Scheimpflug,
+    /// What the lens is taken for.
+    pub lens: LensModel,
+    /// What lies before the lens.
+    pub filter: Filter,
+    /// Whether the lens's opening bends light.
+    pub diffraction: bool,
+    /// From the optical axis to the middle of the sensor's region along the columns [px].
+    pub offset_columns: f64,
+    /// From the optical axis to the middle of the sensor's region along the rows [px].
+    pub offset_rows: f64,
+}
+
+impl Default for Optics {
+    /// As recipes have it that say nothing.
+    fn default() -> Self {
+        Self {
+            scheimpflug: Scheimpflug::Solved,
+            lens: LensModel::ThinLens,
+            filter: Filter::None,
+            diffraction: true,
+            offset_columns: 0.0,
+            offset_rows: 0.0,
+        }
+    }
 }
 
 /// How light spreads below the surface.

@@ -19,7 +19,7 @@ use obvhs::triangle::Triangle;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
 use self::relief::Relief;
-use crate::frame::Rig;
+use crate::frame::{Columns, Rig, Sightline};
 
 /// What one sensor column sees at one position of the scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,20 +120,17 @@ impl Specimen {
         Some((at, surface, seen))
     }
 
-    /// What columns `0..hits.capacity` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
-    pub fn look(&self, y: f32, columns: usize, conveyor: Medium, hits: &mut Vec<Hit>) {
+    /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
+    pub fn look(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
         let slice = self.body.slice(y);
         let shadow = self.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
         let near_y = y > self.low.y - LEAVE_MM && y < self.high.y + shadow;
-        // x of a column is linear in height.
-        let scale = self.rig.pixel * (self.rig.distance - self.rig.focal_length) / self.rig.focal_length;
-        let drop = self.rig.pixel * libm::cos(self.rig.tilt) / self.rig.focal_length;
         let lens = lens(&self.rig, y);
         let (mut guess, mut last) = (self.high.z, (0.0, 0.0));
-        for column in 0..columns {
-            let offset = column as f64 - self.rig.centre_col;
-            let along = |z: f32| (offset * (scale - drop * f64::from(z))) as f32;
+        for column in 0..columns.len() {
+            let line = columns.of(column);
+            let along = |z: f32| line.at(z);
             if self.upper.is_some() {
                 // As high as the last place's slope leads to, within reason.
                 guess += ((along(guess) - last.0) * last.1).clamp(-0.5, 0.5);
@@ -150,7 +147,7 @@ impl Specimen {
                 found = slice.surface(along(first.z)).map(|s| (along(first.z), s));
             }
             if let (Some(upper), Some(place)) = (&self.upper, &mut found) {
-                *place = approach(*place, drop * -offset, along, |x| slice.surface(x));
+                *place = approach(*place, line, |x| slice.surface(x));
                 guess = place.1.z;
                 let (x, surface) = *place;
                 last = (x, surface.slope_x);
@@ -225,21 +222,16 @@ fn faces(surface: &Surface, way: Vec3) -> bool {
     Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).dot(way) > 0.0
 }
 
-/// Comes nearer to the place where a column's line of sight, x = along(z), meets the surface (Newton's way); `lean` is
-/// dx/dz of that line. Where the surface ends before, the last place counts.
-fn approach(
-    mut place: (f32, Surface),
-    lean: f64,
-    along: impl Fn(f32) -> f32,
-    surface: impl Fn(f32) -> Option<Surface>,
-) -> (f32, Surface) {
+/// Comes nearer to the place where a column's line of sight meets the surface (Newton's way). Where the
+/// surface ends before, the last place counts.
+fn approach(mut place: (f32, Surface), line: Sightline, surface: impl Fn(f32) -> Option<Surface>) -> (f32, Surface) {
     for _ in 0..STEPS {
         let (x, here) = place;
-        let off = x - along(here.z);
+        let off = x - line.at(here.z);
         if off.abs() < NEAR_MM {
             break;
         }
-        let next = x - off / (1.0 - lean as f32 * here.slope_x).max(0.5);
+        let next = x - off / (1.0 - line.lean(here.z) * here.slope_x).max(0.5);
         match surface(next) {
             Some(there) => place = (next, there),
             None => break,

@@ -44,6 +44,7 @@ fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
         camera: Camera::from_values(value),
         exposure: Exposure::from_values(value),
         speckle: Speckle::from_values(value),
+        optics: sheetlight::settings::Optics::default(),
     }
 }
 

@@ -3,7 +3,7 @@
 use procedural::Stream;
 use rand::RngExt;
 use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::{Calibration, Frame, Rig};
+use sheetlight::frame::{Calibration, Distortion, Frame, Rig, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
 
 const ROWS: usize = 44;
@@ -19,11 +19,14 @@ fn two_windows_read_like_the_whole_sensor() {
         distance: 410.0,
         tilt: 0.44,
         focal_length: 25.0,
+        image_distance: image_distance(25.0, 410.0),
+        sensor_tilt: scheimpflug(25.0, 410.0, 0.44),
+        distortion: Distortion { radial: [0.0; 3], tangential: [0.0; 2] },
         pixel: 6e-3,
         centre_col: 0.5 * (COLUMNS as f64 - 1.0),
         centre_row: 120.0,
     };
-    let calibration = Calibration { rig, sensor_rows: SENSOR as u32, dark_level: f32::from(DARK) };
+    let calibration = Calibration::new(rig, [COLUMNS, SENSOR], f32::from(DARK));
     let mut rng = Stream::root(3).rng();
     let mut windows: [Frame; 2] = std::array::from_fn(|_| Frame {
         cols: COLUMNS,

@@ -32,7 +32,7 @@ fn rows_against_manifest_and_head() {
     let codes = check(&place).codes();
     assert!(codes.contains(&IdRepeated) && codes.contains(&RowDiffers), "{codes:?}");
     assert_eq!(with(|sample| sample.row_mm = -1.0), [ValueRange]);
-    assert!(with(|sample| sample.range_scale_mm = f64::NAN).contains(&ValueRange));
+    assert!(with(|sample| sample.range_scale = f64::NAN).contains(&ValueRange));
     assert_eq!(with(|sample| sample.draws[0].1 = f64::NAN), [NumberMissing]);
 }
 

@@ -19,7 +19,7 @@ pub fn row_schema(head: &DatasetHead) -> Schema {
     let mut features = Map::new();
     for column in &ROW {
         match column.kind {
-            Kind::Image(_) if !head.images.png.iter().any(|name| name == column.name) => {}
+            _ if !head.has(column) => {}
             Kind::Parameters => {
                 for (group, numbers) in head.groups() {
                     let (kind, feature) = numbers_struct(&numbers);
@@ -71,6 +71,17 @@ fn numbers_struct(numbers: &[&NumberColumn]) -> (DataType, Value) {
     (DataType::Struct(numbers.iter().map(field).collect()), Value::Object(feature))
 }
 
+fn declared_struct(columns: &[Column], head: &DatasetHead) -> (DataType, Value) {
+    let (fields, features): (Vec<Field>, Map<String, Value>) = columns
+        .iter()
+        .map(|column| {
+            let (field, feature) = declared(column, head);
+            (field, (column.name.to_string(), feature))
+        })
+        .unzip();
+    (DataType::Struct(fields.into()), Value::Object(features))
+}
+
 /// One column as Arrow field and as feature of `datasets`.
 fn declared(column: &Column, head: &DatasetHead) -> (Field, Value) {
     let mut metadata = Metadata::from([("doc", column.doc), ("unit", column.unit)]);
@@ -98,16 +109,10 @@ fn declared(column: &Column, head: &DatasetHead) -> (Field, Value) {
         }
         Kind::Physics => numbers_struct(&head.physics.iter().collect::<Vec<_>>()),
         Kind::Parameters => numbers_struct(&head.parameters.iter().collect::<Vec<_>>()),
+        Kind::Struct(columns) => declared_struct(columns, head),
         Kind::List(columns) => {
-            let (fields, features): (Vec<Field>, Vec<(String, Value)>) = columns
-                .iter()
-                .map(|column| {
-                    let (field, feature) = declared(column, head);
-                    (field, (column.name.to_string(), feature))
-                })
-                .unzip();
-            let feature = json!({ "feature": Value::Object(features.into_iter().collect()), "_type": "List" });
-            (DataType::List(item(DataType::Struct(fields.into()))), feature)
+            let (kind, feature) = declared_struct(columns, head);
+            (DataType::List(item(kind)), json!({ "feature": feature, "_type": "List" }))
         }
         Kind::Tensor => {
             let (rows, cols) = (head.images.sensor_rows, head.images.sensor_cols);

@@ -22,6 +22,46 @@ impl SampleType {
     }
 }
 
+/// A form in which Range is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RangeForm {
+    /// Value of `images.range` in `dataset.json`.
+    pub name: &'static str,
+    /// Unit of Range.
+    pub unit: &'static str,
+    /// Values that it may take.
+    pub range: &'static str,
+    /// What it means.
+    pub doc: &'static str,
+}
+
+/// Every form of Range.
+pub const RANGE_FORMS: [RangeForm; 3] = [
+    RangeForm {
+        name: "calibrated",
+        unit: "mm",
+        range: "any",
+        doc: "Measured height at each sensor column. Columns are not evenly apart; `calibration` says where they see.",
+    },
+    RangeForm {
+        name: "uncalibrated",
+        unit: "px",
+        range: "0 to sensor_rows - 1",
+        doc: "Sensor row of the laser line at each sensor column, row 0 at the top; `calibration` makes heights of it.",
+    },
+    RangeForm {
+        name: "rectified",
+        unit: "mm",
+        range: "any",
+        doc: "Measured height on an even grid along the line: column j stands at calibration.x_first_mm + j * col_mm.",
+    },
+];
+
+/// The form of that name.
+pub fn range_form(name: &str) -> Option<RangeForm> {
+    RANGE_FORMS.into_iter().find(|form| form.name == name)
+}
+
 /// The declaration of one channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channel {
@@ -125,11 +165,11 @@ pub const CHANNELS: [Channel; 11] = [
     channel(
         ("Range", "range", ""),
         SampleType::Float,
-        "mm",
-        "any",
+        "mm or px",
+        "see Range",
         "NaN",
-        "Measured height.",
-        "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um), which compress",
+        "What was measured, in the form that `images.range` names.",
+        "half would round 20 mm to 0.016 mm; written in steps of 2^-13 mm (0.12 um) or px, which compress",
     ),
     channel(
         ("Reflectance", "reflectance", ""),
@@ -163,10 +203,15 @@ pub const CHANNELS: [Channel; 11] = [
 /// The one text attribute that holds units, spacing and id as ASCII JSON.
 pub const ATTRIBUTE: &str = "sheetlight";
 
-/// The channels that a file holds, given the asked images, whether truth maps are written, and the subject.
-pub fn channels(asked: &[String], truth_maps: bool, subject: &str) -> Vec<Channel> {
+/// The channels that a file holds, given the asked images, whether truth maps are written, the subject, and the name of
+/// the form of Range.
+pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str) -> Vec<Channel> {
     let asks =
         |c: &Channel| if c.asked_by == "truth_maps" { truth_maps } else { asked.iter().any(|a| a == c.asked_by) };
     let holds = |c: &Channel| asks(c) && (c.subject.is_empty() || c.subject == subject);
-    if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).collect() }
+    let formed = |c: Channel| match range_form(range).filter(|_| c.name == "Range") {
+        Some(form) => Channel { unit: form.unit, range: form.range, doc: form.doc, ..c },
+        None => c,
+    };
+    if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).map(formed).collect() }
 }

@@ -31,6 +31,8 @@ pub enum Kind {
     Parameters,
     /// A struct of the numbers that are in `dataset.json` as `physics`.
     Physics,
+    /// One struct with these fields.
+    Struct(&'static [Column]),
     /// A list of structs with these fields.
     List(&'static [Column]),
     /// An image of 8-bit numbers as `arrow.fixed_shape_tensor`, row-major.
@@ -54,6 +56,7 @@ impl Kind {
             Self::PixelCounts => "struct of int64, one for each pixel class of the subject".into(),
             Self::Parameters => "one struct of float64 for each group".into(),
             Self::Physics => "struct of float64".into(),
+            Self::Struct(_) => "struct".into(),
             Self::List(_) => "list of struct".into(),
             Self::Tensor => "fixed list of uint8, `arrow.fixed_shape_tensor`".into(),
         }
@@ -103,7 +106,8 @@ impl NumberColumn {
 }
 
 /// Ends of keys and the unit that they stand for, longest first.
-const UNITS: [(&str, &str); 21] = [
+const UNITS: [(&str, &str); 22] = [
+    ("_w_per_m2_nm", "W/(m^2 nm)"),
     ("_deg_per_mm", "deg/mm"),
     ("_um_per_mm", "um/mm"),
     ("_per_mm", "1/mm"),

@@ -3,15 +3,15 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::channel::{Channel, channels};
-use crate::column::NumberColumn;
+use crate::channel::{Channel, channels, range_form};
+use crate::column::{Column, Kind, NumberColumn};
 
 /// Value of `format`.
 pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 1];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 2];
 
 /// The program that wrote a dataset.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,6 +88,8 @@ pub struct Images {
     pub png: Vec<String>,
     /// Images in the EXR files; empty where there are none.
     pub exr: Vec<String>,
+    /// What Range is: a name in [`crate::channel::RANGE_FORMS`].
+    pub range: String,
     /// Whether the EXR files hold the truth maps.
     pub truth_maps: bool,
     /// Every how many profiles a sensor frame is kept; null for none.
@@ -160,7 +162,23 @@ impl DatasetHead {
 
     /// The channels of every EXR file, in the order of files.
     pub fn channels(&self) -> Vec<Channel> {
-        channels(&self.images.exr, self.images.truth_maps, &self.subject)
+        channels(&self.images.exr, self.images.truth_maps, &self.subject, &self.images.range)
+    }
+
+    /// Unit of Range: `mm` or `px`.
+    pub fn range_unit(&self) -> &'static str {
+        range_form(&self.images.range).map_or("mm", |form| form.unit)
+    }
+
+    /// Whether the rows of this dataset have a column of [`crate::ROW`].
+    pub fn has(&self, column: &Column) -> bool {
+        match column.kind {
+            Kind::Image(_) => self.images.png.iter().any(|name| name == column.name),
+            _ => match column.name.strip_prefix("range_offset_").or(column.name.strip_prefix("range_scale_")) {
+                Some(unit) => unit == self.range_unit(),
+                None => true,
+            },
+        }
     }
 
     /// Groups of drawn numbers in the order of columns, each with its columns.

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use crate::channel::{ATTRIBUTE, CHANNELS};
+use crate::channel::{ATTRIBUTE, CHANNELS, RANGE_FORMS};
 use crate::column::Column;
 use crate::dataset::SCHEMA_VERSION;
 use crate::file::FILES;
-use crate::row::{OBJECT, PIXEL_CLASSES, ROW};
+use crate::row::{CALIBRATION, OBJECT, PIXEL_CLASSES, ROW};
 use crate::stack::STACK;
 use crate::subject::SUBJECTS;
 
@@ -59,7 +59,13 @@ pub fn dictionary() -> String {
         &mut page,
         "metadata (`unit`, `doc`) of each Arrow field. Images are there only where the recipe's output asks for them.",
     );
+    table(&mut page, "Fields of `calibration`", &CALIBRATION);
     table(&mut page, "Fields of `objects`", &OBJECT);
+
+    line(&mut page, "\n## Forms of Range\n\n| `images.range` | unit | values | meaning |\n|---|---|---|---|");
+    for form in &RANGE_FORMS {
+        line(&mut page, &format!("| `{}` | {} | {} | {} |", form.name, form.unit, form.range, form.doc));
+    }
 
     line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
     line(

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::channel::CHANNELS;
+use crate::channel::{CHANNELS, RANGE_FORMS};
 use crate::column::{Column, Kind};
 use crate::dataset::{FORMAT, SCHEMA_VERSION};
 use crate::file::FILES;
@@ -24,6 +24,7 @@ pub fn json_schema() -> Value {
             "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values() })),
             "row": columns(&ROW),
             "stack": columns(&STACK),
+            "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range, "doc": f.doc })),
             "exr": CHANNELS.iter().map(|c| json!({
                 "name": c.name, "type": c.samples.name(), "unit": c.unit, "range": c.range, "missing": c.missing,
                 "doc": c.doc, "asked_by": c.asked_by, "subject": c.subject,
@@ -37,7 +38,7 @@ fn columns(table: &[Column]) -> Vec<Value> {
         let mut entry = json!({
             "name": c.name, "type": c.kind.name(), "unit": c.unit, "range": c.range, "missing": c.missing, "doc": c.doc,
         });
-        if let Kind::List(fields) = c.kind {
+        if let Kind::List(fields) | Kind::Struct(fields) = c.kind {
             entry["fields"] = Value::from(columns(fields));
         }
         entry
@@ -123,6 +124,7 @@ fn dataset() -> Value {
                 ("rows", whole("Rows of every image [px].")),
                 ("png", list(text("Name."), "Images in the Parquet rows.")),
                 ("exr", list(text("Name."), "Images in the EXR files.")),
+                ("range", json!({ "enum": RANGE_FORMS.map(|form| form.name), "description": "What Range is." })),
                 ("truth_maps", json!({ "type": "boolean", "description": "Whether the EXR files hold truth maps." })),
                 (
                     "stack_every",

@@ -50,7 +50,7 @@ const fn column(
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
-pub const ROW: [Column; 21] = [
+pub const ROW: [Column; 24] = [
     column(
         "id",
         Kind::Text,
@@ -102,8 +102,18 @@ pub const ROW: [Column; 21] = [
         "never",
         "Distance between two columns at the upper surface's height.",
     ),
-    column("range_offset_mm", Kind::Float64, "mm", "any", "never", "See `range`."),
-    column("range_scale_mm", Kind::Float64, "mm", "above 0", "never", "See `range`."),
+    column("range_offset_mm", Kind::Float64, "mm", "any", "not there where Range is in px", "See `range`."),
+    column("range_scale_mm", Kind::Float64, "mm", "above 0", "not there where Range is in px", "See `range`."),
+    column("range_offset_px", Kind::Float64, "px", "any", "not there where Range is in mm", "See `range`."),
+    column("range_scale_px", Kind::Float64, "px", "above 0", "not there where Range is in mm", "See `range`."),
+    column(
+        "calibration",
+        Kind::Struct(&CALIBRATION),
+        "by field",
+        "by field",
+        "null where it has no meaning",
+        "Camera against laser plane: from places on the sensor to places in the laser plane, docs/instrument/extraction.md.",
+    ),
     column(
         "parameters",
         Kind::Parameters,
@@ -150,7 +160,7 @@ pub const ROW: [Column; 21] = [
         "see doc",
         "0 to 65535",
         "0",
-        "Measured height: a value r > 0 means range_offset_mm + r * range_scale_mm [mm].",
+        "Measured: a value r > 0 means range_offset_mm + r * range_scale_mm [mm], or the same with _px [px].",
     ),
     column(
         "reflectance",
@@ -176,6 +186,25 @@ pub const ROW: [Column; 21] = [
         "0 for none, else `objects.instance`",
         "never",
         "Which defect or pocket each pixel really shows.",
+    ),
+];
+
+/// Fields of `calibration`.
+pub const CALIBRATION: [Column; 8] = [
+    column("distance_mm", Kind::Float64, "mm", "above 0", "never", "From the lens to the origin."),
+    column("tilt_deg", Kind::Float64, "deg", "0 to 90", "never", "Between the optical axis and the laser plane."),
+    column("focal_length_mm", Kind::Float64, "mm", "above 0", "never", "Focal length."),
+    column("pixel_um", Kind::Float64, "um", "above 0", "never", "Pitch of the pixels."),
+    column("centre_col_px", Kind::Float64, "px", "any", "never", "Sensor column of the optical axis."),
+    column("centre_row_px", Kind::Float64, "px", "any", "never", "Sensor row of the optical axis."),
+    column("sensor_tilt_deg", Kind::Float64, "deg", "-90 to 90", "never", "Tilt of the sensor about its rows."),
+    column(
+        "x_first_mm",
+        Kind::Float64,
+        "mm",
+        "any",
+        "null where Range is not rectified",
+        "Place along the laser line of the middle of image column 0.",
     ),
 ];
 

@@ -47,6 +47,7 @@ fn json_schema_lists_every_key_of_the_documents() {
             rows: 1,
             png: vec![],
             exr: vec![],
+            range: "calibrated".into(),
             truth_maps: false,
             stack_every: None,
             sensor_cols: 1,

@@ -111,7 +111,7 @@ impl Beside {
 }
 
 /// Whether a line whose own window starts at `stand` does not fit the window that starts at `first`.
-fn outside(stand: i32, first: i32) -> bool {
+pub fn outside(stand: i32, first: i32) -> bool {
     (stand - first).abs() > ROWS as i32 - CENTRE as i32 - FOOT
 }
 

@@ -3,6 +3,25 @@
 //! Extended box filter (Gwosdek et al. 2011): two boxes with fractional ends have a Gaussian's variance exactly and its
 //! shape nearly, at a cost that does not grow with the width.
 
+/// Difference of variances along a line from which on it is blurred twice [px^2].
+const UNLIKE: f32 = 0.05;
+
+/// Blurs a line by a variance that is `own` more in each column, none where `own` is empty: at the least and at the
+/// greatest of them, blended so that each column has its variance [px^2].
+pub fn blur_unlike(line: &mut [f32], variance: f32, own: &[f32], side: f32, room: &mut Vec<f32>) {
+    let low = own.iter().copied().fold(f32::INFINITY, f32::min);
+    let high = own.iter().copied().fold(0.0, f32::max);
+    if own.is_empty() || high - low < UNLIKE {
+        return blur(line, variance + 0.5 * (low.min(high) + high), side, room);
+    }
+    let mut wide = line.to_vec();
+    blur(line, variance + low, side, room);
+    blur(&mut wide, variance + high, side, room);
+    for ((narrow, wide), own) in line.iter_mut().zip(wide).zip(own) {
+        *narrow += (wide - *narrow) * (own - low) / (high - low);
+    }
+}
+
 /// Blurs a line by a kernel of the given variance [px^2]: two boxes with fractional ends (extended box filter, Gwosdek
 /// et al. 2011). What crosses an end is folded back times `side`: 1 keeps all light, less loses some of it there, negative
 /// values lose what stands near it too.

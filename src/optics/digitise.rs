@@ -16,6 +16,9 @@ const COUNTER_COLUMNS: u32 = 1 << 14;
 /// Names of the noise of the first and of the second window.
 const NOISE: [&str; 2] = ["pixels", "pixels_beside"];
 
+/// No light.
+const DARK: [f32; TILE] = [0.0; TILE];
+
 /// One exposure of one tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Shot<'a> {
@@ -55,6 +58,7 @@ pub fn digitise(sensor: &Sensor, shot: &Shot<'_>, number: usize, window: &Window
         let pixels = PairOfRows {
             electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
             patterns,
+            ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
             shades: &shades,
             counter: pair as u32 * COUNTER_COLUMNS + counter,
             keys,
@@ -76,6 +80,8 @@ struct PairOfRows<'a> {
     electrons: [[&'a [f32; TILE]; 2]; 2],
     /// Surface and volume patterns of both rows.
     patterns: [[&'a [f32; TILE]; 2]; 2],
+    /// Light without speckle of both rows [e-].
+    ambient: [&'a [f32; TILE]; 2],
     shades: &'a [[f32; TILE]; 2],
     counter: u32,
     keys: [u32; 2],
@@ -97,6 +103,7 @@ fn pair(pixels: &PairOfRows<'_>, sensor: &Sensor, even: &mut [u16], odd: &mut [u
             let [surface, volume] = pixels.electrons[row];
             let [bright, soft] = pixels.patterns[row];
             let light = surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]);
+            let light = light + pixels.ambient[row][c];
             (chain.gain * light).max(0.0)
         };
         out[0][c] = chain.digitise(signal(0), first, pixels.shades[0][c]);

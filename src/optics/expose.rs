@@ -11,8 +11,9 @@ use multiversion::multiversion;
 
 use super::film::Second;
 use super::laser::{Level, Section};
+use super::moved::{self, Ahead};
 use super::row::Row;
-use super::{Band, Sensor, TILE, arrange, streak};
+use super::{Band, Sensor, TILE, arrange, lamps, streak};
 use crate::lanes::{exp, turn};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
@@ -34,6 +35,8 @@ pub struct Window {
     pub volume: Box<[[f32; TILE]; ROWS]>,
     /// Light from the surface `[ROWS][TILE]` [e-].
     pub surface: Box<[[f32; TILE]; ROWS]>,
+    /// Light of lamps and windows `[ROWS][TILE]`; empty without [e-].
+    pub ambient: Vec<[f32; TILE]>,
     /// Sensor row of the window's first row, a column [px].
     pub first_row: [i32; TILE],
 }
@@ -41,7 +44,7 @@ pub struct Window {
 impl Default for Window {
     fn default() -> Self {
         let rows = || Box::new([[0.0; TILE]; ROWS]);
-        Self { volume: rows(), surface: rows(), first_row: [0; TILE] }
+        Self { volume: rows(), surface: rows(), ambient: Vec::new(), first_row: [0; TILE] }
     }
 }
 
@@ -67,10 +70,12 @@ pub struct Scratch {
     pub columns: usize,
     /// Room for a line in a window of its own.
     pub spare: Window,
+    /// The next profile's light, where the object moves while it is exposed.
+    pub ahead: Option<Box<Ahead>>,
 }
 
 impl Scratch {
-    /// Electrons without noise in row `k` of the first window [e-].
+    /// Electrons of the laser without noise in row `k` of the first window [e-].
     pub fn electrons(&self, k: usize, column: usize) -> f32 {
         self.windows[0].volume[k][column] + self.windows[0].surface[k][column]
     }
@@ -82,8 +87,18 @@ pub fn load(values: &[f32], start: usize) -> &[f32; TILE] {
     values[start..].first_chunk().expect("rows are padded to whole tiles")
 }
 
-/// Fills `scratch` with the electrons of one tile.
+/// Fills `scratch` with the electrons of one tile, as they are when the shutter closes.
 pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
+    if sensor.way > 0.0 {
+        moved::window(sensor, band, profile, tile, scratch);
+    } else {
+        still(sensor, band, profile, tile, scratch);
+    }
+    lamps::add(sensor, band, profile, tile, scratch);
+}
+
+/// The same of an object that stands still under the laser alone.
+pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
     let start = tile * TILE;
     let own = band.row(profile);
     scratch.columns = (own.hits.len() - start).min(TILE);

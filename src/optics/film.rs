@@ -11,7 +11,7 @@
 use glam::Vec3;
 use procedural::{Film, Matter, Medium, Surface};
 
-use super::blur::blur;
+use super::blur::blur_unlike;
 use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen, height_below};
@@ -98,6 +98,8 @@ pub struct Room {
     height: Vec<f32>,
     /// Whether the film is sealed to it: light does not creep from there into a pocket.
     sealed: Vec<bool>,
+    /// Variance along the line of what is out of focus, a column [px^2].
+    defocus: Vec<f32>,
     line: Vec<f32>,
 }
 
@@ -180,6 +182,7 @@ impl Room {
         self.height.resize(columns, f32::MIN);
         self.sealed.clear();
         self.sealed.resize(columns, false);
+        self.defocus.resize(columns, 0.0);
         let (mut first, mut last) = (columns, 0);
         for pair in self.below.windows(2) {
             let [Some(a), Some(b)] = pair else { continue };
@@ -196,6 +199,7 @@ impl Room {
                 }
                 self.height[column] = z;
                 self.sealed[column] = a.sealed;
+                self.defocus[column] = mix(a.sight.defocus, b.sight.defocus);
                 (first, last) = (first.min(column), last.max(column + 1));
                 second.centre[column] = mix(a.sight.row, b.sight.row);
                 second.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
@@ -226,10 +230,11 @@ impl Room {
             if self.height[column] == f32::MIN {
                 continue;
             }
+            let defocus = &self.defocus[piece.clone()];
             for j in 0..BASIS {
                 let source = &mut second.source[j][piece.clone()];
                 if source.iter().any(|&light| light != 0.0) {
-                    blur(source, camera.along_variance(SPREAD_MM[j]), 1.0, &mut self.line);
+                    blur_unlike(source, camera.along_variance(SPREAD_MM[j]), defocus, 1.0, &mut self.line);
                 }
             }
         }

@@ -185,7 +185,7 @@ impl Lit<'_> {
         let rows = sight.rows_per_mm * sight.rows_per_mm;
         Some(Landing {
             place,
-            variance: [camera.along_variance(mm2.sqrt()), sight.variance + mm2 * rows],
+            variance: [camera.along_variance(mm2.sqrt()) + sight.defocus, sight.variance + mm2 * rows],
             electrons: source.electrons * thrown * answer * facing,
         })
     }

@@ -11,10 +11,15 @@ pub mod camera;
 pub mod coherence;
 mod digitise;
 pub mod expose;
+mod field;
 pub mod film;
+mod focus;
+mod lamps;
 pub mod laser;
 pub mod mirror;
+mod moved;
 pub mod parameters;
+mod pieces;
 pub mod row;
 mod second;
 pub mod sensor;
@@ -61,6 +66,10 @@ pub struct Sensor {
     contrast: [f32; 2],
     /// Offset of the row that lets light out, for each row of the window [profiles].
     neighbours: [isize; ROWS],
+    /// Profiles by row, on a flat surface as high as the object.
+    profiles_per_row: f64,
+    /// Share of a step that the object moves while it is exposed [1].
+    way: f32,
     /// Movement of the pattern with the object [fine rows/mm].
     drift: f64,
     second: Option<SecondLine>,
@@ -102,6 +111,11 @@ impl Band {
     }
 }
 
+/// Whole profiles, within the farthest that is looked at.
+fn looks(profiles: f64) -> isize {
+    (profiles.round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
+}
+
 impl Sensor {
     /// Sets the bench up over a specimen whose upper surface lies about `height` [mm]; `clear` is the medium whose paths
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
@@ -115,9 +129,8 @@ impl Sensor {
         stream: Stream,
     ) -> Self {
         let camera = Camera::new(bench, &size, line, stream);
-        let magnification = camera.rig.magnification();
-        let grain =
-            bench.laser.wavelength_nm * 1e-3 * bench.camera.f_number * (1.0 + magnification) / bench.camera.pixel_um;
+        let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
+        let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
         let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
@@ -128,14 +141,14 @@ impl Sensor {
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
         let step = bench.motion.step_mm;
         let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
-        let neighbours = std::array::from_fn(|k| {
-            let y = (CENTRE as f64 - k as f64) / rows_per_mm;
-            ((y / step).round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
-        });
+        let profiles_per_row = 1.0 / (rows_per_mm * step);
+        let neighbours = std::array::from_fn(|k| looks((CENTRE as f64 - k as f64) * profiles_per_row));
         Self {
             tiles: tiles.get(grain),
             contrast: contrast.map(|c| c as f32),
             neighbours,
+            profiles_per_row,
+            way: (bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6) as f32,
             drift: rows_per_mm * FINE as f64,
             step,
             size,
@@ -147,6 +160,7 @@ impl Sensor {
                 &camera,
                 Shining::new(&bench.laser, stream.child("shining")),
                 size.columns,
+                height,
             ),
             second: SecondLine::new(&bench.laser, step),
             faint: FAINT_DN / chain.gain,
@@ -172,7 +186,7 @@ impl Sensor {
 
     /// What a reader of the frames has to know.
     pub fn calibration(&self) -> Calibration {
-        Calibration { rig: self.camera.rig, sensor_rows: self.size.rows as u32, dark_level: self.chain.dark_level }
+        Calibration::new(self.camera.rig, [self.size.columns, self.size.rows], self.chain.dark_level)
     }
 
     /// Scan position under the laser in `profile` [mm].
@@ -184,11 +198,21 @@ impl Sensor {
         profile as f64 * self.step
     }
 
-    /// Rows of the specimen that a profile needs before and behind its own.
+    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
     pub fn halo(&self) -> [usize; 2] {
-        let window = self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize;
+        let window = self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize + 1 + usize::from(self.way > 0.0);
         let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
         [window + before, window + behind]
+    }
+
+    /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
+    fn looks(&self, rows: f32) -> isize {
+        looks(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
+    }
+
+    /// Way that the image of a flat surface moves while it is exposed, along the rows [px].
+    pub fn travel_px(&self) -> f64 {
+        f64::from(self.way) / self.profiles_per_row
     }
 
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
@@ -209,7 +233,9 @@ impl Sensor {
         }
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
-        band.windows = band.profiles.clone().map_while(window).collect();
+        // The light that a moving object has in the next profile counts too.
+        let last = band.profiles.end + usize::from(self.way > 0.0);
+        band.windows = (band.profiles.start..last).map_while(window).collect();
         band
     }
 
@@ -246,7 +272,8 @@ impl Sensor {
         let mut sensor: Vec<u8> = (0..rows * columns)
             .map(|pixel| {
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                self.chain.digitise(0.0, normal, offsets[pixel / columns]) as u8
+                let ambient = lamps::pixel(self, band, profile, pixel % columns, pixel / columns);
+                self.chain.digitise(self.chain.gain * ambient, normal, offsets[pixel / columns]) as u8
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());

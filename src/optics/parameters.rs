@@ -4,11 +4,15 @@
 
 use procedural::parameters;
 
+use crate::settings::Optics;
+
 parameters! {
     /// Movement of the object under the laser.
     motion: Motion {
         /// Distance between two profiles.
         step_mm: 0.001, 5.0, 0.068, "[T]";
+        /// Profiles a second while the object moves on; 0: it stands still while it is exposed.
+        line_rate_hz: 0.0, 100000.0, 0.0, "free; 0 leaves motion blur out";
         /// Diffuse reflectance of the conveyor.
         conveyor_reflectance: 0.0, 1.0, 0.04, "[M] black rubber";
     }
@@ -89,7 +93,7 @@ parameters! {
 }
 
 parameters! {
-    /// The camera, tilted against the laser plane, sensor tilted to focus it (Scheimpflug).
+    /// The camera, tilted against the laser plane, and its lens.
     camera: Camera {
         /// From the lens to the origin.
         distance_mm: 50.0, 5000.0, 410.0, "[T]";
@@ -99,12 +103,36 @@ parameters! {
         focal_length_mm: 4.0, 200.0, 25.0, "[T]";
         /// f-number.
         f_number: 1.0, 32.0, 2.8, "[T]";
+        /// Tilt of the sensor about the line's direction, where `scheimpflug` is `given`.
+        sensor_tilt_deg: -30.0, 30.0, 0.0, "[T] no adapter in the simulation";
+        /// Distance along the axis at which the lens is sharp, where `scheimpflug` is `given`; 1e9 is infinity.
+        focus_distance_mm: 20.0, 1e9, 410.0, "the bench; [T] infinity in the simulation";
+        /// Radial distortion of second order (Brown and Conrady) of normalised directions.
+        distortion_k1: -0.5, 0.5, 0.0, "[M] -0.1 to 0 for 25 mm lenses";
+        /// Radial distortion of fourth order.
+        distortion_k2: -1.0, 1.0, 0.0, "[M] 0 to 0.1";
+        /// Radial distortion of sixth order.
+        distortion_k3: -2.0, 2.0, 0.0, "[M]";
+        /// Tangential distortion, most of it along the rows' order.
+        distortion_p1: -0.02, 0.02, 0.0, "[M] 0.0005";
+        /// Tangential distortion, most of it along the line.
+        distortion_p2: -0.02, 0.02, 0.0, "[M] 0.0005";
         /// Pitch of the pixels.
         pixel_um: 1.0, 30.0, 6.0, "[T]";
-        /// Standard deviation of the lens's point spread on the sensor (aberration and diffraction).
+        /// Standard deviation of the lens's point spread on the sensor by aberrations.
         blur_um: 0.0, 30.0, 2.5, "[M] 1.5 to 6";
-        /// Transmission of lens and band-pass filter.
+        /// Share of a pixel's charge that each of its four neighbours collects.
+        crosstalk: 0.0, 0.1, 0.0, "[M] 0.01 to 0.02";
+        /// Transmission of lens and band-pass filter, in the filter's middle.
         transmission: 0.01, 1.0, 0.75, "[M]";
+        /// Share of light that the lens's mounts take half a sensor's width away from the axis, rising with the square.
+        vignetting: 0.0, 0.95, 0.0, "[M] 0 to 0.3, beyond the cosines of geometry";
+        /// Middle of the band that the filter passes at right angles, where `filter` is `band_pass`.
+        filter_centre_nm: 350.0, 1200.0, 660.0, "[T]";
+        /// Full width of that band at half of its height.
+        filter_width_nm: 2.0, 300.0, 30.0, "[T] 660 +- 15";
+        /// Spectral irradiance of the object by lamps and windows, the same from all sides.
+        ambient_w_per_m2_nm: 0.0, 3.0, 0.0, "[M] 0.005 lit hall, 1.3 sunlight; 0 by the filter's and the hood's grace";
     }
 }
 
@@ -155,4 +183,6 @@ pub struct Bench {
     pub exposure: Exposure,
     /// Speckle.
     pub speckle: Speckle,
+    /// What of the camera is the same for all samples.
+    pub optics: Optics,
 }

@@ -10,20 +10,21 @@ use glam::Vec3;
 use procedural::{Class, Gloss, Medium};
 
 use super::beside::{self, Beside};
-use super::blur::blur;
+use super::blur::{blur, blur_unlike};
 use super::camera::{Camera, Sight};
 use super::film::{self, Watch};
+use super::lamps;
 use super::laser::spots::{Segment, Shining, lean};
 use super::mirror::Lit;
+use super::pieces::pieces;
 use super::speckle::TILE;
 use super::streak::{self, Streak};
+use crate::frame::Columns;
 use crate::lanes::ln;
 use crate::specimen::Hit;
 use crate::transport::fresnel;
 use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
 
-/// Step between neighbouring columns that counts as an upright wall [mm].
-const WALL_MM: f32 = 0.3;
 /// What comes back of light that would cross a wall, which lets it out: less than nothing, since the wall takes of what
 /// stands near it too; from the judge's scatter beside a crack and at the side of a board [1].
 const SIDE: f32 = -0.5;
@@ -53,6 +54,8 @@ pub struct Row {
     pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
+    /// Light of lamps and windows in a pixel that looks here; empty where there is none [e-].
+    pub ambient: Vec<f32>,
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
     pub beside: Option<Box<Beside>>,
     /// Single fibres that guide light out of the line, by rising column.
@@ -87,6 +90,8 @@ pub struct RowMaker {
     shares: Shares,
     conveyor: Medium,
     conveyor_reflectance: f32,
+    /// Where each column looks.
+    columns: Columns,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
     shining: Shining,
@@ -101,6 +106,10 @@ pub struct RowScratch {
     line: Vec<f32>,
     /// How much nearer to the lens light is seen to leave, along the motion [mm].
     pull: Vec<f32>,
+    /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
+    defocus: Vec<f32>,
+    /// Diffuse reflectance for light from all sides [1].
+    albedo: Vec<f32>,
     pieces: Vec<Range<usize>>,
     beside: beside::Room,
     segments: Vec<Segment>,
@@ -116,6 +125,8 @@ impl RowScratch {
             electrons: vec![0.0; columns],
             line: Vec::new(),
             pull: vec![0.0; columns],
+            defocus: Vec::new(),
+            albedo: vec![0.0; columns],
             pieces: Vec::new(),
             beside: beside::Room::default(),
             segments: Vec::new(),
@@ -125,11 +136,12 @@ impl RowScratch {
 }
 
 impl RowMaker {
-    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, an object that is
-    /// `shining`, and a sensor of `columns` columns.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, shining: Shining, columns: usize) -> Self {
+    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, below bodies that
+    /// rise to `top` [mm] and are `shining`, and a sensor of `columns` columns.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, shining: Shining, columns: usize, top: f64) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
+            columns: camera.rig.columns(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             shining,
             shares: Shares::new(),
@@ -142,7 +154,7 @@ impl RowMaker {
     pub fn make(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let Watch { specimen, camera, y, .. } = watch;
         let columns = scratch.electrons.len();
-        specimen.look(y, columns, self.conveyor, &mut row.hits);
+        specimen.look(y, &self.columns, self.conveyor, &mut row.hits);
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
             field.resize(columns.next_multiple_of(TILE), 0.0);
         }
@@ -158,6 +170,7 @@ impl RowMaker {
         } else {
             row.beside = None;
         }
+        scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
         let (mut first, mut last) = (columns, 0);
         for (column, hit) in row.hits.iter().enumerate() {
             let bare = hit.matter.class == Class::Background;
@@ -174,11 +187,15 @@ impl RowMaker {
                 let side = 0.5 + 0.5 * camera.laser.side(hit.x, hit.surface.z);
                 row.node[column] = side * section.nodes() as f32 - 0.5;
             }
+            if let Some(defocus) = scratch.defocus.get_mut(column) {
+                *defocus = sight.defocus;
+            }
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
             if bare {
                 row.glare[column] = reach * sight.view.z * self.conveyor_reflectance;
                 (scratch.electrons[column], row.power[column]) = (0.0, 0.0);
                 scratch.texels[column] = Texel::BLACK;
+                scratch.albedo[column] = self.conveyor_reflectance;
                 continue;
             }
             let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
@@ -189,6 +206,7 @@ impl RowMaker {
             let medium = &hit.matter.medium;
             (first, last) = (first.min(column), column + 1);
             row.glare[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
+            scratch.albedo[column] = medium.gloss.matte + medium.gloss.share * medium.gloss.reflectance;
             if let Some(under) = &hit.matter.film {
                 let spread = film::spread(&hit.matter, under, normal, &sight, &mut scratch.beside.covers);
                 for j in 0..BASIS {
@@ -198,6 +216,7 @@ impl RowMaker {
                 }
                 row.power[column] = white * film::enters(medium.n_eff, normal, -sight.light);
                 scratch.pull[column] = film::pull(medium, under, sight.view);
+                scratch.albedo[column] += spread.through.iter().sum::<f32>();
                 scratch.beside.second.note(column, hit, under, &spread.through, &watch);
                 continue;
             }
@@ -223,6 +242,14 @@ impl RowMaker {
             // What the lens blurs along a line is even anyway.
             blur(&mut row.glare[..columns], camera.blur_variance, 1.0, &mut scratch.line);
         }
+        if camera.blurs() {
+            pieces(&row.hits, 0, relief, &mut scratch.pieces);
+            for piece in &scratch.pieces {
+                let (glare, own) = (&mut row.glare[piece.clone()], &scratch.defocus[piece.clone()]);
+                blur_unlike(glare, 0.0, own, 1.0, &mut scratch.line);
+            }
+        }
+        lamps::row(first..last, camera, &scratch.spread, &mut scratch.albedo, row);
         if let Some(mut beside) = row.beside.take() {
             let lit = Lit { watch, hits: &row.hits, spread: &scratch.spread };
             beside.make(&lit, row, &mut scratch.beside);
@@ -242,7 +269,8 @@ impl RowMaker {
             }
             // An exponential law of brightness, as of facets that lie more or less right.
             let light = gain * -ln(segment.draw) * row.glare[column];
-            let off = watch.camera.place(hit.x, 0.0, hit.surface.z)[0] - watch.camera.place(segment.x, 0.0, hit.surface.z)[0];
+            let off =
+                watch.camera.place(hit.x, 0.0, hit.surface.z)[0] - watch.camera.place(segment.x, 0.0, hit.surface.z)[0];
             for (side, part) in streak::columns(-off, watch.camera.blur_variance + streak::PIXEL) {
                 let there = column.wrapping_add_signed(side);
                 if let Some(hit) = row.hits.get(there)
@@ -314,7 +342,8 @@ impl RowMaker {
             let variance = camera.along_variance(SPREAD_MM[j] * sideways);
             let side = if SPREAD_MM[j] > 0.0 { SIDE } else { 1.0 };
             for piece in &scratch.pieces {
-                blur(&mut row.source[j][piece.clone()], variance, side, &mut scratch.line);
+                let own = scratch.defocus.get(piece.clone()).unwrap_or_default();
+                blur_unlike(&mut row.source[j][piece.clone()], variance, own, side, &mut scratch.line);
             }
         }
     }
@@ -331,22 +360,6 @@ fn at(hits: &[Hit], x: f32) -> (usize, &Hit) {
     let right = hits.partition_point(|hit| hit.x < x).clamp(1, hits.len() - 1);
     let column = if x - hits[right - 1].x < hits[right].x - x { right - 1 } else { right };
     (column, &hits[column])
-}
-
-/// Pieces of a row between upright walls and gaps, of the columns `first..`. A film goes on through its walls, and
-/// around its holes.
-fn pieces(hits: &[Hit], first: usize, relief: bool, pieces: &mut Vec<Range<usize>>) {
-    pieces.clear();
-    let mut start = 0;
-    for i in 1..=hits.len() {
-        let bare = |hit: &Hit| hit.matter.class == Class::Background;
-        let wall = |pair: &[Hit]| (pair[0].surface.z - pair[1].surface.z).abs() > WALL_MM;
-        let ends = |pair: &[Hit]| bare(&pair[0]) != bare(&pair[1]) || (!relief && wall(pair));
-        if i == hits.len() || ends(&hits[i - 1..=i]) {
-            pieces.push(first + start..first + i);
-            start = i;
-        }
-    }
 }
 
 /// A point of the surface as the kernel asks for it.

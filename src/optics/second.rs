@@ -56,8 +56,7 @@ impl SecondLine {
             let own = from + c;
             if own < row.hits.len() { self.centre(sensor, row, own, start + c, off(ahead) as f32) } else { 0.0 }
         });
-        let neighbours: [&Row; ROWS] =
-            std::array::from_fn(|k| band.neighbour(profile, ahead + sensor.neighbours[k]));
+        let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, ahead + sensor.neighbours[k]));
         let Scratch { windows, spare, used, .. } = scratch;
         expose::spread(row, &neighbours, from, &centre, sensor.camera.laser.section(), spare);
         if *used == 1 && spare.first_row != windows[0].first_row {

@@ -7,7 +7,7 @@
 
 use procedural::Stream;
 
-use super::blur::blur;
+use super::blur::blur_unlike;
 use super::camera::Camera;
 use super::expose::{CENTRE, ROWS};
 use super::row::Row;
@@ -90,9 +90,10 @@ impl Slow<'_> {
         let padded = columns.next_multiple_of(TILE);
         let mut window = vec![0.0; ROWS * padded];
         let (mut line, mut room) = (vec![0.0; columns], Vec::new());
+        let defocus: Vec<f32> = row.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
         for (i, light) in glow.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
-            blur(&mut line, self.camera.blur_variance, 1.0, &mut room);
+            blur_unlike(&mut line, self.camera.blur_variance, &defocus, 1.0, &mut room);
             let y = (i as f64 - glow.rows as f64) * ROW_MM;
             let cut = of.body.slice((of.y + y) as f32);
             for (column, &electrons) in line.iter().enumerate() {
@@ -101,11 +102,13 @@ impl Slow<'_> {
                 }
                 // The window's middle row holds the centre. Beside the body light is seen as if the line's height went on.
                 let first = row.centre[column].floor() - CENTRE as f32;
-                let place = match cut.surface(of.x[column]) {
-                    Some(surface) => self.camera.place(of.x[column], y as f32, surface.z)[1] - first,
-                    None => row.centre[column] - first - y as f32 * row.rows_per_mm[column],
+                let (place, z) = match cut.surface(of.x[column]) {
+                    Some(surface) => (self.camera.place(of.x[column], y as f32, surface.z)[1] - first, surface.z),
+                    None => {
+                        (row.centre[column] - first - y as f32 * row.rows_per_mm[column], row.hits[column].surface.z)
+                    }
                 };
-                let variance = self.camera.lens_variance();
+                let variance = self.camera.lens_variance() + self.camera.defocus(y as f32, z)[1];
                 let scale = 0.398_942_3 / variance.sqrt() * electrons;
                 let reach = REACH * variance.sqrt();
                 let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));

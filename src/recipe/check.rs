@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::Subject;
+use super::camera;
 use super::dist::Distribution;
-use super::setting::MOST_PIXELS;
 use super::laser;
+use super::setting::MOST_PIXELS;
 use super::settings::Settings;
 use super::together::{Together, blister, wood};
 use super::transport;
@@ -27,6 +28,7 @@ const ROUNDING: f64 = 1.0 / 12.0;
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     transport::check(walk, subject, settings);
     laser::settings(walk, settings);
+    camera::settings(walk, settings);
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
         let problem = format!(
@@ -103,14 +105,7 @@ pub(super) fn scene(
     overrides: &BTreeMap<String, Distribution>,
 ) {
     let scene = Together { prefix, base, overrides };
-    let keys = ["camera.focal_length_mm", "camera.distance_mm"];
-    let (focal, distance) = (scene.most(keys[0]), scene.least(keys[1]));
-    if focal >= distance / 2.0 {
-        let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
-        let remedy = "it must stay below half the distance for an image smaller than the object";
-        scene.fault(walk, &keys, problem, remedy);
-    }
-
+    camera::scene(walk, settings, &scene);
     let keys = ["exposure.dark_noise_dn", "exposure.row_noise_dn", "exposure.row_pattern_dn"];
     let (dark, row, pattern) = (scene.least(keys[0]), scene.most(keys[1]), scene.most(keys[2]));
     let parts = row * row + pattern * pattern + ROUNDING;

@@ -36,6 +36,7 @@ impl Recipe {
             camera: Camera::from_values(&mut value),
             exposure: Exposure::from_values(&mut value),
             speckle: Speckle::from_values(&mut value),
+            optics: self.settings.optics(),
         };
         let plan = Plan::from_values(self.subject, &mut value);
         Scene {
@@ -67,7 +68,7 @@ impl Recipe {
 impl Scene {
     /// Every drawn number with its declaration, in their order: bench, then object.
     pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
-        let Bench { motion, laser, camera, exposure, speckle } = &self.bench;
+        let Bench { motion, laser, camera, exposure, speckle, .. } = &self.bench;
         let bench = [motion.values(), laser.values(), camera.values(), exposure.values(), speckle.values()];
         bench.into_iter().flatten().chain(self.plan.values()).collect()
     }

@@ -162,7 +162,8 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
 pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
     let shape = settings.line().shape;
     if settings.transport() != Transport::Kernel && shape != Shape::Gaussian {
-        let problem = format!("`{}` is unknown to `transport: {}`", Shape::NAMES[shape as usize], settings.transport().name());
+        let problem =
+            format!("`{}` is unknown to `transport: {}`", Shape::NAMES[shape as usize], settings.transport().name());
         let remedy = "the model knows one Gaussian line alone: give `profile: gaussian` or `transport: kernel`";
         walk.joint_fault(&["laser.profile".to_owned(), "transport.model".to_owned()], problem, remedy);
     }

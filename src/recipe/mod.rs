@@ -3,6 +3,7 @@
 //! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names its
 //! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
 
+mod camera;
 mod canonical;
 mod check;
 mod dist;
@@ -16,6 +17,7 @@ mod read;
 mod reference;
 mod schema;
 mod setting;
+mod setting_extraction;
 mod setting_read;
 mod settings;
 mod subject;

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::camera;
 use super::check;
 use super::dist::Distribution;
 use super::dist_read;
 use super::laser;
 use super::setting::{Kind, Setting, Value};
+use super::setting_extraction;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS, sections};
@@ -83,6 +85,7 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
     top.close(walk, &known, &|name| table::home(subject, name));
 
+    setting_extraction::refuse_idle(walk, &settings);
     for section in table::sections(subject) {
         for setting in section.settings {
             let path = format!("{}.{}", section.path, setting.name);
@@ -92,12 +95,16 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
         }
     }
     transport::leave_out(&mut settings);
+    setting_extraction::leave_out_idle(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
     check::settings(walk, subject, &settings);
     let kind = (subject, &settings);
     check::scene(walk, kind, "", &parameters, &BTreeMap::new());
+    camera::idle(walk, &settings, "", &parameters);
     for class in &classes {
-        check::scene(walk, kind, &format!("classes.{}.", class.name), &parameters, &class.overrides);
+        let prefix = format!("classes.{}.", class.name);
+        check::scene(walk, kind, &prefix, &parameters, &class.overrides);
+        camera::idle(walk, &settings, &prefix, &class.overrides);
     }
     laser::idle(walk, subject, &settings, &parameters, &classes);
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })

@@ -146,6 +146,10 @@ pub(super) fn setting(row: &Setting) -> Value {
                 &["name"],
             ),
         ] }),
+        Kind::NumberOrAuto { min, max, .. } => json!({ "oneOf": [
+            { "const": "auto" },
+            { "type": "number", "minimum": min, "maximum": max },
+        ] }),
     };
     schema["description"] = format!("{} Give {}. Source: {}.", row.doc, row.kind, row.source).into();
     schema["default"] = row.default.json();

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::asset::{Asset, BuiltIn};
-use crate::settings::{Channel, ScatterMode};
+use crate::settings::Channel;
 
 /// The declaration of one setting.
 #[derive(Debug, Clone)]
@@ -42,6 +42,8 @@ pub(super) enum Kind {
     /// A file of at most `most_mb`, or one of those that are built in; `none` where the default is.
     #[allow(dead_code)]
     File { most_mb: usize, built_in: &'static [BuiltIn] },
+    /// `auto` or a number of `unit`.
+    NumberOrAuto { min: f64, max: f64, unit: &'static str },
 }
 
 /// What a setting is.
@@ -108,12 +110,19 @@ impl fmt::Display for Kind {
                 let names: Vec<_> = built_in.iter().map(|(name, _)| *name).collect();
                 write!(f, "the name of a file of at most {most_mb} MB, or the built-in {}", names.join(" or "))
             }
+            Self::NumberOrAuto { min, max, unit } => write!(f, "auto or a number from {min} to {max} {unit}"),
         }
     }
 }
 
 /// The row of a setting.
-const fn setting(name: &'static str, kind: Kind, default: Value, doc: &'static str, source: &'static str) -> Setting {
+pub(super) const fn setting(
+    name: &'static str,
+    kind: Kind,
+    default: Value,
+    doc: &'static str,
+    source: &'static str,
+) -> Setting {
     Setting { name, kind, default, doc, source }
 }
 
@@ -135,65 +144,60 @@ pub(super) const SCAN: &[Setting] = &[
     ),
 ];
 
-/// What of the camera is not drawn.
-pub(super) const CAMERA: &[Setting] = &[setting(
-    "rows",
-    Kind::Count { min: 64, max: 4096, unit: "px" },
-    Value::Count(832),
-    "Sensor rows; the same for all samples, so a class cannot change it.",
-    "[T]",
-)];
+/// Farthest from the optical axis that the middle of the sensor's region stands [px].
+const FARTHEST_PX: f64 = 8192.0;
 
-/// From frames to measures.
-pub(super) const EXTRACTION: &[Setting] = &[
+/// What of the camera is not drawn.
+pub(super) const CAMERA: &[Setting] = &[
     setting(
-        "method",
-        Kind::Word(&["centre_of_gravity"]),
-        Value::Word("centre_of_gravity"),
-        "How the peak is placed between the rows.",
+        "rows",
+        Kind::Count { min: 64, max: 4096, unit: "px" },
+        Value::Count(832),
+        "Sensor rows; the same for all samples, so a class cannot change it.",
         "[T]",
     ),
     setting(
-        "window_rows",
-        Kind::OneOf(&[3, 7, 15]),
-        Value::Count(7),
-        "Rows on each side of the peak that the centre of gravity uses.",
-        "window around the maximum of the real camera",
+        "scheimpflug",
+        Kind::Word(&["solved", "given"]),
+        Value::Word("solved"),
+        "Who tilts and focuses the sensor: the geometry, which puts the laser plane in focus, or `sensor_tilt_deg` and \
+         `focus_distance_mm`.",
+        "the real bench; [T] had none in the simulation",
     ),
     setting(
-        "threshold_dn",
-        Kind::Number { min: 0.0, max: 255.0, unit: "DN" },
-        Value::Number(17.0),
-        "Smallest digital number of a peak.",
-        "dark level plus five standard deviations",
+        "lens",
+        Kind::Word(&["thin_lens", "pinhole"]),
+        Value::Word("thin_lens"),
+        "A thin lens, which blurs what is out of focus, or a pinhole, which is sharp everywhere.",
+        "free",
     ),
     setting(
-        "subpixel_steps",
-        Kind::Count { min: 0, max: 256, unit: "" },
-        Value::Count(16),
-        "Steps per row in which the peak position is given; 0 leaves it unrounded.",
-        "1/16 px of the real camera",
+        "diffraction",
+        Kind::Flag,
+        Value::Flag(true),
+        "Whether the opening of the lens bends light: the core of Airy's disc beside `blur_um`.",
+        "nature",
     ),
     setting(
-        "scatter_mode",
-        Kind::Word(&ScatterMode::NAMES),
-        Value::Word("symmetric"),
-        "Which side windows Scatter sums: both, `front` (smaller row numbers) or `back`.",
-        "modes of the real camera",
+        "filter",
+        Kind::Word(&["none", "band_pass"]),
+        Value::Word("none"),
+        "Filter before the lens: none, or a band about `filter_centre_nm`.",
+        "free; [T] band_pass",
     ),
     setting(
-        "scatter_offset_rows",
-        Kind::Count { min: 0, max: 15, unit: "px" },
-        Value::Count(1),
-        "Distance from the peak to the first summed row; 0 includes the peak.",
-        "[T] wood",
+        "offset_columns",
+        Kind::Number { min: -FARTHEST_PX, max: FARTHEST_PX, unit: "px" },
+        Value::Number(0.0),
+        "From the optical axis to the middle of the sensor's region, along the columns.",
+        "region of interest",
     ),
     setting(
-        "scatter_width_rows",
-        Kind::Count { min: 1, max: 16, unit: "px" },
-        Value::Count(8),
-        "Rows that are summed on each side; offset and width together at most 16, at most 29 rows in all.",
-        "[T] wood",
+        "offset_rows",
+        Kind::Number { min: -FARTHEST_PX, max: FARTHEST_PX, unit: "px" },
+        Value::Number(0.0),
+        "From the optical axis to the middle of the sensor's region, along the rows.",
+        "region of interest",
     ),
 ];
 

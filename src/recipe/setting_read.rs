@@ -24,15 +24,19 @@ pub(super) fn read(walk: &mut Walk, node: &Node, path: &str, setting: &Setting) 
         Kind::Stack { .. } if text == Some("none") => Some(Value::Word("none")),
         Kind::Stack { .. } if text == Some("all") => Some(Value::Word("all")),
         Kind::Stack { max } => stack(walk, node, path, max),
-        Kind::CountOrAuto { .. } if text == Some("auto") => Some(Value::Word("auto")),
+        Kind::CountOrAuto { .. } | Kind::NumberOrAuto { .. } if text == Some("auto") => Some(Value::Word("auto")),
         Kind::CountOrAuto { .. } if text.is_some() => {
             walk.word(node, path, &["auto", "a whole number"]).map(Value::Word)
         }
+        Kind::NumberOrAuto { .. } if text.is_some() => walk.word(node, path, &["auto", "a number"]).map(Value::Word),
         Kind::CountOrAuto { min, max } => count(walk, node, path, (min, max), "").map(Value::Count),
         Kind::File { .. } if text == Some("none") && setting.default == Value::Word("none") => {
             Some(Value::Word("none"))
         }
         Kind::File { .. } => file(walk, node, path, &setting.kind.to_string()),
+        Kind::NumberOrAuto { min, max, unit } => {
+            walk.number_in(node, path, Range { min, max, whole: false, unit }).map(Value::Number)
+        }
     }
 }
 

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::setting::Value;
 use crate::asset::Asset;
 use crate::settings::{
-    Channel, Extraction, Fan, Line, Output, ScatterMode, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
+    Channel, Direction, Extraction, Fan, Filter, LensModel, Line, Method, Optics, Output, Peak, RangeForm, ScatterDark,
+    ScatterMode, Scheimpflug, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -64,20 +65,66 @@ impl Settings {
         Line { fan: Fan::ALL[named(&Fan::NAMES, fan)], shape: Shape::ALL[named(&Shape::NAMES, shape)] }
     }
 
+    /// What of the camera is the same for all samples.
+    pub fn optics(&self) -> Optics {
+        let chosen = |path: &str, word: &str| self.word(path) == word;
+        Optics {
+            scheimpflug: if chosen("camera.scheimpflug", "given") { Scheimpflug::Given } else { Scheimpflug::Solved },
+            lens: if chosen("camera.lens", "pinhole") { LensModel::Pinhole } else { LensModel::ThinLens },
+            filter: if chosen("camera.filter", "band_pass") { Filter::BandPass } else { Filter::None },
+            diffraction: self.get("camera.diffraction") == Value::Flag(true),
+            offset_columns: self.number("camera.offset_columns"),
+            offset_rows: self.number("camera.offset_rows"),
+        }
+    }
+
     /// How a profile is read.
     pub fn extraction(&self) -> Extraction {
-        let mode = self.get("extraction.scatter_mode");
+        let method = match self.word("extraction.method") {
+            "parabola" => Method::Parabola,
+            "gaussian" => Method::Gaussian,
+            "blais_rioux" => Method::BlaisRioux { order: self.count("extraction.blais_rioux_order") },
+            "fir" => Method::Fir { length: self.count("extraction.fir_length") },
+            _ => Method::CentreOfGravity,
+        };
+        let mode = self.word("extraction.scatter_mode");
         Extraction {
-            window_rows: self.count("extraction.window_rows"),
+            method,
+            peak: match self.word("extraction.peak") {
+                "first" => Peak::First,
+                _ => Peak::Strongest,
+            },
+            direction: match self.word("extraction.direction") {
+                "reverse" => Direction::Reverse,
+                _ => Direction::Standard,
+            },
+            window_rows: match method {
+                Method::Parabola | Method::Gaussian => 1,
+                _ => self.count("extraction.window_rows"),
+            },
             threshold_dn: self.number("extraction.threshold_dn"),
             // The table ends it at 256.
             subpixel_steps: self.count("extraction.subpixel_steps") as u32,
             scatter_mode: ScatterMode::ALL
                 .into_iter()
-                .find(|known| Value::Word(known.name()) == mode)
+                .find(|known| known.name() == mode)
                 .unwrap_or_else(|| panic!("no scatter mode {mode:?}")),
             scatter_offset_rows: self.count("extraction.scatter_offset_rows"),
             scatter_width_rows: self.count("extraction.scatter_width_rows"),
+            scatter_dark: match self.word("extraction.scatter_dark") {
+                "subtracted" => ScatterDark::Subtracted,
+                _ => ScatterDark::Kept,
+            },
+            range: match self.word("extraction.range") {
+                "uncalibrated" => RangeForm::Uncalibrated,
+                "rectified" => RangeForm::Rectified {
+                    pitch_mm: match self.get("extraction.rectified_pitch_mm") {
+                        Value::Number(mm) => Some(mm),
+                        _ => None,
+                    },
+                },
+                _ => RangeForm::Calibrated,
+            },
         }
     }
 

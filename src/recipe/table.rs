@@ -10,6 +10,7 @@ use procedural::wood::{Board, Knots, Log, Media, Rot};
 use super::Subject;
 use super::laser;
 use super::setting::{self, Setting};
+use super::setting_extraction;
 use super::transport;
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 
@@ -72,7 +73,7 @@ pub(super) const SECTIONS: [Section; 22] = [
     drawn!(Foil, Subject::Blister),
     drawn!(Defects, Subject::Blister),
     fixed(transport::SECTION, transport::DOC, transport::TABLE),
-    fixed("extraction", "How a profile is read from a frame.", setting::EXTRACTION),
+    fixed("extraction", "How a profile is read from a frame.", setting_extraction::EXTRACTION),
     fixed("splits", "Shares of the parts of the dataset; they sum to 1.", setting::SPLITS),
     fixed("output", "What is written.", setting::OUTPUT),
     fixed("output.bin", "How many pixels are averaged into one of the written images.", setting::BIN),
@@ -97,7 +98,9 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 12] = [
+    const UNITS: [(&str, &str); 14] = [
+        ("_w_per_m2_nm", "W/(m^2 nm)"),
+        ("_hz", "Hz"),
         ("_deg_per_mm", "deg/mm"),
         ("_per_mm", "1/mm"),
         ("_mm", "mm"),

@@ -43,7 +43,7 @@ impl Together<'_> {
     }
 
     /// Smallest and largest value by size alone: an angle counts without its sign [least, most].
-    fn ends(&self, path: &str) -> [f64; 2] {
+    pub fn ends(&self, path: &str) -> [f64; 2] {
         let (low, high) = self.bounds(path);
         let least = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
         [least, low.abs().max(high.abs())]

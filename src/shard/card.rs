@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use output_schema::row::{OBJECT, ROW};
-use output_schema::{Column, DatasetHead, Kind};
+use output_schema::row::{CALIBRATION, OBJECT, ROW};
+use output_schema::{DatasetHead, Kind};
 use serde_json::Value;
 
 use crate::record::Split;
@@ -51,7 +51,7 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
         &mut page,
         "line), y along the rows (the scan), z up.\n\n| column | unit | missing | meaning |\n|---|---|---|---|",
     );
-    for column in ROW.iter().filter(|c| written(c, head)) {
+    for column in ROW.iter().filter(|c| head.has(c)) {
         match column.kind {
             Kind::Parameters => head.parameters.iter().for_each(|n| entry(&mut page, &n.path(), &n.unit, "", &n.doc)),
             Kind::Physics => {
@@ -61,6 +61,9 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
             }
             _ => entry(&mut page, column.name, column.unit, column.missing, column.doc),
         }
+    }
+    for field in &CALIBRATION {
+        entry(&mut page, &format!("calibration.{}", field.name), field.unit, field.missing, field.doc);
     }
     for field in &OBJECT {
         entry(&mut page, &format!("objects.{}", field.name), field.unit, field.missing, field.doc);
@@ -126,10 +129,6 @@ fn add(page: &mut String, text: &str) {
 fn entry(page: &mut String, name: &str, unit: &str, missing: &str, doc: &str) {
     let missing = if missing.is_empty() { "never" } else { missing };
     add(page, &format!("| `{name}` | {unit} | {missing} | {} |", doc.replace('|', "\\|")));
-}
-
-fn written(column: &Column, head: &DatasetHead) -> bool {
-    !matches!(column.kind, Kind::Image(_)) || head.images.png.iter().any(|name| name == column.name)
 }
 
 fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {

@@ -30,10 +30,12 @@ pub struct Encoded {
     pub row_mm: f64,
     /// Distance between two columns at the upper surface's height [mm].
     pub col_mm: f64,
-    /// Range numbers r > 0 mean `range_offset_mm + r * range_scale_mm`.
-    pub range_offset_mm: f64,
-    /// See `range_offset_mm`.
-    pub range_scale_mm: f64,
+    /// Range numbers r > 0 mean `range_offset + r * range_scale`, in the unit of Range [mm or px].
+    pub range_offset: f64,
+    /// See `range_offset`.
+    pub range_scale: f64,
+    /// Camera against laser plane, by name.
+    pub calibration: Vec<(&'static str, f64)>,
     /// Every drawn number, by its path.
     pub draws: Vec<(String, f64)>,
     /// Derived numbers, by name.
@@ -101,7 +103,7 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
 
     let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
-    let declared = channels(&names, output.truth_maps, subject);
+    let declared = channels(&names, output.truth_maps, subject, record.range.name());
     let exr = (!declared.is_empty()).then(|| {
         let channels = exr::record_channels(&record, &declared);
         let description = exr::description(&record, &declared);
@@ -121,8 +123,9 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
         rows: record.rows,
         row_mm: record.row_mm,
         col_mm: record.col_mm,
-        range_offset_mm: record.range_offset_mm,
-        range_scale_mm: record.range_scale_mm,
+        range_offset: record.range_offset,
+        range_scale: record.range_scale,
+        calibration: record.calibration,
         draws: record.draws,
         physics: record.physics,
         defects: record.defects,
@@ -137,7 +140,7 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
 fn image(record: &Record, channel: Channel) -> Vec<u8> {
     let (maps, labels) = (&record.maps, &record.labels);
     let grey = match channel {
-        Channel::Range => Grey::Sixteen(range_numbers(&maps.range, record.range_offset_mm, record.range_scale_mm)),
+        Channel::Range => Grey::Sixteen(range_numbers(&maps.range, record.range_offset, record.range_scale)),
         Channel::Reflectance => Grey::Eight(rounded8(&maps.reflectance)),
         Channel::Scatter => Grey::Sixteen(rounded16(&maps.scatter)),
         Channel::Label => Grey::Eight(labels.class.clone()),

@@ -108,10 +108,13 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
 
 /// What the text attribute says about a record.
 pub(super) fn description(record: &Record, declared: &[Channel]) -> Value {
+    let numbers = record.calibration.iter().filter(|(_, number)| !number.is_nan());
+    let calibration: serde_json::Map<String, Value> = numbers.map(|&(name, n)| (name.into(), n.into())).collect();
     let units: serde_json::Map<String, Value> = declared.iter().map(|c| (c.name.into(), c.unit.into())).collect();
     json!({
         "id": record.id, "index": record.index, "split": record.split.name(), "class": record.class,
         "row_mm": record.row_mm, "col_mm": record.col_mm, "units": units,
+        "range": record.range.name(), "calibration": calibration,
     })
 }
 

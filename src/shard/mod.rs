@@ -41,7 +41,7 @@ pub use writer::ShardWriter;
 
 use output_schema::{Images, NumberColumn};
 
-use crate::settings::{Output, SensorStack, Size};
+use crate::settings::{Output, RangeForm, SensorStack, Size};
 
 /// Version of the program; another version may give other numbers.
 pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -52,7 +52,7 @@ pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {
 }
 
 /// What a recipe's sizes and output say about the images.
-pub fn images(output: &Output, size: &Size) -> Images {
+pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
     let names = |channels: &[crate::settings::Channel]| {
         let mut channels = channels.to_vec();
         channels.sort_unstable();
@@ -64,6 +64,7 @@ pub fn images(output: &Output, size: &Size) -> Images {
         rows: (size.profiles / output.bin_profiles.max(1)) as u64,
         png: names(&output.png),
         exr: names(&output.exr),
+        range: range.name().into(),
         truth_maps: output.truth_maps,
         stack_every: match output.sensor_stack {
             SensorStack::None => None,

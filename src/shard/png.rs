@@ -35,7 +35,7 @@ impl Grey {
 }
 
 /// Height -> range numbers: 0 where missing, else `1 + ...` so that a value r means `offset + r * scale`, saturating at
-/// 1 and 65535. `offset` and `scale` [mm].
+/// 1 and 65535. `offset` and `scale` in the unit of the heights [mm or px].
 pub(super) fn range_numbers(range: &[f32], offset: f64, scale: f64) -> Vec<u16> {
     let number = |&z: &f32| {
         if z.is_nan() { 0 } else { ((f64::from(z) - offset) / scale).round().clamp(1.0, 65535.0) as u16 }

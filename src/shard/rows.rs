@@ -9,6 +9,7 @@ use arrow_array::{
 use arrow_buffer::OffsetBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Fields, SchemaRef};
 use output_schema::DatasetHead;
+use output_schema::row::CALIBRATION;
 use procedural::Class;
 
 use super::{Encoded, channel_name};
@@ -21,6 +22,8 @@ use crate::record::Object;
 pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Result<RecordBatch, String> {
     check_numbers("draws", head.parameters.iter().map(|n| n.path()), sample.draws.iter().map(|d| d.0.as_str()))?;
     check_numbers("physics", head.physics.iter().map(|n| n.path()), sample.physics.iter().map(|p| p.0))?;
+    let declared = CALIBRATION.iter().map(|column| column.name.to_owned());
+    check_numbers("numbers of calibration", declared, sample.calibration.iter().map(|c| c.0))?;
     let class = head.classes.iter().position(|name| *name == sample.class);
     let class = class.ok_or_else(|| format!("its class `{}` is none of {:?}", sample.class, head.classes))?;
     let size = (sample.cols as u64, sample.rows as u64);
@@ -41,8 +44,9 @@ pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Re
             "rows" => Arc::new(Int32Array::from(vec![sample.rows as i32])),
             "row_mm" => float64(Some(sample.row_mm)),
             "col_mm" => float64(Some(sample.col_mm)),
-            "range_offset_mm" => float64(Some(sample.range_offset_mm)),
-            "range_scale_mm" => float64(Some(sample.range_scale_mm)),
+            "range_offset_mm" | "range_offset_px" => float64(Some(sample.range_offset)),
+            "range_scale_mm" | "range_scale_px" => float64(Some(sample.range_scale)),
+            "calibration" => structure(field, sample.calibration.iter().map(|c| float64(known(c.1))).collect())?,
             "physics" => structure(field, sample.physics.iter().map(|p| float64(known(p.1))).collect())?,
             "objects" => objects(field, &sample.objects).map_err(|e| e.to_string())?,
             "defect_classes" => defects(field, &sample.defects).map_err(|e| e.to_string())?,

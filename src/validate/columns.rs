@@ -4,6 +4,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
 use output_schema::DatasetHead;
+use output_schema::row::CALIBRATION;
 
 /// One object as it is stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,8 +29,9 @@ pub(super) struct StoredRow {
     pub(super) rows: i32,
     pub(super) row_mm: f64,
     pub(super) col_mm: f64,
-    pub(super) range_offset_mm: f64,
-    pub(super) range_scale_mm: f64,
+    /// In the unit of Range [mm or px].
+    pub(super) range_offset: f64,
+    pub(super) range_scale: f64,
     pub(super) defects: Vec<String>,
     pub(super) objects: Vec<StoredObject>,
     /// Pixels of each class that labels can show, in their order [px].
@@ -58,6 +60,14 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         let bytes = bytes.as_binary_opt::<i32>().ok_or_else(|| format!("`{name}` has no bytes"))?;
         Ok((name.clone(), bytes.value(0).to_vec()))
     };
+    let ranged = |name: &str| {
+        let name = format!("{name}_{}", head.range_unit());
+        float64(&column(&name)?, &name)
+    };
+    let calibration = structure(&column("calibration")?, "calibration")?;
+    for field in CALIBRATION.iter().filter(|field| field.missing == "never") {
+        present(calibration.column_by_name(field.name), field.name)?;
+    }
     Ok(StoredRow {
         id: text(&column("id")?, "id")?,
         index: int64(&column("index")?, "index")?,
@@ -68,8 +78,8 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         rows: int32(&column("rows")?, "rows")?,
         row_mm: float64(&column("row_mm")?, "row_mm")?,
         col_mm: float64(&column("col_mm")?, "col_mm")?,
-        range_offset_mm: float64(&column("range_offset_mm")?, "range_offset_mm")?,
-        range_scale_mm: float64(&column("range_scale_mm")?, "range_scale_mm")?,
+        range_offset: ranged("range_offset")?,
+        range_scale: ranged("range_scale")?,
         defects: names(&column("defect_classes")?)?,
         objects: objects(&column("objects")?)?,
         class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,

@@ -1,6 +1,6 @@
 //! EXR files: declared channels, ranges, and the same content as the row's images.
 
-use output_schema::Channel;
+use output_schema::DatasetHead;
 use serde_json::Value;
 
 use super::columns::StoredRow;
@@ -12,12 +12,13 @@ use crate::shard::{ExrChannel, read_exr};
 /// the row has none.
 pub(super) fn check(
     bytes: &[u8],
-    declared: &[Channel],
+    head: &DatasetHead,
     row: &StoredRow,
     decoded: &mut Decoded,
     place: &str,
     report: &mut Report,
 ) {
+    let declared = head.channels();
     let (cols, rows, channels, text) = match read_exr(bytes) {
         Ok(content) => content,
         Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
@@ -34,9 +35,16 @@ pub(super) fn check(
         let what = format!("its attribute names the sample {}, not {}", description["id"], row.id);
         report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
+    for channel in declared.iter().filter(|c| description["units"][c.name] != c.unit) {
+        let what = format!(
+            "its attribute gives {} in {}, not in {}",
+            channel.name, description["units"][channel.name], channel.unit
+        );
+        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+    }
     for channel in &channels {
         let numbers = channel.numbers();
-        let outside = numbers.iter().filter(|&&n| !in_range(&channel.name, n)).count();
+        let outside = numbers.iter().filter(|&&n| !in_range(&channel.name, head, n)).count();
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
             report.faults.push(Fault::new(Code::ValueRange, place, what));
@@ -49,8 +57,11 @@ pub(super) fn check(
     }
 }
 
-fn in_range(channel: &str, value: f32) -> bool {
+fn in_range(channel: &str, head: &DatasetHead, value: f32) -> bool {
     match channel {
+        "Range" if head.range_unit() == "px" => {
+            value.is_nan() || (0.0..head.images.sensor_rows as f32).contains(&value)
+        }
         "Reflectance" => value.is_nan() || (0.0..=255.0).contains(&value),
         "Y" => (0.0..=255.0).contains(&value),
         "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),
@@ -79,13 +90,13 @@ fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded
     }
 }
 
-/// Half the step in which EXR files give heights, 2^-13 mm [mm].
-const HALF_STEP_MM: f64 = 1.0 / 16384.0;
+/// Half the step in which EXR files give Range, 2^-13 [mm or px].
+const HALF_STEP: f64 = 1.0 / 16384.0;
 
 /// Within half a step of both, or beyond the ends where the image saturates.
 fn same_range(exr: f32, png: u16, row: &StoredRow) -> bool {
-    let exact = (f64::from(exr) - row.range_offset_mm) / row.range_scale_mm;
-    let half = 0.5 + HALF_STEP_MM / row.range_scale_mm + 1e-6;
+    let exact = (f64::from(exr) - row.range_offset) / row.range_scale;
+    let half = 0.5 + HALF_STEP / row.range_scale + 1e-6;
     match png {
         0 => exr.is_nan(),
         1 => exact <= 1.0 + half,

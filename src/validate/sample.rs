@@ -47,7 +47,7 @@ pub(super) fn check(
         Err(e) => return report.faults.push(Fault::new(Code::FileMissing, path, e.to_string())),
     };
     if let Some(bytes) = &exr {
-        exr::check(bytes, &task.head.channels(), &row, &mut decoded, &path, report);
+        exr::check(bytes, task.head, &row, &mut decoded, &path, report);
     }
     labels::check(&row, &task.head.label_values, &decoded, &place, report);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
@@ -79,13 +79,13 @@ fn numbers(task: &Task, row: &StoredRow, listed: &ManifestSample, place: &str, r
         let (cols, rows) = (head.images.cols, head.images.rows);
         fault(Code::ValueRange, format!("it has {} columns and {} rows, not {cols} and {rows}", row.cols, row.rows));
     }
-    for (name, value) in [("row_mm", row.row_mm), ("col_mm", row.col_mm), ("range_scale_mm", row.range_scale_mm)] {
+    for (name, value) in [("row_mm", row.row_mm), ("col_mm", row.col_mm), ("range_scale", row.range_scale)] {
         if !(value > 0.0 && value.is_finite()) {
             fault(Code::ValueRange, format!("{name} is {value}"));
         }
     }
-    if !row.range_offset_mm.is_finite() {
-        fault(Code::ValueRange, format!("range_offset_mm is {}", row.range_offset_mm));
+    if !row.range_offset.is_finite() {
+        fault(Code::ValueRange, format!("range_offset is {}", row.range_offset));
     }
 }
 

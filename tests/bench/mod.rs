@@ -21,6 +21,7 @@ pub fn nominal() -> Bench {
         camera: Camera::from_values(default),
         exposure: Exposure::from_values(default),
         speckle: Speckle::from_values(default),
+        optics: sheetlight::settings::Optics::default(),
     }
 }
 

@@ -4,10 +4,11 @@
 
 use std::path::Path;
 
+use output_schema::row::CALIBRATION;
 use output_schema::{DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares};
 use procedural::{Class, Instance};
 use sheetlight::record::{Below, Labels, Maps, Object, Record, Split, StackFrame, TruthMaps};
-use sheetlight::settings::{Channel, Output, SensorStack, Size};
+use sheetlight::settings::{Channel, Output, RangeForm, SensorStack, Size};
 use sheetlight::shard::{DatasetFolder, Encoded, ShardWriter, encode, images};
 
 /// Images of the tests: small, and not square.
@@ -55,7 +56,7 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
         pixel_classes: SUBJECTS[0].pixel_classes(),
         label_values: SUBJECTS[0].label_values(),
         splits: SplitShares { train: 0.5, validation: 0.25, test: 0.25 },
-        images: images(output, size),
+        images: images(output, size, RangeForm::Calibrated),
         parameters: vec![
             NumberColumn::new("laser", "power_mw", "Optical power of the whole line."),
             NumberColumn::new("laser", "wavelength_nm", "Wavelength in vacuum."),
@@ -143,8 +144,13 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         rows,
         row_mm: 0.068 * output.bin_profiles as f64,
         col_mm: 0.04 * output.bin_columns as f64,
-        range_offset_mm: -20.0,
-        range_scale_mm: SCALE_MM,
+        range: RangeForm::Calibrated,
+        range_offset: -20.0,
+        range_scale: SCALE_MM,
+        calibration: CALIBRATION
+            .iter()
+            .map(|field| (field.name, if field.missing == "never" { 1.0 } else { f64::NAN }))
+            .collect(),
         draws: [("laser.power_mw", 50.0 + index as f64), ("laser.wavelength_nm", 660.0), ("board.width_mm", 94.0)]
             .map(|(path, value)| (path.to_string(), value))
             .to_vec(),

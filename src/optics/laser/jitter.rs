@@ -45,9 +45,8 @@ impl Jitter {
         let norm = (half_taps.iter().map(|t| t * t).sum::<f64>() * 2.0 - 1.0).sqrt();
         let count = (length / step).ceil() as usize + 2;
         let key = stream.key();
-        let white: Vec<f64> = (0..count + 2 * reach)
-            .map(|i| f64::from(normals(i as u32, [key as u32, (key >> 32) as u32]).0))
-            .collect();
+        let white: Vec<f64> =
+            (0..count + 2 * reach).map(|i| f64::from(normals(i as u32, [key as u32, (key >> 32) as u32]).0)).collect();
         let factor = (0..count).map(|i| {
             let sum: f64 = (0..=2 * reach).map(|k| half_taps[k.abs_diff(reach)] * white[i + k]).sum();
             (1.0 + (bench.width_jitter * sum / norm) as f32).max(LEAST)

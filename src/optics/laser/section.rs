@@ -22,8 +22,12 @@ use crate::settings::Shape;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Weights and standard deviations of the Gaussians of a skirt [1, a].
-const SKIRT: [(f64, f64); 4] =
-    [(0.361_000_7, 0.504_616_56), (0.411_013_9, 0.966_865_87), (0.171_384_9, 1.885_461_84), (0.056_600_5, 4.312_663_95)];
+const SKIRT: [(f64, f64); 4] = [
+    (0.361_000_7, 0.504_616_56),
+    (0.411_013_9, 0.966_865_87),
+    (0.171_384_9, 1.885_461_84),
+    (0.056_600_5, 4.312_663_95),
+];
 /// Full width at half maximum of a skirt [a].
 const SKIRT_FWHM: f64 = 1.532_841_9;
 /// Widest box of an even line over the standard deviation of what blurs it [1].
@@ -88,7 +92,9 @@ impl Section {
                 let width = bench.texture_width_mm;
                 section.nodes = image.columns();
                 section.core = image.variance(width) as f32;
-                section.levels.extend(blur.map(|sigma| Level::of(image, width, (width / (BOX * sigma)).ceil() as usize)));
+                section
+                    .levels
+                    .extend(blur.map(|sigma| Level::of(image, width, (width / (BOX * sigma)).ceil() as usize)));
             }
             _ => return None,
         }

@@ -27,6 +27,7 @@ pub(super) fn scene(stream: Stream, columns: usize, profiles: usize) -> Scene {
         camera: Camera::from_values(default),
         exposure: Exposure::from_values(default),
         speckle: Speckle::from_values(default),
+        optics: crate::settings::Optics::default(),
     };
     (scene.size.columns, scene.size.profiles, scene.stream) = (columns, profiles, stream);
     scene

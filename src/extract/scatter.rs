@@ -1,0 +1,85 @@
+//! Light beside the peak, summed as the camera sums it.
+//!
+//! Model: the plain sum of digital numbers over rows `offset ..= offset + width - 1` from the peak, on both sides, on the
+//! side of smaller row numbers (front) or of greater ones (back); offset 0 includes the peak, once. The dark level stays in
+//! it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that sums of 8
+//! bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
+
+use std::ops::Range;
+
+use super::{LANES, line};
+use crate::frame::Frame;
+use crate::settings::{Extraction, ScatterDark, ScatterMode};
+
+/// Largest number of 16-bit output [DN].
+const MOST: f32 = 65535.0;
+
+/// Number of pixels that Scatter sums.
+pub fn scatter_pixels(settings: &Extraction) -> usize {
+    let side = settings.scatter_width_rows;
+    match settings.scatter_mode {
+        ScatterMode::Symmetric if settings.scatter_offset_rows == 0 => 2 * side - 1,
+        ScatterMode::Symmetric => 2 * side,
+        ScatterMode::Front | ScatterMode::Back => side,
+    }
+}
+
+/// What the dark level `dark` [DN] adds to a sum before it is written, less what is taken out of it: two numbers of which
+/// one is 0 [DN].
+pub fn scatter_dark(settings: &Extraction, dark: f32) -> [f32; 2] {
+    let all = scatter_pixels(settings) as f32 * dark;
+    match settings.scatter_dark {
+        ScatterDark::Kept => [all, 0.0],
+        ScatterDark::Subtracted => [0.0, all],
+    }
+}
+
+/// A sum as it is written [DN].
+#[inline(always)]
+pub(super) fn as_written(sum: f32, [_, taken]: [f32; 2]) -> f32 {
+    (sum - taken).clamp(0.0, MOST)
+}
+
+/// Weight of a row before the peak, and of one behind it.
+#[inline(always)]
+pub(super) fn sides(mode: ScatterMode) -> [f32; 2] {
+    match mode {
+        ScatterMode::Symmetric => [1.0, 1.0],
+        ScatterMode::Front => [1.0, 0.0],
+        ScatterMode::Back => [0.0, 1.0],
+    }
+}
+
+/// What a row `d` from the peak adds for its level.
+#[inline(always)]
+pub(super) fn part(d: i32, level: f32, [near, end]: [i32; 2], [front, back]: [f32; 2]) -> f32 {
+    let side = if d < 0 {
+        front
+    } else if d > 0 {
+        back
+    } else {
+        1.0
+    };
+    let aside = d.abs();
+    if aside >= near && aside < end { level * side } else { 0.0 }
+}
+
+/// Offset of the first row that is summed, and of the first beyond [px].
+#[inline(always)]
+pub(super) fn span(settings: &Extraction) -> [i32; 2] {
+    [settings.scatter_offset_rows, settings.scatter_offset_rows + settings.scatter_width_rows].map(|rows| rows as i32)
+}
+
+/// The sums about the peaks `at`.
+#[inline(always)]
+pub(super) fn sums(frame: &Frame, columns: &Range<usize>, at: &[u16; LANES], settings: &Extraction) -> [f32; LANES] {
+    let (sides, span) = (sides(settings.scatter_mode), span(settings));
+    let mut sums = [0.0f32; LANES];
+    for k in 0..frame.rows {
+        let dn = line(frame, columns, k);
+        for c in 0..LANES {
+            sums[c] += part(k as i32 - i32::from(at[c]), f32::from(dn[c]), span, sides);
+        }
+    }
+    sums
+}

@@ -1,0 +1,97 @@
+//! From places of the sensor to places of the laser plane, fast: what a calibrated camera keeps as a table.
+//!
+//! Model: without lens distortion a column sees the laser plane by a homography, z = (a + b t) / (1 + k t) and x alike with
+//! the same k, t being the row on [-1, 1]. Distortion bends the numerators a little. So each column has two polynomials of
+//! degree 6 in t over the common denominator, through seven rows at Chebyshev's places (Trefethen 2013); without distortion
+//! all but two of their coefficients vanish. Kept in single precision.
+//!
+//! Validity: rows of the sensor. Neglected: the remainder, which a test holds below 0.1 um.
+
+/// Coefficients of a numerator.
+const TERMS: usize = 7;
+
+/// Where each pixel of a sensor sees the laser plane.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Locator {
+    /// Middle row and half of the rows [px].
+    middle: f32,
+    half: f32,
+    /// k of the denominator [1].
+    bend: f32,
+    /// Numerators of z [mm], term by term `[terms][columns]`.
+    height: [Vec<f32>; TERMS],
+    /// Numerators of x [mm], term by term `[terms][columns]`.
+    along: [Vec<f32>; TERMS],
+}
+
+impl Locator {
+    /// From what `locate` says of a column and a row [px]: x and z [mm].
+    pub fn new(columns: usize, rows: usize, locate: impl Fn(f64, f64) -> [f64; 2]) -> Self {
+        let half = (0.5 * rows as f64).max(1.0);
+        let middle = half - 0.5;
+        let row = |t: f64| middle + half * t;
+        // The denominator of the homography through three rows of the middle column.
+        let [low, zero, high] = [-1.0, 0.0, 1.0].map(|t| locate(0.5 * (columns as f64 - 1.0), row(t))[1]);
+        let bend = if high == low { 0.0 } else { (2.0 * zero - high - low) / (high - low) };
+        let nodes: [f64; TERMS] =
+            std::array::from_fn(|i| libm::cos(std::f64::consts::PI * (i as f64 + 0.5) / TERMS as f64));
+        let powers = powers(&nodes);
+        let empty = || std::array::from_fn(|_| Vec::with_capacity(columns));
+        let mut locator =
+            Self { middle: middle as f32, half: half as f32, bend: bend as f32, height: empty(), along: empty() };
+        for column in 0..columns {
+            let places = nodes.map(|t| locate(column as f64, row(t)).map(|mm| mm * (1.0 + bend * t)));
+            for (k, row) in powers.iter().enumerate() {
+                let term = |axis: usize| row.iter().zip(&places).map(|(p, place)| p * place[axis]).sum::<f64>();
+                locator.along[k].push(term(0) as f32);
+                locator.height[k].push(term(1) as f32);
+            }
+        }
+        locator
+    }
+
+    /// Height of the laser plane in each of the columns from `first` at the `rows` [px], written in their place [mm].
+    #[inline(always)]
+    pub fn heights(&self, first: usize, rows: &mut [f32]) {
+        self.evaluate(&self.height, first, rows);
+    }
+
+    /// Place along the line in each of the columns from `first` at the `rows` [px], written in their place [mm].
+    #[inline(always)]
+    pub fn alongs(&self, first: usize, rows: &mut [f32]) {
+        self.evaluate(&self.along, first, rows);
+    }
+
+    #[inline(always)]
+    fn evaluate(&self, terms: &[Vec<f32>; TERMS], first: usize, rows: &mut [f32]) {
+        let n = rows.len();
+        let terms: [&[f32]; TERMS] = std::array::from_fn(|k| &terms[k][first..first + n]);
+        for c in 0..n {
+            let t = (rows[c] - self.middle) / self.half;
+            let mut sum = terms[TERMS - 1][c];
+            for term in terms[..TERMS - 1].iter().rev() {
+                sum = sum * t + term[c];
+            }
+            rows[c] = sum / (1.0 + self.bend * t);
+        }
+    }
+}
+
+/// The matrix from values at the nodes to coefficients of powers: Lagrange's polynomials multiplied out.
+fn powers(nodes: &[f64; TERMS]) -> [[f64; TERMS]; TERMS] {
+    let mut matrix = [[0.0; TERMS]; TERMS];
+    for (i, node) in nodes.iter().enumerate() {
+        let mut polynomial = [0.0; TERMS];
+        polynomial[0] = 1.0;
+        for other in nodes.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, other)| other) {
+            for k in (0..TERMS).rev() {
+                let shifted = if k > 0 { polynomial[k - 1] } else { 0.0 };
+                polynomial[k] = (shifted - other * polynomial[k]) / (node - other);
+            }
+        }
+        for (row, coefficient) in matrix.iter_mut().zip(polynomial) {
+            row[i] = coefficient;
+        }
+    }
+    matrix
+}

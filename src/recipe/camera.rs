@@ -1,0 +1,97 @@
+//! What camera, exposure and movement must mean together.
+
+use std::collections::BTreeMap;
+
+use super::dist::Distribution;
+use super::setting::Value;
+use super::settings::Settings;
+use super::table;
+use super::together::Together;
+use crate::frame::Distortion;
+use crate::settings::Scheimpflug;
+use crate::yaml::walk::{Walk, shown};
+
+/// Time that a sensor needs between two exposures: the real camera's 3 us [us].
+const READOUT_US: f64 = 3.0;
+/// Most strain of a distortion over the sensor's field: neighbouring directions stay apart.
+const MOST_STRAIN: f64 = 0.8;
+
+/// Numbers that have an effect beside one word of a setting alone.
+const IDLE: [(&str, &str, &str); 4] = [
+    ("camera.sensor_tilt_deg", "camera.scheimpflug", "given"),
+    ("camera.focus_distance_mm", "camera.scheimpflug", "given"),
+    ("camera.filter_centre_nm", "camera.filter", "band_pass"),
+    ("camera.filter_width_nm", "camera.filter", "band_pass"),
+];
+
+/// Numbers that say something else than their default and have no effect under the settings; `prefix` is that of a class.
+pub(super) fn idle(walk: &mut Walk, settings: &Settings, prefix: &str, named: &BTreeMap<String, Distribution>) {
+    for (path, setting, word) in IDLE {
+        let parameter = table::parameters(None).find(|p| p.path() == path);
+        let plain = parameter.map(|p| Distribution::Fixed(p.default));
+        let idle = named.get(path).is_some_and(|given| Some(given) != plain.as_ref());
+        if let (true, Value::Word(chosen)) = (idle && settings.get(setting) != Value::Word(word), settings.get(setting))
+        {
+            let problem = format!("has no effect while `{setting}` is `{chosen}`");
+            walk.joint_fault(&[format!("{prefix}{path}")], problem, format!("give `{word}` there, or remove it"));
+        }
+    }
+}
+
+/// The settings of the camera together.
+pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
+    let pinhole = settings.get("camera.lens") == Value::Word("pinhole");
+    if pinhole && settings.optics().scheimpflug == Scheimpflug::Solved {
+        let problem = "`pinhole` has no effect while `camera.scheimpflug` is `solved`: the laser plane is sharp anyway";
+        walk.joint_fault(&["camera.lens".to_owned()], problem.to_owned(), "give `given` there, or remove it");
+    }
+}
+
+/// The numbers of a class together.
+pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &Together) {
+    let keys = ["camera.focal_length_mm", "camera.distance_mm"];
+    let (focal, distance) = (scene.most(keys[0]), scene.least(keys[1]));
+    if focal >= distance / 2.0 {
+        let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
+        let remedy = "it must stay below half the distance for an image smaller than the object";
+        scene.fault(walk, &keys, problem, remedy);
+    }
+    let optics = settings.optics();
+    let keys = ["camera.focus_distance_mm", "camera.focal_length_mm"];
+    let sharp = scene.least(keys[0]);
+    if optics.scheimpflug == Scheimpflug::Given && focal >= sharp / 2.0 {
+        let problem =
+            format!("the lens can be sharp at {} mm with a focal length of {} mm", shown(sharp), shown(focal));
+        scene.fault(walk, &keys, problem, "it must stay above twice the focal length");
+    }
+
+    let keys = ["k1", "k2", "k3", "p1", "p2"].map(|name| format!("camera.distortion_{name}"));
+    let keys = [0, 1, 2, 3, 4].map(|i| keys[i].as_str());
+    let [k1, k2, k3, p1, p2] = keys.map(|key| scene.ends(key)[1]);
+    let distortion = Distortion { radial: [k1, k2, k3], tangential: [p1, p2] };
+    let size = settings.size();
+    let half = |pixels: usize, offset: f64| 0.5 * pixels as f64 + offset.abs();
+    let (across, along) = (half(size.columns, optics.offset_columns), half(size.rows, optics.offset_rows));
+    let corner = (across * across + along * along).sqrt() * scene.most("camera.pixel_um") * 1e-3;
+    let corner = corner / scene.least("camera.focal_length_mm");
+    // The straight direction of a corner is longer by about as much as it is bent.
+    let strain = distortion.strain(1.1 * corner);
+    if strain > MOST_STRAIN {
+        let problem = format!(
+            "the distortion can bend the sensor's corner, {corner:.2} focal lengths from the axis, so far that directions meet"
+        );
+        let own = keys.into_iter().chain(["camera.focal_length_mm", "camera.pixel_um"]);
+        scene.fault(walk, &own.collect::<Vec<_>>(), problem, "make it smaller, or the field of view");
+    }
+
+    let keys = ["exposure.time_us", "motion.line_rate_hz"];
+    let (time, rate) = (scene.most(keys[0]), scene.most(keys[1]));
+    if rate > 0.0 && time > 1e6 / rate - READOUT_US {
+        let problem = format!(
+            "the exposure can take {} us, and a profile comes each {:.1} us and needs {READOUT_US} us to be read",
+            shown(time),
+            1e6 / rate
+        );
+        scene.fault(walk, &keys, problem, "expose shorter, or lower motion.line_rate_hz");
+    }
+}
