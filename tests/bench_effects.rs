@@ -8,7 +8,7 @@ use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Spe
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
-use sheetlight::settings::ScatterMode;
+use sheetlight::settings::{Filter, LensModel, Optics, ScatterMode, Scheimpflug};
 
 fn render(scene: &Scene) -> Record {
     pipeline::render(scene, tiles(), &|_| ())
@@ -48,30 +48,81 @@ fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
     }
 }
 
+/// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with a
+/// field as wide as what it does.
+fn awake(parameter: &Parameter) -> Scene {
+    let mut scene = base();
+    match parameter.name {
+        "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
+        "filter_centre_nm" | "filter_width_nm" => scene.bench.optics.filter = Filter::BandPass,
+        name if name.starts_with("distortion") => {
+            (scene.size.columns, scene.size.profiles) = (2560, 16);
+            if let Plan::Wood(wood) = &mut scene.plan {
+                wood.board.width_mm = 220.0;
+            }
+        }
+        _ => {}
+    }
+    scene
+}
+
 #[test]
 fn every_number_of_the_bench_has_an_effect() {
     assert_eq!(nominal(), nominal_with(&mut |p| p.default));
-    let base = base();
-    let plain = render(&base);
     let tables = [Motion::PARAMETERS, Laser::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
-        let mut scene = base.clone();
-        let waist_height = scene.bench.laser.waist_height_mm;
-        scene.bench = changed(parameter);
+        let mut scene = awake(parameter);
+        let plain = render(&scene);
+        let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
+        scene.bench = Bench { optics, ..changed(parameter) };
+        if parameter.name == "line_rate_hz" {
+            scene.bench.motion.line_rate_hz = 20_000.0;
+        }
         if parameter.name != "waist_height_mm" {
             scene.bench.laser.waist_height_mm = waist_height;
         }
         let record = render(&scene);
-        let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
-        if same(&record.maps.range, &plain.maps.range)
-            && same(&record.maps.reflectance, &plain.maps.reflectance)
-            && same(&record.maps.scatter, &plain.maps.scatter)
-        {
+        if same(&record, &plain) {
             idle.push(parameter.path());
         }
     }
     assert!(idle.is_empty(), "numbers without effect: {idle:?}");
+}
+
+/// Whether two records measure the same.
+fn same(a: &Record, b: &Record) -> bool {
+    let same = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
+    let maps = |record: &Record| {
+        let maps = &record.maps;
+        [maps.range.clone(), maps.reflectance.clone(), maps.scatter.clone()]
+    };
+    maps(a).iter().zip(&maps(b)).all(|(a, b)| same(a, b))
+}
+
+#[test]
+fn every_setting_of_the_camera_has_an_effect() {
+    let base = base();
+    let mut given = base.clone();
+    given.bench.optics.scheimpflug = Scheimpflug::Given;
+    type Change = fn(&mut Optics);
+    let changes: [(&str, &Scene, Change); 6] = [
+        ("scheimpflug", &base, |o| o.scheimpflug = Scheimpflug::Given),
+        ("lens", &given, |o| o.lens = LensModel::Pinhole),
+        ("filter", &base, |o| o.filter = Filter::BandPass),
+        ("diffraction", &base, |o| o.diffraction = false),
+        ("offset_columns", &base, |o| o.offset_columns = 10.0),
+        ("offset_rows", &base, |o| o.offset_rows = 10.5),
+    ];
+    for (name, of, change) in changes {
+        let mut scene = of.clone();
+        change(&mut scene.bench.optics);
+        if name == "filter" {
+            // A laser beside the filter's middle.
+            scene.bench.camera.filter_centre_nm = 648.0;
+        }
+        assert!(!same(&render(of), &render(&scene)), "camera.{name} has no effect");
+    }
 }
 
 #[test]

@@ -7,14 +7,17 @@
 //! share x to each neighbour), of the pixel's box, and of the disc that lies out of focus ([`super::focus`]). Neglected:
 //! the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
 
+mod image;
+
 use glam::Vec3;
 use procedural::Stream;
 
+use self::image::Image;
 use super::field::{self, Field};
 use super::focus::Focus;
 use super::laser::Laser;
 use super::parameters::Bench;
-use crate::frame::{Bent, Distortion, Rig, image_distance, scheimpflug};
+use crate::frame::{Distortion, Rig, image_distance, scheimpflug};
 use crate::settings::{LensModel, Line, Scheimpflug, Size};
 
 /// Planck's constant times the speed of light [J m].
@@ -95,6 +98,8 @@ pub struct Sight {
     pub unit: f32,
     /// Variance along the line of a point that is out of focus [px^2].
     pub defocus: f32,
+    /// Radius along the rows of the disc that it is blurred to [px].
+    pub disc: f32,
     /// Electrons of the whole line in this column for a white Lambertian surface, level along the line [e-].
     pub electrons: f32,
     /// Width of the column on a level surface [mm].
@@ -103,15 +108,6 @@ pub struct Sight {
     pub view: Vec3,
     /// Unit vector of the laser light.
     pub light: Vec3,
-}
-
-/// Where a point is imaged, and how the image runs about it.
-struct Image {
-    row: f32,
-    /// Along the motion [px/mm].
-    rows_per_mm: f32,
-    /// Width of a column along the line [mm].
-    pixel_mm: f32,
 }
 
 impl Camera {
@@ -194,90 +190,6 @@ impl Camera {
         (sigma * sigma) as f32 + self.blur_variance
     }
 
-    /// Whether points can be out of focus.
-    pub fn blurs(&self) -> bool {
-        self.blurs
-    }
-
-    /// Diameter of the disc that a point at `y` from the laser plane and height `z` is blurred to by a thin lens [mm].
-    pub fn confusion(&self, y: f32, z: f32) -> f32 {
-        let [zc, bottom] = self.depth(y, z);
-        self.focus.confusion(zc, zc / bottom)
-    }
-
-    /// Variances along columns and along rows of what is out of focus at `y` from the laser plane and height `z` [px^2].
-    pub fn defocus(&self, y: f32, z: f32) -> [f32; 2] {
-        let [zc, bottom] = self.depth(y, z);
-        if self.blurs { self.focus.variances(zc, zc / bottom) } else { [0.0; 2] }
-    }
-
-    /// Depth before the lens, and the same less tan(beta) times the height over the axis [mm].
-    #[inline]
-    fn depth(&self, y: f32, z: f32) -> [f32; 2] {
-        let [_, sin, cos, tan_beta, distance] = self.row;
-        let zc = distance + y * sin - z * cos;
-        [zc, zc - tan_beta * (y * cos + z * sin)]
-    }
-
-    /// Electrons of ambient light in a pixel that sees a white surface at `x`, `z` of the laser plane [e-].
-    pub fn ambient(&self, x: f32, z: f32) -> f32 {
-        if self.ambient == 0.0 {
-            return 0.0;
-        }
-        let [zc, bottom] = self.depth(0.0, z);
-        let yc = z * self.row[1];
-        let (tangent2, squeeze) = ((x * x + yc * yc) / (zc * zc), bottom / zc);
-        let cos2 = 1.0 / (1.0 + tangent2);
-        let mounts = self.field.as_ref().map_or(1.0, |field| field.mounts(tangent2));
-        self.ambient * mounts * cos2 * cos2 * squeeze * squeeze * squeeze
-    }
-
-    /// Whether lamps and windows light the object.
-    pub fn has_ambient(&self) -> bool {
-        self.ambient > 0.0
-    }
-
-    /// Sensor column and row of a point in space, y from the laser plane [px].
-    #[inline]
-    pub fn place(&self, x: f32, y: f32, z: f32) -> [f32; 2] {
-        if self.bent.is_some() {
-            let (col, row) = self.rig.project(f64::from(x), f64::from(y), f64::from(z));
-            return [col as f32, row as f32];
-        }
-        let [scale, sin, cos, tan_beta, distance] = self.row;
-        let (yc, zc) = (y * cos + z * sin, distance + y * sin - z * cos);
-        let bottom = zc - tan_beta * yc;
-        let along = scale * self.upright * x / bottom;
-        [self.rig.centre_col as f32 + along, self.rig.centre_row as f32 - scale * yc / bottom]
-    }
-
-    /// The image of a point whose place in the lens's frame moves by `dyc`, `dzc` with the motion.
-    #[inline]
-    fn image(&self, x: f32, [yc, zc]: [f32; 2], [dyc, dzc]: [f32; 2]) -> Image {
-        let [scale, _, _, tan_beta, _] = self.row;
-        let bottom = zc - tan_beta * yc;
-        let Some(bent) = &self.bent else {
-            let rate = scale * (dyc * bottom - yc * (dzc - tan_beta * dyc)) / (bottom * bottom);
-            return Image {
-                row: self.rig.centre_row as f32 - scale * yc / bottom,
-                rows_per_mm: rate,
-                pixel_mm: self.rig.pixel as f32 * bottom / self.rig.image_distance as f32,
-            };
-        };
-        let [x, yc, zc, dyc, dzc] = [x, yc, zc, dyc, dzc].map(f64::from);
-        let (xn, yn) = (x / zc, yc / zc);
-        let Bent { to: [xd, yd], slopes: [a, b, c] } = bent.bend(xn, yn);
-        let turn = b * (-xn * dzc / zc) + c * (dyc - yn * dzc) / zc;
-        let (scale, lean) = (f64::from(scale), f64::from(tan_beta));
-        let flat = 1.0 - lean * yd;
-        let column = self.rig.image_distance / self.rig.pixel * (a * flat + xd * lean * b) / (flat * flat);
-        Image {
-            row: (self.rig.centre_row - scale * yd / flat) as f32,
-            rows_per_mm: (scale * turn / (flat * flat)) as f32,
-            pixel_mm: (zc / column) as f32,
-        }
-    }
-
     /// What becomes of the light at `x`, `z` of the laser plane, on a surface that rises by `slope_y` along the motion.
     #[inline]
     pub fn sight(&self, x: f32, z: f32, slope_y: f32) -> Sight {
@@ -307,6 +219,7 @@ impl Camera {
             laser_variance,
             unit,
             defocus,
+            disc: 2.0 * defocus_rows.sqrt(),
             electrons,
             column_mm: pixel_mm,
             view,

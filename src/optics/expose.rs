@@ -13,7 +13,7 @@ use super::film::Second;
 use super::laser::{Level, Section};
 use super::moved::{self, Ahead};
 use super::row::Row;
-use super::{Band, Sensor, TILE, arrange, lamps, streak};
+use super::{Band, Sensor, TILE, arrange, disc, lamps, streak};
 use crate::lanes::{exp, turn};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
@@ -133,7 +133,7 @@ fn lines(own: &Row, start: usize, centre: &[f32; TILE], section: Option<&Section
     let (variance, glare) = (load(&own.variance, start), load(&own.glare, start));
     let exit = |_| &EVERYWHERE;
     match section {
-        None => Walk::new(&phase, variance).add(glare, exit, &mut window.surface),
+        None => one(&phase, variance, glare, exit, own.disc_of(start), &mut window.surface),
         Some(section) => {
             let across = Across { own, start, section, level: section.level(None) };
             across.add(&phase, variance, glare, exit, &mut window.surface);
@@ -175,11 +175,66 @@ impl Across<'_> {
                     light[c] = source[c] * self.level.weight(number, node[c]);
                 }
             }
-            match Walk::about(&place, &wide) {
-                Some(walk) => walk.add(&light, exit, out),
-                None => scattered(&place, &wide, &light, exit, out),
+            match self.own.disc_of(self.start) {
+                None => anywhere(&place, &wide, &light, exit, out),
+                Some(disc) => over(disc, &place, &wide, &light, exit, out),
             }
         }
+    }
+}
+
+/// Adds a line that is one Gaussian, but for the disc that it is out of focus by.
+#[inline(always)]
+fn one<'a>(
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+    disc: Option<&[f32; TILE]>,
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    match disc {
+        None => Walk::new(phase, variance).add(source, exit, out),
+        Some(disc) => over(disc, phase, variance, source, exit, out),
+    }
+}
+
+/// Adds Gaussians blurred by discs, whose variance they have.
+fn over<'a>(
+    disc: &[f32; TILE],
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    let strands = disc::strands(disc, variance);
+    if strands.is_empty() {
+        return anywhere(phase, variance, source, exit, out);
+    }
+    for [node, weight] in strands {
+        let (mut place, mut rest, mut light) = (*phase, *variance, *source);
+        for c in 0..TILE {
+            place[c] += node * disc[c];
+            rest[c] -= 0.25 * disc[c] * disc[c];
+            light[c] *= weight;
+        }
+        anywhere(&place, &rest, &light, exit, out);
+    }
+}
+
+/// Adds Gaussians whose middles may lie anywhere.
+#[inline(always)]
+fn anywhere<'a>(
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE],
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    match Walk::about(phase, variance) {
+        Some(walk) => walk.add(source, exit, out),
+        None => scattered(phase, variance, source, exit, out),
     }
 }
 
@@ -241,7 +296,7 @@ pub fn spread(
         }
         let exit = |k: usize| load(&neighbours[k].exit[j], start);
         match section {
-            None => Walk::new(&place, &wide).add(source, exit, &mut window.volume),
+            None => one(&place, &wide, source, exit, own.disc_of(start), &mut window.volume),
             Some(section) => {
                 let across = Across { own, start, section, level: section.level(Some(j)) };
                 across.add(&place, &wide, source, exit, &mut window.volume);
@@ -273,7 +328,7 @@ pub fn through(second: &Second, start: usize, window: &mut Window) {
 const EVERYWHERE: [f32; TILE] = [1.0; TILE];
 
 /// Least variance that is drawn [px^2].
-const LEAST: f32 = 0.05;
+pub const LEAST: f32 = 0.05;
 
 /// Gaussians of one tile, stepped from row to row.
 struct Walk {

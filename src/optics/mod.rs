@@ -10,6 +10,7 @@ mod blur;
 pub mod camera;
 pub mod coherence;
 mod digitise;
+mod disc;
 pub mod expose;
 mod field;
 pub mod film;

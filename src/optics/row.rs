@@ -44,6 +44,9 @@ pub struct Row {
     pub unit: Vec<f32>,
     /// See [`Self::unit`].
     pub node: Vec<f32>,
+    /// Radius along the rows of the disc that a point is out of focus by, whose variance `variance` holds; empty where
+    /// nothing can be [px].
+    pub disc: Vec<f32>,
     /// Light thrown back by the surface itself [e-].
     pub glare: Vec<f32>,
     /// Light that entered below the surface, as a white Lambertian surface would return it to the lens [e-].
@@ -63,6 +66,11 @@ pub struct Row {
 }
 
 impl Row {
+    /// Radii of the discs of a tile; `None` where all is sharp.
+    pub fn disc_of(&self, start: usize) -> Option<&[f32; TILE]> {
+        self.disc.get(start..)?.first_chunk()
+    }
+
     /// Streaks that touch a tile of columns.
     pub fn streaks_of(&self, tile: usize) -> &[Streak] {
         let at = |column: f32| self.streaks.partition_point(|streak| streak.column < column);
@@ -171,6 +179,7 @@ impl RowMaker {
             row.beside = None;
         }
         scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
+        row.disc.resize(if camera.blurs() { columns.next_multiple_of(TILE) } else { 0 }, 0.0);
         let (mut first, mut last) = (columns, 0);
         for (column, hit) in row.hits.iter().enumerate() {
             let bare = hit.matter.class == Class::Background;
@@ -189,6 +198,7 @@ impl RowMaker {
             }
             if let Some(defocus) = scratch.defocus.get_mut(column) {
                 *defocus = sight.defocus;
+                row.disc[column] = sight.disc;
             }
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
             if bare {

@@ -144,62 +144,6 @@ pub(super) const SCAN: &[Setting] = &[
     ),
 ];
 
-/// Farthest from the optical axis that the middle of the sensor's region stands [px].
-const FARTHEST_PX: f64 = 8192.0;
-
-/// What of the camera is not drawn.
-pub(super) const CAMERA: &[Setting] = &[
-    setting(
-        "rows",
-        Kind::Count { min: 64, max: 4096, unit: "px" },
-        Value::Count(832),
-        "Sensor rows; the same for all samples, so a class cannot change it.",
-        "[T]",
-    ),
-    setting(
-        "scheimpflug",
-        Kind::Word(&["solved", "given"]),
-        Value::Word("solved"),
-        "Who tilts and focuses the sensor: the geometry, which puts the laser plane in focus, or `sensor_tilt_deg` and \
-         `focus_distance_mm`.",
-        "the real bench; [T] had none in the simulation",
-    ),
-    setting(
-        "lens",
-        Kind::Word(&["thin_lens", "pinhole"]),
-        Value::Word("thin_lens"),
-        "A thin lens, which blurs what is out of focus, or a pinhole, which is sharp everywhere.",
-        "free",
-    ),
-    setting(
-        "diffraction",
-        Kind::Flag,
-        Value::Flag(true),
-        "Whether the opening of the lens bends light: the core of Airy's disc beside `blur_um`.",
-        "nature",
-    ),
-    setting(
-        "filter",
-        Kind::Word(&["none", "band_pass"]),
-        Value::Word("none"),
-        "Filter before the lens: none, or a band about `filter_centre_nm`.",
-        "free; [T] band_pass",
-    ),
-    setting(
-        "offset_columns",
-        Kind::Number { min: -FARTHEST_PX, max: FARTHEST_PX, unit: "px" },
-        Value::Number(0.0),
-        "From the optical axis to the middle of the sensor's region, along the columns.",
-        "region of interest",
-    ),
-    setting(
-        "offset_rows",
-        Kind::Number { min: -FARTHEST_PX, max: FARTHEST_PX, unit: "px" },
-        Value::Number(0.0),
-        "From the optical axis to the middle of the sensor's region, along the rows.",
-        "region of interest",
-    ),
-];
 
 /// Parts of the dataset.
 pub(super) const SPLITS: &[Setting] = &[

@@ -8,6 +8,7 @@ use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
+use super::camera;
 use super::laser;
 use super::setting::{self, Setting};
 use super::setting_extraction;
@@ -58,7 +59,7 @@ pub(super) const SECTIONS: [Section; 22] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
     drawn!(Laser, None, laser::TABLE),
-    drawn!(Camera, None, setting::CAMERA),
+    drawn!(Camera, None, camera::TABLE),
     drawn!(Exposure),
     drawn!(Speckle),
     drawn!(Board, Subject::Wood),
