@@ -115,7 +115,14 @@ impl Light {
     /// The laser's power behind a lens and through a section; rays between `tans` are drawn, as wide as a Gaussian line.
     pub fn new(laser: &Laser, tans: [f64; 2], along: Along, across: Across) -> Self {
         let sigma = 0.5 * half_width(laser, laser.fan_height_mm - 10.0);
-        Self { watts: laser.power_mw * 1e-3, height: laser.fan_height_mm, tans, draws: draws(0.0, sigma), along, across }
+        Self {
+            watts: laser.power_mw * 1e-3,
+            height: laser.fan_height_mm,
+            tans,
+            draws: draws(0.0, sigma),
+            along,
+            across,
+        }
     }
 
     /// A Gaussian sheet behind a Powell lens.
@@ -139,7 +146,8 @@ impl Light {
         });
         let chosen = chosen.or(self.draws.last()).expect("rays are drawn from some law");
         let y = chosen.centre + chosen.sigma * chance.normals()[0];
-        let law = |d: &Draw| d.share * (-0.5 * ((y - d.centre) / d.sigma).powi(2)).exp() / (d.sigma * (2.0 * PI).sqrt());
+        let law =
+            |d: &Draw| d.share * (-0.5 * ((y - d.centre) / d.sigma).powi(2)).exp() / (d.sigma * (2.0 * PI).sqrt());
         let density: f64 = self.draws.iter().map(law).sum();
         let way = DVec3::new(tan, 0.0, -1.0).normalize();
         Ray { from: DVec3::new(0.0, y, self.height), way, tan, y, share: (high - low) / density }

@@ -113,7 +113,9 @@ impl Verdict {
         let mut peaks: Vec<f64> = lit
             .iter()
             .filter_map(|&c| {
-                let best = (0..rows).map(|k| k * cols + c).max_by(|&a, &b| self.judge.mean[a].total_cmp(&self.judge.mean[b]))?;
+                let best = (0..rows)
+                    .map(|k| k * cols + c)
+                    .max_by(|&a, &b| self.judge.mean[a].total_cmp(&self.judge.mean[b]))?;
                 Some(self.judge.error[best] / self.judge.mean[best])
             })
             .collect();
@@ -131,12 +133,7 @@ impl Verdict {
             peak_error: peaks[peaks.len() / 2],
             total: [sums[0] / sums[1] - 1.0, chance.sqrt() / sums[1]],
             bright: sums[2] / sums[3] - 1.0,
-            shift: [
-                mean(&|c| c[0] - c[1]),
-                (noise / n).sqrt(),
-                mean(&|c| (c[0] - c[1]).powi(2)).sqrt(),
-                noise.sqrt(),
-            ],
+            shift: [mean(&|c| c[0] - c[1]), (noise / n).sqrt(), mean(&|c| (c[0] - c[1]).powi(2)).sqrt(), noise.sqrt()],
             pooled: self.pooled(&lit, &centres, greatest),
             disputed: columns.iter().filter(|&&c| dark[c][0] != dark[c][1]).count(),
             dark: columns.iter().filter(|&&c| dark[c] == [true; 2]).count(),

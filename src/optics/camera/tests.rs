@@ -1,6 +1,7 @@
 //! The camera against published numbers and the exact geometry.
 
 use super::*;
+use crate::frame::Bent;
 use crate::optics::parameters::{Camera as CameraNumbers, Exposure, Laser, Motion, Speckle};
 use crate::settings::Optics;
 

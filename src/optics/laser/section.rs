@@ -7,7 +7,7 @@
 //! lobes     pairs i at +-i d w, shares falling as 1 / i^2, as wide as the line itself
 //! skirt     0.5 / a (1 + (y / a)^2)^-1.5, a Moffat halo (beta 2) seen across a line, full width at half maximum 1.533 a
 //! slit      even within +-1/2: a row of boxes, each taken by its variance
-//! texture   the rows of a picture, taken the same way
+//! texture   the rows of a picture, a few at a time, taken by the middle and the variance of their light
 //! ```
 //!
 //! The skirt is four Gaussians, fitted within 2.2 % of its height everywhere out to 8 a; the 0.4 % of it that lie beyond
@@ -143,6 +143,13 @@ impl Level {
                 let last = (high.ceil() as usize).min(image.rows());
                 let light: f64 = (low as usize..last).map(|row| part(row) * image.at(row, place)).sum();
                 weights[node] = if all > 0.0 { (light / all) as f32 } else { 0.0 };
+            }
+        }
+        for (cell, strand) in strands.iter_mut().rev().enumerate() {
+            let ends = (cell as f64 / cells * rows, (cell + 1) as f64 / cells * rows);
+            if let Some([middle, variance]) = image.moments(ends.0, ends.1) {
+                strand.offset = ((0.5 - middle / rows) * width) as f32;
+                strand.variance = (variance * (width / rows).powi(2)) as f32;
             }
         }
         if nodes == 1 {
