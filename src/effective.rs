@@ -40,11 +40,18 @@ const BLISTER: [(&str, &str); 5] = [
     ("tablet_boundary_factor", "Boundary factor A of a tablet against air."),
 ];
 
+const MATERIAL: [(&str, &str); 3] = [
+    ("material_diffusion_along_mm", "Diffusion coefficient of the material along the fibre."),
+    ("material_diffusion_across_mm", "Diffusion coefficient of the material across the fibre."),
+    ("material_boundary_factor", "Boundary factor A of the material against air."),
+];
+
 /// Name (ending in its unit) and meaning of each effective number of a subject, in the order of [`effective`].
 pub fn declared(subject: Subject) -> Vec<(&'static str, &'static str)> {
     let own: &[_] = match subject {
         Subject::Wood => &WOOD,
         Subject::Blister => &BLISTER,
+        Subject::Sawtooth | Subject::Mesh => &MATERIAL,
     };
     [&BENCH, own].concat()
 }
@@ -57,7 +64,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     let [surface, volume] = sensor.speckle_contrast();
     let exposure = &scene.bench.exposure;
     let scatter_dark = match scene.extraction.scatter_dark {
-        ScatterDark::Kept => exposure.dark_level_dn,
+        ScatterDark::Kept => f64::from(sensor.calibration().dark_level),
         ScatterDark::Subtracted => 0.0,
     };
     let bench = [
@@ -67,14 +74,15 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
         1.0 / f64::from(sight.rows_per_mm),
         f64::from(sight.variance.sqrt()),
         f64::from(sight.electrons * sight.view.z),
-        (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
+        scene.readout.scale() * (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
         f64::from(surface),
         f64::from(volume),
         extract::scatter_pixels(&scene.extraction) as f64 * scatter_dark,
     ];
     let own = match &scene.plan {
-        Plan::Wood(wood) => of_wood(&earlywood(&wood.media)).to_vec(),
+        Plan::Wood(wood) => of_matter(&earlywood(&wood.media)).to_vec(),
         Plan::Blister(blister) => of_blister(blister).to_vec(),
+        Plan::Sawtooth(_, material) | Plan::Mesh(_, material) => of_matter(&material.medium()).to_vec(),
     };
     let names = declared(scene.plan.subject()).into_iter().map(|(name, _)| name);
     names.zip(bench.into_iter().chain(own)).collect()
@@ -86,11 +94,16 @@ pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64
     vec![
         ("distance_mm", rig.distance),
         ("tilt_deg", rig.tilt.to_degrees()),
-        ("focal_length_mm", rig.focal_length),
+        ("image_distance_mm", rig.image_distance),
+        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
         ("pixel_um", rig.pixel * 1e3),
         ("centre_col_px", rig.centre_col),
         ("centre_row_px", rig.centre_row),
-        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
+        ("k1", rig.distortion.radial[0]),
+        ("k2", rig.distortion.radial[1]),
+        ("k3", rig.distortion.radial[2]),
+        ("p1", rig.distortion.tangential[0]),
+        ("p2", rig.distortion.tangential[1]),
         ("x_first_mm", x_first_mm),
     ]
 }
@@ -102,6 +115,7 @@ pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64
 pub fn typical(plan: &Plan) -> Medium {
     match plan {
         Plan::Wood(wood) => earlywood(&wood.media),
+        Plan::Sawtooth(_, material) | Plan::Mesh(_, material) => material.medium(),
         Plan::Blister(blister) => {
             let tablet = &blister.tablet;
             let r0 = boundary_reflectance(tablet.n);
@@ -129,7 +143,7 @@ pub fn earlywood(media: &Media) -> Medium {
     }
 }
 
-fn of_wood(clear: &Medium) -> [f64; WOOD.len()] {
+fn of_matter(clear: &Medium) -> [f64; 3] {
     let (along, across) = diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
     [along, across, boundary_factor(f64::from(clear.n_eff))]
 }

@@ -4,6 +4,7 @@
 //!
 //! - [`yaml`]: files in YAML, and what is wrong with them
 //! - [`asset`]: files that a recipe names
+//! - [`mesh`]: OBJ, STL, PLY -> triangles
 //! - [`recipe`]: YAML -> `Recipe`, `Recipe::draw(seed, index)` -> `Scene`
 //! - [`specimen`]: `procedural::Body` -> `Specimen`, ready for rays
 //! - [`transport`]: light inside matter
@@ -39,6 +40,7 @@ pub mod icon;
 pub mod labels;
 pub mod lanes;
 pub mod medium;
+pub mod mesh;
 pub mod optics;
 pub mod pipeline;
 pub mod preview;

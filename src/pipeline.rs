@@ -1,6 +1,9 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
+use std::ops::Range;
+
 use procedural::blister::Pack;
+use procedural::solid::{self, Sawtooth};
 use procedural::wood::Plank;
 use procedural::{Body, Class};
 use rayon::prelude::*;
@@ -34,6 +37,12 @@ pub fn body(scene: &Scene) -> Body {
     match &scene.plan {
         Plan::Wood(wood) => Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), wood))),
         Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),
+        Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
+        Plan::Mesh(placing, material) => {
+            // A recipe about meshes has one; a scene made by hand without one lays nothing down.
+            let mesh = scene.mesh.as_deref().cloned().unwrap_or_default();
+            Body::Part(Box::new(solid::Part::new(&mesh, placing, material)))
+        }
     }
 }
 
@@ -49,8 +58,11 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
 pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
-    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, tiles, scene.stream)
-        .with_transport(scene.transport);
+    let speckle = (scene.speckle_law, tiles);
+    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, speckle, scene.stream)
+        .with_transport(scene.transport)
+        .with_readout(scene.readout)
+        .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
     (sensor, specimen)
 }
@@ -70,7 +82,7 @@ struct Part<'a> {
     scatter: &'a mut [f32],
     class: &'a mut [u8],
     instance: &'a mut [u16],
-    truth: Option<[&'a mut [f32]; 3]>,
+    truth: Option<Vec<&'a mut [f32]>>,
 }
 
 impl Scan {
@@ -85,6 +97,7 @@ impl Scan {
                 below: match scene.plan.subject() {
                     Subject::Wood => Below::Fibre { azimuth: map(), dive: map() },
                     Subject::Blister => Below::Film { thickness: map(), gap: map() },
+                    Subject::Sawtooth | Subject::Mesh => Below::Solid(scene.plan.subject().name()),
                 },
             }),
             stack: Vec::new(),
@@ -102,12 +115,13 @@ impl Scan {
         let grid = grid(scene, &calibration.rig);
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
-        let mut truth = self.truth.as_mut().map(|truth| truth.maps_mut().map(|map| map.chunks_mut(step)));
+        let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
+        let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
         let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
         let measured = measured.zip(self.maps.scatter.chunks_mut(step));
         let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
         for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
-            let truth = truth.as_mut().map(|maps| maps.each_mut().map(|map| map.next().unwrap_or_default()));
+            let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
             parts.push(Part { range, reflectance, scatter, class, instance, truth });
         }
         let stacks: Vec<Vec<StackFrame>> = parts
@@ -139,7 +153,8 @@ impl Scan {
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, instances);
-        let defects = instances.iter().map(|instance| instance.class).filter(|class| *class != Class::Pocket).collect();
+        let sound = [Class::Pocket, Class::Tooth, Class::Object];
+        let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
         let (range_offset, range_scale) = steps(scene, &rig);
         // The middle of the columns that are averaged into the first.
         let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
@@ -155,6 +170,7 @@ impl Scan {
             range: scene.extraction.range,
             range_offset,
             range_scale,
+            sensor_rows: scene.size.rows,
             calibration: calibration_numbers(&rig, x_first),
             draws: scene.draws(),
             physics: effective(scene, sensor, top),
@@ -187,29 +203,34 @@ impl Part<'_> {
             let hits = even.as_ref().unwrap_or(hits);
             labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
             if let Some(maps) = &mut self.truth {
-                let maps = maps.each_mut().map(|map| &mut map[line.clone()]);
-                match scene.plan.subject() {
-                    Subject::Wood => labels::fibre_row(hits, maps),
-                    Subject::Blister => labels::film_row(hits, maps),
+                let mut maps: Vec<_> = maps.iter_mut().map(|map| &mut map[line.clone()]).collect();
+                match (scene.plan.subject(), &mut maps[..]) {
+                    (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
+                    (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
+                    (_, [height, ..]) => labels::height_row(hits, height),
+                    (_, []) => {}
                 }
             }
             sensor.row_offsets(profile, &mut offsets[place]);
-            if keeps(scene.output.sensor_stack, profile) {
+            if sensor.is_scripted() {
+                let frame = sensor.processed(band, profile);
+                if keeps(scene.output.sensor_stack, profile) {
+                    stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
+                }
+                self.read(&[frame, Frame::default()], line, calibration, scene);
+            } else if keeps(scene.output.sensor_stack, profile) {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
+        }
+        if sensor.is_scripted() {
+            return stack;
         }
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..columns.div_ceil(TILE) {
             for (place, profile) in profiles.clone().enumerate() {
                 sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                 let from = place * columns + frames[0].first_col;
-                let line = from..from + frames[0].cols;
-                let mut out = Profile {
-                    range: &mut self.range[line.clone()],
-                    reflectance: &mut self.reflectance[line.clone()],
-                    scatter: &mut self.scatter[line],
-                };
-                extract(&frames, calibration, &scene.extraction, &mut out);
+                self.read(&frames, from..from + frames[0].cols, calibration, scene);
             }
         }
         if let Some(grid) = grid {
@@ -219,6 +240,16 @@ impl Part<'_> {
             }
         }
         stack
+    }
+
+    /// Reads frames into the pixels `line`.
+    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, calibration: &Calibration, scene: &Scene) {
+        let mut out = Profile {
+            range: &mut self.range[line.clone()],
+            reflectance: &mut self.reflectance[line.clone()],
+            scatter: &mut self.scatter[line],
+        };
+        extract(frames, calibration, &scene.extraction, &mut out);
     }
 }
 

@@ -113,7 +113,10 @@ fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
     let threshold = scene.extraction.threshold_dn;
     let lit = |row: &usize| {
         let dn = &record.stack[record.stack.len() / 2].dn;
-        dn[row * columns..(row + 1) * columns].iter().filter(|&&v| f64::from(v) >= threshold + 8.0).count()
+        dn[row * columns..(row + 1) * columns]
+            .iter()
+            .filter(|&&v| f64::from(v) >= threshold + 8.0 * scene.readout.scale())
+            .count()
             > columns / 200
     };
     let first = (0..scene.size.rows).find(lit).unwrap_or(0);
@@ -129,7 +132,7 @@ fn frame_strip(scene: &Scene, record: &Record, width: u32) -> Option<RgbImage> {
     Some(RgbImage::from_fn(width, height, |x, y| {
         let row = rows.start + (f64::from(y) / f64::from(height) * rows.len() as f64) as usize;
         let column = ((f64::from(x) / zoom) as usize).min(columns - 1);
-        let value = f32::from(frame.dn[row * columns + column]) / 255.0;
+        let value = f32::from(frame.dn[row * columns + column]) / f32::from(scene.readout.most());
         Rgb([(255.0 * value.sqrt()) as u8; 3])
     }))
 }

@@ -76,6 +76,8 @@ pub enum Below {
         /// Air between the film and what it covers [mm]; 0 where there is none.
         gap: Vec<f32>,
     },
+    /// A solid piece, alike all through; its subject.
+    Solid(&'static str),
 }
 
 impl Below {
@@ -84,18 +86,20 @@ impl Below {
         match self {
             Self::Fibre { .. } => "wood",
             Self::Film { .. } => "blister",
+            Self::Solid(subject) => subject,
         }
     }
 }
 
 impl TruthMaps {
     /// Every map: height, then what lies below in the order of its fields.
-    pub fn maps_mut(&mut self) -> [&mut Vec<f32>; 3] {
-        let [a, b] = match &mut self.below {
-            Below::Fibre { azimuth, dive } => [azimuth, dive],
-            Below::Film { thickness, gap } => [thickness, gap],
-        };
-        [&mut self.height, a, b]
+    pub fn maps_mut(&mut self) -> Vec<&mut Vec<f32>> {
+        let height = &mut self.height;
+        match &mut self.below {
+            Below::Fibre { azimuth, dive } => vec![height, azimuth, dive],
+            Below::Film { thickness, gap } => vec![height, thickness, gap],
+            Below::Solid(_) => vec![height],
+        }
     }
 }
 
@@ -118,7 +122,7 @@ pub struct StackFrame {
     /// Profile number in the scan.
     pub profile: u32,
     /// Digital numbers [DN].
-    pub dn: Vec<u8>,
+    pub dn: Vec<u16>,
 }
 
 /// One sample.
@@ -146,6 +150,8 @@ pub struct Record {
     pub range_offset: f64,
     /// See `range_offset`.
     pub range_scale: f64,
+    /// Rows of the sensor [px].
+    pub sensor_rows: usize,
     /// Camera against laser plane, by name with unit; NaN where a number has no meaning.
     pub calibration: Vec<(&'static str, f64)>,
     /// Every drawn number, by its path.

@@ -1,8 +1,12 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
 mod extraction;
+mod postprocess;
+mod readout;
 
 pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+pub use postprocess::{Order, Pattern, Postprocess, Step};
+pub use readout::{Hdr, Readout, SCALE_DN};
 
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +67,27 @@ pub struct Line {
 impl Line {
     /// A Gaussian beam behind a Powell lens.
     pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
+}
+
+/// Law of the light in a point of fully developed speckle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpeckleLaw {
+    /// exp(-I), as physics has it.
+    Exponential,
+    /// The square root of that, which the thesis took.
+    Rayleigh,
+}
+
+impl SpeckleLaw {
+    /// Every law in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 2] = [Self::Exponential, Self::Rayleigh];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 2] = ["exponential", "rayleigh"];
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
 }
 
 /// Which sensor frames are kept.
@@ -129,6 +154,8 @@ pub struct Output {
     pub sensor_stack: SensorStack,
     /// Samples in a shard; `None` keeps a shard under about 500 MB.
     pub samples_per_shard: Option<usize>,
+    /// Bits of a digital number: 8, 10 or 12.
+    pub bits: u32,
 }
 
 impl Output {

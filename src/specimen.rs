@@ -1,23 +1,20 @@
 //! A body made ready for light: which point each sensor column sees in the laser plane, and whether the laser and the
-//! camera reach it. The only file that names obvhs.
+//! camera reach it.
 //!
-//! The upper surface is asked directly, since a body is a height field; the hull in the ray tracer serves for shadows
-//! on the conveyor next to the body. A board never hides itself. A blister pack does: its upper surface is put on a grid
-//! ([`relief`]), which tells what its pockets hide from the lens and where mirrored light lands, and where its film is
-//! clear so is the surface of tablets and foil below. Neglected: light that a body throws onto the conveyor.
+//! The upper surface of boards and packs is asked directly, since they are height fields; the hull in the ray tracer
+//! serves for shadows on the conveyor next to the body. A board never hides itself. A blister pack does: its upper surface
+//! is put on a grid ([`relief`]), which tells what its pockets hide from the lens and where mirrored light lands, and where
+//! its film is clear so is the surface of tablets and foil below. Of saw-teeth and parts from files the triangles of the
+//! hull are the surface, and rays tell everything ([`solid`]). Neglected: light that a body throws onto the conveyor.
 
+mod rays;
 pub mod relief;
+mod solid;
 
-use std::time::Duration;
-
-use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
-use obvhs::ray::Ray;
-use obvhs::triangle::Triangle;
+use glam::Vec3;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
+use self::rays::{LEAVE_MM, Rays};
 use self::relief::Relief;
 use crate::frame::{Columns, Rig, Sightline};
 
@@ -40,11 +37,7 @@ pub struct Hit {
 #[derive(Debug)]
 pub struct Specimen {
     body: Body,
-    hull: CwBvh,
-    triangles: Vec<Triangle>,
-    /// Corners of the box around the hull [mm].
-    low: Vec3A,
-    high: Vec3A,
+    rays: Rays,
     rig: Rig,
     /// Height of the point that the laser fan comes from [mm].
     fan_height: f32,
@@ -67,24 +60,12 @@ pub fn height_below(surface: &Surface, film: &Film) -> f32 {
     surface.z - film.thickness_mm * upright - film.gap_mm.unwrap_or(0.0)
 }
 
-/// Start of a shadow ray off the surface that it leaves [mm]; above obvhs' absolute epsilon of 1e-4.
-const LEAVE_MM: f32 = 0.01;
-
 impl Specimen {
     /// Puts `body` under a camera and a laser fan from `fan_height` [mm].
     pub fn new(body: Body, rig: Rig, fan_height: f64) -> Self {
-        let mesh = body.hull();
-        let corner = |i: u32| Vec3A::from(mesh.positions[i as usize]);
-        let soup: Vec<Triangle> =
-            mesh.triangles.iter().map(|t| Triangle { v0: corner(t[0]), v1: corner(t[1]), v2: corner(t[2]) }).collect();
-        let hull = build_cwbvh_from_tris(&soup, BvhBuildParams::medium_build(), &mut Duration::default());
-        let triangles = hull.primitive_indices.iter().map(|&i| soup[i as usize]).collect();
-        let fold = |pick: fn(Vec3A, Vec3A) -> Vec3A| {
-            mesh.positions.iter().map(|&p| Vec3A::from(p)).reduce(pick).unwrap_or(Vec3A::ZERO)
-        };
-        let (low, high) = (fold(Vec3A::min), fold(Vec3A::max));
+        let rays = Rays::new(&body.hull());
         let (upper, lower) = reliefs(&body, lens(&rig, 0.0));
-        Self { body, hull, triangles, low, high, rig, fan_height: fan_height as f32, upper, lower }
+        Self { body, rays, rig, fan_height: fan_height as f32, upper, lower }
     }
 
     /// The body.
@@ -94,7 +75,7 @@ impl Specimen {
 
     /// Height of the body's highest point [mm].
     pub fn top(&self) -> f32 {
-        self.high.z
+        self.rays.high.z
     }
 
     /// Whether the body can hide parts of itself and throw light onto itself.
@@ -123,11 +104,13 @@ impl Specimen {
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
     pub fn look(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
+        if self.body.is_its_hull() {
+            return self.look_at_triangles(y, columns, conveyor, hits);
+        }
         let slice = self.body.slice(y);
-        let shadow = self.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
-        let near_y = y > self.low.y - LEAVE_MM && y < self.high.y + shadow;
+        let near_y = self.near(y);
         let lens = lens(&self.rig, y);
-        let (mut guess, mut last) = (self.high.z, (0.0, 0.0));
+        let (mut guess, mut last) = (self.rays.high.z, (0.0, 0.0));
         for column in 0..columns.len() {
             let line = columns.of(column);
             let along = |z: f32| line.at(z);
@@ -188,26 +171,25 @@ impl Specimen {
         shade(&mut left.iter_mut().rev());
     }
 
+    /// Whether a body can throw shadows on the conveyor at scan position `y` [mm].
+    fn near(&self, y: f32) -> bool {
+        let shadow = self.rays.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
+        y > self.rays.low.y - LEAVE_MM && y < self.rays.high.y + shadow
+    }
+
     fn conveyor(&self, x: f32, y: f32, near_y: bool, medium: Medium) -> Hit {
         let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
         let matter = Matter { medium, film: None, class: Class::Background, instance: 0 };
-        let point = Vec3A::new(x, y, 0.0);
-        let lens = Vec3A::from(lens(&self.rig, y));
+        let point = Vec3::new(x, y, 0.0);
+        let lens = lens(&self.rig, y);
+        let Rays { low, high, .. } = self.rays;
         // Shadows reach no further than the lower of fan and lens throws them over the body's top, and a margin.
-        let over = (self.fan_height.min(lens.z) - self.high.z).max(1.0);
-        let reach = self.high.z * x.abs() / over * 1.2 + 0.5;
-        let near = near_y && x > self.low.x - reach && x < self.high.x + reach;
-        let lit = !near || self.free(point, Vec3A::new(0.0, y, self.fan_height));
-        let seen = !near || self.free(point, lens);
+        let over = (self.fan_height.min(lens.z) - high.z).max(1.0);
+        let reach = high.z * x.abs() / over * 1.2 + 0.5;
+        let near = near_y && x > low.x - reach && x < high.x + reach;
+        let lit = !near || self.rays.free(point, Vec3::new(0.0, y, self.fan_height));
+        let seen = !near || self.rays.free(point, lens);
         Hit { x, surface, matter, lit, seen }
-    }
-
-    /// Whether nothing of the hull stands between two points.
-    pub fn free(&self, from: Vec3A, to: Vec3A) -> bool {
-        let way = to - from;
-        let length = way.length();
-        let ray = Ray::new(from, way / length, LEAVE_MM, length);
-        self.hull.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
     }
 }
 

@@ -8,7 +8,9 @@ use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Spe
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
-use sheetlight::settings::{Filter, LensModel, Optics, ScatterMode, Scheimpflug};
+use sheetlight::settings::{
+    Direction, Filter, LensModel, Method, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
+};
 
 fn render(scene: &Scene) -> Record {
     pipeline::render(scene, tiles(), &|_| ())
@@ -22,7 +24,16 @@ fn base() -> Scene {
         (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 8.0);
     }
     scene.bench.laser.waist_height_mm = 0.0;
+    scene.bench = wobbling(scene.bench);
     scene
+}
+
+/// A bench whose wheel runs out of true, so that its period has an effect.
+fn wobbling(mut bench: Bench) -> Bench {
+    if bench.motion.wow_um == 0.0 {
+        bench.motion.wow_um = 40.0;
+    }
+    bench
 }
 
 /// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
@@ -75,7 +86,7 @@ fn every_number_of_the_bench_has_an_effect() {
         let mut scene = awake(parameter);
         let plain = render(&scene);
         let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
-        scene.bench = Bench { optics, ..changed(parameter) };
+        scene.bench = wobbling(Bench { optics, ..changed(parameter) });
         if parameter.name == "line_rate_hz" {
             scene.bench.motion.line_rate_hz = 20_000.0;
         }
@@ -131,7 +142,16 @@ fn every_setting_of_the_extraction_has_an_effect() {
     let plain = render(&base);
     type Change = fn(&mut sheetlight::settings::Extraction);
     type Map = fn(&Record) -> &Vec<f32>;
-    let changes: [(&str, Change, Map); 7] = [
+    let changes: [(&str, Change, Map); 16] = [
+        ("method parabola", |e| e.method = Method::Parabola, |r| &r.maps.range),
+        ("method gaussian", |e| e.method = Method::Gaussian, |r| &r.maps.range),
+        ("method blais_rioux", |e| e.method = Method::BlaisRioux { order: 4 }, |r| &r.maps.range),
+        ("method fir", |e| e.method = Method::Fir { length: 5 }, |r| &r.maps.range),
+        ("peak first", |e| e.peak = Peak::First, |r| &r.maps.range),
+        ("scatter_dark", |e| e.scatter_dark = ScatterDark::Subtracted, |r| &r.maps.scatter),
+        ("range uncalibrated", |e| e.range = RangeForm::Uncalibrated, |r| &r.maps.range),
+        ("range rectified", |e| e.range = RangeForm::Rectified { pitch_mm: None }, |r| &r.maps.range),
+        ("rectified_pitch_mm", |e| e.range = RangeForm::Rectified { pitch_mm: Some(0.15) }, |r| &r.maps.reflectance),
         ("window_rows", |e| e.window_rows = 3, |r| &r.maps.range),
         ("threshold_dn", |e| e.threshold_dn = 120.0, |r| &r.maps.reflectance),
         ("subpixel_steps", |e| e.subpixel_steps = 2, |r| &r.maps.range),
@@ -146,6 +166,30 @@ fn every_setting_of_the_extraction_has_an_effect() {
         let record = render(&scene);
         let differ =
             map(&record).iter().zip(map(&plain)).filter(|(a, b)| a != b && !(a.is_nan() && b.is_nan())).count();
+        assert!(differ > 100, "{name}: {differ} pixels changed");
+    }
+    // Settings that have an effect beside another one.
+    let pairs: [(&str, Change, Change); 4] = [
+        ("direction", |e| e.peak = Peak::First, |e| (e.peak, e.direction) = (Peak::First, Direction::Reverse)),
+        (
+            "blais_rioux_order",
+            |e| e.method = Method::BlaisRioux { order: 2 },
+            |e| e.method = Method::BlaisRioux { order: 8 },
+        ),
+        ("fir_length", |e| e.method = Method::Fir { length: 3 }, |e| e.method = Method::Fir { length: 9 }),
+        (
+            "rectified_pitch_mm",
+            |e| e.range = RangeForm::Rectified { pitch_mm: None },
+            |e| e.range = RangeForm::Rectified { pitch_mm: Some(0.1) },
+        ),
+    ];
+    for (name, one, other) in pairs {
+        let [one, other] = [one, other].map(|change| {
+            let mut scene = base.clone();
+            change(&mut scene.extraction);
+            render(&scene).maps.range
+        });
+        let differ = one.iter().zip(&other).filter(|(a, b)| a != b && !(a.is_nan() && b.is_nan())).count();
         assert!(differ > 100, "{name}: {differ} pixels changed");
     }
     // Front and back are the two sides: together they are the symmetric sum.

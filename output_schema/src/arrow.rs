@@ -120,7 +120,9 @@ fn declared(column: &Column, head: &DatasetHead) -> (Field, Value) {
             metadata.insert("ARROW:extension:metadata", json!({ "shape": [rows, cols] }).to_string());
             // A sensor has far fewer pixels than 2^31; a hostile document gets a type that no file can have.
             let length = i32::try_from(rows.saturating_mul(cols)).unwrap_or(0);
-            (DataType::FixedSizeList(item(DataType::UInt8), length), value("uint8"))
+            let (kind, name) =
+                if head.images.depth() > 8 { (DataType::UInt16, "uint16") } else { (DataType::UInt8, "uint8") };
+            (DataType::FixedSizeList(item(kind), length), value(name))
         }
     };
     (Field::new(column.name, kind, true).with_metadata(metadata), feature)

@@ -175,10 +175,10 @@ pub const CHANNELS: [Channel; 11] = [
         ("Reflectance", "reflectance", ""),
         SampleType::Half,
         "DN",
-        "0 to 255",
+        "0 to 255, or to the end of 10 or 12 bits",
         "NaN",
         "Digital number at the peak of the laser line.",
-        "exact unbinned; binned means are rounded by at most 0.0625 DN, far below the noise",
+        "exact unbinned; binned means are rounded by at most 0.0625 DN, far below the noise; FLOAT for more than 8 bits",
     ),
     channel(
         ("Scatter", "scatter", ""),
@@ -193,7 +193,7 @@ pub const CHANNELS: [Channel; 11] = [
         ("Y", "reflectance", ""),
         SampleType::Half,
         "DN",
-        "0 to 255",
+        "as Reflectance",
         "0",
         "Reflectance once more, 0 where missing, under the name that OpenCV and viewers look for.",
         "exact, as Reflectance",
@@ -203,14 +203,16 @@ pub const CHANNELS: [Channel; 11] = [
 /// The one text attribute that holds units, spacing and id as ASCII JSON.
 pub const ATTRIBUTE: &str = "sheetlight";
 
-/// The channels that a file holds, given the asked images, whether truth maps are written, the subject, and the name of
-/// the form of Range.
-pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str) -> Vec<Channel> {
+/// The channels that a file holds, given the asked images, whether truth maps are written, the subject, the name of the
+/// form of Range, and the bits of a digital number.
+pub fn channels(asked: &[String], truth_maps: bool, subject: &str, range: &str, bits: u64) -> Vec<Channel> {
     let asks =
         |c: &Channel| if c.asked_by == "truth_maps" { truth_maps } else { asked.iter().any(|a| a == c.asked_by) };
     let holds = |c: &Channel| asks(c) && (c.subject.is_empty() || c.subject == subject);
     let formed = |c: Channel| match range_form(range).filter(|_| c.name == "Range") {
         Some(form) => Channel { unit: form.unit, range: form.range, doc: form.doc, ..c },
+        // Halfs are whole numbers up to 2048 only.
+        None if bits > 8 && c.asked_by == "reflectance" => Channel { samples: SampleType::Float, ..c },
         None => c,
     };
     if asked.is_empty() { Vec::new() } else { CHANNELS.into_iter().filter(|c| holds(c)).map(formed).collect() }

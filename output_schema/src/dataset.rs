@@ -98,6 +98,20 @@ pub struct Images {
     pub sensor_cols: u64,
     /// Rows of a sensor frame [px].
     pub sensor_rows: u64,
+    /// Bits of a digital number: 8, 10 or 12.
+    pub bits: u64,
+}
+
+impl Images {
+    /// Bits in a pixel of the image `reflectance` and of sensor frames: 8, or 16 where digital numbers have more.
+    pub fn depth(&self) -> u8 {
+        if self.bits > 8 { 16 } else { 8 }
+    }
+
+    /// Greatest digital number [DN].
+    pub fn most_dn(&self) -> u16 {
+        u16::MAX >> 16u64.saturating_sub(self.bits).min(15)
+    }
 }
 
 /// `dataset.json`.
@@ -162,7 +176,7 @@ impl DatasetHead {
 
     /// The channels of every EXR file, in the order of files.
     pub fn channels(&self) -> Vec<Channel> {
-        channels(&self.images.exr, self.images.truth_maps, &self.subject, &self.images.range)
+        channels(&self.images.exr, self.images.truth_maps, &self.subject, &self.images.range, self.images.bits)
     }
 
     /// Unit of Range: `mm` or `px`.

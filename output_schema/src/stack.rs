@@ -32,7 +32,7 @@ pub const STACK: [Column; 4] = [
         name: "frame",
         kind: Kind::Tensor,
         unit: "DN",
-        range: "0 to 255",
+        range: "0 to 255; uint16, to 1023 or 4095, for 10 or 12 bits",
         missing: "never",
         doc: "What the camera digitised, [sensor rows, sensor columns], row-major.",
     },

@@ -14,8 +14,12 @@ pub struct SubjectFiles {
 }
 
 /// Every subject; `background` belongs to all of them.
-pub const SUBJECTS: [SubjectFiles; 2] =
-    [SubjectFiles { name: "wood", first: 1, last: 4 }, SubjectFiles { name: "blister", first: 5, last: 25 }];
+pub const SUBJECTS: [SubjectFiles; 4] = [
+    SubjectFiles { name: "wood", first: 1, last: 4 },
+    SubjectFiles { name: "blister", first: 5, last: 25 },
+    SubjectFiles { name: "sawtooth", first: 26, last: 26 },
+    SubjectFiles { name: "mesh", first: 27, last: 27 },
+];
 
 impl SubjectFiles {
     /// The subject of that name.

@@ -5,6 +5,9 @@ use glam::Vec3;
 use crate::Mesh;
 use crate::blister::{Pack, PackSlice};
 use crate::flat::{Flat, FlatSlice};
+use crate::solid::part::PartSlice;
+use crate::solid::sawtooth::SawtoothSlice;
+use crate::solid::{Part, Sawtooth};
 use crate::strips::{Strips, StripsSlice};
 use crate::truth::{Instance, Matter, Surface};
 use crate::wood::{Plank, PlankSlice};
@@ -16,6 +19,10 @@ pub enum Body {
     Plank(Box<Plank>),
     /// A blister pack.
     Pack(Box<Pack>),
+    /// A saw-tooth for calibration.
+    Sawtooth(Box<Sawtooth>),
+    /// A part from a file of triangles.
+    Part(Box<Part>),
     /// A flat target of one medium, for calibration and tests.
     Flat(Flat),
     /// A flat target of several media with borders and cracks, for tests.
@@ -29,6 +36,10 @@ pub enum Slice<'a> {
     Plank(PlankSlice<'a>),
     /// Through a blister pack.
     Pack(PackSlice<'a>),
+    /// Through a saw-tooth.
+    Sawtooth(SawtoothSlice<'a>),
+    /// Through a part from a file.
+    Part(PartSlice<'a>),
     /// Through a flat target.
     Flat(FlatSlice<'a>),
     /// Through a target of strips.
@@ -41,16 +52,20 @@ impl Body {
         match self {
             Self::Plank(plank) => Slice::Plank(plank.slice(y)),
             Self::Pack(pack) => Slice::Pack(pack.slice(y)),
+            Self::Sawtooth(body) => Slice::Sawtooth(body.slice(y)),
+            Self::Part(part) => Slice::Part(part.slice(y)),
             Self::Flat(flat) => Slice::Flat(flat.slice(y)),
             Self::Strips(strips) => Slice::Strips(strips.slice(y)),
         }
     }
 
-    /// A closed coarse hull, within 0.2 mm of the surface, for shadows [mm].
+    /// A closed coarse hull, within 0.2 mm of the surface, for shadows; of solid pieces the surface itself [mm].
     pub fn hull(&self) -> Mesh {
         match self {
             Self::Plank(plank) => plank.hull(),
             Self::Pack(pack) => pack.hull(),
+            Self::Sawtooth(body) => body.hull(),
+            Self::Part(part) => part.hull(),
             Self::Flat(flat) => flat.hull(),
             Self::Strips(strips) => strips.hull(),
         }
@@ -61,18 +76,29 @@ impl Body {
         match self {
             Self::Plank(plank) => plank.bounds(),
             Self::Pack(pack) => pack.bounds(),
+            Self::Sawtooth(body) => body.bounds(),
+            Self::Part(part) => part.bounds(),
             Self::Flat(flat) => flat.bounds(),
             Self::Strips(strips) => strips.bounds(),
         }
     }
 
-    /// The defects inside, ordered by number from 1 without gaps.
+    /// The things on it that labels number, ordered by number from 1 without gaps: defects, pockets, teeth, parts.
     pub fn instances(&self) -> &[Instance] {
         match self {
             Self::Plank(plank) => plank.instances(),
             Self::Pack(pack) => pack.instances(),
+            Self::Sawtooth(body) => body.instances(),
+            Self::Part(part) => part.instances(),
             Self::Flat(_) | Self::Strips(_) => &[],
         }
+    }
+}
+
+impl Body {
+    /// Whether its hull is its surface: rays through it then tell exactly what is where, overhangs included.
+    pub fn is_its_hull(&self) -> bool {
+        matches!(self, Self::Sawtooth(_) | Self::Part(_))
     }
 }
 
@@ -82,6 +108,8 @@ impl Slice<'_> {
         match self {
             Self::Plank(slice) => slice.surface(x),
             Self::Pack(slice) => slice.surface(x),
+            Self::Sawtooth(slice) => slice.surface(x),
+            Self::Part(slice) => slice.surface(x),
             Self::Flat(slice) => slice.surface(x),
             Self::Strips(slice) => slice.surface(x),
         }
@@ -92,6 +120,8 @@ impl Slice<'_> {
         match self {
             Self::Plank(slice) => slice.matter(x, z),
             Self::Pack(slice) => slice.matter(x),
+            Self::Sawtooth(slice) => slice.matter(x),
+            Self::Part(slice) => slice.matter(),
             Self::Flat(slice) => slice.matter(),
             Self::Strips(slice) => slice.matter(x),
         }

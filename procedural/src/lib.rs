@@ -14,6 +14,7 @@ pub mod mesh;
 pub mod noise;
 pub mod normal;
 pub mod parameter;
+pub mod solid;
 pub mod stream;
 pub mod strips;
 pub mod truth;

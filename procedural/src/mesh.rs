@@ -1,4 +1,4 @@
-//! A triangle mesh: the coarse hull of a body, for shadows.
+//! A triangle mesh: the coarse hull of a body, or the surface of a part.
 
 use glam::Vec3;
 

@@ -58,11 +58,15 @@ pub enum Class {
     Delamination = 24,
     /// A tablet caught between film and foil beside the pockets.
     TabletOnFlange = 25,
+    /// A tooth of a saw-tooth.
+    Tooth = 26,
+    /// A part from a file.
+    Object = 27,
 }
 
 impl Class {
     /// Every class in the order of its value.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 28] = [
         Self::Background,
         Self::Clear,
         Self::SoundKnot,
@@ -89,6 +93,8 @@ impl Class {
         Self::Wrinkle,
         Self::Delamination,
         Self::TabletOnFlange,
+        Self::Tooth,
+        Self::Object,
     ];
 
     /// Name in files: lower case, underscores.
@@ -120,6 +126,8 @@ impl Class {
             Self::Wrinkle => "wrinkle",
             Self::Delamination => "delamination",
             Self::TabletOnFlange => "tablet_on_flange",
+            Self::Tooth => "tooth",
+            Self::Object => "object",
         }
     }
 }

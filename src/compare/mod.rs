@@ -29,8 +29,31 @@ pub use statistics::{Statistics, Tally};
 pub struct Exposure {
     /// Columns [px].
     pub cols: usize,
-    /// Digital numbers `[rows, cols]`, row-major [DN].
+    /// Digital numbers `[rows, cols]`, row-major [DN of 8 bits].
     pub dn: Vec<u8>,
+}
+
+/// What the numbers of Range are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Unit {
+    /// Heights [mm].
+    #[default]
+    Mm,
+    /// Rows of a sensor that has that many [px].
+    Px {
+        /// Rows of the sensor, or of the region of it that was searched [px].
+        sensor_rows: u32,
+    },
+}
+
+impl Unit {
+    /// Name of its thousandth, in which noise is told.
+    pub fn thousandth(self) -> &'static str {
+        match self {
+            Self::Mm => "um",
+            Self::Px { .. } => "mpx",
+        }
+    }
 }
 
 /// One scan, whatever file it came from.
@@ -46,13 +69,24 @@ pub struct Frame {
     pub col_mm: Option<f64>,
     /// Distance between two profiles, where the file says it [mm].
     pub row_mm: Option<f64>,
-    /// Heights `[rows, cols]`, row-major [mm]; NaN where missing. In double precision, so that differences of steps of
+    /// What Range is.
+    pub unit: Unit,
+    /// Place along the line of the middle of column 0, where columns are evenly apart and the file says it [mm].
+    pub first_mm: Option<f64>,
+    /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
     /// an instrument are equal where the steps are.
     pub range: Vec<f64>,
-    /// Digital number at the peak `[rows, cols]` [DN]; 0 where missing.
+    /// Digital number at the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.
     pub reflectance: Option<Vec<f32>>,
-    /// Sum of digital numbers beside the peak `[rows, cols]` [DN]; 0 where missing.
+    /// Sum of digital numbers beside the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.
     pub scatter: Option<Vec<f32>>,
     /// Exposures that were kept.
     pub exposures: Vec<Exposure>,
+    /// Bits of the numbers in the file, 0 where it does not say; here all are on the scale of 8 bits.
+    pub bits: u64,
+}
+
+/// What a digital number of `bits` is on the scale of 8 bits [1].
+fn to_eight_bits(bits: u64) -> f32 {
+    if (9..=16).contains(&bits) { 255.0 / ((1u32 << bits) - 1) as f32 } else { 1.0 }
 }

@@ -1,4 +1,4 @@
-//! From electrons of a window to digital numbers: speckle and noise.
+//! From electrons of a window to digital numbers: speckle, the pixels' own response, slopes, blooming and noise.
 //!
 //! The pattern of speckle lies on the object and moves with it ([`super::speckle`]); noise has a counter and a key for each
 //! pixel ([`crate::lanes::normals`]). A second window has a key of its own, so what it holds changes nothing in the first.
@@ -6,7 +6,8 @@
 use multiversion::multiversion;
 
 use super::expose::{CENTRE, ROWS, Window};
-use super::speckle::{self, FINE, TURN};
+use super::overflow::Charge;
+use super::sensor::Chain;
 use super::{Sensor, TILE};
 use crate::frame::Frame;
 use crate::lanes::normals;
@@ -28,13 +29,22 @@ pub struct Shot<'a> {
     pub tile: usize,
     /// Columns of it that the sensor has.
     pub columns: usize,
+    /// Its middle in the laser plane, x and z [mm].
+    pub place: [f64; 2],
     /// Offsets of the sensor's rows [DN].
     pub offsets: &'a [f32],
 }
 
-/// Adds speckle and noise to the electrons of window `number` and writes them to `frame`.
-pub fn digitise(sensor: &Sensor, shot: &Shot<'_>, number: usize, window: &Window, frame: &mut Frame) {
-    let Shot { profile, tile, columns, offsets } = *shot;
+/// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `charge` is room to work in.
+pub fn digitise(
+    sensor: &Sensor,
+    shot: &Shot<'_>,
+    number: usize,
+    window: &Window,
+    charge: &mut Charge,
+    frame: &mut Frame,
+) {
+    let Shot { profile, tile, columns, place, offsets } = *shot;
     frame.cols = columns;
     frame.rows = ROWS;
     frame.first_col = tile * TILE;
@@ -44,26 +54,57 @@ pub fn digitise(sensor: &Sensor, shot: &Shot<'_>, number: usize, window: &Window
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let base = (sensor.position(profile) * sensor.drift).round() as i64 + number as i64 * (ROWS * FINE) as i64;
+    let view = sensor.speckle.view(tile, place, sensor.position(profile), number * ROWS);
     let counter = tile as u32 * TILE as u32;
-    for pair in 0..ROWS / 2 {
-        let rows = [2 * pair, 2 * pair + 1];
-        let patterns = rows.map(|k| {
-            let fine = base - (k as i64 - CENTRE as i64) * FINE as i64;
-            let place = fine + speckle::offset(sensor.speckle_key, tile, fine.div_euclid(TURN));
-            [sensor.tiles[0].row(place), sensor.tiles[1].row(place + TURN / 2)]
-        });
-        let shades = rows.map(|k| row_offsets(offsets, &window.first_row, k, level));
-        let (even, odd) = frame.dn[rows[0] * columns..][..2 * columns].split_at_mut(columns);
-        let pixels = PairOfRows {
+    let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
+    let pair_of = |pair: usize| {
+        let rows = rows_of(pair);
+        let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
+        PairOfRows {
             electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
             patterns,
             ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
-            shades: &shades,
+            shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
             counter: pair as u32 * COUNTER_COLUMNS + counter,
             keys,
-        };
-        pixels.write(sensor, even, odd);
+        }
+    };
+    let chain = &sensor.chain;
+    let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
+        for (row, numbers) in dn[2 * pair * columns..].chunks_exact_mut(columns).zip(numbers) {
+            row.copy_from_slice(&numbers[..columns]);
+        }
+    };
+    if chain.is_plain() {
+        (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), sensor)));
+        return;
+    }
+    for pair in 0..ROWS / 2 {
+        let mut own = pair_of(pair);
+        let mut response = [[1.0; TILE]; 2];
+        if let Some(pixels) = &chain.pixels {
+            for (row, k) in rows_of(pair).into_iter().enumerate() {
+                let (responds, shifts) = pixels.line(tile, &window.first_row, k);
+                response[row] = responds;
+                own.shades[row].iter_mut().zip(shifts).for_each(|(shade, shift)| *shade += shift);
+            }
+        }
+        let [level, noisy] = develop(&own, &response, sensor);
+        if chain.blooming == 0.0 {
+            out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
+        } else {
+            for (row, k) in rows_of(pair).into_iter().enumerate() {
+                (charge.level[k], charge.noisy[k], charge.offset[k]) = (level[row], noisy[row], own.shades[row]);
+            }
+        }
+    }
+    if chain.blooming > 0.0 {
+        charge.overflow(chain.full, chain.blooming);
+        for pair in 0..ROWS / 2 {
+            let own = PairOfRows { shades: rows_of(pair).map(|k| charge.offset[k]), ..pair_of(pair) };
+            let [level, noisy] = [&charge.level, &charge.noisy].map(|field| rows_of(pair).map(|k| field[k]));
+            out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
+        }
     }
 }
 
@@ -82,33 +123,63 @@ struct PairOfRows<'a> {
     patterns: [[&'a [f32; TILE]; 2]; 2],
     /// Light without speckle of both rows [e-].
     ambient: [&'a [f32; TILE]; 2],
-    shades: &'a [[f32; TILE]; 2],
+    /// Offsets of both rows, a column [DN].
+    shades: Rows<f32>,
     counter: u32,
     keys: [u32; 2],
 }
 
+/// Two rows of a tile.
+type Rows<T> = [[T; TILE]; 2];
+
 impl PairOfRows<'_> {
-    fn write(&self, sensor: &Sensor, even: &mut [u16], odd: &mut [u16]) {
-        pair(self, sensor, even, odd);
+    /// Light of a pixel with its speckle [e-].
+    #[inline(always)]
+    fn light(&self, [glint, grain]: [f32; 2], row: usize, c: usize) -> f32 {
+        let [surface, volume] = self.electrons[row];
+        let [bright, soft] = self.patterns[row];
+        surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + self.ambient[row][c]
+    }
+
+    /// Digital numbers of what is read and what of it makes photon noise [DN over dark].
+    #[inline(always)]
+    fn numbers(&self, chain: &Chain, signal: impl Fn(usize, usize) -> (f32, f32)) -> Rows<u16> {
+        let mut out = [[0u16; TILE]; 2];
+        for c in 0..TILE {
+            let (first, second) = normals(self.counter + c as u32, self.keys);
+            for (row, normal) in [first, second].into_iter().enumerate() {
+                let (level, noisy) = signal(row, c);
+                out[row][c] = chain.digitise(level, noisy, normal, self.shades[row][c]);
+            }
+        }
+        out
     }
 }
 
+/// Gain and noise alone.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn pair(pixels: &PairOfRows<'_>, sensor: &Sensor, even: &mut [u16], odd: &mut [u16]) {
-    let (chain, [glint, grain]) = (&sensor.chain, sensor.contrast);
-    let mut out = [[0u16; TILE]; 2];
-    for c in 0..TILE {
-        let (first, second) = normals(pixels.counter + c as u32, pixels.keys);
-        let signal = |row: usize| {
-            let [surface, volume] = pixels.electrons[row];
-            let [bright, soft] = pixels.patterns[row];
-            let light = surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]);
-            let light = light + pixels.ambient[row][c];
-            (chain.gain * light).max(0.0)
-        };
-        out[0][c] = chain.digitise(signal(0), first, pixels.shades[0][c]);
-        out[1][c] = chain.digitise(signal(1), second, pixels.shades[1][c]);
+fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> Rows<u16> {
+    pixels.numbers(&sensor.chain, |row, c| {
+        let signal = (sensor.chain.gain * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
+        (signal, signal)
+    })
+}
+
+/// What both rows read, and what of it makes photon noise, where pixels have a response of their own [DN over dark].
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn develop(pixels: &PairOfRows<'_>, response: &Rows<f32>, sensor: &Sensor) -> [Rows<f32>; 2] {
+    let (chain, mut out) = (&sensor.chain, [[[0.0; TILE]; 2]; 2]);
+    for row in 0..2 {
+        for c in 0..TILE {
+            let signal = (chain.gain * response[row][c] * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
+            (out[0][row][c], out[1][row][c]) = chain.slopes.bend(signal);
+        }
     }
-    even.copy_from_slice(&out[0][..even.len()]);
-    odd.copy_from_slice(&out[1][..odd.len()]);
+    out
+}
+
+/// The noise of what was developed.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn read(pixels: &PairOfRows<'_>, [level, noisy]: [&Rows<f32>; 2], chain: &Chain) -> Rows<u16> {
+    pixels.numbers(chain, |row, c| (level[row][c], noisy[row][c]))
 }

@@ -12,6 +12,7 @@ use multiversion::multiversion;
 use super::film::Second;
 use super::laser::{Level, Section};
 use super::moved::{self, Ahead};
+use super::overflow::Charge;
 use super::row::Row;
 use super::{Band, Sensor, TILE, arrange, disc, lamps, streak};
 use crate::lanes::{exp, turn};
@@ -70,6 +71,8 @@ pub struct Scratch {
     pub columns: usize,
     /// Room for a line in a window of its own.
     pub spare: Window,
+    /// Room for signals on their way to numbers.
+    pub charge: Charge,
     /// The next profile's light, where the object moves while it is exposed.
     pub ahead: Option<Box<Ahead>>,
 }
@@ -114,7 +117,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
             }
         }
         None => {
-            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, sensor.neighbours[k]));
+            let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
+            let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
             spread(own, &neighbours, start, &line, first);
             if let Some(beside) = &own.beside {

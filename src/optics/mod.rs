@@ -5,6 +5,7 @@
 //! the cache while the profiles of a band pass by.
 
 mod arrange;
+mod band;
 pub mod beside;
 mod blur;
 pub mod camera;
@@ -19,16 +20,18 @@ mod lamps;
 pub mod laser;
 pub mod mirror;
 mod moved;
+pub mod overflow;
 pub mod parameters;
 mod pieces;
+pub mod pixels;
+pub mod postprocess;
 pub mod row;
 mod second;
 pub mod sensor;
 pub mod slow;
 pub mod speckle;
 pub mod streak;
-
-use std::sync::Arc;
+pub mod travel;
 
 use procedural::{Medium, Stream};
 
@@ -36,17 +39,21 @@ use self::camera::Camera;
 use self::digitise::{Shot, digitise};
 use self::film::Watch;
 use self::laser::spots::Shining;
-use self::parameters::Bench;
+use self::parameters::{Bench, Exposure};
+use self::postprocess::{Picture, Scripts};
 use self::row::{Row, RowMaker, RowScratch};
 use self::second::SecondLine;
 use self::sensor::Chain;
-use self::speckle::{FINE, Tile, Tiles};
+use self::speckle::Tiles;
+use self::speckle::anchor::{Ground, Speckle};
+use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
-use crate::settings::{Line, Size, Transport};
+use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
 use crate::specimen::Specimen;
 use crate::transport::fresnel;
 
+pub use self::band::Band;
 pub use self::expose::{CENTRE, ROWS, Scratch};
 pub use self::speckle::TILE;
 
@@ -54,62 +61,33 @@ pub use self::speckle::TILE;
 /// leaves further away is let out by the last of them.
 const FARTHEST: usize = 64;
 
-/// Light in one pixel that is left out where it lies beside the line [DN].
+/// Light in one pixel that is left out where it lies beside the line [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
 
 /// Laser, camera and sensor over one scan.
 #[derive(Debug)]
 pub struct Sensor {
     camera: Camera,
+    exposure: Exposure,
     chain: Chain,
-    tiles: Arc<[Tile; 2]>,
-    /// Contrast of light from the surface and from below [1].
-    contrast: [f32; 2],
-    /// Offset of the row that lets light out, for each row of the window [profiles].
+    /// The thesis' scripts in place of speckle and noise.
+    scripts: Option<Scripts>,
+    speckle: Speckle,
+    /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
+    away: [f64; ROWS],
     neighbours: [isize; ROWS],
     /// Profiles by row, on a flat surface as high as the object.
     profiles_per_row: f64,
     /// Share of a step that the object moves while it is exposed [1].
     way: f32,
-    /// Movement of the pattern with the object [fine rows/mm].
-    drift: f64,
     second: Option<SecondLine>,
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
-    step: f64,
+    travel: Travel,
     size: Size,
     transport: Transport,
     stream: Stream,
-    speckle_key: u64,
     maker: RowMaker,
-}
-
-/// Rows of the specimen around some profiles of the scan.
-#[derive(Debug, Default)]
-pub struct Band {
-    /// Profiles that can be exposed.
-    pub profiles: std::ops::Range<usize>,
-    /// Rows before the first profile.
-    halo: usize,
-    rows: Vec<Row>,
-    /// Light from below by a slow model, a profile; empty where the kernel answers.
-    windows: Vec<slow::Window>,
-}
-
-impl Band {
-    /// The row under the laser in `profile`.
-    pub fn row(&self, profile: usize) -> &Row {
-        self.neighbour(profile, 0)
-    }
-
-    fn window(&self, profile: usize) -> Option<&[f32]> {
-        self.windows.get(profile - self.profiles.start).map(Vec::as_slice)
-    }
-
-    fn neighbour(&self, profile: usize, offset: isize) -> &Row {
-        let place = (profile - self.profiles.start + self.halo) as isize + offset;
-        &self.rows[place as usize]
-    }
 }
 
 /// Whole profiles, within the farthest that is looked at.
@@ -126,36 +104,32 @@ impl Sensor {
         size: Size,
         height: f64,
         clear: &Medium,
-        tiles: &Tiles,
+        (law, tiles): (SpeckleLaw, &Tiles),
         stream: Stream,
     ) -> Self {
         let camera = Camera::new(bench, &size, line, stream);
         let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
         let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
-        let developed = speckle::pixel_contrast(grain) * bench.speckle.strength;
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
-        let contrast = [
-            developed / bench.speckle.surface_patterns.sqrt(),
-            developed * paths / bench.speckle.volume_patterns.sqrt(),
-        ];
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
+        let travel = Travel::new(&bench.motion, stream.child("travel"));
+        let chain = Chain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
         let step = bench.motion.step_mm;
-        let chain = Chain::new(&bench.exposure, size.rows, stream.child("sensor"));
         let profiles_per_row = 1.0 / (rows_per_mm * step);
-        let neighbours = std::array::from_fn(|k| looks((CENTRE as f64 - k as f64) * profiles_per_row));
+        let way = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
+        let ground = Ground { grain, rows_per_mm, height, paths, way: way / profiles_per_row };
+        let away: [f64; ROWS] = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
+        let neighbours = away.map(|away| looks(away / step));
         Self {
-            tiles: tiles.get(grain),
-            contrast: contrast.map(|c| c as f32),
+            speckle: Speckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
+            away,
             neighbours,
             profiles_per_row,
-            way: (bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6) as f32,
-            drift: rows_per_mm * FINE as f64,
-            step,
+            way: way as f32,
             size,
             transport: Transport::Kernel,
             stream,
-            speckle_key: stream.child("speckle").key(),
             maker: RowMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
@@ -165,14 +139,39 @@ impl Sensor {
             ),
             second: SecondLine::new(&bench.laser, step),
             faint: FAINT_DN / chain.gain,
+            exposure: bench.exposure,
+            travel,
             chain,
+            scripts: None,
             camera,
         }
+    }
+
+    /// The same with another converter, or with a knee.
+    pub fn with_readout(self, readout: Readout) -> Self {
+        if readout == Readout::PLAIN {
+            return self;
+        }
+        let chain = Chain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
+        Self { chain, ..self }
     }
 
     /// The same with light from below by another model than the kernel.
     pub fn with_transport(self, transport: Transport) -> Self {
         Self { transport, ..self }
+    }
+
+    /// The same with the thesis' scripts in place of speckle and noise, where the order is not `physical`.
+    pub fn with_postprocess(self, bench: &Bench, readout: Readout, postprocess: Postprocess) -> Self {
+        let stream = self.stream.child("postprocess");
+        let make = || Scripts::new(postprocess, bench, readout, stream);
+        let scripts = (postprocess.order != Order::Physical).then(make);
+        Self { scripts, ..self }
+    }
+
+    /// Whether frames are made whole by the thesis' scripts ([`Self::processed`]) and not by [`Self::expose`].
+    pub fn is_scripted(&self) -> bool {
+        self.scripts.is_some()
     }
 
     /// The geometry and radiometry in use.
@@ -182,7 +181,7 @@ impl Sensor {
 
     /// Contrast of speckle from the surface and from below in one pixel [1].
     pub fn speckle_contrast(&self) -> [f32; 2] {
-        self.contrast
+        self.speckle.contrast()
     }
 
     /// What a reader of the frames has to know.
@@ -196,14 +195,26 @@ impl Sensor {
     }
 
     fn position_of(&self, profile: isize) -> f64 {
-        profile as f64 * self.step
+        self.travel.place(profile)
     }
 
     /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
     pub fn halo(&self) -> [usize; 2] {
-        let window = self.neighbours[0].max(-self.neighbours[ROWS - 1]) as usize + 1 + usize::from(self.way > 0.0);
+        let window = self.most() as usize + 1 + usize::from(self.way > 0.0);
         let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
         [window + before, window + behind]
+    }
+
+    /// Most profiles between one and another whose row lets its light out.
+    fn most(&self) -> isize {
+        self.travel.within(self.away[0].max(-self.away[ROWS - 1])).min(FARTHEST) as isize
+    }
+
+    /// Offsets of the rows that let light out in the profiles of a band and the next one.
+    fn offsets(&self, band: &Band) -> Vec<[isize; ROWS]> {
+        let nearest = |profile: usize| self.away.map(|away| self.travel.nearest(profile as isize, away, self.most()));
+        let profiles = band.profiles.start..band.profiles.end + 1;
+        if self.travel.even() { Vec::new() } else { profiles.map(nearest).collect() }
     }
 
     /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
@@ -232,6 +243,7 @@ impl Sensor {
             let (before, from) = band.rows.split_at_mut(place);
             before[place - 1].face(&from[0]);
         }
+        band.offsets = self.offsets(&band);
         let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
         let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
         // The light that a moving object has in the next profile counts too.
@@ -257,24 +269,63 @@ impl Sensor {
         frames: &mut [Frame; 2],
     ) {
         expose::window(self, band, profile, tile, scratch);
-        let shot = Shot { profile, tile, columns: scratch.columns, offsets };
+        let middle = &band.row(profile).hits[tile * TILE + scratch.columns / 2];
+        let place = [f64::from(middle.x), f64::from(middle.surface.z)];
+        let shot = Shot { profile, tile, columns: scratch.columns, place, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
-            digitise(self, &shot, number, &scratch.windows[number], &mut frames[number]);
+            digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
         }
     }
 
+    /// Light of exposure `profile` without speckle and noise, in the rows that hold some.
+    pub fn light(&self, band: &Band, profile: usize) -> Picture {
+        let (rows, columns) = (self.size.rows, self.size.columns);
+        let mut places = Vec::new();
+        let mut scratch = Scratch::default();
+        for tile in 0..columns.div_ceil(TILE) {
+            expose::window(self, band, profile, tile, &mut scratch);
+            for window in &scratch.windows[..scratch.used] {
+                for k in 0..ROWS {
+                    for c in 0..scratch.columns {
+                        let (row, light) = (window.first_row[c] + k as i32, window.volume[k][c] + window.surface[k][c]);
+                        if light > 0.0 && (0..rows as i32).contains(&row) {
+                            places.push((row as usize, tile * TILE + c, self.chain.gain * light));
+                        }
+                    }
+                }
+            }
+        }
+        let first_row = places.iter().map(|place| place.0).min().unwrap_or(0);
+        let last = places.iter().map(|place| place.0 + 1).max().unwrap_or(0);
+        let mut numbers = vec![0.0; (last - first_row) * columns];
+        // Windows that lie over each other hold the same light.
+        places.iter().for_each(|&(row, column, light)| numbers[(row - first_row) * columns + column] = light);
+        Picture { columns, first_row, numbers }
+    }
+
+    /// The whole sensor in exposure `profile` by the thesis' scripts; no rows where there are none.
+    pub fn processed(&self, band: &Band, profile: usize) -> Frame {
+        let Some(scripts) = &self.scripts else { return Frame::default() };
+        let (rows, cols) = (self.size.rows, self.size.columns);
+        let dn = scripts.frame(self.light(band, profile), rows, profile);
+        Frame { cols, rows, first_col: 0, first_row: vec![0; cols], dn }
+    }
+
     /// The whole sensor in exposure `profile`, `[rows, columns]`, row-major [DN]; rows outside the windows are dark.
-    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u8> {
+    pub fn full_frame(&self, band: &Band, profile: usize) -> Vec<u16> {
         let (rows, columns) = (self.size.rows, self.size.columns);
         let mut offsets = Vec::new();
         self.row_offsets(profile, &mut offsets);
         let keys = self.chain.keys("dark", profile);
-        let mut sensor: Vec<u8> = (0..rows * columns)
+        let mut sensor: Vec<u16> = (0..rows * columns)
             .map(|pixel| {
+                let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                let ambient = lamps::pixel(self, band, profile, pixel % columns, pixel / columns);
-                self.chain.digitise(self.chain.gain * ambient, normal, offsets[pixel / columns]) as u8
+                let ambient = self.chain.gain * lamps::pixel(self, band, profile, column, row);
+                let (response, shift) = self.chain.pixels.as_ref().map_or((1.0, 0.0), |pixels| pixels.at(row, column));
+                let (level, noisy) = self.chain.slopes.bend(response * ambient);
+                self.chain.digitise(level, noisy, normal, offsets[row] + shift)
             })
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
@@ -284,8 +335,7 @@ impl Sensor {
                 for column in 0..frame.cols {
                     let row = frame.first_row[column] + k as i32;
                     if (0..rows as i32).contains(&row) {
-                        sensor[row as usize * columns + frame.first_col + column] =
-                            frame.dn[k * frame.cols + column] as u8;
+                        sensor[row as usize * columns + frame.first_col + column] = frame.dn[k * frame.cols + column];
                     }
                 }
             }

@@ -15,6 +15,13 @@ parameters! {
         line_rate_hz: 0.0, 100000.0, 0.0, "free; 0 leaves motion blur out";
         /// Diffuse reflectance of the conveyor.
         conveyor_reflectance: 0.0, 1.0, 0.04, "[M] black rubber";
+        /// Standard deviation of a profile's place, each on its own; cut at 0.45 of the smallest step, so that profiles
+        /// stay in order.
+        encoder_jitter_um: 0.0, 1000.0, 0.0, "[M] off; 0.5 to 5 with an encoder";
+        /// Amplitude of an error of the place that comes again and again: an eccentric wheel.
+        wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel";
+        /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
+        wow_period_mm: 0.1, 10000.0, 200.0, "[M]";
     }
 }
 
@@ -137,22 +144,34 @@ parameters! {
 }
 
 parameters! {
-    /// From light to digital numbers (EMVA 1288).
+    /// From light to digital numbers (EMVA 1288). DN count on the scale of 8 bits (0 to 255) whatever `bits` is.
     exposure: Exposure {
         /// Exposure time.
         time_us: 0.1, 100000.0, 40.0, "[C] 10 to 400";
         /// Electrons per photon.
         quantum_efficiency: 0.01, 1.0, 0.55, "[M] 0.45 to 0.65";
-        /// Electrons at which a pixel is full; it reads 255 then.
+        /// Electrons at which a pixel is full; it reads the greatest number then.
         full_well_e: 500.0, 1000000.0, 25000.0, "[M] 10000 to 40000";
         /// Mean digital number without light.
         dark_level_dn: 0.0, 128.0, 11.6, "[T]";
-        /// Standard deviation of a dark pixel, everything included.
+        /// Standard deviation of a dark pixel, everything included but for dark current.
         dark_noise_dn: 0.3, 30.0, 1.09, "[T]";
         /// Part of that which is common to a row and changes with each exposure.
         row_noise_dn: 0.0, 10.0, 0.3, "[M]";
         /// Part of that which is common to a row and stays.
         row_pattern_dn: 0.0, 10.0, 0.2, "[M]";
+        /// Part of that which is common to a column and stays.
+        column_pattern_dn: 0.0, 10.0, 0.0, "[M] 0.1; off";
+        /// Part of that by which pixels differ without light (DSNU).
+        dsnu_dn: 0.0, 10.0, 0.0, "[M] 0.25; off";
+        /// Standard deviation of the pixels' response to light (PRNU).
+        prnu: 0.0, 0.2, 0.0, "[M] 0.005 to 0.02; off";
+        /// Electrons that gather in a pixel without light.
+        dark_current_e_per_s: 0.0, 1e6, 50.0, "[M]";
+        /// Share of the charge above the full well that flows to the neighbours along the column.
+        blooming: 0.0, 1.0, 0.0, "[M] none, as in a global shutter with a drain";
+        /// Share of the pixels that are dead or always full, one half each.
+        defect_share: 0.0, 0.01, 0.0, "[M] 1e-5; off";
         /// Scale of the photon noise: 1 as nature has it, 0 to switch it off.
         shot_noise: 0.0, 1.0, 1.0, "Poisson";
     }
@@ -163,7 +182,8 @@ parameters! {
     speckle: Speckle {
         /// Scale of the contrast: 1 as physics has it, 0 to switch it off.
         strength: 0.0, 1.0, 1.0, "Goodman";
-        /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised.
+        /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised. The law is that of the
+        /// largest of 1, 2 and 4 patterns below it.
         surface_patterns: 1.0, 64.0, 1.0, "[C]", count;
         /// Extra independent patterns in light from below the surface, on top of path spread and depolarisation.
         volume_patterns: 1.0, 64.0, 2.0, "[C]", count;

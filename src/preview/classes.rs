@@ -37,6 +37,8 @@ pub(super) fn colour(class: u8) -> Rgb<u8> {
         Some(Class::Wrinkle) => [150, 220, 50],
         Some(Class::Delamination) => [0, 128, 128],
         Some(Class::TabletOnFlange) => [130, 0, 60],
+        Some(Class::Tooth) => [120, 160, 200],
+        Some(Class::Object) => [200, 170, 90],
     })
 }
 

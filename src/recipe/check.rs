@@ -8,21 +8,32 @@ use super::dist::Distribution;
 use super::laser;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
-use super::together::{Together, blister, wood};
+use super::together::{Together, blister, mesh, sawtooth, wood};
 use super::transport;
 use crate::settings::{ScatterMode, SensorStack};
 use crate::yaml::walk::{Walk, shown};
 
 /// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.
 const HALF_WINDOW: usize = 16;
-/// Most rows that the camera sums, so that 8-bit rows fit in 16 bits [px].
+/// Most rows that the camera sums [px].
 const MOST_SUMMED: usize = 29;
-/// Most bytes of sensor frames that one sample may keep: they are in memory until the sample is written [bytes].
-const MOST_FRAME_BYTES: usize = 2 << 30;
+/// Most pixels of sensor frames that one sample may keep: they are in memory, 2 bytes each, until it is written [px].
+const MOST_FRAME_PIXELS: usize = 2 << 30;
 /// Slack of a sum that should be 1.
 const SUM_SLACK: f64 = 1e-9;
+/// Largest share of a step that the periodic error of the place takes [1].
+const STEEPEST: f64 = 0.5;
 /// Variance of rounding to whole digital numbers [DN^2].
 const ROUNDING: f64 = 1.0 / 12.0;
+
+/// What the objects of a recipe are, as far as it is known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Object<'a> {
+    pub subject: Option<Subject>,
+    pub settings: &'a Settings,
+    /// The triangles of a part.
+    pub mesh: Option<&'a procedural::Mesh>,
+}
 
 /// The settings together.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
@@ -57,16 +68,16 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
         SensorStack::All => 1,
     };
     let (kept, frame) = (size.profiles / every, size.columns * size.rows);
-    if kept * frame > MOST_FRAME_BYTES {
+    if kept * frame > MOST_FRAME_PIXELS {
         let problem = format!(
             "{kept} sensor frames of {} x {} pixels are {:.1} GB a sample",
             size.columns,
             size.rows,
-            (kept * frame) as f64 / 1e9
+            (2 * kept * frame) as f64 / 1e9
         );
-        let least = (size.profiles * frame).div_ceil(MOST_FRAME_BYTES);
+        let least = (size.profiles * frame).div_ceil(MOST_FRAME_PIXELS);
         let remedy =
-            format!("at most 2 GiB are kept: {{every: {least}}} or more, fewer camera.rows, or fewer profiles");
+            format!("at most 4 GiB are kept: {{every: {least}}} or more, fewer camera.rows, or fewer profiles");
         walk.joint_fault(&["output.sensor_stack".to_owned()], problem, remedy);
     }
     let extraction = settings.extraction();
@@ -81,8 +92,12 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
         ScatterMode::Symmetric => 2 * width - usize::from(offset == 0),
         ScatterMode::Front | ScatterMode::Back => width,
     };
-    if summed > MOST_SUMMED {
-        walk.joint_fault(&keys, format!("{summed} rows are summed"), format!("at most {MOST_SUMMED} fit in 16 bits"));
+    // 29 rows of 8 or 10 bits, 16 of 12.
+    let (bits, fitting) = (settings.readout().bits, usize::from(u16::MAX / settings.readout().most()).min(MOST_SUMMED));
+    if summed > fitting {
+        let keys: Vec<_> = keys.into_iter().chain(paths("exposure", &["bits"])).collect();
+        let problem = format!("{summed} rows of {bits} bits are summed");
+        walk.joint_fault(&keys, problem, format!("at most {fitting} fit in 16 bits"));
     }
     let splits = settings.splits();
     let sum = splits.train + splits.validation + splits.test;
@@ -99,32 +114,57 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
 /// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
 pub(super) fn scene(
     walk: &mut Walk,
-    (subject, settings): (Option<Subject>, &Settings),
+    object: Object,
     prefix: &str,
     base: &BTreeMap<String, Distribution>,
     overrides: &BTreeMap<String, Distribution>,
 ) {
     let scene = Together { prefix, base, overrides };
-    camera::scene(walk, settings, &scene);
-    let keys = ["exposure.dark_noise_dn", "exposure.row_noise_dn", "exposure.row_pattern_dn"];
-    let (dark, row, pattern) = (scene.least(keys[0]), scene.most(keys[1]), scene.most(keys[2]));
-    let parts = row * row + pattern * pattern + ROUNDING;
-    if parts > dark * dark {
+    camera::scene(walk, object.settings, &scene);
+    let keys = [
+        "exposure.dark_noise_dn",
+        "exposure.row_noise_dn",
+        "exposure.row_pattern_dn",
+        "exposure.column_pattern_dn",
+        "exposure.dsnu_dn",
+    ];
+    let dark = scene.least(keys[0]);
+    let parts = [1, 2, 3, 4].map(|i| scene.most(keys[i]));
+    let sum = parts.iter().map(|part| part * part).sum::<f64>() + ROUNDING;
+    if sum > dark * dark {
+        let [row, pattern, column, dsnu] = parts.map(shown);
         let problem = format!(
-            "the dark noise can be {} DN, below its parts: row noise {}, row pattern {} and rounding make {:.3} DN",
+            "the dark noise can be {} DN, below its parts: row noise {row}, row pattern {pattern}, column pattern \
+             {column}, DSNU {dsnu} and rounding make {:.3} DN",
             shown(dark),
-            shown(row),
-            shown(pattern),
-            parts.sqrt(),
+            sum.sqrt(),
         );
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
 
-    laser::together(walk, settings, &scene);
+    let keys = ["motion.wow_period_mm", "motion.wow_um"];
+    let (period, wow) = (scene.least(keys[0]), scene.most(keys[1]));
+    if wow == 0.0 && scene.written(keys[0]) {
+        scene.fault(walk, &keys[..1], "has no effect without `wow_um`".into(), "give `motion.wow_um`, or remove it");
+    }
+    let steep = std::f64::consts::TAU * wow * 1e-3 / period;
+    if steep > STEEPEST {
+        let problem = format!(
+            "an error of {} um that comes again after {} mm makes steps {:.0} % too short",
+            shown(wow),
+            shown(period),
+            100.0 * steep
+        );
+        let remedy = "at most 50 %, so that profiles stay in order: lower wow_um or raise wow_period_mm";
+        scene.fault(walk, &keys, problem, remedy);
+    }
+    laser::together(walk, object.settings, &scene);
 
-    match subject {
+    match object.subject {
         Some(Subject::Wood) => wood(walk, &scene),
         Some(Subject::Blister) => blister(walk, &scene),
+        Some(Subject::Sawtooth) => sawtooth(walk, &scene),
+        Some(Subject::Mesh) => mesh(walk, &scene, object.mesh),
         None => {}
     }
 }

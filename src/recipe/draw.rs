@@ -49,7 +49,11 @@ impl Recipe {
             bench,
             line: self.settings.line(),
             plan,
+            mesh: self.mesh.clone(),
             transport: self.settings.transport(),
+            readout: self.settings.readout(),
+            postprocess: self.settings.postprocess(),
+            speckle_law: self.settings.speckle_law(),
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

@@ -13,6 +13,7 @@ mod embedded;
 mod fault;
 mod forms;
 mod laser;
+mod postprocess;
 mod read;
 mod reference;
 mod schema;
@@ -26,14 +27,15 @@ mod together;
 mod transport;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use procedural::Stream;
+use procedural::{Mesh, Stream};
 
 use self::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Line, Output, Size, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -53,6 +55,7 @@ pub struct Recipe {
     parameters: BTreeMap<String, Distribution>,
     /// By name.
     classes: Vec<Class>,
+    mesh: Option<Arc<Mesh>>,
     text: String,
     canonical: serde_json::Value,
     hash: String,
@@ -90,8 +93,16 @@ pub struct Scene {
     pub line: Line,
     /// Object.
     pub plan: Plan,
+    /// Triangles of a part, in units of its file.
+    pub mesh: Option<Arc<Mesh>>,
     /// How light spreads below the surface.
     pub transport: Transport,
+    /// How the sensor is read out.
+    pub readout: Readout,
+    /// What is done to frames before they are read.
+    pub postprocess: Postprocess,
+    /// Law of speckle in a point.
+    pub speckle_law: SpeckleLaw,
     /// How profiles are read.
     pub extraction: Extraction,
     /// What is written.
@@ -115,8 +126,8 @@ impl Recipe {
         let resolved = read::read(origin, text, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let read::Resolved { name, subject, settings, parameters, classes } = resolved;
-        Ok(Self { name, subject, settings, parameters, classes, text: text.to_owned(), canonical, hash })
+        let read::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
+        Ok(Self { name, subject, settings, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
 
     /// Names of the recipes that are built in.

@@ -1,9 +1,12 @@
 //! From text to recipe: parse, walk the tables, check what keys mean together.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use procedural::Mesh;
 
 use super::camera;
-use super::check;
+use super::check::{self, Object};
 use super::dist::Distribution;
 use super::dist_read;
 use super::laser;
@@ -12,9 +15,10 @@ use super::setting_extraction;
 use super::setting_read;
 use super::settings::Settings;
 use super::table::{self, SECTIONS, sections};
-use super::transport;
 use super::{Class, Subject};
+use super::{postprocess, transport};
 use crate::asset::{Files, Wanted};
+use crate::mesh;
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node};
 use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
@@ -25,6 +29,8 @@ pub(super) const LARGEST_SHARE: f64 = 1e6;
 const SMALLEST_SHARE: f64 = 1e-6;
 /// Most classes, of which files keep the number in a byte.
 const MOST_CLASSES: usize = 255;
+/// Key of the file of a part.
+const MESH_FILE: &str = "mesh.file";
 /// Longest name of a recipe or class [bytes].
 const LONGEST_NAME: usize = 64;
 
@@ -35,6 +41,7 @@ pub(super) struct Resolved {
     pub settings: Settings,
     pub parameters: BTreeMap<String, Distribution>,
     pub classes: Vec<Class>,
+    pub mesh: Option<Arc<Mesh>>,
 }
 
 /// Reads `text` and the files that it names; every fault that is found comes back.
@@ -86,6 +93,7 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
     top.close(walk, &known, &|name| table::home(subject, name));
 
     setting_extraction::refuse_idle(walk, &settings);
+    postprocess::idle(walk, &settings);
     for section in table::sections(subject) {
         for setting in section.settings {
             let path = format!("{}.{}", section.path, setting.name);
@@ -95,19 +103,29 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
         }
     }
     transport::leave_out(&mut settings);
+    postprocess::leave_out(&mut settings);
     setting_extraction::leave_out_idle(&mut settings);
     let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
+    let mesh = settings.file(MESH_FILE).and_then(|file| match mesh::read(file) {
+        Ok(mesh) => Some(Arc::new(mesh)),
+        Err((problem, remedy)) => {
+            walk.joint_fault(&[MESH_FILE.to_owned()], problem, remedy);
+            None
+        }
+    });
     check::settings(walk, subject, &settings);
-    let kind = (subject, &settings);
+    let kind = Object { subject, settings: &settings, mesh: mesh.as_deref() };
     check::scene(walk, kind, "", &parameters, &BTreeMap::new());
     camera::idle(walk, &settings, "", &parameters);
+    postprocess::scene(walk, &settings, "", &parameters, &BTreeMap::new());
     for class in &classes {
         let prefix = format!("classes.{}.", class.name);
         check::scene(walk, kind, &prefix, &parameters, &class.overrides);
         camera::idle(walk, &settings, &prefix, &class.overrides);
+        postprocess::scene(walk, &settings, &prefix, &parameters, &class.overrides);
     }
     laser::idle(walk, subject, &settings, &parameters, &classes);
-    Some(Resolved { name: name?, subject: subject?, settings, parameters, classes })
+    Some(Resolved { name: name?, subject: subject?, settings, parameters, classes, mesh })
 }
 
 /// The file that a setting names; `None` for none, and where it is a fault.

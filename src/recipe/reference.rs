@@ -22,6 +22,9 @@ written. These are built into the program, so `wood` names the first wherever no
 | `blister-small.yaml` | blister | a small one to try things with |
 | `blister-clear.yaml` | blister | transparent film, so that pockets show what lies in them |
 | `blister-opaque.yaml` | blister | white film over oblong tablets, so that little light comes back from below |
+| `sawtooth.yaml` | sawtooth | the calibration piece RCAL-300 at full size, of blasted metal |
+| `sawtooth-small.yaml` | sawtooth | a small one to try things with, of metal and of plastic |
+| `mesh-small.yaml` | mesh | a plate with a hole, an arch and a ball, from a file of triangles |
 
 This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
 writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
@@ -30,9 +33,12 @@ writes it again), and so is `recipe.schema.json`, by which editors complete and 
 
 ## How a recipe reads
 
-- `name`, `subject` (`wood` or `blister`) and `classes` are required; every other key has a default.
+- `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
 - A section of one subject is a fault in a recipe about another.
 - A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
+- A file is named relative to the recipe's own file, or is one that is built in. Its content is part of what the recipe
+  means, and the dataset keeps a copy: give the folder of a dataset in place of a recipe to continue it. The long form
+  `{name: part.stl, sha256: ...}` takes the file with that content alone.
 - A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts or
   shares.
 - All faults of a recipe are reported at once, each with its line, its key, what is allowed and the nearest right spelling.
@@ -84,10 +90,13 @@ number is written do not matter, everything else does.
 - `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + 1/12 (rounding) is at most its square.
 - `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
 - `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
+- A key of `extraction` stands only beside the `method` or the `range` that it has an effect on.
 - `splits` sum to 1; `rot.edge` is -1 or 1.
 - All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
   `tablet.thickness_mm`.
-- `transport` is `kernel` or `path` for blister packs: the other models know no film over air.
+- `transport` is `kernel` or `path` for blister packs: the other models know no film over air. It is `kernel` for meshes,
+  which can overhang.
+- `material.gloss` times `reflectance` plus `matte` is at most 1: no surface throws back more light than it gets.
 - A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
 
 These hold for every draw: a distribution is checked at its ends.
@@ -130,7 +139,8 @@ fn keys(page: &mut String, section: &Section) {
         (true, false) => " (parameters)",
         _ => " (parameters, and a setting)",
     };
-    let subject = section.subject.map_or(String::new(), |subject| format!("Subject `{}`. ", subject.name()));
+    let subjects: Vec<_> = section.subjects.iter().map(|subject| format!("`{}`", subject.name())).collect();
+    let subject = if subjects.is_empty() { String::new() } else { format!("Subject {}. ", subjects.join(" or ")) };
     // Writing to a string cannot fail.
     let _ = write!(page, "\n### `{}`{kind}\n\n{subject}{}\n\n", section.path, tidy(section.doc));
     page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");

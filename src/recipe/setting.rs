@@ -3,7 +3,8 @@
 use std::fmt;
 
 use crate::asset::{Asset, BuiltIn};
-use crate::settings::Channel;
+use crate::mesh;
+use crate::settings::{Channel, Hdr, SpeckleLaw};
 
 /// The declaration of one setting.
 #[derive(Debug, Clone)]
@@ -40,7 +41,6 @@ pub(super) enum Kind {
     /// `auto` or a whole number.
     CountOrAuto { min: usize, max: usize },
     /// A file of at most `most_mb`, or one of those that are built in; `none` where the default is.
-    #[allow(dead_code)]
     File { most_mb: usize, built_in: &'static [BuiltIn] },
     /// `auto` or a number of `unit`.
     NumberOrAuto { min: f64, max: f64, unit: &'static str },
@@ -144,6 +144,41 @@ pub(super) const SCAN: &[Setting] = &[
     ),
 ];
 
+/// What of the sensor is not drawn.
+pub(super) const EXPOSURE: &[Setting] = &[
+    setting(
+        "bits",
+        Kind::OneOf(&[8, 10, 12]),
+        Value::Count(8),
+        "Bits of a digital number. Keys in DN stay on the scale of 8 bits; images, frames and Scatter get finer steps.",
+        "[T] 8",
+    ),
+    setting(
+        "hdr",
+        Kind::Word(&Hdr::NAMES),
+        Value::Word("none"),
+        "A second, flatter slope for bright light: 2, 6 or 15 times the dynamic range.",
+        "modes of the real camera",
+    ),
+];
+
+/// What of a part is not drawn.
+pub(super) const MESH: &[Setting] = &[setting(
+    "file",
+    Kind::File { most_mb: 64, built_in: &mesh::BUILT_IN },
+    Value::Word(mesh::BUILT_IN[0].0),
+    "Triangles of the part: OBJ, STL or PLY, by the name's ending.",
+    "free",
+)];
+
+/// What of speckle is not drawn.
+pub(super) const SPECKLE: &[Setting] = &[setting(
+    "law",
+    Kind::Word(&SpeckleLaw::NAMES),
+    Value::Word("exponential"),
+    "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that (contrast 0.523).",
+    "Goodman; [T] for `rayleigh`",
+)];
 
 /// Parts of the dataset.
 pub(super) const SPLITS: &[Setting] = &[

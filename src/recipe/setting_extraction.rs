@@ -54,7 +54,7 @@ pub(super) const EXTRACTION: &[Setting] = &[
         "threshold_dn",
         Kind::Number { min: 0.0, max: 255.0, unit: "DN" },
         Value::Number(17.0),
-        "Smallest digital number of a peak.",
+        "Smallest digital number of a peak, on the scale of 8 bits.",
         "dark level plus five standard deviations",
     ),
     setting(

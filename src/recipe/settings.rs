@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use super::setting::Value;
 use crate::asset::Asset;
 use crate::settings::{
-    Channel, Direction, Extraction, Fan, Filter, LensModel, Line, Method, Optics, Output, Peak, RangeForm, ScatterDark,
-    ScatterMode, Scheimpflug, SensorStack, Shape, Size, Splits, ThesisMethod, Transport,
+    Channel, Direction, Extraction, Fan, Filter, Hdr, LensModel, Line, Method, Optics, Order, Output, Pattern, Peak,
+    Postprocess, RangeForm, Readout, ScatterDark, ScatterMode, Scheimpflug, SensorStack, Shape, Size, SpeckleLaw,
+    Splits, ThesisMethod, Transport,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -36,7 +37,6 @@ impl Settings {
     }
 
     /// The file at `path`; `None` where the recipe names none.
-    #[allow(dead_code)]
     pub fn file(&self, path: &str) -> Option<&Asset> {
         match self.0.get(path) {
             Some(Value::File(file)) => Some(file),
@@ -56,6 +56,34 @@ impl Settings {
     pub fn size(&self) -> Size {
         let [columns, rows, profiles] = ["scan.columns", "camera.rows", "scan.profiles"].map(|path| self.count(path));
         Size { columns, rows, profiles }
+    }
+
+    /// How the sensor is read out.
+    pub fn readout(&self) -> Readout {
+        let name = self.word("exposure.hdr");
+        let hdr = Hdr::ALL.into_iter().find(|known| known.name() == name);
+        // The table ends bits at 12.
+        Readout { bits: self.count("exposure.bits") as u32, hdr: hdr.unwrap_or_else(|| panic!("no slopes {name}")) }
+    }
+
+    /// What is done to frames before they are read; numbers that have no effect are 0.
+    pub fn postprocess(&self) -> Postprocess {
+        let has = |name: &str| self.0.contains_key(&format!("postprocess.{name}"));
+        let number = |name: &str| if has(name) { self.number(&format!("postprocess.{name}")) } else { 0.0 };
+        let count = |name: &str| if has(name) { self.count(&format!("postprocess.{name}")) } else { 0 };
+        let order = self.word("postprocess.order");
+        let order = Order::ALL.into_iter().find(|known| known.name() == order);
+        Postprocess {
+            order: order.unwrap_or_else(|| panic!("no such order")),
+            blur_radius_px: number("blur_radius_px"),
+            intensity_scale: number("intensity_scale"),
+            pattern: Pattern {
+                size_px: count("pattern_px"),
+                mask_px: count("mask_px"),
+                factor: count("sampling_factor"),
+                law: self.speckle_law(),
+            },
+        }
     }
 
     /// What of the laser is not drawn.
@@ -102,7 +130,7 @@ impl Settings {
                 Method::Parabola | Method::Gaussian => 1,
                 _ => self.count("extraction.window_rows"),
             },
-            threshold_dn: self.number("extraction.threshold_dn"),
+            threshold_dn: self.number("extraction.threshold_dn") * self.readout().scale(),
             // The table ends it at 256.
             subpixel_steps: self.count("extraction.subpixel_steps") as u32,
             scatter_mode: ScatterMode::ALL
@@ -145,6 +173,12 @@ impl Settings {
         }
     }
 
+    /// Law of speckle in a point.
+    pub fn speckle_law(&self) -> SpeckleLaw {
+        let name = self.word("speckle.law");
+        SpeckleLaw::ALL.into_iter().find(|law| law.name() == name).unwrap_or_else(|| panic!("no law {name}"))
+    }
+
     /// What is written.
     pub fn output(&self) -> Output {
         Output {
@@ -162,6 +196,7 @@ impl Settings {
                 Value::Count(samples) => Some(samples),
                 _ => None,
             },
+            bits: self.readout().bits,
         }
     }
 
@@ -170,6 +205,14 @@ impl Settings {
         let [train, validation, test] =
             ["train", "validation", "test"].map(|name| self.number(&format!("splits.{name}")));
         Splits { train, validation, test }
+    }
+
+    /// The word at `path`, where there is one.
+    pub fn word_or_none(&self, path: &str) -> Option<&'static str> {
+        match self.0.get(path) {
+            Some(Value::Word(word)) => Some(word),
+            _ => None,
+        }
     }
 
     fn word(&self, path: &str) -> &'static str {

@@ -2,6 +2,7 @@
 
 use procedural::Parameter;
 use procedural::blister::Blister;
+use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::Wood;
 
 /// What the objects are.
@@ -11,13 +12,17 @@ pub enum Subject {
     Wood,
     /// Blister packs, film up.
     Blister,
+    /// Saw-tooth pieces for calibration.
+    Sawtooth,
+    /// A part from a file of triangles.
+    Mesh,
 }
 
 impl Subject {
     /// Every subject in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 2] = [Self::Wood, Self::Blister];
+    pub const ALL: [Self; 4] = [Self::Wood, Self::Blister, Self::Sawtooth, Self::Mesh];
     /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["wood", "blister"];
+    pub const NAMES: [&str; 4] = ["wood", "blister", "sawtooth", "mesh"];
 
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {
@@ -32,6 +37,10 @@ pub enum Plan {
     Wood(Wood),
     /// Of a blister pack.
     Blister(Blister),
+    /// Of a saw-tooth piece.
+    Sawtooth(Piece, Material),
+    /// Of a part, whose triangles the scene has.
+    Mesh(Placing, Material),
 }
 
 impl Plan {
@@ -40,6 +49,8 @@ impl Plan {
         match subject {
             Subject::Wood => Self::Wood(Wood::from_values(value)),
             Subject::Blister => Self::Blister(Blister::from_values(value)),
+            Subject::Sawtooth => Self::Sawtooth(Piece::from_values(value), Material::from_values(value)),
+            Subject::Mesh => Self::Mesh(Placing::from_values(value), Material::from_values(value)),
         }
     }
 
@@ -48,6 +59,8 @@ impl Plan {
         match self {
             Self::Wood(_) => Subject::Wood,
             Self::Blister(_) => Subject::Blister,
+            Self::Sawtooth(..) => Subject::Sawtooth,
+            Self::Mesh(..) => Subject::Mesh,
         }
     }
 
@@ -58,6 +71,8 @@ impl Plan {
                 [board.values(), log.values(), knots.values(), rot.values(), media.values()].concat()
             }
             Self::Blister(blister) => blister.values(),
+            Self::Sawtooth(piece, material) => [piece.values(), material.values()].concat(),
+            Self::Mesh(placing, material) => [placing.values(), material.values()].concat(),
         }
     }
 
@@ -65,7 +80,7 @@ impl Plan {
     pub fn wood(&self) -> Option<&Wood> {
         match self {
             Self::Wood(wood) => Some(wood),
-            Self::Blister(_) => None,
+            _ => None,
         }
     }
 
@@ -73,7 +88,7 @@ impl Plan {
     pub fn blister(&self) -> Option<&Blister> {
         match self {
             Self::Blister(blister) => Some(blister),
-            Self::Wood(_) => None,
+            _ => None,
         }
     }
 }

@@ -5,14 +5,14 @@
 
 use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
+use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
 use super::Subject;
 use super::camera;
 use super::laser;
 use super::setting::{self, Setting};
-use super::setting_extraction;
-use super::transport;
+use super::{postprocess, setting_extraction, transport};
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 
 /// A group of keys.
@@ -22,8 +22,8 @@ pub(super) struct Section {
     pub path: &'static str,
     /// What the group is about.
     pub doc: &'static str,
-    /// What the objects are in recipes that have it; `None` for all recipes.
-    pub subject: Option<Subject>,
+    /// What the objects are in recipes that have it; empty for all recipes.
+    pub subjects: &'static [Subject],
     /// Keys that are the same for all samples.
     pub settings: &'static [Setting],
     /// Keys that are drawn for each sample.
@@ -32,48 +32,52 @@ pub(super) struct Section {
 
 /// A section of parameters: of one subject, or of all with settings beside them.
 macro_rules! drawn {
-    ($Group:ty, $subject:expr, $settings:expr) => {
+    ($Group:ty, $subjects:expr, $settings:expr) => {
         Section {
             path: <$Group>::GROUP,
             doc: <$Group>::DOC,
-            subject: $subject,
+            subjects: $subjects,
             settings: $settings,
             parameters: <$Group>::PARAMETERS,
         }
     };
-    ($Group:ty, $subject:expr) => {
-        drawn!($Group, Some($subject), &[])
+    ($Group:ty, $subjects:expr) => {
+        drawn!($Group, $subjects, &[])
     };
     ($Group:ty) => {
-        drawn!($Group, None, &[])
+        drawn!($Group, &[], &[])
     };
 }
 
 /// A section of settings alone.
 const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Setting]) -> Section {
-    Section { path, doc, subject: None, settings, parameters: &[] }
+    Section { path, doc, subjects: &[], settings, parameters: &[] }
 }
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [Section; 22] = [
+pub(super) const SECTIONS: [Section; 26] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
     drawn!(Motion),
-    drawn!(Laser, None, laser::TABLE),
-    drawn!(Camera, None, camera::TABLE),
-    drawn!(Exposure),
-    drawn!(Speckle),
-    drawn!(Board, Subject::Wood),
-    drawn!(Log, Subject::Wood),
-    drawn!(Knots, Subject::Wood),
-    drawn!(Rot, Subject::Wood),
-    drawn!(Media, Subject::Wood),
-    drawn!(Card, Subject::Blister),
-    drawn!(Pocket, Subject::Blister),
-    drawn!(Tablet, Subject::Blister),
-    drawn!(Web, Subject::Blister),
-    drawn!(Foil, Subject::Blister),
-    drawn!(Defects, Subject::Blister),
+    drawn!(Laser, &[], laser::TABLE),
+    drawn!(Camera, &[], camera::TABLE),
+    drawn!(Exposure, &[], setting::EXPOSURE),
+    drawn!(Speckle, &[], setting::SPECKLE),
+    drawn!(Board, &[Subject::Wood]),
+    drawn!(Log, &[Subject::Wood]),
+    drawn!(Knots, &[Subject::Wood]),
+    drawn!(Rot, &[Subject::Wood]),
+    drawn!(Media, &[Subject::Wood]),
+    drawn!(Card, &[Subject::Blister]),
+    drawn!(Pocket, &[Subject::Blister]),
+    drawn!(Tablet, &[Subject::Blister]),
+    drawn!(Web, &[Subject::Blister]),
+    drawn!(Foil, &[Subject::Blister]),
+    drawn!(Defects, &[Subject::Blister]),
+    drawn!(Piece, &[Subject::Sawtooth]),
+    drawn!(Placing, &[Subject::Mesh], setting::MESH),
+    drawn!(Material, &[Subject::Sawtooth, Subject::Mesh]),
     fixed(transport::SECTION, transport::DOC, transport::TABLE),
+    fixed(postprocess::SECTION, postprocess::DOC, postprocess::TABLE),
     fixed("extraction", "How a profile is read from a frame.", setting_extraction::EXTRACTION),
     fixed("splits", "Shares of the parts of the dataset; they sum to 1.", setting::SPLITS),
     fixed("output", "What is written.", setting::OUTPUT),
@@ -83,7 +87,7 @@ pub(super) const SECTIONS: [Section; 22] = [
 impl Section {
     /// Whether recipes about `subject` have it; all have what is asked about while the subject is a fault itself.
     pub fn is_of(&self, subject: Option<Subject>) -> bool {
-        self.subject.is_none() || subject.is_none() || self.subject == subject
+        self.subjects.is_empty() || subject.is_none_or(|subject| self.subjects.contains(&subject))
     }
 }
 
@@ -99,7 +103,7 @@ pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'sta
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 14] = [
+    const UNITS: [(&str, &str); 15] = [
         ("_w_per_m2_nm", "W/(m^2 nm)"),
         ("_hz", "Hz"),
         ("_deg_per_mm", "deg/mm"),
@@ -110,6 +114,7 @@ pub(super) fn unit(name: &str) -> &'static str {
         ("_deg", "deg"),
         ("_mw", "mW"),
         ("_us", "us"),
+        ("_e_per_s", "electrons/s"),
         ("_dn", "DN"),
         ("_e", "electrons"),
         ("_rows", "px"),
@@ -128,14 +133,19 @@ pub(super) fn home(subject: Option<Subject>, name: &str) -> Option<String> {
         (!paths.is_empty()).then(|| format!("`{name}` belongs in {}", paths.join(" or ")))
     };
     let foreign = |section: &&Section| !section.is_of(subject);
-    // Each section that is not of this subject is of another one.
-    let remedy = |other: Subject| format!("is for subject `{0}`: remove it, or give `subject: {0}`", other.name());
-    if let Some(other) = SECTIONS.iter().filter(foreign).find(|s| s.path == name).and_then(|s| s.subject) {
+    // Each section that is not of this subject is of others.
+    let remedy = |section: &Section| {
+        let names = |quote: &str| -> Vec<_> {
+            section.subjects.iter().map(|subject| format!("{quote}{}`", subject.name())).collect()
+        };
+        format!("is for subject {}: remove it, or give {}", names("`").join(" or "), names("`subject: ").join(" or "))
+    };
+    if let Some(other) = SECTIONS.iter().filter(foreign).find(|s| s.path == name) {
         return Some(format!("`{name}` {}", remedy(other)));
     }
     listed(sections(subject).filter(has).collect()).or_else(|| {
         let section = SECTIONS.iter().filter(foreign).find(has)?;
-        Some(format!("`{name}` of `{}` {}", section.path, remedy(section.subject?)))
+        Some(format!("`{name}` of `{}` {}", section.path, remedy(section)))
     })
 }
 

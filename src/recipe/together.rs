@@ -2,12 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use procedural::Parameter;
 use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
+use procedural::solid::Placing;
+use procedural::{Mesh, Parameter};
 
 use super::dist::Distribution;
 use super::table;
 use crate::yaml::walk::{Walk, shown};
+
+/// What stands above the object.
+const STANDS: [&str; 3] = ["laser.fan_height_mm", "camera.distance_mm", "camera.tilt_deg"];
+/// Smallest size of a part that is no mistake of units [mm].
+const SMALLEST_MM: f64 = 0.01;
 
 /// The parameters of a class, or of the top level where `prefix` is empty.
 pub(super) struct Together<'a> {
@@ -40,6 +46,14 @@ impl Together<'_> {
     /// Largest value that a draw can have.
     pub fn most(&self, path: &str) -> f64 {
         self.bounds(path).1
+    }
+
+    /// Whether the number is another than the declared default.
+    pub fn written(&self, path: &str) -> bool {
+        let place = path.split_once('.');
+        let parameter = table::parameters(None).find(|p| place == Some((p.group, p.name)));
+        let default = parameter.unwrap_or_else(|| panic!("no table declares {path}")).default;
+        self.bounds(path) != (default, default)
     }
 
     /// Smallest and largest value by size alone: an angle counts without its sign [least, most].
@@ -94,6 +108,41 @@ pub(super) fn wood(walk: &mut Walk, scene: &Together) {
     }
 }
 
+/// A saw-tooth.
+pub(super) fn sawtooth(walk: &mut Walk, scene: &Together) {
+    let keys = ["sawtooth.base_mm", "sawtooth.depth_mm"];
+    scene.below_the_bench(walk, scene.most(keys[0]) + scene.most(keys[1]), &keys, "piece");
+    material(walk, scene);
+}
+
+/// A part from a file.
+pub(super) fn mesh(walk: &mut Walk, scene: &Together, mesh: Option<&Mesh>) {
+    material(walk, scene);
+    let keys = ["mesh.unit_mm", "mesh.lift_mm", "mesh.rotate_x_deg", "mesh.rotate_y_deg"];
+    let Some(mesh) = mesh.filter(|_| scene.concerned(keys.into_iter().chain(STANDS))) else { return };
+    let mut placing = Placing::from_values(&mut |parameter| scene.most(&parameter.path()));
+    let fixed = keys[2..].iter().all(|turn| scene.least(turn) == scene.most(turn));
+    // However it is turned, it is no higher than its box is long across.
+    let height = if fixed { placing.extent(mesh).z } else { placing.extent(mesh).length() };
+    scene.below_the_bench(walk, height + placing.lift_mm, &keys, "part");
+    placing.unit_mm = scene.least(keys[0]);
+    let size = placing.extent(mesh).max_element();
+    if size < SMALLEST_MM {
+        let problem = format!("the part can be {} mm large", shown(size));
+        scene.fault(walk, &[keys[0]], problem, "give the length of a unit of the file in mm");
+    }
+}
+
+/// What a solid piece is made of.
+fn material(walk: &mut Walk, scene: &Together) {
+    let keys = ["material.matte", "material.gloss", "material.reflectance"];
+    let thrown = scene.most(keys[0]) + scene.most(keys[1]) * scene.most(keys[2]);
+    if thrown > 1.0 + 1e-9 {
+        let problem = format!("the surface can throw back {} of the light", shown(rounded(thrown)));
+        scene.fault(walk, &keys, problem, "matte plus gloss times reflectance is at most 1");
+    }
+}
+
 /// A blister pack.
 pub(super) fn blister(walk: &mut Walk, scene: &Together) {
     let keys = ["tablet.band_mm", "tablet.thickness_mm"];
@@ -106,9 +155,8 @@ pub(super) fn blister(walk: &mut Walk, scene: &Together) {
     let forming: Vec<_> = forming.map(Parameter::path).collect();
     let forming: Vec<_> = forming.iter().map(String::as_str).collect();
     // The stands above it, and what else makes a pack high.
-    let others =
-        ["laser.fan_height_mm", "camera.distance_mm", "camera.tilt_deg", "defects.double", "foil.thickness_mm"];
-    if !scene.concerned(forming.iter().copied().chain(others)) {
+    let others = ["defects.double", "foil.thickness_mm"];
+    if !scene.concerned(forming.iter().copied().chain(STANDS).chain(others)) {
         return;
     }
     let (room, height) = largest(scene);

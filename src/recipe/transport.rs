@@ -152,9 +152,14 @@ fn long(walk: &mut Walk, node: &Node, subject: Option<Subject>, settings: &mut B
     map.close(walk, &names, &|name| table::home(subject, name));
 }
 
-/// Whether a model can spread light in such objects: those that need one medium without air know no pack.
+/// Whether a model can spread light in such objects: those that need one medium without air know no pack, and all but the
+/// kernel ask for a height field, which a mesh need not be.
 fn knows(model: &str, subject: Subject) -> bool {
-    subject != Subject::Blister || matches!(model, "kernel" | "path")
+    match subject {
+        Subject::Wood | Subject::Sawtooth => true,
+        Subject::Blister => matches!(model, "kernel" | "path"),
+        Subject::Mesh => model == "kernel",
+    }
 }
 
 /// The model that is chosen can spread light in the recipe's objects.
@@ -162,8 +167,11 @@ pub(super) fn check(walk: &mut Walk, subject: Option<Subject>, settings: &Settin
     let [model, _] = chosen(&settings.0);
     if let Some(subject) = subject.filter(|subject| !knows(model, *subject)) {
         let keys = [format!("{SECTION}.{}", TABLE[0].name), SECTION.to_owned()];
-        let problem = format!("`{model}` knows no film over air, and the subject is `{}`", subject.name());
-        walk.joint_fault(&keys, problem, "give `kernel`, or `path` for single profiles");
+        let (lack, remedy) = match subject {
+            Subject::Mesh => ("no part that overhangs", "give `kernel`"),
+            _ => ("no film over air", "give `kernel`, or `path` for single profiles"),
+        };
+        walk.joint_fault(&keys, format!("`{model}` knows {lack}, and the subject is `{}`", subject.name()), remedy);
     }
 }
 

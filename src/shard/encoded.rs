@@ -64,7 +64,7 @@ impl Encoded {
     /// Size of everything that goes to disk, before the compression of numbers and sensor frames [bytes].
     pub fn bytes(&self) -> u64 {
         let png: usize = self.png.iter().map(|(_, bytes)| bytes.len()).sum();
-        let stack: usize = self.stack.iter().map(|frame| frame.dn.len()).sum();
+        let stack: usize = self.stack.iter().map(|frame| 2 * frame.dn.len()).sum();
         (png + self.exr.as_ref().map_or(0, Vec::len) + stack) as u64
     }
 }
@@ -99,14 +99,14 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
     let mut asked = output.png.clone();
     asked.sort_unstable();
     asked.dedup();
-    let png = asked.into_iter().map(|channel| (channel, image(&record, channel))).collect();
+    let png = asked.into_iter().map(|channel| (channel, image(&record, channel, output.bits))).collect();
 
     let names: Vec<String> = output.exr.iter().map(|&channel| channel_name(channel).into()).collect();
     let subject = record.truth.as_ref().map_or("", |truth| truth.below.subject());
-    let declared = channels(&names, output.truth_maps, subject, record.range.name());
+    let declared = channels(&names, output.truth_maps, subject, record.range.name(), output.bits.into());
     let exr = (!declared.is_empty()).then(|| {
         let channels = exr::record_channels(&record, &declared);
-        let description = exr::description(&record, &declared);
+        let description = exr::description(&record, &declared, output.bits);
         write_exr(channels, record.cols, (record.col_mm, record.row_mm), &description)
     });
 
@@ -137,10 +137,11 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
     }
 }
 
-fn image(record: &Record, channel: Channel) -> Vec<u8> {
+fn image(record: &Record, channel: Channel, bits: u32) -> Vec<u8> {
     let (maps, labels) = (&record.maps, &record.labels);
     let grey = match channel {
         Channel::Range => Grey::Sixteen(range_numbers(&maps.range, record.range_offset, record.range_scale)),
+        Channel::Reflectance if bits > 8 => Grey::Sixteen(rounded16(&maps.reflectance)),
         Channel::Reflectance => Grey::Eight(rounded8(&maps.reflectance)),
         Channel::Scatter => Grey::Sixteen(rounded16(&maps.scatter)),
         Channel::Label => Grey::Eight(labels.class.clone()),

@@ -78,7 +78,7 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
                 a.clone()
             }
         }
-        None => empty.clone(),
+        Some(Below::Solid(_)) | None => empty.clone(),
     };
     // Missing is NaN in float images, the picture for viewers apart.
     let seen = |map: &[f32]| -> Vec<f32> {
@@ -107,14 +107,14 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
 }
 
 /// What the text attribute says about a record.
-pub(super) fn description(record: &Record, declared: &[Channel]) -> Value {
+pub(super) fn description(record: &Record, declared: &[Channel], bits: u32) -> Value {
     let numbers = record.calibration.iter().filter(|(_, number)| !number.is_nan());
     let calibration: serde_json::Map<String, Value> = numbers.map(|&(name, n)| (name.into(), n.into())).collect();
     let units: serde_json::Map<String, Value> = declared.iter().map(|c| (c.name.into(), c.unit.into())).collect();
     json!({
         "id": record.id, "index": record.index, "split": record.split.name(), "class": record.class,
-        "row_mm": record.row_mm, "col_mm": record.col_mm, "units": units,
-        "range": record.range.name(), "calibration": calibration,
+        "row_mm": record.row_mm, "col_mm": record.col_mm, "bits": bits, "units": units,
+        "range": record.range.name(), "sensor_rows": record.sensor_rows, "calibration": calibration,
     })
 }
 

@@ -34,6 +34,7 @@ pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub use folder::DatasetFolder;
 pub use png::{Grey, read_png, write_png, write_png_as};
 pub use refuse::differences;
+pub(crate) use rows::frame_numbers;
 pub use rows::row_batch;
 pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
 pub use size::{estimated_bytes_per_sample, samples_per_shard};
@@ -73,5 +74,6 @@ pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
         },
         sensor_cols: size.columns as u64,
         sensor_rows: size.rows as u64,
+        bits: output.bits.into(),
     }
 }

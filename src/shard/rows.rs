@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use arrow_array::cast::AsArray;
+use arrow_array::types::{UInt8Type, UInt16Type};
 use arrow_array::{
     Array, ArrayRef, BinaryArray, FixedSizeListArray, Float64Array, Int32Array, Int64Array, ListArray, RecordBatch,
-    StringArray, StructArray, UInt8Array, UInt64Array,
+    StringArray, StructArray, UInt8Array, UInt16Array, UInt64Array,
 };
 use arrow_buffer::OffsetBuffer;
 use arrow_schema::{ArrowError, DataType, Field, Fields, SchemaRef};
@@ -76,8 +78,15 @@ pub(super) fn stack_batch(schema: &SchemaRef, sample: &Encoded) -> Result<Option
     if let Some(frame) = sample.stack.iter().find(|frame| frame.dn.len() != *length as usize) {
         return Err(format!("the frame of profile {} has {} pixels, not {length}", frame.profile, frame.dn.len()));
     }
-    let pixels: Vec<u8> = sample.stack.iter().flat_map(|frame| frame.dn.iter().copied()).collect();
-    let frames = FixedSizeListArray::try_new(item.clone(), *length, Arc::new(UInt8Array::from(pixels)), None);
+    let pixels = sample.stack.iter().flat_map(|frame| frame.dn.iter().copied());
+    let pixels: ArrayRef = match item.data_type() {
+        DataType::UInt8 => {
+            let narrow = |dn: u16| u8::try_from(dn).map_err(|_| format!("a frame holds {dn} DN, beyond 8 bits"));
+            Arc::new(UInt8Array::from(pixels.map(narrow).collect::<Result<Vec<u8>, _>>()?))
+        }
+        _ => Arc::new(UInt16Array::from(pixels.collect::<Vec<u16>>())),
+    };
+    let frames = FixedSizeListArray::try_new(item.clone(), *length, pixels, None);
     let arrays: Vec<ArrayRef> = vec![
         Arc::new(StringArray::from(vec![sample.id.as_str(); rows])),
         Arc::new(Int64Array::from(vec![sample.index as i64; rows])),
@@ -85,6 +94,12 @@ pub(super) fn stack_batch(schema: &SchemaRef, sample: &Encoded) -> Result<Option
         Arc::new(frames.map_err(|e| e.to_string())?),
     ];
     RecordBatch::try_new(schema.clone(), arrays).map(Some).map_err(|e| e.to_string())
+}
+
+/// Digital numbers of a frame of either depth.
+pub(crate) fn frame_numbers(pixels: &ArrayRef) -> Option<Vec<u16>> {
+    let narrow = pixels.as_primitive_opt::<UInt8Type>().map(|dn| dn.values().iter().map(|&dn| dn.into()).collect());
+    narrow.or_else(|| pixels.as_primitive_opt::<UInt16Type>().map(|dn| dn.values().to_vec()))
 }
 
 fn check_numbers<'a>(

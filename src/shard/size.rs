@@ -34,8 +34,10 @@ fn exr_bytes(channel: Channel) -> f64 {
 
 /// Bytes for each pixel of the three truth maps together.
 const TRUTH_BYTES: f64 = 3.0;
-/// Bytes for each pixel of a sensor frame: most of it is dark noise.
+/// Bytes for each pixel of a sensor frame of 8 bits: most of it is dark noise.
 const FRAME_BYTES: f64 = 0.4;
+/// Bytes that each bit beyond 8 adds to a pixel of a frame, and to one of Reflectance: noise does not compress.
+const BIT_BYTES: f64 = 0.15;
 
 /// Estimate of what one sample takes on disk [bytes], on the large side; a pure function of sizes and output.
 pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
@@ -44,8 +46,9 @@ pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
     let png: f64 = output.png.iter().map(|&channel| png_bytes(channel)).sum();
     let exr: f64 = output.exr.iter().map(|&channel| exr_bytes(channel)).sum();
     let truth = if output.truth_maps && !output.exr.is_empty() { TRUTH_BYTES } else { 0.0 };
-    let images = (cols * rows) as f64 * (png + exr + truth);
-    let stack = (output.frames(size) * size.columns * size.rows) as f64 * FRAME_BYTES;
+    let more = f64::from(output.bits.saturating_sub(8)) * BIT_BYTES;
+    let images = (cols * rows) as f64 * (png + exr + truth + 3.0 * more);
+    let stack = (output.frames(size) * size.columns * size.rows) as f64 * (FRAME_BYTES + more);
     ROW_BYTES + (images + stack).ceil() as u64
 }
 

@@ -87,7 +87,7 @@ fn leaf_properties(builder: WriterPropertiesBuilder, field: &Field, path: &mut V
             .set_column_encoding(leaf.clone(), Encoding::PLAIN)
             .set_column_compression(leaf.clone(), Compression::UNCOMPRESSED)
             .set_column_statistics_enabled(leaf, EnabledStatistics::None),
-        DataType::UInt8 => builder.set_column_statistics_enabled(leaf, EnabledStatistics::None),
+        DataType::UInt8 | DataType::UInt16 => builder.set_column_statistics_enabled(leaf, EnabledStatistics::None),
         DataType::Struct(fields) => fields.iter().fold(builder, |builder, field| leaf_properties(builder, field, path)),
         DataType::List(item) | DataType::FixedSizeList(item, _) => {
             path.push("list".into());

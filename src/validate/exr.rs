@@ -8,7 +8,7 @@ use super::images::Decoded;
 use super::report::{Code, Fault, Report};
 use crate::shard::{ExrChannel, read_exr};
 
-/// Checks one EXR file against its declaration and the images of its row; adds label and instance to the images where
+/// Checks one EXR file against its declaration in the head and the images of its row; adds label and instance to the images where
 /// the row has none.
 pub(super) fn check(
     bytes: &[u8],
@@ -24,7 +24,7 @@ pub(super) fn check(
         Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
     };
     report.images += channels.len() as u64;
-    let expected: Vec<_> = declared.iter().map(|c| (c.name, c.samples)).collect();
+    let expected: Vec<_> = head.channels().iter().map(|c| (c.name, c.samples)).collect();
     let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
     if expected != found || (cols, rows) != (row.cols as usize, row.rows as usize) {
         let what = format!("it holds {cols} x {rows} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
@@ -58,12 +58,13 @@ pub(super) fn check(
 }
 
 fn in_range(channel: &str, head: &DatasetHead, value: f32) -> bool {
+    let most = f32::from(head.images.most_dn());
     match channel {
         "Range" if head.range_unit() == "px" => {
             value.is_nan() || (0.0..head.images.sensor_rows as f32).contains(&value)
         }
-        "Reflectance" => value.is_nan() || (0.0..=255.0).contains(&value),
-        "Y" => (0.0..=255.0).contains(&value),
+        "Reflectance" => value.is_nan() || (0.0..=most).contains(&value),
+        "Y" => (0.0..=most).contains(&value),
         "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),
         "FibreAzimuth" => value.is_nan() || (-90.0..=90.0).contains(&value),
         "FilmGap" | "FilmThickness" => value.is_nan() || (value >= 0.0 && value.is_finite()),

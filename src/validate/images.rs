@@ -1,7 +1,7 @@
 //! The PNG images of a row: size, depth, values, and the rule for missing pixels.
 
-use output_schema::Kind;
 use output_schema::row::{IMAGES, ROW};
+use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};
@@ -26,16 +26,22 @@ impl Decoded {
 }
 
 /// Decodes every image, and checks size, depth and values.
-pub(super) fn check(row: &StoredRow, place: &str, report: &mut Report) -> Decoded {
+pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut Report) -> Decoded {
     let mut decoded = Decoded::default();
     for (name, png) in &row.png {
         match read_png(png) {
             Err(e) => report.faults.push(Fault::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
             Ok((cols, rows, grey)) => {
                 report.images += 1;
-                let bits = declared_bits(name);
+                let bits = if name == "reflectance" { images.depth() } else { declared_bits(name) };
                 if (i64::from(cols), i64::from(rows), grey.bits()) == (row.cols.into(), row.rows.into(), bits) {
-                    decoded.add(name, grey.numbers());
+                    let numbers = grey.numbers();
+                    let beyond = numbers.iter().filter(|&&n| name == "reflectance" && n > images.most_dn()).count();
+                    if beyond > 0 {
+                        let what = format!("{beyond} pixels of `{name}` are beyond {} DN", images.most_dn());
+                        report.faults.push(Fault::new(Code::ValueRange, place, what));
+                    }
+                    decoded.add(name, numbers);
                 } else {
                     let found = format!("`{name}` is {cols} x {rows} with {} bits", grey.bits());
                     let what = format!("{found}, not {} x {} with {bits} bits", row.cols, row.rows);

@@ -38,7 +38,7 @@ pub(super) fn check(
         return;
     }
     numbers(task, &row, listed, &place, report);
-    let mut decoded = images::check(&row, &place, report);
+    let mut decoded = images::check(&row, &task.head.images, &place, report);
 
     let path = exr_path(task.number, &row.id);
     let exr = (!task.head.images.exr.is_empty() && whole(&path)).then(|| fs::read(task.root.join(&path)));

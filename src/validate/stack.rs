@@ -5,7 +5,7 @@ use std::path::Path;
 
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Int32Type, Int64Type, UInt8Type};
+use arrow_array::types::{Int32Type, Int64Type};
 use output_schema::arrow::stack_schema;
 use output_schema::file::stack_path;
 use output_schema::{DatasetHead, Manifest, ManifestFile};
@@ -14,6 +14,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use super::report::{Code, Fault, Report};
 use super::task::Task;
 use crate::record::StackFrame;
+use crate::shard::frame_numbers;
 
 /// Checks the sensor frames of a shard: the same number for each sample, as the number of profiles is not on disk.
 pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {
@@ -83,8 +84,8 @@ pub(super) fn frames(task: &Task, index: u64) -> Result<Vec<StackFrame>, String>
         let tensors = batch.column(3).as_fixed_size_list_opt().ok_or("the frames are no tensors")?;
         for (i, (.., profile)) in keys.iter().enumerate().filter(|(_, key)| key.1 == index as i64) {
             let pixels = tensors.value(i);
-            let pixels = pixels.as_primitive_opt::<UInt8Type>().ok_or("the frames are not uint8")?;
-            frames.push(StackFrame { profile: *profile as u32, dn: pixels.values().to_vec() });
+            let dn = frame_numbers(&pixels).ok_or("the frames are neither uint8 nor uint16")?;
+            frames.push(StackFrame { profile: *profile as u32, dn });
         }
     }
     Ok(frames)

@@ -67,6 +67,12 @@ impl Verdict {
         sums.iter().map(|s| s.map(|s| s < DARK * median)).collect()
     }
 
+    /// Production's line in each column, in rows of the region; `None` where the column is dark.
+    pub fn centre_rows(&self) -> Vec<Option<f64>> {
+        let dark = self.dark();
+        (0..self.cols()).map(|c| (!dark[c][0]).then(|| self.centres(c)[0])).collect()
+    }
+
     /// Centre of gravity of a column about production's peak: production's, judge's, the judge's variance [px].
     fn centres(&self, c: usize) -> [f64; 3] {
         let (cols, rows) = (self.cols(), self.judge.region.rows);

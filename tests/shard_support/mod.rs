@@ -29,6 +29,7 @@ pub fn output() -> Output {
         truth_maps: true,
         sensor_stack: SensorStack::Every(8),
         samples_per_shard: Some(4),
+        bits: 8,
     }
 }
 
@@ -128,7 +129,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
     }
     let frame = |profile: usize| StackFrame {
         profile: profile as u32,
-        dn: (0..size.columns * size.rows).map(|_| (11.6 + 1.09 * noise.normal()).round() as u8).collect(),
+        dn: (0..size.columns * size.rows).map(|_| (11.6 + 1.09 * noise.normal()).round() as u16).collect(),
     };
     let stack = match output.sensor_stack {
         SensorStack::None => Vec::new(),
@@ -147,6 +148,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         range: RangeForm::Calibrated,
         range_offset: -20.0,
         range_scale: SCALE_MM,
+        sensor_rows: size.rows,
         calibration: CALIBRATION
             .iter()
             .map(|field| (field.name, if field.missing == "never" { 1.0 } else { f64::NAN }))

@@ -23,6 +23,7 @@ mod setup;
 pub mod speckle;
 mod speckle_look;
 mod speckle_page;
+mod speckle_stack;
 pub mod triangulation;
 mod triangulation_page;
 

@@ -29,6 +29,47 @@ pub fn grain_px(bench: &Bench) -> f64 {
     bench.laser.wavelength_nm * 1e-3 * camera.f_number * (1.0 + magnification) / camera.pixel_um
 }
 
+/// Share of a round pupil that another one `s` diameters away covers [1].
+pub fn overlap(s: f64) -> f64 {
+    let s = s.min(1.0);
+    2.0 / PI * (libm::acos(s) - s * (1.0 - s * s).sqrt())
+}
+
+/// Diameters of the pupil that a step along the motion at the origin is worth: a_y (d_SP / R + 1 - l_y^2) / cos(tilt), R the
+/// radius of the laser's wave [1].
+pub fn pupils(bench: &Bench, step_mm: f64) -> f64 {
+    let (camera, laser) = (&bench.camera, &bench.laser);
+    let rayleigh = PI * laser.waist_mm.powi(2) / (laser.m_squared * laser.wavelength_nm * 1e-6);
+    let behind = laser.waist_height_mm;
+    let bend = behind / (behind * behind + rayleigh * rayleigh);
+    let cos = libm::cos(camera.tilt_deg.to_radians());
+    step_mm * (camera.distance_mm * bend + cos * cos) / cos / (camera.focal_length_mm / camera.f_number)
+}
+
+/// What is left of a pattern in pixels when the pupil has moved by `s` diameters along the rows, summed over all
+/// lags along the rows [1].
+///
+/// What both pupils have in common sends out the frequencies of its pairs of cells; of a sum over rows pairs side by side
+/// are left, each weighed with what a pixel's width leaves of it.
+pub fn boiled(grain: f64, s: f64) -> f64 {
+    const CELLS: usize = 400;
+    let cell = 1.0 / (CELLS as f64 * grain);
+    let sinc = |x: f64| if x == 0.0 { 1.0 } else { (libm::sin(PI * x) / (PI * x)).powi(2) };
+    let light = |s: f64| -> f64 {
+        let wide = |down: f64| (0.25 - down * down).max(0.0).sqrt();
+        let row = |i: usize| {
+            let down = (i as f64 + 0.5) / CELLS as f64 - 0.5;
+            // Cells across that both pupils have here.
+            let cells = (2.0 * wide(down).min(wide(down - s)) * CELLS as f64).round() as usize;
+            (0..cells)
+                .map(|d| (if d == 0 { 1.0 } else { 2.0 }) * (cells - d) as f64 * sinc(d as f64 * cell))
+                .sum::<f64>()
+        };
+        (0..CELLS).map(row).sum()
+    };
+    light(s) / light(0.0)
+}
+
 /// Correlation of the light in pixels along a row or a column.
 #[derive(Debug, Clone)]
 pub struct Correlation {

@@ -68,7 +68,7 @@ pub(super) struct Seen {
     /// Mean spectra with and without rows that stand out [DN^2].
     pub spectra: [Vec<f64>; 2],
     /// A dark frame with rows, and one without; `[rows, COLUMNS]`.
-    pub frames: [Vec<u8>; 2],
+    pub frames: [Vec<u16>; 2],
 }
 
 /// Makes the study.
@@ -135,7 +135,7 @@ fn patch(scene: &Scene, first: usize, tiles: &Tiles) -> [f64; 2] {
     sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
 }
 
-fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u8>> {
+fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u16>> {
     (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
     if !rows {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
@@ -144,7 +144,7 @@ fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u8>> {
     (BARE..BARE + DARK).map(|profile| look.sensor_frame(profile)).collect()
 }
 
-fn dark(frames: &[Vec<u8>]) -> Dark {
+fn dark(frames: &[Vec<u16>]) -> Dark {
     let rows = frames[0].len() / COLUMNS;
     let transform = FftPlannerScalar::new().plan_fft_forward(COLUMNS);
     let (mut pixel, mut all_means) = (0.0, Vec::new());

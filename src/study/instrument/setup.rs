@@ -133,7 +133,7 @@ impl Look {
     }
 
     /// The whole sensor in a profile, `[rows, columns]`, row-major [DN].
-    pub(super) fn sensor_frame(&self, profile: usize) -> Vec<u8> {
+    pub(super) fn sensor_frame(&self, profile: usize) -> Vec<u16> {
         self.sensor.full_frame(&self.band, profile)
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! - Contrast in frames of an evenly lit white plane without noise, for eight pixels from 1.2 to 12 um.
 //! - The law of one pixel, read off the pattern itself ([`Tiles`]) at pixels far enough apart to be independent: distance of
-//!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. The pattern is kept at mean 0 and spread 1, so mean and contrast of a
-//!   pixel are imposed; shape and skewness are its own.
+//!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a pattern are its own.
 //! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j shows
-//!   that of profile n moved by j step rows/mm rows.
+//!   that of profile n moved by j step rows/mm rows, and less of it, since it boils.
+//! - Patterns of the stack before pixels ([`super::speckle_stack`]).
 //! - Spread of the line's centre on a plane of speckle alone, through production's Range.
 //!
 //! Repeats have patterns of their own, since all columns and profiles of one share a pattern of 128 by 128 pixels.
@@ -14,12 +14,12 @@ use serde_json::json;
 
 use super::beam::rows_per_mm;
 use super::centre::beyond_first_order;
-use super::pattern::{Correlation, Law, grain_px};
+use super::pattern::{Correlation, Law, boiled, grain_px, pupils};
 use super::setup::stream;
 use super::speckle_look::{
-    centre, contrast, correlations, law, lined, middle, middle_line, neighbours, skewness, sum_of_line, white,
+    centre, contrast, correlations, law, lined, middle, middle_line, neighbours, skewness, stack, sum_of_line, white,
 };
-use super::{Figure, Trials, chance, document, each, repeat, speckle_page, table};
+use super::{Figure, Trials, chance, document, each, repeat, speckle_page, speckle_stack, table};
 use crate::optics::speckle::Tiles;
 use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
@@ -32,7 +32,9 @@ pub(super) const OWN: usize = 5;
 pub(super) const ROUND: usize = 190;
 pub(super) const EVERY: usize = 27;
 /// Patterns averaged in light from below.
-const BELOW: usize = 4;
+pub(super) const BELOW: usize = 4;
+/// Waist of the line under which patterns are looked at [mm].
+pub(super) const BROAD_MM: f64 = 2.0;
 /// Largest lag in pixels, and largest number of profiles apart.
 pub(super) const LAGS: usize = 4;
 pub(super) const APART: usize = 5;
@@ -43,11 +45,9 @@ pub(super) const STRENGTHS: [f64; 2] = [0.5, 1.0];
 /// Waists of the lines whose centre is measured [mm].
 pub(super) const WAISTS: [f64; 3] = [0.05, 0.1, 0.2];
 
-/// What is known not to hold.
-const NOTES: [&str; 2] = [
-    "Behind pixels above 6 um neighbours are more alike than they should be: the pattern's grain is no smaller than a third of",
-    "a pixel there. Their contrast is imposed and right. Mean and contrast of a pattern are imposed for all pixels.",
-];
+/// What has to be known.
+const NOTES: [&str; 1] =
+    ["Mean and contrast of a pattern are its own; grains in steps of 3 %, contrast carried over by Goodman's ratio."];
 
 struct Found {
     /// Contrast by pixel [1].
@@ -62,6 +62,8 @@ struct Found {
     wide: f64,
     /// Spread of the line's centre by waist and strength [px].
     centre: Vec<Vec<f64>>,
+    /// Patterns before pixels.
+    stack: speckle_stack::Found,
 }
 
 /// Everything that the picture shows.
@@ -79,6 +81,10 @@ pub(super) struct Seen {
     pub grain_um: f64,
     /// The pattern of the sensor's own pixels and that of 1.2 um, [rows, TILE] from fine rows a pixel apart [1].
     pub patterns: [Vec<f64>; 2],
+    /// Patterns apart in Bergmann's stack, and correlation [1].
+    pub boil: Vec<(f64, Estimate)>,
+    /// Number of profiles, what is left of the pattern after them, and what theory says [1].
+    pub left: Vec<(usize, Estimate, f64)>,
 }
 
 /// Makes the study.
@@ -101,9 +107,7 @@ fn found(trials: Trials, one: u64) -> Found {
     let own = stream("speckle", trials, one);
     let tiles = Tiles::new(own.key());
     let (lags, profiles) = correlations(own.child("correlation"), &tiles);
-    let bench = white(own, PIXELS[OWN]).bench;
-    let grain = grain_px(&bench);
-    let (coarse, fine) = (Correlation::of(grain), Correlation::of(grain * PIXELS[OWN] / PIXELS[0]));
+    let grain = grain_px(&white(own, PIXELS[OWN]).bench);
     let lines = |(i, waist): (usize, &f64)| {
         let each =
             |strength: &f64| centre(&lined(own.child("line").index(i as u64), *waist, *strength, &tiles), &tiles);
@@ -113,13 +117,10 @@ fn found(trials: Trials, one: u64) -> Found {
         contrast: PIXELS.iter().map(|pixel| contrast(own.child("contrast"), *pixel, &tiles)).collect(),
         lags,
         profiles,
-        laws: [
-            law(&tiles, grain, 0, coarse.contrast(), 2),
-            law(&tiles, grain, 1, coarse.contrast() / (BELOW as f64).sqrt(), 2),
-            law(&tiles, grain * PIXELS[OWN] / PIXELS[0], 0, fine.contrast(), 3),
-        ],
+        laws: [law(&tiles, grain, 0, 2), law(&tiles, grain, 1, 2), law(&tiles, grain * PIXELS[OWN] / PIXELS[0], 0, 3)],
         wide: neighbours(&tiles, grain * PIXELS[OWN] / PIXELS[PIXELS.len() - 1]),
         centre: WAISTS.iter().enumerate().map(lines).collect(),
+        stack: speckle_stack::found(own.child("stack")),
     }
 }
 
@@ -137,7 +138,8 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
         })
         .collect();
     let names = ["from the surface, 6 um", "from below, 6 um", "from the surface, 1.2 um"];
-    let of = [Law::of(grain, 1), Law::of(grain, BELOW), Law::of(grain * PIXELS[OWN] / PIXELS[0], 1)];
+    let made = [grain, grain * PIXELS[OWN] / PIXELS[0]].map(|grain| stack(&tiles, grain).grain());
+    let of = [Law::of(made[0], 1), Law::of(made[0], BELOW), Law::of(made[1], 1)];
     let mut laws = Vec::new();
     for (i, (name, law)) in names.iter().zip(of).enumerate() {
         let mut all: Vec<f64> = found.iter().flat_map(|f| f.laws[i].iter().copied()).collect();
@@ -167,6 +169,17 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
         let near = n as f64 * move_px;
         figures.push(Figure::of(&name, &each(found, |f| middle(&f.profiles[n - 1], near)), middle(&expected, near)));
     }
+    // Contrast and correlations are taken under a broad line, whose wave is flat.
+    let mut broad = bench;
+    broad.laser.waist_mm = BROAD_MM;
+    let expected = |n: usize| boiled(grain, n as f64 * pupils(&broad, broad.motion.step_mm));
+    let all = |n: usize| AHEAD.map(|lag| coarse.at(lag as f64 - n as f64 * move_px)).sum::<f64>();
+    let left = |f: &Found, n: usize| f.profiles[n - 1].iter().sum::<f64>() / all(n);
+    for n in [1, APART] {
+        let name = format!("left of the pattern after {n} profile{} [1]", if n > 1 { "s" } else { "" });
+        figures.push(Figure::of(&name, &each(found, |f| left(f, n)), expected(n)));
+    }
+    figures.extend(speckle_stack::figures(&found.iter().map(|f| &f.stack).collect::<Vec<_>>()));
     let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
     let (mut centre, mut sum, mut line_px) = (Vec::new(), Vec::new(), Vec::new());
     for (w, waist) in WAISTS.into_iter().enumerate() {
@@ -198,9 +211,11 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
         centre,
         sum,
         line_px,
-        own: coarse,
+        own: coarse.clone(),
         grain_um: grain * PIXELS[OWN],
-        patterns: [OWN, 0].map(|i| law(&tiles, grain * PIXELS[OWN] / PIXELS[i], 0, theory(PIXELS[i]).contrast(), 1)),
+        patterns: [OWN, 0].map(|i| law(&tiles, grain * PIXELS[OWN] / PIXELS[i], 0, 1)),
+        left: (1..=APART).map(|n| (n, estimate(&|f| left(f, n)), expected(n))).collect(),
+        boil: speckle_stack::STEPS.iter().enumerate().map(|(i, u)| (*u, estimate(&|f| f.stack.alike[i]))).collect(),
     };
     (figures, seen)
 }

@@ -1,5 +1,7 @@
 //! Looking at speckle: even and lined planes under the nominal bench, contrast, correlations and centres read off them.
 
+use std::sync::Arc;
+
 use procedural::Stream;
 
 use super::beam::height_per_row;
@@ -7,11 +9,12 @@ use super::centre::spread;
 use super::moments;
 use super::pattern::{Correlation, grain_px};
 use super::setup::{BARE, Look, bare, expose_to, gain, quiet, scene};
-use super::speckle::{AHEAD, APART, EVERY, LAGS, OWN, PIXELS, ROUND};
-use crate::optics::speckle::{FINE, TILE, Tiles};
+use super::speckle::{AHEAD, APART, BELOW, BROAD_MM, EVERY, LAGS, OWN, PIXELS, ROUND};
+use crate::optics::speckle::{Stack, TILE, Tiles};
 use crate::optics::{CENTRE, ROWS};
 use crate::pipeline;
 use crate::recipe::Scene;
+use crate::settings::SpeckleLaw;
 
 /// A white plane under the nominal bench, no noise but rounding.
 pub(super) fn white(own: Stream, pixel_um: f64) -> Scene {
@@ -25,7 +28,7 @@ pub(super) fn white(own: Stream, pixel_um: f64) -> Scene {
 /// The same lit by a broad line, so that many rows are alike.
 fn broad(own: Stream, pixel_um: f64, tiles: &Tiles) -> Scene {
     let mut scene = white(own, pixel_um);
-    scene.bench.laser.waist_mm = 2.0;
+    scene.bench.laser.waist_mm = BROAD_MM;
     // Exponential light is seven times its mean once in a thousand.
     let peak = 230.0 / (1.0 + 6.0 * Correlation::of(grain_px(&scene.bench)).contrast());
     expose_to(&mut scene, &bare(), tiles, BARE, peak);
@@ -95,19 +98,24 @@ pub(super) fn correlations(own: Stream, tiles: &Tiles) -> ([Vec<f64>; 2], Vec<Ve
     (lags, profiles)
 }
 
+/// Patterns for grains of about `grain` pixels: one of light from the surface, four of light from below.
+pub(super) fn stack(tiles: &Tiles, grain: f64) -> Arc<Stack> {
+    tiles.get(grain, SpeckleLaw::Exponential, [1.0, BELOW as f64])
+}
+
 /// Pixels of a pattern `apart` pixels from each other, of mean 1.
-pub(super) fn law(tiles: &Tiles, grain: f64, which: usize, contrast: f64, apart: usize) -> Vec<f64> {
-    let pattern = &tiles.get(grain)[which];
-    let rows = (0..TILE).step_by(apart);
-    rows.flat_map(|row| pattern.row((row * FINE) as i64).iter().step_by(apart).map(|v| 1.0 + contrast * f64::from(*v)))
-        .collect()
+pub(super) fn law(tiles: &Tiles, grain: f64, which: usize, apart: usize) -> Vec<f64> {
+    let stack = stack(tiles, grain);
+    let rows = (0..stack.rows()).step_by(apart * stack.fine());
+    rows.flat_map(|row| stack.row(0, row as i64)[which].iter().step_by(apart).map(|v| 1.0 + f64::from(*v))).collect()
 }
 
 /// Correlation of neighbouring columns of a pattern [1].
 pub(super) fn neighbours(tiles: &Tiles, grain: f64) -> f64 {
-    let pattern = law(tiles, grain, 0, 1.0, 1);
+    let pattern = law(tiles, grain, 0, 1);
     let pairs = pattern.chunks(TILE).flat_map(|row| row.windows(2).map(|pair| (pair[0] - 1.0) * (pair[1] - 1.0)));
-    pairs.sum::<f64>() / (TILE * (TILE - 1)) as f64
+    let squares = pattern.iter().map(|v| (v - 1.0).powi(2)).sum::<f64>();
+    pairs.sum::<f64>() / squares * TILE as f64 / (TILE - 1) as f64
 }
 
 /// A plane of speckle alone under a line of half width `waist`; its contrast `strength` times the developed one.

@@ -3,8 +3,9 @@
 use image::{Rgb, RgbImage};
 
 use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
-use super::pattern::Correlation;
+use super::pattern::{Correlation, overlap};
 use super::speckle::{LAGS, PIXELS, STRENGTHS, Seen, WAISTS};
+use super::speckle_stack::chord;
 use crate::drawing::{Page, viridis};
 use crate::optics::speckle::TILE;
 use crate::study::chart::Axis;
@@ -16,7 +17,7 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
         "Speckle as production makes it",
         "Contrast, law, correlation and movement of the pattern, and what it does to the line's centre. Grey: theory.",
     );
-    let mut page = page(2, 3, heading, table);
+    let mut page = page(2, 4, heading, table);
 
     let theory = (0..=60).map(|i| 0.12 + 0.03 * f64::from(i)).map(|grain| (grain, Correlation::of(grain).contrast()));
     let measured = PIXELS.iter().zip(&seen.contrast).map(|(pixel, c)| (seen.grain_um / pixel, c.value, c.error));
@@ -126,6 +127,25 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
         cut(&mut page, (x + i as u32 * 276, y + 30), pattern);
     }
     page.bar(x, y + 30 + 256 + 12, 256, ("0", "3 times the mean"), &|t| viridis(t));
+
+    let theory = (0..=100).map(|i| 0.01 * f64::from(i)).map(|s| (s, overlap(s).powi(2)));
+    let stack = chart(
+        "Boiling: patterns of the stack, points",
+        Axis::even("pupils apart over their diameter", 0.0, 1.05),
+        Axis::even("correlation", -0.05, 1.0),
+        vec![curve(GREY, theory), marks(BLUE, seen.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error)))],
+    );
+    stack.draw(&mut page, corner(0, 3), CHART);
+    let left = chart(
+        "Boiling: what is left of the pattern between profiles",
+        Axis::even("profiles apart", 0.0, 5.5),
+        Axis::even("correlation, all lags over still", 0.8, 1.05),
+        vec![
+            curve(GREY, seen.left.iter().map(|(n, _, theory)| (*n as f64, *theory))),
+            marks(ORANGE, seen.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
+        ],
+    );
+    left.draw(&mut page, corner(1, 3), CHART);
     page.0
 }
 

@@ -1,0 +1,80 @@
+//! The orders in which the thesis worked on its rendered frames.
+
+use super::SpeckleLaw;
+
+/// What is done to the light of a frame, and in which order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Postprocess {
+    /// The order.
+    pub order: Order,
+    /// Standard deviation of the blur [px].
+    pub blur_radius_px: f64,
+    /// Mean of the pattern of speckle, by which light is multiplied [1].
+    pub intensity_scale: f64,
+    /// The pattern.
+    pub pattern: Pattern,
+}
+
+/// A pattern of speckle as the thesis made it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pattern {
+    /// Side of the square of random phases [px of the pattern].
+    pub size_px: usize,
+    /// Diameter of the disc cut from it, at most half of the side [px of the pattern].
+    pub mask_px: usize,
+    /// Pattern pixels along the side of a sensor pixel.
+    pub factor: usize,
+    /// Law of the pattern's numbers; the thesis preferred the root of an intensity.
+    pub law: SpeckleLaw,
+}
+
+/// One of the thesis' scripts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// Gaussian blur over rows and columns.
+    Blur,
+    /// Multiplication by a pattern of speckle.
+    Speckle,
+    /// Addition of normal noise about the dark level.
+    Noise,
+}
+
+/// The order of the scripts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// None of them: the instrument's own optics, speckle and sensor.
+    Physical,
+    /// Noise, then speckle.
+    NoiseSpeckle,
+    /// Blur, then noise.
+    BlurNoise,
+    /// Speckle, blur, noise.
+    SpeckleBlurNoise,
+    /// Blur, speckle, noise; what the thesis found best.
+    BlurSpeckleNoise,
+}
+
+impl Order {
+    /// Every order in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 5] =
+        [Self::Physical, Self::NoiseSpeckle, Self::BlurNoise, Self::SpeckleBlurNoise, Self::BlurSpeckleNoise];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 5] =
+        ["physical", "noise_speckle", "blur_noise", "speckle_blur_noise", "blur_speckle_noise"];
+
+    /// The scripts, first one first.
+    pub fn steps(self) -> &'static [Step] {
+        match self {
+            Self::Physical => &[],
+            Self::NoiseSpeckle => &[Step::Noise, Step::Speckle],
+            Self::BlurNoise => &[Step::Blur, Step::Noise],
+            Self::SpeckleBlurNoise => &[Step::Speckle, Step::Blur, Step::Noise],
+            Self::BlurSpeckleNoise => &[Step::Blur, Step::Speckle, Step::Noise],
+        }
+    }
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}

@@ -1,0 +1,63 @@
+//! How the sensor is read out, and what is done to its frames before they are read.
+
+/// Numbers of the 8-bit scale on which recipes count digital numbers [DN].
+pub const SCALE_DN: f64 = 255.0;
+
+/// How the sensor is read out: the same for all samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Readout {
+    /// Bits of the converter: 8, 10 or 12.
+    pub bits: u32,
+    /// Slopes of the response.
+    pub hdr: Hdr,
+}
+
+impl Readout {
+    /// 8 bits, one slope.
+    pub const PLAIN: Self = Self { bits: 8, hdr: Hdr::None };
+
+    /// Greatest digital number [DN].
+    pub fn most(&self) -> u16 {
+        ((1u32 << self.bits.min(16)) - 1) as u16
+    }
+
+    /// Digital numbers of the converter for one of the 8-bit scale [1]; 1 for 8 bits.
+    pub fn scale(&self) -> f64 {
+        f64::from(self.most()) / SCALE_DN
+    }
+}
+
+/// Slopes of the response: one, or two with a knee between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hdr {
+    /// One slope.
+    None,
+    /// Twice the dynamic range.
+    Soft,
+    /// Six times.
+    Medium,
+    /// Fifteen times.
+    Aggressive,
+}
+
+impl Hdr {
+    /// Every mode in the order of [`Self::NAMES`].
+    pub const ALL: [Self; 4] = [Self::None, Self::Soft, Self::Medium, Self::Aggressive];
+    /// Names in recipes and files.
+    pub const NAMES: [&str; 4] = ["none", "soft", "medium", "aggressive"];
+
+    /// Name in recipes and files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// By how much the dynamic range grows [1].
+    pub fn gain(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Soft => 2.0,
+            Self::Medium => 6.0,
+            Self::Aggressive => 15.0,
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Triangles ready for rays. The only file that names obvhs.
+
+use std::time::Duration;
+
+use glam::{Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::triangle::Triangle;
+use procedural::Mesh;
+
+/// Start of a ray off the surface that it leaves [mm]; above obvhs' absolute epsilon of 1e-4.
+pub const LEAVE_MM: f32 = 0.01;
+
+/// The triangles of a body.
+#[derive(Debug)]
+pub struct Rays {
+    tree: CwBvh,
+    triangles: Vec<Triangle>,
+    /// Lowest corner of the box around them [mm].
+    pub low: Vec3,
+    /// Highest corner of the box around them [mm].
+    pub high: Vec3,
+}
+
+impl Rays {
+    /// Sorts the triangles of `mesh`.
+    pub fn new(mesh: &Mesh) -> Self {
+        let corner = |i: u32| Vec3A::from(mesh.positions[i as usize]);
+        let soup: Vec<Triangle> =
+            mesh.triangles.iter().map(|t| Triangle { v0: corner(t[0]), v1: corner(t[1]), v2: corner(t[2]) }).collect();
+        let tree = build_cwbvh_from_tris(&soup, BvhBuildParams::medium_build(), &mut Duration::default());
+        let triangles = tree.primitive_indices.iter().map(|&i| soup[i as usize]).collect();
+        let fold = |pick: fn(Vec3, Vec3) -> Vec3| mesh.positions.iter().copied().reduce(pick).unwrap_or(Vec3::ZERO);
+        Self { tree, triangles, low: fold(Vec3::min), high: fold(Vec3::max) }
+    }
+
+    /// Whether nothing stands between two points.
+    pub fn free(&self, from: Vec3, to: Vec3) -> bool {
+        let (ray, _) = way(from, to, LEAVE_MM);
+        self.triangles.is_empty() || self.tree.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
+    }
+
+    /// How far from `from` on the straight way to `to` the first triangle is met beyond `start`, and its unit normal, of
+    /// either sign [mm].
+    pub fn meet(&self, from: Vec3, to: Vec3, start: f32) -> Option<(f32, Vec3)> {
+        let (ray, length) = way(from, to, start);
+        if self.triangles.is_empty() || start >= length {
+            return None;
+        }
+        let mut hit = RayHit::none();
+        let met = self.tree.ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray));
+        met.then(|| {
+            let Triangle { v0, v1, v2 } = self.triangles[hit.primitive_id as usize];
+            (hit.t, Vec3::from((v1 - v0).cross(v2 - v0).normalize_or_zero()))
+        })
+    }
+}
+
+/// The ray between two points from `start` on, and its length [mm].
+fn way(from: Vec3, to: Vec3, start: f32) -> (Ray, f32) {
+    let way = to - from;
+    let length = way.length();
+    (Ray::new(from.into(), (way / length).into(), start, length), length)
+}
