@@ -33,6 +33,7 @@ fn faults_name_the_remedy() {
         ("mean_sign.onnx", &format!("{pixels}\noutput: probabilities"), "", "no probabilities; write `output: logits`"),
         ("mean_sign.onnx", &format!("{pixels}\noutput_name: z"), "", "it has no output `z`; give one of y"),
         ("mean_sign.onnx", &pixels, "--split validation", "no samples of the split `validation`; give --split all"),
+        ("mean_sign.onnx", &large, "--batch 65536", "takes more than 4 GiB; give a smaller --batch"),
         ("mean_sign.onnx", &pixels, "--slice exposure.tim_us", "did you mean `exposure.time_us`?"),
         ("mean_sign.onnx", &pixels.replace("clear", "cleer"), "", "did you mean `clear`?"),
     ] {

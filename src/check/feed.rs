@@ -69,7 +69,7 @@ impl Feed<'_> {
     /// # Errors
     /// Where the dataset is damaged.
     pub fn run(&self, batches: &SyncSender<Batch>) -> Result<(), CheckError> {
-        let labels = self.plan.work.iter().any(|work| matches!(work, Work::Pixels(_) | Work::Maps(_)));
+        let labels = self.plan.work.iter().any(|work| matches!(work, Work::Pixels(_) | Work::Tiles));
         let channels: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
         let mut names = channels.clone();
         names.extend(labels.then(|| "label".to_owned()));
@@ -132,12 +132,12 @@ impl Feed<'_> {
                 });
                 units.collect()
             }
-            Work::Maps(windows) => {
+            Work::Tiles => {
                 let unit = |&window: &Window| {
                     let cells = truth(&picture, window, sidecar.size, &sidecar.truth);
                     Unit { sample, window, truth: Truth::Cells(cells) }
                 };
-                windows.iter().map(unit).collect()
+                self.plan.tiles.iter().map(unit).collect()
             }
         };
         Ok(Some((picture, units)))

@@ -14,8 +14,8 @@ pub enum Work {
     Windows(Vec<(Window, usize)>),
     /// Windows around pixels that are yet to be drawn: as many of each class.
     Pixels(Vec<u64>),
-    /// The class of each pixel of these windows.
-    Maps(Vec<Window>),
+    /// The class of each pixel of every tile.
+    Tiles,
 }
 
 /// What is asked of a split.
@@ -23,6 +23,8 @@ pub enum Work {
 pub struct Plan {
     /// Of each sample, in the order of the facts.
     pub work: Vec<Work>,
+    /// Windows that cover an image, where that is asked.
+    pub tiles: Vec<Window>,
     /// Windows in all; of drawn pixels at most so many.
     pub units: u64,
     /// Samples or objects whose class is none of the model's, or of which there were enough.
@@ -34,7 +36,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Plan {
     let class = |value: usize| sidecar.truth.get(value).copied().flatten();
     let whole = Window { first: [0, 0], size: image };
     let window = sidecar.window.unwrap_or(image);
-    let mut left_out = 0;
+    let (mut left_out, mut tiles) = (0, Vec::new());
     let work: Vec<Work> = match sidecar.task {
         Task::Samples => {
             let cut = sidecar.window.map_or(whole, |size| Window::around(image.map(|side| side as i64 / 2), size));
@@ -78,19 +80,18 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Plan {
         }
         Task::Segment => {
             let firsts = |side: usize| (0..image[side]).step_by(window[side]).map(|first| first as i64);
-            let tiles: Vec<Window> = firsts(0)
-                .flat_map(|row| firsts(1).map(move |col| Window { first: [row, col], size: window }))
-                .collect();
-            facts.iter().map(|_| Work::Maps(tiles.clone())).collect()
+            tiles
+                .extend(firsts(0).flat_map(|row| firsts(1).map(move |col| Window { first: [row, col], size: window })));
+            facts.iter().map(|_| Work::Tiles).collect()
         }
     };
     let units = work.iter().map(|work| match work {
         Work::Nothing => 0,
         Work::Windows(windows) => windows.len() as u64,
         Work::Pixels(wanted) => wanted.iter().sum(),
-        Work::Maps(windows) => windows.len() as u64,
+        Work::Tiles => tiles.len() as u64,
     });
-    Plan { units: units.sum(), work, left_out }
+    Plan { units: units.sum(), work, tiles, left_out }
 }
 
 #[cfg(test)]
@@ -157,6 +158,6 @@ mod tests {
     fn tiles_cover_the_image() {
         let plan = planned(&sidecar(Task::Segment, Some([16, 40]), 1), &[facts(0, [1; 4], &[])]);
         let tile = |row| Window { first: [row, 0], size: [16, 40] };
-        assert_eq!(plan.work, [Work::Maps(vec![tile(0), tile(16)])]);
+        assert_eq!((plan.work, plan.tiles, plan.units), (vec![Work::Tiles], vec![tile(0), tile(16)], 2));
     }
 }

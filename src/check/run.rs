@@ -21,6 +21,8 @@ use super::worst::{Worst, Wrong, draw};
 use super::{BATCH, BATCH_BYTES, CheckError, Options, sliced};
 use crate::shard::hex;
 
+/// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
+const MOST: usize = 1 << 30;
 /// Batches that wait for the model.
 const WAITING: usize = 2;
 
@@ -38,6 +40,10 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
     let facts = folder.facts(&numbers)?;
     let all: Vec<&Facts> = facts.iter().flatten().collect();
     let images = &folder.head().images;
+    if images.rows.saturating_mul(images.cols) > MOST as u64 {
+        let what = format!("it claims images of {} x {} pixels", images.cols, images.rows);
+        return Err(CheckError::at(&options.dir, what, "`gen validate` says what is damaged"));
+    }
     let plan = plan(&sidecar, &all, [images.rows as usize, images.cols as usize]);
     if plan.units == 0 {
         let what = format!("it has no {} of the model's classes", sidecar.task.units());
@@ -53,6 +59,10 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         (Some(fixed), _) => fixed,
         (None, asked) => asked.unwrap_or(fitting).max(1),
     };
+    if batch.saturating_mul(model.input_len()) > MOST {
+        let what = format!("a batch of {batch} windows takes more than 4 GiB; give a smaller --batch or size_px");
+        return Err(CheckError::Argument(what));
+    }
     let feed = Feed { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
     let mut judge = Judge::new(&all, &sidecar, options);
     let mut asked = Duration::ZERO;
