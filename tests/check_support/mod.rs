@@ -12,7 +12,7 @@ use super::gen_support::{Place, Run};
 pub const CHANNEL: &str = "channels: [{name: scatter, mean: 600, sd: 300}]";
 
 /// The environment in which `make` keeps onnxruntime.
-fn environment() -> PathBuf {
+pub fn environment() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv")
 }
 
