@@ -91,36 +91,40 @@ pub fn fill(
     layout: Layout,
 ) {
     let cells = size[0] * size[1];
-    let mut plane = vec![0.0; cells];
+    let mut buffer = vec![0.0; if layout == Layout::Nhwc { cells } else { 0 }];
     for (c, (channel, map)) in channels.iter().zip(&picture.planes).enumerate() {
+        let plane = if layout == Layout::Nchw { &mut out[c * cells..][..cells] } else { &mut buffer[..] };
         match map {
             Plane::Eight(pixels) => {
-                let at = |i: usize| if pixels[i] == 0 { f64::NAN } else { f64::from(pixels[i]) };
-                shrink(&mut plane, at, picture.size, window, size);
+                let number = |n: u8| if n == 0 { f32::NAN } else { f32::from(n) };
+                shrink(plane, pixels, number, picture.size, window, size);
             }
             Plane::Sixteen { pixels, offset, scale } => {
-                let at = |i: usize| if pixels[i] == 0 { f64::NAN } else { offset + f64::from(pixels[i]) * scale };
-                shrink(&mut plane, at, picture.size, window, size);
+                let (offset, scale) = (*offset as f32, *scale as f32);
+                let number = |n: u16| if n == 0 { f32::NAN } else { offset + f32::from(n) * scale };
+                shrink(plane, pixels, number, picture.size, window, size);
             }
-            Plane::Float(pixels) => shrink(&mut plane, |i| f64::from(pixels[i]), picture.size, window, size),
+            Plane::Float(pixels) => shrink(plane, pixels, |value| value, picture.size, window, size),
         }
-        normalise(&mut plane, channel);
-        match layout {
-            Layout::Nchw => {
-                out[c * cells..][..cells].iter_mut().zip(&plane).for_each(|(out, value)| *out = *value as f32);
-            }
-            Layout::Nhwc => {
-                let cells = out.iter_mut().skip(c).step_by(channels.len());
-                cells.zip(&plane).for_each(|(out, value)| *out = *value as f32);
-            }
+        normalise(plane, channel);
+        if layout == Layout::Nhwc {
+            let cells = out.iter_mut().skip(c).step_by(channels.len());
+            cells.zip(&buffer).for_each(|(out, value)| *out = *value);
         }
     }
 }
 
-/// Means of what was measured in each cell, `[rows, columns]`; NaN where nothing was.
-fn shrink(out: &mut [f64], at: impl Fn(usize) -> f64, image: [usize; 2], window: Window, size: [usize; 2]) {
+/// Means of what was measured in each cell, `[rows, columns]`; NaN where nothing was. `number` says what a pixel means.
+fn shrink<T: Copy>(
+    out: &mut [f32],
+    pixels: &[T],
+    number: impl Fn(T) -> f32,
+    image: [usize; 2],
+    window: Window,
+    size: [usize; 2],
+) {
     if window.size == size {
-        return copy(out, at, image, window);
+        return copy(out, pixels, number, image, window);
     }
     let spans: Vec<[usize; 2]> = (0..size[1]).map(|col| window.span(1, col, size[1], image[1])).collect();
     for row in 0..size[0] {
@@ -128,44 +132,45 @@ fn shrink(out: &mut [f64], at: impl Fn(usize) -> f64, image: [usize; 2], window:
         for (out, [left, right]) in out[row * size[1]..][..size[1]].iter_mut().zip(&spans) {
             let (mut sum, mut count) = (0.0, 0_u32);
             for r in top..bottom {
-                for i in r * image[1] + left..r * image[1] + right {
-                    let value = at(i);
+                for &pixel in &pixels[r * image[1] + left..r * image[1] + right] {
+                    let value = number(pixel);
                     if !value.is_nan() {
-                        sum += value;
+                        sum += f64::from(value);
                         count += 1;
                     }
                 }
             }
-            *out = if count == 0 { f64::NAN } else { sum / f64::from(count) };
+            *out = if count == 0 { f32::NAN } else { (sum / f64::from(count)) as f32 };
         }
     }
 }
 
 /// The window as it is, for cells of one pixel each.
-fn copy(out: &mut [f64], at: impl Fn(usize) -> f64, image: [usize; 2], window: Window) {
+fn copy<T: Copy>(out: &mut [f32], pixels: &[T], number: impl Fn(T) -> f32, image: [usize; 2], window: Window) {
     let cols = window.size[1];
     let inside = |side: usize, place: usize| (window.first[side] + place as i64).clamp(0, image[side] as i64) as usize;
     let (left, right) = (inside(1, 0), inside(1, cols));
-    out.fill(f64::NAN);
+    let before = (left as i64 - window.first[1]).clamp(0, cols as i64) as usize;
+    out.fill(f32::NAN);
     for (row, out) in out.chunks_exact_mut(cols).enumerate() {
         if inside(0, row + 1) > inside(0, row) {
             let first = inside(0, row) * image[1];
-            let before = (left as i64 - window.first[1]).clamp(0, cols as i64) as usize;
-            for (out, i) in out[before..].iter_mut().zip(first + left..first + right) {
-                *out = at(i);
-            }
+            let pixels = &pixels[first + left..first + right];
+            out[before..].iter_mut().zip(pixels).for_each(|(out, &pixel)| *out = number(pixel));
         }
     }
 }
 
-fn normalise(plane: &mut [f64], channel: &Channel) {
+fn normalise(plane: &mut [f32], channel: &Channel) {
     let mut shift = channel.mean;
     if channel.relative {
-        let (sum, count) = plane.iter().filter(|v| !v.is_nan()).fold((0.0, 0_u32), |(s, n), v| (s + v, n + 1));
+        let known = plane.iter().filter(|value| !value.is_nan());
+        let (sum, count) = known.fold((0.0, 0_u32), |(sum, n), &value| (sum + f64::from(value), n + 1));
         shift += if count == 0 { 0.0 } else { sum / f64::from(count) };
     }
+    let (shift, sd, missing) = (shift as f32, channel.sd as f32, channel.missing as f32);
     for value in plane {
-        *value = if value.is_nan() { channel.missing } else { (*value - shift) / channel.sd };
+        *value = if value.is_nan() { missing } else { (*value - shift) / sd };
     }
 }
 
@@ -242,16 +247,16 @@ mod tests {
     /// Cells of one pixel are that pixel, wherever the window lies; outside of the image nothing was measured.
     #[test]
     fn copies_are_the_pixels() {
-        let at = |i: usize| i as f64;
+        let pixels: [u8; 12] = std::array::from_fn(|i| i as u8);
         for (row, col) in (-4..6).flat_map(|row| (-5..7).map(move |col| (row, col))) {
             let window = Window { first: [row, col], size: [2, 3] };
             let (mut short, mut long) = ([0.0; 6], [0.0; 6]);
-            copy(&mut short, at, [3, 4], window);
+            copy(&mut short, &pixels, f32::from, [3, 4], window);
             // Every pixel on its own.
             for (cell, out) in long.iter_mut().enumerate() {
                 let [r, c] = [row + cell as i64 / 3, col + cell as i64 % 3];
                 let inside = (0..3).contains(&r) && (0..4).contains(&c);
-                *out = if inside { (4 * r + c) as f64 } else { f64::NAN };
+                *out = if inside { (4 * r + c) as f32 } else { f32::NAN };
             }
             assert!(
                 short.iter().zip(long).all(|(a, b)| *a == b || a.is_nan() && b.is_nan()),

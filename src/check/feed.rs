@@ -18,6 +18,9 @@ use super::sidecar::Sidecar;
 /// Most samples whose maps are in memory at once.
 const SAMPLES: usize = 4;
 
+/// Numbers that one core cuts before it is worth to wake another.
+const ALONE: usize = 1 << 20;
+
 /// One question to the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
@@ -149,9 +152,15 @@ impl Feed<'_> {
         let mut units = units.into_iter().peekable();
         while units.peek().is_some() {
             let begin = batch.units.len();
+            if begin == 0 {
+                batch.data.reserve_exact(self.batch * each);
+            }
             batch.units.extend(units.by_ref().take(self.batch - begin));
             batch.data.resize(batch.units.len() * each, 0.0);
-            let windows = batch.data[begin * each..].par_chunks_mut(each).zip(&batch.units[begin..]);
+            let windows = batch.data[begin * each..]
+                .par_chunks_mut(each)
+                .zip(&batch.units[begin..])
+                .with_min_len(ALONE / each + 1);
             windows.for_each(|(out, unit)| {
                 fill(out, picture, unit.window, &self.sidecar.channels, self.sidecar.size, self.sidecar.layout);
             });
