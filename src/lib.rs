@@ -22,6 +22,7 @@
 //! - [`preview`]: one sample -> a picture for a person
 //! - [`icon`]: scans as files of the real camera
 //! - [`compare`]: simulated and real scans side by side
+//! - [`check`]: what a trained model makes of a dataset
 //! - [`drawing`]: words, scales and colours of pictures
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
@@ -29,6 +30,7 @@
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
 pub mod asset;
+pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod drawing;

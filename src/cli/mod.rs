@@ -1,7 +1,9 @@
-//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`.
+//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`,
+//! `gen compare`, `gen icon`, `gen check`.
 //!
-//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments.
+//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for.
 
+mod check;
 mod compare;
 mod generate;
 mod icon;
@@ -36,6 +38,7 @@ use progress::{counted, say};
   gen transport --medium wood.yaml --model path                light inside plane layers
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
+  gen check planks --model knots.onnx                          what a trained model makes of it
   gen icon planks --index 3 --out plank                        a sample as files of the real camera
   gen schema recipe > recipe.schema.json                       for an editor's completion")]
 struct Cli {
@@ -61,6 +64,8 @@ enum Command {
     },
     /// Put the statistics of a simulated and a real scan side by side: noise, speckle, distances, plots
     Compare(compare::Compare),
+    /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
+    Check(check::Check),
     /// Write a sample as the files of the real camera (iCon .dat and .xml), or say what such files hold
     Icon(icon::Icon),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
@@ -145,10 +150,11 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
         Some(Command::Preview(arguments)) => show(&arguments),
-        Some(Command::Validate(arguments)) => check(&arguments),
+        Some(Command::Validate(arguments)) => validated(&arguments),
         Some(Command::Transport(arguments)) => transport::run(&arguments),
         Some(Command::Study { what }) => study::run(&what),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
@@ -193,7 +199,7 @@ fn show(arguments: &Preview) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check(arguments: &Validate) -> Outcome {
+fn validated(arguments: &Validate) -> Outcome {
     let folder = DatasetFolder::open(&arguments.dir).ok();
     let again = folder.as_ref().map(|folder| {
         let head = folder.head();

@@ -146,6 +146,41 @@ impl Photons {
     }
 }
 
+/// A bar for windows that a model is asked about; hidden where standard error is no terminal.
+pub(super) struct Windows(ProgressBar);
+
+impl Windows {
+    /// Nothing is shown before the first windows.
+    pub(super) fn new() -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {pos}/{len} windows  {per_sec}, {eta} left");
+        Self(ProgressBar::no_length().with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+    }
+
+    /// Takes windows done and windows in all.
+    pub(super) fn show(&self, done: u64, all: u64) {
+        self.0.set_length(all);
+        self.0.set_position(done);
+    }
+
+    /// Windows done.
+    pub(super) fn done(&self) -> u64 {
+        self.0.position()
+    }
+
+    /// Whether anybody sees it.
+    pub(super) fn is_seen(&self) -> bool {
+        !self.0.is_hidden()
+    }
+
+    /// Takes the bar away.
+    pub(super) fn end(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// A line for the user. Whoever closes the other end of standard error does not stop the work.
 pub(super) fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");

@@ -1,0 +1,173 @@
+//! From the folder to batches: images are decoded and windows cut on all cores while the model works on earlier ones.
+//!
+//! Batches come in the order of the tables whatever the number of threads, so that the same check gives the same report.
+
+use std::sync::mpsc::SyncSender;
+
+use arrow_array::RecordBatch;
+use procedural::Stream;
+use rayon::prelude::*;
+
+use super::CheckError;
+use super::cut::{Picture, Window, fill, truth};
+use super::folder::{Facts, Folder, Table};
+use super::plan::{Plan, Work};
+use super::sampler::{Inside, pixels};
+use super::sidecar::Sidecar;
+
+/// Most samples whose maps are in memory at once.
+const SAMPLES: usize = 4;
+
+/// Numbers that one core cuts before it is worth to wake another.
+const ALONE: usize = 1 << 20;
+
+/// One question to the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    /// Number of its sample in the order of the facts.
+    pub sample: usize,
+    /// Where it was cut.
+    pub window: Window,
+    /// What it is.
+    pub truth: Truth,
+}
+
+/// What a window is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Truth {
+    /// Of one class.
+    Class(usize),
+    /// The class of each cell, [`super::cut::NO_CLASS`] for none.
+    Cells(Vec<u8>),
+}
+
+/// Questions that are asked together.
+#[derive(Debug, Default)]
+pub struct Batch {
+    /// The questions.
+    pub units: Vec<Unit>,
+    /// Their inputs, one behind the other.
+    pub data: Vec<f32>,
+}
+
+/// What a feed reads and cuts.
+pub struct Feed<'a> {
+    /// The split.
+    pub folder: &'a Folder,
+    /// What to cut.
+    pub sidecar: &'a Sidecar,
+    /// What the rows say, by table.
+    pub facts: &'a [Vec<Facts>],
+    /// What is asked of each.
+    pub plan: &'a Plan,
+    /// Seed of drawn pixels.
+    pub seed: u64,
+    /// Questions in a batch.
+    pub batch: usize,
+}
+
+impl Feed<'_> {
+    /// Sends every batch; ends early where nobody takes them any more. To call in the pool whose threads are to work.
+    ///
+    /// # Errors
+    /// Where the dataset is damaged.
+    pub fn run(&self, batches: &SyncSender<Batch>) -> Result<(), CheckError> {
+        let labels = self.plan.work.iter().any(|work| matches!(work, Work::Pixels(_) | Work::Tiles));
+        let channels: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
+        let mut names = channels.clone();
+        names.extend(labels.then(|| "label".to_owned()));
+        let step = rayon::current_num_threads().clamp(1, SAMPLES);
+        let (mut batch, mut sample) = (Batch::default(), 0);
+        for (table, facts) in self.folder.tables.iter().zip(self.facts) {
+            let mut row = 0;
+            for rows in self.folder.images(table, &names, step)? {
+                let rows = rows?;
+                let here = (0..rows.num_rows()).map(|i| (rows.slice(i, 1), sample + i, facts.get(row + i)));
+                let here: Vec<(RecordBatch, usize, Option<&Facts>)> = here.collect();
+                let read = |(rows, sample, facts): &(RecordBatch, usize, Option<&Facts>)| match facts {
+                    Some(facts) => self.sample(table, rows, *sample, facts, &channels, labels),
+                    None => Ok(None),
+                };
+                let read: Result<Vec<_>, CheckError> = here.par_iter().map(read).collect();
+                for (picture, units) in read?.into_iter().flatten() {
+                    if !self.cut(&picture, units, &mut batch, batches) {
+                        return Ok(());
+                    }
+                }
+                (row, sample) = (row + rows.num_rows(), sample + rows.num_rows());
+            }
+        }
+        if !batch.units.is_empty() {
+            let _ = batches.send(batch);
+        }
+        Ok(())
+    }
+
+    /// The maps of a sample and the questions about it; `None` where there is none.
+    fn sample(
+        &self,
+        table: &Table,
+        row: &RecordBatch,
+        sample: usize,
+        facts: &Facts,
+        channels: &[String],
+        labels: bool,
+    ) -> Result<Option<(Picture, Vec<Unit>)>, CheckError> {
+        let Some(work) = self.plan.work.get(sample).filter(|work| **work != Work::Nothing) else { return Ok(None) };
+        let picture = self.folder.picture(table, row, facts, channels, labels)?;
+        let sidecar = self.sidecar;
+        let units = match work {
+            Work::Nothing => Vec::new(),
+            Work::Windows(windows) => {
+                let unit = |&(window, class): &(Window, usize)| Unit { sample, window, truth: Truth::Class(class) };
+                windows.iter().map(unit).collect()
+            }
+            Work::Pixels(wanted) => {
+                let window = sidecar.window.unwrap_or(picture.size);
+                let inside = Inside::new(window, picture.size);
+                let stream = Stream::root(self.seed).child("check").index(facts.index);
+                let found = pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
+                let units = found.into_iter().enumerate().flat_map(|(class, places)| {
+                    places.into_iter().map(move |place| {
+                        let window = Window::around(place.map(|side| side as i64), window);
+                        Unit { sample, window, truth: Truth::Class(class) }
+                    })
+                });
+                units.collect()
+            }
+            Work::Tiles => {
+                let unit = |&window: &Window| {
+                    let cells = truth(&picture, window, sidecar.size, &sidecar.truth);
+                    Unit { sample, window, truth: Truth::Cells(cells) }
+                };
+                self.plan.tiles.iter().map(unit).collect()
+            }
+        };
+        Ok(Some((picture, units)))
+    }
+
+    /// Cuts the units out of their picture and sends every batch that is full; false where nobody takes it.
+    fn cut(&self, picture: &Picture, units: Vec<Unit>, batch: &mut Batch, batches: &SyncSender<Batch>) -> bool {
+        let each = self.sidecar.channels.len() * self.sidecar.size[0] * self.sidecar.size[1];
+        let mut units = units.into_iter().peekable();
+        while units.peek().is_some() {
+            let begin = batch.units.len();
+            if begin == 0 {
+                batch.data.reserve_exact(self.batch * each);
+            }
+            batch.units.extend(units.by_ref().take(self.batch - begin));
+            batch.data.resize(batch.units.len() * each, 0.0);
+            let windows = batch.data[begin * each..]
+                .par_chunks_mut(each)
+                .zip(&batch.units[begin..])
+                .with_min_len(ALONE / each + 1);
+            windows.for_each(|(out, unit)| {
+                fill(out, picture, unit.window, &self.sidecar.channels, self.sidecar.size, self.sidecar.layout);
+            });
+            if batch.units.len() == self.batch && batches.send(std::mem::take(batch)).is_err() {
+                return false;
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,283 @@
+//! From truth and guesses to figures: confusion, accuracy with its interval, precision and recall, calibration.
+//!
+//! **Accuracy** is the share of right guesses. Its interval is Wilson's (1927) at 95 %,
+//!
+//! ```text
+//! (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n),    z = 1.96
+//! ```
+//!
+//! which holds for independent guesses. Patches and pixels of one sample are not: they share a board, a laser and a
+//! camera. So n is the effective number: guesses over the design effect (Kish 1965), which is the variance of the share
+//! between samples over the variance that independent guesses would have,
+//!
+//! ```text
+//! deff = m/(m-1) sum_i (c_i - p n_i)^2 / (n p (1-p)),    n_eff = n / max(1, deff)
+//! ```
+//!
+//! with n_i guesses of sample i, c_i of them right, and m samples. Where all guesses are right or all are wrong the
+//! spread between samples says nothing, and n_eff is m; so it is with one sample. With one guess a sample n_eff is n.
+//!
+//! **Calibration**: guesses go to ten bins by confidence; the expected calibration error is the mean distance of a bin's
+//! accuracy from its mean confidence, weighted by its guesses (Naeini 2015, Guo 2017).
+
+/// Bins of confidence.
+pub const BINS: usize = 10;
+/// Quantile of the normal law for 95 % [1].
+const Z: f64 = 1.959_963_984_540_054;
+
+/// Right guesses among guesses, and how they spread over samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Share {
+    /// Right guesses.
+    pub right: u64,
+    /// Guesses.
+    pub of: u64,
+    /// Samples that had any.
+    pub samples: u64,
+    right_squared: u128,
+    right_times_of: u128,
+    of_squared: u128,
+}
+
+impl Share {
+    /// Takes the guesses of one sample, all of them at once.
+    pub fn add(&mut self, right: u64, of: u64) {
+        if of == 0 {
+            return;
+        }
+        let (c, n) = (u128::from(right), u128::from(of));
+        self.right += right;
+        self.of += of;
+        self.samples += 1;
+        self.right_squared += c * c;
+        self.right_times_of += c * n;
+        self.of_squared += n * n;
+    }
+
+    /// The share itself; `None` without guesses.
+    pub fn value(&self) -> Option<f64> {
+        (self.of > 0).then(|| self.right as f64 / self.of as f64)
+    }
+
+    /// Number of independent guesses that would know the share as well.
+    pub fn effective(&self) -> f64 {
+        let (n, m) = (self.of as f64, self.samples as f64);
+        if self.of == self.samples {
+            return n;
+        }
+        if self.samples < 2 || self.right == 0 || self.right == self.of {
+            return m;
+        }
+        let p = self.right as f64 / n;
+        let spread = self.right_squared as f64 - 2.0 * p * self.right_times_of as f64 + p * p * self.of_squared as f64;
+        let effect = m / (m - 1.0) * spread.max(0.0) / (n * p * (1.0 - p));
+        n / effect.max(1.0)
+    }
+
+    /// The 95 % interval; all of [0, 1] without guesses.
+    pub fn interval(&self) -> [f64; 2] {
+        self.value().map_or([0.0, 1.0], |p| wilson(p, self.effective()))
+    }
+}
+
+/// Wilson's 95 % interval of a share `p` of `n` independent guesses.
+pub fn wilson(p: f64, n: f64) -> [f64; 2] {
+    let z2 = Z * Z / n;
+    let (middle, half) = (p + z2 / 2.0, Z * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt());
+    [((middle - half) / (1.0 + z2)).max(0.0), ((middle + half) / (1.0 + z2)).min(1.0)]
+}
+
+/// Guesses of like confidence.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Bin {
+    /// Guesses.
+    pub count: u64,
+    /// Right ones.
+    pub right: u64,
+    /// Sum of confidences.
+    pub confidence: f64,
+}
+
+/// Figures of one class.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClassFigures {
+    /// How often it was true.
+    pub support: u64,
+    /// How often it was guessed.
+    pub guessed: u64,
+    /// Right among the guesses of it.
+    pub precision: Option<f64>,
+    /// Right among those that it was true of.
+    pub recall: Option<f64>,
+    /// Harmonic mean of the two.
+    pub f1: Option<f64>,
+    /// Right among those that it was true of or guessed for: intersection over union.
+    pub iou: Option<f64>,
+}
+
+/// Guesses as they come in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tally {
+    classes: usize,
+    confusion: Vec<u64>,
+    bins: [Bin; BINS],
+}
+
+impl Tally {
+    /// For so many classes.
+    pub fn new(classes: usize) -> Self {
+        Self { classes, confusion: vec![0; classes * classes], bins: [Bin::default(); BINS] }
+    }
+
+    /// Takes one guess; both classes are below the number of classes.
+    pub fn add(&mut self, truth: usize, guess: usize, confidence: f64) {
+        self.confusion[truth * self.classes + guess] += 1;
+        // A bin owns its lower end: of two classes 0.5 is the least that the better one can have.
+        let bin = ((confidence * BINS as f64) as usize).min(BINS - 1);
+        let bin = &mut self.bins[bin];
+        bin.count += 1;
+        bin.right += u64::from(truth == guess);
+        bin.confidence += confidence;
+    }
+
+    /// Counts, `[true class, guessed class]`.
+    pub fn confusion(&self) -> Vec<&[u64]> {
+        self.confusion.chunks(self.classes).collect()
+    }
+
+    /// Bins by confidence, from 0 to 1.
+    pub fn bins(&self) -> &[Bin; BINS] {
+        &self.bins
+    }
+
+    /// Guesses.
+    pub fn count(&self) -> u64 {
+        self.confusion.iter().sum()
+    }
+
+    /// The figures of every class.
+    pub fn classes(&self) -> Vec<ClassFigures> {
+        let ratio = |right: u64, of: u64| (of > 0).then(|| right as f64 / of as f64);
+        let figures = |class: usize| {
+            let right = self.confusion[class * self.classes + class];
+            let support = self.confusion[class * self.classes..][..self.classes].iter().sum();
+            let guessed = (0..self.classes).map(|truth| self.confusion[truth * self.classes + class]).sum();
+            ClassFigures {
+                support,
+                guessed,
+                precision: ratio(right, guessed),
+                recall: ratio(right, support),
+                f1: ratio(2 * right, support + guessed),
+                iou: ratio(right, support + guessed - right),
+            }
+        };
+        (0..self.classes).map(figures).collect()
+    }
+
+    /// Mean recall of the classes that were true of anything.
+    pub fn balanced_accuracy(&self) -> Option<f64> {
+        mean(self.classes().into_iter().filter_map(|class| class.recall))
+    }
+
+    /// Mean intersection over union of the classes that were true of anything or guessed.
+    pub fn mean_iou(&self) -> Option<f64> {
+        mean(self.classes().into_iter().filter_map(|class| class.iou))
+    }
+
+    /// Expected calibration error; `None` without guesses.
+    pub fn calibration_error(&self) -> Option<f64> {
+        let n = self.count();
+        let off = |bin: &Bin| (bin.right as f64 - bin.confidence).abs();
+        (n > 0).then(|| self.bins.iter().map(off).sum::<f64>() / n as f64)
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values: Vec<f64> = values.collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(found: f64, wanted: f64, error: f64) {
+        assert!((found - wanted).abs() < error, "{found}, not {wanted}");
+    }
+
+    /// Newcombe's (1998) worked example: 81 of 263 give 0.2553 to 0.3662; none of 20 gives 0 to 0.1611.
+    #[test]
+    fn intervals_are_the_published_ones() {
+        let [low, high] = wilson(81.0 / 263.0, 263.0);
+        near(low, 0.2553, 5e-5);
+        near(high, 0.3662, 5e-5);
+        let [low, high] = wilson(0.0, 20.0);
+        near(low, 0.0, 1e-12);
+        near(high, 0.1611, 5e-5);
+    }
+
+    /// By hand: 3 clear, 2 knot, 1 rot.
+    #[test]
+    fn figures_of_classes_are_those_by_hand() {
+        let mut tally = Tally::new(3);
+        for (truth, guess) in [(0, 0), (0, 0), (0, 1), (1, 1), (1, 2), (2, 1)] {
+            tally.add(truth, guess, 0.5);
+        }
+        assert_eq!(tally.confusion(), [[2, 1, 0], [0, 1, 1], [0, 1, 0]]);
+        let [clear, knot, rot] = tally.classes().try_into().expect("three classes");
+        assert_eq!(
+            (clear.precision, clear.recall, clear.f1, clear.iou),
+            (Some(1.0), Some(2.0 / 3.0), Some(0.8), Some(2.0 / 3.0))
+        );
+        assert_eq!(
+            (knot.precision, knot.recall, knot.f1, knot.iou),
+            (Some(1.0 / 3.0), Some(0.5), Some(0.4), Some(0.25))
+        );
+        assert_eq!((rot.support, rot.guessed, rot.precision, rot.f1), (1, 1, Some(0.0), Some(0.0)));
+        near(tally.balanced_accuracy().expect("classes"), (2.0 / 3.0 + 0.5) / 3.0, 1e-15);
+        near(tally.mean_iou().expect("classes"), (2.0 / 3.0 + 0.25) / 3.0, 1e-15);
+    }
+
+    /// A class that never was true nor guessed has no figures and does not pull the means down.
+    #[test]
+    fn absent_classes_have_no_figures() {
+        let mut tally = Tally::new(3);
+        tally.add(0, 0, 1.0);
+        let last = tally.classes()[2];
+        assert_eq!((last.precision, last.recall, last.f1, last.iou), (None, None, None, None));
+        assert_eq!((tally.balanced_accuracy(), tally.mean_iou()), (Some(1.0), Some(1.0)));
+        let none = Tally::new(2);
+        assert_eq!((none.balanced_accuracy(), none.calibration_error()), (None, None));
+    }
+
+    /// By hand: two guesses at 0.95 of which one is right, two at 0.6 (lower end of its bin) both right.
+    #[test]
+    fn calibration_is_that_by_hand() {
+        let mut tally = Tally::new(2);
+        for (guess, confidence) in [(0, 0.95), (1, 0.95), (0, 0.6), (0, 0.6)] {
+            tally.add(0, guess, confidence);
+        }
+        assert_eq!((tally.bins()[9].count, tally.bins()[9].right, tally.bins()[6].count), (2, 1, 2));
+        near(tally.calibration_error().expect("guesses"), 0.5 * 0.45 + 0.5 * 0.4, 1e-12);
+        tally.add(1, 1, 1.0);
+        assert_eq!(tally.bins()[9].count, 3);
+    }
+
+    /// One guess a sample: independent. Samples that are all right or all wrong: as many guesses as samples (with the
+    /// small-sample factor m/(m-1)). Samples that all have the same share: independent at least.
+    #[test]
+    fn guesses_of_one_sample_count_as_what_they_tell() {
+        let share = |samples: &[(u64, u64)]| {
+            let mut share = Share::default();
+            samples.iter().for_each(|&(right, of)| share.add(right, of));
+            share
+        };
+        near(share(&[(1, 1), (0, 1), (1, 1)]).effective(), 3.0, 1e-12);
+        near(share(&[(10, 10), (0, 10), (10, 10), (0, 10)]).effective(), 3.0, 1e-12);
+        near(share(&[(5, 10), (5, 10), (5, 10)]).effective(), 30.0, 1e-12);
+        near(share(&[(10, 10), (10, 10)]).effective(), 2.0, 1e-12);
+        near(share(&[(5, 10)]).effective(), 1.0, 1e-12);
+        assert_eq!(share(&[(0, 0)]), Share::default());
+        assert_eq!(Share::default().interval(), [0.0, 1.0]);
+    }
+}

@@ -1,0 +1,119 @@
+//! What a model makes of a dataset: any ONNX classifier or segmenter over a split, held to the labels.
+//!
+//! ```text
+//! sidecar + tables -> Plan -> Feed (decode, cut, normalise) -> Model -> guesses -> Tally, slices, worst -> Report
+//! ```
+//!
+//! [`metrics`], [`slices`], [`sampler`], [`cut`], [`answer`] and [`plan`] are plain functions of numbers; [`model`] and
+//! [`library`] alone know onnxruntime, [`folder`] alone knows files of a dataset. docs/check.md says what is measured.
+
+pub mod answer;
+pub mod cut;
+mod feed;
+pub mod folder;
+pub mod library;
+pub mod metrics;
+pub mod model;
+pub mod plan;
+mod report;
+mod run;
+pub mod sampler;
+pub mod sidecar;
+pub mod slices;
+mod worst;
+
+use std::path::{Path, PathBuf};
+
+use output_schema::DatasetHead;
+
+pub use report::{Report, Slice, Timing};
+pub use run::check;
+pub use worst::Wrong;
+
+use crate::record::Split;
+use crate::yaml::fault::{Faults, nearest};
+
+/// What to check, and with what.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The dataset.
+    pub dir: PathBuf,
+    /// The ONNX file.
+    pub model: PathBuf,
+    /// The sidecar; `None` for the YAML file of the model's name beside it.
+    pub sidecar: Option<PathBuf>,
+    /// One split; `None` for all.
+    pub split: Option<Split>,
+    /// Numbers to slice by; empty for those of [`SLICES`] that the dataset varies.
+    pub slices: Vec<String>,
+    /// Windows in a batch; `None` for as many as fit [`BATCH_BYTES`], at most [`BATCH`].
+    pub batch: Option<usize>,
+    /// Threads of the model, and as many for reading.
+    pub threads: usize,
+    /// Seed of drawn pixels.
+    pub seed: u64,
+    /// How many of the worst answers are kept.
+    pub worst: usize,
+    /// Whether pictures of them are drawn.
+    pub pictures: bool,
+}
+
+/// Sliced by where nobody says otherwise: knot width, film pigment, exposure time.
+pub const SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];
+/// Most windows in a batch where nobody says otherwise.
+pub const BATCH: usize = 64;
+/// Size of a batch's input where nobody says otherwise [bytes].
+pub const BATCH_BYTES: usize = 64 << 20;
+
+/// Why a check cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// The sidecar has faults.
+    #[error(transparent)]
+    Sidecar(#[from] Faults),
+    /// onnxruntime is not there.
+    #[error("{0}")]
+    Library(String),
+    /// A file or folder is not as it should be.
+    #[error("{place}: {what}; {remedy}")]
+    Place {
+        /// Which.
+        place: String,
+        /// What is wrong.
+        what: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// An argument fits nothing in the dataset.
+    #[error("{0}")]
+    Argument(String),
+}
+
+impl CheckError {
+    fn at(place: &Path, what: String, remedy: &str) -> Self {
+        Self::Place { place: place.display().to_string(), what, remedy: remedy.into() }
+    }
+}
+
+/// Paths of the numbers to slice by, as tables have them.
+fn sliced(asked: &[String], head: &DatasetHead) -> Result<Vec<String>, CheckError> {
+    let drawn = head.parameters.iter().map(|number| number.path());
+    let known: Vec<String> =
+        drawn.chain(head.physics.iter().map(|number| format!("physics.{}", number.path()))).collect();
+    if asked.is_empty() {
+        return Ok(SLICES
+            .iter()
+            .filter(|path| known.iter().any(|k| k == *path))
+            .map(|&path| path.to_owned())
+            .collect());
+    }
+    let find = |path: &String| {
+        let found = known.iter().find(|known| *known == path || known.strip_prefix("physics.") == Some(path));
+        found.cloned().ok_or_else(|| {
+            let meant = nearest(path, known.iter().map(String::as_str)).map(|meant| format!("did you mean `{meant}`? "));
+            let remedy = "drawn numbers are group.key, derived ones physics.key; output_schema/README.md and dataset.json list them";
+            CheckError::Argument(format!("--slice {path}: the dataset has no such number; {}{remedy}", meant.unwrap_or_default()))
+        })
+    };
+    asked.iter().map(find).collect()
+}

@@ -1,0 +1,235 @@
+//! The check itself: a thread reads and cuts, this one asks the model and counts.
+
+use std::fs;
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use super::answer::guess;
+use super::cut::NO_CLASS;
+use super::feed::{Batch, Feed, Truth};
+use super::folder::{Facts, Folder};
+use super::metrics::{Share, Tally};
+use super::model::{Model, Scores};
+use super::plan::plan;
+use super::report::{Report, Slice, Timing};
+use super::sidecar::{Output, Sidecar};
+use super::slices::{Point, groups};
+use super::worst::{Worst, Wrong, draw};
+use super::{BATCH, BATCH_BYTES, CheckError, Options, sliced};
+use crate::shard::hex;
+
+/// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
+const MOST: usize = 1 << 30;
+/// Batches that wait for the model.
+const WAITING: usize = 2;
+
+/// Checks the model on the dataset; `progress` takes windows done and windows in all.
+///
+/// # Errors
+/// Where dataset, sidecar, model or library are not as they should be; each error says where, what and what to do.
+pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, CheckError> {
+    let folder = Folder::open(&options.dir, options.split)?;
+    let beside = options.model.with_extension("yaml");
+    let sidecar = Sidecar::load(options.sidecar.as_ref().unwrap_or(&beside), folder.head())?;
+    let numbers = sliced(&options.slices, folder.head())?;
+    let mut model = Model::open(&options.model, &sidecar, options.threads)?;
+    let begun = Instant::now();
+    let facts = folder.facts(&numbers)?;
+    let all: Vec<&Facts> = facts.iter().flatten().collect();
+    let images = &folder.head().images;
+    if images.rows.saturating_mul(images.cols) > MOST as u64 {
+        let what = format!("it claims images of {} x {} pixels", images.cols, images.rows);
+        return Err(CheckError::at(&options.dir, what, "`gen validate` says what is damaged"));
+    }
+    let plan = plan(&sidecar, &all, [images.rows as usize, images.cols as usize]);
+    if plan.units == 0 {
+        let what = format!("it has no {} of the model's classes", sidecar.task.units());
+        return Err(CheckError::at(&options.dir, what, "correct `classes` in the sidecar, or give another --split"));
+    }
+    let fitting = (BATCH_BYTES / (4 * model.input_len()).max(1)).clamp(1, BATCH);
+    let batch = match (model.fixed_batch(), options.batch) {
+        (Some(fixed), Some(asked)) if asked != fixed => {
+            return Err(CheckError::Argument(format!(
+                "--batch {asked}: the model takes {fixed} at once; leave it out"
+            )));
+        }
+        (Some(fixed), _) => fixed,
+        (None, asked) => asked.unwrap_or(fitting).max(1),
+    };
+    if batch.saturating_mul(model.input_len()) > MOST {
+        let what = format!("a batch of {batch} windows takes more than 4 GiB; give a smaller --batch or size_px");
+        return Err(CheckError::Argument(what));
+    }
+    let feed = Feed { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
+    let mut judge = Judge::new(&all, &sidecar, options);
+    let mut asked = Duration::ZERO;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
+    let pool = pool.map_err(|e| CheckError::Argument(format!("threads do not start: {e}; give fewer --threads")))?;
+    thread::scope(|scope| {
+        let (sender, batches) = sync_channel(WAITING);
+        let reading = scope.spawn(|| {
+            let sender = sender;
+            pool.install(|| feed.run(&sender))
+        });
+        let mut done = 0;
+        let asking = || {
+            for Batch { units, mut data } in batches {
+                let start = Instant::now();
+                let scores = model.run(&mut data, units.len())?;
+                asked += start.elapsed();
+                for (i, unit) in units.into_iter().enumerate() {
+                    let input = &data[i * model.input_len()..][..model.input_len()];
+                    judge.take(unit.sample, unit.window, &unit.truth, (&scores, i), input)?;
+                }
+                done += scores.values.len() as u64 / (scores.classes * scores.cells) as u64;
+                progress(done, plan.units);
+            }
+            Ok(())
+        };
+        // A reader that failed says why the batches ended; the model's own failure comes first.
+        let answered: Result<(), CheckError> = asking();
+        let read =
+            reading.join().unwrap_or_else(|_| Err(CheckError::at(&options.dir, "reading stopped".into(), "report it")));
+        answered.and(read)
+    })?;
+    let timing = Timing { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
+    let sums = [&options.model, options.sidecar.as_ref().unwrap_or(&beside)].map(|path| {
+        use sha2::{Digest, Sha256};
+        fs::read(path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default()
+    });
+    let slices = judge.slices(&numbers, options.slices.is_empty());
+    let Judge { tally, rights, worst, .. } = judge;
+    let mut share = Share::default();
+    rights.iter().for_each(|&(right, of)| share.add(right, of));
+    if share.of == 0 {
+        let what = format!("no {} of it lie inside the images and have a class of the model", sidecar.task.units());
+        return Err(CheckError::at(&options.dir, what, "correct `classes` or give a smaller window_px in the sidecar"));
+    }
+    Ok(Report {
+        options: options.clone(),
+        head: folder.head().clone(),
+        sidecar,
+        sums,
+        samples: share.samples,
+        left_out: plan.left_out,
+        unfinished: folder.unfinished,
+        share,
+        tally,
+        slices,
+        worst: worst.into_list(),
+        timing,
+    })
+}
+
+/// Counts guesses.
+struct Judge<'a> {
+    facts: &'a [&'a Facts],
+    sidecar: &'a Sidecar,
+    options: &'a Options,
+    tally: Tally,
+    /// Right guesses and guesses of each sample.
+    rights: Vec<(u64, u64)>,
+    worst: Worst,
+}
+
+impl<'a> Judge<'a> {
+    fn new(facts: &'a [&'a Facts], sidecar: &'a Sidecar, options: &'a Options) -> Self {
+        let (tally, rights) = (Tally::new(sidecar.classes.len()), vec![(0, 0); facts.len()]);
+        Self { facts, sidecar, options, tally, rights, worst: Worst::new(options.worst) }
+    }
+
+    /// Takes what the model says of unit `i` of a batch.
+    fn take(
+        &mut self,
+        sample: usize,
+        window: super::cut::Window,
+        truth: &Truth,
+        (scores, i): (&Scores, usize),
+        input: &[f32],
+    ) -> Result<(), CheckError> {
+        let output = self.sidecar.output;
+        let facts = self.facts[sample];
+        let told = |what: String| {
+            let place = format!("{} on sample {}", self.options.model.display(), facts.index);
+            let (what, remedy) =
+                what.split_once("; ").map_or((what.clone(), ""), |(what, remedy)| (what.into(), remedy));
+            CheckError::Place { place, what, remedy: remedy.into() }
+        };
+        let guesses = guesses(scores, i, output).map_err(told)?;
+        let (right, of) = &mut self.rights[sample];
+        let mut wrong = Wrong {
+            index: facts.index,
+            id: facts.id.clone(),
+            window,
+            truth: 0,
+            guess: 0,
+            confidence: 0.0,
+            picture: None,
+        };
+        let cells = match truth {
+            Truth::Class(class) => {
+                let (guess, confidence) = guesses[0];
+                self.tally.add(*class, guess, confidence);
+                (*right, *of) = (*right + u64::from(guess == *class), *of + 1);
+                if guess == *class {
+                    return Ok(());
+                }
+                (wrong.truth, wrong.guess, wrong.confidence) = (*class, guess, confidence);
+                None
+            }
+            Truth::Cells(cells) => {
+                let classes = self.sidecar.classes.len();
+                let (mut count, mut weights) = (0_u64, vec![0.0; classes * classes]);
+                for (&class, &(guess, confidence)) in cells.iter().zip(&guesses) {
+                    if class == NO_CLASS {
+                        continue;
+                    }
+                    let class = usize::from(class);
+                    self.tally.add(class, guess, confidence);
+                    (*right, *of, count) = (*right + u64::from(guess == class), *of + 1, count + 1);
+                    if guess != class {
+                        weights[class * classes + guess] += confidence;
+                    }
+                }
+                let heaviest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]).then(b.cmp(&a)));
+                let Some(pair) = heaviest.filter(|&pair| weights[pair] > 0.0) else { return Ok(()) };
+                (wrong.truth, wrong.guess) = (pair / classes, pair % classes);
+                wrong.confidence = weights.iter().sum::<f64>() / count as f64;
+                Some(cells)
+            }
+        };
+        let picture = |wrong: &Wrong| {
+            let answer: Vec<u8> = guesses.iter().map(|(guess, _)| *guess as u8).collect();
+            let maps = cells.map(|cells| [cells.as_slice(), answer.as_slice()]);
+            self.options.pictures.then(|| draw(wrong, input, maps, self.sidecar))
+        };
+        self.worst.add(wrong, picture);
+        Ok(())
+    }
+
+    /// Accuracy by each number; of `chosen` ones those that differ between samples.
+    fn slices(&self, numbers: &[String], chosen: bool) -> Vec<Slice> {
+        let points = |number: usize| -> Vec<Point> {
+            let point =
+                |(facts, &(right, of)): (&&Facts, &(u64, u64))| Point { value: facts.numbers[number], right, of };
+            self.facts.iter().zip(&self.rights).map(point).collect()
+        };
+        let slice = |(i, path): (usize, &String)| Slice { path: path.clone(), groups: groups(&points(i)) };
+        numbers.iter().enumerate().map(slice).filter(|slice| !chosen || slice.groups.len() > 1).collect()
+    }
+}
+
+/// Class and confidence of every answer of unit `i`.
+fn guesses(scores: &Scores, i: usize, output: Output) -> Result<Vec<(usize, f64)>, String> {
+    let one = |numbers: &mut Vec<f32>, cell: usize| {
+        scores.answer(i, cell, numbers);
+        guess(numbers, output)
+    };
+    if scores.cells == 1 {
+        return Ok(vec![one(&mut Vec::new(), 0)?]);
+    }
+    (0..scores.cells).into_par_iter().with_min_len(1024).map_init(Vec::new, one).collect()
+}

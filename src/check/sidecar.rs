@@ -1,0 +1,294 @@
+//! The sidecar: a small YAML file beside a model that says what the model takes and what it answers.
+//!
+//! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with line,
+//! key and remedy like any other. docs/check.md explains every key.
+
+use std::path::Path;
+
+use output_schema::DatasetHead;
+
+use super::CheckError;
+use crate::yaml::fault::Faults;
+use crate::yaml::node::{self, Node, Value};
+use crate::yaml::text;
+use crate::yaml::walk::{Range, Section, Walk};
+
+mod classes;
+
+/// What faults call the file.
+const NOUN: &str = "sidecar";
+/// Largest side of a window or of a model's input [px].
+const LARGEST: f64 = 16384.0;
+
+/// What a model is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Task {
+    /// The class of a sample, from all of it.
+    Samples,
+    /// The class of an object, from a window around its middle.
+    Objects,
+    /// The class of a pixel, from a window around it.
+    Pixels,
+    /// The class of each pixel of a window.
+    Segment,
+}
+
+/// Names of the tasks in sidecars.
+const TASKS: [(&str, Task); 4] = [
+    ("classify_samples", Task::Samples),
+    ("classify_objects", Task::Objects),
+    ("classify_pixels", Task::Pixels),
+    ("segment", Task::Segment),
+];
+
+impl Task {
+    /// Name in sidecars.
+    pub fn name(self) -> &'static str {
+        TASKS.iter().find(|(_, task)| *task == self).map_or("", |(name, _)| name)
+    }
+
+    /// What is counted, in words.
+    pub fn units(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Objects => "objects",
+            Self::Pixels => "patches",
+            Self::Segment => "windows",
+        }
+    }
+}
+
+/// Order of a model's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Batch, channels, rows, columns.
+    Nchw,
+    /// Batch, rows, columns, channels.
+    Nhwc,
+}
+
+/// What a model's numbers are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// Before softmax, or before the logistic function of a single number.
+    Logits,
+    /// Between 0 and 1, of a sample or pixel together 1.
+    Probabilities,
+}
+
+/// One input channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Name of a map: `range` [mm], `reflectance` [DN] or `scatter` [DN].
+    pub name: String,
+    /// Taken off [unit of the map].
+    pub mean: f64,
+    /// Divided by [unit of the map].
+    pub sd: f64,
+    /// Stands for what is missing, after normalisation.
+    pub missing: f64,
+    /// Whether the window's own mean is taken off first.
+    pub relative: bool,
+}
+
+/// What a sidecar says; every number is in range and every name is the dataset's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sidecar {
+    /// What the model is asked.
+    pub task: Task,
+    /// Input channels in order.
+    pub channels: Vec<Channel>,
+    /// Rows and columns that are cut out [px]; `None` for all of them.
+    pub window: Option<[usize; 2]>,
+    /// Rows and columns of the model's input [px].
+    pub size: [usize; 2],
+    /// Order of the model's numbers.
+    pub layout: Layout,
+    /// What the model's numbers are.
+    pub output: Output,
+    /// Name of the output that is read; `None` where the model has one.
+    pub output_name: Option<String>,
+    /// Places of each class that are asked about at most.
+    pub patches_per_class: u64,
+    /// Names of the model's classes, in the order of its outputs.
+    pub classes: Vec<String>,
+    /// The model's class of each class of the dataset: of samples or of pixels by task.
+    pub truth: Vec<Option<usize>>,
+}
+
+const KEYS: [&str; 9] =
+    ["task", "channels", "window_px", "size_px", "layout", "output", "output_name", "patches_per_class", "classes"];
+const CHANNEL_KEYS: [&str; 5] = ["name", "mean", "sd", "missing", "relative"];
+const CHANNELS: [&str; 3] = ["range", "reflectance", "scatter"];
+
+impl Sidecar {
+    /// The sidecar in the file `path`, for a dataset.
+    ///
+    /// # Errors
+    /// Where it cannot be read, and every fault of it at once.
+    pub fn load(path: &Path, head: &DatasetHead) -> Result<Self, CheckError> {
+        let bytes = text::read(path).map_err(|error| {
+            let remedy = "write one beside the model as docs/check.md says, or name it with --sidecar";
+            CheckError::at(path, format!("the sidecar cannot be read: {error}"), remedy)
+        })?;
+        let origin = path.display().to_string();
+        Ok(Self::parse(&origin, &text::utf8(&origin, bytes, NOUN)?, head)?)
+    }
+
+    /// The sidecar that `text` writes; `origin` is where faults say that it comes from.
+    ///
+    /// # Errors
+    /// Every fault of it at once.
+    pub fn parse(origin: &str, text: &str, head: &DatasetHead) -> Result<Self, Faults> {
+        let mut walk = Walk::new(text, NOUN);
+        let sidecar = match node::parse(text, NOUN) {
+            Ok(root) => read(&mut walk, &root, head),
+            Err(error) => {
+                walk.fault(error.place, "", error.problem, error.remedy);
+                None
+            }
+        };
+        walk.finish(origin)?;
+        Ok(sidecar.expect("whatever gives no sidecar notes a fault"))
+    }
+}
+
+fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
+    if !matches!(root.value, Value::Map(_)) {
+        let problem = format!("the file is {}", root.value.kind());
+        walk.fault(root.place, "", problem, format!("a sidecar is a map with {}", KEYS.join(", ")));
+        return None;
+    }
+    let mut top = walk.section(root, "");
+    let task = required(walk, &mut top, "task", &format!("one of {}", TASKS.map(|(name, _)| name).join(", ")));
+    let task = task.and_then(|node| walk.word(node, "task", &TASKS.map(|(name, _)| name)));
+    let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
+    let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
+    let channels = channels.and_then(|node| channels_of(walk, node, head));
+    let whole = [head.images.rows as usize, head.images.cols as usize];
+    let window = match top.take(walk, "window_px") {
+        Some(node) if matches!(&node.value, Value::Text(text) if text == "whole") => Some(None),
+        Some(node) => sides(walk, node, "window_px").map(Some),
+        None => Some(None),
+    };
+    if let (Some(Task::Objects | Task::Pixels), Some(None)) = (task, window) {
+        let remedy = "give the rows and columns that are cut out around each, `window_px: [64, 64]`";
+        walk.joint_fault(&["window_px".into(), "task".into()], "patches need a window", remedy);
+    }
+    let size = match top.take(walk, "size_px") {
+        Some(node) => sides(walk, node, "size_px"),
+        None => window.map(|window| window.unwrap_or(whole)),
+    };
+    let layout = word(walk, &mut top, "layout", &[("nchw", Layout::Nchw), ("nhwc", Layout::Nhwc)]);
+    let output = [("logits", Output::Logits), ("probabilities", Output::Probabilities)];
+    let output = word(walk, &mut top, "output", &output);
+    let output_name = top.take(walk, "output_name");
+    let output_name = output_name.map(|node| walk.text(node, "output_name", "the name of an output").map(String::from));
+    let range = Range { min: 1.0, max: 1e9, whole: true, unit: "" };
+    let patches = number(walk, &mut top, "patches_per_class", range, 1000.0);
+    let classes = required(walk, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
+    let classes = classes.and_then(|node| classes::read(walk, node, task?, head));
+    top.close(walk, &KEYS, &|name| {
+        CHANNEL_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
+    });
+    let (classes, truth) = classes?;
+    Some(Sidecar {
+        task: task?,
+        channels: channels?,
+        window: window?,
+        size: size?,
+        layout: layout?,
+        output: output?,
+        output_name: output_name.map_or(Some(None), |name| name.map(Some))?,
+        patches_per_class: patches? as u64,
+        classes,
+        truth,
+    })
+}
+
+fn required<'n>(walk: &mut Walk, top: &mut Section<'n>, name: &str, wanted: &str) -> Option<&'n Node> {
+    let found = top.take(walk, name);
+    if found.is_none() {
+        walk.fault(top.place(), &top.path_of(name), "is missing", format!("give {wanted}"));
+    }
+    found
+}
+
+/// One of the words, the first where the key is not there.
+fn word<T: Copy>(walk: &mut Walk, top: &mut Section, name: &str, words: &[(&'static str, T)]) -> Option<T> {
+    let Some(node) = top.take(walk, name) else { return words.first().map(|(_, value)| *value) };
+    let names: Vec<&'static str> = words.iter().map(|(word, _)| *word).collect();
+    let found = walk.word(node, &top.path_of(name), &names)?;
+    words.iter().find(|(word, _)| *word == found).map(|(_, value)| *value)
+}
+
+fn number(walk: &mut Walk, map: &mut Section, name: &str, range: Range, default: f64) -> Option<f64> {
+    let path = map.path_of(name);
+    map.take(walk, name).map_or(Some(default), |node| walk.number_in(node, &path, range))
+}
+
+/// `[rows, columns]`, or one number for both.
+fn sides(walk: &mut Walk, node: &Node, path: &str) -> Option<[usize; 2]> {
+    let range = Range { min: 1.0, max: LARGEST, whole: true, unit: "px" };
+    match &node.value {
+        Value::List(entries) if entries.len() == 2 => {
+            let sides = [walk.number_in(&entries[0], path, range), walk.number_in(&entries[1], path, range)];
+            Some([sides[0]? as usize, sides[1]? as usize])
+        }
+        Value::Number(_) => walk.number_in(node, path, range).map(|side| [side as usize; 2]),
+        other => {
+            let remedy = format!("give `{path}: [rows, columns]`");
+            let remedy = if path == "window_px" { format!("{remedy} or `window_px: whole`") } else { remedy };
+            walk.fault(node.place, path, format!("is {}", other.kind()), remedy);
+            None
+        }
+    }
+}
+
+fn channels_of(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec<Channel>> {
+    let entries = match &node.value {
+        Value::List(entries) if !entries.is_empty() => entries,
+        other => {
+            let problem = if let Value::List(_) = other { "is empty" } else { "is no list" };
+            walk.fault(node.place, "channels", problem, "list the model's input maps in order");
+            return None;
+        }
+    };
+    let read: Vec<_> = entries.iter().enumerate().map(|(i, entry)| channel(walk, entry, i, head)).collect();
+    read.into_iter().collect()
+}
+
+fn channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option<Channel> {
+    let path = format!("channels[{i}]");
+    let short = matches!(node.value, Value::Text(_));
+    let mut map = if short { None } else { Some(walk.section(node, &path)) };
+    let name = match &mut map {
+        None => Some(node),
+        Some(map) => required(walk, map, "name", &format!("one of {}", CHANNELS.join(", "))),
+    };
+    let found = name.and_then(|node| walk.word(node, &path, &CHANNELS));
+    let has = |name: &str| head.images.png.iter().chain(&head.images.exr).any(|image| image == name);
+    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(name)) {
+        let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
+        walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
+    }
+    let Some(mut map) = map else {
+        return Some(Channel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
+    };
+    let any = Range { min: -1e9, max: 1e9, whole: false, unit: "" };
+    let mean = number(walk, &mut map, "mean", any, 0.0);
+    let sd = number(walk, &mut map, "sd", Range { min: 1e-9, ..any }, 1.0);
+    let missing = number(walk, &mut map, "missing", any, 0.0);
+    let relative = map.take(walk, "relative").map_or(Some(false), |node| match node.value {
+        Value::Flag(flag) => Some(flag),
+        _ => {
+            walk.fault(node.place, &map.path_of("relative"), format!("is {}", node.value.kind()), "give true or false");
+            None
+        }
+    });
+    map.close(walk, &CHANNEL_KEYS, &|_| None);
+    Some(Channel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,130 @@
+use serde_json::json;
+
+use super::*;
+
+/// A dataset of boards with two classes of samples, PNG of range and scatter, EXR of reflectance.
+fn head() -> DatasetHead {
+    let head = json!({
+        "format": "sheetlight-dataset", "schema_version": [1, 1], "generator": { "name": "gen", "version": "0" },
+        "target": "any", "recipe": { "name": "r", "text": "", "hash": "", "canonical": {} }, "seed": 0, "samples": 4,
+        "samples_per_shard": 2, "shards": 2, "classes": ["sound", "rotten"], "subject": "wood",
+        "pixel_classes": ["background", "clear", "sound_knot", "dead_knot", "rot"], "label_values": [0, 1, 2, 3, 4],
+        "splits": { "train": 0.8, "validation": 0.1, "test": 0.1 },
+        "images": { "cols": 64, "rows": 48, "png": ["range", "scatter", "label"], "exr": ["reflectance"],
+            "truth_maps": false, "stack_every": null, "sensor_cols": 64, "sensor_rows": 100 },
+        "parameters": [], "physics": [],
+    });
+    serde_json::from_value(head).expect("it is a head")
+}
+
+fn faults(text: &str) -> String {
+    Sidecar::parse("m.yaml", text, &head()).expect_err("it has faults").to_string()
+}
+
+const KNOTS: &str = "
+task: classify_pixels
+channels:
+  - {name: scatter, mean: 900, sd: 400.5}
+  - {name: range, relative: true, missing: -1}
+window_px: [32, 16]
+size_px: 8
+layout: nhwc
+output: probabilities
+output_name: scores
+patches_per_class: 50
+classes: [clear, {name: knot, of: [sound_knot, dead_knot]}, {name: never, of: []}]
+";
+
+#[test]
+fn every_key_is_read() {
+    let found = Sidecar::parse("m.yaml", KNOTS, &head()).expect("it is right");
+    let channel = |name: &str, mean, sd, missing, relative| Channel { name: name.into(), mean, sd, missing, relative };
+    let wanted = Sidecar {
+        task: Task::Pixels,
+        channels: vec![channel("scatter", 900.0, 400.5, 0.0, false), channel("range", 0.0, 1.0, -1.0, true)],
+        window: Some([32, 16]),
+        size: [8, 8],
+        layout: Layout::Nhwc,
+        output: Output::Probabilities,
+        output_name: Some("scores".into()),
+        patches_per_class: 50,
+        classes: vec!["clear".into(), "knot".into(), "never".into()],
+        truth: vec![None, Some(0), Some(1), Some(1), None],
+    };
+    assert_eq!(found, wanted);
+}
+
+/// What is not said: the whole image at its own size, logits, channels first.
+#[test]
+fn defaults_are_those_of_most_models() {
+    let text = "task: classify_samples\nchannels: [reflectance]\nclasses: [rotten, sound]";
+    let found = Sidecar::parse("m.yaml", text, &head()).expect("it is right");
+    assert_eq!((found.window, found.size, found.layout, found.output), (None, [48, 64], Layout::Nchw, Output::Logits));
+    assert_eq!((found.truth, found.patches_per_class), (vec![Some(1), Some(0)], 1000));
+    let text = "task: segment\nchannels: [scatter]\nwindow_px: [10, 20]\nclasses: [clear, rot]";
+    let found = Sidecar::parse("m.yaml", text, &head()).expect("it is right");
+    assert_eq!((found.window, found.size), (Some([10, 20]), [10, 20]));
+}
+
+/// Every fault at once, each with line, key and remedy.
+#[test]
+fn faults_come_together() {
+    let text = "
+task: classify_pixel
+chanels: [scatter]
+channels: [{name: scater}, {name: scatter, sd: 0}]
+window_px: [0, 4]
+classes: [clear, clear, {name: knot, of: [sound_not, clear]}]
+";
+    let told = faults(text);
+    for words in [
+        "m.yaml:2:7: task: `classify_pixel` is unknown; did you mean `classify_pixels`?",
+        "m.yaml:3:1: chanels: `chanels` is no key of a sidecar; did you mean `channels`?",
+        "`scater` is unknown; did you mean `scatter`?",
+        "channels[1].sd: 0 is out of range",
+        "m.yaml:5:13: window_px: 0 is out of range",
+    ] {
+        assert!(told.contains(words), "'{words}' is not in:\n{told}");
+    }
+    let told =
+        faults("task: segment\nchannels: [scatter]\nclasses: [clear, clear, {name: knot, of: [sound_not, clear]}]");
+    for words in [
+        "classes[1]: `clear` stands here twice",
+        "the dataset has no class `sound_not`; did you mean `sound_knot`? its classes of pixels are background, clear",
+        "`clear` belongs to classes[1] already; name it under one class",
+    ] {
+        assert!(told.contains(words), "'{words}' is not in:\n{told}");
+    }
+}
+
+#[test]
+fn what_the_dataset_lacks_is_told() {
+    let mut head = head();
+    head.images.png.retain(|name| name != "scatter");
+    let told = Sidecar::parse("m.yaml", KNOTS, &head).expect_err("scatter is missing").to_string();
+    assert!(told.contains("the dataset has no images of `scatter`; write `output: {png: [..., scatter]}`"), "{told}");
+    let told = faults("task: classify_samples\nchannels: [scatter]\nclasses: [clear, rotten]");
+    assert!(told.contains("its classes of samples are sound, rotten"), "{told}");
+}
+
+#[test]
+fn what_cannot_be_meant_is_told() {
+    for (text, words) in [
+        ("", "a sidecar is a map with task"),
+        ("[1]", "the file is a list"),
+        ("task: segment", "channels: is missing"),
+        ("task: classify_objects\nchannels: [scatter]\nclasses: [clear, rot]", "patches need a window"),
+        ("task: segment\nchannels: []\nclasses: [clear, rot]", "channels: is empty"),
+        ("task: segment\nchannels: [scatter]\nclasses: [clear]", "has 1 entries; list 2 to 254"),
+        ("task: segment\nchannels: [scatter]\nclasses: [clear, 5]", "classes[1]"),
+        ("task: segment\nchannels: [scatter]\nclasses: [clear, {name: rot}]", "classes[1].of: is missing"),
+        ("task: segment\nchannels: [3]\nclasses: [clear, rot]", "channels[0]"),
+        ("task: segment\nchannels: [scatter]\nwindow_px: all\nclasses: [clear, rot]", "`window_px: whole`"),
+        ("task: segment\nchannels: [scatter]\nsize_px: [1, 2, 3]\nclasses: [clear, rot]", "size_px: [rows, columns]"),
+        ("task: segment\nsd: 3\nchannels: [scatter]\nclasses: [clear, rot]", "`sd` belongs in an entry of `channels`"),
+        ("task: [", "m.yaml:1"),
+    ] {
+        let told = faults(text);
+        assert!(told.contains(words), "'{words}' is not in:\n{told}");
+    }
+}
