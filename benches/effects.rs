@@ -8,7 +8,7 @@ use sheetlight::optics::speckle::Tiles;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Fan, Shape};
+use sheetlight::settings::{Fan, Filter, Scheimpflug, Shape};
 use sheetlight::specimen::Specimen;
 
 /// Profiles of one band.
@@ -32,6 +32,13 @@ const EFFECTS: &[Effect] = &[
     ("laser: skirt", |s| s.bench.laser.skirt_share = 0.02),
     ("laser: width jitter", |s| s.bench.laser.width_jitter = 0.05),
     ("laser: streaks", |s| s.bench.laser.streaks_per_mm = 1.0),
+    ("camera: out of focus", |s| s.bench.optics.scheimpflug = Scheimpflug::Given),
+    ("camera: distortion", |s| s.bench.camera.distortion_k1 = -0.06),
+    ("camera: vignetting and filter", |s| {
+        (s.bench.camera.vignetting, s.bench.optics.filter) = (0.2, Filter::BandPass);
+    }),
+    ("camera: ambient light", |s| s.bench.camera.ambient_w_per_m2_nm = 0.01),
+    ("camera: motion blur", |s| s.bench.motion.line_rate_hz = 0.5e6 / s.bench.exposure.time_us),
 ];
 
 /// A board with one effect under the bench.

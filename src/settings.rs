@@ -2,11 +2,13 @@
 
 mod extraction;
 mod laser;
+mod motion;
 mod postprocess;
 mod readout;
 
 pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
 pub use laser::{Fan, Line, Picture, Shape};
+pub use motion::{SpeckleLaw, Way};
 pub use postprocess::{Order, Pattern, Postprocess, Step};
 pub use readout::{Hdr, Readout, SCALE_DN};
 
@@ -19,27 +21,6 @@ pub struct Size {
     pub rows: usize,
     /// Profiles in a scan, and rows of the unbinned images.
     pub profiles: usize,
-}
-
-/// Law of the light in a point of fully developed speckle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SpeckleLaw {
-    /// exp(-I), as physics has it.
-    Exponential,
-    /// The square root of that, which the thesis took.
-    Rayleigh,
-}
-
-impl SpeckleLaw {
-    /// Every law in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 2] = [Self::Exponential, Self::Rayleigh];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["exponential", "rayleigh"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
 }
 
 /// Which sensor frames are kept.

@@ -55,6 +55,8 @@ pub struct Camera {
     focus: Focus,
     /// Whether what is out of focus is blurred, and something can be.
     blurs: bool,
+    /// Whether the lens is a thin one.
+    thin: bool,
     /// What mounts and filter take; `None` where they take nothing.
     field: Option<Field>,
     /// Electrons of ambient light that a pixel on the axis sees of a white surface [e-].
@@ -150,6 +152,7 @@ impl Camera {
             upright: libm::cos(beta) as f32,
             bent: (!rig.distortion.is_none()).then_some(rig.distortion),
             focus,
+            thin: bench.optics.lens == LensModel::ThinLens,
             blurs: bench.optics.lens == LensModel::ThinLens && bench.optics.scheimpflug == Scheimpflug::Given,
             field: (!field.is_open()).then_some(field),
             ambient: ambient as f32,

@@ -100,7 +100,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
     let first = &mut scratch.windows[0];
     match band.window(profile) {
         Some(window) => {
-            lines(own, start, load(&own.centre, start), sensor.camera.laser.section(), first);
+            let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+            lines(own, start, &line, load(&own.variance, start), first);
             let padded = window.len() / ROWS;
             for (k, row) in first.volume.iter_mut().enumerate() {
                 *row = *load(window, k * padded + start);
@@ -109,7 +110,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
         None => {
             let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
-            spread(own, &neighbours, start, load(&own.centre, start), sensor.camera.laser.section(), first);
+            let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+            spread(own, &neighbours, start, &line, first);
             if let Some(beside) = &own.beside {
                 arrange::arrange(beside, tile, scratch);
             }
@@ -121,13 +123,24 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
     }
 }
 
+/// How the line of a row is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Line<'a> {
+    /// Sensor row of its middle, a column of the tile [px].
+    pub centre: &'a [f32; TILE],
+    /// Variance on top of the row's own [px^2].
+    pub blur: f32,
+    /// What it is across, where that is more than one Gaussian.
+    pub section: Option<&'a Section>,
+}
+
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
 #[inline(always)]
-fn lines(own: &Row, start: usize, centre: &[f32; TILE], section: Option<&Section>, window: &mut Window) -> [f32; TILE] {
-    let phase = place(centre, window);
-    let (variance, glare) = (load(&own.variance, start), load(&own.glare, start));
+fn lines(own: &Row, start: usize, line: &Line<'_>, variance: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
+    let phase = place(line.centre, window);
+    let glare = load(&own.glare, start);
     let exit = |_| &EVERYWHERE;
-    match section {
+    match line.section {
         None => one(&phase, variance, glare, exit, own.disc_of(start), &mut window.surface),
         Some(section) => {
             let across = Across { own, start, section, level: section.level(None) };
@@ -150,33 +163,29 @@ fn place(centre: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
     phase
 }
 
-/// Draws the line of `own` about `centre` and what `neighbours`, a row of the window each, let out of its light.
+/// Draws the line of `own` and what `neighbours`, a row of the window each, let out of its light.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn spread(
-    own: &Row,
-    neighbours: &[&Row; ROWS],
-    start: usize,
-    centre: &[f32; TILE],
-    section: Option<&Section>,
-    window: &mut Window,
-) {
+pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &Line<'_>, window: &mut Window) {
     let rows_per_mm = load(&own.rows_per_mm, start);
-    let variance = load(&own.variance, start);
-    let phase = lines(own, start, centre, section, window);
+    let mut variance = *load(&own.variance, start);
+    for c in 0..TILE {
+        variance[c] += line.blur;
+    }
+    let phase = lines(own, start, line, &variance, window);
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
             continue;
         }
         let shift = load(&own.shift[j], start);
-        let (mut wide, mut place) = (*variance, phase);
+        let (mut wide, mut place) = (variance, phase);
         for c in 0..TILE {
             let sigma = SPREAD_MM[j] * rows_per_mm[c];
             wide[c] += sigma * sigma;
             place[c] -= shift[c];
         }
         let exit = |k: usize| load(&neighbours[k].exit[j], start);
-        match section {
+        match line.section {
             None => one(&place, &wide, source, exit, own.disc_of(start), &mut window.volume),
             Some(section) => {
                 let across = Across { own, start, section, level: section.level(Some(j)) };

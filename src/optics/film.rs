@@ -71,7 +71,11 @@ impl Watch<'_> {
     #[inline]
     pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
         match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
-            Some(share) => Sight { electrons: sight.electrons * share / sight.column_mm, ..sight },
+            Some([share, off]) => {
+                // A column looks along a slant: beside the spot's middle it sees more of one half than of the other.
+                let row = sight.row + off * self.camera.lean(x, z) * sight.rows_per_mm;
+                Sight { electrons: sight.electrons * share / sight.column_mm, row, ..sight }
+            }
             None => sight,
         }
     }

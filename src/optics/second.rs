@@ -3,12 +3,13 @@
 //! It lights the row of the object that stands below it, whose light is worked out already for another position of the
 //! scan, and is seen off the first one's plane: where the camera's exact projection puts it. Columns look at other places
 //! there, by 0.5 % of x at 5 mm; a tile takes the columns that come nearest, within a column, and heights to first order of
-//! what is left. It stands in the second window of rows where the first does not hold it. Neglected: that the second line
-//! meets what it lights from, and the lens sees it at, an angle that differs by offset over distance; its streaks, mirror
-//! images and lines through films; what falls outside of both windows.
+//! what is left. A thin lens that has the first one in focus has not the second, and blurs it along the rows. It stands in
+//! the second window of rows where the first does not hold it. Neglected: that the second line meets what it lights from,
+//! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images
+//! and lines through films; what falls outside of both windows.
 
 use super::beside::apart;
-use super::expose::{self, ROWS, Scratch};
+use super::expose::{self, Line, ROWS, Scratch};
 use super::parameters::Laser;
 use super::row::Row;
 use super::{Band, Sensor, TILE, arrange};
@@ -58,7 +59,11 @@ impl SecondLine {
         });
         let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, ahead + sensor.neighbours[k]));
         let Scratch { windows, spare, used, .. } = scratch;
-        expose::spread(row, &neighbours, from, &centre, sensor.camera.laser.section(), spare);
+        let middle = &row.hits[(from + TILE / 2).min(row.hits.len() - 1)];
+        let disc = |y: f32| sensor.camera.off_plane(y, middle.surface.z);
+        let blur = disc(self.offset as f32) - disc(0.0);
+        let line = Line { centre: &centre, blur, section: sensor.camera.laser.section() };
+        expose::spread(row, &neighbours, from, &line, spare);
         if *used == 1 && spare.first_row != windows[0].first_row {
             *used = 2;
             windows[1].darken();

@@ -51,6 +51,7 @@ impl Recipe {
             plan,
             mesh: self.mesh.clone(),
             transport: self.settings.transport(),
+            way: self.settings.way(),
             readout: self.settings.readout(),
             postprocess: self.settings.postprocess(),
             speckle_law: self.settings.speckle_law(),

@@ -1,4 +1,4 @@
-//! The laser's settings, and which of its numbers mean anything beside which others.
+//! The laser's settings, and which of its numbers and of the movement's mean anything beside which others.
 //!
 //! A number that has no effect under the other keys of a recipe is a fault where a recipe gives it another value than its
 //! default: nothing that is written is passed over in silence.
@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::dist::Distribution;
+use super::motion;
 use super::picture;
 use super::setting::{Kind, Setting, Value};
 use super::settings::Settings;
@@ -70,6 +71,7 @@ fn amount(name: &str) -> Option<&'static str> {
         "width_jitter_mm" => "width_jitter",
         "streak_width_um" | "streak_length_mm" | "streak_share" => "streaks_per_mm",
         "glint_gain" | "glint_length_mm" => "glints_per_mm",
+        "wow_period_mm" => "motion.wow_um",
         _ => return None,
     })
 }
@@ -78,7 +80,7 @@ fn amount(name: &str) -> Option<&'static str> {
 const UNKNOWN: [&str; 7] =
     ["second_line_mm", "smile_um", "smile_cubic_um", "lobe_share", "skirt_share", "width_jitter", "streaks_per_mm"];
 
-/// Notes the laser's numbers that have no effect, at the top level and in each class.
+/// Notes numbers of laser and movement that have no effect, at the top level and in each class.
 pub(super) fn idle(
     walk: &mut Walk,
     subject: Option<Subject>,
@@ -94,7 +96,7 @@ pub(super) fn idle(
         .zip(&prefixes)
         .map(|(class, prefix)| Together { prefix, base, overrides: &class.overrides })
         .collect();
-    for parameter in table::parameters(subject).filter(|parameter| parameter.group == "laser") {
+    for parameter in table::parameters(subject).filter(|parameter| matches!(parameter.group, "laser" | "motion")) {
         let path = parameter.path();
         let usual = Distribution::Fixed(parameter.default);
         let why = |scene: &Together| why(parameter.name, subject, settings, scene);
@@ -112,8 +114,11 @@ pub(super) fn idle(
     }
 }
 
-/// Why a number of the laser has no effect, and what to do.
+/// Why a number has no effect, and what to do.
 fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Together) -> Option<(String, String)> {
+    if let Some(idle) = motion::why(name, settings) {
+        return Some(idle);
+    }
     let (chosen_fan, chosen) = settings.fan();
     let (fan, shape) = (Fan::NAMES[chosen_fan as usize], Shape::NAMES[chosen as usize]);
     let shapes = shapes(name);
@@ -135,7 +140,7 @@ fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Togeth
         return Some((format!("has no effect: {strange}"), "remove it".to_owned()));
     }
     let amount = amount(name)?;
-    let path = format!("laser.{amount}");
+    let path = if amount.contains('.') { amount.to_owned() } else { format!("laser.{amount}") };
     (scene.least(&path) == 0.0 && scene.most(&path) == 0.0)
         .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{amount}` too, or remove it")))
 }

@@ -13,6 +13,7 @@ mod embedded;
 mod fault;
 mod forms;
 mod laser;
+mod motion;
 mod picture;
 mod postprocess;
 mod read;
@@ -36,7 +37,7 @@ use self::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport, Way};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -100,6 +101,8 @@ pub struct Scene {
     pub mesh: Option<Arc<Mesh>>,
     /// How light spreads below the surface.
     pub transport: Transport,
+    /// How the object moves.
+    pub way: Way,
     /// How the sensor is read out.
     pub readout: Readout,
     /// What is done to frames before they are read.

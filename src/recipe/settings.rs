@@ -8,7 +8,7 @@ use crate::asset::Asset;
 use crate::settings::{
     Channel, Direction, Extraction, Fan, Filter, Hdr, LensModel, Line, Method, Optics, Order, Output, Pattern, Peak,
     Postprocess, RangeForm, Readout, ScatterDark, ScatterMode, Scheimpflug, SensorStack, Shape, Size, SpeckleLaw,
-    Splits, ThesisMethod, Transport,
+    Splits, ThesisMethod, Transport, Way,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -180,6 +180,11 @@ impl Settings {
             }
             other => panic!("no model {other}"),
         }
+    }
+
+    /// How the object moves.
+    pub fn way(&self) -> Way {
+        if self.word("motion.kind") == "turntable" { Way::Turntable } else { Way::Linear }
     }
 
     /// Law of speckle in a point.

@@ -31,6 +31,19 @@ impl Camera {
         if self.blurs { self.focus.variances(zc, zc / bottom) } else { [0.0; 2] }
     }
 
+    /// Variance along rows of what a thin lens has out of focus at `y` from the laser plane and height `z`, however the
+    /// sensor stands [px^2].
+    pub fn off_plane(&self, y: f32, z: f32) -> f32 {
+        let [zc, bottom] = self.depth(y, z);
+        if self.thin { self.focus.variances(zc, zc / bottom)[1] } else { 0.0 }
+    }
+
+    /// How far along the line a column's way over a level surface goes with the motion, dx/dy [1].
+    pub fn lean(&self, x: f32, z: f32) -> f32 {
+        let [_, sin, cos, tan_beta, _] = self.row;
+        x * (sin - tan_beta * cos) / self.depth(0.0, z)[1]
+    }
+
     /// Depth before the lens, and the same less tan(beta) times the height over the axis [mm].
     #[inline]
     fn depth(&self, y: f32, z: f32) -> [f32; 2] {

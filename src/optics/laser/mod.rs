@@ -139,11 +139,13 @@ impl Laser {
         self.point.is_some()
     }
 
-    /// Share of a point laser's power in a column `width` wide that looks at `x`, `z` in a profile; `None` for a line [1].
-    pub fn spot(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<f32> {
+    /// Share of a point laser's power in a column `width` wide that looks at `x`, `z` in a profile [1], and how far that
+    /// lies from the spot's middle [mm]; `None` for a line.
+    pub fn spot(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<[f32; 2]> {
         let spot = self.point.as_ref()?;
         let near = (self.height - z).max(1.0) / self.height;
-        Some(spot.share(profile, near, x, self.at(x, z).sigma, width))
+        let off = x - spot.x(profile) as f32 * near;
+        Some([spot.share(off, self.at(x, z).sigma, width), off])
     }
 
     /// Place along the nodes of the section [1].

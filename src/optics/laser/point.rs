@@ -30,9 +30,8 @@ impl Spot {
         self.start + (way - (way / self.span).floor() * self.span) - 0.5 * self.span
     }
 
-    /// Share of its light in a column `width` wide about `x` [1].
-    pub fn share(&self, profile: isize, near: f32, x: f32, sigma: f32, width: f32) -> f32 {
-        let off = x - self.x(profile) as f32 * near;
+    /// Share of its light in a column `width` wide, `off` from its middle [1].
+    pub fn share(&self, off: f32, sigma: f32, width: f32) -> f32 {
         if off.abs() > REACH * sigma + width {
             return 0.0;
         }

@@ -7,7 +7,7 @@
 //! lobes     pairs i at +-i d w, shares falling as 1 / i^2, as wide as the line itself
 //! skirt     0.5 / a (1 + (y / a)^2)^-1.5, a Moffat halo (beta 2) seen across a line, full width at half maximum 1.533 a
 //! slit      even within +-1/2: a row of boxes, each taken by its variance
-//! texture   the rows of a picture, taken the same way
+//! texture   the rows of a picture, a few at a time, taken by the middle and the variance of their light
 //! ```
 //!
 //! The skirt is four Gaussians, fitted within 2.2 % of its height everywhere out to 8 a; the 0.4 % of it that lie beyond
@@ -91,7 +91,9 @@ impl Section {
             (Shape::Texture, Some(image)) => {
                 let width = bench.texture_width_mm;
                 section.nodes = image.columns();
-                section.core = image.moments(width)[1] as f32;
+                let rows = image.rows() as f64;
+                let variance = image.moments(0.0, rows).map_or(0.0, |[_, variance]| variance);
+                section.core = (variance * (width / rows).powi(2)) as f32;
                 section
                     .levels
                     .extend(blur.map(|sigma| Level::of(image, width, (width / (BOX * sigma)).ceil() as usize)));
@@ -145,14 +147,13 @@ impl Level {
                 weights[node] = if all > 0.0 { (light / all) as f32 } else { 0.0 };
             }
         }
-        // What light in the middles of the boxes lacks of the picture's variance, or has too much.
-        let [middle, variance] = image.moments(width);
-        let lit: Vec<f64> = (0..nodes).map(|node| image.along((node as f64 + 0.5) / nodes as f64)).collect();
-        let sum: f64 = lit.iter().sum();
-        let of = |weights: &[f32]| weights.iter().zip(&lit).map(|(&w, lit)| f64::from(w) * lit).sum::<f64>() / sum;
-        let far = |strand: &Strand| (f64::from(strand.offset) - middle).powi(2);
-        let told: f64 = strands.iter().zip(&weights).map(|(strand, weights)| of(weights) * far(strand)).sum();
-        strands.iter_mut().for_each(|strand| strand.variance = (variance - told) as f32);
+        for (cell, strand) in strands.iter_mut().rev().enumerate() {
+            let ends = (cell as f64 / cells * rows, (cell + 1) as f64 / cells * rows);
+            if let Some([middle, variance]) = image.moments(ends.0, ends.1) {
+                strand.offset = ((0.5 - middle / rows) * width) as f32;
+                strand.variance = (variance * (width / rows).powi(2)) as f32;
+            }
+        }
         if nodes == 1 {
             strands.iter_mut().zip(&weights).for_each(|(strand, weights)| strand.weight = weights[0]);
             weights.clear();

@@ -43,15 +43,22 @@ impl Texture {
         (0..self.rows).map(|row| self.at(row, place)).sum()
     }
 
-    /// Middle and variance across the line of a picture that is `width` wide, in units of `width` and its square.
-    pub fn moments(&self, width: f64) -> [f64; 2] {
-        let sums = self.light.chunks_exact(self.columns).enumerate().fold([0.0; 3], |sums, (row, light)| {
-            let (place, light) = (0.5 - (row as f64 + 0.5) / self.rows as f64, light.iter().sum::<f64>());
-            [sums[0] + light, sums[1] + light * place, sums[2] + light * place * place]
-        });
+    /// Middle and variance of the light between two heights of the picture, of all columns together; `None` where it is
+    /// dark [rows, rows^2].
+    pub fn moments(&self, low: f64, high: f64) -> Option<[f64; 2]> {
+        let mut sums = [0.0; 3];
+        for (row, light) in self.light.chunks_exact(self.columns).enumerate() {
+            let (start, end) = (low.max(row as f64), high.min(row as f64 + 1.0));
+            if end > start {
+                let (light, part) = (light.iter().sum::<f64>(), end - start);
+                let middle = 0.5 * (start + end);
+                sums[0] += light * part;
+                sums[1] += light * part * middle;
+                sums[2] += light * part * (middle * middle + part * part / 12.0);
+            }
+        }
         let mean = sums[1] / sums[0];
-        let variance = sums[2] / sums[0] - mean * mean + 1.0 / (12.0 * (self.rows * self.rows) as f64);
-        [mean * width, variance * width * width]
+        (sums[0] > 0.0).then(|| [mean, (sums[2] / sums[0] - mean * mean).max(0.0)])
     }
 
     /// Rows of the picture.
