@@ -188,7 +188,8 @@ fn bands_make_no_difference() {
     (laser.skirt_share, laser.lobe_share, laser.fan_ripple) = (0.02, 0.02, 0.1);
     let look = |band: std::ops::Range<usize>| {
         let (sensor, band) = expose(&scene, pipeline::body(&scene), band);
-        columns(&sensor, &band, 31, 256)
+        let bits = |[light, row]: [f64; 2]| [light.to_bits(), row.to_bits()];
+        columns(&sensor, &band, 31, 256).into_iter().map(bits).collect::<Vec<_>>()
     };
-    assert_eq!(look(0..64), look(31..32));
+    assert!(look(0..64) == look(31..32));
 }

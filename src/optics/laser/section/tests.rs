@@ -1,4 +1,4 @@
-//! Strands against the shapes that they stand for.
+//! The sums of Gaussians against what they stand for.
 
 use super::*;
 
