@@ -94,11 +94,16 @@ pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64
     vec![
         ("distance_mm", rig.distance),
         ("tilt_deg", rig.tilt.to_degrees()),
-        ("focal_length_mm", rig.focal_length),
+        ("image_distance_mm", rig.image_distance),
+        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
         ("pixel_um", rig.pixel * 1e3),
         ("centre_col_px", rig.centre_col),
         ("centre_row_px", rig.centre_row),
-        ("sensor_tilt_deg", rig.sensor_tilt.to_degrees()),
+        ("k1", rig.distortion.radial[0]),
+        ("k2", rig.distortion.radial[1]),
+        ("k3", rig.distortion.radial[2]),
+        ("p1", rig.distortion.tangential[0]),
+        ("p2", rig.distortion.tangential[1]),
         ("x_first_mm", x_first_mm),
     ]
 }

@@ -14,8 +14,8 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
 }
 
 /// The hits of one profile at even places along the line, as many as there are columns: of each the one whose true x is
-/// nearest, among those that are lit and seen as long as one of these lies within a pitch. The places beyond either end show
-/// the background.
+/// nearest, among those that are lit and seen as long as one of these lies within a pitch. Places more than half
+/// a pitch beyond either end show the background.
 pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
     let sorted = |seen_alone: bool| -> Vec<&Hit> {
         let mut sorted: Vec<&Hit> = hits.iter().filter(|hit| !seen_alone || (hit.lit && hit.seen)).collect();
@@ -36,7 +36,7 @@ pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
         let x = (first_mm + j as f64 * pitch_mm) as f32;
         let near = nearest(&seen, x).filter(|(apart, _)| f64::from(*apart) <= pitch_mm).or_else(|| nearest(&all, x));
         let ends = [all.first(), all.last()].map(|end| end.map_or(x, |hit| hit.x));
-        let beyond = f64::from((ends[0] - x).max(x - ends[1])) > pitch_mm;
+        let beyond = f64::from((ends[0] - x).max(x - ends[1])) > 0.5 * pitch_mm;
         near.map(|(_, hit)| if beyond { background(hit, x) } else { hit })
     };
     (0..hits.len()).filter_map(place).collect()

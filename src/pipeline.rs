@@ -170,6 +170,7 @@ impl Scan {
             range: scene.extraction.range,
             range_offset,
             range_scale,
+            sensor_rows: scene.size.rows,
             calibration: calibration_numbers(&rig, x_first),
             draws: scene.draws(),
             physics: effective(scene, sensor, top),

@@ -150,6 +150,8 @@ pub struct Record {
     pub range_offset: f64,
     /// See `range_offset`.
     pub range_scale: f64,
+    /// Rows of the sensor [px].
+    pub sensor_rows: usize,
     /// Camera against laser plane, by name with unit; NaN where a number has no meaning.
     pub calibration: Vec<(&'static str, f64)>,
     /// Every drawn number, by its path.

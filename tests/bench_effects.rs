@@ -8,7 +8,9 @@ use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Spe
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
-use sheetlight::settings::{Filter, LensModel, Optics, ScatterMode, Scheimpflug};
+use sheetlight::settings::{
+    Direction, Filter, LensModel, Method, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
+};
 
 fn render(scene: &Scene) -> Record {
     pipeline::render(scene, tiles(), &|_| ())
@@ -22,16 +24,28 @@ fn base() -> Scene {
         (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 8.0);
     }
     scene.bench.laser.waist_height_mm = 0.0;
-    scene.bench = awake(scene.bench);
+    scene.bench = wobbling(scene.bench);
     scene
 }
 
-/// A bench on which numbers that need another one have an effect.
-fn awake(mut bench: Bench) -> Bench {
+/// A bench whose wheel runs out of true, so that its period has an effect.
+fn wobbling(mut bench: Bench) -> Bench {
     if bench.motion.wow_um == 0.0 {
         bench.motion.wow_um = 40.0;
     }
     bench
+}
+
+/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming, a laser at the edge of
+/// the filter's band for its width.
+fn waking(scene: &mut Scene, name: &str) {
+    let exposure = &mut scene.bench.exposure;
+    match name {
+        "dark_current_e_per_s" => (exposure.time_us, scene.bench.laser.power_mw) = (1e5, 0.02),
+        "blooming" => exposure.time_us = 400.0,
+        "filter_width_nm" => scene.bench.camera.filter_centre_nm = 645.0,
+        _ => {}
+    }
 }
 
 /// The nominal bench with one number changed: a quarter of its range up, or down where that leaves it.
@@ -59,15 +73,11 @@ fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
 
 /// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with a
 /// field as wide as what it does.
-fn scene_of(parameter: &Parameter) -> Scene {
+fn awake(parameter: &Parameter) -> Scene {
     let mut scene = base();
     match parameter.name {
         "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
-        "filter_centre_nm" => scene.bench.optics.filter = Filter::BandPass,
-        "filter_width_nm" => {
-            // The laser stands at the edge of the band.
-            (scene.bench.optics.filter, scene.bench.camera.filter_centre_nm) = (Filter::BandPass, 645.0);
-        }
+        "filter_centre_nm" | "filter_width_nm" => scene.bench.optics.filter = Filter::BandPass,
         name if name.starts_with("distortion") => {
             (scene.size.columns, scene.size.profiles) = (2560, 16);
             if let Plan::Wood(wood) = &mut scene.plan {
@@ -82,26 +92,25 @@ fn scene_of(parameter: &Parameter) -> Scene {
 #[test]
 fn every_number_of_the_bench_has_an_effect() {
     assert_eq!(nominal(), nominal_with(&mut |p| p.default));
-    let base = base();
-    let usual = render(&base);
     // The laser's: tests/laser_keys.rs.
     let tables = [Motion::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
+    let base = base();
+    let usual = render(&base);
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
-        let mut scene = scene_of(parameter);
+        let mut scene = awake(parameter);
+        waking(&mut scene, parameter.name);
         let own = (scene != base).then(|| render(&scene));
         let plain = own.as_ref().unwrap_or(&usual);
         let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
-        scene.bench = Bench { optics, ..awake(changed(parameter)) };
-        if parameter.name == "filter_width_nm" {
-            scene.bench.camera.filter_centre_nm = 645.0;
-        }
+        scene.bench = wobbling(Bench { optics, ..changed(parameter) });
         if parameter.name == "line_rate_hz" {
             scene.bench.motion.line_rate_hz = 20_000.0;
         }
         if parameter.name != "waist_height_mm" {
             scene.bench.laser.waist_height_mm = waist_height;
         }
+        waking(&mut scene, parameter.name);
         let record = render(&scene);
         if same(&record, plain) {
             idle.push(parameter.path());
@@ -151,7 +160,16 @@ fn every_setting_of_the_extraction_has_an_effect() {
     let plain = render(&base);
     type Change = fn(&mut sheetlight::settings::Extraction);
     type Map = fn(&Record) -> &Vec<f32>;
-    let changes: [(&str, Change, Map); 7] = [
+    let changes: [(&str, Change, Map); 16] = [
+        ("method parabola", |e| e.method = Method::Parabola, |r| &r.maps.range),
+        ("method gaussian", |e| e.method = Method::Gaussian, |r| &r.maps.range),
+        ("method blais_rioux", |e| e.method = Method::BlaisRioux { order: 4 }, |r| &r.maps.range),
+        ("method fir", |e| e.method = Method::Fir { length: 5 }, |r| &r.maps.range),
+        ("peak first", |e| e.peak = Peak::First, |r| &r.maps.range),
+        ("scatter_dark", |e| e.scatter_dark = ScatterDark::Subtracted, |r| &r.maps.scatter),
+        ("range uncalibrated", |e| e.range = RangeForm::Uncalibrated, |r| &r.maps.range),
+        ("range rectified", |e| e.range = RangeForm::Rectified { pitch_mm: None }, |r| &r.maps.range),
+        ("rectified_pitch_mm", |e| e.range = RangeForm::Rectified { pitch_mm: Some(0.15) }, |r| &r.maps.reflectance),
         ("window_rows", |e| e.window_rows = 3, |r| &r.maps.range),
         ("threshold_dn", |e| e.threshold_dn = 120.0, |r| &r.maps.reflectance),
         ("subpixel_steps", |e| e.subpixel_steps = 2, |r| &r.maps.range),
@@ -166,6 +184,30 @@ fn every_setting_of_the_extraction_has_an_effect() {
         let record = render(&scene);
         let differ =
             map(&record).iter().zip(map(&plain)).filter(|(a, b)| a != b && !(a.is_nan() && b.is_nan())).count();
+        assert!(differ > 100, "{name}: {differ} pixels changed");
+    }
+    // Settings that have an effect beside another one.
+    let pairs: [(&str, Change, Change); 4] = [
+        ("direction", |e| e.peak = Peak::First, |e| (e.peak, e.direction) = (Peak::First, Direction::Reverse)),
+        (
+            "blais_rioux_order",
+            |e| e.method = Method::BlaisRioux { order: 2 },
+            |e| e.method = Method::BlaisRioux { order: 8 },
+        ),
+        ("fir_length", |e| e.method = Method::Fir { length: 3 }, |e| e.method = Method::Fir { length: 9 }),
+        (
+            "rectified_pitch_mm",
+            |e| e.range = RangeForm::Rectified { pitch_mm: None },
+            |e| e.range = RangeForm::Rectified { pitch_mm: Some(0.1) },
+        ),
+    ];
+    for (name, one, other) in pairs {
+        let [one, other] = [one, other].map(|change| {
+            let mut scene = base.clone();
+            change(&mut scene.extraction);
+            render(&scene).maps.range
+        });
+        let differ = one.iter().zip(&other).filter(|(a, b)| a != b && !(a.is_nan() && b.is_nan())).count();
         assert!(differ > 100, "{name}: {differ} pixels changed");
     }
     // Front and back are the two sides: together they are the symmetric sum.

@@ -1,6 +1,6 @@
 //! What is on disk: every file, column and channel of a Sheetlight dataset, as plain tables.
 //!
-//! - [`row`], [`channel`], [`stack`], [`file`], [`subject`]: the declarations -> name, type, unit, range, missing rule, meaning.
+//! - [`row`], [`calibration`], [`channel`], [`stack`], [`file`], [`subject`]: the declarations -> name, type, unit, range, missing rule, meaning.
 //! - [`arrow`]: declarations + [`DatasetHead`] -> Arrow schema with the metadata that `datasets` reads.
 //! - [`dataset`], [`manifest`]: the two JSON documents as structs.
 //! - [`json`]: everything -> JSON Schema and tables for programs.
@@ -9,6 +9,7 @@
 //! Nothing here knows physics, a recipe's keys or how a byte is written.
 
 pub mod arrow;
+pub mod calibration;
 pub mod channel;
 pub mod column;
 pub mod dataset;

@@ -1,5 +1,6 @@
 //! The columns of `data/*.parquet`: one row for each sample.
 
+pub use crate::calibration::CALIBRATION;
 use crate::column::{Column, Kind};
 
 /// Names of the pixel classes; the position is the value in label images.
@@ -37,7 +38,7 @@ pub const PIXEL_CLASSES: [&str; 28] = [
 /// Images of a row in the order of columns; each is written only where the recipe asks for it.
 pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "instance"];
 
-const fn column(
+pub(crate) const fn column(
     name: &'static str,
     kind: Kind,
     unit: &'static str,
@@ -114,7 +115,7 @@ pub const ROW: [Column; 24] = [
         "by field",
         "by field",
         "null where it has no meaning",
-        "Camera against laser plane: from places on the sensor to places in the laser plane, docs/instrument/extraction.md.",
+        "Camera against laser plane: from a column and a row of the sensor to x and z, by python/calibrate.py.",
     ),
     column(
         "parameters",
@@ -188,25 +189,6 @@ pub const ROW: [Column; 24] = [
         "0 for none, else `objects.instance`",
         "never",
         "Which defect or pocket each pixel really shows.",
-    ),
-];
-
-/// Fields of `calibration`.
-pub const CALIBRATION: [Column; 8] = [
-    column("distance_mm", Kind::Float64, "mm", "above 0", "never", "From the lens to the origin."),
-    column("tilt_deg", Kind::Float64, "deg", "0 to 90", "never", "Between the optical axis and the laser plane."),
-    column("focal_length_mm", Kind::Float64, "mm", "above 0", "never", "Focal length."),
-    column("pixel_um", Kind::Float64, "um", "above 0", "never", "Pitch of the pixels."),
-    column("centre_col_px", Kind::Float64, "px", "any", "never", "Sensor column of the optical axis."),
-    column("centre_row_px", Kind::Float64, "px", "any", "never", "Sensor row of the optical axis."),
-    column("sensor_tilt_deg", Kind::Float64, "deg", "-90 to 90", "never", "Tilt of the sensor about its rows."),
-    column(
-        "x_first_mm",
-        Kind::Float64,
-        "mm",
-        "any",
-        "null where Range is not rectified",
-        "Place along the laser line of the middle of image column 0.",
     ),
 ];
 

@@ -48,6 +48,7 @@ fn json_schema_lists_every_key_of_the_documents() {
             png: vec![],
             exr: vec![],
             range: "calibrated".into(),
+            bits: 8,
             truth_maps: false,
             stack_every: None,
             sensor_cols: 1,

@@ -18,7 +18,7 @@ use crate::compare::{Comparison, Source, SourceError, Statistics, Tally};
   gen compare planks real.json --json > both.json  for programs
 
 Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
-the real camera (calibrated), .json as programs on the camera store it. docs/compare.md explains
+the real camera, .json as programs on the camera store it. docs/compare.md explains
 every number.")]
 pub(super) struct Compare {
     /// Simulated side: a dataset, a folder of scans, or a scan
@@ -42,7 +42,17 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
     }
     let sources = [&arguments.sim, &arguments.real].map(|path| Source::open(path, arguments.scans));
     let [sim, real] = sources;
-    let comparison = Comparison { sim: statistics(&sim?, &arguments.sim)?, real: statistics(&real?, &arguments.real)? };
+    let [sim, real] = [statistics(&sim?, &arguments.sim)?, statistics(&real?, &arguments.real)?];
+    if let (Some(ours), Some(theirs)) = (sim.unit, real.unit)
+        && ours.thousandth() != theirs.thousandth()
+    {
+        let place = arguments.real.display().to_string();
+        let what = "one side has heights, the other sensor rows".into();
+        let remedy = "compare calibrated with calibrated or uncalibrated with uncalibrated scans (`extraction: {range: ..}` in \
+                      the recipe)";
+        return Err(SourceError { place, what, remedy: remedy.into() }.into());
+    }
+    let comparison = Comparison { sim, real };
     print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() });
     if let Some(out) = &arguments.out {
         let page = comparison.page();
@@ -58,8 +68,16 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
 
 fn statistics(source: &Source, path: &Path) -> Result<Statistics, SourceError> {
     let mut tally = Tally::new(source.name());
+    let mut unit = None;
     for i in 0..source.len() {
-        tally.add(&source.frame(i)?);
+        let frame = source.frame(i)?;
+        let this = frame.unit.thousandth();
+        if !frame.range.is_empty() && unit.replace(this).is_some_and(|before| before != this) {
+            let (place, what) =
+                (frame.name, "it has sensor rows where other scans have heights, or the other way round");
+            return Err(SourceError { place, what: what.into(), remedy: "compare scans of one kind".into() });
+        }
+        tally.add(&frame);
     }
     let found = tally.statistics();
     if found.missing == Some(1.0) {

@@ -9,10 +9,10 @@ use output_schema::file::DATASET;
 
 use super::progress::say;
 use super::{Outcome, Usage, print, whole};
-use crate::compare::{Dataset, Frame};
+use crate::compare::{Dataset, Frame, Unit};
 use crate::icon::{
-    Content, IconError, Light, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, Traits, WorldTraits, open,
-    write_image,
+    Content, IconError, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits, Traits,
+    WorldTraits, open, write_image,
 };
 
 /// Rows that are handled at a time.
@@ -22,8 +22,13 @@ const ROWS: usize = 256;
 #[command(after_help = "Examples:
   gen icon planks --index 3 --out plank            writes plank.dat and plank.xml
   gen icon planks --index 3 --out plank --words    heights as 16-bit steps instead of floats
+  gen icon planks --index 3 --out plank --rate 7000  timestamps of 7000 profiles a second
   gen icon planks --index 3 --out frame --sensor   the middle one of its sensor frames
   gen icon plank.xml                               what a file holds
+
+A dataset made with `extraction: {range: uncalibrated}` becomes an uncalibrated scan, Range in
+sixteenths of a sensor row; others become calibrated ones. Mark holds an encoder that counts
+micrometres and a clock that counts microseconds.
 
 docs/files/icon.md describes the files.")]
 pub(super) struct Icon {
@@ -38,6 +43,9 @@ pub(super) struct Icon {
     /// Heights as WORD instead of FLOAT
     #[arg(long, requires = "out")]
     words: bool,
+    /// Profiles a second, for the timestamps in Mark
+    #[arg(long, value_name = "HZ", requires = "out", default_value_t = 1000.0, value_parser = rate)]
+    rate: f64,
     /// A sensor frame instead of the scan
     #[arg(long, requires = "out", conflicts_with = "words")]
     sensor: bool,
@@ -56,16 +64,22 @@ pub(super) fn run(arguments: &Icon) -> Outcome {
         Some(out) => {
             let (data, text) = (beside(out, "dat"), beside(out, "xml"));
             whole::check(&data)?;
-            let frame = Dataset::open(&arguments.path)?.frame(arguments.index.unwrap_or(0))?;
+            let dataset = Dataset::open(&arguments.path)?;
+            let frame = dataset.frame(arguments.index.unwrap_or(0))?;
             if frame.bits > 8 {
                 let what = format!("its numbers have {} bits, and the camera's files hold 8", frame.bits);
                 let remedy = "set `exposure: {bits: 8}` in the recipe and make it anew";
                 return Err(format!("{}: {what}; {remedy}", arguments.path.display()).into());
             }
+            if frame.unit != Unit::Mm && dataset.binned_columns() > 1 {
+                let what = "its sensor rows are means of several columns, which no camera writes";
+                let place = arguments.path.display();
+                return Err(format!("{place}: {what}; make it anew without `output: {{bin: ..}}`").into());
+            }
             if arguments.sensor {
                 sensor(out, &frame)?
             } else {
-                export(out, &frame, arguments.words)?
+                export(out, &frame, arguments)?
             }
             say(&format!("{}, {}", data.display(), text.display()));
             Ok(ExitCode::SUCCESS)
@@ -91,12 +105,34 @@ fn beside(out: &Path, extension: &str) -> PathBuf {
     }
 }
 
-fn export(out: &Path, frame: &Frame, words: bool) -> Result<(), IconError> {
+/// A number of profiles a second.
+fn rate(text: &str) -> Result<f64, String> {
+    let rate: f64 = text.parse().map_err(|_| "it is no number".to_owned())?;
+    if (0.001..=1e6).contains(&rate) { Ok(rate) } else { Err("give 0.001 to 1000000 Hz".into()) }
+}
+
+/// Notes of one profile: an encoder that counts micrometres of the way, and a clock that counts microseconds.
+fn mark(profile: usize, row_mm: f64, rate: f64) -> Mark {
+    // The counters of the camera have 32 bits and wrap.
+    let encoder = (profile as f64 * row_mm * 1e3).round() as i64 as i32;
+    let timestamp = (profile as f64 * 1e6 / rate).round() as u64 as u32;
+    Mark { encoder, timestamp, ..Mark::default() }
+}
+
+fn export(out: &Path, frame: &Frame, arguments: &Icon) -> Result<(), IconError> {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
-    let half = frame.cols as f64 * frame.col_mm.unwrap_or(1.0) / 2.0;
-    let traits = Traits::World(WorldTraits { lower: [-half, low], upper: [half, high], row_mm: frame.row_mm });
+    let (col_mm, row_mm) = (frame.col_mm.unwrap_or(1.0), frame.row_mm.unwrap_or(0.0));
+    let width = frame.cols as f64 * col_mm;
+    let left = frame.first_mm.map_or(-width / 2.0, |first| first - col_mm / 2.0);
+    let traits = match frame.unit {
+        Unit::Mm => {
+            Traits::World(WorldTraits { lower: [left, low], upper: [left + width, high], row_mm: frame.row_mm })
+        }
+        Unit::Px { sensor_rows } => Traits::Sensor(SensorTraits::new(sensor_rows, [0.0, 0.0])),
+    };
+    let words = arguments.words || frame.unit != Unit::Mm;
     let rows = |from: usize, to: usize| {
         let pixels = from * frame.cols..to * frame.cols;
         let heights = &frame.range[pixels.clone()];
@@ -115,7 +151,7 @@ fn export(out: &Path, frame: &Frame, words: bool) -> Result<(), IconError> {
                 .map(|map| Light::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
             scatter: part(&frame.scatter)
                 .map(|map| Scatter::Word(map.into_iter().map(|dn| dn.round() as u16).collect())),
-            marks: None,
+            marks: Some((from..to).map(|profile| mark(profile, row_mm, arguments.rate)).collect()),
         }
     };
     let mut writer = ScanWriter::create(out, &rows(0, 0), frame.rows)?;

@@ -8,11 +8,11 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, RecordBatch};
 use output_schema::file::{data_path, exr_path, stack_path};
-use output_schema::{Images, Manifest};
+use output_schema::{DatasetHead, Images, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};
-use super::{Exposure, Frame, SourceError, to_eight_bits};
+use super::{Exposure, Frame, SourceError, Unit, to_eight_bits};
 use crate::shard::{DatasetFolder, frame_numbers, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
@@ -32,6 +32,11 @@ impl Dataset {
     pub fn open(path: &Path) -> Result<Self, SourceError> {
         let told = |e: crate::shard::ShardError| error(path, e.to_string(), "name the folder of a dataset");
         DatasetFolder::open(path).map(Self).map_err(told)
+    }
+
+    /// Sensor columns that are averaged into one column of the images.
+    pub fn binned_columns(&self) -> u64 {
+        self.0.head().images.sensor_cols / self.0.head().images.cols.max(1)
     }
 
     /// How many samples it has or will have.
@@ -61,9 +66,7 @@ impl Dataset {
             exr_frame(&path, &bytes)?
         } else if has(&head.images.png) {
             let before = manifest.samples.iter().filter(|sample| sample.split == listed.split && sample.index < index);
-            guarded(&root.join(data_path(&listed.split, shard)), |path| {
-                row(path, before.count(), index, to_eight_bits(head.images.bits))
-            })?
+            guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, head, before.count(), index))?
         } else {
             let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
             return Err(error(root, "it was made without range images".into(), remedy));
@@ -99,7 +102,7 @@ fn is_index(batch: &RecordBatch, row: usize, index: u64) -> bool {
 }
 
 /// The maps of a row that holds images.
-fn row(path: &Path, place: usize, index: u64, to_eight: f32) -> Result<Frame, String> {
+fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Frame, String> {
     let batches = batches(path, place, 1)?;
     let batch = batches.iter().find(|batch| batch.num_rows() > 0).ok_or("it has too few rows")?;
     if !is_index(batch, 0, index) {
@@ -117,7 +120,9 @@ fn row(path: &Path, place: usize, index: u64, to_eight: f32) -> Result<Frame, St
         Ok(Some((cols as usize, rows as usize, grey.numbers())))
     };
     let (cols, rows, steps) = image("range")?.ok_or("`range` is missing")?;
-    let (offset, scale) = (number("range_offset_mm")?, number("range_scale_mm")?);
+    let to_eight = to_eight_bits(head.images.bits);
+    let unit = head.range_unit();
+    let (offset, scale) = (number(&format!("range_offset_{unit}"))?, number(&format!("range_scale_{unit}"))?);
     let height = |&n: &u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
     let map = |name: &str| -> Result<Option<Vec<f32>>, String> {
         match image(name)? {
@@ -125,9 +130,14 @@ fn row(path: &Path, place: usize, index: u64, to_eight: f32) -> Result<Frame, St
             found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(|n| to_eight * f32::from(n)).collect())),
         }
     };
+    let first = batch.column_by_name("calibration").and_then(|column| column.as_struct_opt());
+    let first = first.and_then(|column| column.column_by_name("x_first_mm")).filter(|column| !column.is_null(0));
+    let first = first.and_then(|column| column.as_primitive_opt::<Float64Type>()).map(|column| column.value(0));
     Ok(Frame {
         cols,
         rows,
+        unit: if unit == "px" { Unit::Px { sensor_rows: head.images.sensor_rows as u32 } } else { Unit::Mm },
+        first_mm: first,
         col_mm: Some(number("col_mm")?),
         row_mm: Some(number("row_mm")?),
         range: steps.iter().map(height).collect(),

@@ -33,6 +33,29 @@ pub struct Exposure {
     pub dn: Vec<u8>,
 }
 
+/// What the numbers of Range are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Unit {
+    /// Heights [mm].
+    #[default]
+    Mm,
+    /// Rows of a sensor that has that many [px].
+    Px {
+        /// Rows of the sensor, or of the region of it that was searched [px].
+        sensor_rows: u32,
+    },
+}
+
+impl Unit {
+    /// Name of its thousandth, in which noise is told.
+    pub fn thousandth(self) -> &'static str {
+        match self {
+            Self::Mm => "um",
+            Self::Px { .. } => "mpx",
+        }
+    }
+}
+
 /// One scan, whatever file it came from.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frame {
@@ -46,7 +69,11 @@ pub struct Frame {
     pub col_mm: Option<f64>,
     /// Distance between two profiles, where the file says it [mm].
     pub row_mm: Option<f64>,
-    /// Heights `[rows, cols]`, row-major [mm]; NaN where missing. In double precision, so that differences of steps of
+    /// What Range is.
+    pub unit: Unit,
+    /// Place along the line of the middle of column 0, where columns are evenly apart and the file says it [mm].
+    pub first_mm: Option<f64>,
+    /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
     /// an instrument are equal where the steps are.
     pub range: Vec<f64>,
     /// Digital number at the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.

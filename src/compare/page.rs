@@ -20,7 +20,7 @@ const COLOURS: [Rgb<u8>; 2] = [Rgb([200, 80, 20]), Rgb([20, 90, 160])];
 pub(super) fn page(comparison: &Comparison) -> RgbImage {
     let sides = [&comparison.sim, &comparison.real];
     let mut charts = vec![
-        histogram(sides, "Range noise along the line", "um", |side| &side.noise_sample),
+        histogram(sides, "Range noise along the line", comparison.thousandth(), |side| &side.noise_sample),
         histogram(sides, "Reflectance, unsaturated", "DN", |side| &side.light_sample),
         histogram(sides, "Speckle contrast of patches", "", |side| &side.contrast_sample),
     ];
@@ -29,7 +29,7 @@ pub(super) fn page(comparison: &Comparison) -> RgbImage {
     }
     charts.push(lags(sides, "Correlation of reflectance, along the line", |side| &side.grain[0]));
     for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
-        charts.push(spectrum(sides, &format!("Power of heights, {way}"), i));
+        charts.push(spectrum(sides, &format!("Power of heights, {way}"), i, comparison.thousandth()));
     }
     let widths = histogram(sides, "Width of the laser line", "px", |side| &side.width_sample);
     let across = || lags(sides, "Correlation of reflectance, across profiles", |side| &side.grain[1]);
@@ -102,7 +102,7 @@ fn lags<'a>(sides: [&'a Statistics; 2], title: &str, pick: impl Fn(&'a Statistic
     })
 }
 
-fn spectrum(sides: [&Statistics; 2], title: &str, way: usize) -> Option<Chart> {
+fn spectrum(sides: [&Statistics; 2], title: &str, way: usize, unit: &str) -> Option<Chart> {
     let lists = sides.map(|side| &side.spectrum[way]);
     let powers = || lists.iter().flat_map(|list| list.iter()).map(|point| point.1).filter(|power| *power > 0.0);
     let (low, high) = (powers().reduce(f64::min)?, powers().reduce(f64::max)?);
@@ -111,7 +111,7 @@ fn spectrum(sides: [&Statistics; 2], title: &str, way: usize) -> Option<Chart> {
     Some(Chart {
         title: title.into(),
         x: Axis::even("frequency [cycles/px]", 0.0, 0.5),
-        y: Axis::log("power [um^2 per cycle/px]", ends.0, ends.1),
+        y: Axis::log(&format!("power [{unit}^2 per cycle/px]"), ends.0, ends.1),
         series: lists.into_iter().enumerate().map(|(side, list)| series(list.clone(), side)).collect(),
         foot: (String::new(), INK),
     })

@@ -24,14 +24,20 @@ pub struct Comparison {
 const WAYS: [&str; 2] = ["along", "across"];
 
 impl Comparison {
+    /// Name of the unit of noise.
+    pub(super) fn thousandth(&self) -> &'static str {
+        self.sim.unit.or(self.real.unit).unwrap_or_default().thousandth()
+    }
+
     /// Name, unit, and distance of each pair of samples.
     pub fn distances(&self) -> Vec<(&'static str, &'static str, Option<Distance>)> {
         let of = |pick: fn(&Statistics) -> &Sample| pick(&self.sim).distance(pick(&self.real));
         vec![
-            ("range noise", "um", of(|side| &side.noise_sample)),
+            ("range noise", self.thousandth(), of(|side| &side.noise_sample)),
             ("reflectance", "DN", of(|side| &side.light_sample)),
             ("speckle contrast", "1", of(|side| &side.contrast_sample)),
             ("line width", "px", of(|side| &side.width_sample)),
+            ("line sigma", "px", of(|side| &side.sigma_sample)),
         ]
     }
 
@@ -46,12 +52,13 @@ impl Comparison {
         line("", sides.map(|side| short(&side.name)));
         line("scans", sides.map(|side| side.frames.to_string()));
         line("columns x profiles", sides.map(|side| format!("{} x {}", side.size.0, side.size.1)));
+        let thousandth = self.thousandth();
         let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 2);
         line("missing heights [%]", sides.map(|side| percent(side.missing)));
         line("least reflectance beside a height [DN]", sides.map(|side| number(side.least_reflectance, 0)));
         line("saturated reflectance [%]", sides.map(|side| percent(side.saturated)));
         for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
-            line(&format!("range noise, {way} [um]"), sides.map(|side| number(side.noise_um[i], 2)));
+            line(&format!("range noise, {way} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
             line(&format!("  edges left out, {way} [%]"), sides.map(|side| percent(side.edges[i])));
             let one = |list: &[f64]| number(list.get(1).copied(), 3);
             line(&format!("  lag-1 correlation, {way}"), sides.map(|side| one(&side.noise_correlation[i])));
@@ -65,6 +72,7 @@ impl Comparison {
             line(&format!("  lag-1 correlation, {way}"), sides.map(|side| one(&side.grain[i])));
         }
         line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_width_px)));
+        line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_sigma_px)));
         let _ = writeln!(text, "\n{:20}{:>10}{:>10}{:>24}{:>28}", "apart", "KS", "p", "Wasserstein-1", "numbers");
         for (name, unit, distance) in self.distances() {
             let Some(d) = distance else { continue };
@@ -112,6 +120,7 @@ fn side(side: &Statistics) -> Value {
     };
     let three =
         |numbers: Option<[f64; 3]>| numbers.map(|[p10, p50, p90]| json!({ "p10": p10, "p50": p50, "p90": p90 }));
+    let thousandth = side.unit.unwrap_or_default().thousandth();
     json!({
         "name": side.name,
         "scans": side.frames,
@@ -120,15 +129,16 @@ fn side(side: &Statistics) -> Value {
         "missing_share": side.missing,
         "least_reflectance_dn": side.least_reflectance,
         "saturated_share": side.saturated,
-        "range_noise_um": pair(side.noise_um.map(|n| json!(n))),
+        (format!("range_noise_{thousandth}")): pair(side.noise.map(|n| json!(n))),
         "edge_share": pair(side.edges.map(|n| json!(n))),
         "range_noise_correlation": pair(side.noise_correlation.clone().map(|list| json!(list))),
         "speckle_contrast": three(side.contrast),
         "speckle_correlation": pair(side.grain.clone().map(|list| json!(list))),
         "line_width_px": three(side.line_width_px),
+        "line_sigma_px": three(side.line_sigma_px),
         "range_spectrum": pair(side.spectrum.clone().map(|points| {
             let [f, p]: [Vec<f64>; 2] = [points.iter().map(|p| p.0).collect(), points.iter().map(|p| p.1).collect()];
-            json!({ "cycles_per_px": f, "um2_px": p })
+            json!({ "cycles_per_px": f, (format!("{thousandth}2_px")): p })
         })),
     })
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{Dataset, Exposure, Frame, json_frame, to_eight_bits};
+use super::{Dataset, Exposure, Frame, Unit, json_frame, to_eight_bits};
 use crate::icon::{self, Content, Traits};
 use crate::shard::{ExrChannel, read_exr};
 
@@ -137,11 +137,14 @@ pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError>
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bits = description["bits"].as_u64().unwrap_or(0);
     let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
+    let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
     Ok(Frame {
         name,
         cols,
         rows,
         bits,
+        unit: if description["units"]["Range"] == "px" { Unit::Px { sensor_rows } } else { Unit::Mm },
+        first_mm: description["calibration"]["x_first_mm"].as_f64(),
         col_mm: description["col_mm"].as_f64(),
         row_mm: description["row_mm"].as_f64(),
         range,
@@ -160,9 +163,9 @@ fn icon_file(path: &Path) -> Result<Frame, SourceError> {
             Ok(Frame { name, exposures, ..Frame::default() })
         }
         Content::Scan(mut reader) => {
-            let Traits::World(world) = reader.traits() else {
-                let what = "it is not calibrated: its heights are sensor rows".into();
-                return Err(error(path, what, "calibrate and rectify it with the camera's own tool"));
+            let (unit, world) = match reader.traits() {
+                Traits::World(world) => (Unit::Mm, Some(world)),
+                Traits::Sensor(sensor) => (Unit::Px { sensor_rows: sensor.region_rows }, None),
             };
             let rows = reader.rows();
             let scan = reader.read(0, rows).map_err(told)?;
@@ -170,8 +173,10 @@ fn icon_file(path: &Path) -> Result<Frame, SourceError> {
                 name,
                 cols: scan.width,
                 rows,
-                col_mm: Some(world.col_mm(scan.width)),
-                row_mm: world.row_mm,
+                unit,
+                first_mm: world.map(|world| world.lower[0] + 0.5 * world.col_mm(scan.width)),
+                col_mm: world.map(|world| world.col_mm(scan.width)),
+                row_mm: world.and_then(|world| world.row_mm),
                 range: scan.heights(),
                 reflectance: scan.light_dn().map(|dn| dn.iter().map(|&dn| f32::from(dn)).collect()),
                 scatter: match scan.scatter {

@@ -1,11 +1,11 @@
 //! Everything that is told about one side of a comparison, over all of its frames.
 
-use super::Frame;
 use super::distribution::Sample;
 use super::noise::{Correlation, LAGS, Second, Way};
 use super::patch::{CONTRAST_SIDE, GRAIN_LAGS, GRAIN_SIDE, Grain, SATURATED, contrast, patches};
 use super::spectrum::Spectrum;
-use super::width::width;
+use super::width::{deviation, width};
+use super::{Frame, Unit};
 
 /// Most columns of an exposure whose line is measured; more are left out evenly.
 const WIDTHS: usize = 4096;
@@ -25,6 +25,7 @@ impl Default for Counts {
 pub struct Tally {
     name: String,
     frames: u64,
+    unit: Option<Unit>,
     sizes: Vec<(usize, usize)>,
     pixels: u64,
     missing: u64,
@@ -37,6 +38,7 @@ pub struct Tally {
     grain: [Grain; 2],
     spectrum: [Spectrum; 2],
     widths: Vec<f32>,
+    sigmas: Vec<f32>,
 }
 
 /// One side of a comparison. Pairs are along the laser line and across profiles.
@@ -46,6 +48,8 @@ pub struct Statistics {
     pub name: String,
     /// Scans.
     pub frames: u64,
+    /// What Range is in the first scan; `None` where there is none. Noise is told in thousandths of it [um or mpx].
+    pub unit: Option<Unit>,
     /// Columns and profiles of the first scan; 0 where there is none.
     pub size: (usize, usize),
     /// Share of pixels without a height [1].
@@ -54,8 +58,8 @@ pub struct Statistics {
     pub least_reflectance: Option<f64>,
     /// Share of heights whose reflectance is 255 [1].
     pub saturated: Option<f64>,
-    /// Robust deviation of heights from second differences [um].
-    pub noise_um: [Option<f64>; 2],
+    /// Robust deviation of heights from second differences [um or mpx].
+    pub noise: [Option<f64>; 2],
     /// Share of second differences that are edges, not noise [1].
     pub edges: [Option<f64>; 2],
     /// Correlation of the noise of heights at lags 0, 1, ... px [1].
@@ -64,18 +68,22 @@ pub struct Statistics {
     pub contrast: Option<[f64; 3]>,
     /// Correlation of reflectance in patches at lags 0, 1, ... px [1].
     pub grain: [Vec<f64>; 2],
-    /// Width of the laser line at 10, 50 and 90 % [px].
+    /// Full width at half maximum of the laser line at 10, 50 and 90 % [px].
     pub line_width_px: Option<[f64; 3]>,
-    /// Power of heights: frequency [cycles/px], power [um^2 per cycle/px].
+    /// Standard deviation of the laser line at 10, 50 and 90 % [px].
+    pub line_sigma_px: Option<[f64; 3]>,
+    /// Power of heights: frequency [cycles/px], power [um^2 or mpx^2, per cycle/px].
     pub spectrum: [Vec<(f64, f64)>; 2],
-    /// Second differences along the line, as deviations, edges left out [um].
+    /// Second differences along the line, as deviations, edges left out [um or mpx].
     pub noise_sample: Sample,
     /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
     pub light_sample: Sample,
     /// Contrast of each patch [1].
     pub contrast_sample: Sample,
-    /// Width of the laser line, column by column [px].
+    /// Full width of the laser line, column by column [px].
     pub width_sample: Sample,
+    /// Its standard deviation, column by column [px].
+    pub sigma_sample: Sample,
 }
 
 impl Tally {
@@ -93,6 +101,7 @@ impl Tally {
             return;
         }
         self.frames += 1;
+        self.unit = self.unit.or(Some(frame.unit));
         self.sizes.push((frame.cols, frame.rows));
         self.pixels += frame.range.len() as u64;
         self.missing += frame.range.iter().filter(|z| !z.is_finite()).count() as u64;
@@ -125,7 +134,10 @@ impl Tally {
         let rows = dn.len() / cols.max(1);
         for x in (0..cols).step_by(cols.div_ceil(WIDTHS).max(1)) {
             let column: Vec<u8> = (0..rows).map(|y| dn[y * cols + x]).collect();
-            self.widths.extend(width(&column));
+            if let Some(width) = width(&column) {
+                self.widths.push(width);
+                self.sigmas.extend(deviation(&column, width));
+            }
         }
     }
 
@@ -139,25 +151,28 @@ impl Tally {
         let least = self.light.0.iter().enumerate().skip(1).find(|(_, count)| **count > 0);
         let saturated = share(self.light.0[SATURATED as usize], self.measured);
         let [along, across] = self.noise.map(Sample::new);
-        let (contrast_sample, width_sample) = (Sample::new(self.contrast), Sample::new(self.widths));
+        let [contrast_sample, width_sample, sigma_sample] = [self.contrast, self.widths, self.sigmas].map(Sample::new);
         Statistics {
             name: self.name,
             frames: self.frames,
+            unit: self.unit,
             size: self.sizes.first().copied().unwrap_or_default(),
             missing: share(self.missing, self.pixels),
             least_reflectance: least.map(|(dn, _)| dn as f64),
             saturated,
-            noise_um: [along.robust_deviation(), across.robust_deviation()],
+            noise: [along.robust_deviation(), across.robust_deviation()],
             edges: self.edges.map(|[edges, all]| share(edges, all)),
             noise_correlation: self.correlation.map(|sums| (0..LAGS).map_while(|lag| sums.at(lag)).collect()),
             contrast: three(&contrast_sample),
             grain: self.grain.map(|sums| (0..GRAIN_LAGS).map_while(|lag| sums.at(lag)).collect()),
             line_width_px: three(&width_sample),
+            line_sigma_px: three(&sigma_sample),
             spectrum: self.spectrum.map(|spectrum| spectrum.points()),
             noise_sample: along,
             light_sample: light_sample(&self.light.0),
             contrast_sample,
             width_sample,
+            sigma_sample,
         }
     }
 }
@@ -222,7 +237,7 @@ mod tests {
         assert_eq!((once.line_width_px, twice.line_width_px), (Some([2.0; 3]), Some([2.0; 3])));
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
         for way in [0, 1] {
-            assert!(same(once.noise_um[way].expect("noise"), twice.noise_um[way].expect("noise")));
+            assert!(same(once.noise[way].expect("noise"), twice.noise[way].expect("noise")));
             for (a, b) in once.noise_correlation[way].iter().zip(&twice.noise_correlation[way]) {
                 assert!(same(*a, *b));
             }

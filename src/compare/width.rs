@@ -1,4 +1,5 @@
-//! Width of the laser line on the sensor: full width at half of the peak above the dark level, in one column.
+//! Width of the laser line on the sensor in one column: full width at half of the peak above the dark level, and standard
+//! deviation. A Gaussian has 2.355 of these in that; light from below the surface has long tails, and fewer.
 
 /// Least light above the dark level that makes a line [DN].
 pub const LEAST: f32 = 20.0;
@@ -20,6 +21,24 @@ pub fn width(column: &[u8]) -> Option<f32> {
     let above = (top + 1..column.len()).find(|&i| at(i) <= half)?;
     let before = |out: usize, within: usize| (half - at(out)) / (at(within) - at(out));
     Some(above as f32 - below as f32 - before(below, below + 1) - before(above, above - 1))
+}
+
+/// Standard deviation of the light above the dark level within one and a half `width`s of the peak [px]: 3.5 deviations of a
+/// Gaussian. `None` where that is not all in the column.
+pub fn deviation(column: &[u8], width: f32) -> Option<f32> {
+    let mut order = column.to_vec();
+    order.sort_unstable();
+    let dark = f32::from(*order.get(order.len() / 2)?);
+    let (top, _) = column.iter().enumerate().max_by_key(|(i, dn)| (**dn, usize::MAX - i))?;
+    let reach = (1.5 * width).ceil() as usize;
+    let rows = column.get(top.checked_sub(reach)?..=top + reach)?;
+    let (mut sum, mut first, mut second) = (0.0f32, 0.0f32, 0.0f32);
+    for (i, dn) in rows.iter().enumerate() {
+        let (light, d) = (f32::from(*dn) - dark, i as f32 - reach as f32);
+        (sum, first, second) = (sum + light, first + light * d, second + light * d * d);
+    }
+    let variance = second / sum - (first / sum) * (first / sum);
+    (sum > 0.0 && variance > 0.0).then(|| variance.sqrt())
 }
 
 #[cfg(test)]
@@ -48,6 +67,18 @@ mod tests {
                 assert!((f64::from(found) - expected).abs() < error, "{deviation} at {shift}: {found}, not {expected}");
             }
         }
+    }
+
+    /// The same Gaussians have their deviation, but for the tails beyond one and a half widths (3.53 deviations: they take
+    /// 2 t phi(t) / (2 Phi(t) - 1) = 0.6 % of the variance) and digital numbers rounded to nothing beyond.
+    #[test]
+    fn gaussians_have_their_deviation() {
+        for expected in [1.5, 2.5, 4.0] {
+            let column = gaussian(80, 40.25, expected, 230.0);
+            let found = deviation(&column, width(&column).expect("there is a line")).expect("it is all there");
+            assert!((f64::from(found) / expected - 1.0).abs() < 0.02, "{found}, not {expected}");
+        }
+        assert_eq!(deviation(&gaussian(20, 3.0, 2.0, 200.0), 4.7), None, "cut off");
     }
 
     /// A triangle by hand: half height is passed exactly half way down.

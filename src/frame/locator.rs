@@ -2,13 +2,13 @@
 //!
 //! Model: without lens distortion a column sees the laser plane by a homography, z = (a + b t) / (1 + k t) and x alike with
 //! the same k, t being the row on [-1, 1]. Distortion bends the numerators a little. So each column has two polynomials of
-//! degree 6 in t over the common denominator, through seven rows at Chebyshev's places (Trefethen 2013); without distortion
+//! degree 8 in t over one denominator, through nine rows at Chebyshev's places (Trefethen 2013); without distortion
 //! all but two of their coefficients vanish. Kept in single precision.
 //!
 //! Validity: rows of the sensor. Neglected: the remainder, which a test holds below 0.1 um.
 
 /// Coefficients of a numerator.
-const TERMS: usize = 7;
+const TERMS: usize = 9;
 
 /// Where each pixel of a sensor sees the laser plane.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,8 +16,8 @@ pub struct Locator {
     /// Middle row and half of the rows [px].
     middle: f32,
     half: f32,
-    /// k of the denominator [1].
-    bend: f32,
+    /// k of the denominators `[columns]` [1].
+    bend: Vec<f32>,
     /// Numerators of z [mm], term by term `[terms][columns]`.
     height: [Vec<f32>; TERMS],
     /// Numerators of x [mm], term by term `[terms][columns]`.
@@ -30,16 +30,17 @@ impl Locator {
         let half = (0.5 * rows as f64).max(1.0);
         let middle = half - 0.5;
         let row = |t: f64| middle + half * t;
-        // The denominator of the homography through three rows of the middle column.
-        let [low, zero, high] = [-1.0, 0.0, 1.0].map(|t| locate(0.5 * (columns as f64 - 1.0), row(t))[1]);
-        let bend = if high == low { 0.0 } else { (2.0 * zero - high - low) / (high - low) };
         let nodes: [f64; TERMS] =
             std::array::from_fn(|i| libm::cos(std::f64::consts::PI * (i as f64 + 0.5) / TERMS as f64));
         let powers = powers(&nodes);
         let empty = || std::array::from_fn(|_| Vec::with_capacity(columns));
         let mut locator =
-            Self { middle: middle as f32, half: half as f32, bend: bend as f32, height: empty(), along: empty() };
+            Self { middle: middle as f32, half: half as f32, bend: Vec::new(), height: empty(), along: empty() };
         for column in 0..columns {
+            // The homography through three of its rows.
+            let [low, zero, high] = [-1.0, 0.0, 1.0].map(|t| locate(column as f64, row(t))[1]);
+            let bend = if high == low { 0.0 } else { (2.0 * zero - high - low) / (high - low) };
+            locator.bend.push(bend as f32);
             let places = nodes.map(|t| locate(column as f64, row(t)).map(|mm| mm * (1.0 + bend * t)));
             for (k, row) in powers.iter().enumerate() {
                 let term = |axis: usize| row.iter().zip(&places).map(|(p, place)| p * place[axis]).sum::<f64>();
@@ -65,6 +66,7 @@ impl Locator {
     #[inline(always)]
     fn evaluate(&self, terms: &[Vec<f32>; TERMS], first: usize, rows: &mut [f32]) {
         let n = rows.len();
+        let bend = &self.bend[first..first + n];
         let terms: [&[f32]; TERMS] = std::array::from_fn(|k| &terms[k][first..first + n]);
         for c in 0..n {
             let t = (rows[c] - self.middle) / self.half;
@@ -72,7 +74,7 @@ impl Locator {
             for term in terms[..TERMS - 1].iter().rev() {
                 sum = sum * t + term[c];
             }
-            rows[c] = sum / (1.0 + self.bend * t);
+            rows[c] = sum / (1.0 + bend[c] * t);
         }
     }
 }

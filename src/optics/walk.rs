@@ -11,10 +11,11 @@
 //! What is more than one Gaussian across the line is drawn strand by strand ([`Section`]). Neglected: that a pixel gathers
 //! over its box, where a Gaussian has the box's variance alone.
 
+use super::TILE;
+use super::disc;
 use super::expose::{CENTRE, ROWS, load};
 use super::laser::{Level, Section};
 use super::row::Row;
-use super::{TILE, disc};
 use crate::lanes::{exp, turn};
 
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.

@@ -114,7 +114,7 @@ pub(super) fn description(record: &Record, declared: &[Channel], bits: u32) -> V
     json!({
         "id": record.id, "index": record.index, "split": record.split.name(), "class": record.class,
         "row_mm": record.row_mm, "col_mm": record.col_mm, "bits": bits, "units": units,
-        "range": record.range.name(), "calibration": calibration,
+        "range": record.range.name(), "sensor_rows": record.sensor_rows, "calibration": calibration,
     })
 }
 

@@ -148,6 +148,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         range: RangeForm::Calibrated,
         range_offset: -20.0,
         range_scale: SCALE_MM,
+        sensor_rows: size.rows,
         calibration: CALIBRATION
             .iter()
             .map(|field| (field.name, if field.missing == "never" { 1.0 } else { f64::NAN }))

@@ -1,7 +1,7 @@
 //! The camera against published numbers and the exact geometry.
 
 use super::*;
-use crate::frame::image_distance;
+use crate::frame::{Bent, image_distance};
 use crate::optics::parameters::{Camera as CameraNumbers, Exposure, Laser, Motion, Speckle};
 use crate::settings::Optics;
 

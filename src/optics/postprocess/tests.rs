@@ -15,6 +15,7 @@ fn bench() -> Bench {
         camera: Camera::from_values(default),
         exposure: Exposure::from_values(default),
         speckle: Speckle::from_values(default),
+        optics: crate::settings::Optics::default(),
     }
 }
 
