@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LONGEST: usize = 300;
 
 /// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 20] = [
+const FORBIDDEN: [(&str, &[&str]); 21] = [
     ("src/asset.rs", &["crate::", "procedural", "output_schema"]),
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
@@ -39,6 +39,7 @@ const FORBIDDEN: [(&str, &[&str]); 20] = [
     ("src/mesh", &["crate::recipe", "crate::optics", "crate::specimen", "crate::shard", "crate::settings"]),
     ("src/specimen.rs", &["crate::recipe", "crate::extract", "crate::shard", "crate::optics"]),
     ("src/frame.rs", &["crate::", "procedural"]),
+    ("src/frame", &["crate::", "procedural"]),
     (
         "src/icon",
         &[
