@@ -39,6 +39,7 @@ const FORBIDDEN: [(&str, &[&str]); 21] = [
     ("src/mesh", &["crate::recipe", "crate::optics", "crate::specimen", "crate::shard", "crate::settings"]),
     ("src/specimen.rs", &["crate::recipe", "crate::extract", "crate::shard", "crate::optics"]),
     ("src/frame.rs", &["crate::", "procedural"]),
+    ("src/frame", &["crate::", "procedural"]),
     (
         "src/icon",
         &[

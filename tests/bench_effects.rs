@@ -36,12 +36,14 @@ fn wobbling(mut bench: Bench) -> Bench {
     bench
 }
 
-/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming.
+/// The scene that wakes a number up: a long exposure for dark current, an overfull one for blooming, a laser at the edge of
+/// the filter's band for its width.
 fn waking(scene: &mut Scene, name: &str) {
     let exposure = &mut scene.bench.exposure;
     match name {
         "dark_current_e_per_s" => (exposure.time_us, scene.bench.laser.power_mw) = (1e5, 0.02),
         "blooming" => exposure.time_us = 400.0,
+        "filter_width_nm" => scene.bench.camera.filter_centre_nm = 645.0,
         _ => {}
     }
 }
@@ -71,7 +73,7 @@ fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
 
 /// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with a
 /// field as wide as what it does.
-fn scene_of(parameter: &Parameter) -> Scene {
+fn awake(parameter: &Parameter) -> Scene {
     let mut scene = base();
     match parameter.name {
         "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
@@ -99,6 +101,8 @@ fn every_number_of_the_bench_has_an_effect() {
     let usual = render(&base);
     // The laser's: tests/laser_keys.rs.
     let tables = [Motion::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
+    let base = base();
+    let usual = render(&base);
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
         let mut scene = scene_of(parameter);

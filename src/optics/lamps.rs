@@ -47,9 +47,9 @@ pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &
             if at_the_line {
                 line.copy_from_slice(&band.neighbour(profile, sensor.neighbours[k]).ambient[start..start + TILE]);
             } else {
-                for c in 0..TILE {
+                for (c, pixel) in line.iter_mut().enumerate() {
                     let offset = sensor.looks(centre[c] - (first_row[c] + k as i32) as f32);
-                    line[c] = band.neighbour(profile, offset).ambient[start + c];
+                    *pixel = band.neighbour(profile, offset).ambient[start + c];
                 }
             }
         }

@@ -145,7 +145,7 @@ parameters! {
         /// Full width of that band at half of its height.
         filter_width_nm: 2.0, 300.0, 30.0, "[T] 660 +- 15";
         /// Spectral irradiance of the object by lamps and windows, the same from all sides.
-        ambient_w_per_m2_nm: 0.0, 3.0, 0.0, "[M] 0.005 lit hall, 1.3 sunlight; 0 by the filter's and the hood's grace";
+        ambient_w_per_m2_nm: 0.0, 3.0, 0.0, "[M] 0.005 in a lit hall, 1.3 in sunlight; 0 under a hood";
     }
 }
 

@@ -11,6 +11,7 @@
 //! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
 //! to a sixteenth of a row. Height of a row and width of a column are held to the projection of docs/instrument.md:
 //! row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f, which are written out here once more.
+//! A last plate is seen in the corner of the field of a bent lens on a sensor that stands as no rule has it.
 //! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
 
 use glam::DVec2;
@@ -27,6 +28,7 @@ use crate::optics::parameters::Bench;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Scene;
+use crate::settings::Scheimpflug;
 use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
 
@@ -64,6 +66,8 @@ struct Found {
     ceramic: Vec<Plate>,
     /// Sensor row of the line on level plates by height [px].
     rows: Vec<f64>,
+    /// Mean error at the edge of a bent lens's field [um].
+    bent: f64,
 }
 
 /// Everything that the picture shows.
@@ -161,7 +165,21 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
         plates: (0..SLOPES.len()).map(|slope| (0..HEIGHTS.len()).map(|i| metal(slope, i)).collect()).collect(),
         ceramic: SHOWN.map(white).to_vec(),
         rows: (0..HEIGHTS.len()).map(row).collect(),
+        bent: bent(own.child("bent"), tiles),
     }
+}
+
+/// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug [um].
+fn bent(own: procedural::Stream, tiles: &Tiles) -> f64 {
+    let body = plate(HEIGHTS[SHOWN[1]] as f32, 0.0, 0.0);
+    let mut scene = scene(own, COLUMNS, EDGE + PROFILES);
+    scene.bench.speckle.strength = 0.0;
+    let (camera, optics) = (&mut scene.bench.camera, &mut scene.bench.optics);
+    (camera.distortion_k1, camera.distortion_k2, camera.distortion_p1) = (-0.06, 0.05, 5e-4);
+    (camera.sensor_tilt_deg, camera.focus_distance_mm) = (7.0, 405.0);
+    (optics.scheimpflug, optics.offset_columns) = (Scheimpflug::Given, 1100.0);
+    expose_to(&mut scene, &body, tiles, EDGE + PROFILES / 2, PEAK);
+    told(&scene, body, tiles, (HEIGHTS[SHOWN[1]], DVec2::ZERO)).error
 }
 
 /// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
@@ -241,6 +259,8 @@ fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen
         ));
         white.push((Estimate::of(each(found, |f| f.ceramic[place].spread).iter().copied()), theory));
     }
+    let name = format!("bent lens, field's edge, {:.0} mm: mean error [um]", HEIGHTS[SHOWN[1]]);
+    figures.push(Figure::of(&name, &each(found, |f| f.bent), 0.0));
     let pitch = |i: usize| move |f: &Found| 1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (f.rows[i + 1] - f.rows[i]);
     let truth = |i: usize| {
         1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (row_up(&bench, HEIGHTS[i + 1]) - row_up(&bench, HEIGHTS[i]))
