@@ -124,15 +124,24 @@ fn most_frequent(sorted: impl Iterator<Item = u16>) -> u16 {
     best
 }
 
-/// What the label image shows: area and box of each instance, what lies in it included, with the body's numbers.
-pub fn objects(labels: &Labels, cols: usize, pixel_mm2: f64, instances: &[Instance]) -> Vec<Object> {
-    let mut boxes = vec![(0u64, [u32::MAX, u32::MAX, 0, 0]); instances.len()];
-    for (row, line) in labels.instance.chunks_exact(cols).enumerate() {
+/// Areas of the pixels of each image column, `columns` of `cols` sensor columns each, of which a middle one has
+/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column [mm^2].
+pub fn areas(cols: usize, columns: usize, pixel_mm2: f64, share: impl Fn(f64) -> f64) -> Vec<f64> {
+    let middle = |column: usize| (column as f64 + 0.5) * columns as f64 - 0.5;
+    (0..cols / columns).map(|column| pixel_mm2 * share(middle(column))).collect()
+}
+
+/// What the label image shows: area and box of each instance, what lies in it included, with the body's numbers; `areas` are
+/// those of a pixel in each column [mm^2].
+pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {
+    let mut boxes = vec![(0u64, 0.0, [u32::MAX, u32::MAX, 0, 0]); instances.len()];
+    for (row, line) in labels.instance.chunks_exact(areas.len()).enumerate() {
         for (column, &id) in line.iter().enumerate() {
             let mut id = usize::from(id);
             while id > 0 {
-                let (area, [left, top, right, bottom]) = &mut boxes[id - 1];
-                *area += 1;
+                let (pixels, area, [left, top, right, bottom]) = &mut boxes[id - 1];
+                *pixels += 1;
+                *area += areas[column];
                 (*left, *right) = ((*left).min(column as u32), (*right).max(column as u32 + 1));
                 (*top, *bottom) = ((*top).min(row as u32), (*bottom).max(row as u32 + 1));
                 // What holds an instance has a smaller number, so this ends.
@@ -143,11 +152,11 @@ pub fn objects(labels: &Labels, cols: usize, pixel_mm2: f64, instances: &[Instan
     instances
         .iter()
         .zip(boxes)
-        .filter(|(_, (area, _))| *area > 0)
-        .map(|(&instance, (area, [left, top, right, bottom]))| Object {
+        .filter(|(_, (pixels, ..))| *pixels > 0)
+        .map(|(&instance, (pixels, area, [left, top, right, bottom]))| Object {
             instance,
-            area_px: area,
-            area_mm2: area as f64 * pixel_mm2,
+            area_px: pixels,
+            area_mm2: area,
             bbox: [left, top, right - left, bottom - top],
         })
         .collect()
@@ -230,7 +239,7 @@ mod tests {
     #[test]
     fn objects_have_the_boxes_of_their_pixels() {
         let labels = Labels { class: vec![0; 12], instance: vec![0, 0, 2, 2, 0, 0, 2, 0, 0, 0, 0, 0] };
-        let found = objects(&labels, 4, 0.5, &[instance(1, 0), instance(2, 0)]);
+        let found = objects(&labels, &[0.5; 4], &[instance(1, 0), instance(2, 0)]);
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].instance.id, found[0].area_px, found[0].bbox), (2, 3, [2, 0, 2, 2]));
         assert!((found[0].area_mm2 - 1.5).abs() < 1e-12);
@@ -255,7 +264,7 @@ mod tests {
     fn a_pocket_holds_what_lies_in_it() {
         // Pocket 1 in front, of which defect 3 hides a corner; pocket 2 shows nothing but its own defect 4.
         let labels = Labels { class: vec![0; 12], instance: vec![1, 1, 0, 0, 1, 3, 0, 0, 0, 3, 0, 4] };
-        let found = objects(&labels, 4, 0.5, &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
+        let found = objects(&labels, &[0.5; 4], &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
         let seen: Vec<_> = found.iter().map(|o| (o.instance.id, o.area_px, o.bbox)).collect();
         assert_eq!(seen, [(1, 5, [0, 0, 2, 3]), (2, 1, [3, 2, 1, 1]), (3, 2, [1, 1, 1, 2]), (4, 1, [3, 2, 1, 1])]);
     }

@@ -13,6 +13,7 @@ use crate::extract::{Grid, Profile, extract, rectify};
 use crate::frame::{Calibration, Frame, Rig};
 use crate::labels;
 use crate::optics::speckle::Tiles;
+use crate::optics::travel::turn;
 use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
@@ -59,11 +60,13 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let speckle = (scene.speckle_law, tiles);
-    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, speckle, scene.stream)
+    let turn = turn(&scene.bench.motion, scene.way);
+    let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, speckle, scene.stream)
         .with_transport(scene.transport)
+        .with_turn(turn)
         .with_readout(scene.readout)
         .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
-    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm);
+    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).turned(turn);
     (sensor, specimen)
 }
 
@@ -152,7 +155,10 @@ impl Scan {
         let pitch = grid.map_or_else(|| rig.along(1.0, top) - rig.along(0.0, top), |grid| grid.pitch_mm);
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
-        let objects = labels::objects(&labels, cols / columns, col_mm * row_mm, instances);
+        let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
+        let share = |column: f64| turn(&scene.bench.motion, scene.way).map_or(1.0, |turn| turn.share(x(column)).abs());
+        let areas = labels::areas(cols, columns, col_mm * row_mm, share);
+        let objects = labels::objects(&labels, &areas, instances);
         let sound = [Class::Pocket, Class::Tooth, Class::Object];
         let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
         let (range_offset, range_scale) = steps(scene, &rig);

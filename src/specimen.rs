@@ -10,12 +10,14 @@
 mod rays;
 pub mod relief;
 mod solid;
+pub mod turned;
 
 use glam::Vec3;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
 use self::rays::{LEAVE_MM, Rays};
 use self::relief::Relief;
+use self::turned::{Pose, Turn};
 use crate::frame::{Columns, Rig, Sightline};
 
 /// What one sensor column sees at one position of the scan.
@@ -45,6 +47,8 @@ pub struct Specimen {
     upper: Option<Relief>,
     /// What lies below its film, where light comes through.
     lower: Option<Relief>,
+    /// Where it turns; `None` for a straight way.
+    turn: Option<Turn>,
 }
 
 /// Scattering over a film's thickness above which nothing is seen through it [1].
@@ -65,7 +69,12 @@ impl Specimen {
     pub fn new(body: Body, rig: Rig, fan_height: f64) -> Self {
         let rays = Rays::new(&body.hull());
         let (upper, lower) = reliefs(&body, lens(&rig, 0.0));
-        Self { body, rays, rig, fan_height: fan_height as f32, upper, lower }
+        Self { body, rays, rig, fan_height: fan_height as f32, upper, lower, turn: None }
+    }
+
+    /// The same on a turntable, for a body that does not hide itself on a grid; scan positions are ways at its radius.
+    pub fn turned(self, turn: Option<Turn>) -> Self {
+        Self { turn, ..self }
     }
 
     /// The body.
@@ -104,8 +113,13 @@ impl Specimen {
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
     pub fn look(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
+        if let Some(turn) = &self.turn {
+            return self.look_turned(turn, y, columns, conveyor, hits);
+        }
         if self.body.is_its_hull() {
-            return self.look_at_triangles(y, columns, conveyor, hits);
+            let near_y = self.near(y);
+            let bare = |x: f32| self.conveyor(x, y, near_y, conveyor);
+            return self.look_at_triangles(&Pose::moved(y), columns, bare, hits);
         }
         let slice = self.body.slice(y);
         let near_y = self.near(y);

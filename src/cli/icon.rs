@@ -66,15 +66,15 @@ pub(super) fn run(arguments: &Icon) -> Outcome {
             whole::check(&data)?;
             let dataset = Dataset::open(&arguments.path)?;
             let frame = dataset.frame(arguments.index.unwrap_or(0))?;
-            if frame.unit != Unit::Mm && dataset.binned_columns() > 1 {
-                let what = "its sensor rows are means of several columns, which no camera writes";
-                let place = arguments.path.display();
-                return Err(format!("{place}: {what}; make it anew without `output: {{bin: ..}}`").into());
-            }
             if frame.bits > 8 {
                 let what = format!("its numbers have {} bits, and the camera's files hold 8", frame.bits);
                 let remedy = "set `exposure: {bits: 8}` in the recipe and make it anew";
                 return Err(format!("{}: {what}; {remedy}", arguments.path.display()).into());
+            }
+            if frame.unit != Unit::Mm && dataset.binned_columns() > 1 {
+                let what = "its sensor rows are means of several columns, which no camera writes";
+                let place = arguments.path.display();
+                return Err(format!("{place}: {what}; make it anew without `output: {{bin: ..}}`").into());
             }
             if arguments.sensor {
                 sensor(out, &frame)?

@@ -120,7 +120,8 @@ fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Fram
         Ok(Some((cols as usize, rows as usize, grey.numbers())))
     };
     let (cols, rows, steps) = image("range")?.ok_or("`range` is missing")?;
-    let (unit, to_eight) = (head.range_unit(), to_eight_bits(head.images.bits));
+    let to_eight = to_eight_bits(head.images.bits);
+    let unit = head.range_unit();
     let (offset, scale) = (number(&format!("range_offset_{unit}"))?, number(&format!("range_scale_{unit}"))?);
     let height = |&n: &u16| if n == 0 { f64::NAN } else { offset + f64::from(n) * scale };
     let map = |name: &str| -> Result<Option<Vec<f32>>, String> {

@@ -135,16 +135,16 @@ pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError>
     let seen = |map: Vec<f32>| map.into_iter().map(|v| if v.is_nan() { 0.0 } else { v }).collect::<Vec<f32>>();
     let description: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
     let bits = description["bits"].as_u64().unwrap_or(0);
     let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
+    let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
     Ok(Frame {
         name,
         cols,
         rows,
+        bits,
         unit: if description["units"]["Range"] == "px" { Unit::Px { sensor_rows } } else { Unit::Mm },
         first_mm: description["calibration"]["x_first_mm"].as_f64(),
-        bits,
         col_mm: description["col_mm"].as_f64(),
         row_mm: description["row_mm"].as_f64(),
         range,

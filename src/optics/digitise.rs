@@ -31,6 +31,8 @@ pub struct Shot<'a> {
     pub columns: usize,
     /// Its middle in the laser plane, x and z [mm].
     pub place: [f64; 2],
+    /// How far the object has moved there [mm].
+    pub way: f64,
     /// Offsets of the sensor's rows [DN].
     pub offsets: &'a [f32],
 }
@@ -44,7 +46,7 @@ pub fn digitise(
     charge: &mut Charge,
     frame: &mut Frame,
 ) {
-    let Shot { profile, tile, columns, place, offsets } = *shot;
+    let Shot { profile, tile, columns, place, way, offsets } = *shot;
     frame.cols = columns;
     frame.rows = ROWS;
     frame.first_col = tile * TILE;
@@ -54,7 +56,7 @@ pub fn digitise(
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let view = sensor.speckle.view(tile, place, sensor.position(profile), number * ROWS);
+    let view = sensor.speckle.view(tile, place, way, number * ROWS);
     let counter = tile as u32 * TILE as u32;
     let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
     let pair_of = |pair: usize| {

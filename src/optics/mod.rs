@@ -28,29 +28,32 @@ pub mod postprocess;
 pub mod row;
 mod second;
 pub mod sensor;
+mod shine;
 pub mod slow;
 pub mod speckle;
 pub mod streak;
+mod texel;
 pub mod travel;
+mod walk;
 
 use procedural::{Medium, Stream};
 
+use self::band::looks;
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
-use self::film::Watch;
-use self::laser::spots::Shining;
 use self::parameters::{Bench, Exposure};
 use self::postprocess::{Picture, Scripts};
-use self::row::{Row, RowMaker, RowScratch};
+use self::row::RowMaker;
 use self::second::SecondLine;
 use self::sensor::Chain;
+use self::shine::Shine;
 use self::speckle::Tiles;
 use self::speckle::anchor::{Ground, Speckle};
 use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::lanes;
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
-use crate::specimen::Specimen;
+use crate::specimen::turned::Turn;
 use crate::transport::fresnel;
 
 pub use self::band::Band;
@@ -84,15 +87,11 @@ pub struct Sensor {
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
     travel: Travel,
+    turn: Option<Turn>,
     size: Size,
     transport: Transport,
     stream: Stream,
     maker: RowMaker,
-}
-
-/// Whole profiles, within the farthest that is looked at.
-fn looks(profiles: f64) -> isize {
-    (profiles.round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
 }
 
 impl Sensor {
@@ -100,7 +99,7 @@ impl Sensor {
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
     pub fn new(
         bench: &Bench,
-        line: Line,
+        line: &Line,
         size: Size,
         height: f64,
         clear: &Medium,
@@ -133,7 +132,7 @@ impl Sensor {
             maker: RowMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
-                Shining::new(&bench.laser, stream.child("shining")),
+                Shine::new(&bench.laser, stream.child("shining")),
                 size.columns,
                 height,
             ),
@@ -141,6 +140,7 @@ impl Sensor {
             faint: FAINT_DN / chain.gain,
             exposure: bench.exposure,
             travel,
+            turn: None,
             chain,
             scripts: None,
             camera,
@@ -159,6 +159,12 @@ impl Sensor {
     /// The same with light from below by another model than the kernel.
     pub fn with_transport(self, transport: Transport) -> Self {
         Self { transport, ..self }
+    }
+
+    /// The same under an object that turns: light is let out by the matter of its own line.
+    pub fn with_turn(self, turn: Option<Turn>) -> Self {
+        let (away, neighbours) = if turn.is_some() { ([0.0; ROWS], [0; ROWS]) } else { (self.away, self.neighbours) };
+        Self { turn, away, neighbours, ..self }
     }
 
     /// The same with the thesis' scripts in place of speckle and noise, where the order is not `physical`.
@@ -198,60 +204,6 @@ impl Sensor {
         self.travel.place(profile)
     }
 
-    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
-    pub fn halo(&self) -> [usize; 2] {
-        let window = self.most() as usize + 1 + usize::from(self.way > 0.0);
-        let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
-        [window + before, window + behind]
-    }
-
-    /// Most profiles between one and another whose row lets its light out.
-    fn most(&self) -> isize {
-        self.travel.within(self.away[0].max(-self.away[ROWS - 1])).min(FARTHEST) as isize
-    }
-
-    /// Offsets of the rows that let light out in the profiles of a band and the next one.
-    fn offsets(&self, band: &Band) -> Vec<[isize; ROWS]> {
-        let nearest = |profile: usize| self.away.map(|away| self.travel.nearest(profile as isize, away, self.most()));
-        let profiles = band.profiles.start..band.profiles.end + 1;
-        if self.travel.even() { Vec::new() } else { profiles.map(nearest).collect() }
-    }
-
-    /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
-    fn looks(&self, rows: f32) -> isize {
-        looks(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
-    }
-
-    /// Way that the image of a flat surface moves while it is exposed, along the rows [px].
-    pub fn travel_px(&self) -> f64 {
-        f64::from(self.way) / self.profiles_per_row
-    }
-
-    /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
-    pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
-        let [before, behind] = self.halo();
-        (band.halo, band.profiles) = (before, profiles);
-        band.rows.resize_with(band.profiles.len() + before + behind, Row::default);
-        let mut scratch = RowScratch::new(self.size.columns);
-        for (place, row) in band.rows.iter_mut().enumerate() {
-            let profile = (band.profiles.start + place) as isize - band.halo as isize;
-            let y = self.position_of(profile) as f32;
-            let watch = Watch { specimen, camera: &self.camera, y, profile, faint: self.faint };
-            self.maker.make(watch, &mut scratch, row);
-        }
-        for place in (1..band.rows.len()).rev() {
-            let (before, from) = band.rows.split_at_mut(place);
-            before[place - 1].face(&from[0]);
-        }
-        band.offsets = self.offsets(&band);
-        let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
-        let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
-        // The light that a moving object has in the next profile counts too.
-        let last = band.profiles.end + usize::from(self.way > 0.0);
-        band.windows = (band.profiles.start..last).map_while(window).collect();
-        band
-    }
-
     /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.
     pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
         self.chain.rows(profile, offsets);
@@ -271,7 +223,9 @@ impl Sensor {
         expose::window(self, band, profile, tile, scratch);
         let middle = &band.row(profile).hits[tile * TILE + scratch.columns / 2];
         let place = [f64::from(middle.x), f64::from(middle.surface.z)];
-        let shot = Shot { profile, tile, columns: scratch.columns, place, offsets };
+        // Speckle moves as far as the object does here.
+        let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
+        let shot = Shot { profile, tile, columns: scratch.columns, place, way, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
             digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);

@@ -22,6 +22,12 @@ parameters! {
         wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel";
         /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
         wow_period_mm: 0.1, 10000.0, 200.0, "[M]";
+        /// For `kind: turntable`: distance from the axis at which profiles are `step_mm` apart.
+        turn_radius_mm: 0.1, 5000.0, 50.0, "free";
+        /// For `kind: turntable`: where along the line the axis stands.
+        turn_axis_x_mm: -500.0, 500.0, 0.0, "free";
+        /// For `kind: turntable`: the part of the object that stands on the axis, along the scan.
+        turn_axis_y_mm: -5000.0, 5000.0, 0.0, "free";
     }
 }
 

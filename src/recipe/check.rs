@@ -6,6 +6,7 @@ use super::Subject;
 use super::camera;
 use super::dist::Distribution;
 use super::laser;
+use super::motion;
 use super::setting::MOST_PIXELS;
 use super::settings::Settings;
 use super::together::{Together, blister, mesh, sawtooth, wood};
@@ -21,8 +22,6 @@ const MOST_SUMMED: usize = 29;
 const MOST_FRAME_PIXELS: usize = 2 << 30;
 /// Slack of a sum that should be 1.
 const SUM_SLACK: f64 = 1e-9;
-/// Largest share of a step that the periodic error of the place takes [1].
-const STEEPEST: f64 = 0.5;
 /// Variance of rounding to whole digital numbers [DN^2].
 const ROUNDING: f64 = 1.0 / 12.0;
 
@@ -39,6 +38,7 @@ pub(super) struct Object<'a> {
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     transport::check(walk, subject, settings);
     laser::settings(walk, settings);
+    motion::settings(walk, subject, settings);
     camera::settings(walk, settings);
     let size = settings.size();
     if size.columns * size.profiles > MOST_PIXELS {
@@ -142,22 +142,7 @@ pub(super) fn scene(
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
 
-    let keys = ["motion.wow_period_mm", "motion.wow_um"];
-    let (period, wow) = (scene.least(keys[0]), scene.most(keys[1]));
-    if wow == 0.0 && scene.written(keys[0]) {
-        scene.fault(walk, &keys[..1], "has no effect without `wow_um`".into(), "give `motion.wow_um`, or remove it");
-    }
-    let steep = std::f64::consts::TAU * wow * 1e-3 / period;
-    if steep > STEEPEST {
-        let problem = format!(
-            "an error of {} um that comes again after {} mm makes steps {:.0} % too short",
-            shown(wow),
-            shown(period),
-            100.0 * steep
-        );
-        let remedy = "at most 50 %, so that profiles stay in order: lower wow_um or raise wow_period_mm";
-        scene.fault(walk, &keys, problem, remedy);
-    }
+    motion::together(walk, object.settings, &scene);
     laser::together(walk, object.settings, &scene);
 
     match object.subject {

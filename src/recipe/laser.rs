@@ -1,4 +1,4 @@
-//! The laser's settings, and which of its numbers mean anything beside which others.
+//! The laser's settings, and which of its numbers and of the movement's mean anything beside which others.
 //!
 //! A number that has no effect under the other keys of a recipe is a fault where a recipe gives it another value than its
 //! default: nothing that is written is passed over in silence.
@@ -6,6 +6,8 @@
 use std::collections::BTreeMap;
 
 use super::dist::Distribution;
+use super::motion;
+use super::picture;
 use super::setting::{Kind, Setting, Value};
 use super::settings::Settings;
 use super::table;
@@ -28,8 +30,16 @@ pub(super) const TABLE: &[Setting] = &[
         kind: Kind::Word(&Shape::NAMES),
         default: Value::Word(Shape::NAMES[0]),
         doc: "Light across the line: a `gaussian` beam; a `slit`, even with hard edges, as wide as its shadow is; a `texture` \
-              thrown by a projector, here the thesis' blurred line; or a `point`, a round spot stepped along the line.",
+              thrown by a projector; or a `point`, a round spot stepped along the line.",
         source: "[T] slit and texture; [V]",
+    },
+    Setting {
+        name: "texture",
+        kind: Kind::File { most_mb: 64, built_in: &[] },
+        default: Value::Word("none"),
+        doc: "Grey PNG that a projector throws, 8 or 16 bits, proportional to light; rows across the line, columns along it. \
+              `none` is the line of the thesis: three pixels wide of 61, blurred by a Gaussian of five.",
+        source: "[T] 3.2.1",
     },
 ];
 
@@ -61,6 +71,7 @@ fn amount(name: &str) -> Option<&'static str> {
         "width_jitter_mm" => "width_jitter",
         "streak_width_um" | "streak_length_mm" | "streak_share" => "streaks_per_mm",
         "glint_gain" | "glint_length_mm" => "glints_per_mm",
+        "wow_period_mm" => "motion.wow_um",
         _ => return None,
     })
 }
@@ -69,7 +80,7 @@ fn amount(name: &str) -> Option<&'static str> {
 const UNKNOWN: [&str; 7] =
     ["second_line_mm", "smile_um", "smile_cubic_um", "lobe_share", "skirt_share", "width_jitter", "streaks_per_mm"];
 
-/// Notes the laser's numbers that have no effect, at the top level and in each class.
+/// Notes numbers of laser and movement that have no effect, at the top level and in each class.
 pub(super) fn idle(
     walk: &mut Walk,
     subject: Option<Subject>,
@@ -85,7 +96,7 @@ pub(super) fn idle(
         .zip(&prefixes)
         .map(|(class, prefix)| Together { prefix, base, overrides: &class.overrides })
         .collect();
-    for parameter in table::parameters(subject).filter(|parameter| parameter.group == "laser") {
+    for parameter in table::parameters(subject).filter(|parameter| matches!(parameter.group, "laser" | "motion")) {
         let path = parameter.path();
         let usual = Distribution::Fixed(parameter.default);
         let why = |scene: &Together| why(parameter.name, subject, settings, scene);
@@ -103,17 +114,20 @@ pub(super) fn idle(
     }
 }
 
-/// Why a number of the laser has no effect, and what to do.
+/// Why a number has no effect, and what to do.
 fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Together) -> Option<(String, String)> {
-    let line = settings.line();
-    let (fan, shape) = (Fan::NAMES[line.fan as usize], Shape::NAMES[line.shape as usize]);
+    if let Some(idle) = motion::why(name, settings) {
+        return Some(idle);
+    }
+    let (chosen_fan, chosen) = settings.fan();
+    let (fan, shape) = (Fan::NAMES[chosen_fan as usize], Shape::NAMES[chosen as usize]);
     let shapes = shapes(name);
-    if !shapes.contains(&line.shape) {
+    if !shapes.contains(&chosen) {
         let names: Vec<_> = shapes.iter().map(|shape| Shape::NAMES[*shape as usize]).collect();
         let remedy = format!("it is for `profile: {}`: give that, or remove it", names.join("` or `profile: "));
         return Some((format!("has no effect on `profile: {shape}`"), remedy));
     }
-    if name == "fan_soft_ends" && line.fan != Fan::Powell {
+    if name == "fan_soft_ends" && chosen_fan != Fan::Powell {
         let remedy = "it is for `fan: powell`: give that, or remove it".to_owned();
         return Some((format!("has no effect on `fan: {fan}`"), remedy));
     }
@@ -126,7 +140,7 @@ fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Togeth
         return Some((format!("has no effect: {strange}"), "remove it".to_owned()));
     }
     let amount = amount(name)?;
-    let path = format!("laser.{amount}");
+    let path = if amount.contains('.') { amount.to_owned() } else { format!("laser.{amount}") };
     (scene.least(&path) == 0.0 && scene.most(&path) == 0.0)
         .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{amount}` too, or remove it")))
 }
@@ -160,15 +174,28 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
 
 /// What the laser's settings must mean beside those of other sections.
 pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
-    let shape = settings.line().shape;
+    let (fan, shape) = settings.fan();
     if settings.transport() != Transport::Kernel && shape != Shape::Gaussian {
         let problem =
             format!("`{}` is unknown to `transport: {}`", Shape::NAMES[shape as usize], settings.transport().name());
         let remedy = "the model knows one Gaussian line alone: give `profile: gaussian` or `transport: kernel`";
         walk.joint_fault(&["laser.profile".to_owned(), "transport.model".to_owned()], problem, remedy);
     }
+    if let Some(file) = settings.file("laser.texture") {
+        let keys = ["laser.texture".to_owned()];
+        if shape != Shape::Texture {
+            let problem = format!("has no effect on `profile: {}`", Shape::NAMES[shape as usize]);
+            walk.joint_fault(&keys, problem, "give `profile: texture`, or remove it");
+        } else if let Err(problem) = picture::read(file.bytes()) {
+            let problem = format!("`{}` {problem}", file.name());
+            walk.joint_fault(
+                &keys,
+                problem,
+                format!("give a grey PNG of at most {} x {} pixels", picture::MOST, picture::MOST),
+            );
+        }
+    }
     if shape == Shape::Texture || shape == Shape::Point {
-        let fan = settings.line().fan;
         if fan != Fan::Powell {
             let problem = format!("has no effect on `profile: {}`", Shape::NAMES[shape as usize]);
             walk.joint_fault(&["laser.fan".to_owned()], problem, "it is for lines with a lens: remove it");

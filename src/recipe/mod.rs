@@ -13,6 +13,8 @@ mod embedded;
 mod fault;
 mod forms;
 mod laser;
+mod motion;
+mod picture;
 mod postprocess;
 mod read;
 mod reference;
@@ -35,7 +37,7 @@ use self::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
+use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport, Way};
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;
@@ -51,6 +53,8 @@ pub struct Recipe {
     name: String,
     subject: Subject,
     settings: Settings,
+    /// The laser's settings, with its picture read.
+    line: Line,
     /// Every parameter's distribution by path.
     parameters: BTreeMap<String, Distribution>,
     /// By name.
@@ -97,6 +101,8 @@ pub struct Scene {
     pub mesh: Option<Arc<Mesh>>,
     /// How light spreads below the surface.
     pub transport: Transport,
+    /// How the object moves.
+    pub way: Way,
     /// How the sensor is read out.
     pub readout: Readout,
     /// What is done to frames before they are read.
@@ -127,7 +133,8 @@ impl Recipe {
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
         let read::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
-        Ok(Self { name, subject, settings, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
+        let line = settings.line();
+        Ok(Self { name, subject, settings, line, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
 
     /// Names of the recipes that are built in.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::asset::{Asset, BuiltIn};
 use crate::mesh;
-use crate::settings::{Channel, Hdr, SpeckleLaw};
+use crate::settings::{Channel, Hdr};
 
 /// The declaration of one setting.
 #[derive(Debug, Clone)]
@@ -169,15 +169,6 @@ pub(super) const MESH: &[Setting] = &[setting(
     Value::Word(mesh::BUILT_IN[0].0),
     "Triangles of the part: OBJ, STL or PLY, by the name's ending.",
     "free",
-)];
-
-/// What of speckle is not drawn.
-pub(super) const SPECKLE: &[Setting] = &[setting(
-    "law",
-    Kind::Word(&SpeckleLaw::NAMES),
-    Value::Word("exponential"),
-    "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that (contrast 0.523).",
-    "Goodman; [T] for `rayleigh`",
 )];
 
 /// Parts of the dataset.

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::picture;
 use super::setting::Value;
 use crate::asset::Asset;
 use crate::settings::{
     Channel, Direction, Extraction, Fan, Filter, Hdr, LensModel, Line, Method, Optics, Order, Output, Pattern, Peak,
     Postprocess, RangeForm, Readout, ScatterDark, ScatterMode, Scheimpflug, SensorStack, Shape, Size, SpeckleLaw,
-    Splits, ThesisMethod, Transport,
+    Splits, ThesisMethod, Transport, Way,
 };
 
 /// Every setting that has an effect by its path; a path or kind that the tables do not declare is a mistake of ours and panics in each test.
@@ -86,11 +87,19 @@ impl Settings {
         }
     }
 
-    /// What of the laser is not drawn.
-    pub fn line(&self) -> Line {
+    /// Lens and shape of the laser's line.
+    pub fn fan(&self) -> (Fan, Shape) {
         let (fan, shape) = (self.word("laser.fan"), self.word("laser.profile"));
         let named = |names: &[&str], name| names.iter().position(|known| *known == name).unwrap_or_default();
-        Line { fan: Fan::ALL[named(&Fan::NAMES, fan)], shape: Shape::ALL[named(&Shape::NAMES, shape)] }
+        (Fan::ALL[named(&Fan::NAMES, fan)], Shape::ALL[named(&Shape::NAMES, shape)])
+    }
+
+    /// What of the laser is not drawn.
+    pub fn line(&self) -> Line {
+        let (fan, shape) = self.fan();
+        // A file that is no picture is a fault of the recipe.
+        let picture = self.file("laser.texture").and_then(|file| picture::read(file.bytes()).ok());
+        Line { fan, shape, picture }
     }
 
     /// What of the camera is the same for all samples.
@@ -171,6 +180,11 @@ impl Settings {
             }
             other => panic!("no model {other}"),
         }
+    }
+
+    /// How the object moves.
+    pub fn way(&self) -> Way {
+        if self.word("motion.kind") == "turntable" { Way::Turntable } else { Way::Linear }
     }
 
     /// Law of speckle in a point.

@@ -11,6 +11,7 @@ use procedural::wood::{Board, Knots, Log, Media, Rot};
 use super::Subject;
 use super::camera;
 use super::laser;
+use super::motion;
 use super::setting::{self, Setting};
 use super::{postprocess, setting_extraction, transport};
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
@@ -57,11 +58,11 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
 pub(super) const SECTIONS: [Section; 26] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
-    drawn!(Motion),
+    drawn!(Motion, &[], motion::TABLE),
     drawn!(Laser, &[], laser::TABLE),
     drawn!(Camera, &[], camera::TABLE),
     drawn!(Exposure, &[], setting::EXPOSURE),
-    drawn!(Speckle, &[], setting::SPECKLE),
+    drawn!(Speckle, &[], motion::SPECKLE),
     drawn!(Board, &[Subject::Wood]),
     drawn!(Log, &[Subject::Wood]),
     drawn!(Knots, &[Subject::Wood]),

@@ -48,14 +48,6 @@ impl Together<'_> {
         self.bounds(path).1
     }
 
-    /// Whether the number is another than the declared default.
-    pub fn written(&self, path: &str) -> bool {
-        let place = path.split_once('.');
-        let parameter = table::parameters(None).find(|p| place == Some((p.group, p.name)));
-        let default = parameter.unwrap_or_else(|| panic!("no table declares {path}")).default;
-        self.bounds(path) != (default, default)
-    }
-
     /// Smallest and largest value by size alone: an angle counts without its sign [least, most].
     pub fn ends(&self, path: &str) -> [f64; 2] {
         let (low, high) = self.bounds(path);

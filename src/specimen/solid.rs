@@ -9,8 +9,9 @@
 //! distance; facets steeper than [`UPRIGHT`], which count as that steep; light that the piece throws on itself.
 
 use glam::Vec3;
-use procedural::{Medium, Surface};
+use procedural::Surface;
 
+use super::turned::Pose;
 use super::{Hit, Specimen, lens};
 use crate::frame::{Columns, Sightline};
 
@@ -30,51 +31,60 @@ const MOST_SURFACES: usize = 64;
 impl Specimen {
     /// Where a column's line of sight, which distortion bends, meets the surface that its chord met at `chord`, and the
     /// normal there; `None` where it is straight, or meets nothing near.
-    fn bend(&self, line: &Sightline, chord: Vec3) -> Option<(Vec3, Vec3)> {
-        if (chord.x - line.at(chord.z)).abs() < STRAIGHT_MM {
+    fn bend(&self, pose: &Pose, line: &Sightline, chord: Vec3) -> Option<(Vec3, Vec3)> {
+        if (pose.place(chord).x - line.at(chord.z)).abs() < STRAIGHT_MM {
             return None;
         }
         let (x, lean) = (line.at(chord.z), line.lean(chord.z));
-        let at = |z: f32| Vec3::new(x + lean * (z - chord.z), chord.y, z);
+        let at = |z: f32| pose.into_body(Vec3::new(x + lean * (z - chord.z), 0.0, z));
         let (from, to) = (at(chord.z + NEAR_MM), at(chord.z - NEAR_MM));
         let (far, normal) = self.rays.meet(from, to, 0.0)?;
         Some((from + (to - from).normalize() * far, normal))
     }
 
     /// [`Specimen::look`] for pieces whose triangles are their surface.
-    pub(super) fn look_at_triangles(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
-        let slice = self.body.slice(y);
+    ///
+    /// The body stands in `pose`; `conveyor` is what is seen at x where it is not.
+    pub(super) fn look_at_triangles(
+        &self,
+        pose: &Pose,
+        columns: &Columns,
+        conveyor: impl Fn(f32) -> Hit,
+        hits: &mut Vec<Hit>,
+    ) {
         let (low, high) = (self.rays.low, self.rays.high);
         let [sky, ground] = [high.z + 1.0, low.z.min(0.0) - super::LEAVE_MM];
-        let near_y = self.near(y);
-        let (fan, lens) = (Vec3::new(0.0, y, self.fan_height), lens(&self.rig, y));
+        let [fan, lens] = [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|from| pose.into_body(from));
         for column in 0..columns.len() {
             let line = columns.of(column);
-            let at = |z: f32| Vec3::new(line.at(z), y, z);
-            let (from, to, foot) = (at(sky), at(ground), at(0.0));
-            let beside = from.x.max(to.x) < low.x || from.x.min(to.x) > high.x || y < low.y || y > high.y;
+            let at = |z: f32| pose.into_body(Vec3::new(line.at(z), 0.0, z));
+            let (from, to) = (at(sky), at(ground));
+            let (least, most) = (from.min(to), from.max(to));
+            let beside = most.x < low.x || least.x > high.x || most.y < low.y || least.y > high.y;
             let (mut first, mut found) = (None, None);
             let mut start = 0.0;
             for _ in 0..if beside { 0 } else { MOST_SURFACES } {
                 let Some((far, normal)) = self.rays.meet(from, to, start) else { break };
                 start = far + BEHIND_MM;
                 let chord = from + (to - from).normalize() * far;
-                let (point, normal) = self.bend(&line, chord).unwrap_or((chord, normal));
+                let (point, normal) = self.bend(pose, &line, chord).unwrap_or((chord, normal));
                 // The side that faces the laser.
                 let normal = if normal.dot(fan - point) < 0.0 { -normal } else { normal };
                 let over = point + normal * OVER_MM;
                 let lit = self.rays.free(over, fan);
                 let seen = normal.dot(lens - point) > 0.0 && self.rays.free(over, lens);
-                let up = normal.z.max(UPRIGHT);
-                let surface = Surface { z: point.z, slope_x: -normal.x / up, slope_y: -normal.y / up };
-                let hit = Hit { x: point.x, surface, matter: slice.matter(point.x, point.z), lit, seen };
+                let (up, out) = (normal.z.max(UPRIGHT), pose.out(normal));
+                let surface = Surface { z: point.z, slope_x: -out.x / up, slope_y: -out.y / up };
+                let mut matter = self.body.slice(point.y).matter(point.x, point.z);
+                matter.medium.fibre = pose.out(matter.medium.fibre);
+                let hit = Hit { x: pose.place(point).x, surface, matter, lit, seen };
                 first = first.or(Some(hit));
                 if lit && seen {
                     found = Some(hit);
                     break;
                 }
             }
-            let conveyor = || self.conveyor(foot.x, y, near_y, conveyor);
+            let conveyor = || conveyor(line.at(0.0));
             hits.push(match (found, first) {
                 (Some(hit), _) => hit,
                 (None, Some(first)) => Some(conveyor()).filter(|bare| bare.lit && bare.seen).unwrap_or(first),

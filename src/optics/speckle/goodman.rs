@@ -105,7 +105,7 @@ mod tests {
         );
     }
 
-    /// For a point a long way leaves 1 / (1 + 0.9 b / L) of the variance, within 12 %, a short one more; pixels have averaged
+    /// For a point a long way leaves 1 / (1 + 0.9 b / L) of the variance, within 15 %, a short one more; pixels have averaged
     /// part of it before.
     #[test]
     fn movement_averages_as_the_rule_says() {
@@ -113,7 +113,7 @@ mod tests {
         for grains in [0.5, 1.0, 2.0, 4.0, 8.0] {
             let variance = pixel_contrast(grain, SpeckleLaw::Exponential, grains * grain).powi(2);
             let rule = 1.0 / (1.0 + 0.9 * grains);
-            let most = if grains < 4.0 { 0.4 } else { 0.12 };
+            let most = if grains < 4.0 { 0.4 } else { 0.15 };
             assert!((0.0..most).contains(&(variance / rule - 1.0)), "{grains} grains: {variance} against {rule}");
         }
         let still = pixel_contrast(0.328, SpeckleLaw::Exponential, 0.0);

@@ -173,8 +173,12 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
     let mut broad = bench;
     broad.laser.waist_mm = BROAD_MM;
     let expected = |n: usize| boiled(grain, n as f64 * pupils(&broad, broad.motion.step_mm));
-    let all = |n: usize| AHEAD.map(|lag| coarse.at(lag as f64 - n as f64 * move_px)).sum::<f64>();
-    let left = |f: &Found, n: usize| f.profiles[n - 1].iter().sum::<f64>() / all(n);
+    // Lags that have something in common; further ones add noise alone.
+    let left = |f: &Found, n: usize| {
+        let near = |lag: i64| lag as f64 - n as f64 * move_px;
+        let lags = || AHEAD.zip(&f.profiles[n - 1]).filter(|(lag, _)| near(*lag).abs() < 1.5);
+        lags().map(|(_, c)| c).sum::<f64>() / lags().map(|(lag, _)| coarse.at(near(lag))).sum::<f64>()
+    };
     for n in [1, APART] {
         let name = format!("left of the pattern after {n} profile{} [1]", if n > 1 { "s" } else { "" });
         figures.push(Figure::of(&name, &each(found, |f| left(f, n)), expected(n)));

@@ -1,0 +1,78 @@
+//! Settings of movement and speckle, and which of their numbers mean anything beside which others.
+
+use super::Subject;
+use super::setting::{Kind, Setting, Value};
+use super::settings::Settings;
+use super::together::Together;
+use crate::settings::{SpeckleLaw, Transport, Way};
+use crate::yaml::walk::{Walk, shown};
+
+/// What of the movement is not drawn.
+pub(super) const TABLE: &[Setting] = &[Setting {
+    name: "kind",
+    kind: Kind::Word(&Way::NAMES),
+    default: Value::Word(Way::NAMES[0]),
+    doc: "How the object moves: `linear`, straight on; or `turntable`, about an upright axis in the laser plane. Profiles \
+          are then `step_mm` apart at `turn_radius_mm` from it.",
+    source: "[T]",
+}];
+
+/// What of speckle is not drawn.
+pub(super) const SPECKLE: &[Setting] = &[Setting {
+    name: "law",
+    kind: Kind::Word(&SpeckleLaw::NAMES),
+    default: Value::Word(SpeckleLaw::NAMES[0]),
+    doc: "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that, whose contrast \
+          is 0.523.",
+    source: "Goodman; [T] for `rayleigh`",
+}];
+
+/// Largest share of a step that the periodic error of the place takes [1].
+const STEEPEST: f64 = 0.5;
+
+/// Why a number of the movement has no effect under the settings, and what to do.
+pub(super) fn why(name: &str, settings: &Settings) -> Option<(String, String)> {
+    let turns = matches!(name, "turn_radius_mm" | "turn_axis_x_mm" | "turn_axis_y_mm");
+    (turns && settings.way() == Way::Linear).then(|| {
+        let remedy = "it is for `kind: turntable`: give that, or remove it";
+        ("has no effect on `kind: linear`".to_owned(), remedy.to_owned())
+    })
+}
+
+/// What the settings of the movement must mean beside those of other sections.
+pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
+    if settings.way() == Way::Linear {
+        return;
+    }
+    let keys = |other: &str| ["motion.kind".to_owned(), other.to_owned()];
+    if subject == Some(Subject::Blister) {
+        let problem = "a pack hides and lights itself, which is worked out for a straight way alone";
+        walk.joint_fault(&keys("subject"), problem.to_owned(), "give `kind: linear`, or another subject");
+    }
+    if settings.transport() != Transport::Kernel {
+        let problem = format!("`transport: {}` knows a straight way alone", settings.transport().name());
+        walk.joint_fault(&keys("transport.model"), problem, "give `kind: linear` or `transport: kernel`");
+    }
+}
+
+/// What the movement's numbers must mean together.
+pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
+    let keys = ["motion.wow_um", "motion.wow_period_mm"];
+    let (wow, period) = (scene.most(keys[0]), scene.least(keys[1]));
+    let steep = std::f64::consts::TAU * wow * 1e-3 / period;
+    if steep > STEEPEST {
+        let problem = format!(
+            "an error of {} um that comes again after {} mm makes steps {:.0} % too short",
+            shown(wow),
+            shown(period),
+            100.0 * steep
+        );
+        let remedy = "at most 50 %, so that profiles stay in order: lower wow_um or raise wow_period_mm";
+        scene.fault(walk, &keys, problem, remedy);
+    }
+    let second = "laser.second_line_mm";
+    if settings.way() == Way::Turntable && (scene.least(second) != 0.0 || scene.most(second) != 0.0) {
+        let problem = "a second line would light places that the turntable brings elsewhere".to_owned();
+        scene.fault(walk, &[second], problem, "remove it, or give `motion.kind: linear`");
+    }
+}

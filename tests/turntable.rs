@@ -1,0 +1,131 @@
+//! An object on a turntable: slopes, heights, shadows, areas and speckle of the turned body.
+
+mod bench;
+
+use bench::{ceramic, moments, plate, render, scene, tiles};
+use procedural::flat::Flat;
+use procedural::{Body, Gloss, Medium};
+use sheetlight::frame::Frame;
+use sheetlight::optics::{Band, Scratch};
+use sheetlight::pipeline::set_up;
+use sheetlight::recipe::Scene;
+use sheetlight::settings::Way;
+use sheetlight::specimen::Hit;
+
+/// A turntable whose profiles are `step` apart at `radius` [mm].
+fn table(profiles: usize, axis: [f64; 2], radius: f64, step: f64) -> Scene {
+    let mut scene = scene(profiles);
+    scene.way = Way::Turntable;
+    let motion = &mut scene.bench.motion;
+    (motion.turn_axis_x_mm, motion.turn_axis_y_mm) = (axis[0], axis[1]);
+    (motion.turn_radius_mm, motion.step_mm) = (radius, step);
+    scene
+}
+
+fn block(size_mm: f32, height_mm: f32, slope_x: f32) -> Body {
+    let medium = Medium::opaque(Gloss::wood(1.0));
+    Body::Flat(Flat { height_mm, slope_x, slope_y: 0.0, width_mm: size_mm, length_mm: size_mm, medium })
+}
+
+/// What the columns see in profile `profile`.
+fn hits(scene: &Scene, body: Body, profile: usize) -> Vec<Hit> {
+    let (sensor, specimen) = set_up(scene, body, tiles());
+    sensor.band(&specimen, profile..profile + 1, Band::default()).row(profile).hits.clone()
+}
+
+/// A slope along x becomes one along the motion after a quarter turn, and heights are those of the turned place.
+#[test]
+fn slopes_turn_with_the_body() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let scene = table(4, [0.0, 30.0], 1.0, quarter);
+    for (profile, slope) in [(0, [0.1, 0.0]), (1, [0.0, 0.1]), (2, [-0.1, 0.0]), (3, [0.0, -0.1])] {
+        let hit = hits(&scene, block(60.0, 5.0, 0.1), profile)[200];
+        let found = [hit.surface.slope_x, hit.surface.slope_y];
+        assert!(found.iter().zip(slope).all(|(a, b)| (a - b).abs() < 1e-5), "profile {profile}: {found:?}");
+        let height = 5.0 + hit.x * slope[0];
+        assert!((hit.surface.z - height).abs() < 5e-3, "profile {profile}: {} for {height}", hit.surface.z);
+    }
+}
+
+/// A block throws its shadow away from the lens, whichever way it stands: 4.7 mm of table behind a block of 10 mm.
+#[test]
+fn shadows_turn_with_the_body() {
+    let hidden = |axis_y: f64, profile: usize| {
+        let scene = table(2, [0.0, axis_y], 1.0, std::f64::consts::PI);
+        hits(&scene, block(8.0, 10.0, 0.0), profile).iter().filter(|hit| !hit.seen).count()
+    };
+    assert!(hidden(10.0, 0) > 60, "{} columns hidden 2 mm behind the block", hidden(10.0, 0));
+    assert_eq!(hidden(-2.0, 0), 0, "before the block nothing is hidden");
+    assert_eq!(hidden(10.0, 1), 0, "half a turn later the line passes before it");
+    assert!(hidden(-2.0, 1) > 60, "and here behind it");
+}
+
+/// Range of a whole turn of a tilted plate is the tilted plate, a cosine of the angle in each column.
+#[test]
+fn a_turned_plate_is_measured_where_it_is() {
+    let profiles = 120;
+    let radius = 10.0;
+    let mut scene = table(profiles, [0.0, 100.0], radius, radius * std::f64::consts::TAU / profiles as f64);
+    scene.bench.exposure.time_us = 22.0;
+    scene.bench.speckle.strength = 0.0;
+    let record = render(&scene, plate(ceramic(), 8.0, 0.05, 0.0));
+    let truth = &record.truth.as_ref().expect("the recipe keeps truth maps").height;
+    let column = 230;
+    for profile in 0..profiles {
+        let at = profile * record.cols + column;
+        let angle = std::f64::consts::TAU * profile as f64 / profiles as f64;
+        let x = (230.0 - 127.5) * 0.0905;
+        let height = 8.0 + 0.05 * x * angle.cos();
+        assert!((f64::from(truth[at]) - height).abs() < 0.02, "profile {profile}: {} for {height}", truth[at]);
+    }
+    let (mean, sd) = moments(record.maps.range.iter().zip(truth).map(|(z, t)| 1000.0 * f64::from(z - t)));
+    assert!(mean.abs() < 8.0 && sd < 30.0, "Range is {mean} um off, spread {sd} um");
+}
+
+/// Speckle turns too: at twice the distance it moves twice as fast, and the other way on the other side.
+#[test]
+fn speckle_moves_as_fast_as_the_table_does() {
+    let mut scene = table(64, [0.0, 100.0], 10.0, 0.068);
+    scene.size.columns = 640;
+    let exposure = &mut scene.bench.exposure;
+    (exposure.shot_noise, exposure.dark_noise_dn, exposure.row_noise_dn, exposure.row_pattern_dn) =
+        (0.0, 0.3, 0.0, 0.0);
+    exposure.time_us = 200.0;
+    scene.bench.laser.waist_mm = 2.0;
+    let (sensor, specimen) = set_up(&scene, plate(Medium::opaque(Gloss::wood(1.0)), 20.0, 0.0, 0.0), tiles());
+    let band = sensor.band(&specimen, 0..64, Band::default());
+    let (mut scratch, mut offsets) = (Scratch::default(), Vec::new());
+    let mut frame = |profile: usize, tile: usize| -> Frame {
+        let mut frames = <[Frame; 2]>::default();
+        sensor.row_offsets(profile, &mut offsets);
+        sensor.expose(&band, profile, tile, &offsets, &mut scratch, &mut frames);
+        let [frame, _] = frames;
+        frame
+    };
+    // Middle of tile t at (128 t + 64 - 319.5) 0.0877 mm; movement 0.70 rows a profile at 10 mm.
+    for tile in [0, 1, 3, 4] {
+        let x = (128.0 * tile as f64 + 64.0 - 319.5) * 0.0877;
+        let (apart, expected) = (3, 3.0 * 0.70 * x / 10.0);
+        let shades: Vec<Vec<f64>> = (0..64).map(|profile| shades(&frame(profile, tile))).collect();
+        let alike = |lag: i64| -> f64 {
+            let pairs = shades.iter().zip(&shades[apart..]);
+            let row = |k: i64| k as usize * 128..(k as usize + 1) * 128;
+            let product = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+                (17..28).map(|k| a[row(k)].iter().zip(&b[row(k + lag)]).map(|(a, b)| a * b).sum::<f64>()).sum::<f64>()
+            };
+            pairs.map(product).sum()
+        };
+        let best = (-8..=8).max_by(|a, b| alike(*a).total_cmp(&alike(*b))).map_or(0.0, |lag| lag as f64);
+        assert!((best - expected).abs() < 1.0, "tile {tile}: moved {best} rows for {expected}");
+    }
+}
+
+/// Light of each pixel over its row's mean, less 1.
+fn shades(frame: &Frame) -> Vec<f64> {
+    let row = |row: &[u16]| {
+        let light = |dn: u16| f64::from(dn) - 11.6;
+        let mean = row.iter().map(|dn| light(*dn)).sum::<f64>() / row.len() as f64;
+        row.iter().map(|dn| light(*dn) / mean - 1.0).collect::<Vec<_>>()
+    };
+    frame.dn.chunks_exact(frame.cols).flat_map(row).collect()
+}
