@@ -95,7 +95,7 @@ fn planes_and_gaps_are_resampled() {
     for pitch_mm in [None, Some(0.05), Some(0.2)] {
         let grid = Grid::new(&calibration.rig, 256, pitch_mm);
         let plane = |x: f64| 3.0 + 0.2 * x;
-        let hole = |x: f64| (x < 2.0 || x > 3.0).then(|| plane(x));
+        let hole = |x: f64| (!(2.0..=3.0).contains(&x)).then(|| plane(x));
         let [range, reflectance, scatter] = rectified(&calibration, &grid, profile(&calibration, hole));
         let ends = [0.0, 255.0].map(|col| calibration.rig.along(col, if col == 0.0 { 0.6 } else { 5.4 }));
         for (j, z) in range.iter().enumerate() {
