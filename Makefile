@@ -9,7 +9,7 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small blister blister-small preview validate schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -47,6 +47,15 @@ blister: build ## full-size dataset of N blister packs (N=2) in out/blister
 
 blister-small: build ## small dataset of 16 blister packs in out/blister-small
 	$(GEN) --recipe recipes/blister-small.yaml --n 16 --out out/blister-small
+
+sawtooth: build ## full-size dataset of N calibration pieces (N=2) in out/sawtooth
+	$(GEN) --recipe recipes/sawtooth.yaml --n $(N) --out out/sawtooth
+
+sawtooth-small: build ## small dataset of 16 saw-teeth in out/sawtooth-small
+	$(GEN) --recipe recipes/sawtooth-small.yaml --n 16 --out out/sawtooth-small
+
+mesh-small: build ## small dataset of 16 views of a part from a file in out/mesh-small
+	$(GEN) --recipe recipes/mesh-small.yaml --n 16 --out out/mesh-small
 
 preview: build ## picture of one sample: RECIPE=recipes/wood.yaml INDEX=0
 	mkdir -p out

@@ -6,11 +6,12 @@ use divan::{Bencher, black_box};
 use procedural::Body;
 use procedural::blister::{Blister, Pack};
 use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::Frame;
+use sheetlight::frame::{Calibration, Frame};
 use sheetlight::optics::speckle::Tiles;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
+use sheetlight::settings::{Direction, Extraction, Method, Peak, RangeForm};
 use sheetlight::specimen::Specimen;
 
 /// Profiles of one band.
@@ -19,6 +20,7 @@ const PROFILES: usize = 64;
 struct Bench {
     scene: Scene,
     sensor: Sensor,
+    calibration: Calibration,
     specimen: Specimen,
     start: usize,
 }
@@ -32,7 +34,8 @@ impl Bench {
             .find(|s| s.plan.wood().is_some_and(|wood| wood.knots.sound_count >= 2.0))
             .expect("some board has knots");
         let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &Tiles::new(0));
-        Self { scene, sensor, specimen, start: 1500 }
+        let calibration = sensor.calibration();
+        Self { scene, sensor, calibration, specimen, start: 1500 }
     }
 
     fn band(&self) -> Band {
@@ -42,7 +45,6 @@ impl Bench {
     fn expose(&self, band: &Band, read: bool) {
         let columns = self.scene.size.columns;
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
-        let calibration = self.sensor.calibration();
         let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
         let mut offsets = vec![Vec::new(); PROFILES];
         for (place, profile) in band.profiles.clone().enumerate() {
@@ -53,7 +55,7 @@ impl Bench {
                 self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                 if read {
                     let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
-                    extract(&frames, &calibration, &self.scene.extraction, &mut out);
+                    extract(&frames, &self.calibration, &self.scene.extraction, &mut out);
                 }
                 black_box((&frames, &range, &scatter));
             }
@@ -87,6 +89,43 @@ fn expose_and_extract(bencher: Bencher) {
     let bench = Bench::new();
     let band = bench.band();
     bencher.counter(ItemsCount::new(PROFILES)).bench(|| bench.expose(&band, true));
+}
+
+/// Ways of reading whose cost is told apart; the first is the default.
+const READINGS: [&str; 7] =
+    ["centre of gravity", "reverse", "first", "uncalibrated", "gaussian", "blais_rioux 4", "fir 5"];
+
+/// Extraction alone, of frames that were exposed before.
+#[divan::bench(args = READINGS)]
+fn read(bencher: Bencher, name: &str) {
+    let bench = Bench::new();
+    let band = bench.band();
+    let plain = bench.scene.extraction;
+    let settings = match name {
+        "reverse" => Extraction { direction: Direction::Reverse, ..plain },
+        "first" => Extraction { peak: Peak::First, ..plain },
+        "uncalibrated" => Extraction { range: RangeForm::Uncalibrated, ..plain },
+        "gaussian" => Extraction { method: Method::Gaussian, ..plain },
+        "blais_rioux 4" => Extraction { method: Method::BlaisRioux { order: 4 }, ..plain },
+        "fir 5" => Extraction { method: Method::Fir { length: 5 }, ..plain },
+        _ => plain,
+    };
+    let (mut scratch, mut offsets) = (Scratch::default(), Vec::new());
+    let mut frames = Vec::new();
+    for tile in 0..bench.scene.size.columns / TILE {
+        let mut pair = <[Frame; 2]>::default();
+        bench.sensor.row_offsets(bench.start, &mut offsets);
+        bench.sensor.expose(&band, bench.start, tile, &offsets, &mut scratch, &mut pair);
+        frames.push(pair);
+    }
+    let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
+    bencher.counter(ItemsCount::new(1usize)).bench_local(|| {
+        for pair in &frames {
+            let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+            extract(black_box(pair), &bench.calibration, &settings, &mut out);
+        }
+        black_box((&range, &scatter));
+    });
 }
 
 /// The whole scan of one sample as `gen` renders it, on all cores: the figure to quote.

@@ -7,6 +7,8 @@
 mod obj;
 mod ply;
 mod stl;
+#[cfg(test)]
+mod tests;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -61,7 +61,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let matter = typical(&scene.plan);
     let speckle = (scene.speckle_law, tiles);
     let turn = turn(&scene.bench.motion, scene.way);
-    let sensor = Sensor::new(&scene.bench, scene.line, scene.size, height, &matter, speckle, scene.stream)
+    let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, speckle, scene.stream)
         .with_transport(scene.transport)
         .with_turn(turn)
         .with_readout(scene.readout)

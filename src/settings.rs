@@ -1,11 +1,13 @@
 //! What a recipe fixes for all samples: sizes, how lines are read, what is written. Nothing here is drawn.
 
 mod extraction;
+mod laser;
 mod motion;
 mod postprocess;
 mod readout;
 
 pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+pub use laser::{Fan, Line, Picture, Shape};
 pub use motion::{SpeckleLaw, Way};
 pub use postprocess::{Order, Pattern, Postprocess, Step};
 pub use readout::{Hdr, Readout, SCALE_DN};
@@ -19,56 +21,6 @@ pub struct Size {
     pub rows: usize,
     /// Profiles in a scan, and rows of the unbinned images.
     pub profiles: usize,
-}
-
-/// Lens that makes a sheet of a laser's beam.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fan {
-    /// Even on a plane.
-    Powell,
-    /// With a hot spot in the middle.
-    Cylindrical,
-}
-
-impl Fan {
-    /// Every lens in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 2] = [Self::Powell, Self::Cylindrical];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["powell", "cylindrical"];
-}
-
-/// What the laser looks like across its line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
-    /// A Gaussian beam.
-    Gaussian,
-    /// Even, with hard edges.
-    Slit,
-    /// A picture.
-    Texture,
-    /// A round Gaussian spot, stepped along the line.
-    Point,
-}
-
-impl Shape {
-    /// Every shape in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 4] = [Self::Gaussian, Self::Slit, Self::Texture, Self::Point];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 4] = ["gaussian", "slit", "texture", "point"];
-}
-
-/// What of the laser is not drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Line {
-    /// Its lens.
-    pub fan: Fan,
-    /// Its shape.
-    pub shape: Shape,
-}
-
-impl Line {
-    /// A Gaussian beam behind a Powell lens.
-    pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian };
 }
 
 /// Which sensor frames are kept.

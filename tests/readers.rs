@@ -19,7 +19,7 @@ fn every_reader_opens_a_dataset() {
 
 #[test]
 fn every_reader_opens_a_dataset_of_packs() {
-    let [_, place] = Place::of_each_subject(&[["sensor_stack: none", "sensor_stack: {every: 48}"]]);
+    let [_, place, ..] = Place::of_each_subject(&[["sensor_stack: none", "sensor_stack: {every: 48}"]]);
     place.make("packs", "--n 10 --samples-per-shard 6");
     opens(&place.path("packs"), &place.path("."));
 }

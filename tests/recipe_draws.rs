@@ -20,8 +20,9 @@ fn wood() -> Recipe {
 }
 
 /// A recipe of each subject.
-fn subjects() -> [Recipe; 2] {
-    Subject::NAMES.map(|name| Recipe::load(name).expect("embedded"))
+fn subjects() -> [Recipe; 4] {
+    let name = |name| if name == "mesh" { "mesh-small" } else { name };
+    Subject::NAMES.map(|subject| Recipe::load(name(subject)).expect("embedded"))
 }
 
 fn draws(distribution: &Distribution, parameter: &Parameter) -> Vec<f64> {
@@ -184,6 +185,7 @@ fn editing_keys_of(before: &Recipe) {
             "pack.width_mm" => 99.0,
             "pack.length_mm" => 59.0,
             "tablet.length_mm" | "tablet.width_mm" => 10.8,
+            "material.gloss" | "material.matte" => 0.01,
             _ if parameter.integer => parameter.min + 3.0,
             _ => parameter.default + 0.013 * (parameter.max - parameter.default).min(10.0),
         };

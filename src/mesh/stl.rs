@@ -15,7 +15,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     if count.is_some_and(|count| long(count) == bytes.len()) {
         // A binary header may say `solid` too, which the reader would take for a text.
         bytes[..HEADER - 4].fill(0);
-    } else if bytes.starts_with(b"solid") {
+    } else if bytes.starts_with(b"solid") && !bytes.contains(&0) {
         // A solid without a name has no blank.
         bytes.insert("solid".len(), b' ');
     } else {

@@ -8,6 +8,8 @@
 //! the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
 
 mod image;
+mod rig;
+mod slant;
 
 use glam::Vec3;
 use procedural::Stream;
@@ -17,8 +19,10 @@ use super::field::{self, Field};
 use super::focus::Focus;
 use super::laser::Laser;
 use super::parameters::Bench;
-use crate::frame::{Distortion, Rig, image_distance, scheimpflug};
+use crate::frame::{Distortion, Rig};
 use crate::settings::{LensModel, Line, Scheimpflug, Size};
+
+pub use self::rig::rig;
 
 /// Planck's constant times the speed of light [J m].
 const HC: f64 = 1.986_445_86e-25;
@@ -26,8 +30,6 @@ const HC: f64 = 1.986_445_86e-25;
 const AIRY: f64 = 0.42;
 /// Variance of a box of one pixel [px^2].
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
-/// A surface that rises away from the lens is never seen more stretched along the line than this [1].
-const LEAST_SEEN: f32 = 0.1;
 
 /// The camera over the laser plane, with everything that does not change during a scan.
 #[derive(Debug, Clone)]
@@ -59,30 +61,6 @@ pub struct Camera {
     ambient: f32,
 }
 
-/// Geometry of rig and sensor for a bench.
-pub fn rig(bench: &Bench, size: &Size) -> Rig {
-    let camera = &bench.camera;
-    let (f, tilt) = (camera.focal_length_mm, camera.tilt_deg.to_radians());
-    let (sharp, sensor_tilt) = match bench.optics.scheimpflug {
-        Scheimpflug::Solved => (camera.distance_mm, scheimpflug(f, camera.distance_mm, tilt)),
-        Scheimpflug::Given => (camera.focus_distance_mm, camera.sensor_tilt_deg.to_radians()),
-    };
-    Rig {
-        distance: camera.distance_mm,
-        tilt,
-        focal_length: f,
-        image_distance: image_distance(f, sharp),
-        sensor_tilt,
-        distortion: Distortion {
-            radial: [camera.distortion_k1, camera.distortion_k2, camera.distortion_k3],
-            tangential: [camera.distortion_p1, camera.distortion_p2],
-        },
-        pixel: camera.pixel_um * 1e-3,
-        centre_col: 0.5 * (size.columns as f64 - 1.0) - bench.optics.offset_columns,
-        centre_row: 0.5 * (size.rows as f64 - 1.0) - bench.optics.offset_rows,
-    }
-}
-
 /// What the camera makes of one lit point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
@@ -112,7 +90,7 @@ pub struct Sight {
 
 impl Camera {
     /// The camera of a bench under a laser of the kind `line`; `stream` belongs to the sample.
-    pub fn new(bench: &Bench, size: &Size, line: Line, stream: Stream) -> Self {
+    pub fn new(bench: &Bench, size: &Size, line: &Line, stream: Stream) -> Self {
         let rig = rig(bench, size);
         let (camera, laser, exposure) = (&bench.camera, &bench.laser, &bench.exposure);
         let photon = HC / (laser.wavelength_nm * 1e-9);
@@ -225,16 +203,6 @@ impl Camera {
             view,
             light: beam.light,
         }
-    }
-
-    /// Light of a column on a surface that rises by `slope_x` along the line over that on a level one: the fan meets it
-    /// more or less straight, and the column sees more or less of it. Nearly 1 where laser and lens are equally high [1].
-    #[inline]
-    pub fn slant(&self, x: f32, z: f32, slope_x: f32) -> f32 {
-        let [_, sin, cos, tan_beta, distance] = self.row;
-        let bottom = distance - z * cos - tan_beta * z * sin;
-        let seen = 1.0 + slope_x * x * (cos + tan_beta * sin) / bottom;
-        self.laser.slant(x, z, slope_x) / seen.max(LEAST_SEEN)
     }
 }
 

@@ -37,7 +37,7 @@ static LAWS: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| {
 pub fn strands(disc: &[f32; TILE], wide: &[f32; TILE]) -> &'static [[f32; 2]] {
     let mut most = 0.0f32;
     for c in 0..TILE {
-        let rest = (wide[c] - 0.25 * disc[c] * disc[c]).max(super::expose::LEAST);
+        let rest = (wide[c] - 0.25 * disc[c] * disc[c]).max(super::walk::LEAST);
         most = most.max(disc[c] * disc[c] / rest);
     }
     let ratio = most.sqrt();

@@ -28,22 +28,25 @@ pub mod postprocess;
 pub mod row;
 mod second;
 pub mod sensor;
+mod shine;
 pub mod slow;
 pub mod speckle;
 pub mod streak;
+mod texel;
 pub mod travel;
+mod walk;
 
 use procedural::{Medium, Stream};
 
 use self::band::looks;
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
-use self::laser::spots::Shining;
 use self::parameters::{Bench, Exposure};
 use self::postprocess::{Picture, Scripts};
 use self::row::RowMaker;
 use self::second::SecondLine;
 use self::sensor::Chain;
+use self::shine::Shine;
 use self::speckle::Tiles;
 use self::speckle::anchor::{Ground, Speckle};
 use self::travel::Travel;
@@ -96,7 +99,7 @@ impl Sensor {
     /// decide how far speckle from below is washed out; `stream` belongs to the sample.
     pub fn new(
         bench: &Bench,
-        line: Line,
+        line: &Line,
         size: Size,
         height: f64,
         clear: &Medium,
@@ -129,7 +132,7 @@ impl Sensor {
             maker: RowMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
-                Shining::new(&bench.laser, stream.child("shining")),
+                Shine::new(&bench.laser, stream.child("shining")),
                 size.columns,
                 height,
             ),

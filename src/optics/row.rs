@@ -14,13 +14,13 @@ use super::blur::{blur, blur_unlike};
 use super::camera::{Camera, Sight};
 use super::film::{self, Watch};
 use super::lamps;
-use super::laser::spots::{Segment, Shining, lean};
 use super::mirror::Lit;
 use super::pieces::pieces;
+use super::shine::{self, Shine};
 use super::speckle::TILE;
-use super::streak::{self, Streak};
+use super::streak::Streak;
+use super::texel::texel;
 use crate::frame::Columns;
-use crate::lanes::ln;
 use crate::specimen::Hit;
 use crate::transport::fresnel;
 use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
@@ -40,9 +40,9 @@ pub struct Row {
     pub rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
-    /// Unit of the laser's section [px], and place along its nodes [1]; empty for a Gaussian line.
+    /// Unit of the laser's section; empty for a Gaussian line [px].
     pub unit: Vec<f32>,
-    /// See [`Self::unit`].
+    /// Place along the section's nodes; empty for a Gaussian line [1].
     pub node: Vec<f32>,
     /// Radius along the rows of the disc that a point is out of focus by, whose variance `variance` holds; empty where
     /// nothing can be [px].
@@ -71,13 +71,6 @@ impl Row {
         self.disc.get(start..)?.first_chunk()
     }
 
-    /// Streaks that touch a tile of columns.
-    pub fn streaks_of(&self, tile: usize) -> &[Streak] {
-        let at = |column: f32| self.streaks.partition_point(|streak| streak.column < column);
-        let start = (tile * TILE) as f32;
-        &self.streaks[at(start - streak::BESIDE)..at(start + TILE as f32 + streak::BESIDE)]
-    }
-
     /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, so light
     /// that would leave beyond the front edge is seen as if the surface went on.
     pub fn face(&mut self, next: &Row) {
@@ -102,7 +95,7 @@ pub struct RowMaker {
     columns: Columns,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
-    shining: Shining,
+    shine: Shine,
 }
 
 /// Room that one thread needs to make rows.
@@ -120,8 +113,7 @@ pub struct RowScratch {
     albedo: Vec<f32>,
     pieces: Vec<Range<usize>>,
     beside: beside::Room,
-    segments: Vec<Segment>,
-    glints: Vec<(usize, f32)>,
+    shine: shine::Room,
 }
 
 impl RowScratch {
@@ -137,21 +129,20 @@ impl RowScratch {
             albedo: vec![0.0; columns],
             pieces: Vec::new(),
             beside: beside::Room::default(),
-            segments: Vec::new(),
-            glints: Vec::new(),
+            shine: shine::Room::default(),
         }
     }
 }
 
 impl RowMaker {
     /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, below bodies that
-    /// rise to `top` [mm] and are `shining`, and a sensor of `columns` columns.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, shining: Shining, columns: usize, top: f64) -> Self {
+    /// rise to `top` [mm] and have places that `shine`, and a sensor of `columns` columns.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, shine: Shine, columns: usize, top: f64) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
             columns: camera.rig.columns(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
-            shining,
+            shine,
             shares: Shares::new(),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
@@ -163,14 +154,14 @@ impl RowMaker {
         let Watch { specimen, camera, y, .. } = watch;
         let columns = scratch.electrons.len();
         specimen.look(y, &self.columns, self.conveyor, &mut row.hits);
+        let padded = columns.next_multiple_of(TILE);
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
-            field.resize(columns.next_multiple_of(TILE), 0.0);
+            field.resize(padded, 0.0);
         }
         let section = camera.laser.section();
-        if section.is_some() {
-            row.unit.resize(columns.next_multiple_of(TILE), 0.0);
-            row.node.resize(columns.next_multiple_of(TILE), 0.0);
-        }
+        let own = if section.is_some() { padded } else { 0 };
+        row.unit.resize(own, 0.0);
+        row.node.resize(own, 0.0);
         let relief = specimen.has_relief();
         if relief {
             row.beside.get_or_insert_default();
@@ -191,10 +182,9 @@ impl RowMaker {
             row.centre[column] = sight.row;
             row.rows_per_mm[column] = sight.rows_per_mm;
             row.variance[column] = sight.variance;
-            if let Some(section) = section {
+            if section.is_some() {
                 row.unit[column] = sight.unit;
-                let side = 0.5 + 0.5 * camera.laser.side(hit.x, hit.surface.z);
-                row.node[column] = side * section.nodes() as f32 - 0.5;
+                row.node[column] = camera.laser.node(hit.x, hit.surface.z);
             }
             if let Some(defocus) = scratch.defocus.get_mut(column) {
                 *defocus = sight.defocus;
@@ -246,10 +236,9 @@ impl RowMaker {
         if first < last {
             self.spread(first..last, camera, relief, scratch, row);
         }
-        self.glint(watch, scratch, row);
-        self.streaks(watch, scratch, row);
+        self.shine.add(watch, row, &mut scratch.shine);
+        // What the lens blurs along a line is even anyway.
         if camera.laser.is_point() {
-            // What the lens blurs along a line is even anyway.
             blur(&mut row.glare[..columns], camera.blur_variance, 1.0, &mut scratch.line);
         }
         if camera.blurs() {
@@ -265,66 +254,6 @@ impl RowMaker {
             beside.make(&lit, row, &mut scratch.beside);
             row.beside = Some(beside);
         }
-    }
-
-    /// Lets facets of metal shine that mirror light into the lens.
-    fn glint(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let Some((spots, gain)) = &self.shining.glints else { return };
-        spots.meet(f64::from(watch.y), ends(&row.hits), &mut scratch.segments);
-        for segment in &scratch.segments {
-            let (column, hit) = at(&row.hits, segment.x);
-            let gloss = &hit.matter.medium.gloss;
-            if !gloss.is_metal() {
-                continue;
-            }
-            // An exponential law of brightness, as of facets that lie more or less right.
-            let light = gain * -ln(segment.draw) * row.glare[column];
-            let off =
-                watch.camera.place(hit.x, 0.0, hit.surface.z)[0] - watch.camera.place(segment.x, 0.0, hit.surface.z)[0];
-            for (side, part) in streak::columns(-off, watch.camera.blur_variance + streak::PIXEL) {
-                let there = column.wrapping_add_signed(side);
-                if let Some(hit) = row.hits.get(there)
-                    && hit.matter.class != Class::Background
-                {
-                    scratch.glints.push((there, part * light));
-                }
-            }
-        }
-        for (column, light) in scratch.glints.drain(..) {
-            row.glare[column] += light;
-        }
-    }
-
-    /// Notes the fibres that guide light out of the line.
-    fn streaks(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        row.streaks.clear();
-        let Some((spots, width, share)) = &self.shining.streaks else { return };
-        spots.meet(f64::from(watch.y), ends(&row.hits), &mut scratch.segments);
-        for segment in &scratch.segments {
-            let (column, hit) = at(&row.hits, segment.x);
-            let Some(lean) = lean(&hit.matter.medium) else { continue };
-            if hit.matter.class == Class::Background || !hit.seen {
-                continue;
-            }
-            let x = segment.x - segment.reach[0] * lean;
-            let place = watch.camera.place(x, 0.0, hit.surface.z)[0];
-            let rate = row.rows_per_mm[column];
-            let wide = width / self.conveyor_sights[column].column_mm;
-            // Even between a third and five thirds of the mean.
-            let bright = share * (1.0 / 3.0 + 4.0 / 3.0 * segment.draw);
-            row.streaks.push(Streak {
-                column: place,
-                centre: row.centre[column],
-                lean: -lean / self.conveyor_sights[column].column_mm / rate,
-                rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
-                electrons: bright * wide * beside::line_peak(row, column),
-                variance: [
-                    watch.camera.blur_variance + streak::PIXEL + wide * wide / 12.0,
-                    watch.camera.lens_variance(),
-                ],
-            });
-        }
-        row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));
     }
 
     /// Lets the light of the columns `own` spread, along the motion and along the line.
@@ -356,44 +285,5 @@ impl RowMaker {
                 blur_unlike(&mut row.source[j][piece.clone()], variance, own, side, &mut scratch.line);
             }
         }
-    }
-}
-
-/// Where a row of columns starts and ends [mm].
-fn ends(hits: &[Hit]) -> Range<f64> {
-    let at = |hit: Option<&Hit>| hit.map_or(0.0, |hit| f64::from(hit.x));
-    at(hits.first())..at(hits.last())
-}
-
-/// The column that looks at `x`, and what it sees.
-fn at(hits: &[Hit], x: f32) -> (usize, &Hit) {
-    let right = hits.partition_point(|hit| hit.x < x).clamp(1, hits.len() - 1);
-    let column = if x - hits[right - 1].x < hits[right].x - x { right - 1 } else { right };
-    (column, &hits[column])
-}
-
-/// A point of the surface as the kernel asks for it.
-fn texel(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
-    // The fibre's sign has no meaning: take the end that dives.
-    let fibre = if medium.fibre.dot(normal) > 0.0 { -medium.fibre } else { medium.fibre };
-    let sin_dive = (-fibre.dot(normal)).clamp(0.0, 1.0);
-    let flat = fibre + normal * sin_dive;
-    let length = flat.length();
-    let track = if length > 1e-4 { flat / length } else { Vec3::Y };
-    // What facets of denser matter throw back does not enter; facets of the matter itself are its own surface.
-    let own = fresnel::normal_reflectance(medium.n_eff);
-    let facets = medium.gloss.reflectance > 1.01 * own;
-    let thrown = if facets { medium.gloss.share * medium.gloss.reflectance } else { 0.0 } + medium.gloss.matte;
-    Texel {
-        mu_a: medium.mu_a,
-        sigma_i: medium.sigma_i,
-        k: medium.k,
-        n: medium.n_eff,
-        enter: (1.0 - thrown) * (1.0 - own),
-        sin_dive,
-        cos_azimuth: track.y,
-        view_along: view.dot(track),
-        view_motion: view.y,
-        view_up: view.dot(normal),
     }
 }

@@ -10,7 +10,7 @@ use crate::lanes::exp;
 /// Variance of a box of one pixel [px^2].
 pub const PIXEL: f32 = 1.0 / 12.0;
 /// Columns by which a streak may lean out of the tile that it starts in [px].
-pub const BESIDE: f32 = 24.0;
+const BESIDE: f32 = 24.0;
 /// Standard deviations beyond its ends at which a streak is left out.
 const REACH: f32 = 4.0;
 
@@ -29,6 +29,13 @@ pub struct Streak {
     pub electrons: f32,
     /// Variance along the columns and along the rows [px^2].
     pub variance: [f32; 2],
+}
+
+/// Those of a row's streaks, by rising column, that touch a tile.
+pub fn of_tile(streaks: &[Streak], tile: usize) -> &[Streak] {
+    let at = |column: f32| streaks.partition_point(|streak| streak.column < column);
+    let start = (tile * TILE) as f32;
+    &streaks[at(start - BESIDE)..at(start + TILE as f32 + BESIDE)]
 }
 
 /// Parts of a Gaussian of variance `v` in the columns about the nearest one, which lies `off` from its middle; they sum to 1.

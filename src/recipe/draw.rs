@@ -47,7 +47,7 @@ impl Recipe {
             stream,
             size: self.settings.size(),
             bench,
-            line: self.settings.line(),
+            line: self.line.clone(),
             plan,
             mesh: self.mesh.clone(),
             transport: self.settings.transport(),

@@ -8,7 +8,7 @@ use crate::yaml::fault::nearest;
 use crate::yaml::text::{read, utf8};
 
 /// The recipes that are built in, by name.
-pub(super) const EMBEDDED: [(&str, &str); 9] = [
+pub(super) const EMBEDDED: [(&str, &str); 12] = [
     ("wood", include_str!("../../recipes/wood.yaml")),
     ("wood-small", include_str!("../../recipes/wood-small.yaml")),
     ("blister", include_str!("../../recipes/blister.yaml")),
@@ -18,6 +18,9 @@ pub(super) const EMBEDDED: [(&str, &str); 9] = [
     ("sawtooth", include_str!("../../recipes/sawtooth.yaml")),
     ("sawtooth-small", include_str!("../../recipes/sawtooth-small.yaml")),
     ("mesh-small", include_str!("../../recipes/mesh-small.yaml")),
+    ("thesis/sawtooth", include_str!("../../recipes/thesis/sawtooth.yaml")),
+    ("thesis/wood", include_str!("../../recipes/thesis/wood.yaml")),
+    ("thesis/blister", include_str!("../../recipes/thesis/blister.yaml")),
 ];
 
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`; and

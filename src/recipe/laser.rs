@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::dist::Distribution;
 use super::motion;
+use super::picture;
 use super::setting::{Kind, Setting, Value};
 use super::settings::Settings;
 use super::table;
@@ -29,8 +30,16 @@ pub(super) const TABLE: &[Setting] = &[
         kind: Kind::Word(&Shape::NAMES),
         default: Value::Word(Shape::NAMES[0]),
         doc: "Light across the line: a `gaussian` beam; a `slit`, even with hard edges, as wide as its shadow is; a `texture` \
-              thrown by a projector, here the thesis' blurred line; or a `point`, a round spot stepped along the line.",
+              thrown by a projector; or a `point`, a round spot stepped along the line.",
         source: "[T] slit and texture; [V]",
+    },
+    Setting {
+        name: "texture",
+        kind: Kind::File { most_mb: 64, built_in: &[] },
+        default: Value::Word("none"),
+        doc: "Grey PNG that a projector throws, 8 or 16 bits, proportional to light; rows across the line, columns along it. \
+              `none` is the line of the thesis: three pixels wide of 61, blurred by a Gaussian of five.",
+        source: "[T] 3.2.1",
     },
 ];
 
@@ -110,15 +119,15 @@ fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Togeth
     if let Some(idle) = motion::why(name, settings) {
         return Some(idle);
     }
-    let line = settings.line();
-    let (fan, shape) = (Fan::NAMES[line.fan as usize], Shape::NAMES[line.shape as usize]);
+    let (chosen_fan, chosen) = settings.fan();
+    let (fan, shape) = (Fan::NAMES[chosen_fan as usize], Shape::NAMES[chosen as usize]);
     let shapes = shapes(name);
-    if !shapes.contains(&line.shape) {
+    if !shapes.contains(&chosen) {
         let names: Vec<_> = shapes.iter().map(|shape| Shape::NAMES[*shape as usize]).collect();
         let remedy = format!("it is for `profile: {}`: give that, or remove it", names.join("` or `profile: "));
         return Some((format!("has no effect on `profile: {shape}`"), remedy));
     }
-    if name == "fan_soft_ends" && line.fan != Fan::Powell {
+    if name == "fan_soft_ends" && chosen_fan != Fan::Powell {
         let remedy = "it is for `fan: powell`: give that, or remove it".to_owned();
         return Some((format!("has no effect on `fan: {fan}`"), remedy));
     }
@@ -165,15 +174,28 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
 
 /// What the laser's settings must mean beside those of other sections.
 pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
-    let shape = settings.line().shape;
+    let (fan, shape) = settings.fan();
     if settings.transport() != Transport::Kernel && shape != Shape::Gaussian {
         let problem =
             format!("`{}` is unknown to `transport: {}`", Shape::NAMES[shape as usize], settings.transport().name());
         let remedy = "the model knows one Gaussian line alone: give `profile: gaussian` or `transport: kernel`";
         walk.joint_fault(&["laser.profile".to_owned(), "transport.model".to_owned()], problem, remedy);
     }
+    if let Some(file) = settings.file("laser.texture") {
+        let keys = ["laser.texture".to_owned()];
+        if shape != Shape::Texture {
+            let problem = format!("has no effect on `profile: {}`", Shape::NAMES[shape as usize]);
+            walk.joint_fault(&keys, problem, "give `profile: texture`, or remove it");
+        } else if let Err(problem) = picture::read(file.bytes()) {
+            let problem = format!("`{}` {problem}", file.name());
+            walk.joint_fault(
+                &keys,
+                problem,
+                format!("give a grey PNG of at most {} x {} pixels", picture::MOST, picture::MOST),
+            );
+        }
+    }
     if shape == Shape::Texture || shape == Shape::Point {
-        let fan = settings.line().fan;
         if fan != Fan::Powell {
             let problem = format!("has no effect on `profile: {}`", Shape::NAMES[shape as usize]);
             walk.joint_fault(&["laser.fan".to_owned()], problem, "it is for lines with a lens: remove it");

@@ -14,6 +14,7 @@ mod fault;
 mod forms;
 mod laser;
 mod motion;
+mod picture;
 mod postprocess;
 mod read;
 mod reference;
@@ -52,6 +53,8 @@ pub struct Recipe {
     name: String,
     subject: Subject,
     settings: Settings,
+    /// The laser's settings, with its picture read.
+    line: Line,
     /// Every parameter's distribution by path.
     parameters: BTreeMap<String, Distribution>,
     /// By name.
@@ -130,7 +133,8 @@ impl Recipe {
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
         let read::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
-        Ok(Self { name, subject, settings, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
+        let line = settings.line();
+        Ok(Self { name, subject, settings, line, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
 
     /// Names of the recipes that are built in.

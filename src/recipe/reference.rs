@@ -25,6 +25,7 @@ written. These are built into the program, so `wood` names the first wherever no
 | `sawtooth.yaml` | sawtooth | the calibration piece RCAL-300 at full size, of blasted metal |
 | `sawtooth-small.yaml` | sawtooth | a small one to try things with, of metal and of plastic |
 | `mesh-small.yaml` | mesh | a plate with a hole, an arch and a ball, from a file of triangles |
+| `thesis/wood.yaml`, `thesis/blister.yaml`, `thesis/sawtooth.yaml` | each | the thesis' simulation by its tables and scripts, slow |
 
 This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
 writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
@@ -87,9 +88,15 @@ number is written do not matter, everything else does.
 ## What must fit together
 
 - `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the object.
-- `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + 1/12 (rounding) is at most its square.
+- `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + column pattern^2 + DSNU^2 + 1/12 (rounding) is
+  at most its square.
+- DN in keys count on the scale of 8 bits (0 to 255) whatever `exposure.bits` is, so that a recipe is one sensor; images,
+  frames and Scatter hold the converter's own numbers.
+- Under an order of `postprocess` other than `physical` noise is `dark_level_dn` and `dark_noise_dn` alone: the other
+  sources of noise and of structure are 0 there, `exposure.hdr` is none and `speckle` has its law alone.
 - `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
-- `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed.
+- `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed, 16 of
+  12 bits.
 - A key of `extraction` stands only beside the `method` or the `range` that it has an effect on.
 - `splits` sum to 1; `rot.edge` is -1 or 1.
 - All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::picture;
 use super::setting::Value;
 use crate::asset::Asset;
 use crate::settings::{
@@ -86,11 +87,19 @@ impl Settings {
         }
     }
 
-    /// What of the laser is not drawn.
-    pub fn line(&self) -> Line {
+    /// Lens and shape of the laser's line.
+    pub fn fan(&self) -> (Fan, Shape) {
         let (fan, shape) = (self.word("laser.fan"), self.word("laser.profile"));
         let named = |names: &[&str], name| names.iter().position(|known| *known == name).unwrap_or_default();
-        Line { fan: Fan::ALL[named(&Fan::NAMES, fan)], shape: Shape::ALL[named(&Shape::NAMES, shape)] }
+        (Fan::ALL[named(&Fan::NAMES, fan)], Shape::ALL[named(&Shape::NAMES, shape)])
+    }
+
+    /// What of the laser is not drawn.
+    pub fn line(&self) -> Line {
+        let (fan, shape) = self.fan();
+        // A file that is no picture is a fault of the recipe.
+        let picture = self.file("laser.texture").and_then(|file| picture::read(file.bytes()).ok());
+        Line { fan, shape, picture }
     }
 
     /// What of the camera is the same for all samples.

@@ -92,7 +92,7 @@ pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
 
     add(
         &mut page,
-        "\n## What is not modelled\n\nThe scans are simulated: no real object was measured. Vibration, dust, ambient light, lens distortion, wear of the",
+        "\n## What is not modelled\n\nThe scans are simulated: no real object was measured. Vibration, dust, wear of the",
     );
     add(
         &mut page,

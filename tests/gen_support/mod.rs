@@ -27,6 +27,18 @@ pub fn pack_recipe(changes: &[[&str; 2]]) -> String {
     changed(include_str!("../../recipes/blister-small.yaml"), &size, changes)
 }
 
+/// The same of sawtooth-small.yaml: the front of the piece.
+pub fn sawtooth_recipe(changes: &[[&str; 2]]) -> String {
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 192 ", "\n  profiles: 48 "]];
+    changed(include_str!("../../recipes/sawtooth-small.yaml"), &size, changes)
+}
+
+/// The same of mesh-small.yaml: the front of the part.
+pub fn mesh_recipe(changes: &[[&str; 2]]) -> String {
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 256 ", "\n  profiles: 48 "]];
+    changed(include_str!("../../recipes/mesh-small.yaml"), &size, changes)
+}
+
 fn changed(text: &str, size: &[[&str; 2]], changes: &[[&str; 2]]) -> String {
     let mut text = text.to_owned();
     for [old, new] in size.iter().chain(changes) {
@@ -62,10 +74,12 @@ impl Place {
     }
 
     /// A folder for each subject, with its small recipe, changed, as `tiny.yaml`.
-    pub fn of_each_subject(changes: &[[&str; 2]]) -> [Self; 2] {
-        let pack = Self::new();
-        pack.write("tiny.yaml", pack_recipe(changes));
-        [Self::with(changes), pack]
+    pub fn of_each_subject(changes: &[[&str; 2]]) -> [Self; 4] {
+        [recipe, pack_recipe, sawtooth_recipe, mesh_recipe].map(|text| {
+            let place = Self::new();
+            place.write("tiny.yaml", text(changes));
+            place
+        })
     }
 
     pub fn path(&self, relative: &str) -> PathBuf {

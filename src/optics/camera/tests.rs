@@ -1,7 +1,7 @@
 //! The camera against published numbers and the exact geometry.
 
 use super::*;
-use crate::frame::Bent;
+use crate::frame::{Bent, image_distance};
 use crate::optics::parameters::{Camera as CameraNumbers, Exposure, Laser, Motion, Speckle};
 use crate::settings::Optics;
 
@@ -19,7 +19,7 @@ pub fn bench() -> Bench {
 }
 
 fn camera_of(bench: &Bench) -> Camera {
-    Camera::new(bench, &SIZE, Line::PLAIN, Stream::root(0))
+    Camera::new(bench, &SIZE, &Line::PLAIN, Stream::root(0))
 }
 
 const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };

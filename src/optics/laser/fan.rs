@@ -35,7 +35,7 @@ pub(super) enum Fan {
 
 impl Fan {
     /// The fan of a bench with the tangent `half` at its ends.
-    pub fn new(bench: &Laser, line: Line, half: f64, image: Option<&Texture>, stream: Stream) -> Self {
+    pub fn new(bench: &Laser, line: &Line, half: f64, image: Option<&Texture>, stream: Stream) -> Self {
         let even = Self::Even { half: half as f32, soft: bench.fan_soft_ends as f32 };
         let ripple = Ripple::new(bench.fan_ripple, half, stream);
         match (image, line.fan) {

@@ -62,3 +62,29 @@ impl Jitter {
         self.factor[left] + (self.factor[left + 1] - self.factor[left]) * (place - left as f32)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Spread and correlation along a line of 2500 correlation lengths, within 3.5 standard errors.
+    #[test]
+    fn width_varies_as_asked_for() {
+        let mut bench = Laser::from_values(&mut |p| p.default);
+        (bench.width_jitter, bench.width_jitter_mm) = (0.05, 4.0);
+        let jitter = Jitter::new(&bench, 5000.0, Stream::root(1)).expect("an uneven line");
+        let at = |mm: f64| f64::from(jitter.at(mm as f32)) - 1.0;
+        let places = || (-5000..5000).map(f64::from);
+        let mean_product = |lag: f64| places().map(|mm| at(mm) * at(mm + lag)).sum::<f64>() / 1e4;
+        let variance = mean_product(0.0);
+        // The squared correlation's integral is sqrt(pi) 4 mm: about 1400 independent places.
+        let error = (2.0f64 / 1400.0).sqrt();
+        assert!((variance / 0.0025 - 1.0).abs() < 3.5 * error, "variance {variance}");
+        for lag in [2.0, 4.0, 8.0, 16.0] {
+            let law = (-0.5 * (lag / 4.0f64).powi(2)).exp();
+            assert!((mean_product(lag) / 0.0025 - law).abs() < 3.5 * error, "{lag} mm: {}", mean_product(lag));
+        }
+        bench.width_jitter = 0.0;
+        assert!(Jitter::new(&bench, 5000.0, Stream::root(1)).is_none());
+    }
+}

@@ -28,6 +28,7 @@ use procedural::Stream;
 
 use self::fan::Fan;
 use self::jitter::Jitter;
+use self::texture::Texture;
 use super::parameters;
 use crate::settings::{Line, Shape};
 
@@ -72,11 +73,12 @@ pub struct Beam {
 
 impl Laser {
     /// The laser of a bench whose lens and pixel blur light by `lens_mm` on the object; `stream` belongs to the sample.
-    pub fn new(bench: &parameters::Laser, line: Line, lens_mm: f64, stream: Stream) -> Self {
+    pub fn new(bench: &parameters::Laser, line: &Line, lens_mm: f64, stream: Stream) -> Self {
         let stream = stream.child("laser");
         let height = bench.fan_height_mm;
         let rayleigh = std::f64::consts::PI * bench.waist_mm.powi(2) / (bench.m_squared * bench.wavelength_nm * 1e-6);
-        let image = (line.shape == Shape::Texture).then(texture::Texture::thesis_projector);
+        let image = || line.picture.as_ref().map_or_else(Texture::thesis_projector, Texture::new);
+        let image = (line.shape == Shape::Texture).then(image);
         let half = match &image {
             Some(_) => 0.5 * bench.texture_length_mm / height,
             None => libm::tan((0.5 * bench.fan_angle_deg).to_radians()),
@@ -144,9 +146,10 @@ impl Laser {
         Some(spot.share(profile, near, x, self.at(x, z).sigma, width))
     }
 
-    /// Place along the fan, in halves of it [1].
+    /// Place along the nodes of the section [1].
     #[inline]
-    pub fn side(&self, x: f32, z: f32) -> f32 {
-        x / (self.height - z).max(1.0) / self.half
+    pub fn node(&self, x: f32, z: f32) -> f32 {
+        let side = x / (self.height - z).max(1.0) / self.half;
+        (0.5 + 0.5 * side) * self.section.as_ref().map_or(1.0, |section| section.nodes() as f32) - 0.5
     }
 }

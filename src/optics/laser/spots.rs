@@ -8,20 +8,16 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
-use procedural::{Medium, Stream};
+use procedural::Stream;
 use rand::RngExt;
 
 use crate::lanes::ln;
-use crate::optics::parameters::Laser;
 
 /// Side of a cell along the line [mm], and along the motion in mean lengths.
 const CELL_MM: f64 = 1.0;
 const CELL_LENGTHS: f64 = 2.0;
 /// Cells behind the line's own in which segments start that reach it.
 const BACK: i64 = 5;
-/// Fibres that run straighter across the motion than this guide no light along it [1].
-const ALONG: f32 = 0.5;
 
 /// A law of segments.
 #[derive(Debug, Clone, Copy)]
@@ -72,34 +68,6 @@ impl Spots {
             }
         }
     }
-}
-
-/// What shines on an object.
-#[derive(Debug, Clone, Copy)]
-pub struct Shining {
-    /// Fibres that guide light, with their width [mm] and mean share of the peak [1].
-    pub streaks: Option<(Spots, f32, f32)>,
-    /// Facets of metal, with their mean gain [1].
-    pub glints: Option<(Spots, f32)>,
-}
-
-impl Shining {
-    /// Of a bench; `stream` belongs to the sample.
-    pub fn new(bench: &Laser, stream: Stream) -> Self {
-        let spots = |per_mm, length, name| Spots::new(per_mm, length, stream.child(name));
-        Self {
-            streaks: spots(bench.streaks_per_mm, bench.streak_length_mm, "streaks")
-                .map(|spots| (spots, (bench.streak_width_um * 1e-3) as f32, bench.streak_share as f32)),
-            glints: spots(bench.glints_per_mm, bench.glint_length_mm, "glints")
-                .map(|spots| (spots, bench.glint_gain as f32)),
-        }
-    }
-}
-
-/// dx/dy of the fibres of a medium; `None` where it has none that guide light along the motion.
-pub fn lean(medium: &Medium) -> Option<f32> {
-    let Vec3 { x, y, .. } = medium.fibre;
-    (medium.k > 0.0 && y.abs() > ALONG).then(|| x / y)
 }
 
 #[cfg(test)]

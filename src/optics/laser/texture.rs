@@ -2,7 +2,10 @@
 //!
 //! Rows of the image lie across the line, columns along it. The preset is theirs: a line three pixels wide, blurred by a
 //! Gaussian with a radius of five pixels, which is taken as the standard deviation. How large its pixels were is not told
-//! there; the extents are keys of the recipe.
+//! there; the extents are keys of the recipe. A picture's grey is proportional to light. Neglected: that a projector's
+//! picture is sharp at one distance only.
+
+use crate::settings::Picture;
 
 /// Rows of the preset [px].
 const ROWS: usize = 61;
@@ -29,19 +32,26 @@ impl Texture {
         Self { rows: ROWS, columns: 1, light: (0..ROWS).map(row).collect() }
     }
 
+    /// What a picture shows.
+    pub fn new(picture: &Picture) -> Self {
+        let light = picture.light.iter().map(|&light| f64::from(light)).collect();
+        Self { rows: picture.rows, columns: picture.columns, light }
+    }
+
     /// Light of the column at `place`, 0 at the first column's edge and 1 at the last one's; linear between columns.
     pub fn along(&self, place: f64) -> f64 {
         (0..self.rows).map(|row| self.at(row, place)).sum()
     }
 
-    /// Variance across the line of a picture that is `width` wide, about the middle of its light; unit^2 of `width`.
-    pub fn variance(&self, width: f64) -> f64 {
+    /// Middle and variance across the line of a picture that is `width` wide, in units of `width` and its square.
+    pub fn moments(&self, width: f64) -> [f64; 2] {
         let sums = self.light.chunks_exact(self.columns).enumerate().fold([0.0; 3], |sums, (row, light)| {
-            let (place, light) = ((row as f64 + 0.5) / self.rows as f64, light.iter().sum::<f64>());
+            let (place, light) = (0.5 - (row as f64 + 0.5) / self.rows as f64, light.iter().sum::<f64>());
             [sums[0] + light, sums[1] + light * place, sums[2] + light * place * place]
         });
         let mean = sums[1] / sums[0];
-        (sums[2] / sums[0] - mean * mean + 1.0 / (12.0 * (self.rows * self.rows) as f64)) * width * width
+        let variance = sums[2] / sums[0] - mean * mean + 1.0 / (12.0 * (self.rows * self.rows) as f64);
+        [mean * width, variance * width * width]
     }
 
     /// Rows of the picture.

@@ -94,8 +94,8 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
     let error = 100.0 * box_error(&seen.bench);
     let note = format!(
         "The line on the sensor is a Gaussian that holds the pixel's variance; light gathered over the pixel's box differs\n\
-         from it by at most {error:.2} % of the peak. Rows sample it: a column's light changes with the line's place between rows\n\
-         by 2 exp(-2 pi^2 sigma^2), 2e-5 on the default bench and 0.3 % at d = 820 mm, where the line is narrower.\n\
+         from it by at most {error:.2} % of the peak. Its sum over whole rows is divided out, so that a column's light does not\n\
+         depend on where between rows the line lies.\n\
          Light of the white plane at z = 0 is {:.0} e- a column by default.",
         electrons(&seen.bench, 0.0, 0.0)
     );
