@@ -28,8 +28,12 @@ fn base() -> Scene {
     scene
 }
 
-/// A bench whose wheel runs out of true, so that its period has an effect.
+/// A bench whose wheel runs out of true, so that its period has an effect, and whose turntable would have the board under
+/// the line.
 fn wobbling(mut bench: Bench) -> Bench {
+    if bench.motion.turn_axis_y_mm == 0.0 {
+        bench.motion.turn_axis_y_mm = 10.0;
+    }
     if bench.motion.wow_um == 0.0 {
         bench.motion.wow_um = 40.0;
     }
