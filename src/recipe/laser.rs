@@ -100,10 +100,11 @@ pub(super) fn idle(
         let path = parameter.path();
         let usual = Distribution::Fixed(parameter.default);
         let why = |scene: &Together| why(parameter.name, subject, settings, scene);
-        if base.get(&path) != Some(&usual) && scenes.iter().all(|scene| why(scene).is_some()) {
-            if let Some((problem, remedy)) = why(&top).or_else(|| scenes.iter().find_map(why)) {
-                walk.joint_fault(&[path.clone()], problem, remedy);
-            }
+        if base.get(&path) != Some(&usual)
+            && scenes.iter().all(|scene| why(scene).is_some())
+            && let Some((problem, remedy)) = why(&top).or_else(|| scenes.iter().find_map(why))
+        {
+            walk.joint_fault(std::slice::from_ref(&path), problem, remedy);
         }
         for (class, scene) in classes.iter().zip(&scenes) {
             let own = class.overrides.get(&path).filter(|own| **own != usual);
@@ -195,10 +196,8 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
             );
         }
     }
-    if shape == Shape::Texture || shape == Shape::Point {
-        if fan != Fan::Powell {
-            let problem = format!("has no effect on `profile: {}`", Shape::NAMES[shape as usize]);
-            walk.joint_fault(&["laser.fan".to_owned()], problem, "it is for lines with a lens: remove it");
-        }
+    if (shape == Shape::Texture || shape == Shape::Point) && fan != Fan::Powell {
+        let problem = format!("has no effect on `profile: {}`", Shape::NAMES[shape as usize]);
+        walk.joint_fault(&["laser.fan".to_owned()], problem, "it is for lines with a lens: remove it");
     }
 }

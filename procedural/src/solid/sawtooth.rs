@@ -186,7 +186,7 @@ impl SawtoothSlice<'_> {
         let inside =
             (0.0..=body.piece.length_mm as f32).contains(&at.x) && 2.0 * at.y.abs() <= body.piece.width_mm as f32;
         let (z, slope) = body.height(at.x);
-        inside.then(|| Surface { z, slope_x: slope * body.along.x, slope_y: slope * body.along.y })
+        inside.then_some(Surface { z, slope_x: slope * body.along.x, slope_y: slope * body.along.y })
     }
 
     /// The material, and the tooth that `x` belongs to [mm].

@@ -107,8 +107,7 @@ fn each_order_differs_as_it_must() {
         let (mean, spread) = moments(frame[54 * COLUMNS..58 * COLUMNS].iter().map(|&dn| f32::from(dn)));
         ((spread * spread - 1.19).max(0.0).sqrt(), mean)
     };
-    let [last, before, none] =
-        [Order::BlurSpeckleNoise, Order::SpeckleBlurNoise, Order::BlurNoise].map(|order| contrast(order));
+    let [last, before, none] = [Order::BlurSpeckleNoise, Order::SpeckleBlurNoise, Order::BlurNoise].map(contrast);
     println!("blur speckle noise {last:?}, speckle blur noise {before:?}, blur noise {none:?}");
     // 1600 pixels that are nearly independent: 2 %.
     assert!((last.0 / 19.1 - 1.0).abs() < 0.1, "{last:?}");
