@@ -8,8 +8,8 @@ use super::columns::StoredRow;
 use super::images::{Decoded, known_labels};
 use super::report::{Code, Fault, Report};
 
-/// The class of an object that is no defect.
-const POCKET: &str = "pocket";
+/// The classes of objects that are no defects.
+const SOUND: [&str; 3] = ["pocket", "tooth", "object"];
 
 /// Pixels and corners of one instance.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +44,7 @@ pub(super) fn check(row: &StoredRow, values: &[u8], decoded: &Decoded, place: &s
     for name in row.defects.iter().filter(|name| !name_of(name)) {
         fault(Code::ValueRange, format!("the defect `{name}` is no pixel class of the subject"));
     }
-    for object in row.objects.iter().filter(|object| class(object.class) != Some(POCKET)) {
+    for object in row.objects.iter().filter(|object| !class(object.class).is_some_and(|name| SOUND.contains(&name))) {
         let name = class(object.class).unwrap_or_default();
         if !row.defects.iter().any(|defect| defect == name) {
             fault(Code::ObjectDiffers, format!("object {} is a `{name}`, none of the defects", object.instance));
