@@ -137,11 +137,15 @@ impl Stack {
     }
 
     /// Fine row `row` of pattern `slice`, any whole numbers, less its mean of 1: of light from the surface and from below.
-    #[inline(always)]
     pub fn row(&self, slice: i64, row: i64) -> [&[f32; TILE]; 2] {
-        let slice = slice.rem_euclid(SLICES as i64) as usize;
+        self.at(slice.rem_euclid(SLICES as i64) as usize, row.rem_euclid(self.rows as i64) as usize)
+    }
+
+    /// The same for a pattern and a row that the stack has.
+    #[inline(always)]
+    fn at(&self, slice: usize, row: usize) -> [&[f32; TILE]; 2] {
         let Slice(patterns) = &self.pairs[slice / 2].get_or_init(|| self.pair(slice / 2))[slice % 2];
-        let start = row.rem_euclid(self.rows as i64) as usize * TILE;
+        let start = row * TILE;
         [0, 1].map(|which: usize| patterns[which][start..].first_chunk().expect("rows have TILE columns"))
     }
 

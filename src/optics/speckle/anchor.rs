@@ -88,13 +88,19 @@ impl Speckle {
     /// `rows_aside` enters the pattern elsewhere [px].
     pub fn view(&self, tile: usize, place: [f64; 2], position: f64, rows_aside: usize) -> View<'_> {
         let pupil = SLICES as f64 / 2.0;
-        let fine = self.stack.fine();
+        let (fine, round) = (self.stack.fine(), self.stack.rows());
+        let base = (position * self.rows_per_mm * fine as f64).round() as i64 + (rows_aside * fine) as i64;
+        let (turn, key) = (base.div_euclid(round as i64), mix(self.key ^ mix(tile as u64)));
+        let offset = |turn: i64| (mix(key ^ turn as u64) % round as u64) as usize;
+        let start = (pupil * self.boil.rise(place[1] - self.height)).rem_euclid(SLICES as f64);
         View {
             stack: &self.stack,
-            key: mix(self.key ^ mix(tile as u64)),
-            base: (position * self.rows_per_mm * fine as f64).round() as i64 + (rows_aside * fine) as i64,
-            start: pupil * self.boil.rise(place[1] - self.height),
-            slices_per_row: pupil * self.boil.diameters(place, [0.0, 1.0 / self.rows_per_mm]),
+            row: base.rem_euclid(round as i64) as usize,
+            offsets: [-1, 0, 1].map(|next| offset(turn + next)),
+            // Whole rounds of the stack keep it above 0.
+            start: (start + (64 * SLICES) as f64) as f32,
+            slices_per_row: (pupil * self.boil.diameters(place, [0.0, 1.0 / self.rows_per_mm])) as f32,
+            per_fine: 1.0 / (RAMP * fine) as f32,
         }
     }
 }
@@ -103,23 +109,35 @@ impl Speckle {
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     stack: &'a Stack,
-    key: u64,
     /// Fine row of the pattern on the line.
-    base: i64,
+    row: usize,
+    /// Where the pattern is entered the time around before, this one and the next [fine rows].
+    offsets: [usize; 3],
     /// Stack coordinate on the line, and its growth from row to row [1, 1/px].
-    start: f64,
-    slices_per_row: f64,
+    start: f32,
+    slices_per_row: f32,
+    /// Share of a step of the stack from one fine row to the next [1].
+    per_fine: f32,
 }
 
 impl View<'_> {
-    /// The pattern less its mean of 1, `rows` of the window behind the line: of light from the surface and from below.
+    /// The pattern less its mean of 1, `rows` of the window behind the line, no more than a round of it: of light from
+    /// the surface and from below.
     #[inline(always)]
     pub fn row(&self, rows: i64) -> [&[f32; TILE]; 2] {
-        let fine = self.stack.fine() as i64;
-        let (round, row) = (self.stack.rows() as i64, self.base - rows * fine);
-        let offset = (mix(self.key ^ row.div_euclid(round) as u64) % round as u64) as i64;
-        let ramp = row.rem_euclid(RAMP as i64 * fine) as f64 / (RAMP as i64 * fine) as f64;
-        let slice = (self.start + self.slices_per_row * rows as f64 + ramp).floor() as i64;
-        self.stack.row(slice, row + offset)
+        let (fine, round) = (self.stack.fine(), self.stack.rows());
+        // A round ahead, so that it is above 0.
+        let row = (self.row + round).wrapping_add_signed(-(rows as isize) * fine as isize);
+        let (turn, row) = if row < round {
+            (0, row)
+        } else if row < 2 * round {
+            (1, row - round)
+        } else {
+            (2, row - 2 * round)
+        };
+        let ramp = if row < RAMP * fine { row } else { row - RAMP * fine };
+        let slice = (self.start + self.slices_per_row * rows as f32 + ramp as f32 * self.per_fine) as usize;
+        let place = row + self.offsets[turn];
+        self.stack.at(slice % SLICES, if place < round { place } else { place - round })
     }
 }
