@@ -17,7 +17,10 @@ fn recipes_have_the_numbers_of_the_tables() {
         }
         let scene = recipe.draw(0, 0);
         let camera = scene.bench.camera;
-        assert_eq!([camera.distance_mm, camera.focal_length_mm, camera.f_number, camera.pixel_um], [410.0, 25.0, 2.8, 6.0]);
+        assert_eq!(
+            [camera.distance_mm, camera.focal_length_mm, camera.f_number, camera.pixel_um],
+            [410.0, 25.0, 2.8, 6.0]
+        );
         assert_eq!((scene.size.columns, scene.size.rows), (2560, 832));
         assert_eq!(camera.sensor_tilt_deg, 0.0);
         assert!(profiles.is_none_or(|n| n == scene.size.profiles) && scene.bench.motion.step_mm == 0.068);
