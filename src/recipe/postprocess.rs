@@ -138,7 +138,7 @@ pub(super) fn scene(
     let scene = Together { prefix, base, overrides };
     let name = order.name();
     for key in SENSOR.iter().filter(|key| scene.most(key) > 0.0) {
-        let problem = format!("has no effect on order `{name}`, whose noise is `dark_noise_dn` alone");
+        let problem = format!("`{key}` can be above 0 and has no effect on order `{name}`");
         scene.fault(walk, &[key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
     }
     for parameter in Speckle::PARAMETERS {
