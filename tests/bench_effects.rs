@@ -81,11 +81,7 @@ fn awake(parameter: &Parameter) -> Scene {
     let mut scene = base();
     match parameter.name {
         "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
-        "filter_centre_nm" => scene.bench.optics.filter = Filter::BandPass,
-        "filter_width_nm" => {
-            // The laser stands at the edge of the band.
-            (scene.bench.optics.filter, scene.bench.camera.filter_centre_nm) = (Filter::BandPass, 645.0);
-        }
+        "filter_centre_nm" | "filter_width_nm" => scene.bench.optics.filter = Filter::BandPass,
         name if name.starts_with("turn_") => scene.way = Way::Turntable,
         name if name.starts_with("distortion") => {
             (scene.size.columns, scene.size.profiles) = (2560, 16);
@@ -101,23 +97,18 @@ fn awake(parameter: &Parameter) -> Scene {
 #[test]
 fn every_number_of_the_bench_has_an_effect() {
     assert_eq!(nominal(), nominal_with(&mut |p| p.default));
-    let base = base();
-    let usual = render(&base);
     // The laser's: tests/laser_keys.rs.
     let tables = [Motion::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
     let base = base();
     let usual = render(&base);
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
-        let mut scene = scene_of(parameter);
+        let mut scene = awake(parameter);
         waking(&mut scene, parameter.name);
         let own = (scene != base).then(|| render(&scene));
         let plain = own.as_ref().unwrap_or(&usual);
         let (waist_height, optics) = (scene.bench.laser.waist_height_mm, scene.bench.optics);
         scene.bench = wobbling(Bench { optics, ..changed(parameter) });
-        if parameter.name == "filter_width_nm" {
-            scene.bench.camera.filter_centre_nm = 645.0;
-        }
         if parameter.name == "line_rate_hz" {
             scene.bench.motion.line_rate_hz = 20_000.0;
         }
