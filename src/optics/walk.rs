@@ -14,6 +14,7 @@
 use super::expose::{CENTRE, ROWS, load};
 use super::laser::{Level, Section};
 use super::row::Row;
+use super::{TILE, disc};
 use crate::lanes::{exp, turn};
 
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
