@@ -10,6 +10,8 @@ use crate::drawing::{INK, LETTER, MARGIN, Page, viridis};
 
 /// Least side of a panel [px]; smaller windows are drawn larger by whole factors.
 const PANEL: usize = 160;
+/// Height of a line of the legend [px].
+const LINE: u32 = 16;
 /// Colour of cells without a class.
 const NOTHING: Rgb<u8> = Rgb([200, 200, 200]);
 /// Colour of cells that hold what stands for missing.
@@ -70,7 +72,7 @@ impl Worst {
 }
 
 /// What the model saw: a panel for each channel as it came in, from dark (lowest) to bright (highest), blue where missing,
-/// and of maps what is true and what was answered.
+/// and of maps what is true and what was answered, with the colours of the classes below.
 pub fn draw(wrong: &Wrong, input: &[f32], maps: Option<[&[u8]; 2]>, sidecar: &Sidecar) -> RgbImage {
     let [rows, cols] = sidecar.size;
     let factor = (PANEL / rows.max(cols)).max(1);
@@ -97,9 +99,8 @@ pub fn draw(wrong: &Wrong, input: &[f32], maps: Option<[&[u8]; 2]>, sidecar: &Si
         panels.push((channel.name.clone(), panel(&shade)));
     }
     for (name, map) in ["truth", "answer"].into_iter().zip(maps.into_iter().flatten()) {
-        let last = (sidecar.classes.len() - 1) as f32;
-        let colour = |cell: usize| if map[cell] == NO_CLASS { NOTHING } else { viridis(f32::from(map[cell]) / last) };
-        panels.push((name.into(), panel(&colour)));
+        let shade = |cell: usize| if map[cell] == NO_CLASS { NOTHING } else { colour(map[cell], sidecar) };
+        panels.push((name.into(), panel(&shade)));
     }
     let side = |n: usize| n as u32 * factor as u32;
     let (width, height) = (side(cols).max(11 * LETTER), side(rows));
@@ -110,7 +111,8 @@ pub fn draw(wrong: &Wrong, input: &[f32], maps: Option<[&[u8]; 2]>, sidecar: &Si
     ];
     let longest = words.iter().map(|words| words.len() as u32 * LETTER).max().unwrap_or(0);
     let all = panels.len() as u32 * (width + MARGIN);
-    let mut page = Page::new(MARGIN + all.max(longest + MARGIN), 90 + height);
+    let legend = if maps.is_some() { sidecar.classes.as_slice() } else { &[] };
+    let mut page = Page::new(MARGIN + all.max(longest + MARGIN), 90 + height + LINE * legend.len() as u32);
     for (i, words) in words.iter().enumerate() {
         page.words(MARGIN, 18 + 16 * i as u32, words);
     }
@@ -119,7 +121,17 @@ pub fn draw(wrong: &Wrong, input: &[f32], maps: Option<[&[u8]; 2]>, sidecar: &Si
         page.words_in(left, 74, name, INK);
         page.picture(left, 80, picture);
     }
+    for (class, name) in (0..).zip(legend) {
+        let y = 88 + height + LINE * u32::from(class);
+        page.picture(MARGIN, y, &RgbImage::from_pixel(10, 10, colour(class, sidecar)));
+        page.words(MARGIN + 16, y + 9, name);
+    }
     page.0
+}
+
+/// Colour of a class of the model.
+fn colour(class: u8, sidecar: &Sidecar) -> Rgb<u8> {
+    viridis(f32::from(class) / (sidecar.classes.len() - 1) as f32)
 }
 
 #[cfg(test)]
