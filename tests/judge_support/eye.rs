@@ -148,7 +148,7 @@ impl Eye {
         // The sensor: (across, along) = (0, depth) + s rise; its normal (-rise.y, rise.x).
         let along = self.rise.x * way.z - self.rise.y * way.y;
         let t = (self.rise.x * (self.depth - start.z) + self.rise.y * start.y) / along;
-        if !(t > 0.0) {
+        if t.is_nan() || t <= 0.0 {
             return None;
         }
         let met = start + way * t;

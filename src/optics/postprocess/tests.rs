@@ -16,7 +16,6 @@ fn bench() -> Bench {
         exposure: Exposure::from_values(default),
         speckle: Speckle::from_values(default),
         optics: crate::settings::Optics::default(),
-        optics: crate::settings::Optics::default(),
     }
 }
 
