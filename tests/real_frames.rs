@@ -41,7 +41,9 @@ fn a_fitted_recipe_looks_like_real_frames() {
     let saturated = found.saturated.expect("there are heights");
     let noise = found.noise.map(|um| um.expect("there is noise"));
     let along = found.noise_correlation[0][1];
-    println!("missing {missing:.3}, floor {floor}, saturated {saturated:.3}, noise {noise:.1?} um, correlation {along:.3}");
+    println!(
+        "missing {missing:.3}, floor {floor}, saturated {saturated:.3}, noise {noise:.1?} um, correlation {along:.3}"
+    );
     assert!(MISSING.contains(&missing), "missing {missing}");
     assert!(FLOOR_DN.contains(&floor), "least reflectance {floor} DN");
     assert!(SATURATED.contains(&saturated), "saturated {saturated}");
