@@ -97,6 +97,8 @@ fn awake(parameter: &Parameter) -> Scene {
 #[test]
 fn every_number_of_the_bench_has_an_effect() {
     assert_eq!(nominal(), nominal_with(&mut |p| p.default));
+    let base = base();
+    let usual = render(&base);
     // The laser's: tests/laser_keys.rs.
     let tables = [Motion::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
     let mut idle = Vec::new();
