@@ -152,7 +152,9 @@ impl Scan {
         let truth = self.truth.map(|truth| labels::bin_truth(truth, cols, columns, rows));
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
-        let pitch = grid.map_or_else(|| rig.along(1.0, top) - rig.along(0.0, top), |grid| grid.pitch_mm);
+        // The mean of the columns, which a bent lens makes unlike.
+        let width = || rig.along(cols as f64 - 1.0, top) - rig.along(0.0, top);
+        let pitch = grid.map_or_else(|| width() / (cols as f64 - 1.0), |grid| grid.pitch_mm);
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
@@ -228,15 +230,14 @@ impl Part<'_> {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }
-        if sensor.is_scripted() {
-            return stack;
-        }
-        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
-        for tile in 0..columns.div_ceil(TILE) {
-            for (place, profile) in profiles.clone().enumerate() {
-                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
-                let from = place * columns + frames[0].first_col;
-                self.read(&frames, from..from + frames[0].cols, calibration, scene);
+        if !sensor.is_scripted() {
+            let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
+            for tile in 0..columns.div_ceil(TILE) {
+                for (place, profile) in profiles.clone().enumerate() {
+                    sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                    let from = place * columns + frames[0].first_col;
+                    self.read(&frames, from..from + frames[0].cols, calibration, scene);
+                }
             }
         }
         if let Some(grid) = grid {
