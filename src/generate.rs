@@ -28,6 +28,9 @@ const BYTES_PER_PIXEL: usize = 40;
 /// Bytes of a pixel of a kept sensor frame that a sample holds at most: as exposed, and as a row of a table.
 const FRAME_BYTES: usize = 4;
 
+/// Bytes of a triangle of a part while its sample is on the way: placed, as a soup, and in a tree for rays.
+const TRIANGLE_BYTES: usize = 200;
+
 /// What to make.
 #[derive(Debug, Clone)]
 pub struct Order {
@@ -208,7 +211,8 @@ pub fn generate(recipe: &Recipe, order: &Order, watch: &(dyn Fn(Event) + Sync)) 
 fn in_flight(recipe: &Recipe) -> u64 {
     let size = recipe.size();
     let frames = FRAME_BYTES * recipe.output().frames(&size) * size.columns * size.rows;
-    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames).max(1);
+    let parts = recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len());
+    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames + parts).max(1);
     (4 * rayon::current_num_threads()).min(fitting).max(1) as u64
 }
 

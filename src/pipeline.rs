@@ -5,7 +5,7 @@ use std::ops::Range;
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
 use procedural::wood::Plank;
-use procedural::{Body, Class};
+use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
@@ -41,8 +41,9 @@ pub fn body(scene: &Scene) -> Body {
         Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
         Plan::Mesh(placing, material) => {
             // A recipe about meshes has one; a scene made by hand without one lays nothing down.
-            let mesh = scene.mesh.as_deref().cloned().unwrap_or_default();
-            Body::Part(Box::new(solid::Part::new(&mesh, placing, material)))
+            let none = Mesh::default();
+            let mesh = scene.mesh.as_deref().unwrap_or(&none);
+            Body::Part(Box::new(solid::Part::new(mesh, placing, material)))
         }
     }
 }
