@@ -80,7 +80,7 @@ pub struct Sight {
     pub defocus: f32,
     /// Radius along the rows of the disc that it is blurred to [px].
     pub disc: f32,
-    /// Electrons of the whole line in this column for a white Lambertian surface, level along the line [e-].
+    /// Electrons of the whole line in this column for a white Lambertian surface [e-].
     pub electrons: f32,
     /// Width of the column on a level surface [mm].
     pub column_mm: f32,
@@ -174,10 +174,19 @@ impl Camera {
     /// What becomes of the light at `x`, `z` of the laser plane, on a surface that rises by `slope_y` along the motion.
     #[inline]
     pub fn sight(&self, x: f32, z: f32, slope_y: f32) -> Sight {
+        self.sight_on(x, z, [0.0, slope_y])
+    }
+
+    /// The same on a surface that rises by the `slope` along the line and along the motion.
+    #[inline]
+    pub fn sight_on(&self, x: f32, z: f32, slope: [f32; 2]) -> Sight {
+        let slope_y = slope[1];
         let [_, sin, cos, tan_beta, distance] = self.row;
         let (yc, zc) = (z * sin, distance - z * cos);
         let Image { row, rows_per_mm, pixel_mm } = self.image(x, [yc, zc], [cos + slope_y * sin, sin - slope_y * cos]);
         let rows_per_mm = rows_per_mm.max(1e-3);
+        let slant = self.slant(x, z, slope, pixel_mm);
+        let rows_per_mm = rows_per_mm * (1.0 + slant.rate / rows_per_mm).clamp(0.5, 2.0);
         let [defocus, defocus_rows] =
             if self.blurs { self.focus.variances(zc, zc / (zc - tan_beta * yc)) } else { [0.0; 2] };
 
@@ -185,13 +194,14 @@ impl Camera {
         let row = row - beam.bow * rows_per_mm;
         let sigma = beam.sigma * rows_per_mm;
         let laser_variance = sigma * sigma;
-        let variance = laser_variance + self.lens_variance() + defocus_rows;
+        let variance =
+            laser_variance + self.lens_variance() + defocus_rows + slant.variance(self.blur_variance + defocus);
 
         let to_lens = self.lens - Vec3::new(x, 0.0, z);
         let far2 = to_lens.length_squared();
         let view = to_lens / far2.sqrt();
         let passed = self.field.as_ref().map_or(1.0, |field| field.laser((x * x + yc * yc) / (zc * zc)));
-        let electrons = self.electrons * beam.per_mm * pixel_mm * -view.dot(self.axis) / far2 * passed;
+        let electrons = self.electrons * beam.per_mm * pixel_mm * -view.dot(self.axis) / far2 * passed * slant.light;
         let unit = beam.unit * rows_per_mm;
         Sight {
             row,

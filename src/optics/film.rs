@@ -62,8 +62,7 @@ impl Watch<'_> {
     /// What becomes of the light at `x` on a surface.
     #[inline]
     pub fn sight(&self, x: f32, surface: &Surface) -> Sight {
-        let mut sight = self.camera.sight(x, surface.z, surface.slope_y);
-        sight.electrons *= self.camera.slant(x, surface.z, surface.slope_x);
+        let sight = self.camera.sight_on(x, surface.z, [surface.slope_x, surface.slope_y]);
         self.share(sight, x, surface.z)
     }
 

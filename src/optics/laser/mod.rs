@@ -145,7 +145,9 @@ impl Laser {
         let spot = self.point.as_ref()?;
         let near = (self.height - z).max(1.0) / self.height;
         let off = x - spot.x(profile) as f32 * near;
-        Some([spot.share(off, self.at(x, z).sigma, width), off])
+        let beam = self.at(x, z);
+        // A pencil that comes in at a slant lights more of the line.
+        Some([spot.share(off, beam.sigma / -beam.light.z, width), off])
     }
 
     /// Place along the nodes of the section [1].

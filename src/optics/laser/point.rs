@@ -1,8 +1,9 @@
 //! A point laser: a round Gaussian spot instead of a line, stepped along the line from profile to profile.
 //!
-//! The pencil comes from where the fan would, as from a mirror that turns: at height z it stands at x h / H. A column gets
-//! what of the Gaussian falls on its own width, by the error function. All of the power is in the spot. Neglected: that the
-//! spot is longer than wide where the pencil comes in at a slant (1 / cos(theta), 4 % at 16 degrees).
+//! The pencil comes from where the fan would, as from a mirror that turns: at height z it stands at x h / H, and is longer
+//! along the line than across it where it comes in at a slant, by 1 / cos(theta) (4 % at 16 degrees). A column gets what of
+//! the Gaussian falls on its own width, by the error function. All of the power is in the spot. Neglected: that its far half
+//! is a little wider than its near one.
 
 use crate::optics::parameters::Laser;
 
@@ -30,7 +31,7 @@ impl Spot {
         self.start + (way - (way / self.span).floor() * self.span) - 0.5 * self.span
     }
 
-    /// Share of its light in a column `width` wide, `off` from its middle [1].
+    /// Share of its light in a column `width` wide, `off` from its middle; `sigma` along the line [1].
     pub fn share(&self, off: f32, sigma: f32, width: f32) -> f32 {
         if off.abs() > REACH * sigma + width {
             return 0.0;
