@@ -70,7 +70,7 @@ fn charge_that_overflows_is_read_beside() {
     for share in [0.25, 1.0] {
         scene.bench.exposure.blooming = share;
         let bloomed = frame(&scene);
-        let (mut overfull, mut gained, mut over) = (0, 0.0, 0.0);
+        let (mut overfull, mut filled, mut gained, mut over) = (0, 0, 0.0, 0.0);
         for c in 0..plain.cols {
             let column = |frame: &Frame| (0..ROWS).map(|k| f64::from(frame.dn[k * frame.cols + c])).collect::<Vec<_>>();
             let [before, after] = [&plain, &bloomed].map(column);
@@ -89,14 +89,18 @@ fn charge_that_overflows_is_read_beside() {
             let ends = |rows: &[usize]| [rows[0] as i64, rows[rows.len() - 1] as i64];
             let ([first, last], [up, down]) = (ends(&inner), ends(&outer));
             assert_eq!(outer.len() as i64, down - up + 1, "column {c}: full rows are together");
-            assert!(up < first && down > last, "column {c}: {outer:?} around {inner:?}");
+            // What flows to either side fills a pixel there at the least.
+            if 0.5 * share * own > most - dark {
+                filled += 1;
+                assert!(up < first && down > last, "column {c}: {outer:?} around {inner:?}");
+            }
             assert!(((first - up) - (down - last)).abs() <= 1, "column {c}: {outer:?} around {inner:?}");
         }
-        println!("{share}: {overfull} columns gained {gained:.0} of {over:.0} DN");
+        println!("{share}: {overfull} columns, {filled} far over, gained {gained:.0} of {over:.0} DN");
         // Rows that are filled to the brim lose 0.4 of the noise to the end of the scale, a dozen in a column.
         let lost = 12.0 * 0.4 * noise * f64::from(overfull);
         let error = 4.0 * noise * (2.0 * ROWS as f64 * f64::from(overfull)).sqrt();
-        assert!(overfull > 20 && lost < 0.02 * over, "{overfull} columns overflow by {over}");
+        assert!(overfull > 20 && (filled > 20 || share < 1.0) && lost < 0.02 * over, "{overfull} columns overflow by {over}");
         assert!(gained < over + error && gained > over - lost - error, "{share}: {gained} of {over}");
     }
 }
