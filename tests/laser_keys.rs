@@ -125,6 +125,33 @@ fn numbers_without_effect_are_refused() {
     }
 }
 
+/// On pieces and parts it is the material that decides: glints need facets of metal, streaks and the fibres' angles need
+/// fibres.
+#[test]
+fn the_material_decides_what_shines() {
+    const DULL: &str = "material: {reflectance: 0.04, gloss: 0.05}\n";
+    const FIBROUS: &str = "material: {k_per_mm: 5, fibre_azimuth_deg: 20, fibre_dive_deg: 3}\n";
+    let faults = |text: &str| {
+        let text = format!("name: a\nsubject: sawtooth\nclasses: {{one: {{share: 1}}}}\n{text}");
+        Recipe::parse("a.yaml", &text).map(|_| String::new()).unwrap_or_else(|error| error.to_string())
+    };
+    for (text, key, remedy) in [
+        (format!("{DULL}laser: {{glints_per_mm: 1}}"), "laser.glints_per_mm", "material.reflectance"),
+        ("material: {gloss: 0}\nlaser: {glints_per_mm: 1}".to_owned(), "laser.glints_per_mm", "material.gloss"),
+        ("laser: {streaks_per_mm: 1}".to_owned(), "laser.streaks_per_mm", "material.k_per_mm"),
+        ("material: {fibre_azimuth_deg: 20}".to_owned(), "material.fibre_azimuth_deg", "k_per_mm"),
+        ("material: {fibre_dive_deg: 20}".to_owned(), "material.fibre_dive_deg", "k_per_mm"),
+    ] {
+        let found = faults(&text);
+        assert!(found.contains(key) && found.contains(remedy), "{text}: {found}");
+    }
+    for fine in
+        ["laser: {glints_per_mm: 1}".to_owned(), FIBROUS.to_owned(), format!("{FIBROUS}laser: {{streaks_per_mm: 1}}")]
+    {
+        assert_eq!(faults(&fine), "", "{fine}");
+    }
+}
+
 /// Light of one profile by column, and its mean row.
 fn columns(sensor: &Sensor, band: &Band, profile: usize, count: usize) -> Vec<[f64; 2]> {
     let mut scratch = Scratch::default();

@@ -28,7 +28,7 @@
 use procedural::{Stream, normal};
 
 use super::parameters::Exposure;
-use super::pixels::Pixels;
+use super::pixels::{Pixels, Steps};
 use crate::lanes;
 use crate::settings::{Hdr, Readout, Size};
 
@@ -127,6 +127,11 @@ impl Chain {
     /// Whether nothing but gain and noise stands between charge and number.
     pub fn is_plain(&self) -> bool {
         self.pixels.is_none() && self.blooming == 0.0 && self.slopes.knee == f32::INFINITY
+    }
+
+    /// What pixels' codes mean.
+    pub fn steps(&self) -> Steps {
+        self.pixels.as_ref().map_or(Steps::default(), |pixels| pixels.steps)
     }
 
     /// Offsets of every row in exposure `profile`, dark level included [DN].
