@@ -5,13 +5,14 @@ use super::*;
 /// A dataset of boards with two classes of samples, PNG of range and scatter, EXR of reflectance.
 fn head() -> DatasetHead {
     let head = json!({
-        "format": "sheetlight-dataset", "schema_version": [1, 1], "generator": { "name": "gen", "version": "0" },
+        "format": "sheetlight-dataset", "schema_version": [1, 2], "generator": { "name": "gen", "version": "0" },
         "target": "any", "recipe": { "name": "r", "text": "", "hash": "", "canonical": {} }, "seed": 0, "samples": 4,
         "samples_per_shard": 2, "shards": 2, "classes": ["sound", "rotten"], "subject": "wood",
         "pixel_classes": ["background", "clear", "sound_knot", "dead_knot", "rot"], "label_values": [0, 1, 2, 3, 4],
         "splits": { "train": 0.8, "validation": 0.1, "test": 0.1 },
         "images": { "cols": 64, "rows": 48, "png": ["range", "scatter", "label"], "exr": ["reflectance"],
-            "truth_maps": false, "stack_every": null, "sensor_cols": 64, "sensor_rows": 100 },
+            "truth_maps": false, "stack_every": null, "sensor_cols": 64, "sensor_rows": 100,
+            "range": "calibrated", "bits": 8 },
         "parameters": [], "physics": [],
     });
     serde_json::from_value(head).expect("it is a head")
