@@ -135,6 +135,14 @@ fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Togeth
     let strange = match (name, subject) {
         ("glints_per_mm", Some(Subject::Wood)) => Some("boards have no metal"),
         ("streaks_per_mm", Some(Subject::Blister)) => Some("packs have no fibres"),
+        ("streaks_per_mm", Some(Subject::Sawtooth | Subject::Mesh)) if scene.most("material.k_per_mm") == 0.0 => {
+            Some("matter without fibres (`material.k_per_mm` is 0) guides no light")
+        }
+        ("glints_per_mm", Some(Subject::Sawtooth | Subject::Mesh))
+            if scene.most("material.reflectance") <= 0.5 || scene.most("material.gloss") == 0.0 =>
+        {
+            Some("facets of metal (`material.reflectance` above 0.5, `material.gloss` above 0) are what glints")
+        }
         _ => None,
     };
     if let Some(strange) = strange {
