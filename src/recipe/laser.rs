@@ -43,8 +43,8 @@ pub(super) const TABLE: &[Setting] = &[
     },
 ];
 
-/// Most rows of the scan between two lines.
-const MOST_ROWS: f64 = 2000.0;
+/// Most rows of the scan between two lines: a band of profiles keeps all of them in memory.
+const MOST_ROWS: f64 = 300.0;
 
 /// Shapes that have a use for a number; all where none is told.
 fn shapes(name: &str) -> &'static [Shape] {
