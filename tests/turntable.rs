@@ -93,7 +93,8 @@ fn turned_as_laid(body: &dyn Fn(f64) -> Body) {
         scene.bench.speckle.strength = 0.0;
         scene
     };
-    for degrees in [86.0, 37.0, -60.0f64] {
+    // At 90 degrees the line runs along a valley, exactly.
+    for degrees in [90.0, 37.0, -60.0f64] {
         let record = render(&scene(radius * degrees.to_radians().rem_euclid(std::f64::consts::TAU)), body(0.0));
         let laid = render(&scene(1.0), body(degrees));
         let cols = record.cols;
