@@ -8,7 +8,7 @@ use sheetlight::optics::speckle::Tiles;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Fan, Filter, Hdr, Scheimpflug, Shape};
+use sheetlight::settings::{Fan, Filter, Hdr, Scheimpflug, Shape, SpeckleLaw};
 use sheetlight::specimen::Specimen;
 
 /// Profiles of one band.
@@ -56,6 +56,11 @@ const EFFECTS: &[Effect] = &[
     ("sensor: blooming", |s| s.bench.exposure.blooming = 0.5),
     ("sensor: two slopes", |s| s.readout.hdr = Hdr::Medium),
     ("sensor: 12 bits", |s| s.readout.bits = 12),
+    ("speckle: none", |s| s.bench.speckle.strength = 0.0),
+    ("speckle: the thesis' law", |s| s.speckle_law = SpeckleLaw::Rayleigh),
+    ("speckle: depolarised", |s| s.bench.speckle.surface_patterns = 2.0),
+    ("motion: encoder jitter", |s| s.bench.motion.encoder_jitter_um = 5.0),
+    ("motion: wow", |s| s.bench.motion.wow_um = 50.0),
 ];
 
 fn alike(scene: &mut Scene) {

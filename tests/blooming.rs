@@ -100,7 +100,10 @@ fn charge_that_overflows_is_read_beside() {
         // Rows that are filled to the brim lose 0.4 of the noise to the end of the scale, a dozen in a column.
         let lost = 12.0 * 0.4 * noise * f64::from(overfull);
         let error = 4.0 * noise * (2.0 * ROWS as f64 * f64::from(overfull)).sqrt();
-        assert!(overfull > 20 && (filled > 20 || share < 1.0) && lost < 0.02 * over, "{overfull} columns overflow by {over}");
+        assert!(
+            overfull > 20 && (filled > 20 || share < 1.0) && lost < 0.02 * over,
+            "{overfull} columns overflow by {over}"
+        );
         assert!(gained < over + error && gained > over - lost - error, "{share}: {gained} of {over}");
     }
 }

@@ -107,6 +107,19 @@ fn numbers_without_effect_are_refused() {
         let error = Recipe::parse("a.yaml", &format!("{RECIPE}{text}\n")).expect_err(text).to_string();
         assert!(error.contains(key) && error.contains(remedy), "{text}: {error}");
     }
+    // Streaks and glints need fibres and metal.
+    let piece = "name: a\nsubject: sawtooth\nclasses: {one: {share: 1}}\n";
+    for (text, key, fine) in [
+        ("laser: {streaks_per_mm: 1}", "laser.streaks_per_mm", "material: {k_per_mm: 5}"),
+        ("laser: {glints_per_mm: 1}\nmaterial: {reflectance: 0.04}", "laser.glints_per_mm", ""),
+        ("laser: {glints_per_mm: 1}\nmaterial: {gloss: 0}", "laser.glints_per_mm", ""),
+    ] {
+        let error = Recipe::parse("a.yaml", &format!("{piece}{text}\n")).expect_err(text).to_string();
+        assert!(error.contains(key) && error.contains("no effect"), "{text}: {error}");
+        if !fine.is_empty() {
+            Recipe::parse("a.yaml", &format!("{piece}{text}\n{fine}\n")).unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
     let of_class = RECIPE.replace("share: 1}", "share: 1, laser: {lobe_distance: 3}}");
     let error = Recipe::parse("a.yaml", &of_class).expect_err("a class").to_string();
     assert!(error.contains("classes.one.laser.lobe_distance"), "{error}");
