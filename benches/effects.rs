@@ -8,7 +8,7 @@ use sheetlight::optics::speckle::Tiles;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Fan, Filter, Scheimpflug, Shape};
+use sheetlight::settings::{Fan, Filter, Hdr, Scheimpflug, Shape, SpeckleLaw};
 use sheetlight::specimen::Specimen;
 
 /// Profiles of one band.
@@ -39,7 +39,34 @@ const EFFECTS: &[Effect] = &[
     }),
     ("camera: ambient light", |s| s.bench.camera.ambient_w_per_m2_nm = 0.01),
     ("camera: motion blur", |s| s.bench.motion.line_rate_hz = 0.5e6 / s.bench.exposure.time_us),
+    // The recipe has pixels that differ.
+    ("sensor: pixels alike", alike),
+    ("sensor: PRNU alone", |s| {
+        alike(s);
+        s.bench.exposure.prnu = 0.01;
+    }),
+    ("sensor: DSNU alone", |s| {
+        alike(s);
+        s.bench.exposure.dsnu_dn = 0.25;
+    }),
+    ("sensor: column pattern alone", |s| {
+        alike(s);
+        s.bench.exposure.column_pattern_dn = 0.1;
+    }),
+    ("sensor: blooming", |s| s.bench.exposure.blooming = 0.5),
+    ("sensor: two slopes", |s| s.readout.hdr = Hdr::Medium),
+    ("sensor: 12 bits", |s| s.readout.bits = 12),
+    ("speckle: none", |s| s.bench.speckle.strength = 0.0),
+    ("speckle: the thesis' law", |s| s.speckle_law = SpeckleLaw::Rayleigh),
+    ("speckle: depolarised", |s| s.bench.speckle.surface_patterns = 2.0),
+    ("motion: encoder jitter", |s| s.bench.motion.encoder_jitter_um = 5.0),
+    ("motion: wow", |s| s.bench.motion.wow_um = 50.0),
 ];
+
+fn alike(scene: &mut Scene) {
+    let exposure = &mut scene.bench.exposure;
+    (exposure.prnu, exposure.dsnu_dn, exposure.column_pattern_dn) = (0.0, 0.0, 0.0);
+}
 
 /// A board with one effect under the bench.
 struct Set {

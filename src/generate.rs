@@ -25,8 +25,11 @@ pub use self::estimate::Estimate;
 const FLIGHT_BYTES: usize = 900 << 20;
 /// Bytes of maps, truth and encoded images that a pixel needs while its sample is on the way.
 const BYTES_PER_PIXEL: usize = 40;
-/// Copies of its kept sensor frames that a sample holds at most: as exposed, and as a row of a table.
-const FRAME_COPIES: usize = 2;
+/// Bytes of a pixel of a kept sensor frame that a sample holds at most: as exposed, and as a row of a table.
+const FRAME_BYTES: usize = 4;
+
+/// Bytes of a triangle of a part while its sample is on the way: placed, as a soup, and in a tree for rays.
+const TRIANGLE_BYTES: usize = 200;
 
 /// What to make.
 #[derive(Debug, Clone)]
@@ -207,8 +210,9 @@ pub fn generate(recipe: &Recipe, order: &Order, watch: &(dyn Fn(Event) + Sync)) 
 /// Samples rendered side by side: several a thread so that none waits, as many as memory allows.
 fn in_flight(recipe: &Recipe) -> u64 {
     let size = recipe.size();
-    let frames = FRAME_COPIES * recipe.output().frames(&size) * size.columns * size.rows;
-    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames).max(1);
+    let frames = FRAME_BYTES * recipe.output().frames(&size) * size.columns * size.rows;
+    let parts = recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len());
+    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames + parts).max(1);
     (4 * rayon::current_num_threads()).min(fitting).max(1) as u64
 }
 

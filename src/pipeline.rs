@@ -5,7 +5,7 @@ use std::ops::Range;
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
 use procedural::wood::Plank;
-use procedural::{Body, Class};
+use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
@@ -41,8 +41,9 @@ pub fn body(scene: &Scene) -> Body {
         Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
         Plan::Mesh(placing, material) => {
             // A recipe about meshes has one; a scene made by hand without one lays nothing down.
-            let mesh = scene.mesh.as_deref().cloned().unwrap_or_default();
-            Body::Part(Box::new(solid::Part::new(&mesh, placing, material)))
+            let none = Mesh::default();
+            let mesh = scene.mesh.as_deref().unwrap_or(&none);
+            Body::Part(Box::new(solid::Part::new(mesh, placing, material)))
         }
     }
 }
@@ -152,7 +153,9 @@ impl Scan {
         let truth = self.truth.map(|truth| labels::bin_truth(truth, cols, columns, rows));
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
-        let pitch = grid.map_or_else(|| rig.along(1.0, top) - rig.along(0.0, top), |grid| grid.pitch_mm);
+        // The mean of the columns, which a bent lens makes unlike.
+        let width = || rig.along(cols as f64 - 1.0, top) - rig.along(0.0, top);
+        let pitch = grid.map_or_else(|| width() / (cols as f64 - 1.0), |grid| grid.pitch_mm);
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
@@ -228,15 +231,14 @@ impl Part<'_> {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }
-        if sensor.is_scripted() {
-            return stack;
-        }
-        let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
-        for tile in 0..columns.div_ceil(TILE) {
-            for (place, profile) in profiles.clone().enumerate() {
-                sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
-                let from = place * columns + frames[0].first_col;
-                self.read(&frames, from..from + frames[0].cols, calibration, scene);
+        if !sensor.is_scripted() {
+            let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
+            for tile in 0..columns.div_ceil(TILE) {
+                for (place, profile) in profiles.clone().enumerate() {
+                    sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                    let from = place * columns + frames[0].first_col;
+                    self.read(&frames, from..from + frames[0].cols, calibration, scene);
+                }
             }
         }
         if let Some(grid) = grid {

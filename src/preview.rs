@@ -41,7 +41,7 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     };
     let (low, high) = ends(on_body(&record.maps.range));
     let bright = ends(on_body(&record.maps.reflectance)).1;
-    let deep = ends(on_body(&record.maps.scatter)).1 - scatter_dark;
+    let deep = (ends(on_body(&record.maps.scatter)).1 - scatter_dark).max(0.0);
     let scatter: Vec<f32> = record.maps.scatter.iter().map(|v| (v - scatter_dark).max(0.0)).collect();
 
     let width = 4 * (panel.width + MARGIN) + MARGIN;

@@ -107,6 +107,19 @@ fn numbers_without_effect_are_refused() {
         let error = Recipe::parse("a.yaml", &format!("{RECIPE}{text}\n")).expect_err(text).to_string();
         assert!(error.contains(key) && error.contains(remedy), "{text}: {error}");
     }
+    // Streaks and glints need fibres and metal.
+    let piece = "name: a\nsubject: sawtooth\nclasses: {one: {share: 1}}\n";
+    for (text, key, fine) in [
+        ("laser: {streaks_per_mm: 1}", "laser.streaks_per_mm", "material: {k_per_mm: 5}"),
+        ("laser: {glints_per_mm: 1}\nmaterial: {reflectance: 0.04}", "laser.glints_per_mm", ""),
+        ("laser: {glints_per_mm: 1}\nmaterial: {gloss: 0}", "laser.glints_per_mm", ""),
+    ] {
+        let error = Recipe::parse("a.yaml", &format!("{piece}{text}\n")).expect_err(text).to_string();
+        assert!(error.contains(key) && error.contains("no effect"), "{text}: {error}");
+        if !fine.is_empty() {
+            Recipe::parse("a.yaml", &format!("{piece}{text}\n{fine}\n")).unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
     let of_class = RECIPE.replace("share: 1}", "share: 1, laser: {lobe_distance: 3}}");
     let error = Recipe::parse("a.yaml", &of_class).expect_err("a class").to_string();
     assert!(error.contains("classes.one.laser.lobe_distance"), "{error}");
@@ -122,6 +135,33 @@ fn numbers_without_effect_are_refused() {
         // What a recipe means is a recipe itself.
         let again = Recipe::parse("a.yaml", &recipe.canonical_json()).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(recipe.hash(), again.hash(), "{text}");
+    }
+}
+
+/// On pieces and parts it is the material that decides: glints need facets of metal, streaks and the fibres' angles need
+/// fibres.
+#[test]
+fn the_material_decides_what_shines() {
+    const DULL: &str = "material: {reflectance: 0.04, gloss: 0.05}\n";
+    const FIBROUS: &str = "material: {k_per_mm: 5, fibre_azimuth_deg: 20, fibre_dive_deg: 3}\n";
+    let faults = |text: &str| {
+        let text = format!("name: a\nsubject: sawtooth\nclasses: {{one: {{share: 1}}}}\n{text}");
+        Recipe::parse("a.yaml", &text).map(|_| String::new()).unwrap_or_else(|error| error.to_string())
+    };
+    for (text, key, remedy) in [
+        (format!("{DULL}laser: {{glints_per_mm: 1}}"), "laser.glints_per_mm", "material.reflectance"),
+        ("material: {gloss: 0}\nlaser: {glints_per_mm: 1}".to_owned(), "laser.glints_per_mm", "material.gloss"),
+        ("laser: {streaks_per_mm: 1}".to_owned(), "laser.streaks_per_mm", "material.k_per_mm"),
+        ("material: {fibre_azimuth_deg: 20}".to_owned(), "material.fibre_azimuth_deg", "k_per_mm"),
+        ("material: {fibre_dive_deg: 20}".to_owned(), "material.fibre_dive_deg", "k_per_mm"),
+    ] {
+        let found = faults(&text);
+        assert!(found.contains(key) && found.contains(remedy), "{text}: {found}");
+    }
+    for fine in
+        ["laser: {glints_per_mm: 1}".to_owned(), FIBROUS.to_owned(), format!("{FIBROUS}laser: {{streaks_per_mm: 1}}")]
+    {
+        assert_eq!(faults(&fine), "", "{fine}");
     }
 }
 

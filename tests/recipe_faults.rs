@@ -27,7 +27,7 @@ fn unknown_keys_get_the_nearest_spelling() {
 
 #[test]
 fn frames_that_memory_cannot_hold_are_refused() {
-    only("output: {sensor_stack: all}", (1, 10), "output.sensor_stack", &["8.5 GB", "{every: 4}"]);
+    only("output: {sensor_stack: all}", (1, 10), "output.sensor_stack", &["17.0 GB", "{every: 4}"]);
 }
 
 #[test]

@@ -2,11 +2,15 @@
 
 mod bench;
 
-use bench::{moments, plate, render, scene};
-use procedural::{Gloss, Medium};
+use bench::{expose, moments, plate, render, scene};
+use glam::Vec3;
+use procedural::solid::{Material, Part, Placing};
+use procedural::{Body, Gloss, Medium, Mesh};
+use sheetlight::frame::Frame;
+use sheetlight::optics::Scratch;
 use sheetlight::recipe::Scene;
 use sheetlight::record::Record;
-use sheetlight::settings::SpeckleLaw;
+use sheetlight::settings::{Shape, SpeckleLaw};
 
 /// A flat metal target in the waist, no noise but rounding; the line is `sigma` rows wide before pixels.
 fn lined(sigma: f64, patterns: f64) -> Scene {
@@ -17,6 +21,7 @@ fn lined(sigma: f64, patterns: f64) -> Scene {
     // A whole number, so that rows without light are exact.
     exposure.dark_level_dn = 12.0;
     (scene.extraction.subpixel_steps, scene.extraction.window_rows) = (0, if sigma > 1.0 { 15 } else { 7 });
+    scene.extraction.threshold_dn = 16.0;
     scene.bench.speckle.surface_patterns = patterns;
     scene.bench.optics.diffraction = false;
     let (blur, rows_per_mm) = (2.5 / 6.0, 9.90);
@@ -29,32 +34,37 @@ fn metal() -> Medium {
     Medium::opaque(Gloss::wood(1.0))
 }
 
-/// Spread of Range on the target that speckle makes: less that of rounding and the least noise [rows].
+/// Spread that speckle gives Range, over all places of the line between the rows: the target rises by two rows along the
+/// line [rows].
 fn spread(scene: &Scene) -> f64 {
-    let whole = |scene: &Scene| {
-        let record = render(scene, plate(metal(), 0.01, 0.0, 0.0));
+    let range = |scene: &Scene| {
+        let record = render(scene, plate(metal(), 0.3, 0.02, 0.0));
         let number = |name: &str| record.physics.iter().find(|(n, _)| *n == name).expect(name).1;
-        let inner = 40 * record.cols..record.maps.range.len();
         assert!(record.maps.reflectance.iter().all(|dn| *dn < 255.0), "saturated");
-        moments(record.maps.range[inner].iter().map(|z| f64::from(*z))).1 / number("height_per_row_mm")
+        let rows = |z: &f32| f64::from(*z) / number("height_per_row_mm");
+        record.maps.range[40 * record.cols..].iter().map(rows).collect::<Vec<_>>()
     };
+    let apart = |(a, b): (&f64, &f64)| (a - b).is_finite().then_some(a - b);
     let mut still = scene.clone();
     still.bench.speckle.strength = 0.0;
-    (whole(scene).powi(2) - whole(&still).powi(2)).max(0.0).sqrt()
+    let (speckled, still) = (range(scene), range(&still));
+    let errors: Vec<f64> = speckled.iter().zip(&still).filter_map(apart).collect();
+    // The darkest speckles alone are below the threshold.
+    assert!(errors.len() as f64 > 0.995 * still.len() as f64, "{} of {} places", errors.len(), still.len());
+    moments(errors.iter().copied()).1
 }
 
-/// Dorsch, Häusler and Herrmann for a line: lines of 3, 6 and 12 um on the sensor, pixels of 6 um, polarised and not, within
-/// 10 % of simulations before pixels (docs/instrument/speckle.md). A line of half a row spreads 9 to 12 % too much: production gives
-/// pixels their speckle as if each were evenly lit.
+/// Lines of 3, 6 and 12 um on the sensor, pixels of 6 um, polarised and not, against a simulation that lets the line fall on
+/// the speckle before pixels gather both (docs/instrument/speckle.md), within 10 %. Dorsch, Häusler and Herrmann for a
+/// line, C sqrt(sigma L_c / (4 sqrt(pi))), is 0.089, 0.126 and 0.179: below a row pixels add to it.
 #[test]
 fn centres_spread_as_theory_has_it() {
-    let known = [(0.5, 0.091, 0.064), (1.0, 0.127, 0.089), (2.0, 0.168, 0.125)];
+    let known = [(0.5, 0.0953, 0.0686), (1.0, 0.1275, 0.0905), (2.0, 0.1780, 0.1260)];
     for (sigma, polarised, depolarised) in known {
         for (patterns, known) in [(1.0, polarised), (2.0, depolarised)] {
             let found = spread(&lined(sigma, patterns));
             println!("{sigma} rows, {patterns} patterns: {found:.4} rows for {known}");
-            let bar = if sigma < 1.0 { 0.14 } else { 0.1 };
-            assert!((found / known - 1.0).abs() < bar, "{sigma} rows, {patterns} patterns: {found} for {known}");
+            assert!((found / known - 1.0).abs() < 0.1, "{sigma} rows, {patterns} patterns: {found} for {known}");
         }
     }
 }
@@ -102,4 +112,77 @@ fn jitter_and_wow_show_in_truth_and_range() {
         let (_, whole) = moments(range.iter().zip(&even).map(|(a, b)| 1000.0 * (a - b)));
         assert!(apart < 0.6 * whole, "Range is {apart} um off the truth, {whole} um off even steps");
     }
+}
+
+/// A plate with a ridge of 1.3 mm along the scan at `x` [mm].
+fn ridged(x: f32) -> Body {
+    let mut mesh = Mesh::default();
+    for (at, size) in
+        [(Vec3::ZERO, Vec3::new(22.0, 10.0, 5.0)), (Vec3::new(x + 11.0, 0.0, 4.0), Vec3::new(1.3, 10.0, 6.0))]
+    {
+        let first = mesh.positions.len() as u32;
+        let corner = |i: u32| at + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size;
+        mesh.positions.extend((0..8).map(corner));
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let corners = |q: [u32; 4]| q.map(|corner| corner + first);
+        mesh.triangles.extend(quads.map(corners).iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]));
+    }
+    let placing = Placing { lead_in_mm: 0.5, ..Placing::from_values(&mut |p| p.default) };
+    Body::Part(Box::new(Part::new(&mesh, &placing, &Material::from_values(&mut |p| p.default))))
+}
+
+/// A narrow ridge in the middle of a tile leaves the speckle of the plate beside it as it is.
+#[test]
+fn a_ridge_leaves_the_speckle_beside_it() {
+    let scene = scene(60);
+    let columns = |body: Body| -> Vec<Vec<u16>> {
+        let (sensor, band) = expose(&scene, body, 40..60);
+        let (mut scratch, mut offsets) = (Scratch::default(), Vec::new());
+        let frame = |profile: usize| {
+            let mut frames = <[Frame; 2]>::default();
+            sensor.row_offsets(profile, &mut offsets);
+            sensor.expose(&band, profile, 0, &offsets, &mut scratch, &mut frames);
+            let [frame, _] = frames;
+            frame.dn.chunks_exact(frame.cols).flat_map(|row| row[12..36].to_vec()).collect()
+        };
+        (40..60).map(frame).collect()
+    };
+    // The middle of tile 0 stands at -5.7 mm; the other ridge is in tile 1.
+    let (within, beyond) = (columns(ridged(-6.4)), columns(ridged(7.0)));
+    assert!(within == beyond, "the plate has another speckle beside the ridge");
+}
+
+/// A point laser goes on by its own steps while the object goes on by uneven ones: Range of a slope, where the spot is, is
+/// what a line reads there in the same profile, with jitter and a shutter that stays open for half a step.
+#[test]
+fn a_stepped_point_keeps_to_the_places_of_the_profiles() {
+    let mut line = scene(120);
+    let bench = &mut line.bench;
+    (bench.speckle.strength, bench.motion.encoder_jitter_um) = (0.0, 20.0);
+    bench.motion.line_rate_hz = 0.5 / (bench.exposure.time_us * 1e-6);
+    let mut point = line.clone();
+    let laser = &mut point.bench.laser;
+    (point.line.shape, laser.power_mw, laser.point_span_mm, laser.point_step_mm) = (Shape::Point, 0.04, 16.0, 0.31);
+    let grey = Medium::opaque(Gloss { matte: 0.5, ..Gloss::NONE });
+    let [line, point] = [line, point].map(|scene| render(&scene, plate(grey.clone(), 10.0, 0.0, SLOPE)));
+    let truth = &line.truth.as_ref().expect("the recipe keeps truth maps").height;
+    let (mut apart, mut off) = (Vec::new(), Vec::new());
+    for profile in 0..line.rows {
+        let at = profile * line.cols..(profile + 1) * line.cols;
+        let light = &point.maps.reflectance[at.clone()];
+        let sum = |of: &dyn Fn(usize) -> f64| (0..line.cols).map(|c| of(c) * f64::from(light[c])).sum::<f64>();
+        let spot = (sum(&|c| c as f64) / sum(&|_| 1.0)).round() as usize;
+        let steps = 0.31 * profile as f64;
+        let x = (steps - 16.0 * ((steps + 8.0) / 16.0).floor()) * (1.0 - 10.0 / 400.0);
+        assert!((spot as f64 - 127.5 - x / line.col_mm).abs() < 2.5, "profile {profile}: column {spot}, {x} mm");
+        let place = at.start + spot;
+        apart.push(1000.0 * f64::from(point.maps.range[place] - line.maps.range[place]));
+        off.push(1000.0 * f64::from(line.maps.range[place] - truth[place]));
+    }
+    // What the shutter takes in: a quarter of a step behind the profile's own place.
+    let (behind, _) = moments(off.iter().copied());
+    assert!((behind / (250.0 * 0.068 * f64::from(SLOPE)) - 1.0).abs() < 0.4, "{behind} um behind");
+    // Rounding to 1/16 row is 14 um; jitter of 20 um on the slope is 12 um.
+    let (mean, sd) = moments(apart.iter().copied());
+    assert!(mean.abs() < 4.0 && sd < 14.0, "{mean} um apart, spread {sd} um");
 }

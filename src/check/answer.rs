@@ -22,7 +22,7 @@ pub fn guess(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
     }
     if let [one] = scores {
         let p = match output {
-            Output::Logits => 1.0 / (1.0 + (-f64::from(*one)).exp()),
+            Output::Logits => 1.0 / (1.0 + libm::exp(-f64::from(*one))),
             Output::Probabilities => f64::from(*one).clamp(0.0, 1.0),
         };
         // At a half the first class is taken, as of two equal numbers.
@@ -36,7 +36,7 @@ pub fn guess(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
     }
     let top = f64::from(scores[best]);
     let confidence = match output {
-        Output::Logits => 1.0 / scores.iter().map(|score| (f64::from(*score) - top).exp()).sum::<f64>(),
+        Output::Logits => 1.0 / scores.iter().map(|score| libm::exp(f64::from(*score) - top)).sum::<f64>(),
         Output::Probabilities => top.clamp(0.0, 1.0),
     };
     Ok((best, confidence))

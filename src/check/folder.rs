@@ -132,7 +132,9 @@ impl Folder {
         step: usize,
     ) -> Result<impl Iterator<Item = Result<RecordBatch, CheckError>> + 'a, CheckError> {
         let wanted = |name: &str| {
-            ["index", "cols", "rows", "range_offset_mm", "range_scale_mm"].contains(&name)
+            ["index", "cols", "rows"].contains(&name)
+                || name.starts_with("range_offset_")
+                || name.starts_with("range_scale_")
                 || names.iter().any(|n| n == name)
         };
         let rows = guarded(&table.path, || reader(&table.path, &wanted, step))?;
@@ -271,11 +273,15 @@ fn png_plane(row: &RecordBatch, name: &str) -> Result<Plane, String> {
     let bytes = bytes.column_by_name("bytes").and_then(|bytes| bytes.as_binary_opt::<i32>());
     let bytes = bytes.filter(|bytes| bytes.is_valid(0)).ok_or_else(|| format!("`{name}` is empty"))?;
     let (_, _, grey) = read_png(bytes.value(0)).map_err(|e| format!("`{name}`: {e}"))?;
-    let float = |name: &str| number::<Float64Type>(row, name);
+    // In millimetres or in sensor rows, whichever the dataset has.
+    let float = |what: &str| {
+        let unit = if row.column_by_name("range_offset_px").is_some() { "px" } else { "mm" };
+        number::<Float64Type>(row, &format!("range_{what}_{unit}"))
+    };
     Ok(match grey {
         Grey::Eight(pixels) => Plane::Eight(pixels),
         Grey::Sixteen(pixels) if name == "range" => {
-            Plane::Sixteen { pixels, offset: float("range_offset_mm")?, scale: float("range_scale_mm")? }
+            Plane::Sixteen { pixels, offset: float("offset")?, scale: float("scale")? }
         }
         Grey::Sixteen(pixels) => Plane::Sixteen { pixels, offset: 0.0, scale: 1.0 },
     })

@@ -246,7 +246,7 @@ impl Report {
 /// A number with four digits.
 fn short(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
-        let digits = (3 - value.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
+        let digits = (3 - libm::log10(value.abs().max(1e-3)).floor() as i32).clamp(0, 6) as usize;
         format!("{value:.digits$}")
     } else {
         format!("{value:.3e}")

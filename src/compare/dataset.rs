@@ -130,15 +130,22 @@ fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Fram
             found => Ok(found.map(|(_, _, numbers)| numbers.into_iter().map(|n| to_eight * f32::from(n)).collect())),
         }
     };
-    let first = batch.column_by_name("calibration").and_then(|column| column.as_struct_opt());
-    let first = first.and_then(|column| column.column_by_name("x_first_mm")).filter(|column| !column.is_null(0));
-    let first = first.and_then(|column| column.as_primitive_opt::<Float64Type>()).map(|column| column.value(0));
+    let calibration = batch.column_by_name("calibration").and_then(|column| column.as_struct_opt());
+    let of_rig = |name: &str| {
+        let column = calibration.and_then(|column| column.column_by_name(name)).filter(|column| !column.is_null(0));
+        column.and_then(|column| column.as_primitive_opt::<Float64Type>()).map(|column| column.value(0))
+    };
+    let col_mm = number("col_mm")?;
+    // On sensor columns the optical axis stands at x = 0; a written column is the middle of those that it averages.
+    let binned = head.images.sensor_cols as f64 / cols.max(1) as f64;
+    let on_columns = |centre: f64| (0.5 * (binned - 1.0) - centre) * col_mm / binned;
+    let first = of_rig("x_first_mm").or_else(|| of_rig("centre_col_px").map(on_columns));
     Ok(Frame {
         cols,
         rows,
         unit: if unit == "px" { Unit::Px { sensor_rows: head.images.sensor_rows as u32 } } else { Unit::Mm },
         first_mm: first,
-        col_mm: Some(number("col_mm")?),
+        col_mm: Some(col_mm),
         row_mm: Some(number("row_mm")?),
         range: steps.iter().map(height).collect(),
         reflectance: map("reflectance")?,

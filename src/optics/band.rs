@@ -10,6 +10,8 @@ use crate::specimen::Specimen;
 pub struct Band {
     /// Profiles that can be exposed.
     pub profiles: std::ops::Range<usize>,
+    /// How often its rows were made.
+    pub(super) made: usize,
     /// Rows before the first profile.
     pub(super) halo: usize,
     pub(super) rows: Vec<Row>,
@@ -73,7 +75,7 @@ impl Sensor {
     /// Works out the light at every position that `profiles` look at, in the room of a band that is no longer needed.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
         let [before, behind] = self.halo();
-        (band.halo, band.profiles) = (before, profiles);
+        (band.halo, band.profiles, band.made) = (before, profiles, band.made + 1);
         band.rows.resize_with(band.profiles.len() + before + behind, Row::default);
         let mut scratch = RowScratch::new(self.size.columns);
         for (place, row) in band.rows.iter_mut().enumerate() {

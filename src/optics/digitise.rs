@@ -7,6 +7,7 @@ use multiversion::multiversion;
 
 use super::expose::{CENTRE, ROWS, Window};
 use super::overflow::Charge;
+use super::pixels::{ALIKE, Codes, Runs, Steps};
 use super::sensor::Chain;
 use super::{Sensor, TILE};
 use crate::frame::Frame;
@@ -81,23 +82,18 @@ pub fn digitise(
         (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), sensor)));
         return;
     }
+    let runs = Runs::new(&window.first_row);
     for pair in 0..ROWS / 2 {
-        let mut own = pair_of(pair);
-        let mut response = [[1.0; TILE]; 2];
-        if let Some(pixels) = &chain.pixels {
-            for (row, k) in rows_of(pair).into_iter().enumerate() {
-                let (responds, shifts) = pixels.line(tile, &window.first_row, k);
-                response[row] = responds;
-                own.shades[row].iter_mut().zip(shifts).for_each(|(shade, shift)| *shade += shift);
-            }
-        }
-        let [level, noisy] = develop(&own, &response, sensor);
+        let own = pair_of(pair);
+        let codes = rows_of(pair).map(|k| chain.pixels.as_ref().map_or(ALIKE, |pixels| pixels.line(tile, &runs, k)));
         if chain.blooming == 0.0 {
-            out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
-        } else {
-            for (row, k) in rows_of(pair).into_iter().enumerate() {
-                (charge.level[k], charge.noisy[k], charge.offset[k]) = (level[row], noisy[row], own.shades[row]);
-            }
+            out(&mut frame.dn, pair, unlike(&own, &codes, sensor));
+            continue;
+        }
+        let developed = develop(&own, &codes, sensor);
+        for (row, k) in rows_of(pair).into_iter().enumerate() {
+            (charge.level[k], charge.noisy[k], charge.offset[k]) =
+                (developed[0][row], developed[1][row], developed[2][row]);
         }
     }
     if chain.blooming > 0.0 {
@@ -143,15 +139,24 @@ impl PairOfRows<'_> {
         surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + self.ambient[row][c]
     }
 
-    /// Digital numbers of what is read and what of it makes photon noise [DN over dark].
+    /// Level, the part of it that makes photon noise, and offset of a pixel [DN over dark, DN, DN].
     #[inline(always)]
-    fn numbers(&self, chain: &Chain, signal: impl Fn(usize, usize) -> (f32, f32)) -> Rows<u16> {
+    fn developed(&self, codes: &[Codes; 2], steps: Steps, sensor: &Sensor, row: usize, c: usize) -> [f32; 3] {
+        let (response, shift) = steps.shown(&codes[row], c);
+        let light = self.light(sensor.speckle.scale(), row, c);
+        let (level, noisy) = sensor.chain.slopes.bend((sensor.chain.gain * response * light).max(0.0));
+        [level, noisy, self.shades[row][c] + shift]
+    }
+
+    /// Digital numbers of level, noisy part and offset.
+    #[inline(always)]
+    fn numbers(&self, chain: &Chain, developed: impl Fn(usize, usize) -> [f32; 3]) -> Rows<u16> {
         let mut out = [[0u16; TILE]; 2];
         for c in 0..TILE {
             let (first, second) = normals(self.counter + c as u32, self.keys);
             for (row, normal) in [first, second].into_iter().enumerate() {
-                let (level, noisy) = signal(row, c);
-                out[row][c] = chain.digitise(level, noisy, normal, self.shades[row][c]);
+                let [level, noisy, offset] = developed(row, c);
+                out[row][c] = chain.digitise(level, noisy, normal, offset);
             }
         }
         out
@@ -163,25 +168,31 @@ impl PairOfRows<'_> {
 fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> Rows<u16> {
     pixels.numbers(&sensor.chain, |row, c| {
         let signal = (sensor.chain.gain * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
-        (signal, signal)
+        [signal, signal, pixels.shades[row][c]]
     })
 }
 
-/// What both rows read, and what of it makes photon noise, where pixels have a response of their own [DN over dark].
+/// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn develop(pixels: &PairOfRows<'_>, response: &Rows<f32>, sensor: &Sensor) -> [Rows<f32>; 2] {
-    let (chain, mut out) = (&sensor.chain, [[[0.0; TILE]; 2]; 2]);
+fn unlike(pixels: &PairOfRows<'_>, codes: &[Codes; 2], sensor: &Sensor) -> Rows<u16> {
+    let steps = sensor.chain.steps();
+    pixels.numbers(&sensor.chain, |row, c| pixels.developed(codes, steps, sensor, row, c))
+}
+
+/// The same without noise, for charge to overflow.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn develop(pixels: &PairOfRows<'_>, codes: &[Codes; 2], sensor: &Sensor) -> [Rows<f32>; 3] {
+    let (steps, mut out) = (sensor.chain.steps(), [[[0.0; TILE]; 2]; 3]);
     for row in 0..2 {
         for c in 0..TILE {
-            let signal = (chain.gain * response[row][c] * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
-            (out[0][row][c], out[1][row][c]) = chain.slopes.bend(signal);
+            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, sensor, row, c);
         }
     }
     out
 }
 
-/// The noise of what was developed.
+/// The noise of what has overflown.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn read(pixels: &PairOfRows<'_>, [level, noisy]: [&Rows<f32>; 2], chain: &Chain) -> Rows<u16> {
-    pixels.numbers(chain, |row, c| (level[row][c], noisy[row][c]))
+    pixels.numbers(chain, |row, c| [level[row][c], noisy[row][c], pixels.shades[row][c]])
 }

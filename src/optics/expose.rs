@@ -184,7 +184,7 @@ pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &Line<'_
             wide[c] += sigma * sigma;
             place[c] -= shift[c];
         }
-        let exit = |k: usize| load(&neighbours[k].exit[j], start);
+        let exit = |k: usize| neighbours[k].leaves(j, start, k > CENTRE);
         match line.section {
             None => one(&place, &wide, source, exit, own.disc_of(start), &mut window.volume),
             Some(section) => {

@@ -34,6 +34,7 @@ pub fn row(own: Range<usize>, camera: &Camera, spread: &SpreadRow, albedo: &mut 
 /// Adds it to the windows of a tile.
 pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
     if !sensor.camera.has_ambient() {
+        scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
         return;
     }
     let start = tile * TILE;

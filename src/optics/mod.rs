@@ -53,7 +53,7 @@ use self::speckle::anchor::{Ground, Speckle};
 use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
-use crate::specimen::turned::Turn;
+use crate::specimen::{Hit, turned::Turn};
 use crate::transport::fresnel;
 
 pub use self::band::Band;
@@ -221,8 +221,8 @@ impl Sensor {
         frames: &mut [Frame; 2],
     ) {
         expose::window(self, band, profile, tile, scratch);
-        let middle = &band.row(profile).hits[tile * TILE + scratch.columns / 2];
-        let place = [f64::from(middle.x), f64::from(middle.surface.z)];
+        let hits = &band.row(profile).hits[tile * TILE..][..scratch.columns];
+        let place = [hits[scratch.columns / 2].x, usual_height(hits)].map(f64::from);
         // Speckle moves as far as the object does here.
         let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
         let shot = Shot { profile, tile, columns: scratch.columns, place, way, offsets };
@@ -231,4 +231,19 @@ impl Sensor {
             digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
         }
     }
+}
+
+/// Median height of every fourth column of a tile, of those that laser and lens reach where there are some [mm]; a narrow
+/// ridge in the middle of a tile does not change what the rest of it sees.
+fn usual_height(hits: &[Hit]) -> f32 {
+    let (mut heights, mut count) = ([0.0f32; TILE], 0);
+    let reached = |hit: &&Hit| hit.lit && hit.seen;
+    for hit in hits.iter().step_by(4).filter(reached) {
+        heights[count] = hit.surface.z;
+        count += 1;
+    }
+    if count == 0 {
+        return hits[hits.len() / 2].surface.z;
+    }
+    *heights[..count].select_nth_unstable_by(count / 2, f32::total_cmp).1
 }

@@ -22,7 +22,7 @@ use super::{Band, Sensor, TILE};
 /// The light of a profile to come.
 #[derive(Debug, Clone, Default)]
 pub struct Ahead {
-    /// Whose light it is: sensor, rows of the band, its first profile, profile and tile.
+    /// Whose light it is: sensor, rows of the band, how often they were made, profile and tile.
     of: Option<[usize; 5]>,
     light: Scratch,
 }
@@ -31,7 +31,7 @@ pub struct Ahead {
 pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
     let name = |profile: usize| {
         let (sensor, rows) = (std::ptr::from_ref(sensor).addr(), band.rows.as_ptr().addr());
-        Some([sensor, rows, band.profiles.start, profile, tile])
+        Some([sensor, rows, band.made, profile, tile])
     };
     let mut ahead = scratch.ahead.take().unwrap_or_default();
     if ahead.of == name(profile) {

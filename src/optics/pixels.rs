@@ -20,18 +20,61 @@ const DEFECT: i8 = i8::MIN;
 /// What an always full pixel adds [DN], far above any converter's end.
 const FULL: f32 = 1e6;
 
+/// Most runs of columns that are copied whole; more are looked up column by column.
+const COPIED: usize = 12;
+
 /// The pixels of one sensor.
 #[derive(Debug, Clone)]
 pub struct Pixels {
-    /// Steps of response and of offset, `[tiles][rows][TILE]`.
-    codes: Vec<[i8; 2]>,
+    /// Steps of response and of offset, `[tiles][rows]`.
+    codes: Vec<Codes>,
     rows: usize,
-    /// A step of response [1], a step of offset [DN].
-    steps: [f32; 2],
+    /// What a step is.
+    pub steps: Steps,
 }
 
-/// Response [1] and offset [DN] of a row of a tile.
-pub type Line = ([f32; TILE], [f32; TILE]);
+/// Steps of response and of offset in a row of a tile.
+pub type Codes = [[i8; TILE]; 2];
+
+/// Pixels that are all alike.
+pub const ALIKE: Codes = [[0; TILE]; 2];
+
+/// A step of response [1], a step of offset [DN].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Steps([f32; 2]);
+
+impl Steps {
+    /// Response [1] and offset [DN] of column `c` of a tile's row.
+    #[inline(always)]
+    pub fn shown(self, codes: &Codes, c: usize) -> (f32, f32) {
+        let [response, offset] = [codes[0][c], codes[1][c]];
+        let responds = (1.0 + self.0[0] * f32::from(response)).max(0.0);
+        let shifts = self.0[1] * f32::from(offset);
+        (if response == DEFECT { 0.0 } else { responds }, if offset == DEFECT { FULL } else { shifts })
+    }
+}
+
+/// Neighbouring columns of a tile whose windows begin in the same row of the sensor.
+#[derive(Debug)]
+pub struct Runs {
+    /// First column and first row of each, one more at the end.
+    starts: [(usize, i32); TILE + 1],
+    count: usize,
+}
+
+impl Runs {
+    /// Of windows that begin at `first_row` in each column.
+    pub fn new(first_row: &[i32; TILE]) -> Self {
+        let (mut starts, mut count) = ([(TILE, 0); TILE + 1], 0);
+        for c in 0..TILE {
+            if c == 0 || first_row[c] != first_row[c - 1] {
+                starts[count] = (c, first_row[c]);
+                count += 1;
+            }
+        }
+        Self { starts, count }
+    }
+}
 
 impl Pixels {
     /// The pixels of a sensor of `size` whose numbers are `scale` times those of 8 bits; `None` where all are alike.
@@ -50,53 +93,50 @@ impl Pixels {
         let response = if exposure.prnu > 0.0 { STEPS as f32 } else { 0.0 };
         let half = (0.5 * exposure.defect_share * f64::from(u32::MAX)) as u32;
         let code = |steps: f32| steps.round().clamp(-127.0, 127.0) as i8;
-        let mut codes = Vec::with_capacity(size.columns.div_ceil(TILE) * TILE * size.rows);
+        let mut codes = Vec::with_capacity(size.columns.div_ceil(TILE) * size.rows);
         for tile in 0..size.columns.div_ceil(TILE) {
             let first = (tile * TILE) as u32;
             let columns: [f32; TILE] = std::array::from_fn(|c| parts[1] * normals(first + c as u32, column).0);
             for row in 0..size.rows as u32 {
-                for (c, own) in (first..).zip(&columns) {
-                    let counter = row << 14 | c;
+                let mut line = ALIKE;
+                for (c, own) in columns.iter().enumerate() {
+                    let counter = row << 14 | (first + c as u32);
                     let (a, b) = normals(counter, pixel);
                     let drawn = hash(counter ^ defect);
-                    codes.push([
-                        if drawn < half { DEFECT } else { code(response * a) },
-                        if drawn > u32::MAX - half { DEFECT } else { code(parts[0] * b + own) },
-                    ]);
+                    line[0][c] = if drawn < half { DEFECT } else { code(response * a) };
+                    line[1][c] = if drawn > u32::MAX - half { DEFECT } else { code(parts[0] * b + own) };
                 }
+                codes.push(line);
             }
         }
-        let steps = [exposure.prnu / STEPS, offset * scale / STEPS].map(|step| step as f32);
+        let steps = Steps([exposure.prnu / STEPS, offset * scale / STEPS].map(|step| step as f32));
         Some(Self { codes, rows: size.rows, steps })
     }
 
-    /// One pixel; rows beyond the edge take the edge's.
-    #[inline(always)]
-    fn code(&self, tile: usize, row: i32, c: usize) -> [i8; 2] {
-        let row = row.clamp(0, self.rows as i32 - 1) as usize;
-        self.codes[(tile * self.rows + row) * TILE + c]
+    /// A row of a tile; rows beyond the edge take the edge's.
+    fn row(&self, tile: usize, row: i32) -> &Codes {
+        &self.codes[tile * self.rows + row.clamp(0, self.rows as i32 - 1) as usize]
     }
 
-    #[inline(always)]
-    fn shown(&self, [response, offset]: [i8; 2]) -> (f32, f32) {
-        let responds = (1.0 + self.steps[0] * f32::from(response)).max(0.0);
-        let shifts = self.steps[1] * f32::from(offset);
-        (if response == DEFECT { 0.0 } else { responds }, if offset == DEFECT { FULL } else { shifts })
-    }
-
-    /// Row `k` of windows that begin at `first_row` in each column of a tile.
-    #[inline(always)]
-    pub fn line(&self, tile: usize, first_row: &[i32; TILE], k: usize) -> Line {
-        let mut line = ([0.0; TILE], [0.0; TILE]);
-        for c in 0..TILE {
-            (line.0[c], line.1[c]) = self.shown(self.code(tile, first_row[c] + k as i32, c));
+    /// Row `k` of windows in a tile.
+    pub fn line(&self, tile: usize, runs: &Runs, k: usize) -> Codes {
+        let mut line = ALIKE;
+        let starts = &runs.starts[..=runs.count];
+        for (&(start, first_row), &(end, _)) in starts.iter().zip(&starts[1..]) {
+            let [responses, offsets] = self.row(tile, first_row + k as i32);
+            if runs.count <= COPIED {
+                line[0][start..end].copy_from_slice(&responses[start..end]);
+                line[1][start..end].copy_from_slice(&offsets[start..end]);
+            } else {
+                (start..end).for_each(|c| (line[0][c], line[1][c]) = (responses[c], offsets[c]));
+            }
         }
         line
     }
 
     /// Response [1] and offset [DN] of the pixel in a row and column of the sensor.
     pub fn at(&self, row: usize, column: usize) -> (f32, f32) {
-        self.shown(self.code(column / TILE, row as i32, column % TILE))
+        self.steps.shown(self.row(column / TILE, row as i32), column % TILE)
     }
 }
 
@@ -149,13 +189,19 @@ mod tests {
     #[test]
     fn windows_lie_on_the_sensor() {
         let pixels = pixels(|e| (e.prnu, e.dsnu_dn, e.column_pattern_dn) = (0.01, 0.25, 0.1)).expect("pixels differ");
-        let first: [i32; TILE] = std::array::from_fn(|c| c as i32 - 20);
-        let (response, offset) = pixels.line(2, &first, 30);
-        for c in 0..TILE {
-            let row = (first[c] + 30).clamp(0, SIZE.rows as i32 - 1) as usize;
-            assert_eq!((response[c], offset[c]), pixels.at(row, 2 * TILE + c), "column {c}");
+        let line = |tile: usize, first: &[i32; TILE], k: usize| {
+            let codes = pixels.line(tile, &Runs::new(first), k);
+            std::array::from_fn::<_, TILE, _>(|c| pixels.steps.shown(&codes, c))
+        };
+        // A slope, a step, and a level line.
+        for first in [|c| c as i32 - 20, |c| 100 + (c / 50) as i32, |_| 7] {
+            let first: [i32; TILE] = std::array::from_fn(first);
+            for (c, seen) in line(2, &first, 30).into_iter().enumerate() {
+                let row = (first[c] + 30).clamp(0, SIZE.rows as i32 - 1) as usize;
+                assert_eq!(seen, pixels.at(row, 2 * TILE + c), "column {c}");
+            }
         }
-        assert_eq!(pixels.line(0, &[-100; TILE], 3).0[9], pixels.at(0, 9).0);
-        assert_eq!(pixels.line(0, &[1000; TILE], 3).0[9], pixels.at(SIZE.rows - 1, 9).0);
+        assert_eq!(line(0, &[-100; TILE], 3)[9], pixels.at(0, 9));
+        assert_eq!(line(0, &[1000; TILE], 3)[9], pixels.at(SIZE.rows - 1, 9));
     }
 }

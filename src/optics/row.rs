@@ -12,6 +12,7 @@ use procedural::{Class, Gloss, Medium};
 use super::beside::{self, Beside};
 use super::blur::{blur, blur_unlike};
 use super::camera::{Camera, Sight};
+use super::expose::load;
 use super::film::{self, Watch};
 use super::lamps;
 use super::mirror::Lit;
@@ -57,6 +58,9 @@ pub struct Row {
     pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
+    /// The same for light of rows behind this one, which leaves through a front face where this row is bare; `None` where
+    /// that makes no difference.
+    pub faced: Option<Box<[Vec<f32>; BASIS]>>,
     /// Light of lamps and windows in a pixel that looks here; empty where there is none [e-].
     pub ambient: Vec<f32>,
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
@@ -72,16 +76,30 @@ impl Row {
     }
 
     /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, so light
-    /// that would leave beyond the front edge is seen as if the surface went on.
+    /// that would leave before the front edge is seen as if the surface went on. It is kept apart from what leaves here
+    /// otherwise: a hole lets out what comes from behind it, and nothing of what comes from before it.
     pub fn face(&mut self, next: &Row) {
-        for column in 0..self.hits.len() {
-            let bare = self.hits[column].matter.class == Class::Background;
-            if bare && next.exit.iter().any(|exit| exit[column] != 0.0) {
-                for (own, next) in self.exit.iter_mut().zip(&next.exit) {
-                    own[column] = next[column];
-                }
+        let bare = |hit: &Hit| hit.matter.class == Class::Background;
+        let beyond = next.faced.as_deref().unwrap_or(&next.exit);
+        let lets = |column: usize| bare(&self.hits[column]) && beyond.iter().any(|exit| exit[column] != 0.0);
+        if !(0..self.hits.len()).any(lets) {
+            return;
+        }
+        let mut faced = Box::new(self.exit.clone());
+        for column in (0..self.hits.len()).filter(|&column| lets(column)) {
+            for (own, next) in faced.iter_mut().zip(beyond) {
+                own[column] = next[column];
             }
         }
+        self.faced = Some(faced);
+    }
+
+    /// Factors by which width `j` leaves here in the tile that begins at column `start`, for light from `behind` this row
+    /// or from before it [sqrt(1)].
+    #[inline(always)]
+    pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
+        let exit = self.faced.as_deref().filter(|_| behind).unwrap_or(&self.exit);
+        load(&exit[j], start)
     }
 }
 
@@ -154,6 +172,7 @@ impl RowMaker {
         let Watch { specimen, camera, y, .. } = watch;
         let columns = scratch.electrons.len();
         specimen.look(y, &self.columns, self.conveyor, &mut row.hits);
+        row.faced = None;
         let padded = columns.next_multiple_of(TILE);
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
             field.resize(padded, 0.0);

@@ -28,7 +28,7 @@
 use procedural::{Stream, normal};
 
 use super::parameters::Exposure;
-use super::pixels::Pixels;
+use super::pixels::{Pixels, Steps};
 use crate::lanes;
 use crate::settings::{Hdr, Readout, Size};
 
@@ -129,6 +129,11 @@ impl Chain {
         self.pixels.is_none() && self.blooming == 0.0 && self.slopes.knee == f32::INFINITY
     }
 
+    /// What pixels' codes mean.
+    pub fn steps(&self) -> Steps {
+        self.pixels.as_ref().map_or(Steps::default(), |pixels| pixels.steps)
+    }
+
     /// Offsets of every row in exposure `profile`, dark level included [DN].
     pub fn rows(&self, profile: usize, offsets: &mut Vec<f32>) {
         let keys = self.keys("row_noise", profile);
@@ -151,7 +156,9 @@ impl Chain {
     pub fn digitise(&self, level: f32, noisy: f32, normal: f32, offset: f32) -> u16 {
         let noise = (self.read_variance + self.shot * noisy).sqrt() * normal;
         // Rounding to even at halves, as the sum with 1.5 * 2^23 does it; the clamp keeps it in range.
-        let level = (level + noise + offset).clamp(0.0, self.most);
+        // A full pixel reads the greatest number.
+        let level = if level < self.most - self.dark_level { level + noise + offset } else { self.most };
+        let level = level.clamp(0.0, self.most);
         ((level + 12_582_912.0).to_bits() & 0xffff) as u16
     }
 }

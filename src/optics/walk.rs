@@ -138,7 +138,8 @@ fn scattered<'a>(
         for c in 0..TILE {
             let d = phase[c] + k as f32 - CENTRE as f32;
             let v = variance[c].max(LEAST);
-            row[c] += source[c] * exit[c] * 0.398_942_3 / v.sqrt() * exp(-0.5 * d * d / v);
+            let sum = if v < NARROW { on_rows(d, v) } else { 1.0 };
+            row[c] += source[c] * exit[c] * 0.398_942_3 / (v.sqrt() * sum) * exp(-0.5 * d * d / v);
         }
     }
 }

@@ -7,7 +7,7 @@ use super::setting::{Kind, Setting, Value, setting};
 use super::settings::Settings;
 use super::table;
 use super::together::Together;
-use crate::frame::Distortion;
+use crate::frame::{Distortion, image_distance, scheimpflug};
 use crate::settings::Scheimpflug;
 use crate::yaml::walk::{Walk, shown};
 
@@ -70,6 +70,8 @@ pub(super) const TABLE: &[Setting] = &[
 
 /// Time that a sensor needs between two exposures: the real camera's 3 us [us].
 const READOUT_US: f64 = 3.0;
+/// Least rise of the last row's look over the end of the laser plane, of the middle row's [1].
+const LEAST_RISE: f64 = 0.05;
 /// Most strain of a distortion over the sensor's field: neighbouring directions stay apart.
 const MOST_STRAIN: f64 = 0.8;
 
@@ -141,6 +143,7 @@ pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &Together) {
         scene.fault(walk, &own.collect::<Vec<_>>(), problem, "make it smaller, or the field of view");
     }
 
+    below_the_horizon(walk, settings, scene);
     let keys = ["exposure.time_us", "motion.line_rate_hz"];
     let (time, rate) = (scene.most(keys[0]), scene.most(keys[1]));
     if rate > 0.0 && time > 1e6 / rate - READOUT_US {
@@ -150,5 +153,35 @@ pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &Together) {
             1e6 / rate
         );
         scene.fault(walk, &keys, problem, "expose shorter, or lower motion.line_rate_hz");
+    }
+}
+
+/// The last row of the sensor must meet the laser plane below the lens: with the direction y / z = (cos b) s / (v + s sin b)
+/// of a place s on the sensor, sin a + cos a y / z > 0.
+fn below_the_horizon(walk: &mut Walk, settings: &Settings, scene: &Together) {
+    let (optics, size) = (settings.optics(), settings.size());
+    let rows = 0.5 * size.rows as f64 + optics.offset_rows;
+    let place = -rows * scene.most("camera.pixel_um") * 1e-3;
+    let (focal, distance) = (scene.least("camera.focal_length_mm"), scene.most("camera.distance_mm"));
+    let meets = |tilt: f64, turn: f64, sharp: f64| {
+        let (sin, cos) = libm::sincos(turn);
+        let depth = image_distance(focal, sharp) + place * sin;
+        depth > 0.0 && libm::sin(tilt) * (1.0 - LEAST_RISE) + libm::cos(tilt) * place * cos / depth > 0.0
+    };
+    let met = [scene.least("camera.tilt_deg"), scene.most("camera.tilt_deg")].into_iter().all(|tilt| {
+        let tilt = tilt.to_radians();
+        match optics.scheimpflug {
+            Scheimpflug::Solved => meets(tilt, scheimpflug(focal, distance, tilt), distance),
+            Scheimpflug::Given => [scene.least("camera.sensor_tilt_deg"), scene.most("camera.sensor_tilt_deg")]
+                .into_iter()
+                .all(|turn| meets(tilt, turn.to_radians(), scene.most("camera.focus_distance_mm"))),
+        }
+    });
+    if !met {
+        let keys =
+            ["camera.tilt_deg", "camera.pixel_um", "camera.focal_length_mm", "camera.rows", "camera.offset_rows"];
+        let problem = "the last row of the sensor looks past the end of the laser plane".to_owned();
+        let remedy = "tilt the camera more, or take fewer camera.rows, a smaller camera.offset_rows or a longer lens";
+        scene.fault(walk, &keys, problem, remedy);
     }
 }

@@ -1,9 +1,11 @@
-//! The laser's settings, and which of its numbers and of the movement's mean anything beside which others.
+//! The laser's settings, and which of its numbers, of the movement's and of a material's mean anything beside which others.
 //!
 //! A number that has no effect under the other keys of a recipe is a fault where a recipe gives it another value than its
 //! default: nothing that is written is passed over in silence.
 
 use std::collections::BTreeMap;
+
+use procedural::Parameter;
 
 use super::dist::Distribution;
 use super::motion;
@@ -43,8 +45,11 @@ pub(super) const TABLE: &[Setting] = &[
     },
 ];
 
-/// Most rows of the scan between two lines.
-const MOST_ROWS: f64 = 2000.0;
+/// Most rows of the scan between two lines: a band of profiles keeps all of them in memory.
+const MOST_ROWS: f64 = 300.0;
+
+/// Reflectance above which facets are taken for metal ([`procedural::Gloss::is_metal`]) [1].
+const LEAST_METAL: f64 = 0.5;
 
 /// Shapes that have a use for a number; all where none is told.
 fn shapes(name: &str) -> &'static [Shape] {
@@ -72,6 +77,7 @@ fn amount(name: &str) -> Option<&'static str> {
         "streak_width_um" | "streak_length_mm" | "streak_share" => "streaks_per_mm",
         "glint_gain" | "glint_length_mm" => "glints_per_mm",
         "wow_period_mm" => "motion.wow_um",
+        "fibre_azimuth_deg" | "fibre_dive_deg" => "material.k_per_mm",
         _ => return None,
     })
 }
@@ -80,7 +86,7 @@ fn amount(name: &str) -> Option<&'static str> {
 const UNKNOWN: [&str; 7] =
     ["second_line_mm", "smile_um", "smile_cubic_um", "lobe_share", "skirt_share", "width_jitter", "streaks_per_mm"];
 
-/// Notes numbers of laser and movement that have no effect, at the top level and in each class.
+/// Notes numbers of laser, movement and material that have no effect, at the top level and in each class.
 pub(super) fn idle(
     walk: &mut Walk,
     subject: Option<Subject>,
@@ -96,7 +102,8 @@ pub(super) fn idle(
         .zip(&prefixes)
         .map(|(class, prefix)| Together { prefix, base, overrides: &class.overrides })
         .collect();
-    for parameter in table::parameters(subject).filter(|parameter| matches!(parameter.group, "laser" | "motion")) {
+    let judged = |parameter: &&Parameter| matches!(parameter.group, "laser" | "motion" | "material");
+    for parameter in table::parameters(subject).filter(judged) {
         let path = parameter.path();
         let usual = Distribution::Fixed(parameter.default);
         let why = |scene: &Together| why(parameter.name, subject, settings, scene);
@@ -132,13 +139,22 @@ fn why(name: &str, subject: Option<Subject>, settings: &Settings, scene: &Togeth
         let remedy = "it is for `fan: powell`: give that, or remove it".to_owned();
         return Some((format!("has no effect on `fan: {fan}`"), remedy));
     }
+    let solid = matches!(subject, Some(Subject::Sawtooth | Subject::Mesh));
+    let dull = || scene.most("material.gloss") == 0.0 || scene.most("material.reflectance") <= LEAST_METAL;
     let strange = match (name, subject) {
-        ("glints_per_mm", Some(Subject::Wood)) => Some("boards have no metal"),
-        ("streaks_per_mm", Some(Subject::Blister)) => Some("packs have no fibres"),
+        ("glints_per_mm", Some(Subject::Wood)) => Some(("boards have no metal", "remove it")),
+        ("streaks_per_mm", Some(Subject::Blister)) => Some(("packs have no fibres", "remove it")),
+        ("glints_per_mm", _) if solid && dull() => Some((
+            "the material has no facets of metal",
+            "give `material.gloss` above 0 and `material.reflectance` above 0.5, or remove it",
+        )),
+        ("streaks_per_mm", _) if solid && scene.most("material.k_per_mm") == 0.0 => {
+            Some(("the material has no fibres", "give `material.k_per_mm` above 0, or remove it"))
+        }
         _ => None,
     };
-    if let Some(strange) = strange {
-        return Some((format!("has no effect: {strange}"), "remove it".to_owned()));
+    if let Some((strange, remedy)) = strange {
+        return Some((format!("has no effect: {strange}"), remedy.to_owned()));
     }
     let amount = amount(name)?;
     let path = if amount.contains('.') { amount.to_owned() } else { format!("laser.{amount}") };

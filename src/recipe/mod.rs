@@ -152,6 +152,11 @@ impl Recipe {
         self.subject
     }
 
+    /// Triangles of the part that the recipe names.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        self.mesh.as_deref()
+    }
+
     /// Sizes of the scan.
     pub fn size(&self) -> Size {
         self.settings.size()

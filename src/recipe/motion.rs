@@ -29,6 +29,8 @@ pub(super) const SPECKLE: &[Setting] = &[Setting {
 
 /// Largest share of a step that the periodic error of the place takes [1].
 const STEEPEST: f64 = 0.5;
+/// Most profiles by which an encoder's error may move what the second line lights.
+const MOST_WANDER: f64 = 3.0;
 
 /// Why a number of the movement has no effect under the settings, and what to do.
 pub(super) fn why(name: &str, settings: &Settings) -> Option<(String, String)> {
@@ -71,8 +73,22 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
         scene.fault(walk, &keys, problem, remedy);
     }
     let second = "laser.second_line_mm";
-    if settings.way() == Way::Turntable && (scene.least(second) != 0.0 || scene.most(second) != 0.0) {
-        let problem = "a second line would light places that the turntable brings elsewhere".to_owned();
-        scene.fault(walk, &[second], problem, "remove it, or give `motion.kind: linear`");
+    let drawn = |key: &str| scene.least(key) != 0.0 || scene.most(key) != 0.0;
+    if settings.way() == Way::Turntable {
+        for (key, problem) in [
+            (second, "a second line would light places that the turntable brings elsewhere"),
+            ("laser.streaks_per_mm", "fibres that shine would not turn with the object"),
+            ("laser.glints_per_mm", "facets that shine would not turn with the object"),
+        ] {
+            if drawn(key) {
+                scene.fault(walk, &[key], problem.to_owned(), "remove it, or give `motion.kind: linear`");
+            }
+        }
+    }
+    let wander = 2e-3 * wow / scene.least("motion.step_mm");
+    if drawn(second) && wander > MOST_WANDER {
+        let problem = format!("the wheel's error moves what the second line lights by {wander:.0} profiles");
+        let remedy = "at most 3: lower wow_um, or raise step_mm";
+        scene.fault(walk, &[keys[0], second, "motion.step_mm"], problem, remedy);
     }
 }

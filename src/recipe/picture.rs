@@ -7,7 +7,7 @@ use image::{ImageFormat, ImageReader, Limits};
 use crate::settings::Picture;
 
 /// Most rows and most columns [px].
-pub(super) const MOST: u32 = 8192;
+pub(super) const MOST: u32 = 2048;
 
 /// The light of a PNG, or what is wrong with it; colours count by their luminance.
 pub(super) fn read(bytes: &[u8]) -> Result<Picture, String> {

@@ -25,6 +25,9 @@ const BEHIND_MM: f32 = 0.001;
 const STRAIGHT_MM: f32 = 0.0005;
 /// How far above and below a bent line is followed by its tangent [mm].
 const NEAR_MM: f32 = 0.5;
+/// How far beside the laser plane columns look: a ray that runs exactly along an edge between two triangles misses both,
+/// and parts have edges at round places [mm].
+const ASIDE_MM: f32 = 1e-4;
 /// Surfaces that a column looks through at most, one behind the other.
 const MOST_SURFACES: usize = 64;
 
@@ -36,7 +39,7 @@ impl Specimen {
             return None;
         }
         let (x, lean) = (line.at(chord.z), line.lean(chord.z));
-        let at = |z: f32| pose.into_body(Vec3::new(x + lean * (z - chord.z), 0.0, z));
+        let at = |z: f32| pose.into_body(Vec3::new(x + lean * (z - chord.z), ASIDE_MM, z));
         let (from, to) = (at(chord.z + NEAR_MM), at(chord.z - NEAR_MM));
         let (far, normal) = self.rays.meet(from, to, 0.0)?;
         Some((from + (to - from).normalize() * far, normal))
@@ -57,7 +60,7 @@ impl Specimen {
         let [fan, lens] = [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|from| pose.into_body(from));
         for column in 0..columns.len() {
             let line = columns.of(column);
-            let at = |z: f32| pose.into_body(Vec3::new(line.at(z), 0.0, z));
+            let at = |z: f32| pose.into_body(Vec3::new(line.at(z), ASIDE_MM, z));
             let (from, to) = (at(sky), at(ground));
             let (least, most) = (from.min(to), from.max(to));
             let beside = most.x < low.x || least.x > high.x || most.y < low.y || least.y > high.y;

@@ -37,9 +37,10 @@ pub(super) struct Pose {
 }
 
 impl Turn {
-    /// Way of the point at `x` [mm] of the line, along the motion, over that at the radius [1].
+    /// Way that the object goes at `x` [mm] of the line, against the scan's y as on a straight way, over that at the
+    /// radius: right of the axis it goes along y [1].
     pub fn share(&self, x: f64) -> f64 {
-        (x - self.axis[0]) / self.radius
+        (self.axis[0] - x) / self.radius
     }
 
     fn pose(&self, way: f64) -> Pose {

@@ -186,9 +186,18 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut kinds: Vec<(Code, &str)> = Vec::new();
         for code in self.codes() {
-            let faults: Vec<&Fault> = self.faults.iter().filter(|fault| fault.code == code).collect();
-            writeln!(f, "{} ({}): {}", code.name(), faults.len(), code.remedy())?;
+            for fault in self.faults.iter().filter(|fault| fault.code == code) {
+                if !kinds.contains(&(code, fault.remedy)) {
+                    kinds.push((code, fault.remedy));
+                }
+            }
+        }
+        for (code, remedy) in kinds {
+            let faults: Vec<&Fault> =
+                self.faults.iter().filter(|fault| (fault.code, fault.remedy) == (code, remedy)).collect();
+            writeln!(f, "{} ({}): {remedy}", code.name(), faults.len())?;
             for fault in faults.iter().take(PRINTED) {
                 writeln!(f, "  {}: {}", fault.place, fault.what)?;
             }

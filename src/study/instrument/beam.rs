@@ -47,12 +47,19 @@ pub fn rows_per_mm(bench: &Bench, size: &Size, z: f64) -> f64 {
     (row(-1e-3) - row(1e-3)) / 2e-3
 }
 
+/// Variance of the lens's spread of a sharp point, aberrations and the core of Airy's disc (0.42 lambda N') [px^2].
+pub fn lens_variance(bench: &Bench, size: &Size) -> f64 {
+    let (camera, rig) = (&bench.camera, rig(bench, size));
+    let airy = 0.42 * bench.laser.wavelength_nm * 1e-3 * camera.f_number * rig.image_distance / rig.focal_length;
+    (camera.blur_um.powi(2) + airy * airy) / camera.pixel_um.powi(2)
+}
+
 /// Greatest difference between a Gaussian with the pixel's variance in it and one gathered over the pixel's box, over
 /// the peak, in the waist [1].
 pub fn box_error(bench: &Bench) -> f64 {
     let size = Size { columns: 1, rows: 832, profiles: 1 };
     let bare = (0.5 * bench.laser.waist_mm * rows_per_mm(bench, &size, bench.laser.waist_height_mm)).powi(2)
-        + (bench.camera.blur_um / bench.camera.pixel_um).powi(2);
+        + lens_variance(bench, &size);
     let below = |x: f64| super::chance::normal_below(x / bare.sqrt());
     let whole = bare + 1.0 / 12.0;
     let drawn = |x: f64| libm::exp(-0.5 * x * x / whole) / (2.0 * PI * whole).sqrt();

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde_json::json;
 
-use super::beam::{box_error, electrons, half_width, rows_per_mm};
+use super::beam::{box_error, electrons, half_width, lens_variance, rows_per_mm};
 use super::laser_line::{BIN, beam, bins, gaussian, half_light, line, mean_line};
 use super::laser_page::draw;
 use super::setup::{BARE, bare, expose_to, plate, scene, shine, stream};
@@ -155,8 +155,7 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
         let (mut scene, body) = at_height(z, tiles);
         scene.stream = own.child("height").index(i as u64);
         let [all, _, sigma] = gaussian(&mean_line(&line(&scene, &body, tiles)));
-        let camera = &scene.bench.camera;
-        let lens = (camera.blur_um / camera.pixel_um).powi(2) + 1.0 / 12.0;
+        let lens = lens_variance(&scene.bench, &scene.size) + 1.0 / 12.0;
         width.push(2.0 * (sigma * sigma - lens).max(0.0).sqrt() / rows_per_mm(&scene.bench, &scene.size, z));
         light.push(all / scene.bench.exposure.time_us);
     }

@@ -20,6 +20,7 @@ pub mod pattern;
 pub mod sensor;
 mod sensor_page;
 mod setup;
+mod slopes;
 pub mod speckle;
 mod speckle_look;
 mod speckle_page;

@@ -10,7 +10,8 @@
 //! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
 //! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
 //! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
-//! of a clipped normal. Neglected: nothing that the model has; what it has not (PRNU, DSNU, dark current) is not here.
+//! of a clipped normal. Modes with a second slope are shown by [`super::slopes`]. Pixels are alike here: what stays with
+//! them is no noise in time, and tests/sensor_chain.rs holds it.
 
 use std::f64::consts::PI;
 
@@ -19,6 +20,7 @@ use rustfft::num_complex::Complex64;
 use serde_json::json;
 
 use super::setup::{BARE, Look, bare, gain, scene, stream};
+use super::slopes::{self, Mode};
 use super::{Figure, Trials, chance, document, each, moments, repeat, sensor_page, table};
 use crate::optics::CENTRE;
 use crate::optics::speckle::Tiles;
@@ -69,6 +71,8 @@ pub(super) struct Seen {
     pub spectra: [Vec<f64>; 2],
     /// A dark frame with rows, and one without; `[rows, COLUMNS]`.
     pub frames: [Vec<u16>; 2],
+    /// With one slope and with two.
+    pub modes: Vec<Mode>,
 }
 
 /// Makes the study.
@@ -81,15 +85,16 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
     let mut json = document("sensor", trials, &figures);
     let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| json!({ "electrons_e": electrons, "mean_dn": mean, "variance_dn2": variance });
     json["levels"] = seen.levels.iter().map(level).collect();
+    json["slopes"] = slopes::document(&seen.modes);
     json["spectrum_with_rows_dn2"] = json!(seen.spectra[0]);
     json["spectrum_without_rows_dn2"] = json!(seen.spectra[1]);
     Report { picture: sensor_page::draw(&seen, &table), table, json }
 }
 
 /// The patch: a scene whose exposure time fills the pixels, and electrons of the patch then [e-].
-struct Full {
-    scene: Scene,
-    electrons: f64,
+pub(super) struct Full {
+    pub scene: Scene,
+    pub electrons: f64,
 }
 
 fn full(tiles: &Tiles) -> Full {
@@ -109,7 +114,7 @@ fn found(trials: Trials, one: u64, full: &Full, tiles: &Tiles) -> Found {
         // Profiles of their own have noise of their own, over the same fixed pattern.
         scene.stream = own.child("levels");
         scene.bench.exposure.time_us = share(i) * full.scene.bench.exposure.time_us;
-        patch(&scene, BARE + i * EXPOSURES, tiles)
+        patch(&scene, BARE + i * EXPOSURES, EXPOSURES, tiles)
     };
     let dark = |rows: bool| {
         let mut scene = full.scene.clone();
@@ -125,8 +130,8 @@ fn share(level: usize) -> f64 {
 }
 
 /// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
-fn patch(scene: &Scene, first: usize, tiles: &Tiles) -> [f64; 2] {
-    let profiles = first..first + EXPOSURES;
+pub(super) fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles) -> [f64; 2] {
+    let profiles = first..first + exposures;
     let look = Look::at(scene, bare(), tiles, profiles.clone());
     let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
     let pixels = ROWS.start * COLUMNS..ROWS.end * COLUMNS;
@@ -255,6 +260,7 @@ fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<
         gain: figures[0].measured,
         spectra,
         frames,
+        modes: slopes::modes(full, tiles),
         scene: full.scene.clone(),
     };
     (figures, seen)

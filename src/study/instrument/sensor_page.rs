@@ -2,10 +2,10 @@
 
 use image::{Rgb, RgbImage};
 
-use super::page::{BLUE, CHART, GREY, ORANGE, chart, corner, curve, legend, marks, page};
+use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
 use super::sensor::Seen;
 use super::setup::gain;
-use crate::drawing::INK;
+use crate::drawing::{INK, Page};
 use crate::study::chart::Axis;
 
 /// Side of a cut of a dark frame [px], and pixels of the page for each of its.
@@ -18,7 +18,7 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
         "The sensor by photon transfer",
         "A white plane under a broad line without speckle, exposed again and again; read off digital numbers alone. Grey: theory.",
     );
-    let mut page = page(2, 2, heading, table);
+    let mut page = page(2, 3, heading, table);
     let (k, dark) = (gain(&seen.scene), exposure.dark_level_dn);
 
     let transfer = chart(
@@ -93,7 +93,28 @@ pub(super) fn draw(seen: &Seen, table: &str) -> RgbImage {
     }
     let words = "mean 11.6, sd 1.09 DN in both";
     page.words_in(x + 20, y + 40 + CUT * ZOOM + 34, words, INK);
+    slopes(&mut page, seen);
     page.0
+}
+
+/// Numbers and noise over light with one slope and with two.
+fn slopes(page: &mut Page, seen: &Seen) {
+    const COLOURS: [Rgb<u8>; 4] = [BLUE, ORANGE, PURPLE, GREEN];
+    let light = || Axis::log("light / light that fills one slope", 0.03, 20.0);
+    for (place, title, axis) in [
+        (0, "Two slopes: mean less dark", Axis::even("[DN]", 0.0, 260.0)),
+        (1, "Two slopes: variance in time", Axis::even("[DN^2]", 0.0, 4.0)),
+    ] {
+        let theory = seen.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
+        let measured = seen.modes.iter().zip(COLOURS);
+        let measured =
+            measured.map(|(mode, colour)| marks(colour, mode.seen.iter().map(|v| (v[0], v[1 + place], 0.0))));
+        let place = corner(place as u32, 2);
+        chart(title, light(), axis, theory.chain(measured).collect()).draw(page, place, CHART);
+        let names: Vec<_> =
+            COLOURS.into_iter().zip(&seen.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();
+        legend(page, (place.0 + 90, place.1 + 70), &names);
+    }
 }
 
 /// Variance that rows have of their own [DN^2].

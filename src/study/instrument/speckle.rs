@@ -12,7 +12,7 @@
 
 use serde_json::json;
 
-use super::beam::rows_per_mm;
+use super::beam::{lens_variance, rows_per_mm};
 use super::centre::beyond_first_order;
 use super::pattern::{Correlation, Law, boiled, grain_px, pupils};
 use super::setup::stream;
@@ -200,9 +200,8 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
         }
         centre.push(of_waist);
         sum.push(sums);
-        let camera = &bench.camera;
         let laser = 0.5 * waist * rows_per_mm(&bench, &size, 0.0);
-        line_px.push((laser * laser + (camera.blur_um / camera.pixel_um).powi(2) + 1.0 / 12.0).sqrt());
+        line_px.push((laser * laser + lens_variance(&bench, &size) + 1.0 / 12.0).sqrt());
     }
     let profiles = (1..=APART).flat_map(|n| AHEAD.enumerate().map(move |(i, lag)| (n, i, lag)));
     let seen = Seen {
