@@ -42,8 +42,7 @@ pub fn body(scene: &Scene) -> Body {
         Plan::Mesh(placing, material) => {
             // A recipe about meshes has one; a scene made by hand without one lays nothing down.
             let none = Mesh::default();
-            let mesh = scene.mesh.as_deref().unwrap_or(&none);
-            Body::Part(Box::new(solid::Part::new(mesh, placing, material)))
+            Body::Part(Box::new(solid::Part::new(scene.mesh.as_deref().unwrap_or(&none), placing, material)))
         }
     }
 }
@@ -154,8 +153,8 @@ impl Scan {
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
         // The mean of the columns, which a bent lens makes unlike.
-        let width = || rig.along(cols as f64 - 1.0, top) - rig.along(0.0, top);
-        let pitch = grid.map_or_else(|| width() / (cols as f64 - 1.0), |grid| grid.pitch_mm);
+        let mean = || (rig.along(cols as f64 - 1.0, top) - rig.along(0.0, top)) / (cols as f64 - 1.0);
+        let pitch = grid.map_or_else(mean, |grid| grid.pitch_mm);
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
@@ -296,7 +295,7 @@ fn keeps(stack: SensorStack, profile: usize) -> bool {
 /// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
 fn band_profiles(columns: usize, halo: [usize; 2], beside: bool) -> usize {
     let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
-    let row = columns * (std::mem::size_of::<crate::specimen::Hit>() + numbers * std::mem::size_of::<f32>());
-    let rows = BAND_BYTES / rayon::current_num_threads() / row.max(1);
-    rows.saturating_sub(halo.iter().sum()).clamp(BAND_PROFILES.0, BAND_PROFILES.1)
+    let row = columns * (size_of::<crate::specimen::Hit>() + numbers * size_of::<f32>());
+    let rows = (BAND_BYTES / rayon::current_num_threads() / row.max(1)).saturating_sub(halo.iter().sum());
+    rows.clamp(BAND_PROFILES.0, BAND_PROFILES.1)
 }

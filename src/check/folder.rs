@@ -131,12 +131,9 @@ impl Folder {
         names: &'a [String],
         step: usize,
     ) -> Result<impl Iterator<Item = Result<RecordBatch, CheckError>> + 'a, CheckError> {
-        let wanted = |name: &str| {
-            ["index", "cols", "rows"].contains(&name)
-                || name.starts_with("range_offset_")
-                || name.starts_with("range_scale_")
-                || names.iter().any(|n| n == name)
-        };
+        let range = |name: &str| name.starts_with("range_offset_") || name.starts_with("range_scale_");
+        let wanted =
+            |name: &str| ["index", "cols", "rows"].contains(&name) || range(name) || names.iter().any(|n| n == name);
         let rows = guarded(&table.path, || reader(&table.path, &wanted, step))?;
         Ok(rows.map(move |batch| batch.map_err(|what| CheckError::at(&table.path, what, CHECK))))
     }

@@ -13,6 +13,7 @@ pub mod coherence;
 mod digitise;
 mod disc;
 pub mod expose;
+mod face;
 mod field;
 pub mod film;
 mod focus;

@@ -4,7 +4,7 @@ use super::Subject;
 use super::setting::{Kind, Setting, Value};
 use super::settings::Settings;
 use super::together::Together;
-use crate::settings::{SpeckleLaw, Transport, Way};
+use crate::settings::{Shape, SpeckleLaw, Transport, Way};
 use crate::yaml::walk::{Walk, shown};
 
 /// What of the movement is not drawn.
@@ -84,6 +84,11 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
                 scene.fault(walk, &[key], problem.to_owned(), "remove it, or give `motion.kind: linear`");
             }
         }
+    }
+    if settings.fan().1 == Shape::Point && scene.most("motion.line_rate_hz") > 0.0 {
+        let problem = "a stepped point stands still while it is exposed, and so does what it lights".to_owned();
+        let remedy = "give 0, or a laser.profile other than `point`";
+        scene.fault(walk, &["motion.line_rate_hz"], problem, remedy);
     }
     let wander = 2e-3 * wow / scene.least("motion.step_mm");
     if drawn(second) && wander > MOST_WANDER {
