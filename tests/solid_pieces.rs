@@ -93,7 +93,7 @@ fn flanks_are_hidden_where_their_angles_say() {
     scene.bench.laser.power_mw = 150.0;
     // Numbers of 8 bits.
     let gain = 255.0 / scene.bench.exposure.full_well_e;
-    let mut hidden = [0usize; 4];
+    let (mut hidden, mut unread) = ([0usize; 4], 0);
     for (i, rise_share) in [0.0, 0.05, 0.1, 0.15, 0.5, 0.88, 0.92, 0.96, 1.0].into_iter().enumerate() {
         // The fan comes from below the lens and from above it.
         scene.bench.laser.fan_height_mm = if i % 2 == 0 { 300.0 } else { 600.0 };
@@ -124,7 +124,8 @@ fn flanks_are_hidden_where_their_angles_say() {
                     f64::from(row.glare[column]) / (std::f64::consts::TAU * f64::from(row.variance[column])).sqrt();
                 let faint = peak * gain < 1.2 * scene.extraction.threshold_dn;
                 if lit && seen && faint {
-                    assert!(hit.surface.slope_x.abs() > 3.0, "{rise_share}: {peak} e- of {hit:?}");
+                    unread += 1;
+                    assert!(hit.surface.slope_x.abs() > 2.0, "{rise_share}: {peak} e- of {hit:?}");
                 } else {
                     assert_eq!(range.is_nan(), !(lit && seen), "{rise_share}: Range {range} of {hit:?}");
                 }
@@ -132,8 +133,8 @@ fn flanks_are_hidden_where_their_angles_say() {
             }
         }
     }
-    println!("places neither lit nor seen, lit alone, seen alone, both: {hidden:?}");
-    assert!(hidden.iter().all(|&places| places > 20), "{hidden:?}");
+    println!("places neither lit nor seen, lit alone, seen alone, both: {hidden:?}; {unread} too faint");
+    assert!(hidden.iter().all(|&places| places > 20) && 100 * unread < hidden[3], "{hidden:?}, {unread} too faint");
 }
 
 fn piece() -> Piece {

@@ -1,8 +1,8 @@
 //! Surfaces that rise along the line.
 //!
 //! What a column sees of one follows from the plane that the column's ray sweeps over it. With dz = m dx + s dy on the
-//! surface, k = cos(a) + tan(beta) sin(a), d' the lens's distance along its axis less tan(beta) times the height over it, and
-//! q rows per mm of height:
+//! surface, k = cos(a) + tan(beta) sin(a), d' the lens's distance along its axis less tan(beta) times the height over it,
+//! and q rows per mm of height:
 //!
 //! ```text
 //! light        (1 + m tan(theta)) / e,     e = 1 + m x k / d'
@@ -10,10 +10,10 @@
 //! variance     + r^2 (1/12 + blur),        r = m q width of the column / e
 //! ```
 //!
-//! A column is as wide as a pixel and the lens throws light of its neighbours into it; their lines stand r rows away, which
-//! smears the column's own, exactly so in its variance. And it looks along a slant, so that light before and behind the
-//! line's middle comes from other heights. Held by tests/expose_judge_parts.rs. Neglected: distortion of the lens; walls
-//! that end within a column, and what they smear beyond [`MOST_ROWS`].
+//! A column is as wide as a pixel and the lens throws light of its neighbours into it; their lines stand r rows away,
+//! which smears the column's own, exactly so in its variance. And it looks along a slant, so that light before and behind
+//! the line's middle comes from other heights. Held by tests/expose_judge_parts.rs. Neglected: distortion of the lens;
+//! walls that end within a column, and what they smear beyond [`MOST_ROWS`].
 
 use super::{Camera, PIXEL_VARIANCE};
 
