@@ -10,7 +10,7 @@ use sheetlight::frame::Frame;
 use sheetlight::optics::Scratch;
 use sheetlight::recipe::Scene;
 use sheetlight::record::Record;
-use sheetlight::settings::{Shape, SpeckleLaw};
+use sheetlight::settings::SpeckleLaw;
 
 /// A flat metal target in the waist, no noise but rounding; the line is `sigma` rows wide before pixels.
 fn lined(sigma: f64, patterns: f64) -> Scene {
@@ -150,39 +150,4 @@ fn a_ridge_leaves_the_speckle_beside_it() {
     // The middle of tile 0 stands at -5.7 mm; the other ridge is in tile 1.
     let (within, beyond) = (columns(ridged(-6.4)), columns(ridged(7.0)));
     assert!(within == beyond, "the plate has another speckle beside the ridge");
-}
-
-/// A point laser goes on by its own steps while the object goes on by uneven ones: Range of a slope, where the spot is, is
-/// what a line reads there in the same profile, with jitter and a shutter that stays open for half a step.
-#[test]
-fn a_stepped_point_keeps_to_the_places_of_the_profiles() {
-    let mut line = scene(120);
-    let bench = &mut line.bench;
-    (bench.speckle.strength, bench.motion.encoder_jitter_um) = (0.0, 20.0);
-    bench.motion.line_rate_hz = 0.5 / (bench.exposure.time_us * 1e-6);
-    let mut point = line.clone();
-    let laser = &mut point.bench.laser;
-    (point.line.shape, laser.power_mw, laser.point_span_mm, laser.point_step_mm) = (Shape::Point, 0.04, 16.0, 0.31);
-    let grey = Medium::opaque(Gloss { matte: 0.5, ..Gloss::NONE });
-    let [line, point] = [line, point].map(|scene| render(&scene, plate(grey.clone(), 10.0, 0.0, SLOPE)));
-    let truth = &line.truth.as_ref().expect("the recipe keeps truth maps").height;
-    let (mut apart, mut off) = (Vec::new(), Vec::new());
-    for profile in 0..line.rows {
-        let at = profile * line.cols..(profile + 1) * line.cols;
-        let light = &point.maps.reflectance[at.clone()];
-        let sum = |of: &dyn Fn(usize) -> f64| (0..line.cols).map(|c| of(c) * f64::from(light[c])).sum::<f64>();
-        let spot = (sum(&|c| c as f64) / sum(&|_| 1.0)).round() as usize;
-        let steps = 0.31 * profile as f64;
-        let x = (steps - 16.0 * ((steps + 8.0) / 16.0).floor()) * (1.0 - 10.0 / 400.0);
-        assert!((spot as f64 - 127.5 - x / line.col_mm).abs() < 2.5, "profile {profile}: column {spot}, {x} mm");
-        let place = at.start + spot;
-        apart.push(1000.0 * f64::from(point.maps.range[place] - line.maps.range[place]));
-        off.push(1000.0 * f64::from(line.maps.range[place] - truth[place]));
-    }
-    // What the shutter takes in: a quarter of a step behind the profile's own place.
-    let (behind, _) = moments(off.iter().copied());
-    assert!((behind / (250.0 * 0.068 * f64::from(SLOPE)) - 1.0).abs() < 0.4, "{behind} um behind");
-    // Rounding to 1/16 row is 14 um; jitter of 20 um on the slope is 12 um.
-    let (mean, sd) = moments(apart.iter().copied());
-    assert!(mean.abs() < 4.0 && sd < 14.0, "{mean} um apart, spread {sd} um");
 }
