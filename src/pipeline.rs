@@ -144,8 +144,7 @@ impl Scan {
     }
 
     fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
-        let (columns, rows) = (scene.output.bin_columns, scene.output.bin_profiles);
-        let cols = scene.size.columns;
+        let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
         let rig = sensor.camera().rig;
         let maps = labels::bin_maps(self.maps, cols, columns, rows);
         let labels = labels::bin(self.labels, cols, columns, rows);

@@ -5,7 +5,7 @@
 //! serves for shadows on the conveyor next to the body. A board never hides itself. A blister pack does: its upper surface
 //! is put on a grid ([`relief`]), which tells what its pockets hide from the lens and where mirrored light lands, and where
 //! its film is clear so is the surface of tablets and foil below. Of saw-teeth and parts from files the triangles of the
-//! hull are the surface, and rays tell everything ([`solid`]). Neglected: light that a body throws onto the conveyor.
+//! hull are the surface, and rays tell everything (`solid`). Neglected: light that a body throws onto the conveyor.
 
 mod rays;
 pub mod relief;

@@ -1,10 +1,10 @@
 //! From frames to numbers, as blind as the real instrument: nothing here knows the object.
 //!
 //! Model: the behaviour of a laser triangulation camera's extractor (SICK Ranger3, docs/instrument/extraction.md). The
-//! [peak] of a column is placed between the rows by a method of [position]; Reflectance is the number at the peak;
-//! Scatter is the sum of numbers beside it ([scatter]). A peak under the threshold, or too near the sensor's edge for its
+//! `peak` of a column is placed between the rows by a method of `position`; Reflectance is the number at the peak;
+//! Scatter is the sum of numbers beside it (`scatter`). A peak under the threshold, or too near the sensor's edge for its
 //! windows, is missing. Range is the sensor row, the height of the laser plane there, or that height on an even grid
-//! ([rectify]).
+//! (`rectify`).
 //!
 //! Frames keep the rows of a column that hold light, in one window or in two; what lies outside counts as dark.
 
@@ -46,7 +46,7 @@ pub fn margin(settings: &Extraction) -> usize {
 
 /// Reads every column of the windows in `frames`; the second has no rows where one is enough.
 ///
-/// Rectified scans are read as uncalibrated ones first: [`rectify`] needs a whole profile.
+/// Rectified scans are read as uncalibrated ones first: `rectify` needs a whole profile.
 pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extraction, out: &mut Profile<'_>) {
     if frames[1].rows == 0 {
         return one(&frames[0], calibration, settings, out);

@@ -1,7 +1,7 @@
 //! The inner loops: one tile of columns in one exposure.
 //!
 //! For each fixed width j the line spread along the rows is source_j(column) G_j(row) exit_j(column, row), where the
-//! source stands under the laser and the exit in the row of the specimen that this sensor row looks at ([`super::walk`]).
+//! source stands under the laser and the exit in the row of the specimen that this sensor row looks at (`super::walk`).
 //! docs/performance.md counts operations and bytes.
 
 use multiversion::multiversion;

@@ -5,7 +5,7 @@
 //!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a pattern are its own.
 //! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j shows
 //!   that of profile n moved by j step rows/mm rows, and less of it, since it boils.
-//! - Patterns of the stack before pixels ([`super::speckle_stack`]).
+//! - Patterns of the stack before pixels (`speckle_stack`).
 //! - Spread of the line's centre on a plane of speckle alone, through production's Range.
 //!
 //! Repeats have patterns of their own, since all columns and profiles of one share a pattern of 128 by 128 pixels.
