@@ -189,6 +189,9 @@ fn editing_keys_of(before: &Recipe) {
             "tablet.length_mm" | "tablet.width_mm" => 10.8,
             "material.gloss" | "material.matte" => 0.01,
             _ if parameter.integer => (parameter.min + 3.0).min(parameter.max),
+            _ if parameter.default == parameter.max => {
+                parameter.default - 0.013 * (parameter.max - parameter.min).min(10.0)
+            }
             _ => parameter.default + 0.013 * (parameter.max - parameter.default).min(10.0),
         };
         let mut edited: serde_json::Value = serde_json::from_str(&before.canonical_json()).expect("JSON");
