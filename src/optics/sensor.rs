@@ -155,10 +155,11 @@ impl Chain {
     #[inline(always)]
     pub fn digitise(&self, level: f32, noisy: f32, normal: f32, offset: f32) -> u16 {
         let noise = (self.read_variance + self.shot * noisy).sqrt() * normal;
+        let floor = if level < self.most - self.dark_level { 0.0 } else { self.most };
         // Rounding to even at halves, as the sum with 1.5 * 2^23 does it; the clamp keeps it in range.
-        // A full pixel reads the greatest number.
-        let level = if level < self.most - self.dark_level { level + noise + offset } else { self.most };
-        let level = level.clamp(0.0, self.most);
+        let level = (level + noise + offset).clamp(0.0, self.most);
+        // A full pixel reads the greatest number; a choice between two numbers, so that the loop stays vector code.
+        let level = level.max(floor);
         ((level + 12_582_912.0).to_bits() & 0xffff) as u16
     }
 }
