@@ -6,6 +6,8 @@
 //!
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are opened.
 
+mod alike;
+mod card;
 mod columns;
 mod expected;
 mod exr;
@@ -13,6 +15,8 @@ mod files;
 mod head;
 mod images;
 mod labels;
+mod outline;
+mod pixels;
 mod report;
 mod sample;
 mod shard;
@@ -29,6 +33,7 @@ use rayon::prelude::*;
 pub use expected::{Expect, Expected};
 pub use report::{Code, Fault, Report};
 
+use crate::record::Split;
 use crate::shard::Encoded;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
@@ -64,11 +69,13 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
 
     let mut expected = vec![DATASET.to_string(), CARD.to_string()];
     expected.extend(files::assets(folder, &head, &mut report));
+    let mut seen: Vec<sample::Seen> = Vec::new();
     let mut ids: HashMap<String, u64> = HashMap::new();
     for (number, part) in (0..).zip(parts) {
         report.add(part.report);
         expected.push(manifest_path(number));
         expected.extend(part.files);
+        seen.extend(part.seen);
         for (index, id) in part.ids {
             if let Some(first) = ids.insert(id.clone(), index) {
                 let what = format!("samples {first} and {index} have the same id {id}");
@@ -77,9 +84,14 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
         }
     }
     report.faults.extend(files::unexpected(folder, &expected));
-    if !folder.join(CARD).is_file() {
-        report.faults.push(Fault::new(Code::FileMissing, CARD, "the dataset card is missing"));
-    }
+    let finished = !report.codes().contains(&Code::ManifestMissing);
+    let present: Vec<Split> =
+        Split::ALL.into_iter().filter(|split| seen.iter().any(|seen| seen.split == split.name())).collect();
+    card::check(folder, &head, &present, finished, &mut report);
+    let prints = seen
+        .iter()
+        .filter_map(|seen| seen.print.map(|print| alike::Sample { index: seen.index, split: &seen.split, print }));
+    report.faults.extend(alike::check(&prints.collect::<Vec<_>>()));
     report
 }
 

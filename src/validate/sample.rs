@@ -7,10 +7,11 @@ use arrow_array::RecordBatch;
 use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
 
+use super::alike::{self, Print};
 use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
 use super::task::Task;
-use super::{expected, exr, images, labels, stack};
+use super::{expected, exr, images, labels, outline, pixels, stack};
 use crate::shard::{maps_sha256, row_batch};
 
 /// What later checks need of a row: some hundreds of bytes, whatever the size of the images.
@@ -24,6 +25,8 @@ pub(super) struct Seen {
     pub(super) class: usize,
     /// Drawn numbers in the order of the head's parameters.
     pub(super) numbers: Vec<f64>,
+    /// What tells it from others.
+    pub(super) print: Option<Print>,
 }
 
 /// Checks one row; `listed` is what the manifest says about it. What later checks need, where the row can be read.
@@ -75,7 +78,12 @@ pub(super) fn check(
     if let Some(bytes) = &exr {
         exr::check(bytes, task.head, &row, &mut decoded, &path, report);
     }
-    labels::check(&row, &task.head.label_values, &decoded, &place, report);
+    let turned = task.head.recipe.canonical["motion"]["kind"] == "turntable";
+    labels::check(&row, &task.head.label_values, turned, &decoded, &place, report);
+    pixels::instances(&row, &decoded, &place, report);
+    let cols = row.cols.max(1) as usize;
+    outline::check(cols, &decoded, &place, report);
+    let print = alike::print(cols, &decoded);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr.as_deref()) != listed.sha256 {
@@ -85,7 +93,7 @@ pub(super) fn check(
         rerender(task, batch, exr.as_deref(), listed.index, &place, report);
     }
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
-    Some(Seen { index: listed.index, split: row.split, class, numbers: row.numbers })
+    Some(Seen { index: listed.index, split: row.split, class, numbers: row.numbers, print })
 }
 
 /// `named` are the id, split and class that it should say.
@@ -112,6 +120,11 @@ fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, repor
         if !(value > 0.0 && value.is_finite()) {
             fault(Code::ValueRange, format!("{name} is {value}"));
         }
+    }
+    let drawn = head.parameters.iter().map(|number| number.path()).zip(row.numbers.iter().copied());
+    let derived = row.derived.iter().map(|(name, value)| (name.clone(), *value));
+    for (name, value) in drawn.chain(derived).filter(|(_, value)| !value.is_finite()) {
+        fault(Code::ValueRange, format!("{name} is {value}"));
     }
     if !row.range_offset.is_finite() {
         fault(Code::ValueRange, format!("range_offset is {}", row.range_offset));
