@@ -89,6 +89,10 @@ pub enum Code {
     CardDiffers,
     /// The sensor frames are not those that the recipe keeps.
     StackDiffers,
+    /// A sensor frame is 0 everywhere.
+    StackBlank,
+    /// Two sensor frames have the same pixels, noise and all.
+    StackRepeated,
     /// A sample could not be rendered again.
     RerenderFailed,
     /// A sample that was rendered again is not what is on disk.
