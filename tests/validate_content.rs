@@ -31,7 +31,8 @@ fn rows_against_manifest_and_head() {
     edit_json(&place.path().join(MANIFEST), |v| v["samples"][2]["id"] = id.as_str().into());
     let codes = check(&place).codes();
     assert!(codes.contains(&IdRepeated) && codes.contains(&RowDiffers), "{codes:?}");
-    assert_eq!(with(|sample| sample.row_mm = -1.0), [ValueRange]);
+    // Areas follow from it, and the EXR file repeats it.
+    assert_eq!(with(|sample| sample.row_mm = -1.0), [ValueRange, ObjectDiffers, ExrDiffers]);
     assert!(with(|sample| sample.range_scale = f64::NAN).contains(&ValueRange));
     assert_eq!(with(|sample| sample.draws[0].1 = f64::NAN), [NumberMissing]);
 }
@@ -98,7 +99,7 @@ fn rendered_again() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());
     let run = |render: &(dyn Fn(u64) -> Result<Encoded, String> + Sync)| {
-        validate(place.path(), &Options { rerender: Some(render), rerender_samples: 9 })
+        validate(place.path(), &Options { rerender: Some(render), rerender_samples: 9, ..Options::default() })
     };
     assert_eq!(run(&|i| Ok(encoded(i, &output()))).codes(), []);
     assert_eq!(run(&|i| Err(format!("no recipe for {i}"))).codes(), [Code::RerenderFailed]);

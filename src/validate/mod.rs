@@ -8,6 +8,7 @@
 
 mod alike;
 mod card;
+mod code;
 mod columns;
 mod expected;
 mod exr;
@@ -30,6 +31,7 @@ use output_schema::DatasetHead;
 use output_schema::file::{CARD, DATASET, manifest_path};
 use rayon::prelude::*;
 
+pub use code::fault_table;
 pub use expected::{Expect, Expected};
 pub use report::{Code, Fault, Report};
 
