@@ -21,7 +21,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use output_schema::file::{CARD, DATASET, manifest_path};
+use output_schema::file::{CARD, CROISSANT, DATASET, manifest_path};
 use output_schema::{DatasetHead, FORMAT, SubjectFiles, refuse_version};
 use rayon::prelude::*;
 use serde_json::Value;
@@ -61,7 +61,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
         })
         .collect();
 
-    let mut expected = vec![DATASET.to_string(), CARD.to_string()];
+    let mut expected = vec![DATASET.to_string(), CARD.to_string(), CROISSANT.to_string()];
     expected.extend(files::assets(folder, &head, &mut report));
     let mut ids: HashMap<String, u64> = HashMap::new();
     for (number, part) in (0..).zip(parts) {
@@ -76,9 +76,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
         }
     }
     report.faults.extend(files::unexpected(folder, &expected));
-    if !folder.join(CARD).is_file() {
-        report.faults.push(Fault::new(Code::FileMissing, CARD, "the dataset card is missing"));
-    }
+    report.faults.extend(files::documents(folder, &head));
     report
 }
 
