@@ -15,9 +15,8 @@ use output_schema::{Column, DatasetHead, Kind};
 use serde_json::{Map, Value, json};
 
 use super::durable::sha256;
-use super::folder::json;
 use super::limits::limits;
-use super::{GENERATOR_DATE, card};
+use super::{GENERATOR_DATE, card, folder};
 use crate::record::Split;
 
 /// `croissant.json` of a dataset whose `present` splits have files; `document` is `dataset.json` as it is on disk.
@@ -32,7 +31,7 @@ pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) 
         sets.push(frames(head));
     }
     let hash: String = head.recipe.hash.chars().take(12).collect();
-    json(&json!({
+    folder::document(&json!({
         "@context": context(),
         "@type": "sc:Dataset",
         "conformsTo": "http://mlcommons.org/croissant/1.1",
