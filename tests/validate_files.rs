@@ -58,7 +58,15 @@ fn files() {
             assert_eq!(after(flip), [FileChecksum], "{path}");
         }
     }
-    assert_eq!(after(|root| fs::remove_file(root.join("README.md")).expect("there")), [FileMissing]);
+    for path in ["README.md", "croissant.json"] {
+        assert_eq!(after(|root| fs::remove_file(root.join(path)).expect("there")), [FileMissing], "{path}");
+    }
+    let kept = |root: &Path| {
+        fs::create_dir(root.join("reports")).expect("made");
+        fs::write(root.join("reports/validation.json"), "{}").expect("written");
+    };
+    assert_eq!(after(kept), []);
+    assert_eq!(after(|root| fs::write(root.join("reports"), "x").expect("written")), [FileUnexpected]);
     for path in ["notes.txt", "data/train-00009.parquet", "shards/.tmp-00000.json", "exr/00000/x.exr"] {
         assert_eq!(after(|root| fs::write(root.join(path), "x").expect("written")), [FileUnexpected], "{path}");
     }

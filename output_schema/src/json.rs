@@ -132,6 +132,7 @@ fn dataset() -> Value {
                 ),
                 ("sensor_cols", whole("Columns of a sensor frame [px].")),
                 ("sensor_rows", whole("Rows of a sensor frame [px].")),
+                ("bits", json!({ "enum": [8, 10, 12], "description": "Bits of a digital number." })),
             ]),
         ),
         ("parameters", list(number.clone(), "Drawn numbers in the order of columns.")),

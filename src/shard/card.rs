@@ -3,13 +3,13 @@
 use std::fmt::Write;
 
 use output_schema::row::{CALIBRATION, OBJECT, ROW};
-use output_schema::{DatasetHead, Kind};
+use output_schema::{DatasetHead, Generator, Kind};
 use serde_json::Value;
 
 use crate::record::Split;
 
 /// `README.md` of a dataset whose `present` splits have files.
-pub(crate) fn card(head: &DatasetHead, present: &[Split]) -> String {
+pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
     let mut page = String::new();
     front_matter(&mut page, head, present);
     let recipe = &head.recipe;
@@ -108,6 +108,35 @@ pub(crate) fn card(head: &DatasetHead, present: &[Split]) -> String {
     );
     add(&mut page, "dataset may change that line.");
     page
+}
+
+/// What the dataset is, in two sentences.
+pub(super) fn description(head: &DatasetHead) -> String {
+    let what = match head.subject.as_str() {
+        "wood" => "sawn boards of softwood",
+        "blister" => "blister packs",
+        "sawtooth" => "a saw-tooth for calibration",
+        _ => "a part from a file of triangles",
+    };
+    format!(
+        "{} simulated laser-triangulation scans of {what} with pixel-exact labels, from the recipe {}. Range, reflectance and \
+         scatter images as a line-laser profiler measures them, with light that spreads below the surface.",
+        head.samples, head.recipe.name
+    )
+}
+
+/// How to cite the dataset, BibTeX.
+pub(super) fn citation(head: &DatasetHead) -> String {
+    let Generator { name, version } = &head.generator;
+    let title: String = head.recipe.name.chars().map(|c| if "{}\\".contains(c) { ' ' } else { c }).collect();
+    format!(
+        "@misc{{sheetlight-{0}-seed-{1},\n  title = {{{title}: simulated laser-triangulation scans}},\n  note = {{{2} samples by \
+         {name} {version}, recipe SHA-256 {3}, seed {1}}}\n}}",
+        head.recipe.hash.get(..8).unwrap_or("unknown"),
+        head.seed,
+        head.samples,
+        head.recipe.hash
+    )
 }
 
 /// How light was spread, as the recipe has it: the model, then its settings.

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use output_schema::file::{
-    CARD, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
+    CARD, CROISSANT, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
 };
 use output_schema::{DatasetHead, Manifest, refuse_version};
 
 use super::durable::{create_directory, names, remove, write_whole};
 use super::lock::Lock;
-use super::{ShardError, card, refuse};
+use super::{ShardError, card, croissant, refuse};
 use crate::record::Split;
 
 /// An open dataset folder.
@@ -60,8 +60,8 @@ impl DatasetFolder {
             create_directory(&path.join(directory))?;
         }
         let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
-        if extended || !path.join(CARD).exists() {
-            write_whole(path, CARD, card::card(&new, &Split::ALL).as_bytes())?;
+        if extended || [CARD, CROISSANT].iter().any(|name| !path.join(name).exists()) {
+            describe(path, &new, &Split::ALL)?;
         }
         let folder = Self { root: path.into(), head: Arc::new(new) };
         folder.sweep()?;
@@ -125,7 +125,7 @@ impl DatasetFolder {
         shards.into_iter().filter(|&shard| shard < self.head.shards && !self.is_done(shard)).collect()
     }
 
-    /// To call when no shard remains: the card then names only splits that have files, as `datasets` asks.
+    /// To call when no shard remains: card and metadata then name only splits that have files, as `datasets` asks.
     ///
     /// # Errors
     /// [`ShardError::Io`] and [`ShardError::DiskFull`].
@@ -134,11 +134,7 @@ impl DatasetFolder {
         let files = names(&self.root.join("data"))?;
         let present: Vec<Split> =
             Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
-        let card = card::card(&self.head, &present);
-        if fs::read_to_string(self.root.join(CARD)).is_ok_and(|found| found == card) {
-            return Ok(());
-        }
-        write_whole(&self.root, CARD, card.as_bytes())
+        describe(&self.root, &self.head, &present)
     }
 
     /// The manifest of a finished shard.
@@ -166,7 +162,7 @@ impl DatasetFolder {
     /// Asks for the dataset's lock.
     fn sweep(&self) -> Result<(), ShardError> {
         // The dataset's lock is held: nobody is at work on these.
-        for path in [DATASET, CARD] {
+        for path in [DATASET, CARD, CROISSANT] {
             remove(&self.root.join(temporary(path)))?;
         }
         let mut shards = Vec::new();
@@ -185,6 +181,23 @@ impl DatasetFolder {
         }
         Ok(())
     }
+}
+
+/// Writes card and metadata where they are not as they should be. Asks for the dataset's lock.
+fn describe(root: &Path, head: &DatasetHead, present: &[Split]) -> Result<(), ShardError> {
+    let path = root.join(DATASET);
+    let document = fs::read(&path).map_err(|e| ShardError::io("read", &path, e))?;
+    for (name, text) in descriptions(head, present, &document) {
+        if !fs::read(root.join(name)).is_ok_and(|found| found == text) {
+            write_whole(root, name, &text)?;
+        }
+    }
+    Ok(())
+}
+
+/// Card and metadata of a dataset whose `present` splits have files; `document` is `dataset.json` as it is on disk.
+pub(crate) fn descriptions(head: &DatasetHead, present: &[Split], document: &[u8]) -> [(&'static str, Vec<u8>); 2] {
+    [(CARD, card::card(head, present).into_bytes()), (CROISSANT, croissant::croissant(head, present, document))]
 }
 
 /// The shard that a temporary name or a lock belongs to.

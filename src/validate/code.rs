@@ -103,7 +103,7 @@ codes! {
     SampleRepeated,
     /// Two samples share their noise: one is a copy of the other with small changes.
     SampleAlike,
-    /// The dataset card lacks a line that the program wrote.
+    /// The dataset card or `croissant.json` lacks a line that the program wrote.
     CardDiffers,
     /// The sensor frames are not those that the recipe keeps.
     StackDiffers,
@@ -132,7 +132,7 @@ impl Code {
             Self::DatasetDiffers | Self::RecipeDiffers => {
                 "bring dataset.json back from a copy: what it says no longer fits its samples"
             }
-            Self::CardDiffers => "remove the card and run the command that began the dataset: it is written again",
+            Self::CardDiffers => "remove the file and run the command that made the dataset again: it writes it anew",
             Self::SampleRepeated | Self::SampleAlike => "remove the manifests of both shards and run the command again",
             Self::WriterDiffers => "validate with the program version and target that the message names",
             Self::VersionUnknown => "use the program version that the message names",

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
-use output_schema::file::DATASET;
+use output_schema::file::{DATASET, REPORTS};
 use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
@@ -75,7 +75,7 @@ pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut Report) -> Ve
     paths
 }
 
-/// Every file below `root` that is not expected.
+/// Every file below `root` that is not expected; results that are kept in `reports` may be there.
 pub(super) fn unexpected(root: &Path, expected: &[String]) -> Vec<Fault> {
     let expected: HashSet<&str> = expected.iter().map(String::as_str).collect();
     let mut faults = Vec::new();
@@ -92,7 +92,9 @@ pub(super) fn unexpected(root: &Path, expected: &[String]) -> Vec<Fault> {
             let name = entry.file_name().to_string_lossy().into_owned();
             let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-                folders.push(path);
+                if path != REPORTS {
+                    folders.push(path);
+                }
             } else if !expected.contains(path.as_str()) {
                 faults.push(Fault::new(Code::FileUnexpected, path, "no manifest names it"));
             }

@@ -28,7 +28,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use output_schema::DatasetHead;
-use output_schema::file::{CARD, DATASET, manifest_path};
+use output_schema::file::{CARD, CROISSANT, DATASET, manifest_path};
 use rayon::prelude::*;
 
 pub use code::fault_table;
@@ -69,7 +69,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
         })
         .collect();
 
-    let mut expected = vec![DATASET.to_string(), CARD.to_string()];
+    let mut expected = vec![DATASET.to_string(), CARD.to_string(), CROISSANT.to_string()];
     expected.extend(files::assets(folder, &head, &mut report));
     let mut seen: Vec<sample::Seen> = Vec::new();
     let mut ids: HashMap<String, u64> = HashMap::new();
