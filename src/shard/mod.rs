@@ -13,7 +13,9 @@
 //! processes or the time.
 
 mod card;
+mod card_columns;
 mod croissant;
+mod croissant_fields;
 mod durable;
 mod encoded;
 mod error;
