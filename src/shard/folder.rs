@@ -10,6 +10,7 @@ use output_schema::file::{
 };
 use output_schema::{DatasetHead, Manifest, refuse_version};
 
+use super::card::Counts;
 use super::durable::{create_directory, names, remove, write_whole};
 use super::lock::Lock;
 use super::{ShardError, card, croissant, refuse};
@@ -61,7 +62,7 @@ impl DatasetFolder {
         }
         let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
         if extended || [CARD, CROISSANT].iter().any(|name| !path.join(name).exists()) {
-            describe(path, &new, &Split::ALL)?;
+            describe(path, &new, &Split::ALL, &Counts::new())?;
         }
         let folder = Self { root: path.into(), head: Arc::new(new) };
         folder.sweep()?;
@@ -134,13 +135,27 @@ impl DatasetFolder {
         let files = names(&self.root.join("data"))?;
         let present: Vec<Split> =
             Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
-        describe(&self.root, &self.head, &present)
+        let mut counts = Counts::new();
+        for manifest in (0..self.head.shards).filter_map(|shard| self.manifest(shard)) {
+            manifest
+                .samples
+                .into_iter()
+                .for_each(|sample| *counts.entry((sample.class, sample.split)).or_default() += 1);
+        }
+        describe(&self.root, &self.head, &present, &counts)
     }
 
-    /// The manifest of a finished shard.
+    /// The manifest of a finished shard; `None` where there is none that this program reads.
     pub fn manifest(&self, shard: u64) -> Option<Manifest> {
-        let text = fs::read(self.root.join(manifest_path(shard))).ok()?;
-        serde_json::from_slice(&text).ok()
+        self.read_manifest(shard).ok().flatten()
+    }
+
+    /// The manifest of a finished shard; `None` where the shard is not finished.
+    ///
+    /// # Errors
+    /// [`ShardError::Refused`] where it is damaged, or one that this program does not read; [`ShardError::Io`].
+    pub fn read_manifest(&self, shard: u64) -> Result<Option<Manifest>, ShardError> {
+        read_document(&self.root.join(manifest_path(shard)), "run gen validate: it says what is wrong with the dataset")
     }
 
     pub(super) fn lock_path(&self, shard: u64) -> PathBuf {
@@ -184,10 +199,10 @@ impl DatasetFolder {
 }
 
 /// Writes card and metadata where they are not as they should be. Asks for the dataset's lock.
-fn describe(root: &Path, head: &DatasetHead, present: &[Split]) -> Result<(), ShardError> {
+fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &Counts) -> Result<(), ShardError> {
     let path = root.join(DATASET);
     let document = fs::read(&path).map_err(|e| ShardError::io("read", &path, e))?;
-    for (name, text) in descriptions(head, present, &document) {
+    for (name, text) in descriptions(head, present, counts, &document) {
         if !fs::read(root.join(name)).is_ok_and(|found| found == text) {
             write_whole(root, name, &text)?;
         }
@@ -195,9 +210,16 @@ fn describe(root: &Path, head: &DatasetHead, present: &[Split]) -> Result<(), Sh
     Ok(())
 }
 
-/// Card and metadata of a dataset whose `present` splits have files; `document` is `dataset.json` as it is on disk.
-pub(crate) fn descriptions(head: &DatasetHead, present: &[Split], document: &[u8]) -> [(&'static str, Vec<u8>); 2] {
-    [(CARD, card::card(head, present).into_bytes()), (CROISSANT, croissant::croissant(head, present, document))]
+/// Card and metadata of a dataset whose `present` splits have files; `counts` is empty while it is not finished, `document` is
+/// `dataset.json` as it is on disk.
+pub(crate) fn descriptions(
+    head: &DatasetHead,
+    present: &[Split],
+    counts: &Counts,
+    document: &[u8],
+) -> [(&'static str, Vec<u8>); 2] {
+    let card = card::card(head, present, counts).into_bytes();
+    [(CARD, card), (CROISSANT, croissant::croissant(head, present, document))]
 }
 
 /// The shard that a temporary name or a lock belongs to.
@@ -217,14 +239,17 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
 
 /// `dataset.json` of a folder; `None` where there is none.
 fn read_head(root: &Path) -> Result<Option<DatasetHead>, ShardError> {
-    let path = root.join(DATASET);
-    let text = match fs::read(&path) {
+    read_document(&root.join(DATASET), "choose another folder, or bring the file back")
+}
+
+/// A document with format and version; `None` where there is none.
+fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static str) -> Result<Option<T>, ShardError> {
+    let text = match fs::read(path) {
         Ok(text) => text,
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(ShardError::io("read", &path, e)),
+        Err(e) => return Err(ShardError::io("read", path, e)),
     };
-    let remedy = "choose another folder, or bring the file back";
-    let refused = |reason: String| ShardError::Refused { path: path.clone(), reasons: vec![reason], remedy };
+    let refused = |reason: String| ShardError::Refused { path: path.into(), reasons: vec![reason], remedy };
     let value: serde_json::Value =
         serde_json::from_slice(&text).map_err(|e| refused(format!("it cannot be read: {e}")))?;
     // The version first: a newer document may have other keys.

@@ -13,7 +13,9 @@
 //! processes or the time.
 
 mod card;
+mod card_columns;
 mod croissant;
+mod croissant_fields;
 mod durable;
 mod encoded;
 mod error;
@@ -28,6 +30,7 @@ mod size;
 mod table;
 mod writer;
 
+pub(crate) use card::Counts;
 pub(crate) use durable::{free_bytes, hex};
 pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};

@@ -9,19 +9,29 @@ use output_schema::file::{CROISSANT, DATASET};
 
 use super::report::{Code, Fault, Report};
 use crate::record::Split;
-use crate::shard::descriptions;
+use crate::shard::{Counts, descriptions};
 
 /// First words of the lines that belong to whoever publishes the dataset.
 const OWN: [&str; 2] = ["license: ", "  \"license\": "];
 /// What to do about a document that is missing or changed.
 const REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
 
-/// Checks the documents of a dataset whose samples are of these splits; one that is not finished names all splits.
-pub(super) fn check(folder: &Path, head: &DatasetHead, present: &[Split], finished: bool, report: &mut Report) {
+/// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
+/// believed; one that is not finished names all splits.
+pub(super) fn check(
+    folder: &Path,
+    head: &DatasetHead,
+    present: &[Split],
+    counts: Option<&Counts>,
+    finished: bool,
+    report: &mut Report,
+) {
     // Its absence was told before.
     let document = fs::read(folder.join(DATASET)).unwrap_or_default();
-    let unfinished = descriptions(head, &Split::ALL, &document);
-    for ((name, text), (_, other)) in descriptions(head, present, &document).into_iter().zip(unfinished) {
+    let none = Counts::new();
+    let unfinished = descriptions(head, &Split::ALL, &none, &document);
+    let counts = counts.unwrap_or(&none);
+    for ((name, text), (_, other)) in descriptions(head, present, counts, &document).into_iter().zip(unfinished) {
         let mut fault = |code, what: String| {
             report.faults.push(Fault { remedy: REMEDY, ..Fault::new(code, name, what) });
         };
@@ -53,7 +63,13 @@ fn missing_line(found: &[u8], expected: &[u8]) -> Option<(usize, String)> {
     let own = |line: &[u8], other: &[u8]| {
         OWN.iter().any(|words| line.starts_with(words.as_bytes()) && other.starts_with(words.as_bytes()))
     };
+    // A row of classes whose cells are open.
+    let filled = |line: &[u8], other: &[u8]| {
+        let rest = line.strip_suffix(b"|  |  |  |").and_then(|start| other.strip_prefix(start));
+        rest.is_some_and(|rest| rest.iter().all(|byte| byte.is_ascii_digit() || b" |".contains(byte)))
+    };
     let mut expected = (1..).zip(expected.split(|&byte| byte == b'\n'));
-    let missing = expected.find(|(_, line)| !lines.any(|found| found == *line || own(line, found)));
+    let missing =
+        expected.find(|(_, line)| !lines.any(|found| found == *line || own(line, found) || filled(line, found)));
     missing.map(|(number, line)| (number, String::from_utf8_lossy(line).into_owned()))
 }

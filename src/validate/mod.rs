@@ -89,7 +89,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let finished = !report.codes().contains(&Code::ManifestMissing);
     let present: Vec<Split> =
         Split::ALL.into_iter().filter(|split| seen.iter().any(|seen| seen.split == split.name())).collect();
-    card::check(folder, &head, &present, finished, &mut report);
+    card::check(folder, &head, &present, None, finished, &mut report);
     let prints = seen
         .iter()
         .filter_map(|seen| seen.print.map(|print| alike::Sample { index: seen.index, split: &seen.split, print }));

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use output_schema::arrow::row_schema;
 use output_schema::file::{data_path, exr_path, manifest_path, stack_path};
-use output_schema::{Manifest, ManifestFile, ManifestSample, refuse_version};
+use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, refuse_version};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::report::{Code, Fault, Report};
@@ -43,18 +43,26 @@ pub(super) fn check(task: &Task) -> Part {
     let manifest: Manifest = match serde_json::from_slice(&text) {
         Ok(manifest) => manifest,
         Err(e) => {
-            part.report.faults.push(Fault::new(Code::ManifestUnreadable, place, e.to_string()));
+            // A newer document may have other keys.
+            let newer = newer(&text);
+            let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };
+            part.report.faults.push(Fault::new(code, place, newer.unwrap_or_else(|| e.to_string())));
             return part;
         }
     };
     part.report.shards = 1;
     part.ids = manifest.samples.iter().map(|sample| (sample.index, sample.id.clone())).collect();
     let expected: HashSet<String> = expected_paths(task, &manifest).into_iter().collect();
-    let mut reasons = manifest_reasons(task, &manifest, &expected);
-    if document(&manifest) != text {
-        reasons.push("it is not written as the program writes it: keys, order, blanks".into());
+    if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
+        let code = if manifest.format == FORMAT { Code::VersionUnknown } else { Code::ManifestDiffers };
+        part.report.faults.push(Fault::new(code, &place, reason));
+    } else {
+        let mut reasons = manifest_reasons(task, &manifest, &expected);
+        if document(&manifest) != text {
+            reasons.push("it is not written as the program writes it: keys, order, blanks".into());
+        }
+        part.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
     }
-    part.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.
     let known: Vec<&ManifestFile> = manifest.files.iter().filter(|file| expected.contains(&file.path)).collect();
@@ -79,12 +87,16 @@ pub(super) fn check(task: &Task) -> Part {
     part
 }
 
+/// Why a document that cannot be read as a manifest is one of another version, where it is.
+fn newer(text: &[u8]) -> Option<String> {
+    let value: serde_json::Value = serde_json::from_slice(text).ok()?;
+    let version = serde_json::from_value(value["schema_version"].clone()).ok()?;
+    refuse_version(FORMAT, version).filter(|_| value["format"] == FORMAT)
+}
+
 /// Everything in which a manifest is not that of its shard.
 fn manifest_reasons(task: &Task, manifest: &Manifest, expected: &HashSet<String>) -> Vec<String> {
     let head = task.head;
-    if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
-        return vec![reason];
-    }
     let mut reasons = Vec::new();
     let mut differ = |name: &str, found: String, expected: String| {
         if found != expected {
