@@ -186,10 +186,17 @@ pub(super) fn run(format: &Format) -> Outcome {
         }
         (_, split) => split.into_iter().collect(),
     };
+    let within = |place: &Path| std::path::absolute(place).ok().zip(common.dir.canonicalize().ok());
+    if let Some((out, dir)) = within(&common.out)
+        && out.ancestors().any(|folder| folder.canonicalize().is_ok_and(|folder| folder == dir))
+    {
+        let what = "it lies in the dataset, where nothing else may lie; choose a folder elsewhere";
+        return Err(Usage(format!("--out {}: {what}", common.out.display())).into());
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(common.threads)?).build()?;
     let source = Source::open(&common.dir, Selection { splits, indices: common.index.clone() })?;
     if source.unfinished > 0 {
-        say(&format!("{} of the dataset are not finished and left out", counted(source.unfinished, "shard")));
+        say(&format!("not finished and left out: {} of the dataset", counted(source.unfinished, "shard")));
     }
     let bar = Things::new("samples");
     let summary = pool.install(|| write(format, &source, &common.out, &|done, all| bar.show(done, all)));
