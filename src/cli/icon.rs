@@ -15,7 +15,7 @@ const ROWS: usize = 256;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  gen icon plank.xml                               what a file holds
+  gen icon scans/00000003.xml                      what a file holds
   gen export icon planks --index 3 --out scans     writes such files: scans/00000003.dat and .xml
 
 docs/files/icon.md describes the files.")]
