@@ -23,6 +23,7 @@
 //! - [`icon`]: scans as files of the real camera
 //! - [`compare`]: simulated and real scans side by side
 //! - [`check`]: what a trained model makes of a dataset
+//! - [`report`]: a dataset -> one HTML page for people
 //! - [`drawing`]: words, scales and colours of pictures
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
@@ -48,6 +49,7 @@ pub mod pipeline;
 pub mod preview;
 pub mod recipe;
 pub mod record;
+pub mod report;
 pub mod settings;
 pub mod shard;
 pub mod specimen;

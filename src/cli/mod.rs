@@ -1,5 +1,5 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`,
-//! `gen compare`, `gen icon`, `gen check`.
+//! `gen compare`, `gen icon`, `gen check`, `gen report`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for.
 
@@ -8,6 +8,7 @@ mod compare;
 mod generate;
 mod icon;
 mod progress;
+mod report;
 mod study;
 mod transport;
 mod whole;
@@ -39,6 +40,7 @@ use progress::{counted, say};
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
   gen check planks --model knots.onnx                          what a trained model makes of it
+  gen report planks                                            one page for people, planks/reports/report.html
   gen icon planks --index 3 --out plank                        a sample as files of the real camera
   gen schema recipe > recipe.schema.json                       for an editor's completion")]
 struct Cli {
@@ -66,6 +68,8 @@ enum Command {
     Compare(compare::Compare),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
     Check(check::Check),
+    /// Show a dataset as one HTML page: samples, classes, histograms, frames, sizes, and results that are kept
+    Report(report::Report),
     /// Write a sample as the files of the real camera (iCon .dat and .xml), or say what such files hold
     Icon(icon::Icon),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
@@ -155,6 +159,7 @@ pub fn run() -> ExitCode {
         Some(Command::Study { what }) => study::run(&what),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::Report(arguments)) => report::run(&arguments),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {

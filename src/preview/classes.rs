@@ -9,7 +9,7 @@ use crate::drawing::{INK, LETTER, Page};
 const LINE: u32 = 14;
 
 /// Colour of a pixel class: calm where all is well, and far from its neighbours where it is not.
-pub(super) fn colour(class: u8) -> Rgb<u8> {
+pub(crate) fn colour(class: u8) -> Rgb<u8> {
     Rgb(match Class::ALL.get(usize::from(class)) {
         Some(Class::Background) | None => [40, 44, 52],
         Some(Class::Clear) => [222, 196, 150],
