@@ -44,7 +44,8 @@ fn the_page_says_what_is_in_the_dataset() {
         assert!(card.contains("--labels:url(data:image/png;base64,"));
     }
     let numbers = head["parameters"].as_array().expect("numbers").iter();
-    let paths: Vec<_> = numbers.map(|n| format!("{}.{}", n["group"].as_str().unwrap(), n["key"].as_str().unwrap())).collect();
+    let paths: Vec<_> =
+        numbers.map(|n| format!("{}.{}", n["group"].as_str().unwrap(), n["key"].as_str().unwrap())).collect();
     let shown = values(&html, "data-name");
     assert!(paths.iter().all(|path| shown.contains(&path.as_str())), "{} of {}", shown.len(), paths.len());
     assert!(html.contains(head["recipe"]["hash"].as_str().expect("a hash")) && html.contains("complete"));
@@ -60,10 +61,16 @@ fn nothing_is_fetched() {
     let (_place, html) = planks_page("--frames 0");
     for attribute in ["src", "href", "xlink:href", "action", "poster", "srcset", "data"] {
         for value in values(&html, attribute) {
-            assert!(value.starts_with("data:") || value.starts_with('#'), "{attribute}: {}", &value[..value.len().min(60)]);
+            assert!(
+                value.starts_with("data:") || value.starts_with('#'),
+                "{attribute}: {}",
+                &value[..value.len().min(60)]
+            );
         }
     }
-    for word in ["@import", "fetch(", "XMLHttpRequest", "WebSocket", "importScripts", "sendBeacon", "url(http", "url(//"] {
+    for word in
+        ["@import", "fetch(", "XMLHttpRequest", "WebSocket", "importScripts", "sendBeacon", "url(http", "url(//"]
+    {
         assert!(!html.contains(word), "{word}");
     }
     assert!(html.contains("default-src 'none'"), "a policy forbids what the page does not need");
@@ -174,7 +181,10 @@ fn checks_are_kept_and_shown() {
     let kept = place.json("planks/reports/check-mean_sign.json");
     assert_eq!(kept["dataset_sha256"].as_str().map(str::len), Some(64));
     let pictures: Vec<_> = kept["worst"].as_array().expect("a list").iter().map(|w| w["picture"].as_str()).collect();
-    assert!(!pictures.is_empty() && pictures.iter().all(|name| name.is_some_and(|name| name.starts_with("check-mean_sign-wrong-"))));
+    assert!(
+        !pictures.is_empty()
+            && pictures.iter().all(|name| name.is_some_and(|name| name.starts_with("check-mean_sign-wrong-")))
+    );
     let html = page(&place, "planks", "--frames 0");
     let model = between(&html, "<article class=\"model\"", "</article>");
     assert_eq!(model.len(), 1);

@@ -49,13 +49,13 @@ pub(super) fn histogram(cells: &Cells, curve: &[f64], declared: Option<(f64, f64
     html! {
         svg.histogram viewBox="0 -4 200 84" role="img" aria-label=(title) {
             g.bars { @for (class, path) in paths.iter().filter(|(_, path)| !path.is_empty()) {
-                path data-c=(class) style={ "--h:" (hue(*class)) } d=(path);
+                path data-c=(class) style={ "--h:" (hue(*class)) } d=(path) {}
             } }
-            line.axis x1="0" x2="200" y1="60" y2="60";
+            line.axis x1="0" x2="200" y1="60" y2="60" {}
             @if let Some((min, max)) = declared {
-                line.declared x1=(format!("{:.1}", x(min))) x2=(format!("{:.1}", x(max).max(x(min) + 1.0))) y1="64" y2="64";
+                line.declared x1=(format!("{:.1}", x(min))) x2=(format!("{:.1}", x(max).max(x(min) + 1.0))) y1="64" y2="64" {}
             }
-            @if !line.is_empty() { path.curve d=(line); }
+            @if !line.is_empty() { path.curve d=(line) {} }
             text x="0" y="78" { (number(left)) }
             text x="200" y="78" text-anchor="end" { (number(right)) }
             @if matches!(cells.axis, Axis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" { "logarithmic" } }
@@ -69,10 +69,10 @@ pub(super) fn scale(ramp: Ramp, low: f64, high: f64, unit: &str) -> Markup {
     html! {
         svg.scale viewBox="0 0 260 34" role="img" aria-label={ "Colours from " (number(low)) " to " (number(high)) " " (unit) } {
             @for i in 0..84u8 {
-                rect x=(4 + 3 * u32::from(i)) y="0" width="3.5" height="12" fill=(hex(ramp.at(f32::from(i) / 83.0)));
+                rect x=(4 + 3 * u32::from(i)) y="0" width="3.5" height="12" fill=(hex(ramp.at(f32::from(i) / 83.0))) {}
             }
             @for tick in ticks(low, high) {
-                line.axis x1=(format!("{:.1}", place(tick))) x2=(format!("{:.1}", place(tick))) y1="12" y2="17";
+                line.axis x1=(format!("{:.1}", place(tick))) x2=(format!("{:.1}", place(tick))) y1="12" y2="17" {}
                 text x=(format!("{:.1}", place(tick).clamp(12.0, 246.0))) y="29" text-anchor="middle" { (number(tick)) }
             }
         }

@@ -30,7 +30,7 @@ fn samples(facts: &Facts) -> Markup {
     let most = most.fold(1.0, f64::max);
     let width = |n: f64| format!("{:.2}", 300.0 * n / most);
     html! {
-        p.key { @for (place, split) in Split::ALL.iter().enumerate() { span { i.swatch class={ "split" (place) } {} (split.name()) } }
+        p.key { @for (place, split) in Split::ALL.iter().enumerate() { span { i class={ "swatch split" (place) } {} (split.name()) } }
             span { i.tick {} "the recipe's share" } }
         div.scroll tabindex="0" {
             table.counts {
@@ -45,9 +45,9 @@ fn samples(facts: &Facts) -> Markup {
                                 svg viewBox="0 0 300 14" preserveAspectRatio="none" role="img" aria-label={ (tally.of_class(*class)) " samples" } {
                                     @for place in 0..3 {
                                         rect class={ "split" (place) } y="2" height="10"
-                                            x=(width(splits[..place].iter().sum::<u64>() as f64)) width=(width(splits[place] as f64));
+                                            x=(width(splits[..place].iter().sum::<u64>() as f64)) width=(width(splits[place] as f64)) {}
                                     }
-                                    @if let Some(expected) = expected { line.expected x1=(width(expected)) x2=(width(expected)) y1="0" y2="14"; }
+                                    @if let Some(expected) = expected { line.expected x1=(width(expected)) x2=(width(expected)) y1="0" y2="14" {} }
                                 }
                             }
                             td.n { (count(tally.of_class(*class))) }

@@ -46,8 +46,8 @@ fn frame(facts: &Facts, place: usize, exposure: &Exposure) -> Markup {
             }
             svg.sensor viewBox={ "0 0 " (exposure.cols) " " (rows) } preserveAspectRatio="none" role="img" style={ "aspect-ratio:" (exposure.cols) "/" (rows.max(exposure.cols / 5)) }
                 aria-label={ "Sensor frame of sample " (sample.index) " with the extracted line" } {
-                image href=(picture) width=(exposure.cols) height=(rows) preserveAspectRatio="none" style="image-rendering:pixelated";
-                path.found d=(line);
+                image href=(picture) width=(exposure.cols) height=(rows) preserveAspectRatio="none" style="image-rendering:pixelated" {}
+                path.found d=(line) {}
             }
             (profile(exposure))
         }
@@ -72,15 +72,15 @@ fn profile(exposure: &Exposure) -> Markup {
     html! {
         svg.profile viewBox="0 0 400 136" role="img" aria-label="Profile: height over place along the laser line" {
             @for tick in chart::ticks(low, high) {
-                line.grid x1="44" x2="394" y1=(format!("{:.1}", z(tick))) y2=(format!("{:.1}", z(tick)));
+                line.grid x1="44" x2="394" y1=(format!("{:.1}", z(tick))) y2=(format!("{:.1}", z(tick))) {}
                 text x="40" y=(format!("{:.1}", z(tick) + 3.0)) text-anchor="end" { (number(tick)) }
             }
             @for tick in chart::ticks(left, right) {
-                line.axis x1=(format!("{:.1}", x(tick))) x2=(format!("{:.1}", x(tick))) y1="104" y2="108";
+                line.axis x1=(format!("{:.1}", x(tick))) x2=(format!("{:.1}", x(tick))) y1="104" y2="108" {}
                 text x=(format!("{:.1}", x(tick))) y="119" text-anchor="middle" { (number(tick)) }
             }
-            line.axis x1="44" x2="394" y1="104" y2="104";
-            path.line d=(line);
+            line.axis x1="44" x2="394" y1="104" y2="104" {}
+            path.line d=(line) {}
             text x="394" y="132" text-anchor="end" { "x along the laser line [mm]" }
             text x="0" y="132" { "height z [mm]" }
         }

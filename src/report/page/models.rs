@@ -90,8 +90,8 @@ fn calibration(document: &Value) -> Markup {
     let place = |value: &Value| value.as_f64().map(|value| value.clamp(0.0, 1.0));
     html! {
         svg.calibration viewBox="0 0 240 236" role="img" aria-label="Accuracy over confidence; on the diagonal confidence is right" {
-            rect.frame x="34" y="6" width="200" height="200";
-            line.grid x1="34" y1="206" x2="234" y2="6";
+            rect.frame x="34" y="6" width="200" height="200" {}
+            line.grid x1="34" y1="206" x2="234" y2="6" {}
             @for bin in bins {
                 @if let (Some(confidence), Some(right)) = (place(&bin["confidence"]), place(&bin["accuracy"])) {
                     @let size = 3.0 + 7.0 * (bin["count"].as_f64().unwrap_or(0.0) / most).sqrt();
@@ -121,7 +121,7 @@ fn slices(document: &Value) -> Markup {
                         @let right = group["accuracy"].as_f64().unwrap_or(0.0).clamp(0.0, 1.0);
                         tr {
                             td.n { (amount(&group["from"])) } td.n { (amount(&group["to"])) }
-                            td.bar { svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true" { rect.split0 width=(format!("{:.1}", 100.0 * right)) height="10"; } }
+                            td.bar { svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true" { rect.split0 width=(format!("{:.1}", 100.0 * right)) height="10" {} } }
                             td.n { (per_cent(&group["accuracy"])) } td.n { (per_cent(&group["low"])) " to " (per_cent(&group["high"])) } td.n { (whole(&group["samples"])) }
                         }
                     } }

@@ -128,12 +128,17 @@ fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) 
                 @if let Some(middle) = median(sample, 0) { div { dt { "median Range" } dd { (number(middle.into())) " " (facts.head.range_unit()) } } }
                 @if let Some(share) = sample.missing { div { dt { "Range missing" } dd { (percent(share)) } } }
                 @if let Some(share) = sample.saturated { div { dt { "saturated" } dd { (percent(share)) } } }
-                @for (path, value, unit) in &sample.numbers { div { dt { (path) } dd { (with_unit(*value, unit)) } } }
+                @for (path, value, unit) in sample.numbers.iter().filter(|number| varies(facts, &number.0)) { div { dt { (path) } dd { (with_unit(*value, unit)) } } }
                 div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
                 div.wide { dt { "id" } dd { code { (sample.id) } } }
             }
         }
     }
+}
+
+/// Whether a drawn number differs between samples.
+fn varies(facts: &Facts, path: &str) -> bool {
+    facts.tally.numbers.iter().any(|number| number.cells.is_some() && number.column.path() == path)
 }
 
 /// A map in its colours.
