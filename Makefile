@@ -9,7 +9,7 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -63,6 +63,9 @@ preview: build ## picture of one sample: RECIPE=recipes/wood.yaml INDEX=0
 
 validate: build ## check a dataset: DIR=out/wood-small
 	$(GEN) validate $(DIR)
+
+report: build ## a dataset as one page for people: DIR=out/wood-small
+	$(GEN) report $(DIR)
 
 schema: build ## JSON Schemas of recipes and datasets in out/
 	mkdir -p out

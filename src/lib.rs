@@ -24,6 +24,7 @@
 //! - [`compare`]: simulated and real scans side by side
 //! - [`check`]: what a trained model makes of a dataset
 //! - [`export`]: a dataset in the layouts of other programs
+//! - [`report`]: a dataset -> one HTML page for people
 //! - [`drawing`]: words, scales and colours of pictures
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
@@ -50,6 +51,7 @@ pub mod pipeline;
 pub mod preview;
 pub mod recipe;
 pub mod record;
+pub mod report;
 pub mod settings;
 pub mod shard;
 pub mod specimen;

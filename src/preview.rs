@@ -1,11 +1,13 @@
 //! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
 
 mod classes;
+mod exposure;
 
 use image::{Rgb, RgbImage};
 use procedural::Class;
 
 use self::classes::Legend;
+pub use self::exposure::{Exposure, exposure};
 use crate::drawing::{LETTER, MARGIN, Page, Ramp, class_colour, viridis};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LONGEST: usize = 300;
 
 /// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 23] = [
+const FORBIDDEN: [(&str, &[&str]); 24] = [
     ("src/asset.rs", &["crate::", "procedural", "output_schema"]),
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
@@ -93,6 +93,19 @@ const FORBIDDEN: [(&str, &[&str]); 23] = [
             "crate::check",
             "crate::preview",
             "crate::cli",
+        ],
+    ),
+    (
+        "src/report",
+        &[
+            "crate::optics",
+            "crate::specimen",
+            "crate::extract",
+            "crate::labels",
+            "crate::transport",
+            "crate::pipeline",
+            "crate::validate",
+            "crate::check",
         ],
     ),
     ("src/record.rs", &["crate::recipe", "crate::optics", "crate::extract", "crate::shard", "crate::specimen"]),

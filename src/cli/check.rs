@@ -11,6 +11,7 @@ use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{Options, Report, check};
 use crate::record::Split;
+use crate::shard::Sums;
 
 /// Name of the document in the folder of pictures.
 const DOCUMENT: &str = "check.json";
@@ -22,6 +23,7 @@ const BELOW: u8 = 3;
   gen check planks --model knots.onnx                          the split test, knots.yaml beside the model
   gen check planks --model knots.onnx --split all --json       everything, for programs
   gen check planks --model knots.onnx --out wrong              pictures of the worst answers, and check.json
+  gen check planks --model knots.onnx --save                   kept in planks/reports, where gen report finds it
   gen check planks --model knots.onnx --slice film.n --slice physics.speckle_contrast
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
 
@@ -65,6 +67,9 @@ pub(super) struct Check {
     /// Folder for pictures of them and for the report as check.json; made where it is not there
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Keep the report beside the dataset, as DIR/reports/check-MODEL.json with its pictures, for `gen report`
+    #[arg(long)]
+    save: bool,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -117,7 +122,7 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         threads,
         seed: arguments.seed,
         worst: arguments.worst as usize,
-        pictures: arguments.out.is_some(),
+        pictures: arguments.out.is_some() || arguments.save,
     };
     let bar = Things::new("windows");
     let report = check(&options, &|done, all| bar.show(done, all));
@@ -128,7 +133,12 @@ pub(super) fn run(arguments: &Check) -> Outcome {
     }
     let mut pictures = Vec::new();
     if let Some(out) = &arguments.out {
-        pictures = write(out, &report)?;
+        pictures = draw(out, "", &report)?;
+        whole::write(&out.join(DOCUMENT), format!("{:#}\n", report.json(&pictures)).as_bytes())?;
+    }
+    if arguments.save {
+        let kept = save(&arguments.dir, &arguments.model, &report)?;
+        say(&format!("kept as {}", kept.display()));
     }
     print(&if arguments.json { format!("{:#}\n", report.json(&pictures)) } else { report.table() });
     if bar.is_seen() {
@@ -163,17 +173,40 @@ fn prepare(out: &Path) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Writes pictures and document; gives the names of the pictures.
-fn write(out: &Path, report: &Report) -> Result<Vec<String>, Box<dyn std::error::Error + Send + Sync>> {
+/// Keeps the report in the dataset's folder, with what it was made from; pictures of an earlier one go.
+fn save(dir: &Path, model: &Path, report: &Report) -> Result<PathBuf, Box<dyn std::error::Error + Send + Sync>> {
+    let reports = dir.join("reports");
+    let told = |e: std::io::Error| format!("--save: {}: {e}; make the folder writable", reports.display());
+    fs::create_dir_all(&reports).map_err(told)?;
+    let stem = model.file_stem().unwrap_or_default().to_string_lossy();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
+    let name: String = format!("check-{stem}").chars().map(plain).collect();
+    for path in fs::read_dir(&reports).map_err(told)?.flatten().map(|entry| entry.path()) {
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        if file.starts_with(&format!("{name}-wrong-")) && file.ends_with(".png") {
+            fs::remove_file(&path).map_err(told)?;
+        }
+    }
+    let pictures = draw(&reports, &format!("{name}-"), report)?;
+    let sums = Sums::of(dir, report.head.shards);
+    let mut document = report.json(&pictures);
+    document["dataset_sha256"] = sums.dataset.into();
+    document["manifests_sha256"] = sums.manifests.into();
+    let path = reports.join(format!("{name}.json"));
+    whole::write(&path, format!("{document:#}\n").as_bytes())?;
+    Ok(path)
+}
+
+/// Writes the pictures of the worst answers; gives their names.
+fn draw(out: &Path, before: &str, report: &Report) -> Result<Vec<String>, Box<dyn std::error::Error + Send + Sync>> {
     let mut names = Vec::new();
     for (i, wrong) in report.worst.iter().enumerate() {
         let Some(picture) = &wrong.picture else { continue };
-        let name = format!("wrong-{:03}-sample-{}.png", i + 1, wrong.index);
+        let name = format!("{before}wrong-{:03}-sample-{}.png", i + 1, wrong.index);
         let mut bytes = std::io::Cursor::new(Vec::new());
         picture.write_to(&mut bytes, image::ImageFormat::Png)?;
         whole::write(&out.join(&name), &bytes.into_inner())?;
         names.push(name);
     }
-    whole::write(&out.join(DOCUMENT), format!("{:#}\n", report.json(&names)).as_bytes())?;
     Ok(names)
 }

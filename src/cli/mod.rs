@@ -1,5 +1,5 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`,
-//! `gen compare`, `gen icon`, `gen check`, `gen export`.
+//! `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for.
 
@@ -9,6 +9,7 @@ mod export;
 mod generate;
 mod icon;
 mod progress;
+mod report;
 mod study;
 mod transport;
 mod whole;
@@ -41,6 +42,7 @@ use progress::{counted, say};
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
   gen check planks --model knots.onnx                          what a trained model makes of it
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
+  gen report planks                                            one page for people, planks/reports/report.html
   gen icon plank.xml                                           what a file of the real camera holds
   gen schema recipe > recipe.schema.json                       for an editor's completion")]
 struct Cli {
@@ -74,6 +76,8 @@ enum Command {
         #[command(subcommand)]
         format: export::Format,
     },
+    /// Show a dataset as one HTML page: samples, classes, histograms, frames, sizes, and results that are kept
+    Report(report::Report),
     /// Say what files of the real camera (iCon .dat and .xml) hold
     Icon(icon::Icon),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
@@ -164,6 +168,7 @@ pub fn run() -> ExitCode {
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Export { format }) => export::run(&format),
+        Some(Command::Report(arguments)) => report::run(&arguments),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {

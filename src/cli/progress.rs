@@ -182,6 +182,31 @@ impl Things {
     }
 }
 
+/// A bar for the steps of a page; hidden where standard error is no terminal.
+pub(super) struct Steps(ProgressBar);
+
+impl Steps {
+    /// Nothing is shown before the first step.
+    pub(super) fn new() -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {pos}/{len} steps, {eta} left");
+        Self(ProgressBar::no_length().with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+    }
+
+    /// Takes steps done and steps in all.
+    pub(super) fn show(&self, done: u64, all: u64) {
+        self.0.set_length(all);
+        self.0.set_position(done);
+    }
+
+    /// Takes the bar away.
+    pub(super) fn end(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// A line for the user. Whoever closes the other end of standard error does not stop the work.
 pub(super) fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");

@@ -28,6 +28,7 @@ mod read;
 mod refuse;
 mod rows;
 mod size;
+mod sums;
 mod table;
 mod writer;
 
@@ -47,6 +48,7 @@ pub(crate) use rows::frame_numbers;
 pub use rows::row_batch;
 pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
 pub use size::{estimated_bytes_per_sample, samples_per_shard};
+pub use sums::Sums;
 pub use writer::ShardWriter;
 
 use output_schema::{Images, NumberColumn};

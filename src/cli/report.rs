@@ -1,0 +1,113 @@
+//! `gen report`: a dataset as one page for people.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use output_schema::file::DATASET;
+
+use super::generate::threads;
+use super::progress::{Steps, bytes, counted, say};
+use super::{Outcome, Usage, whole};
+use crate::generate::{recipe_of, sample};
+use crate::optics::speckle::Tiles;
+use crate::preview::{Exposure, exposure};
+use crate::report::{Options, Render, Timing, report};
+use crate::settings::Transport;
+use crate::shard::DatasetFolder;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen report planks                                writes planks/reports/report.html; open it in any browser
+  gen report planks --samples 60 --out page.html   more samples, smaller pictures, another place
+  gen report planks --no-timing                    the same bytes each time
+
+Results that `gen validate --save` and `gen check --save` keep beside the dataset are shown too.
+A filter can be part of the address: report.html#class=rot&split=test
+
+Exit status: 0 done, 1 the dataset cannot be opened (the page says why) or the page not be written,
+2 unusable arguments. An unfinished dataset has a page that says what is missing.")]
+pub(super) struct Report {
+    /// Folder of the dataset
+    dir: PathBuf,
+    /// Where the page goes [default: DIR/reports/report.html]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Samples in the contact sheet at most
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=500))]
+    samples: u64,
+    /// Sensor frames that are exposed again at most
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u64).range(0..=100))]
+    frames: u64,
+    /// Measure no time: the same folder then gives the same bytes
+    #[arg(long)]
+    no_timing: bool,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "T")]
+    threads: Option<usize>,
+}
+
+pub(super) fn run(arguments: &Report) -> Outcome {
+    let root = &arguments.dir;
+    if !root.is_dir() {
+        return Err(Usage(format!("{}: there is no such folder; name the folder of a dataset", root.display())).into());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
+    let out = match &arguments.out {
+        Some(out) => out.clone(),
+        None if root.join(DATASET).exists() => {
+            let folder = root.join("reports");
+            let told = |e| format!("cannot make {}: {e}; give another place with --out", folder.display());
+            fs::create_dir_all(&folder).map_err(told)?;
+            folder.join("report.html")
+        }
+        None => {
+            let what = format!("{}: it holds no {DATASET}; name the folder of a dataset", root.display());
+            return Err(Usage(what).into());
+        }
+    };
+    whole::check(&out)?;
+    let folder = DatasetFolder::open(root);
+    let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
+    let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
+    let tiles = Tiles::new(seed);
+    // A slow model takes minutes for a line.
+    let fast = recipe.as_ref().ok().filter(|recipe| recipe.transport() == Transport::Kernel);
+    let expose = fast.map(|recipe| {
+        let tiles = &tiles;
+        move |index: u64, along: f64| {
+            let profiles = recipe.size().profiles;
+            exposure(&recipe.draw(seed, index), (along * profiles as f64) as usize, tiles)
+        }
+    });
+    let measure = fast.filter(|_| !arguments.no_timing).map(|recipe| {
+        let tiles = &tiles;
+        move |index: u64| {
+            let start = Instant::now();
+            sample(recipe, seed, index, tiles, &|_| ());
+            Timing { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
+        }
+    });
+    let bar = Steps::new();
+    let options = Options {
+        recipe: recipe.as_ref().map_err(Clone::clone),
+        samples: arguments.samples,
+        frames: arguments.frames as usize,
+        render: Render {
+            expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> Exposure + Sync)),
+            measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> Timing + Sync)),
+        },
+        watch: &|done, all| bar.show(done, all),
+    };
+    let page = pool.install(|| report(root, &options));
+    bar.end();
+    whole::write(&out, page.html.as_bytes())?;
+    let size = bytes(page.html.len() as u64);
+    say(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
+    if page.troubles > 0 {
+        say(&format!("gen: {} has {}; the page names them", root.display(), counted(page.troubles, "fault")));
+    }
+    Ok(if folder.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

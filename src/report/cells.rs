@@ -1,0 +1,157 @@
+//! Histograms with a fixed number of cells, one count for each class of the recipe.
+
+/// Cells of a histogram.
+pub(super) const CELLS: usize = 24;
+
+/// What is known of a number before its cells are counted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Extent {
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+    /// Sum.
+    pub sum: f64,
+    /// How many.
+    pub count: u64,
+    /// How many are missing.
+    pub missing: u64,
+    /// Whether all are whole numbers.
+    pub whole: bool,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0, missing: 0, whole: true }
+    }
+}
+
+impl Extent {
+    /// Takes a number; what is not finite counts as missing.
+    pub fn add(&mut self, value: f64) {
+        if !value.is_finite() {
+            self.missing += 1;
+            return;
+        }
+        (self.min, self.max) = (self.min.min(value), self.max.max(value));
+        self.sum += value;
+        self.count += 1;
+        self.whole &= value == value.round();
+    }
+
+    /// Mean; `None` where there is none.
+    pub fn mean(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+
+    /// Whether there is one value alone.
+    pub fn is_constant(&self) -> bool {
+        self.count > 0 && self.min == self.max
+    }
+}
+
+/// How numbers are laid along a histogram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Axis {
+    /// Evenly.
+    Linear(f64, f64),
+    /// Evenly in the logarithm.
+    Log(f64, f64),
+    /// A cell for each whole number, or for as many of them as it takes.
+    Whole(f64, f64),
+}
+
+impl Axis {
+    /// For numbers from `min` to `max`.
+    pub fn new(min: f64, max: f64, whole: bool, log: bool) -> Self {
+        if whole && max - min < CELLS as f64 {
+            Self::Whole(min, max)
+        } else if log && min > 0.0 {
+            Self::Log(min, max)
+        } else {
+            Self::Linear(min, max)
+        }
+    }
+
+    /// Cells of a histogram.
+    pub fn cells(self) -> usize {
+        match self {
+            Self::Whole(min, max) => (max - min) as usize + 1,
+            _ => CELLS,
+        }
+    }
+
+    /// Where a number lies, 0 at the left end and 1 at the right one.
+    pub fn place(self, value: f64) -> f64 {
+        let share = match self {
+            Self::Linear(min, max) => (value - min) / (max - min),
+            Self::Log(min, max) => libm::log(value / min) / libm::log(max / min),
+            Self::Whole(min, max) => (value - min + 0.5) / (max - min + 1.0),
+        };
+        if share.is_finite() { share } else { 0.5 }
+    }
+
+    /// The number at a place.
+    pub fn value(self, place: f64) -> f64 {
+        match self {
+            Self::Linear(min, max) => min + place * (max - min),
+            Self::Log(min, max) => min * libm::exp(place * libm::log(max / min)),
+            Self::Whole(min, max) => min - 0.5 + place * (max - min + 1.0),
+        }
+    }
+}
+
+/// A histogram.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Cells {
+    /// Along it.
+    pub axis: Axis,
+    /// Counts `[classes, cells]`.
+    pub counts: Vec<Vec<u64>>,
+}
+
+impl Cells {
+    /// An empty one for so many classes.
+    pub fn new(axis: Axis, classes: usize) -> Self {
+        Self { axis, counts: vec![vec![0; axis.cells()]; classes.max(1)] }
+    }
+
+    /// Takes a number of a sample of `class`; what is not finite is left out.
+    pub fn add(&mut self, class: usize, value: f64) {
+        if !value.is_finite() {
+            return;
+        }
+        let n = self.axis.cells();
+        let cell = ((self.axis.place(value) * n as f64).max(0.0) as usize).min(n - 1);
+        if let Some(counts) = self.counts.get_mut(class) {
+            counts[cell] += 1;
+        }
+    }
+
+    /// Highest column.
+    pub fn most(&self) -> u64 {
+        (0..self.axis.cells()).map(|cell| self.counts.iter().map(|c| c[cell]).sum()).max().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every number lands in the cell whose ends enclose it, the largest in the last one.
+    #[test]
+    fn numbers_land_in_their_cells() {
+        for axis in [Axis::Linear(-2.0, 3.0), Axis::Log(0.1, 40.0), Axis::Whole(2.0, 6.0)] {
+            let n = axis.cells();
+            let mut cells = Cells::new(axis, 2);
+            for cell in 0..n {
+                cells.add(1, axis.value((cell as f64 + 0.5) / n as f64));
+            }
+            assert_eq!(cells.counts[1], vec![1; n]);
+            assert_eq!(cells.counts[0], vec![0; n]);
+            cells.add(0, axis.value(1.0));
+            cells.add(0, f64::NAN);
+            assert_eq!((cells.counts[0][n - 1], cells.most()), (1, 2));
+        }
+    }
+}

@@ -1,0 +1,102 @@
+// Filters by class and split, the large view, the search among numbers. Without it the page shows everything.
+"use strict";
+(() => {
+  const root = document.documentElement;
+  root.classList.add("js");
+  const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const byId = (id) => document.getElementById(id);
+  const chosen = (name) => all(`input[name="${name}"]`).find((input) => input.checked);
+  const dimmer = document.head.appendChild(document.createElement("style"));
+
+  function apply() {
+    const klass = chosen("class")?.value ?? "";
+    const split = chosen("split")?.value ?? "";
+    const fits = (item) => (!klass || item.dataset.class === klass) && (!split || item.dataset.split === split);
+    all("#sheet > .card, .frames > .frame").forEach((item) => { item.hidden = !fits(item); });
+    const shown = all("#sheet > .card").filter((card) => !card.hidden).length;
+    if (byId("shown")) byId("shown").textContent = `${shown} ${shown === 1 ? "sample" : "samples"} shown`;
+    if (byId("none")) byId("none").hidden = shown > 0;
+    // Histograms keep every class, and dim those that are filtered away.
+    const number = chosen("class")?.dataset.c;
+    dimmer.textContent = number === undefined ? "" : `.bars path:not([data-c="${number}"]) { fill-opacity: .13 !important; }`;
+  }
+
+  function fromAddress() {
+    const text = location.hash.slice(1);
+    if (!text.includes("=")) return;
+    const wanted = new URLSearchParams(text);
+    for (const name of ["class", "split"]) {
+      const inputs = all(`input[name="${name}"]`);
+      const input = inputs.find((one) => one.value === (wanted.get(name) ?? ""));
+      if (input) input.checked = true;
+    }
+    if (byId("labels") && wanted.has("labels")) byId("labels").checked = wanted.get("labels") !== "off";
+    if (byId("find") && wanted.has("find")) { byId("find").value = wanted.get("find"); find(); }
+    apply();
+  }
+
+  function toAddress() {
+    const now = new URLSearchParams();
+    for (const name of ["class", "split"]) if (chosen(name)?.value) now.set(name, chosen(name).value);
+    history.replaceState(null, "", now.size ? `#${now}` : location.pathname + location.search);
+    apply();
+  }
+
+  function find() {
+    const words = byId("find").value.toLowerCase().split(/\s+/).filter(Boolean);
+    const fits = (item) => words.every((word) => `${item.dataset.name} ${item.title}`.toLowerCase().includes(word));
+    all(".multiple").forEach((item) => { item.hidden = !fits(item); });
+    all("#numbers .group").forEach((group) => { group.hidden = !all(".multiple", group).some((item) => !item.hidden); });
+  }
+
+  // The large view: one sample, the neighbours by arrow keys.
+  const dialog = document.body.appendChild(document.createElement("dialog"));
+  dialog.setAttribute("aria-label", "Sample, large");
+  let current = null;
+  function show(card) {
+    current = card;
+    const bar = document.createElement("div");
+    bar.className = "bar";
+    const button = (words, action) => {
+      const made = bar.appendChild(document.createElement("button"));
+      made.type = "button";
+      made.textContent = words;
+      made.addEventListener("click", action);
+    };
+    button("\u2190 previous", () => move(-1));
+    button("next \u2192", () => move(1));
+    button("labels", () => { byId("labels").click(); });
+    button("close", () => dialog.close());
+    const copy = card.cloneNode(true);
+    copy.removeAttribute("id");
+    copy.querySelector(".maps").removeAttribute("href");
+    dialog.replaceChildren(bar, copy);
+    if (!dialog.open) dialog.showModal();
+  }
+  function move(by) {
+    const cards = all("#sheet > .card").filter((card) => !card.hidden);
+    const next = cards[(cards.indexOf(current) + by + cards.length) % cards.length];
+    if (next) show(next);
+  }
+  dialog.addEventListener("keydown", (event) => {
+    if (event.key === "ArrowLeft") move(-1);
+    else if (event.key === "ArrowRight") move(1);
+    else if (event.key === "l") byId("labels").click();
+    else return;
+    event.preventDefault();
+  });
+  dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });
+  dialog.addEventListener("close", () => current?.querySelector(".maps").focus());
+  byId("sheet")?.addEventListener("click", (event) => {
+    const maps = event.target.closest("a.maps");
+    if (!maps || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    event.preventDefault();
+    show(maps.closest(".card"));
+  });
+
+  all('input[name="class"], input[name="split"]').forEach((input) => input.addEventListener("change", toAddress));
+  byId("find")?.addEventListener("input", find);
+  addEventListener("hashchange", fromAddress);
+  addEventListener("beforeprint", () => all("details.group, details.fault").forEach((one) => { one.open = true; }));
+  fromAddress();
+})();

@@ -1,0 +1,195 @@
+//! The contact sheet: for a spread of samples Range, Reflectance and Scatter side by side, labels laid over them.
+
+use maud::{Markup, html};
+
+use super::super::Facts;
+use super::super::colours::{Ramp, class_hex, labels_png, map_png};
+use super::super::sample::{MAPS, Sample};
+use super::words::{count, name, number, percent, with_unit};
+use super::{address, chart, hue, plain};
+use crate::record::Split;
+
+/// Titles and colours of the maps.
+const PANELS: [(&str, Ramp); 3] = [("Range", Ramp::Viridis), ("Reflectance", Ramp::Grey), ("Scatter", Ramp::Inferno)];
+
+/// The colours of a map: what is taken off each sample, and the ends of the scale.
+struct Scale {
+    relative: bool,
+    low: f32,
+    high: f32,
+}
+
+/// The section.
+pub(super) fn section(facts: &Facts) -> Markup {
+    let scales: Vec<Option<Scale>> = (0..MAPS.len()).map(|map| scale(&facts.samples, map)).collect();
+    let plain = plain(facts.head);
+    html! {
+        p {
+            (facts.samples.len()) " of " (count(facts.tally.total())) " samples: as many of each class as of any other, spread over the dataset. "
+            "Rows grow downwards in the order of exposure. Colours have one scale for all samples; tap or click a sample to see it large."
+        }
+        (controls(facts))
+        div.legends {
+            @for ((map, (title, ramp)), scale) in PANELS.iter().enumerate().zip(&scales) {
+                @if let Some(scale) = scale {
+                    figure {
+                        figcaption {
+                            strong { (title) } " "
+                            @match map {
+                                0 if scale.relative => { "[" (facts.head.range_unit()) "], less the sample's median" }
+                                0 => { "[" (facts.head.range_unit()) "]" }
+                                1 => { "[DN], at the peak, dark level included" }
+                                _ => { "[DN], sum beside the peak, dark level included" }
+                            }
+                        }
+                        (chart::scale(*ramp, scale.low.into(), scale.high.into(), if map == 0 { facts.head.range_unit() } else { "DN" }))
+                    }
+                }
+            }
+        }
+        ul.key aria-label="Pixel classes" {
+            @for kind in facts.tally.kinds.iter().filter(|kind| kind.pixels > 0 || kind.value == 0) {
+                li { span.swatch style={ "background:" (class_hex(kind.value)) } {} (name(&kind.name))
+                    @if plain.contains(&(kind.value as u8)) { span.dim { " (not tinted)" } } }
+            }
+            li { span.swatch style="background:#466ebe" {} "nothing measured" }
+        }
+        div.sheet id="sheet" {
+            @for sample in &facts.samples { (card(facts, sample, &scales, &plain)) }
+        }
+        p.note hidden id="none" { "No sample on this page is of that class and split; the dataset may have some." }
+    }
+}
+
+fn controls(facts: &Facts) -> Markup {
+    let classes = facts.head.classes.iter().enumerate();
+    html! {
+        div.controls {
+            div.needs-js {
+                fieldset {
+                    legend { "Class" }
+                    label.chip { input type="radio" name="class" value="" checked; span { "all " small { (count(facts.tally.total())) } } }
+                    @for (class, title) in classes {
+                        label.chip style={ "--h:" (hue(class)) } {
+                            input type="radio" name="class" value=(title) data-c=(class);
+                            span { i.dot {} (name(title)) " " small { (count(facts.tally.of_class(class))) } }
+                        }
+                    }
+                }
+                fieldset {
+                    legend { "Split" }
+                    label.chip { input type="radio" name="split" value="" checked; span { "all" } }
+                    @for (place, split) in Split::ALL.iter().enumerate() {
+                        label.chip {
+                            input type="radio" name="split" value=(split.name());
+                            span { (split.name()) " " small { (count(facts.tally.samples.iter().map(|splits| splits[place]).sum())) } }
+                        }
+                    }
+                }
+                p { output id="shown" aria-live="polite" { (facts.samples.len()) " samples shown" }
+                    span.dim { " · the address keeps the filter" } }
+            }
+            noscript { p.note { "Scripts are off: every sample is shown, and filters do not work." } }
+            label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" }
+        }
+    }
+}
+
+fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) -> Markup {
+    let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
+    let height = sample.labels.len() as u32 / sample.width.max(1);
+    let overlay = labels_png(&sample.labels, sample.width, plain).ok().filter(|_| !sample.labels.is_empty());
+    let style = overlay.map(|png| format!("--labels:url({})", address(&png)));
+    let seen: Vec<String> = sample.objects.iter().map(|(value, n)| format!("{n} {}", kind(facts, *value))).collect();
+    html! {
+        article.card id={ "s" (sample.index) } data-class=(class) data-split=(Split::ALL[sample.split].name()) {
+            h3 {
+                "Sample " (sample.index)
+                span.tag style={ "--h:" (hue(sample.class)) } { i.dot {} (name(class)) }
+                span.tag { (Split::ALL[sample.split].name()) }
+            }
+            a.maps href={ "#s" (sample.index) } style=[style] aria-label={ "Sample " (sample.index) ", larger" } {
+                @for ((map, (title, ramp)), scale) in PANELS.iter().enumerate().zip(scales) {
+                    figure {
+                        @match (&sample.maps[map], scale) {
+                            (Some(values), Some(scale)) => {
+                                span.map { img width=(sample.width) height=(height.max(values.len() as u32 / sample.width.max(1)))
+                                    alt={ (title) " of sample " (sample.index) ", class " (name(class)) }
+                                    src=(painted(values, sample, scale, map, *ramp)); }
+                            }
+                            _ => { span.map.empty { "not kept" } }
+                        }
+                        figcaption { (title) }
+                    }
+                }
+            }
+            dl {
+                @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
+                @if let Some(middle) = median(sample, 0) { div { dt { "median Range" } dd { (number(middle.into())) " " (facts.head.range_unit()) } } }
+                @if let Some(share) = sample.missing { div { dt { "Range missing" } dd { (percent(share)) } } }
+                @if let Some(share) = sample.saturated { div { dt { "saturated" } dd { (percent(share)) } } }
+                @for (path, value, unit) in sample.numbers.iter().filter(|number| varies(facts, &number.0)) { div { dt { (path) } dd { (with_unit(*value, unit)) } } }
+                div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
+                div.wide { dt { "id" } dd { code { (sample.id) } } }
+            }
+        }
+    }
+}
+
+/// Whether a drawn number differs between samples.
+fn varies(facts: &Facts, path: &str) -> bool {
+    facts.tally.numbers.iter().any(|number| number.cells.is_some() && number.column.path() == path)
+}
+
+/// A map in its colours.
+fn painted(values: &[f32], sample: &Sample, scale: &Scale, map: usize, ramp: Ramp) -> String {
+    let off = if scale.relative { median(sample, map).unwrap_or(0.0) } else { 0.0 };
+    let values: Vec<f32> = values.iter().map(|value| value - off).collect();
+    map_png(&values, sample.width, (scale.low, scale.high), ramp).map_or(String::new(), |png| address(&png))
+}
+
+fn kind(facts: &Facts, value: usize) -> String {
+    facts.head.pixel_classes.get(value).map_or_else(|| value.to_string(), |title| name(title))
+}
+
+/// The numbers of a map where there is an object, sorted.
+fn on_object(sample: &Sample, map: usize) -> Vec<f32> {
+    let values = sample.maps[map].as_deref().unwrap_or_default().iter().enumerate();
+    let on = |i: usize| sample.labels.get(i).is_none_or(|class| *class > 0);
+    let mut values: Vec<f32> = values.filter(|(i, value)| !value.is_nan() && on(*i)).map(|(_, value)| *value).collect();
+    values.sort_unstable_by(f32::total_cmp);
+    values
+}
+
+/// The number that a share of `sorted` lies below.
+fn quantile(sorted: &[f32], share: f64) -> Option<f32> {
+    sorted.get(((sorted.len() as f64 - 1.0).max(0.0) * share).round() as usize).copied()
+}
+
+fn median(sample: &Sample, map: usize) -> Option<f32> {
+    quantile(&on_object(sample, map), 0.5)
+}
+
+/// One scale for all samples: half a per cent from either end. Range is told from the sample's median where samples
+/// differ in height more than their surfaces do.
+fn scale(samples: &[Sample], map: usize) -> Option<Scale> {
+    let sorted: Vec<Vec<f32>> = samples.iter().map(|sample| on_object(sample, map)).filter(|v| !v.is_empty()).collect();
+    let middles: Vec<f32> = sorted.iter().filter_map(|values| quantile(values, 0.5)).collect();
+    let mut spans: Vec<f32> = sorted.iter().filter_map(|v| Some(quantile(v, 0.95)? - quantile(v, 0.05)?)).collect();
+    spans.sort_unstable_by(f32::total_cmp);
+    let ends = |values: &[f32]| {
+        values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
+    };
+    let (low, high) = ends(&middles);
+    let relative = map == 0 && high - low > quantile(&spans, 0.5)?;
+    // Quantiles of each sample stand for those of all: no picture of all numbers is held.
+    let mut all: Vec<f32> = Vec::new();
+    for (values, middle) in sorted.iter().zip(&middles) {
+        let off = if relative { *middle } else { 0.0 };
+        all.extend((0..=200).filter_map(|i| quantile(values, f64::from(i) / 200.0)).map(|value| value - off));
+    }
+    all.sort_unstable_by(f32::total_cmp);
+    let (low, high) = (quantile(&all, 0.01)?, quantile(&all, 0.99)?);
+    let low = if map == 1 { 0.0 } else { low };
+    Some(Scale { relative, low, high: high.max(low + 1e-3) })
+}

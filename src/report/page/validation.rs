@@ -1,0 +1,119 @@
+//! What `gen validate --save` found. The document is shown by its keys: those that are known in words, others as they are.
+
+use maud::{Markup, html};
+use serde_json::{Map, Value};
+
+use super::super::Facts;
+use super::super::results::kept;
+use super::staleness;
+use super::words::{count, number};
+
+/// Name of the document.
+const NAME: &str = "validation.json";
+/// Faults of one code that are listed.
+const LISTED: usize = 20;
+/// Rows of any other table.
+const ROWS: usize = 400;
+/// Keys that are shown elsewhere.
+const KNOWN: [&str; 9] = [
+    "format",
+    "schema_version",
+    "clean",
+    "fault_counts",
+    "faults",
+    "dataset_sha256",
+    "manifests_sha256",
+    "dataset",
+    "generator",
+];
+
+/// The section.
+pub(super) fn section(facts: &Facts) -> Markup {
+    let again = format!("gen validate {} --save", facts.root.display());
+    let Some(kept) = kept(facts.root, NAME, &facts.sums) else {
+        return html! { p.note { "Nothing is kept. Make it: " code { (again) } } };
+    };
+    html! {
+        (staleness(&kept, &again))
+        @if let Ok(document) = &kept.document { (verdict(document)) (faults(document)) (others(document)) }
+    }
+}
+
+fn verdict(document: &Value) -> Markup {
+    let faults = document["faults"].as_array().map_or(0, Vec::len);
+    let clean = document["clean"].as_bool().unwrap_or(faults == 0);
+    html! {
+        p.state {
+            @if clean { span.badge.good { "clean" } " no fault" } @else { span.badge.bad { "faults" } " " (count(faults as u64)) " listed" }
+            @for (key, value) in document.as_object().into_iter().flatten() {
+                @if let (Some(n), false) = (value.as_u64(), KNOWN.contains(&key.as_str())) { ", " (count(n)) " " (key.replace('_', " ")) }
+            }
+        }
+    }
+}
+
+fn faults(document: &Value) -> Markup {
+    let list: Vec<&Value> = document["faults"].as_array().into_iter().flatten().collect();
+    let text = |fault: &Value, key: &str| fault[key].as_str().unwrap_or("").to_owned();
+    let mut codes: Vec<String> = list.iter().map(|fault| text(fault, "code")).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    html! {
+        @for code in &codes {
+            @let of: Vec<_> = list.iter().filter(|fault| text(fault, "code") == *code).collect();
+            details.fault open {
+                summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(), |fault| text(fault, "remedy"))) } }
+                ul { @for fault in of.iter().take(LISTED) { li { code { (text(fault, "place")) } ": " (text(fault, "what")) } } }
+                @if of.len() > LISTED { p.dim { "and " (of.len() - LISTED) " more" } }
+            }
+        }
+    }
+}
+
+/// Everything else that the document says.
+fn others(document: &Value) -> Markup {
+    html! {
+        @for (key, value) in document.as_object().into_iter().flatten() {
+            @if !KNOWN.contains(&key.as_str()) && (value.is_object() || value.as_array().is_some_and(|list| !list.is_empty())) {
+                details.group { summary { (key.replace('_', " ")) } (any(value, 0)) }
+            }
+        }
+    }
+}
+
+/// A value: lists of objects as tables, objects as lists of names and values.
+fn any(value: &Value, depth: usize) -> Markup {
+    match value {
+        Value::Object(fields) if depth < 6 => html! {
+            dl.fixed { @for (key, value) in fields { div { dt { (key.replace('_', " ")) } dd { (any(value, depth + 1)) } } } }
+        },
+        Value::Array(list) if depth < 6 && list.iter().all(Value::is_object) => {
+            let rows: Vec<&Map<String, Value>> = list.iter().filter_map(Value::as_object).collect();
+            let mut keys: Vec<&String> = Vec::new();
+            for key in rows.iter().flat_map(|row| row.keys()) {
+                if !keys.contains(&key) {
+                    keys.push(key);
+                }
+            }
+            html! {
+                div.scroll tabindex="0" { table {
+                    thead { tr { @for key in &keys { th { (key.replace('_', " ")) } } } }
+                    tbody { @for row in rows.iter().take(ROWS) { tr { @for key in &keys { td { (row.get(*key).map_or(html! {}, |value| any(value, depth + 1))) } } } } }
+                } }
+                @if rows.len() > ROWS { p.dim { "and " (rows.len() - ROWS) " more" } }
+            }
+        }
+        Value::Array(list) => html! { (list.iter().take(ROWS).map(plain).collect::<Vec<_>>().join(", ")) },
+        other => html! { (plain(other)) },
+    }
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::Null => "-".into(),
+        Value::Bool(yes) => if *yes { "yes" } else { "no" }.into(),
+        Value::Number(n) => n.as_u64().map_or_else(|| n.as_f64().map_or(n.to_string(), number), count),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}

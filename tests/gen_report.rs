@@ -1,0 +1,198 @@
+//! `gen report` as its users run it: the page against the dataset, damaged datasets, hostile text, kept results.
+
+mod check_support;
+mod gen_support;
+mod report_support;
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use gen_support::Place;
+use parquet::record::Field;
+use report_support::{between, page, planks_page, values};
+use serde_json::json;
+
+/// The page counts what the tables hold, shows every class, and gives the same bytes twice and on any number of threads.
+#[test]
+fn the_page_says_what_is_in_the_dataset() {
+    let (place, html) = planks_page("");
+    let head = place.json("planks/dataset.json");
+    let samples = place.samples("planks");
+    let cards = between(&html, "<article class=\"card\"", "</article>");
+    assert_eq!(cards.len(), samples.len());
+    let names = head["classes"].as_array().expect("classes");
+    let mut expected: BTreeMap<&str, usize> = BTreeMap::new();
+    for sample in samples.values() {
+        let Field::Long(class) = sample.columns["class"] else { panic!("no class") };
+        *expected.entry(names[class as usize].as_str().expect("a name")).or_default() += 1;
+    }
+    let classes: Vec<_> = cards.iter().map(|card| values(card, "data-class")[0]).collect();
+    for (class, count) in &expected {
+        assert_eq!(classes.iter().filter(|name| *name == class).count(), *count, "{class}");
+        let rows = between(&html, &format!("<tr data-class=\"{class}\">"), "</tr>");
+        let told: Vec<_> = between(rows[0], "<td class=\"n\">", "</td>");
+        assert_eq!(told[0], count.to_string(), "{class}: {told:?}");
+    }
+    for (card, (index, sample)) in cards.iter().zip({
+        let mut sorted: Vec<_> = samples.iter().collect();
+        sorted.sort_by_key(|(index, sample)| (format!("{:?}", sample.columns["class"]), **index));
+        sorted
+    }) {
+        assert!(card.contains(&format!("Sample {index}<")) && card.contains(sample.text("id")), "{index}");
+        assert_eq!(values(card, "data-split"), [sample.text("split")]);
+        assert_eq!(card.matches("src=\"data:image/png;base64,").count(), 3);
+        assert!(card.contains("--labels:url(data:image/png;base64,"));
+    }
+    let numbers = head["parameters"].as_array().expect("numbers").iter();
+    let paths: Vec<_> =
+        numbers.map(|n| format!("{}.{}", n["group"].as_str().unwrap(), n["key"].as_str().unwrap())).collect();
+    let shown = values(&html, "data-name");
+    assert!(paths.iter().all(|path| shown.contains(&path.as_str())), "{} of {}", shown.len(), paths.len());
+    assert!(html.contains(head["recipe"]["hash"].as_str().expect("a hash")) && html.contains("complete"));
+    assert!(between(&html, "<article class=\"frame\"", "</article>").len() > 2);
+    assert!(html.contains("gen validate planks --save") && html.contains("No time was measured"));
+    assert_eq!(page(&place, "planks", "--threads 1"), html);
+    assert!(html.len() < 10_000_000, "{} bytes", html.len());
+}
+
+/// Nothing is asked of a network or of another file: every address is in the page, and its policy forbids others.
+#[test]
+fn nothing_is_fetched() {
+    let (_place, html) = planks_page("--frames 0");
+    for attribute in ["src", "href", "xlink:href", "action", "poster", "srcset", "data"] {
+        for value in values(&html, attribute) {
+            assert!(
+                value.starts_with("data:") || value.starts_with('#'),
+                "{attribute}: {}",
+                &value[..value.len().min(60)]
+            );
+        }
+    }
+    for word in
+        ["@import", "fetch(", "XMLHttpRequest", "WebSocket", "importScripts", "sendBeacon", "url(http", "url(//"]
+    {
+        assert!(!html.contains(word), "{word}");
+    }
+    assert!(html.contains("default-src 'none'"), "a policy forbids what the page does not need");
+}
+
+/// Text of a recipe, of file names and of kept results never becomes markup.
+#[test]
+fn text_is_escaped() {
+    let place = Place::with(&[]);
+    place.make("planks", "--n 2");
+    let mut head = place.json("planks/dataset.json");
+    head["recipe"]["name"] = json!("</title><script>alert(1)</script>");
+    head["recipe"]["text"] = json!("# </pre><img src=x onerror=alert(2)>");
+    head["classes"][0] = json!("\"><script>alert(3)</script>");
+    head["parameters"][0]["doc"] = json!("\" onmouseover=\"alert(4)");
+    place.write("planks/dataset.json", head.to_string());
+    fs::create_dir(place.path("planks/reports")).expect("a folder");
+    let fault = json!({"code": "<script>alert(5)</script>", "place": "<b>", "what": "</li>", "remedy": "<i>"});
+    place.write("planks/reports/validation.json", json!({"faults": [fault], "<u>": [{"<s>": "<q>"}]}).to_string());
+    let check = json!({"classes": [{"name": "<script>alert(6)</script>"}], "worst": [{"picture": "../../tiny.yaml"}]});
+    place.write("planks/reports/check-<x>.json", check.to_string());
+    let html = page(&place, "planks", "");
+    assert_eq!(html.matches("<script>").count(), 1, "the page's own");
+    for text in ["<img src=x", "onmouseover=\"", "<b>", "<u>", "<s>", "<q>", "check-<x>", "<title></title>"] {
+        assert!(!html.contains(text), "{text}");
+    }
+    assert!(html.contains("&lt;script&gt;alert(1)&lt;/script&gt;") && html.contains("&lt;script&gt;alert(6)"));
+}
+
+/// Kept results are shown; those of another dataset, damaged ones and absent ones say so.
+#[test]
+fn kept_results_are_shown_or_stale() {
+    let (place, html) = planks_page("--frames 0");
+    assert!(html.contains("Nothing is kept") && html.contains("No check of a model is kept"));
+    let sha = |bytes: &[u8]| {
+        use sha2::{Digest, Sha256};
+        Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>()
+    };
+    let read = |name: &str| fs::read(place.path(name)).expect("the file is there");
+    let manifests = [read("planks/shards/00000.json"), read("planks/shards/00001.json")].concat();
+    let mut document = json!({
+        "clean": false, "samples": 6, "dataset_sha256": sha(&read("planks/dataset.json")), "manifests_sha256": sha(&manifests),
+        "faults": [{"code": "file-checksum", "place": "data/x.parquet", "what": "another sum", "remedy": "make it again"}],
+    });
+    place.write("planks/reports/validation.json", document.to_string());
+    let current = page(&place, "planks", "--frames 0");
+    for text in ["file-checksum", "data/x.parquet", "another sum", "make it again"] {
+        assert!(current.contains(text), "{text}");
+    }
+    assert!(!current.contains("class=\"stale\""), "it is of this dataset");
+    document["manifests_sha256"] = json!("0");
+    place.write("planks/reports/validation.json", document.to_string());
+    place.write("planks/reports/check-a.json", "{");
+    let stale = page(&place, "planks", "--frames 0");
+    assert!(stale.contains("Stale: ") && stale.contains("reports/check-a.json</code> cannot be read"));
+}
+
+/// An unfinished or damaged dataset has a page that says what is missing; what is no dataset is refused.
+#[test]
+fn damage_has_a_page_too() {
+    let (place, _) = planks_page("--frames 0");
+    fs::remove_file(place.path("planks/shards/00001.json")).expect("a manifest");
+    let html = page(&place, "planks", "--frames 0");
+    assert!(html.contains("unfinished") && html.contains("shards/00001.json"));
+    assert_eq!(between(&html, "<article class=\"card\"", "</article>").len(), 4);
+    let table = place.tree("planks/data").into_keys().find(|name| name.contains("00000")).expect("a table");
+    let path = format!("planks/data/{table}");
+    let bytes = fs::read(place.path(&path)).expect("the table is there");
+    place.write(&path, &bytes[..bytes.len() / 2]);
+    let html = page(&place, "planks", "--frames 0");
+    assert!(html.contains("its manifest says") && html.contains(&table));
+    fs::remove_file(place.path(&path)).expect("a table");
+    assert!(page(&place, "planks", "--frames 0").contains("is missing"));
+
+    place.write("planks/dataset.json", "{\"format\": 1");
+    let run = place.run("report planks --out page.html");
+    assert_eq!(run.code, 1, "{}", run.err);
+    assert!(fs::read_to_string(place.path("page.html")).expect("a page").contains("No dataset can be read here"));
+    assert_eq!(place.run("report nothing").code, 2);
+    assert_eq!(place.run("report .").code, 2);
+    let run = place.run("report planks --out no/where.html");
+    assert!(run.code == 1 && run.err.contains("--out"), "{}", run.err);
+}
+
+/// Every subject has a page: samples, frames and histograms.
+#[test]
+fn every_subject_has_a_page() {
+    for place in Place::of_each_subject(&[]) {
+        place.make("set", "--n 3");
+        let html = page(&place, "set", "--frames 2 --samples 2");
+        assert_eq!(between(&html, "<article class=\"card\"", "</article>").len(), 2);
+        assert_eq!(html.matches("class=\"found\"").count(), 2);
+        assert!(html.matches("class=\"histogram\"").count() > 10);
+    }
+}
+
+/// What `gen check --save` keeps is on the page, with its figures and pictures, until the dataset changes.
+#[test]
+fn checks_are_kept_and_shown() {
+    let place = check_support::planks();
+    let class = place.json("planks/dataset.json")["classes"][0].as_str().expect("a class").to_owned();
+    let sidecar = format!(
+        "task: classify_pixels\n{}\nwindow_px: 8\npatches_per_class: 20\nclasses: [{{name: a, of: [clear]}}, {{name: b, of: [rot]}}]",
+        check_support::CHANNEL
+    );
+    let run = check_support::run(&place, "mean_sign.onnx", &sidecar, "--save --worst 3");
+    assert!(run.code == 0 && run.err.contains("reports/check-mean_sign.json"), "{class}: {}", run.err);
+    let kept = place.json("planks/reports/check-mean_sign.json");
+    assert_eq!(kept["dataset_sha256"].as_str().map(str::len), Some(64));
+    let pictures: Vec<_> = kept["worst"].as_array().expect("a list").iter().map(|w| w["picture"].as_str()).collect();
+    assert!(
+        !pictures.is_empty()
+            && pictures.iter().all(|name| name.is_some_and(|name| name.starts_with("check-mean_sign-wrong-")))
+    );
+    let html = page(&place, "planks", "--frames 0");
+    let model = between(&html, "<article class=\"model\"", "</article>");
+    assert_eq!(model.len(), 1);
+    assert!(!model[0].contains("class=\"stale\""));
+    assert_eq!(model[0].matches("<img").count(), pictures.len());
+    for row in kept["confusion"].as_array().expect("a table") {
+        assert!(row.as_array().expect("a row").iter().all(|n| model[0].contains(&format!(">{n}</td>"))), "{row}");
+    }
+    place.make("planks", "--n 8 --samples-per-shard 4");
+    assert!(page(&place, "planks", "--frames 0").contains("Stale: "));
+}
