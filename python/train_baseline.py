@@ -33,17 +33,17 @@ except ImportError as missing:
 SCHEMA_MAJOR = 1
 CHANNELS = ("range", "reflectance", "scatter")
 
-# Whose class is asked, the window around it and what becomes of it (rows, columns) [px], and of which pixel classes of the
-# dataset each class of the model is made.
-Task = namedtuple("Task", "kind window size classes")
+# Whose class is asked, the window around it and what becomes of it (rows, columns) [px], how many of each class a check
+# asks about, and of which pixel classes of the dataset each class of the model is made.
+Task = namedtuple("Task", "kind window size most classes")
 TABLET = ["pocket", "broken", "chipped", "cracked", "capped", "foreign_tablet", "wrong_coat", "double", "particle",
           "fibre", "powder", "shallow", "collapsed", "punctured", "pinhole", "channel"]
 TASKS = {
-    "wood": Task("classify_pixels", (96, 96), (32, 32),
+    "wood": Task("classify_pixels", (96, 96), (32, 32), 1000,
                  {"clear": ["clear"], "knot": ["sound_knot", "dead_knot"], "rot": ["rot"]}),
-    "blister": Task("classify_objects", (160, 128), (32, 32),
+    "blister": Task("classify_objects", (160, 128), (32, 32), 300,
                     {"present": ["pocket"], "missing": ["missing"], "broken": ["broken"]}),
-    "presence": Task("classify_objects", (160, 128), (32, 32), {"present": TABLET, "missing": ["missing"]}),
+    "presence": Task("classify_objects", (160, 128), (32, 32), 300, {"present": TABLET, "missing": ["missing"]}),
 }
 
 # What training looks at: windows `x` [patches, channels, rows, columns], heights less the mean of their window, NaN where
@@ -297,7 +297,8 @@ def write_sidecar(task, told, path, note):
     for channel in told:
         relative = ", relative: true" if channel["relative"] else ""
         lines.append(f"  - {{name: {channel['name']}, mean: {channel['mean']}, sd: {channel['sd']}{relative}}}")
-    lines += [f"window_px: {list(task.window)}", f"size_px: {list(task.size)}", "classes:"]
+    lines += [f"window_px: {list(task.window)}", f"size_px: {list(task.size)}",
+              f"patches_per_class: {task.most}", "classes:"]
     lines += [f"  - {{name: {name}, of: [{', '.join(of)}]}}" for name, of in task.classes.items()]
     path.write_text("\n".join(lines) + "\n")
 
