@@ -3,13 +3,15 @@
 .DEFAULT_GOAL := help
 GEN := target/release/gen
 VENV := .venv
+TRAIN = $(VENV)/bin/python python/train_baseline.py
+ABLATE = $(VENV)/bin/python python/ablate_baselines.py
 DIR ?= out/wood-small
 RECIPE ?= recipes/wood.yaml
 INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -66,6 +68,26 @@ validate: build ## check a dataset: DIR=out/wood-small
 
 report: build ## a dataset as one page for people: DIR=out/wood-small
 	$(GEN) report $(DIR)
+
+check-onnx: build venv ## the trained networks of tests/models on fresh data of another seed, held to their bars
+	$(GEN) --recipe recipes/wood-train.yaml --n 300 --seed 2 --out out/fresh/wood
+	$(GEN) --recipe recipes/blister-train.yaml --n 250 --seed 2 --out out/fresh/packs
+	$(GEN) check out/fresh/wood --model tests/models/wood_patches.onnx --split all --min-accuracy 0.95
+	$(GEN) check out/fresh/packs --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
+	$(GEN) check out/fresh/packs --model tests/models/blister_pockets.onnx --split all --min-accuracy 0.98
+
+baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablation too, in out/baselines: half an hour
+	mkdir -p out/baselines
+	$(GEN) --recipe recipes/wood-train.yaml --n 1400 --seed 1 --out out/train/wood
+	$(GEN) --recipe recipes/blister-train.yaml --n 900 --seed 1 --out out/train/packs
+	$(TRAIN) out/train/wood --task wood --epochs 10 --out out/baselines/wood_patches.onnx
+	$(TRAIN) out/train/packs --task presence --epochs 25 --out out/baselines/blister_presence.onnx
+	$(TRAIN) out/train/packs --task blister --epochs 25 --out out/baselines/blister_pockets.onnx
+	$(TRAIN) out/train/wood --task wood --patches 3000 --epochs 6 --shuffle-labels --out out/baselines/wood_shuffled.onnx
+	$(TRAIN) out/train/packs --task presence --epochs 6 --shuffle-labels --out out/baselines/blister_shuffled.onnx
+	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood
+	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs
+	$(ABLATE) --task blister --train out/train/packs --fresh out/fresh/packs
 
 schema: build ## JSON Schemas of recipes and datasets in out/
 	mkdir -p out

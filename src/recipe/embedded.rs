@@ -8,13 +8,15 @@ use crate::yaml::fault::nearest;
 use crate::yaml::text::{read, utf8};
 
 /// The recipes that are built in, by name.
-pub(super) const EMBEDDED: [(&str, &str); 12] = [
+pub(super) const EMBEDDED: [(&str, &str); 14] = [
     ("wood", include_str!("../../recipes/wood.yaml")),
     ("wood-small", include_str!("../../recipes/wood-small.yaml")),
     ("blister", include_str!("../../recipes/blister.yaml")),
     ("blister-small", include_str!("../../recipes/blister-small.yaml")),
     ("blister-clear", include_str!("../../recipes/blister-clear.yaml")),
     ("blister-opaque", include_str!("../../recipes/blister-opaque.yaml")),
+    ("wood-train", include_str!("../../recipes/wood-train.yaml")),
+    ("blister-train", include_str!("../../recipes/blister-train.yaml")),
     ("sawtooth", include_str!("../../recipes/sawtooth.yaml")),
     ("sawtooth-small", include_str!("../../recipes/sawtooth-small.yaml")),
     ("mesh-small", include_str!("../../recipes/mesh-small.yaml")),
