@@ -72,6 +72,11 @@ fn croissant_follows_the_dataset() {
         fs::metadata(place.path("set/croissant.json")).expect("there").len()
     };
     assert_eq!(read(30), read(42));
+    // No clock: the date is the version's, as CHANGELOG.md has it once it is released.
+    let date = place.json("set/croissant.json")["datePublished"].as_str().expect("a date").to_string();
+    let heading = concat!("## [", env!("CARGO_PKG_VERSION"), "] - ");
+    let said = include_str!("../CHANGELOG.md").lines().find_map(|line| line.strip_prefix(heading)).expect("a heading");
+    assert!(said == "unreleased" || said == date, "{said} and {date}");
     // A document that was lost is written again, by the same command.
     fs::remove_file(place.path("set/croissant.json")).expect("there");
     assert!(place.run("validate set --rerender 0").out.contains("croissant.json"));
