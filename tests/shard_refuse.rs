@@ -42,6 +42,15 @@ fn another_dataset_is_refused_with_the_difference() {
 fn a_newer_schema_is_refused_clearly() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 2, &output());
+    let manifest = place.path().join("shards/00000.json");
+    let text = fs::read_to_string(&manifest).expect("it is there");
+    let folder = DatasetFolder::open(place.path()).expect("it is a dataset");
+    assert!(folder.read_manifest(0).is_ok_and(|found| found.is_some()));
+    let newer = text.replacen("\"schema_version\": [\n    1", "\"schema_version\": [\n    2", 1);
+    fs::write(&manifest, newer).expect("it can be written");
+    assert!(folder.read_manifest(0).is_err_and(|e| e.to_string().contains("newer")));
+    assert!(folder.manifest(0).is_none());
+
     let path = place.path().join("dataset.json");
     let mut document: DatasetHead =
         serde_json::from_slice(&fs::read(&path).expect("it is there")).expect("it is a head");

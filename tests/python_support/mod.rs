@@ -2,8 +2,14 @@
 
 #![allow(dead_code)]
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
+
+use parquet::record::Field;
+use serde_json::Value;
+
+use crate::gen_support::{Place, Sample, pack_recipe, recipe};
 
 /// What a script said.
 pub struct Said {
@@ -65,4 +71,51 @@ pub fn example(home: &Path, name: &str, dataset: &Path, more: &[&str]) -> Said {
     let said = python(home, &arguments);
     assert_eq!(said.code, 0, "{name}:\n{}{}\nif a package is missing: make venv", said.out, said.err);
     said
+}
+
+/// Every image in the tables.
+pub const IMAGES: [&str; 2] =
+    ["png: [range, reflectance, scatter, label]", "png: [range, reflectance, scatter, label, instance]"];
+
+/// Fourteen boards and ten packs in shards of six, and their samples.
+pub fn datasets() -> [(Place, BTreeMap<i64, Sample>); 2] {
+    // Large enough for knots of each kind.
+    let boards = recipe(&[IMAGES])
+        .replace("\n  columns: 64 ", "\n  columns: 192 ")
+        .replace("\n  profiles: 48 ", "\n  profiles: 160 ");
+    let packs = pack_recipe(&[["sensor_stack: none", "sensor_stack: {every: 48}"]]);
+    [(boards, 14), (packs, 10)].map(|(text, n)| {
+        let place = Place::new();
+        place.write("tiny.yaml", text);
+        place.make("set", &format!("--n {n} --samples-per-shard 6"));
+        let samples = place.samples("set");
+        (place, samples)
+    })
+}
+
+/// A number of whatever type.
+pub fn number(field: &Field) -> f64 {
+    match field {
+        Field::Double(value) => *value,
+        Field::Long(value) => *value as f64,
+        Field::Int(value) => f64::from(*value),
+        other => panic!("{other:?} is no number"),
+    }
+}
+
+/// Names of `classes` or `pixel_classes` in `dataset.json`.
+pub fn names(head: &Value, list: &str) -> Vec<String> {
+    let names = head[list].as_array().expect("a list").iter();
+    names.map(|name| name.as_str().expect("a name").to_string()).collect()
+}
+
+/// The first sample of the first file of the split that comes first in `order`.
+pub fn first<'a>(samples: &'a BTreeMap<i64, Sample>, order: &[&str]) -> (i64, &'a Sample) {
+    let of = |split: &&str| samples.iter().find(|(_, sample)| sample.text("split") == *split);
+    order.iter().find_map(of).map(|(index, sample)| (*index, sample)).expect("a sample")
+}
+
+/// Exact for images.
+pub fn sum(numbers: &[u16]) -> f64 {
+    numbers.iter().map(|&n| f64::from(n)).sum()
 }
