@@ -51,6 +51,11 @@ fn the_page_says_what_is_in_the_dataset() {
     assert!(html.contains(head["recipe"]["hash"].as_str().expect("a hash")) && html.contains("complete"));
     assert!(between(&html, "<article class=\"frame\"", "</article>").len() > 2);
     assert!(html.contains("gen validate planks --save") && html.contains("No time was measured"));
+    // An element of SVG that is left open swallows those behind it.
+    for name in ["rect", "line", "path", "circle", "image", "text", "svg"] {
+        let opened = html.matches(&format!("<{name}")).count();
+        assert_eq!(opened, html.matches(&format!("</{name}>")).count(), "{name}");
+    }
     assert_eq!(page(&place, "planks", "--threads 1"), html);
     assert!(html.len() < 10_000_000, "{} bytes", html.len());
 }

@@ -79,7 +79,7 @@ pub(super) fn labels_png(labels: &[u8], width: u32, plain: &[u8]) -> Result<Vec<
     let level = |i: usize| {
         let class = labels[i].min(most);
         // The border is drawn by the class that is no plain surface, on its own side.
-        let beside = [(i % width > 0, i.wrapping_sub(1)), (i % width + 1 < width, i + 1)];
+        let beside = [(!i.is_multiple_of(width), i.wrapping_sub(1)), (i % width + 1 < width, i + 1)];
         let above = [(i >= width, i.wrapping_sub(width)), (i + width < count, i + width)];
         let differs = |(there, at): (bool, usize)| there && labels[at] != class;
         let border = !plain.contains(&class) && beside.into_iter().chain(above).any(differs);
