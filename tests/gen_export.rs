@@ -70,7 +70,7 @@ fn tools_read_packs() {
 #[test]
 fn tools_read_what_comes_from_exr() {
     let png = "png: [range, reflectance, scatter, label]";
-    let place = dataset(recipe(&[SPLITS, [png, "png: []"]]));
+    let place = dataset(recipe(&[SPLITS, [png, "png: []"], LARGE[0], LARGE[1]]));
     assert!(checked(&place, "coco", "--image scatter", false).contains("12 images"));
     checked(&place, "mvtec", "--good clear,sound_knot --image range", false);
     checked(&place, "webdataset", "", false);
