@@ -150,7 +150,7 @@ fn faults_name_the_remedy() {
         ("export icon planks --index 3 --out a", "give --index 0 to 2"),
         ("export icon empty --index 0 --out a", "holds no dataset.json"),
         ("icon nothing.xml", "side by side"),
-        ("export icon planks --index 1 --out planks", "choose an empty folder"),
+        ("export icon planks --index 1 --out planks", "choose a folder elsewhere"),
     ] {
         let run = place.run(arguments);
         assert!(run.code != 0 && run.err.contains(words), "gen {arguments}: '{words}' is not in: {}", run.err);

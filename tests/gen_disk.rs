@@ -163,7 +163,7 @@ fn an_export_that_fills_a_disk_goes_on() {
     let place = Place::with(&[]);
     place.make("set", "--n 24");
     let Some(disk) = Disk::mount(&place, 1) else { return };
-    disk.fill(200_000);
+    disk.fill(60_000);
     for format in ["png", "webdataset", "coco", "icon"] {
         let order = format!("export {format} set --out disk/{format}");
         let run = place.run(&order);
