@@ -99,7 +99,12 @@ fn labels_of_pixels_and_objects() {
     let swap = |samples: &mut Vec<Encoded>| samples[a].class_area_px.swap(0, 1);
     with(swap, &[ClassAreaDiffers], &id, "areas of two classes swapped");
     let known = |n: &mut Vec<u16>| n[500] = 77;
-    with(|samples| png(&mut samples[a], Channel::Label, known), &[LabelUnknown, ExrDiffers], &id, "a class of nothing");
+    with(
+        |samples| png(&mut samples[a], Channel::Label, known),
+        &[LabelUnknown, InstanceClass, TruthDiffers, ExrDiffers],
+        &id,
+        "a class of nothing",
+    );
 }
 
 #[test]

@@ -94,9 +94,8 @@ pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
     let report = inspect(root);
     let mut codes = codes.to_vec();
     codes.sort_unstable();
-    if report.codes() != codes || !report.faults.iter().any(|fault| fault.place.contains(place)) {
-        eprintln!("MISMATCH {what}: expected {codes:?} found {:?}\n{report}", report.codes());
-    }
+    assert_eq!(report.codes(), codes, "{what}:\n{report}");
+    assert!(report.faults.iter().any(|fault| fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
 }
 
 /// The clean dataset, damaged on the disk.
