@@ -1,5 +1,6 @@
 //! A recipe and a number of samples -> a dataset folder, shard by shard, continued wherever it stopped.
 
+mod again;
 mod estimate;
 
 use std::ops::Range;
@@ -19,6 +20,7 @@ use crate::shard::{
     self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, differences, number_column,
 };
 
+pub use self::again::Again;
 pub use self::estimate::Estimate;
 
 /// Memory for samples on their way to disk [bytes].

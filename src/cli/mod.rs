@@ -19,7 +19,7 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
-use crate::optics::speckle::Tiles;
+use crate::generate::Again;
 use crate::preview;
 use crate::recipe::{self, Recipe};
 use crate::shard::DatasetFolder;
@@ -201,21 +201,22 @@ fn show(arguments: &Preview) -> Outcome {
 
 fn validated(arguments: &Validate) -> Outcome {
     let folder = DatasetFolder::open(&arguments.dir).ok();
-    let again = folder.as_ref().map(|folder| {
-        let head = folder.head();
-        (crate::generate::recipe_of(folder), Tiles::new(head.seed), head)
-    });
-    if let Some((Ok(recipe), _, _)) = &again
+    // Where dataset.json cannot be read, validation says so itself.
+    let again = folder.as_ref().map(Again::of).unwrap_or(Err("there is no readable dataset.json".into()));
+    if let Ok(again) = &again
         && arguments.rerender > 0
     {
-        generate::warn(recipe);
+        generate::warn(again.recipe());
     }
-    let rerender = |index: u64| match &again {
-        Some((Ok(recipe), tiles, head)) => Ok(crate::generate::sample(recipe, head.seed, index, tiles, &|_| ())),
-        Some((Err(error), _, _)) => Err(error.clone()),
-        None => Err("there is no readable dataset.json".into()),
+    let again = again.as_ref().map_err(String::as_str);
+    let expect = again.ok().map(|again| |index: u64| again.expected(index));
+    let rerender = |index: u64| again.map(|again| again.sample(index)).map_err(String::from);
+    let options = validate::Options {
+        expect_head: Some(again.map(Again::head)),
+        expect: expect.as_ref().map(|expect| expect as validate::Expect),
+        rerender: Some(&rerender),
+        rerender_samples: arguments.rerender,
     };
-    let options = validate::Options { rerender: Some(&rerender), rerender_samples: arguments.rerender };
     let report = validate(&arguments.dir, &options);
     print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if report.is_clean() {

@@ -54,7 +54,7 @@ impl DatasetFolder {
         new.shards = DatasetHead::shards_for(new.samples, new.samples_per_shard);
         // The head comes first: whoever finds a folder with more than locks and temporary names finds it too.
         if old.as_ref() != Some(&new) {
-            write_whole(path, DATASET, &json(&new))?;
+            write_whole(path, DATASET, &document(&new))?;
         }
         for directory in DIRECTORIES.iter().filter(|&&name| needed(name, &new)) {
             create_directory(&path.join(directory))?;
@@ -221,8 +221,9 @@ fn read_head(root: &Path) -> Result<Option<DatasetHead>, ShardError> {
     }
     serde_json::from_value(value).map(Some).map_err(|e| refused(format!("it cannot be read: {e}")))
 }
+
 /// A document as it is written: indented, with a last line end.
-pub(super) fn json<T: serde::Serialize>(document: &T) -> Vec<u8> {
+pub(crate) fn document<T: serde::Serialize>(document: &T) -> Vec<u8> {
     // Heads and manifests are plain data with text keys: they always become JSON.
     let mut text = serde_json::to_vec_pretty(document).unwrap_or_default();
     text.push(b'\n');

@@ -32,6 +32,7 @@ pub use encoded::{Encoded, channel_name, encode};
 pub use error::ShardError;
 pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub use folder::DatasetFolder;
+pub(crate) use folder::document;
 pub use png::{Grey, read_png, write_png, write_png_as};
 pub use refuse::differences;
 pub(crate) use rows::frame_numbers;

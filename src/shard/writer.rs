@@ -10,7 +10,7 @@ use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_
 use output_schema::{Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
 
 use super::durable::{create_directory, rename, sha256, sync_directory, write_whole};
-use super::folder::json;
+use super::folder::document;
 use super::lock::Lock;
 use super::rows::{row_batch, stack_batch};
 use super::table::Table;
@@ -172,7 +172,7 @@ impl ShardWriter {
             files,
             samples: std::mem::take(&mut self.samples),
         };
-        write_whole(&root, &manifest_path(self.shard), &json(&manifest))?;
+        write_whole(&root, &manifest_path(self.shard), &document(&manifest))?;
         self.finished = true;
         Ok(manifest)
     }

@@ -3,8 +3,8 @@
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
-use output_schema::DatasetHead;
 use output_schema::row::CALIBRATION;
+use output_schema::{DatasetHead, NumberColumn};
 
 /// One object as it is stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,6 +34,8 @@ pub(super) struct StoredRow {
     pub(super) range_scale: f64,
     pub(super) defects: Vec<String>,
     pub(super) objects: Vec<StoredObject>,
+    /// Drawn numbers in the order of the head's parameters.
+    pub(super) numbers: Vec<f64>,
     /// Pixels of each class that labels can show, in their order [px].
     pub(super) class_area_px: Vec<i64>,
     /// PNG files by name, in the order of columns.
@@ -46,12 +48,11 @@ pub(super) struct StoredRow {
 /// Which column is missing, empty or of another type.
 pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<StoredRow, String> {
     let column = |name: &str| present(batch.column_by_name(name), name);
-    for (group, numbers) in head.groups() {
-        let group_column = structure(&column(group)?, group)?;
-        for number in numbers {
-            present(group_column.column_by_name(&number.key), &number.path())?;
-        }
-    }
+    let drawn = |number: &NumberColumn| {
+        let group = structure(&column(&number.group)?, &number.group)?;
+        float64(&present(group.column_by_name(&number.key), &number.path())?, &number.path())
+    };
+    let numbers = head.parameters.iter().map(drawn).collect::<Result<_, String>>()?;
     let areas = structure(&column("class_area_px")?, "class_area_px")?;
     let area = |(_, name): (usize, &str)| int64(&present(areas.column_by_name(name), name)?, name);
     let png = |name: &String| {
@@ -82,6 +83,7 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         range_scale: ranged("range_scale")?,
         defects: names(&column("defect_classes")?)?,
         objects: objects(&column("objects")?)?,
+        numbers,
         class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,
         png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
     })

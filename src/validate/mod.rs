@@ -7,8 +7,10 @@
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are opened.
 
 mod columns;
+mod expected;
 mod exr;
 mod files;
+mod head;
 mod images;
 mod labels;
 mod report;
@@ -18,14 +20,13 @@ mod stack;
 mod task;
 
 use std::collections::HashMap;
-use std::fs;
 use std::path::Path;
 
+use output_schema::DatasetHead;
 use output_schema::file::{CARD, DATASET, manifest_path};
-use output_schema::{DatasetHead, FORMAT, SubjectFiles, refuse_version};
 use rayon::prelude::*;
-use serde_json::Value;
 
+pub use expected::{Expect, Expected};
 pub use report::{Code, Fault, Report};
 
 use crate::shard::Encoded;
@@ -36,6 +37,10 @@ pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
 /// What to do beyond reading.
 #[derive(Clone, Copy, Default)]
 pub struct Options<'a> {
+    /// What this program makes of the dataset's recipe, or why it cannot be loaded; `None` to compare nothing.
+    pub expect_head: Option<Result<&'a DatasetHead, &'a str>>,
+    /// How a sample is drawn again, without rendering; `None` to compare nothing.
+    pub expect: Option<Expect<'a>>,
     /// How a sample is rendered again; `None` to compare nothing.
     pub rerender: Option<Rerender<'a>>,
     /// How many samples are rendered again, spread evenly from the first to the last.
@@ -45,19 +50,15 @@ pub struct Options<'a> {
 /// Checks everything in the folder.
 pub fn validate(folder: &Path, options: &Options) -> Report {
     let mut report = Report::default();
-    let head = match read_head(folder) {
-        Ok(head) => head,
-        Err(fault) => {
-            report.faults.push(fault);
-            return report;
-        }
-    };
+    let Some(head) = head::read(folder, &mut report) else { return report };
+    let comparable = options.expect_head.is_none_or(|expected| expected::head(&head, expected, &mut report));
+    let expect = options.expect.filter(|_| comparable);
     let chosen = chosen(head.samples, if options.rerender.is_some() { options.rerender_samples } else { 0 });
     let parts: Vec<shard::Part> = (0..head.shards)
         .into_par_iter()
         .map(|number| {
             let rerender = options.rerender.filter(|_| !chosen.is_empty());
-            shard::check(&task::Task { root: folder, head: &head, number, rerender, chosen: &chosen })
+            shard::check(&task::Task { root: folder, head: &head, number, expect, rerender, chosen: &chosen })
         })
         .collect();
 
@@ -87,33 +88,4 @@ fn chosen(samples: u64, count: u64) -> Vec<u64> {
     let count = count.min(samples);
     let place = |j: u64| if count < 2 { 0 } else { j * (samples - 1) / (count - 1) };
     (0..count).map(place).collect()
-}
-
-fn read_head(folder: &Path) -> Result<DatasetHead, Fault> {
-    let fault = |code, what: String| Fault::new(code, DATASET, what);
-    let text =
-        fs::read(folder.join(DATASET)).map_err(|e| fault(Code::DatasetMissing, format!("cannot be read: {e}")))?;
-    let value: Value = serde_json::from_slice(&text).map_err(|e| fault(Code::DatasetUnreadable, e.to_string()))?;
-    let format = value["format"].as_str().unwrap_or("").to_string();
-    // The version first: a newer document may have other keys.
-    let version = serde_json::from_value(value["schema_version"].clone()).unwrap_or([0, 0]);
-    if let Some(reason) = refuse_version(&format, version) {
-        let code = if format == FORMAT { Code::VersionUnknown } else { Code::DatasetUnreadable };
-        return Err(fault(code, reason));
-    }
-    let head: DatasetHead = serde_json::from_value(value).map_err(|e| fault(Code::DatasetUnreadable, e.to_string()))?;
-    let shards = DatasetHead::shards_for(head.samples, head.samples_per_shard);
-    if head.samples_per_shard == 0 || head.shards != shards {
-        let what =
-            format!("{} samples in shards of {} are not {} shards", head.samples, head.samples_per_shard, head.shards);
-        return Err(fault(Code::DatasetUnreadable, what));
-    }
-    let Some(subject) = SubjectFiles::named(&head.subject) else {
-        return Err(fault(Code::DatasetUnreadable, format!("its subject is `{}`", head.subject)));
-    };
-    if (&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(), &subject.label_values()) {
-        let what = format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values);
-        return Err(fault(Code::DatasetUnreadable, what));
-    }
-    Ok(head)
 }

@@ -13,6 +13,12 @@ pub enum Code {
     DatasetMissing,
     /// `dataset.json` is no document of this format.
     DatasetUnreadable,
+    /// `dataset.json` says something else than its recipe gives, or is not written as the program writes it.
+    DatasetDiffers,
+    /// The recipe in `dataset.json` does not load, or means something else than it did.
+    RecipeDiffers,
+    /// Another version of the program, or one for another target, wrote the dataset: its draws cannot be compared.
+    WriterDiffers,
     /// The dataset was written with a schema that this program does not read.
     VersionUnknown,
     /// A shard has no manifest: it is not finished.
@@ -41,6 +47,8 @@ pub enum Code {
     IdRepeated,
     /// A row says another id, split, class or seed than its file, manifest or `dataset.json`.
     RowDiffers,
+    /// A drawn number is not what recipe, seed and index give.
+    DrawDiffers,
     /// A row has a class that `dataset.json` does not name.
     ClassUnknown,
     /// A number that can never be missing is missing.
@@ -87,6 +95,10 @@ impl Code {
         match self {
             Self::DatasetMissing => "name the folder that holds dataset.json",
             Self::DatasetUnreadable => "bring dataset.json back from a copy, or make the dataset again",
+            Self::DatasetDiffers | Self::RecipeDiffers => {
+                "bring dataset.json back from a copy: what it says no longer fits its samples"
+            }
+            Self::WriterDiffers => "validate with the program version and target that the message names",
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",
             Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",

@@ -10,10 +10,23 @@ use output_schema::{ManifestFile, ManifestSample};
 use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
 use super::task::Task;
-use super::{exr, images, labels, stack};
+use super::{expected, exr, images, labels, stack};
 use crate::shard::{maps_sha256, row_batch};
 
-/// Checks one row; `listed` is what the manifest says about it.
+/// What later checks need of a row: some hundreds of bytes, whatever the size of the images.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Seen {
+    /// Number in the dataset.
+    pub(super) index: u64,
+    /// Name of its split.
+    pub(super) split: String,
+    /// Value of the column `class`; one that the head names.
+    pub(super) class: usize,
+    /// Drawn numbers in the order of the head's parameters.
+    pub(super) numbers: Vec<f64>,
+}
+
+/// Checks one row; `listed` is what the manifest says about it. What later checks need, where the row can be read.
 pub(super) fn check(
     task: &Task,
     batch: &RecordBatch,
@@ -21,30 +34,43 @@ pub(super) fn check(
     listed: Option<&ManifestSample>,
     whole: &dyn Fn(&str) -> bool,
     report: &mut Report,
-) {
+) -> Option<Seen> {
     report.samples += 1;
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
-        Err(what) => return report.faults.push(Fault::new(Code::NumberMissing, &file.path, what)),
+        Err(what) => {
+            report.faults.push(Fault::new(Code::NumberMissing, &file.path, what));
+            return None;
+        }
     };
     let place = format!("{}, sample {}", file.path, row.index);
     let Some(listed) = listed else {
         let what = format!("index {} is not the next one of this split in the manifest", row.index);
-        return report.faults.push(Fault::new(Code::IndexOrder, place, what));
+        report.faults.push(Fault::new(Code::IndexOrder, place, what));
+        return None;
     };
     if row.index != listed.index as i64 {
         let what = format!("index {} stands where the manifest has {}", row.index, listed.index);
         report.faults.push(Fault::new(Code::IndexOrder, &place, what));
-        return;
+        return None;
     }
-    numbers(task, &row, listed, &place, report);
+    let expected = task.expect.map(|expect| expect(listed.index));
+    if let Some(expected) = &expected {
+        expected::numbers(&row, task.head, expected, &place, report);
+    }
+    // What the manifest lists was compared with the recipe where there is one.
+    let named = expected.as_ref().map_or([&listed.id, &listed.split, &listed.class], |e| [&e.id, &e.split, &e.class]);
+    numbers(task, &row, named, &place, report);
     let mut decoded = images::check(&row, &task.head.images, &place, report);
 
     let path = exr_path(task.number, &row.id);
     let exr = (!task.head.images.exr.is_empty() && whole(&path)).then(|| fs::read(task.root.join(&path)));
     let exr = match exr.transpose() {
         Ok(exr) => exr,
-        Err(e) => return report.faults.push(Fault::new(Code::FileMissing, path, e.to_string())),
+        Err(e) => {
+            report.faults.push(Fault::new(Code::FileMissing, path, e.to_string()));
+            return None;
+        }
     };
     if let Some(bytes) = &exr {
         exr::check(bytes, task.head, &row, &mut decoded, &path, report);
@@ -58,20 +84,23 @@ pub(super) fn check(
     if task.chosen.contains(&listed.index) {
         rerender(task, batch, exr.as_deref(), listed.index, &place, report);
     }
+    let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
+    Some(Seen { index: listed.index, split: row.split, class, numbers: row.numbers })
 }
 
-fn numbers(task: &Task, row: &StoredRow, listed: &ManifestSample, place: &str, report: &mut Report) {
+/// `named` are the id, split and class that it should say.
+fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, report: &mut Report) {
     let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
     let head = task.head;
-    if (&row.id, &row.split, row.seed) != (&listed.id, &listed.split, head.seed) {
+    let [id, split, class] = named;
+    if (&row.id, &row.split, row.seed) != (id, split, head.seed) {
         let said = format!("id {}, split {}, seed {}", row.id, row.split, row.seed);
-        let expected = format!("id {}, split {}, seed {}", listed.id, listed.split, head.seed);
-        fault(Code::RowDiffers, format!("it says {said}, the manifest says {expected}"));
+        fault(Code::RowDiffers, format!("it says {said}, it should be id {id}, split {split}, seed {}", head.seed));
     }
     match usize::try_from(row.class).ok().and_then(|class| head.classes.get(class)) {
         None => fault(Code::ClassUnknown, format!("class {} is none of {:?}", row.class, head.classes)),
-        Some(name) if *name != listed.class => {
-            fault(Code::RowDiffers, format!("it is of class {name}, the manifest says {}", listed.class));
+        Some(name) if name != class => {
+            fault(Code::RowDiffers, format!("it is of class {name}, it should be {class}"));
         }
         Some(_) => {}
     }

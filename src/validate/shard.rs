@@ -11,9 +11,11 @@ use output_schema::{Manifest, ManifestFile, ManifestSample, refuse_version};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::report::{Code, Fault, Report};
+use super::sample::Seen;
 use super::task::Task;
-use super::{files, sample, stack};
+use super::{expected, files, sample, stack};
 use crate::record::Split;
+use crate::shard::document;
 
 /// What was found in one shard.
 #[derive(Default)]
@@ -23,29 +25,35 @@ pub(super) struct Part {
     pub(super) files: Vec<String>,
     /// Index and id of every sample that the manifest names.
     pub(super) ids: Vec<(u64, String)>,
+    /// What later checks need of every row.
+    pub(super) seen: Vec<Seen>,
 }
 
 pub(super) fn check(task: &Task) -> Part {
     let mut part = Part::default();
     let place = manifest_path(task.number);
-    let manifest: Manifest = match fs::read(task.root.join(&place)) {
+    let text = match fs::read(task.root.join(&place)) {
+        Ok(text) => text,
         Err(e) => {
             let code = if e.kind() == ErrorKind::NotFound { Code::ManifestMissing } else { Code::ManifestUnreadable };
             part.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
             return part;
         }
-        Ok(text) => match serde_json::from_slice(&text) {
-            Ok(manifest) => manifest,
-            Err(e) => {
-                part.report.faults.push(Fault::new(Code::ManifestUnreadable, place, e.to_string()));
-                return part;
-            }
-        },
+    };
+    let manifest: Manifest = match serde_json::from_slice(&text) {
+        Ok(manifest) => manifest,
+        Err(e) => {
+            part.report.faults.push(Fault::new(Code::ManifestUnreadable, place, e.to_string()));
+            return part;
+        }
     };
     part.report.shards = 1;
     part.ids = manifest.samples.iter().map(|sample| (sample.index, sample.id.clone())).collect();
     let expected: HashSet<String> = expected_paths(task, &manifest).into_iter().collect();
-    let reasons = manifest_reasons(task, &manifest, &expected);
+    let mut reasons = manifest_reasons(task, &manifest, &expected);
+    if document(&manifest) != text {
+        reasons.push("it is not written as the program writes it: keys, order, blanks".into());
+    }
     part.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.
@@ -60,7 +68,7 @@ pub(super) fn check(task: &Task) -> Part {
             if file.path == stack_path(task.number) {
                 stack::check(task.root, task.head, &manifest, file, report);
             } else {
-                rows(task, &manifest, file, &|path| whole.contains(path), report);
+                rows(task, &manifest, file, &|path| whole.contains(path), &mut part.seen, report);
             }
         }));
         if read.is_err() {
@@ -84,6 +92,7 @@ fn manifest_reasons(task: &Task, manifest: &Manifest, expected: &HashSet<String>
         }
     };
     let (first, count) = head.span(task.number);
+    differ("schema version", format!("{:?}", manifest.schema_version), format!("{:?}", head.schema_version));
     differ("generator", format!("{:?}", manifest.generator), format!("{:?}", head.generator));
     differ("recipe hash", manifest.recipe_hash.clone(), head.recipe.hash.clone());
     differ("seed", manifest.seed.to_string(), head.seed.to_string());
@@ -95,6 +104,17 @@ fn manifest_reasons(task: &Task, manifest: &Manifest, expected: &HashSet<String>
     if let Some((sample, index)) = order {
         differ("index of a sample", sample.index.to_string(), index.to_string());
     }
+    if let Some(expect) = task.expect {
+        // An index of another shard is told above.
+        let own = manifest.samples.iter().filter(|sample| (first..first + count).contains(&sample.index));
+        reasons.extend(own.filter_map(|sample| expected::listed(sample, &expect(sample.index))));
+    }
+    if !manifest.files.is_sorted_by(|a, b| a.path < b.path) {
+        reasons.push("its files are not in order, or there twice".into());
+    }
+    let counted = |file: &&ManifestFile| file.rows.is_some() != file.path.ends_with(".parquet");
+    let odd = manifest.files.iter().filter(counted);
+    reasons.extend(odd.map(|file| format!("it gives {} the rows {:?}", file.path, file.rows)));
     let found: HashSet<&str> = manifest.files.iter().map(|file| file.path.as_str()).collect();
     let mut missing: Vec<&String> = expected.iter().filter(|path| !found.contains(path.as_str())).collect();
     missing.sort_unstable();
@@ -120,7 +140,14 @@ fn expected_paths(task: &Task, manifest: &Manifest) -> Vec<String> {
 }
 
 /// The rows of one split.
-fn rows(task: &Task, manifest: &Manifest, file: &ManifestFile, whole: &dyn Fn(&str) -> bool, report: &mut Report) {
+fn rows(
+    task: &Task,
+    manifest: &Manifest,
+    file: &ManifestFile,
+    whole: &dyn Fn(&str) -> bool,
+    seen: &mut Vec<Seen>,
+    report: &mut Report,
+) {
     let split = Split::ALL.into_iter().find(|split| file.path == data_path(split.name(), task.number));
     let listed: Vec<&ManifestSample> =
         manifest.samples.iter().filter(|sample| split.is_some_and(|split| sample.split == split.name())).collect();
@@ -146,7 +173,7 @@ fn rows(task: &Task, manifest: &Manifest, file: &ManifestFile, whole: &dyn Fn(&s
     let mut count = 0;
     for batch in reader {
         match batch {
-            Ok(batch) => sample::check(task, &batch, file, listed.get(count).copied(), whole, report),
+            Ok(batch) => seen.extend(sample::check(task, &batch, file, listed.get(count).copied(), whole, report)),
             Err(e) => return report.faults.push(unreadable(e.to_string())),
         }
         count += 1;

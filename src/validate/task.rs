@@ -4,13 +4,14 @@ use std::path::Path;
 
 use output_schema::DatasetHead;
 
-use super::Rerender;
+use super::{Expect, Rerender};
 
 /// What is to be checked.
 pub(super) struct Task<'a> {
     pub(super) root: &'a Path,
     pub(super) head: &'a DatasetHead,
     pub(super) number: u64,
+    pub(super) expect: Option<Expect<'a>>,
     pub(super) rerender: Option<Rerender<'a>>,
     pub(super) chosen: &'a [u64],
 }

@@ -1,0 +1,59 @@
+//! `dataset.json`: read, of a version that this program knows, consistent in itself, written as the program writes it.
+
+use std::fs;
+use std::path::Path;
+
+use output_schema::file::DATASET;
+use output_schema::{DatasetHead, FORMAT, SubjectFiles, refuse_version};
+use serde_json::Value;
+
+use super::report::{Code, Fault, Report};
+use crate::shard::document;
+
+/// Reads the head; `None` where nothing else can be checked.
+pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
+    let mut fault = |code, what: String| {
+        report.faults.push(Fault::new(code, DATASET, what));
+        None
+    };
+    let text = match fs::read(folder.join(DATASET)) {
+        Ok(text) => text,
+        Err(e) => return fault(Code::DatasetMissing, format!("cannot be read: {e}")),
+    };
+    let value: Value = match serde_json::from_slice(&text) {
+        Ok(value) => value,
+        Err(e) => return fault(Code::DatasetUnreadable, e.to_string()),
+    };
+    let format = value["format"].as_str().unwrap_or("").to_string();
+    // The version first: a newer document may have other keys.
+    let version = serde_json::from_value(value["schema_version"].clone()).unwrap_or([0, 0]);
+    if let Some(reason) = refuse_version(&format, version) {
+        let code = if format == FORMAT { Code::VersionUnknown } else { Code::DatasetUnreadable };
+        return fault(code, reason);
+    }
+    let head: DatasetHead = match serde_json::from_value(value) {
+        Ok(head) => head,
+        Err(e) => return fault(Code::DatasetUnreadable, e.to_string()),
+    };
+    if let Some(what) = inconsistent(&head) {
+        return fault(Code::DatasetUnreadable, what);
+    }
+    if document(&head) != text {
+        fault(Code::DatasetDiffers, "it is not written as the program writes it: keys, order, blanks".into());
+    }
+    Some(head)
+}
+
+/// In what a head contradicts itself.
+fn inconsistent(head: &DatasetHead) -> Option<String> {
+    let shards = DatasetHead::shards_for(head.samples, head.samples_per_shard);
+    if head.samples_per_shard == 0 || head.shards != shards {
+        let (samples, each) = (head.samples, head.samples_per_shard);
+        return Some(format!("{samples} samples in shards of {each} are not {} shards", head.shards));
+    }
+    let Some(subject) = SubjectFiles::named(&head.subject) else {
+        return Some(format!("its subject is `{}`", head.subject));
+    };
+    ((&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(), &subject.label_values()))
+        .then(|| format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values))
+}
