@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::generate::{Event, Order};
 use crate::recipe::Recipe;
+use crate::validate::Step;
 
 /// Least time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
@@ -173,6 +174,37 @@ impl Windows {
     /// Whether anybody sees it.
     pub(super) fn is_seen(&self) -> bool {
         !self.0.is_hidden()
+    }
+
+    /// Takes the bar away.
+    pub(super) fn end(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// A bar for samples that are checked; hidden where standard error is no terminal.
+pub(super) struct Samples(ProgressBar, AtomicU64);
+
+impl Samples {
+    /// For `total` samples.
+    pub(super) fn new(total: u64) -> Self {
+        if total == 0 || !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden(), AtomicU64::new(0));
+        }
+        let template = "{bar:24} {percent:>3} %  {pos}/{len} samples, {msg}  {per_sec}, {eta} left";
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        Self(ProgressBar::new(total).with_style(style), AtomicU64::new(0))
+    }
+
+    /// Takes a step that is done.
+    pub(super) fn show(&self, step: Step) {
+        if self.0.is_hidden() {
+            return;
+        }
+        let read = self.1.fetch_add(step.bytes, Ordering::Relaxed) + step.bytes;
+        let rate = read as f64 / self.0.elapsed().as_secs_f64().max(1e-3);
+        self.0.set_message(format!("{}, {}/s", bytes(read), bytes(rate as u64)));
+        self.0.inc(step.samples);
     }
 
     /// Takes the bar away.

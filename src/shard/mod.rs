@@ -23,6 +23,7 @@ mod png;
 mod refuse;
 mod rows;
 mod size;
+mod sums;
 mod table;
 mod writer;
 
@@ -39,6 +40,7 @@ pub(crate) use rows::frame_numbers;
 pub use rows::row_batch;
 pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
 pub use size::{estimated_bytes_per_sample, samples_per_shard};
+pub use sums::Sums;
 pub use writer::ShardWriter;
 
 use output_schema::{Images, NumberColumn};

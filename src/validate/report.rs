@@ -5,6 +5,8 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::balance::Statistics;
+
 /// A rule that a dataset can break.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -77,6 +79,12 @@ pub enum Code {
     SampleChecksum,
     /// The sensor frames are not those that the recipe keeps.
     StackDiffers,
+    /// The classes come otherwise than the recipe's shares give.
+    ClassBalance,
+    /// The splits come otherwise than the recipe's shares make likely.
+    SplitBalance,
+    /// The drawn numbers of a parameter are spread otherwise than its declaration makes likely.
+    DistributionDiffers,
     /// A sample could not be rendered again.
     RerenderFailed,
     /// A sample that was rendered again is not what is on disk.
@@ -102,6 +110,9 @@ impl Code {
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",
             Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",
+            Self::ClassBalance | Self::SplitBalance | Self::DistributionDiffers => {
+                "samples were left out, added or drawn otherwise: make the dataset again from its recipe"
+            }
             Self::RerenderFailed => "validate with the recipe and program version of dataset.json",
             Self::RerenderDiffers => "use the same program version and target; if they are the same, report it",
             Self::ManifestUnreadable
@@ -137,7 +148,7 @@ impl Fault {
 }
 
 /// Everything that validation found, and how much it looked at.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Broken rules, in the order of shards.
     pub faults: Vec<Fault>,
@@ -153,6 +164,10 @@ pub struct Report {
     pub images: u64,
     /// Samples that were rendered again.
     pub rerendered: u64,
+    /// Indices of the samples that were chosen for that.
+    pub chosen: Vec<u64>,
+    /// Classes, splits and drawn numbers against the recipe; null where there is none to compare with.
+    pub statistics: Option<Statistics>,
 }
 
 /// Faults of one code that [`Report`] prints in full.
