@@ -98,7 +98,7 @@ fn rendered_again() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());
     let run = |render: &(dyn Fn(u64) -> Result<Encoded, String> + Sync)| {
-        validate(place.path(), &Options { rerender: Some(render), rerender_samples: 9 })
+        validate(place.path(), &Options { rerender: Some(render), rerender_samples: 9, ..Options::default() })
     };
     assert_eq!(run(&|i| Ok(encoded(i, &output()))).codes(), []);
     assert_eq!(run(&|i| Err(format!("no recipe for {i}"))).codes(), [Code::RerenderFailed]);
