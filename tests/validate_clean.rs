@@ -12,7 +12,8 @@ fn a_full_dataset_is_clean() {
     let output = output();
     write_dataset(folder.path(), 10, &output);
     let rerender = |index| Ok(encoded(index, &output));
-    let report = validate(folder.path(), &Options { rerender: Some(&rerender), rerender_samples: 4, ..Options::default() });
+    let report =
+        validate(folder.path(), &Options { rerender: Some(&rerender), rerender_samples: 4, ..Options::default() });
     assert!(report.is_clean(), "{report}");
     assert_eq!((report.shards, report.samples, report.rerendered), (3, 10, 4));
     // Five PNG and nine channels for each sample.

@@ -69,9 +69,8 @@ fn chances_are_never_too_small() {
     // most, within 4.5 standard errors (false once in 10^5), and for continuous ones in about that share.
     const SETS: u64 = 400;
     let recipe = small();
-    let all: Vec<Statistics> = (0..SETS)
-        .map(|seed| statistics(&declared(&recipe, seed), rows(&recipe, seed, 60).into_iter(), 60).0)
-        .collect();
+    let all: Vec<Statistics> =
+        (0..SETS).map(|seed| statistics(&declared(&recipe, seed), rows(&recipe, seed, 60).into_iter(), 60).0).collect();
     for (kind, is_sharp) in [("kolmogorov-smirnov", true), ("binomial", false), ("chi-square", false)] {
         for alpha in [0.01, 0.05, 0.1] {
             let chances = all.iter().flat_map(|set| set.tests.iter().filter(|test| test.test == kind));
@@ -187,7 +186,8 @@ fn a_rotation_that_loses_its_shares_is_found() {
 #[test]
 fn splits_that_are_drawn_otherwise_are_found() {
     // Half as much for testing as declared.
-    let codes = |faults: Vec<Fault>| faults.into_iter().map(|fault| fault.code).collect::<std::collections::BTreeSet<_>>();
+    let codes =
+        |faults: Vec<Fault>| faults.into_iter().map(|fault| fault.code).collect::<std::collections::BTreeSet<_>>();
     let (_, faults) = after(2000, |row| {
         if row.split == "test" && row.index % 2 == 0 {
             row.split = "train".into();

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::record::Split;
 
 /// `README.md` of a dataset whose `present` splits have files.
-pub(super) fn card(head: &DatasetHead, present: &[Split]) -> String {
+pub(crate) fn card(head: &DatasetHead, present: &[Split]) -> String {
     let mut page = String::new();
     front_matter(&mut page, head, present);
     let recipe = &head.recipe;

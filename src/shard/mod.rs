@@ -27,6 +27,7 @@ mod sums;
 mod table;
 mod writer;
 
+pub(crate) use card::card;
 pub(crate) use durable::{free_bytes, hex};
 pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};

@@ -7,7 +7,7 @@ use output_schema::row::CALIBRATION;
 use output_schema::{DatasetHead, NumberColumn};
 
 /// One object as it is stored.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct StoredObject {
     pub(super) instance: i32,
     pub(super) class: i64,
@@ -15,6 +15,12 @@ pub(super) struct StoredObject {
     pub(super) within: i32,
     pub(super) bbox: [i32; 4],
     pub(super) area_px: i64,
+    /// [mm^2].
+    pub(super) area_mm2: f64,
+    /// Axis against the upper surface; `None` where it has none [deg].
+    pub(super) dive_deg: Option<f64>,
+    /// The other numbers that are there, by name.
+    pub(super) numbers: Vec<(&'static str, f64)>,
 }
 
 /// One row as it is stored.
@@ -36,6 +42,8 @@ pub(super) struct StoredRow {
     pub(super) objects: Vec<StoredObject>,
     /// Drawn numbers in the order of the head's parameters.
     pub(super) numbers: Vec<f64>,
+    /// Numbers of `calibration` and `physics` that are there, by name.
+    pub(super) derived: Vec<(String, f64)>,
     /// Pixels of each class that labels can show, in their order [px].
     pub(super) class_area_px: Vec<i64>,
     /// PNG files by name, in the order of columns.
@@ -53,6 +61,8 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         float64(&present(group.column_by_name(&number.key), &number.path())?, &number.path())
     };
     let numbers = head.parameters.iter().map(drawn).collect::<Result<_, String>>()?;
+    let physics = structure(&column("physics")?, "physics")?;
+    let derived = head.physics.iter().map(|number| known(physics.column_by_name(&number.key), &number.key));
     let areas = structure(&column("class_area_px")?, "class_area_px")?;
     let area = |(_, name): (usize, &str)| int64(&present(areas.column_by_name(name), name)?, name);
     let png = |name: &String| {
@@ -69,6 +79,8 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
     for field in CALIBRATION.iter().filter(|field| field.missing == "never") {
         present(calibration.column_by_name(field.name), field.name)?;
     }
+    let bench = CALIBRATION.iter().map(|field| known(calibration.column_by_name(field.name), field.name));
+    let derived = bench.chain(derived).filter_map(Result::transpose).collect::<Result<_, String>>()?;
     Ok(StoredRow {
         id: text(&column("id")?, "id")?,
         index: int64(&column("index")?, "index")?,
@@ -84,10 +96,14 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         defects: names(&column("defect_classes")?)?,
         objects: objects(&column("objects")?)?,
         numbers,
+        derived,
         class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,
         png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
     })
 }
+
+/// The measures of an object.
+const NUMBERS: [&str; 7] = ["area_mm2", "x_mm", "y_mm", "diameter_mm", "dive_deg", "death_radius_mm", "severity"];
 
 fn names(column: &ArrayRef) -> Result<Vec<String>, String> {
     let list = column.as_list_opt::<i32>().ok_or("`defect_classes` is no list")?.value(0);
@@ -112,13 +128,25 @@ fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
     };
     let (instances, withins) = (short("instance")?, short("within")?);
     let (classes, states, areas) = (long("class")?, long("state")?, long("area_px")?);
+    let known = |name: &'static str| -> Result<_, String> {
+        let column = fields.column_by_name(name).ok_or_else(|| format!("`objects.{name}` is missing"))?;
+        let numbers = column.as_primitive_opt::<Float64Type>().cloned();
+        Ok((name, numbers.ok_or_else(|| format!("`objects.{name}` is not float64"))?))
+    };
+    let measures = NUMBERS.map(known).into_iter().collect::<Result<Vec<_>, String>>()?;
     let boxes = child("bbox")?;
     let boxes = boxes.as_fixed_size_list_opt().ok_or("`objects.bbox` is no fixed list")?;
     let object = |i: usize| {
         let sides = boxes.value(i);
         let sides = sides.as_primitive_opt::<Int32Type>().ok_or("`objects.bbox` does not hold int32")?;
         let bbox = sides.values().as_ref().try_into().map_err(|_| "`objects.bbox` does not hold four numbers")?;
+        let there = measures.iter().filter(|(_, column)| !column.is_null(i));
+        let numbers: Vec<(&str, f64)> = there.map(|(name, column)| (*name, column.value(i))).collect();
+        let number = |name: &str| numbers.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
         Ok(StoredObject {
+            area_mm2: number("area_mm2").ok_or("`objects.area_mm2` is empty")?,
+            dive_deg: number("dive_deg"),
+            numbers,
             instance: instances.value(i),
             class: classes.value(i),
             state: states.value(i),
@@ -133,6 +161,12 @@ fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
 fn present(column: Option<&ArrayRef>, name: &str) -> Result<ArrayRef, String> {
     let column = column.ok_or_else(|| format!("`{name}` is missing"))?;
     if column.is_empty() || column.is_null(0) { Err(format!("`{name}` is empty")) } else { Ok(column.clone()) }
+}
+
+/// A number that may be missing, with its name.
+fn known(column: Option<&ArrayRef>, name: &str) -> Result<Option<(String, f64)>, String> {
+    let column = column.ok_or_else(|| format!("`{name}` is missing"))?;
+    if column.is_null(0) { Ok(None) } else { float64(column, name).map(|number| Some((name.to_owned(), number))) }
 }
 
 fn structure(column: &ArrayRef, name: &str) -> Result<StructArray, String> {

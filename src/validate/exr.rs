@@ -1,10 +1,12 @@
 //! EXR files: declared channels, ranges, and the same content as the row's images.
 
 use output_schema::DatasetHead;
+use output_schema::row::{CALIBRATION, IMAGES};
 use serde_json::Value;
 
 use super::columns::StoredRow;
 use super::images::Decoded;
+use super::pixels;
 use super::report::{Code, Fault, Report};
 use crate::shard::{ExrChannel, read_exr};
 
@@ -31,10 +33,7 @@ pub(super) fn check(
         return report.faults.push(Fault::new(Code::ExrChannels, place, what));
     }
     let description: Value = serde_json::from_str(&text).unwrap_or_default();
-    if description["id"] != row.id.as_str() {
-        let what = format!("its attribute names the sample {}, not {}", description["id"], row.id);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
-    }
+    attribute(&description, row, head, place, report);
     for channel in declared.iter().filter(|c| description["units"][c.name] != c.unit) {
         let what = format!(
             "its attribute gives {} in {}, not in {}",
@@ -50,10 +49,42 @@ pub(super) fn check(
             report.faults.push(Fault::new(Code::ValueRange, place, what));
         }
         compare(channel, &numbers, row, decoded, place, report);
-        let name = channel.name.to_lowercase();
-        if matches!(name.as_str(), "label" | "instance") {
-            decoded.add(&name, numbers.iter().map(|&n| n as u16).collect());
+        let number = |n: &f32| match channel.name.as_str() {
+            // As the image of that name would have it.
+            "Range" if n.is_nan() => 0,
+            "Range" => ((f64::from(*n) - row.range_offset) / row.range_scale).round().clamp(1.0, 65535.0) as u16,
+            _ => n.round() as u16,
+        };
+        let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
+        if IMAGES.contains(&name.as_str()) {
+            decoded.add(&name, numbers.iter().map(number).collect());
         }
+    }
+    pixels::truth(row, head, &channels, decoded, place, report);
+}
+
+/// The text attribute repeats what the row says.
+fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &str, report: &mut Report) {
+    let class = usize::try_from(row.class).ok().and_then(|class| head.classes.get(class));
+    let expected = [
+        ("id", Value::from(row.id.as_str())),
+        ("index", row.index.into()),
+        ("split", row.split.as_str().into()),
+        ("class", class.map(String::as_str).into()),
+        ("row_mm", row.row_mm.into()),
+        ("col_mm", row.col_mm.into()),
+        ("bits", head.images.bits.into()),
+        ("range", head.images.range.as_str().into()),
+        ("sensor_rows", head.images.sensor_rows.into()),
+    ];
+    for (key, expected) in expected.iter().filter(|(key, expected)| description[key] != *expected) {
+        let what = format!("its attribute gives {key} as {}, the row as {expected}", description[key]);
+        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+    }
+    let bench = row.derived.iter().take_while(|(name, _)| CALIBRATION.iter().any(|field| field.name == name));
+    for (name, value) in bench.filter(|(name, value)| description["calibration"][name] != *value) {
+        let what = format!("its attribute gives {name} as {}, the row as {value}", description["calibration"][name]);
+        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
 }
 

@@ -14,9 +14,9 @@ use output_schema::file::{data_path, stack_path};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 use super::report::{Code, Fault, Report};
-use super::shard::{Opening, Shard};
+use super::shard::{self, Finding, Row, Shard};
 use super::task::Task;
-use super::{files, sample, shard, stack};
+use super::{files, sample, stack};
 use crate::record::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
@@ -25,7 +25,7 @@ type Jobs<'a> = Box<dyn Iterator<Item = Job<'a>> + Send + 'a>;
 /// One piece of work.
 pub(super) enum Job<'a> {
     /// What a shard shows before its files are opened.
-    Opened(Box<Opening>),
+    Opened(Box<Finding>),
     /// What reading a table showed.
     Told(Report),
     /// A row of the table at a path, and the place of its sample in the manifest.
@@ -38,8 +38,8 @@ pub(super) enum Job<'a> {
 
 /// Everything that is to be done for one shard.
 pub(super) fn of(task: Task<'_>) -> Jobs<'_> {
-    let (opening, shard) = shard::open(task);
-    let opened = std::iter::once(Job::Opened(Box::new(opening)));
+    let (found, shard) = shard::open(task);
+    let opened = std::iter::once(Job::Opened(Box::new(found)));
     let Some(shard) = shard.map(Arc::new) else { return Box::new(opened) };
     let stack = shard.file(&stack_path(task.number)).is_some().then(|| Job::Stack(shard.clone()));
     let splits = Split::ALL.into_iter().map(Some).chain([None]);
@@ -58,11 +58,11 @@ fn table<'a>(shard: &Arc<Shard<'a>>, split: Option<Split>) -> Jobs<'a> {
         opened.map_err(|fault| report.faults.push(fault)).ok()
     });
     let told = std::iter::once(Job::Told(report));
-    Box::new(told.chain(Rows { shard, path: path.into(), listed, count: 0, reader }))
+    Box::new(told.chain(Table { shard, path: path.into(), listed, count: 0, reader }))
 }
 
 /// Rows, one after the other, then what is left.
-struct Rows<'a> {
+struct Table<'a> {
     shard: Arc<Shard<'a>>,
     path: Arc<str>,
     /// Places in the manifest of the samples of this split.
@@ -73,7 +73,7 @@ struct Rows<'a> {
     reader: Option<ParquetRecordBatchReader>,
 }
 
-impl<'a> Iterator for Rows<'a> {
+impl<'a> Iterator for Table<'a> {
     type Item = Job<'a>;
 
     fn next(&mut self) -> Option<Job<'a>> {
@@ -99,7 +99,7 @@ impl<'a> Iterator for Rows<'a> {
     }
 }
 
-impl Rows<'_> {
+impl Table<'_> {
     fn miscounted(&self) -> Option<Fault> {
         let (count, listed) = (self.count, self.listed.len());
         let rows = self.shard.file(&self.path).and_then(|file| file.rows);
@@ -126,12 +126,13 @@ fn reader(shard: &Shard, path: &str) -> Result<ParquetRecordBatchReader, Fault> 
 
 impl Job<'_> {
     /// What is found when it is done.
-    pub(super) fn run(self) -> Opening {
+    pub(super) fn run(self) -> Finding {
         let mut report = Report::default();
+        let mut kept = None;
         match self {
-            Job::Opened(opening) => return *opening,
+            Job::Opened(found) => return *found,
             Job::Told(told) => report = told,
-            Job::Row(shard, path, listed, batch) => row(&shard, &path, listed, &batch, &mut report),
+            Job::Row(shard, path, listed, batch) => kept = row(&shard, &path, listed, &batch, &mut report),
             Job::Exr(shard, place) => {
                 shard.exr(&shard.manifest.samples[place], &mut report);
             }
@@ -147,19 +148,19 @@ impl Job<'_> {
                 }
             }
         }
-        Opening { report, ..Opening::default() }
+        Finding { report, row: kept, ..Finding::default() }
     }
 }
 
-fn row(shard: &Shard, path: &str, listed: Option<usize>, batch: &RecordBatch, report: &mut Report) {
-    let Some(file) = shard.file(path) else { return };
+fn row(shard: &Shard, path: &str, listed: Option<usize>, batch: &RecordBatch, report: &mut Report) -> Option<Row> {
+    let file = shard.file(path)?;
     let listed = listed.map(|place| &shard.manifest.samples[place]);
     let exr = listed.and_then(|listed| shard.exr(listed, report));
     let seen = caught(path, || Ok(sample::check(&shard.task, batch, file, listed, exr.as_deref(), report)));
-    match seen {
-        Ok(seen) => seen.iter().for_each(shard.task.seen),
-        Err(fault) => report.faults.push(fault),
-    }
+    let (seen, print) = seen.map_err(|fault| report.faults.push(fault)).ok()??;
+    (shard.task.seen)(&seen);
+    let split = Split::ALL.into_iter().find(|split| split.name() == seen.split);
+    Some(Row { index: seen.index, split, print })
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.

@@ -11,6 +11,19 @@ use super::report::{Code, Fault, Report};
 /// The classes of objects that are no defects.
 const SOUND: [&str; 3] = ["pocket", "tooth", "object"];
 
+/// Rounding in a sum of as many areas as an image has pixels [1].
+const AREA: f64 = 1e-6;
+
+fn in_range(name: &str, value: f64) -> bool {
+    match name {
+        "area_mm2" => value > 0.0 && value.is_finite(),
+        "diameter_mm" | "death_radius_mm" => value >= 0.0 && value.is_finite(),
+        "dive_deg" => (-90.0..=90.0).contains(&value),
+        "severity" => (0.0..=1.0).contains(&value),
+        _ => value.is_finite(),
+    }
+}
+
 /// Pixels and corners of one instance.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
@@ -21,8 +34,8 @@ struct Seen {
 
 /// Checks objects, their numbers, and the areas of classes.
 ///
-/// `values` are the pixel classes that labels of the dataset's subject can show.
-pub(super) fn check(row: &StoredRow, values: &[u8], decoded: &Decoded, place: &str, report: &mut Report) {
+/// `values` are the pixel classes that labels of the dataset's subject can show; `turned` says that the object turns.
+pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Decoded, place: &str, report: &mut Report) {
     let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
     let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
     if row.class_area_px.iter().sum::<i64>() != cols * rows {
@@ -37,6 +50,16 @@ pub(super) fn check(row: &StoredRow, values: &[u8], decoded: &Decoded, place: &s
         if !inside || !area || !known || !nested {
             let what = "is not inside the image, of no known class, or lies within none before it";
             fault(Code::ValueRange, format!("object {object:?} {what}"));
+        }
+        for (name, value) in object.numbers.iter().filter(|(name, value)| !in_range(name, *value)) {
+            fault(Code::ValueRange, format!("{name} of object {} is {value}", object.instance));
+        }
+        // On a turntable pixels are as large as their distance from the axis says.
+        let even = object.area_px as f64 * row.row_mm * row.col_mm;
+        let apart = (object.area_mm2 - even).abs();
+        if !turned && apart > AREA * even.abs() {
+            let said = format!("{} mm^2 and {} pixels", object.area_mm2, object.area_px);
+            fault(Code::ObjectDiffers, format!("object {} has {said}, which are {even} mm^2", object.instance));
         }
     }
     let class = |value: i64| usize::try_from(value).ok().and_then(|value| PIXEL_CLASSES.get(value)).copied();

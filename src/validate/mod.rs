@@ -6,9 +6,11 @@
 //! ```
 //!
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
-//! in memory as there are threads; what stays of each are 32 bytes.
+//! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
 
+mod alike;
 mod balance;
+mod card;
 mod columns;
 mod expected;
 mod exr;
@@ -18,6 +20,8 @@ mod head;
 mod images;
 mod jobs;
 mod labels;
+mod outline;
+mod pixels;
 mod report;
 mod sample;
 mod shard;
@@ -115,9 +119,9 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     report.chosen = chosen.into_iter().collect();
     let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
     report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));
-    if !folder.join(CARD).is_file() {
-        report.faults.push(Fault::new(Code::FileMissing, CARD, "the dataset card is missing"));
-    }
+    let finished = !report.codes().contains(&Code::ManifestMissing);
+    card::check(folder, &head, &found.present(), finished, &mut report);
+    report.faults.extend(found.alike());
     if let Some(tally) = tally {
         let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
         let (statistics, faults) = balance::judge(&tally, head.samples);

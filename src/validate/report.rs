@@ -67,6 +67,12 @@ pub enum Code {
     LabelUnknown,
     /// An object's area or box is not what the instance image shows, or an instance has no object.
     ObjectDiffers,
+    /// A pixel has another class than its instance, or an instance where there is none.
+    InstanceClass,
+    /// Labels or objects are not what the truth maps show.
+    TruthDiffers,
+    /// The label's outline is not where Range steps from the conveyor to the object.
+    OutlineDiffers,
     /// The area of a class is not what the label image shows.
     ClassAreaDiffers,
     /// An EXR file cannot be read.
@@ -77,6 +83,12 @@ pub enum Code {
     ExrDiffers,
     /// The maps of a sample have another SHA-256 than the manifest says.
     SampleChecksum,
+    /// Two samples have the same measured maps.
+    SampleRepeated,
+    /// Two samples share their noise: one is a copy of the other with small changes.
+    SampleAlike,
+    /// The dataset card lacks a line that the program wrote.
+    CardDiffers,
     /// The sensor frames are not those that the recipe keeps.
     StackDiffers,
     /// The classes come otherwise than the recipe's shares give.
@@ -106,6 +118,8 @@ impl Code {
             Self::DatasetDiffers | Self::RecipeDiffers => {
                 "bring dataset.json back from a copy: what it says no longer fits its samples"
             }
+            Self::CardDiffers => "remove the card and run the command that began the dataset: it is written again",
+            Self::SampleRepeated | Self::SampleAlike => "remove the manifests of both shards and run the command again",
             Self::WriterDiffers => "validate with the program version and target that the message names",
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",

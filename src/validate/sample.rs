@@ -6,14 +6,16 @@ use arrow_array::RecordBatch;
 use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
 
+use super::alike::{self, Print};
 use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
 use super::tally::Seen;
 use super::task::Task;
-use super::{expected, exr, images, labels, stack};
+use super::{expected, exr, images, labels, outline, pixels, stack};
 use crate::shard::{maps_sha256, row_batch};
 
-/// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks need, where the row can be read.
+/// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
+/// need, where the row can be read.
 pub(super) fn check(
     task: &Task,
     batch: &RecordBatch,
@@ -21,7 +23,7 @@ pub(super) fn check(
     listed: Option<&ManifestSample>,
     exr: Option<&[u8]>,
     report: &mut Report,
-) -> Option<Seen> {
+) -> Option<(Seen, Option<Print>)> {
     report.samples += 1;
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
@@ -54,7 +56,12 @@ pub(super) fn check(
         let path = exr_path(task.number, &listed.id);
         exr::check(bytes, task.head, &row, &mut decoded, &path, report);
     }
-    labels::check(&row, &task.head.label_values, &decoded, &place, report);
+    let turned = task.head.recipe.canonical["motion"]["kind"] == "turntable";
+    labels::check(&row, &task.head.label_values, turned, &decoded, &place, report);
+    pixels::instances(&row, &decoded, &place, report);
+    let cols = row.cols.max(1) as usize;
+    outline::check(cols, &decoded, &place, report);
+    let print = alike::print(cols, &decoded);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr) != listed.sha256 {
@@ -64,7 +71,7 @@ pub(super) fn check(
         rerender(task, batch, exr, listed.index, &place, report);
     }
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
-    Some(Seen { index: listed.index, split: row.split, class, numbers: row.numbers })
+    Some((Seen { index: listed.index, split: row.split, class, numbers: row.numbers }, print))
 }
 
 /// `named` are the id, split and class that it should say.
@@ -91,6 +98,11 @@ fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, repor
         if !(value > 0.0 && value.is_finite()) {
             fault(Code::ValueRange, format!("{name} is {value}"));
         }
+    }
+    let drawn = head.parameters.iter().map(|number| number.path()).zip(row.numbers.iter().copied());
+    let derived = row.derived.iter().map(|(name, value)| (name.clone(), *value));
+    for (name, value) in drawn.chain(derived).filter(|(_, value)| !value.is_finite()) {
+        fault(Code::ValueRange, format!("{name} is {value}"));
     }
     if !row.range_offset.is_finite() {
         fault(Code::ValueRange, format!("range_offset is {}", row.range_offset));

@@ -8,6 +8,7 @@ use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_
 use output_schema::{Manifest, ManifestFile, ManifestSample, refuse_version};
 use sha2::{Digest, Sha256};
 
+use super::alike::Print;
 use super::report::{Code, Fault, Report};
 use super::task::Task;
 use super::{expected, files};
@@ -22,9 +23,9 @@ pub(super) struct Shard<'a> {
     known: HashMap<String, usize>,
 }
 
-/// What was found without opening the files of a shard.
+/// What one job found.
 #[derive(Default)]
-pub(super) struct Opening {
+pub(super) struct Finding {
     pub(super) report: Report,
     /// Digest of the id, index and shard of every sample that the manifest names.
     pub(super) ids: Vec<(u128, u64, u64)>,
@@ -32,46 +33,55 @@ pub(super) struct Opening {
     pub(super) tables: Vec<String>,
     /// Its number, where there is a manifest that can be read.
     pub(super) opened: Option<u64>,
+    /// The row that it read.
+    pub(super) row: Option<Row>,
+}
+
+/// What stays of a row to be compared with others.
+pub(super) struct Row {
+    pub(super) index: u64,
+    pub(super) split: Option<Split>,
+    pub(super) print: Option<Print>,
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.
-pub(super) fn open<'a>(task: Task<'a>) -> (Opening, Option<Shard<'a>>) {
-    let mut opening = Opening::default();
+pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
+    let mut found = Finding::default();
     let place = manifest_path(task.number);
     let text = match fs::read(task.root.join(&place)) {
         Ok(text) => text,
         Err(e) => {
             let code = if e.kind() == ErrorKind::NotFound { Code::ManifestMissing } else { Code::ManifestUnreadable };
-            opening.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
-            return (opening, None);
+            found.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
+            return (found, None);
         }
     };
     let manifest: Manifest = match serde_json::from_slice(&text) {
         Ok(manifest) => manifest,
         Err(e) => {
-            opening.report.faults.push(Fault::new(Code::ManifestUnreadable, place, e.to_string()));
-            return (opening, None);
+            found.report.faults.push(Fault::new(Code::ManifestUnreadable, place, e.to_string()));
+            return (found, None);
         }
     };
-    opening.report.shards = 1;
-    opening.opened = Some(task.number);
+    found.report.shards = 1;
+    found.opened = Some(task.number);
     let id = |sample: &ManifestSample| (digest(&sample.id), sample.index, task.number);
-    opening.ids = manifest.samples.iter().map(id).collect();
+    found.ids = manifest.samples.iter().map(id).collect();
     let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
     let mut reasons = manifest_reasons(&task, &manifest, &expected);
     if document(&manifest) != text {
         reasons.push("it is not written as the program writes it: keys, order, blanks".into());
     }
-    opening.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
+    found.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.
     let own = manifest.files.iter().enumerate().filter(|(_, file)| expected.contains(&file.path));
     let known: HashMap<String, usize> = own.map(|(place, file)| (file.path.clone(), place)).collect();
-    opening.tables = known.keys().filter(|path| path.ends_with(".parquet")).cloned().collect();
+    found.tables = known.keys().filter(|path| path.ends_with(".parquet")).cloned().collect();
     let folder = exr_folder(task.number);
     let strangers = files::unexpected(task.root, &folder, &|path| known.contains_key(path), &|_| false);
-    opening.report.faults.extend(strangers);
-    (opening, Some(Shard { task, manifest, known }))
+    found.report.faults.extend(strangers);
+    (found, Some(Shard { task, manifest, known }))
 }
 
 impl Shard<'_> {

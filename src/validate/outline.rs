@@ -1,0 +1,114 @@
+//! Label against picture: where the label ends at the background, Range must step between the object and the conveyor.
+//!
+//! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
+//! those 2 and 3 places within at the object's, told apart half way between both. A mask that is shifted by three pixels,
+//! mirrored, or of another sample has most of them wrong on some side; `docs/validate.md` has the rates. Sides without a
+//! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
+
+use super::images::Decoded;
+use super::report::{Code, Fault, Report};
+
+/// The strip beyond or within an edge: from this place on [px].
+const NEAR: usize = 2;
+/// To this place [px].
+const FAR: usize = 3;
+/// To this place the object's height is taken [px].
+const DEEP: usize = 13;
+/// Pixels that a strip must have [px].
+const LEAST: usize = 24;
+/// A step is clear that is so many times the noise of Range on the conveyor [1].
+const CLEAR: f32 = 6.0;
+/// Share of wrong pixels that is a fault [1]: in clean scans it stayed below 0.1.
+const WRONG: f32 = 0.6;
+/// Of a normal law, standard deviation over median absolute deviation [1].
+const SIGMA: f32 = 1.4826;
+
+/// Checks the edges of one sample.
+pub(super) fn check(cols: usize, decoded: &Decoded, place: &str, report: &mut Report) {
+    let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
+    let mut conveyor: Vec<u16> =
+        label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();
+    if conveyor.len() < LEAST || conveyor.len() == label.len() {
+        return;
+    }
+    let level = median(&mut conveyor);
+    conveyor.iter_mut().for_each(|r| *r = (f32::from(*r) - level).abs() as u16);
+    let noise = SIGMA * median(&mut conveyor);
+    for (name, lines) in [("column", Lines { cols, across: false }), ("row", Lines { cols, across: true })] {
+        for backwards in [false, true] {
+            let Some(wrong) = side(label, range, (level, noise), &lines, backwards) else { continue };
+            if wrong > WRONG {
+                let side = if backwards { "last" } else { "first" };
+                let what = format!(
+                    "{:.0} % of the pixels about the {side} {name} of the object are not at the height that the label says",
+                    100.0 * wrong
+                );
+                report.faults.push(Fault::new(Code::OutlineDiffers, place, what));
+            }
+        }
+    }
+}
+
+/// The lines of an image in one of two directions.
+struct Lines {
+    cols: usize,
+    across: bool,
+}
+
+impl Lines {
+    /// Pixels of line `number`, from the first; `None` past the last line.
+    fn line(&self, number: usize, pixels: usize) -> Option<(usize, usize, usize)> {
+        let rows = pixels / self.cols;
+        match self.across {
+            false => (number < rows).then(|| (number * self.cols, 1, self.cols)),
+            true => (number < self.cols).then(|| (number, self.cols, rows)),
+        }
+    }
+}
+
+/// Share of wrong pixels beyond and within one side, the greater one; `None` where nothing can be told.
+fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines, backwards: bool) -> Option<f32> {
+    let [mut beyond, mut within, mut deep] = [Vec::new(), Vec::new(), Vec::new()];
+    let mut number = 0;
+    while let Some((first, step, length)) = lines.line(number, label.len()) {
+        number += 1;
+        let at = |k: usize| first + step * if backwards { length - 1 - k } else { k };
+        let mut edge = None;
+        for k in 1..length {
+            match (label[at(k - 1)], label[at(k)]) {
+                (0, 0) => {}
+                // Into the object.
+                (0, _) => {
+                    edge = Some(k);
+                    let outside = (NEAR..=FAR).filter_map(|d| k.checked_sub(d)).map(at);
+                    beyond.extend(outside.take_while(|&i| label[i] == 0).map(|i| range[i]).filter(|&r| r > 0));
+                }
+                (_, 0) => edge = None,
+                _ => {}
+            }
+            let Some(edge) = edge else { continue };
+            let place = k - edge + 1;
+            let r = range[at(k)];
+            if r > 0 && place >= NEAR && place <= DEEP {
+                if place <= FAR { within.push(r) } else { deep.push(r) }
+            }
+        }
+    }
+    if beyond.len().min(within.len()).min(deep.len()) < LEAST {
+        return None;
+    }
+    let body = median(&mut deep);
+    if (body - level).abs() < CLEAR * noise.max(1.0) {
+        return None;
+    }
+    let half = 0.5 * (body + level);
+    let share = |pixels: &[u16], high: bool| {
+        pixels.iter().filter(|&&r| (f32::from(r) > half) != high).count() as f32 / pixels.len() as f32
+    };
+    Some(share(&beyond, body < level).max(share(&within, body > level)))
+}
+
+fn median(numbers: &mut [u16]) -> f32 {
+    let middle = numbers.len() / 2;
+    f32::from(*numbers.select_nth_unstable(middle).1)
+}
