@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::balance::Statistics;
 
 /// A rule that a dataset can break.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Code {
     /// `dataset.json` is not there.
@@ -97,6 +97,10 @@ pub enum Code {
     SplitBalance,
     /// The drawn numbers of a parameter are spread otherwise than its declaration makes likely.
     DistributionDiffers,
+    /// A sensor frame is 0 everywhere.
+    StackBlank,
+    /// Two sensor frames have the same pixels, noise and all.
+    StackRepeated,
     /// A sample could not be rendered again.
     RerenderFailed,
     /// A sample that was rendered again is not what is on disk.

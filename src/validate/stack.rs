@@ -1,5 +1,6 @@
 //! Sensor frames: every kept profile of every sample, in order.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::path::Path;
 
@@ -11,6 +12,7 @@ use output_schema::file::stack_path;
 use output_schema::{DatasetHead, Manifest, ManifestFile};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
+use super::alike::sum;
 use super::report::{Code, Fault, Report};
 use super::task::Task;
 use crate::record::StackFrame;
@@ -23,6 +25,7 @@ pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: 
         Ok(rows) => rows,
         Err((code, what)) => return fault(code, what),
     };
+    content(&rows, head, &mut fault);
     if file.rows != Some(rows.len() as u64) {
         fault(Code::RowCount, format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows));
     }
@@ -32,7 +35,7 @@ pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: 
     let mut counts = Vec::new();
     for sample in &manifest.samples {
         let mut count = 0;
-        while let Some((id, _, profile)) = rows.next_if(|(_, index, _)| *index == sample.index as i64) {
+        while let Some(Row { key: (id, _, profile), .. }) = rows.next_if(|row| row.key.1 == sample.index as i64) {
             if *id != sample.id || *profile != count * step {
                 return fault(
                     Code::StackDiffers,
@@ -43,7 +46,7 @@ pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: 
         }
         counts.push(count);
     }
-    if let Some((id, index, profile)) = rows.next() {
+    if let Some(Row { key: (id, index, profile), .. }) = rows.next() {
         fault(Code::StackDiffers, format!("profile {profile} of sample {index} ({id}) is out of order"));
     }
     if counts.iter().any(|count| *count == 0 || *count != counts[0]) {
@@ -54,19 +57,57 @@ pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: 
 /// Id, index and profile of each row.
 type Key = (String, i64, i64);
 
-fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Key>, (Code, String)> {
+/// A row without its pixels.
+struct Row {
+    key: Key,
+    /// Of all pixels.
+    sum: u64,
+    least: u16,
+    most: u16,
+}
+
+/// Noise makes each frame the only one of its kind; no number is beyond the converter's greatest.
+fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)) {
+    let mut first: HashMap<u64, &Key> = HashMap::new();
+    for row in rows {
+        let (id, index, profile) = &row.key;
+        let frame = format!("profile {profile} of sample {index} ({id})");
+        if row.most > head.images.most_dn() {
+            fault(Code::ValueRange, format!("{frame} has {} DN, beyond {}", row.most, head.images.most_dn()));
+        }
+        if row.most == 0 {
+            fault(Code::StackBlank, format!("{frame} is 0 everywhere"));
+        }
+        let before = *first.entry(row.sum).or_insert(&row.key);
+        if *before != row.key && row.least < row.most {
+            let what = format!("{frame} has the pixels of profile {} of sample {} ({})", before.2, before.1, before.0);
+            fault(Code::StackRepeated, what);
+        }
+    }
+}
+
+fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
     let unreadable = |e: String| (Code::TableUnreadable, e);
     let file = File::open(path).map_err(|e| unreadable(e.to_string()))?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
     if **builder.schema() != stack_schema(head) {
         return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
     }
-    let mut keys = Vec::new();
+    let mut rows = Vec::new();
     for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
         let batch = batch.map_err(|e| unreadable(e.to_string()))?;
-        keys_of(&batch, &mut keys).ok_or_else(|| unreadable("a column has another type".into()))?;
+        let wrong = || unreadable("a column has another type".into());
+        let mut keys = Vec::new();
+        keys_of(&batch, &mut keys).ok_or_else(wrong)?;
+        let frames = batch.column(3).as_fixed_size_list_opt().ok_or_else(wrong)?;
+        for (i, key) in keys.into_iter().enumerate() {
+            let dn = frame_numbers(&frames.value(i)).ok_or_else(wrong)?;
+            let (least, most) = (dn.iter().min().copied(), dn.iter().max().copied());
+            let row = Row { key, sum: sum(&dn), least: least.unwrap_or(0), most: most.unwrap_or(0) };
+            rows.push(row);
+        }
     }
-    Ok(keys)
+    Ok(rows)
 }
 
 /// The sensor frames of one sample.

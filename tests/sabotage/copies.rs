@@ -1,0 +1,113 @@
+//! Samples that are there twice: as they are, with a little more noise, darker, mirrored; and those that only look alike.
+
+use sheetlight::settings::Channel;
+use sheetlight::shard::{Encoded, Samples};
+use sheetlight::validate::Code::*;
+
+use crate::gen_support::{Place, sawtooth_recipe};
+use crate::place::{SIZE, boards, exr, inspect, labels, png, relabel, with, write};
+
+/// Makes sample `to` show what sample `from` shows, under its own name and numbers; `change` is applied to each line of
+/// numbers of the measured maps.
+fn copy(samples: &mut [Encoded], from: usize, to: usize, change: &dyn Fn(Channel, usize, u16) -> u16, mirrored: bool) {
+    let source = samples[from].clone();
+    let own = samples[to].clone();
+    let cols = SIZE.0;
+    let place = |i: usize| if mirrored { i / cols * cols + cols - 1 - i % cols } else { i };
+    let target = &mut samples[to];
+    (target.png, target.exr) = (source.png, source.exr);
+    (target.objects, target.defects) = (source.objects, source.defects);
+    (target.range_offset, target.range_scale) = (source.range_offset, source.range_scale);
+    for channel in [Channel::Range, Channel::Reflectance, Channel::Scatter] {
+        png(target, channel, |numbers| {
+            let old = numbers.clone();
+            numbers.iter_mut().enumerate().for_each(|(i, n)| *n = change(channel, i, old[place(i)]));
+        });
+    }
+    let [range, reflectance, scatter] = [Channel::Range, Channel::Reflectance, Channel::Scatter].map(|channel| {
+        let mut numbers = Vec::new();
+        png(target, channel, |found| numbers = found.iter().map(|&n| f32::from(n)).collect());
+        numbers
+    });
+    let (offset, scale) = (target.range_offset as f32, target.range_scale as f32);
+    exr(target, |channels, text| {
+        for channel in channels.iter_mut() {
+            let turned = |old: Vec<f32>| (0..old.len()).map(|i| old[place(i)]).collect::<Vec<f32>>();
+            let dark = |map: &[f32]| (0..map.len()).map(|i| if range[i] == 0.0 { f32::NAN } else { map[i] }).collect();
+            let numbers = match channel.name.as_str() {
+                "Range" => (0..range.len())
+                    .map(|i| if range[i] == 0.0 { f32::NAN } else { offset + range[i] * scale })
+                    .collect(),
+                "Reflectance" => dark(&reflectance),
+                "Y" => reflectance.clone(),
+                "Scatter" => dark(&scatter),
+                _ => turned(channel.numbers()),
+            };
+            channel.samples = match channel.samples {
+                Samples::Half(_) => Samples::Half(numbers),
+                Samples::Float(_) => Samples::Float(numbers),
+                Samples::Uint(_) => Samples::Uint(numbers.iter().map(|&n| n as u32).collect()),
+            };
+        }
+        let calibration = own.calibration.iter().filter(|(_, n)| !n.is_nan());
+        text["calibration"] =
+            calibration.map(|&(name, n)| (name.to_owned(), n.into())).collect::<serde_json::Map<_, _>>().into();
+        for (key, value) in [("id", own.id.as_str()), ("split", own.split.name()), ("class", &own.class)] {
+            text[key] = value.into();
+        }
+        text["index"] = own.index.into();
+        (text["row_mm"], text["col_mm"]) = (own.row_mm.into(), own.col_mm.into());
+    });
+    let [label, instance] = labels(target);
+    relabel(target, &label, &instance);
+}
+
+/// Two samples of different splits, or the first and the last.
+fn pair() -> (usize, usize) {
+    let samples = &boards().samples;
+    (1..samples.len()).find(|&i| samples[i].split != samples[0].split).map_or((0, samples.len() - 1), |i| (0, i))
+}
+
+#[test]
+fn copies_are_found() {
+    let (from, to) = pair();
+    let place = format!("samples {from} and {to}");
+    with(
+        |samples| copy(samples, from, to, &|_, _, n| n, false),
+        &[SampleRepeated],
+        &place,
+        "a copy under another name",
+    );
+    // One digital number up or down, as a wrong rounding makes it.
+    let jitter = |_, i: usize, n: u16| if n < 2 { n } else { n + (i * 7919 % 3) as u16 - 1 };
+    let jitter = |channel, i, n| if channel == Channel::Reflectance && n == 255 { n } else { jitter(channel, i, n) };
+    with(|samples| copy(samples, from, to, &jitter, false), &[SampleAlike], &place, "a copy with a little noise");
+    let darker = |channel, _, n: u16| if channel == Channel::Range { n } else { (n * 9).div_ceil(10) };
+    with(|samples| copy(samples, from, to, &darker, false), &[SampleAlike], &place, "a darker copy");
+    let mut samples = boards().samples.clone();
+    copy(&mut samples, from, to, &|_, _, n| n, true);
+    let report = inspect(write(samples).path());
+    assert_eq!(report.codes(), [SampleAlike], "{report}");
+    let splits = boards().samples[from].split != boards().samples[to].split;
+    assert!(
+        report.faults[0].what.contains("mirrored") && report.faults[0].what.contains("leaks") == splits,
+        "{report}"
+    );
+}
+
+/// Pieces of a recipe whose numbers are all fixed differ in their noise alone.
+#[test]
+fn pieces_that_look_alike_are_no_copies() {
+    let text = sawtooth_recipe(&[]);
+    // Every distribution becomes a number: the middle of its range, or its mean.
+    let fixed =
+        text.lines().map(|line| match line.split_once(": {uniform: [").or(line.split_once(": {log_uniform: [")) {
+            Some((key, rest)) => format!("{key}: {}", rest.split([',', ']']).next().unwrap_or_default()),
+            None => line.to_owned(),
+        });
+    let place = Place::new();
+    place.write("tiny.yaml", fixed.collect::<Vec<_>>().join("\n"));
+    place.make("set", "--n 40 --samples-per-shard 20");
+    let report = inspect(&place.path("set"));
+    assert!(report.is_clean(), "{report}");
+}

@@ -1,0 +1,57 @@
+//! A byte that is changed anywhere in a dataset is found, and nothing panics.
+
+use std::fs;
+
+use procedural::Stream;
+use rand::RngExt;
+use sheetlight::generate::Again;
+use sheetlight::shard::DatasetFolder;
+
+use crate::gen_support::{FRAMES, Place};
+use crate::place::{compare, inspect};
+
+/// Flips in each kind of file.
+const FLIPS: usize = 200;
+
+/// 1000 bytes with any other value: as many of dataset.json, of the card, of manifests, of tables and of EXR files.
+#[test]
+fn a_thousand_flips_are_found() {
+    let place = Place::with(&[FRAMES]);
+    place.make("set", "--n 2");
+    let root = place.path("set");
+    let folder = DatasetFolder::open(&root).expect("it opens");
+    let again = Again::of(&folder).expect("its recipe loads");
+    assert!(compare(&root, Ok(&again)).is_clean());
+    let files = place.tree("set");
+    let mut rng = Stream::root(6).child("flips").rng();
+    for kind in ["dataset.json", "README.md", "shards/", ".parquet", ".exr"] {
+        let files: Vec<_> = files.iter().filter(|(path, _)| path.contains(kind)).collect();
+        let total: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
+        let mut flips = 0;
+        while flips < FLIPS {
+            let mut at = rng.random_range(0..total);
+            let place = files.iter().find(|(_, bytes)| match at.checked_sub(bytes.len()) {
+                Some(beyond) => {
+                    at = beyond;
+                    false
+                }
+                None => true,
+            });
+            let (path, bytes) = place.expect("a file");
+            // The licence is its owner's.
+            let line = bytes[..at].iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+            if kind == "README.md" && bytes[line..].starts_with(b"license: ") && at >= line + 9 {
+                continue;
+            }
+            let mut damaged = (*bytes).clone();
+            damaged[at] ^= rng.random_range(1..=255u8);
+            fs::write(root.join(path), &damaged).expect("written");
+            // What the recipe draws is read from the folder itself, where that was changed.
+            let report = if kind == "dataset.json" { inspect(&root) } else { compare(&root, Ok(&again)) };
+            assert!(!report.is_clean(), "byte {at} of {path}: {} -> {}", bytes[at], damaged[at]);
+            fs::write(root.join(path), bytes).expect("written");
+            flips += 1;
+        }
+    }
+    assert!(inspect(&root).is_clean());
+}
