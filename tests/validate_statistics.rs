@@ -81,7 +81,7 @@ fn chances_are_never_too_small() {
             }
             let (mean, error) = (tests * alpha, (tests * alpha * (1.0 - alpha)).sqrt());
             // Binomial tests of three splits, and of splits within classes, depend on each other: at most twice the error.
-            assert!(below < mean + 9.0 * error, "{kind}, alpha {alpha}: {below} of {tests}");
+            assert!(tests > 0.0 && below < mean + 9.0 * error, "{kind}, alpha {alpha}: {below} of {tests}");
             assert!(!is_sharp || below > mean - 9.0 * error, "{kind}, alpha {alpha}: only {below} of {tests}");
         }
     }

@@ -33,6 +33,8 @@ impl Distribution {
                 return Law::Continuous { min, max, below };
             }
         };
+        // The sum takes the sign from -0.
+        cells.iter_mut().for_each(|cell| cell.0 += 0.0);
         cells.retain(|(value, chance)| (min..=max).contains(value) && *chance > 0.0);
         cells.sort_by(|a, b| a.0.total_cmp(&b.0));
         cells.dedup_by(|next, kept| {

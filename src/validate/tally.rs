@@ -107,7 +107,8 @@ impl Numbers {
         self.samples += 1;
         let possible = match law {
             Law::Fixed(fixed) => value == *fixed,
-            Law::Discrete(cells) => match cells.binary_search_by(|cell| cell.0.total_cmp(&value)) {
+            // A sum with 0 takes the sign from -0, to which small counts are rounded.
+            Law::Discrete(cells) => match cells.binary_search_by(|cell| cell.0.total_cmp(&(value + 0.0))) {
                 Ok(cell) => {
                     self.cells[cell] += 1;
                     true
