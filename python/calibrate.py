@@ -25,6 +25,9 @@ import numpy as np
 import pyarrow.parquet as pq
 from PIL import Image
 
+sys.path.append(str(Path(__file__).resolve().parent / "examples"))
+from sheetlight_schema import open_dataset
+
 
 def bend(c, x, y):
     """Where the direction (x, y) goes: Brown and Conrady."""
@@ -70,7 +73,7 @@ def along(c, col, z):
 
 def samples(root):
     """Index, calibration and Range (NaN where missing) of each sample, from the EXR files, else from the images."""
-    head = json.loads((root / "dataset.json").read_text())
+    head = open_dataset(root)
     unit = "px" if head["images"]["range"] == "uncalibrated" else "mm"
     for path in sorted((root / "data").glob("*.parquet")):
         for row in pq.read_table(path).to_pylist():

@@ -22,6 +22,9 @@ import numpy as np
 import pyarrow.parquet as pq
 from PIL import Image
 
+sys.path.append(str(Path(__file__).resolve().parent / "examples"))
+from sheetlight_schema import open_dataset
+
 DEPTH = {"range": np.uint16, "reflectance": np.uint8, "scatter": np.uint16, "label": np.uint8, "instance": np.uint16}
 
 TRUTH = {"wood": {"Height", "FibreAzimuth", "FibreDive"}, "blister": {"Height", "FilmThickness", "FilmGap"}}
@@ -202,7 +205,7 @@ def main():
     if len(sys.argv) != 2:
         raise SystemExit(__doc__)
     root = Path(sys.argv[1]).resolve()
-    head = json.loads((root / "dataset.json").read_text())
+    head = open_dataset(root)
     files = sorted((root / "data").glob("*.parquet"))
     names = [path.name.split("-")[0] for path in files]
     splits = [name for name in ("train", "validation", "test") if name in names]

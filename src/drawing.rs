@@ -1,5 +1,9 @@
 //! Pictures for people: a page with words, lines, scales and colours.
 
+mod classes;
+
+pub use classes::class_colour;
+
 use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;

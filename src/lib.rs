@@ -24,6 +24,7 @@
 //! - [`icon`]: scans as files of the real camera
 //! - [`compare`]: simulated and real scans side by side
 //! - [`check`]: what a trained model makes of a dataset
+//! - [`export`]: a dataset in the layouts of other programs
 //! - [`drawing`]: words, scales and colours of pictures
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
@@ -37,6 +38,7 @@ pub mod cli;
 pub mod compare;
 pub mod drawing;
 pub mod effective;
+pub mod export;
 pub mod extract;
 pub mod frame;
 pub mod generate;

@@ -5,8 +5,8 @@ mod classes;
 use image::{Rgb, RgbImage};
 use procedural::Class;
 
-use self::classes::{Legend, colour};
-use crate::drawing::{LETTER, MARGIN, Page, Ramp, viridis};
+use self::classes::Legend;
+use crate::drawing::{LETTER, MARGIN, Page, Ramp, class_colour, viridis};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene, Subject};
@@ -178,7 +178,7 @@ impl Panel {
 
     fn paint_classes(&self, class: &[u8]) -> RgbImage {
         RgbImage::from_fn(self.width, self.height, |x, y| {
-            colour(self.behind(x, y).map(|i| class[i]).max().unwrap_or(0))
+            class_colour(self.behind(x, y).map(|i| class[i]).max().unwrap_or(0))
         })
     }
 }

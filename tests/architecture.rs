@@ -80,6 +80,22 @@ const FORBIDDEN: [(&str, &[&str]); 23] = [
             "crate::validate",
         ],
     ),
+    (
+        "src/export",
+        &[
+            "crate::recipe",
+            "crate::optics",
+            "crate::specimen",
+            "crate::extract",
+            "crate::labels",
+            "crate::transport",
+            "crate::pipeline",
+            "crate::validate",
+            "crate::check",
+            "crate::preview",
+            "crate::cli",
+        ],
+    ),
     ("src/record.rs", &["crate::recipe", "crate::optics", "crate::extract", "crate::shard", "crate::specimen"]),
 ];
 

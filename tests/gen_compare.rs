@@ -1,4 +1,4 @@
-//! `gen compare` and `gen icon` as their users run them.
+//! `gen compare`, `gen icon` and `gen export icon` as their users run them.
 
 mod gen_support;
 
@@ -44,9 +44,9 @@ fn a_dataset_is_like_itself() {
 #[test]
 fn formats_agree() {
     let place = planks();
-    let run = place.run("icon planks --index 2 --out plank");
+    let run = place.run("export icon planks --index 2 --out plank");
     assert_eq!(run.code, 0, "{}", run.err);
-    assert_eq!(place.run("icon planks --index 2 --out steps --words").code, 0);
+    assert_eq!(place.run("export icon planks --index 2 --out steps --words").code, 0);
     let folder = std::fs::read_dir(place.path("planks/exr/00000")).expect("EXR files are there");
     let named = |path: &std::path::Path| {
         let bytes = std::fs::read(path).expect("it can be read");
@@ -55,7 +55,7 @@ fn formats_agree() {
     };
     let exr = folder.flatten().map(|entry| entry.path()).find(|path| named(path)).expect("sample 2 is there");
     std::fs::copy(exr, place.path("plank.exr")).expect("the folder is ours");
-    let same = json(&place, "compare plank.exr plank.xml --json");
+    let same = json(&place, "compare plank.exr plank/00000002.xml --json");
     for key in ["missing_share", "saturated_share", "range_noise_um", "speckle_contrast"] {
         assert_eq!(same["sim"][key], same["real"][key], "{key}");
     }
@@ -69,7 +69,8 @@ fn formats_agree() {
         }
     }
     let heights = |name: &str| {
-        let Ok(Content::Scan(mut reader)) = open(&place.path(name)) else { panic!("{name} is no scan") };
+        let name = format!("{name}/00000002");
+        let Ok(Content::Scan(mut reader)) = open(&place.path(&name)) else { panic!("{name} is no scan") };
         reader.read(0, 48).expect("it is whole").heights()
     };
     let alike = |name: &str, error: f64| {
@@ -85,13 +86,14 @@ fn formats_agree() {
         ["truth_maps: true", "truth_maps: false"],
     ]);
     assert_eq!(other.run("--recipe tiny.yaml --n 3 --out planks").code, 0);
-    assert_eq!(other.run("icon planks --index 2 --out rows").code, 0);
-    for side in ["rows.xml", "rows.dat"] {
+    assert_eq!(other.run("export icon planks --index 2 --out rows").code, 0);
+    std::fs::create_dir(place.path("rows")).expect("the folder is ours");
+    for side in ["rows/00000002.xml", "rows/00000002.dat"] {
         std::fs::copy(other.path(side), place.path(side)).expect("the folder is ours");
     }
     // Half of 1/65534 of all heights that the sensor can see, less than 250 mm.
     alike("rows", 250.0 / 65534.0 / 2.0);
-    let rows = json(&place, "compare plank.exr rows.xml --json");
+    let rows = json(&place, "compare plank.exr rows/00000002.xml --json");
     for key in ["missing_share", "saturated_share", "least_reflectance_dn"] {
         assert_eq!(rows["sim"][key], rows["real"][key], "{key}");
     }
@@ -102,18 +104,18 @@ fn formats_agree() {
 #[test]
 fn samples_become_files_of_the_camera() {
     let place = planks();
-    assert_eq!(place.run("icon planks --index 1 --out plank").code, 0);
-    let told = place.run("icon plank.xml");
+    assert_eq!(place.run("export icon planks --index 1 --out plank").code, 0);
+    let told = place.run("icon plank/00000001.xml");
     for words in ["64 columns x 48 profiles", "Range FLOAT, Reflectance BYTE, Scatter WORD", "between profiles 0.0"] {
         assert!(told.out.contains(words), "'{words}' is not in: {}", told.out);
     }
-    let Ok(Content::Scan(mut reader)) = open(&place.path("plank")) else { panic!("it is no scan") };
+    let Ok(Content::Scan(mut reader)) = open(&place.path("plank/00000001")) else { panic!("it is no scan") };
     let scan = reader.read(0, 48).expect("it is whole");
     let missing: Vec<bool> = scan.heights().iter().map(|z| z.is_nan()).collect();
     let dark: Vec<bool> = scan.light_dn().expect("it has light").iter().map(|dn| *dn == 0).collect();
     assert!(matches!(scan.range, Range::World(_)) && missing == dark && missing.contains(&false));
-    assert_eq!(place.run("icon planks --index 1 --out frame --sensor").code, 0);
-    let Ok(Content::Image(image)) = open(&place.path("frame.xml")) else { panic!("it is no image") };
+    assert_eq!(place.run("export icon planks --index 1 --out frame --sensor").code, 0);
+    let Ok(Content::Image(image)) = open(&place.path("frame/00000001.xml")) else { panic!("it is no image") };
     // Of the profiles 0, 16 and 32 that were kept the middle one: as bright as its reflectance.
     let light = scan.light_dn().expect("it has light");
     assert_eq!((image.cols, image.dn.iter().max()), (64, light[16 * 64..17 * 64].iter().max()));
@@ -144,11 +146,11 @@ fn faults_name_the_remedy() {
         ("compare planks no.exr", "copy it again"),
         ("compare planks planks --out nowhere/page.png", "there is no folder nowhere"),
         ("compare planks planks --scans 0", "0 is not in"),
-        ("icon planks", "--index I"),
-        ("icon planks --index 3 --out a", "give --index 0 to 2"),
-        ("icon empty --index 0 --out a", "holds no dataset.json"),
+        ("icon planks", "gen export icon planks --index 0 --out OUT"),
+        ("export icon planks --index 3 --out a", "give --index 0 to 2"),
+        ("export icon empty --index 0 --out a", "holds no dataset.json"),
         ("icon nothing.xml", "side by side"),
-        ("icon planks --index 1 --out nowhere/a", "there is no folder nowhere"),
+        ("export icon planks --index 1 --out planks", "choose an empty folder"),
     ] {
         let run = place.run(arguments);
         assert!(run.code != 0 && run.err.contains(words), "gen {arguments}: '{words}' is not in: {}", run.err);
@@ -156,7 +158,7 @@ fn faults_name_the_remedy() {
     }
     let without = Place::with(&[]);
     assert_eq!(without.run("--recipe tiny.yaml --n 1 --out planks").code, 0);
-    let run = without.run("icon planks --index 0 --out a --sensor");
+    let run = without.run("export icon planks --index 0 --out a --sensor");
     assert!(run.code != 0 && run.err.contains("sensor_stack"), "{}", run.err);
-    assert!(!without.path("a.dat").exists() && !without.path("a.xml").exists());
+    assert!(!without.path("a").exists());
 }

@@ -156,3 +156,25 @@ fn an_estimate_is_near_what_is_written() {
     let written = place.tree("set").values().map(Vec::len).sum::<usize>() as f64 / 1e6;
     assert!((0.95..1.2).contains(&(megabytes / written)), "{megabytes} MB estimated, {written} MB written");
 }
+
+/// An export that fills a disk ends with the reason and the remedy, and the same command goes on where there is room.
+#[test]
+fn an_export_that_fills_a_disk_goes_on() {
+    let place = Place::with(&[]);
+    place.make("set", "--n 24");
+    let Some(disk) = Disk::mount(&place, 1) else { return };
+    disk.fill(200_000);
+    for format in ["png", "webdataset", "coco", "icon"] {
+        let order = format!("export {format} set --out disk/{format}");
+        let run = place.run(&order);
+        assert_eq!(run.code, 1, "{format}: {}", run.err);
+        assert!(run.err.contains("the disk is full") && run.err.contains("make room"), "{format}: {}", run.err);
+        fs::remove_dir_all(disk.0.join(format)).expect("it is ours");
+    }
+    let order = "export png set --out disk/png";
+    assert_eq!(place.run(order).code, 1);
+    disk.grow(8);
+    place.done(order);
+    place.done("export png set --out whole");
+    assert_same(&place.tree("whole"), &place.tree("disk/png"), "after a full disk");
+}

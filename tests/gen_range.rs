@@ -78,8 +78,8 @@ fn idle_keys_are_refused() {
 #[test]
 fn sensor_rows_become_uncalibrated_scans() {
     let place = planks("uncalibrated", &[]);
-    place.done("icon planks --index 1 --out rows --rate 7000");
-    let (scan, (channels, said)) = (scan(&place, "rows"), exr(&place, 1));
+    place.done("export icon planks --index 1 --out rows --rate 7000");
+    let (scan, (channels, said)) = (scan(&place, "rows/00000001"), exr(&place, 1));
     let Traits::Sensor(sensor) = scan.traits else { panic!("it is calibrated") };
     assert_eq!(
         (u64::from(sensor.region_rows), sensor.scale),
@@ -106,7 +106,7 @@ fn sensor_rows_become_uncalibrated_scans() {
     let step = said["row_mm"].as_f64().expect("it is a number");
     assert_eq!(marks[47].encoder, (47.0 * step * 1000.0).round() as i32);
     assert_eq!(marks[7].timestamp, 1000, "seven profiles of 1/7000 s are a millisecond");
-    let told = place.run("icon rows.xml");
+    let told = place.run("icon rows/00000001.xml");
     assert!(
         told.out.contains("uncalibrated") && told.out.contains("Range WORD") && told.out.contains(" px"),
         "{}",
@@ -114,7 +114,7 @@ fn sensor_rows_become_uncalibrated_scans() {
     );
     // Means of rows are no sensor rows.
     let binned = planks("uncalibrated", &[["  bin: {columns: 1, profiles: 1}", "  bin: {columns: 2, profiles: 1}"]]);
-    let run = binned.run("icon planks --index 0 --out rows");
+    let run = binned.run("export icon planks --index 0 --out rows");
     assert!(run.code != 0 && run.err.contains("without `output: {bin: ..}`"), "{}", run.err);
 }
 
@@ -123,8 +123,8 @@ fn sensor_rows_become_uncalibrated_scans() {
 #[test]
 fn rectified_scans_keep_their_grid() {
     let place = planks("rectified\n  rectified_pitch_mm: 0.1", &[]);
-    place.done("icon planks --index 0 --out grid");
-    let (scan, (channels, said)) = (scan(&place, "grid"), exr(&place, 0));
+    place.done("export icon planks --index 0 --out grid");
+    let (scan, (channels, said)) = (scan(&place, "grid/00000000"), exr(&place, 0));
     let Traits::World(world) = scan.traits else { panic!("it is uncalibrated") };
     let first = said["calibration"]["x_first_mm"].as_f64().expect("it is a number");
     assert!((world.col_mm(64) - 0.1).abs() < 1e-12 && (world.lower[0] + 0.05 - first).abs() < 1e-12, "{world:?}");
@@ -143,10 +143,10 @@ fn rectified_scans_keep_their_grid() {
 #[test]
 fn sensor_rows_are_compared_with_their_kind() {
     let place = planks("uncalibrated", &[gen_support::FRAMES]);
-    place.done("icon planks --index 0 --out scan");
+    place.done("export icon planks --index 0 --out scan");
     let run = place.run("compare planks planks --json --scans 1");
     let both: Value = serde_json::from_str(&run.out).expect("it prints JSON");
-    let run = place.run("compare planks scan.xml --json --scans 1");
+    let run = place.run("compare planks scan/00000000.xml --json --scans 1");
     let other: Value = serde_json::from_str(&run.out).expect("it prints JSON");
     assert_eq!(other["sim"]["range_noise_mpx"], other["real"]["range_noise_mpx"]);
     assert_eq!(both["sim"]["range_noise_mpx"], other["sim"]["range_noise_mpx"]);
@@ -158,7 +158,7 @@ fn sensor_rows_are_compared_with_their_kind() {
         assert_eq!(both["distances"][name]["ks"], 0.0, "{name}");
         assert!(both["sim"][name]["p50"].as_f64().is_some_and(|px| px > 0.3));
     }
-    let table = place.run("compare planks scan.xml").out;
+    let table = place.run("compare planks scan/00000000.xml").out;
     assert!(table.contains("range noise, along the line [mpx]"), "{table}");
     let heights = planks("calibrated", &[]);
     let path = heights.path("planks");

@@ -31,7 +31,8 @@ fn rows_against_manifest_and_head() {
     edit_json(&place.path().join(MANIFEST), |v| v["samples"][2]["id"] = id.as_str().into());
     let codes = check(&place).codes();
     assert!(codes.contains(&IdRepeated) && codes.contains(&RowDiffers), "{codes:?}");
-    assert_eq!(with(|sample| sample.row_mm = -1.0), [ValueRange]);
+    // Areas follow from it, and the EXR file repeats it.
+    assert_eq!(with(|sample| sample.row_mm = -1.0), [ValueRange, ObjectDiffers, ExrDiffers]);
     assert!(with(|sample| sample.range_scale = f64::NAN).contains(&ValueRange));
     assert_eq!(with(|sample| sample.draws[0].1 = f64::NAN), [NumberMissing]);
 }

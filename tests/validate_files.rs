@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
-use output_schema::DatasetHead;
 use output_schema::file::asset_path;
+use output_schema::{AssetHead, DatasetHead};
 use serde_json::Value;
 use shard_support::{SIZE, head, output, write_dataset};
 use sheetlight::asset::Asset;
@@ -58,7 +58,15 @@ fn files() {
             assert_eq!(after(flip), [FileChecksum], "{path}");
         }
     }
-    assert_eq!(after(|root| fs::remove_file(root.join("README.md")).expect("there")), [FileMissing]);
+    for path in ["README.md", "croissant.json"] {
+        assert_eq!(after(|root| fs::remove_file(root.join(path)).expect("there")), [FileMissing], "{path}");
+    }
+    let kept = |root: &Path| {
+        fs::create_dir(root.join("reports")).expect("made");
+        fs::write(root.join("reports/validation.json"), "{}").expect("written");
+    };
+    assert_eq!(after(kept), []);
+    assert_eq!(after(|root| fs::write(root.join("reports"), "x").expect("written")), [FileUnexpected]);
     for path in ["notes.txt", "data/train-00009.parquet", "shards/.tmp-00000.json", "exr/00000/x.exr"] {
         assert_eq!(after(|root| fs::write(root.join(path), "x").expect("written")), [FileUnexpected], "{path}");
     }
@@ -151,12 +159,12 @@ fn files_that_the_recipe_names() {
         let file = Asset::new("hook.obj", b"v 0 0 0".to_vec());
         let path = asset_path(file.sha256(), &file.plain_name());
         folder.keep(&path, file.bytes()).expect("it is kept");
-        edit_json(&place.path().join("dataset.json"), |v| {
-            v["recipe"]["canonical"]["mesh"] = serde_json::json!({ "file": { "sha256": file.sha256() } });
-            v["assets"] = serde_json::json!([{
-                "key": "mesh.file", "name": "hook.obj", "path": path, "bytes": 7, "sha256": file.sha256(),
-            }]);
-        });
+        let mut head = folder.head().clone();
+        head.recipe.canonical["mesh"] = serde_json::json!({ "file": { "sha256": file.sha256() } });
+        let (key, name, sha256) = ("mesh.file".into(), "hook.obj".into(), file.sha256().into());
+        head.assets = vec![AssetHead { key, name, path: path.clone(), bytes: 7, sha256 }];
+        let text = serde_json::to_string_pretty(&head).expect("plain data") + "\n";
+        fs::write(place.path().join("dataset.json"), text).expect("written");
         damage(place.path(), &path);
         check(&place).codes()
     };
@@ -165,7 +173,7 @@ fn files_that_the_recipe_names() {
     assert_eq!(damaged(&|root, path| fs::write(root.join(path), "v 0 0").expect("written")), [Code::FileSize]);
     assert_eq!(damaged(&|root, path| fs::remove_file(root.join(path)).expect("removed")), [Code::FileMissing]);
     let edited = |edit: &dyn Fn(&mut Value)| damaged(&|root, _| edit_json(&root.join("dataset.json"), edit));
-    assert_eq!(edited(&|v| _ = v.as_object_mut().map(|v| v.remove("assets"))), [Code::FileUnexpected]);
+    assert_eq!(edited(&|v| _ = v.as_object_mut().map(|v| v.shift_remove("assets"))), [Code::FileUnexpected]);
     for (key, value) in [("path", "../hook.obj"), ("key", "laser.texture")] {
         let codes = edited(&|v| v["assets"][0][key] = value.into());
         assert_eq!(codes, [Code::DatasetUnreadable, Code::FileUnexpected], "{key}");

@@ -200,6 +200,9 @@ pub const CHANNELS: [Channel; 11] = [
     ),
 ];
 
+/// Shape of every channel, row-major.
+pub const CHANNEL_SHAPE: &str = "[rows, cols]";
+
 /// The one text attribute that holds units, spacing and id as ASCII JSON.
 pub const ATTRIBUTE: &str = "sheetlight";
 

@@ -61,6 +61,19 @@ impl Kind {
             Self::Tensor => "fixed list of uint8, `arrow.fixed_shape_tensor`".into(),
         }
     }
+
+    /// Shape of one value, row-major.
+    pub fn shape(self) -> &'static str {
+        match self {
+            Self::Image(_) => "[rows, cols]",
+            Self::Tensor => "[sensor_rows, sensor_cols]",
+            Self::Box4 => "[4]",
+            Self::PixelClassNames => "[defects]",
+            Self::List(_) => "[objects]",
+            Self::PixelCounts | Self::Parameters | Self::Physics | Self::Struct(_) => "fields",
+            _ => "one",
+        }
+    }
 }
 
 /// The declaration of one column.

@@ -11,7 +11,10 @@ pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 2];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 3];
+
+/// The oldest minor number of this major one whose columns and keys are all that readers here ask for.
+pub const OLDEST_MINOR: u32 = 2;
 
 /// The program that wrote a dataset.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -213,10 +216,11 @@ impl DatasetHead {
 /// ```
 /// assert!(output_schema::refuse_version("sheetlight-dataset", [1, 7]).is_none());
 /// assert!(output_schema::refuse_version("sheetlight-dataset", [2, 0]).unwrap().contains("newer"));
+/// assert!(output_schema::refuse_version("sheetlight-dataset", [1, 1]).unwrap().contains("lacks"));
 /// ```
 pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
     let [major, minor] = version;
-    let [known, least] = SCHEMA_VERSION;
+    let [known, _] = SCHEMA_VERSION;
     if format != FORMAT {
         Some(format!("its format is `{format}`, not `{FORMAT}`"))
     } else if major > known {
@@ -227,9 +231,9 @@ pub fn refuse_version(format: &str, version: [u32; 2]) -> Option<String> {
         Some(format!(
             "it was written with schema {major}.{minor}, older than {known}.x that this program reads; use an older program"
         ))
-    } else if minor < least {
+    } else if minor < OLDEST_MINOR {
         Some(format!(
-            "it was written with schema {major}.{minor}, which lacks columns of {known}.{least} that this program reads; use an older program"
+            "it was written with schema {major}.{minor}, which lacks columns of {known}.{OLDEST_MINOR} that this program reads; use an older program"
         ))
     } else {
         None

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::channel::{ATTRIBUTE, CHANNELS, RANGE_FORMS};
+use crate::channel::{ATTRIBUTE, CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
 use crate::column::Column;
-use crate::dataset::SCHEMA_VERSION;
+use crate::dataset::{OLDEST_MINOR, SCHEMA_VERSION};
 use crate::file::FILES;
 use crate::row::{CALIBRATION, OBJECT, PIXEL_CLASSES, ROW};
 use crate::stack::STACK;
@@ -19,7 +19,12 @@ pub fn dictionary() -> String {
         &mut page,
         "This page is written from the declarations in `src/`; `BLESS=1 cargo test -p output_schema` renews it.\n",
     );
-    line(&mut page, &format!("Schema version {major}.{minor}. Readers refuse a newer major number.\n"));
+    line(
+        &mut page,
+        &format!(
+            "Schema version {major}.{minor}. [How versions change](#how-versions-change) says what readers do with another.\n"
+        ),
+    );
     line(
         &mut page,
         "Lengths are in mm, angles in deg, digital numbers (DN) as the camera gives them. Images are `[rows, cols]`,",
@@ -67,15 +72,23 @@ pub fn dictionary() -> String {
         line(&mut page, &format!("| `{}` | {} | {} | {} |", form.name, form.unit, form.range, form.doc));
     }
 
+    line(
+        &mut page,
+        "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * range_scale_mm`, or the same",
+    );
+    line(&mut page, "with `_px`. 0 is missing.");
     line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
     line(
         &mut page,
-        "| channel | subject | type | unit | values | missing | meaning | why this type |\n|---|---|---|---|---|---|---|---|",
+        "| channel | subject | type | shape | unit | values | missing | meaning | why this type |\n|---|---|---|---|---|---|---|---|---|",
     );
     for c in &CHANNELS {
         let (samples, unit) = (c.samples.name(), c.unit);
         let subject = if c.subject.is_empty() { "all" } else { c.subject };
-        let row = format!("| `{}` | {subject} | {samples} | {unit} | {} | {} |", c.name, c.range, c.missing);
+        let row = format!(
+            "| `{}` | {subject} | {samples} | {CHANNEL_SHAPE} | {unit} | {} | {} |",
+            c.name, c.range, c.missing
+        );
         line(&mut page, &format!("{row} {} | {} |", c.doc, c.why));
     }
     line(
@@ -91,7 +104,37 @@ pub fn dictionary() -> String {
     line(&mut page, "`xDensity` hold the spacing for programs that know OpenEXR alone.");
 
     table(&mut page, "Columns of `stacks/*.parquet`", &STACK);
+    versions(&mut page);
     page
+}
+
+fn versions(page: &mut String) {
+    let [major, minor] = SCHEMA_VERSION;
+    line(page, "\n## How versions change\n");
+    line(
+        page,
+        "`schema_version` stands in `dataset.json` and in each manifest as `[major, minor]`, and in the metadata of each Parquet",
+    );
+    line(page, "file as `sheetlight.schema_version`.\n");
+    line(
+        page,
+        "- **Minor** grows where something is added: a column, a channel, a key, a kind of file. What was there stays as it was, so",
+    );
+    line(page, "  a reader takes every newer minor number of its major one, and passes over what it does not know.");
+    line(
+        page,
+        "- **Major** grows where an old reader would misread: something is renamed, removed, or means another thing. Readers look",
+    );
+    line(
+        page,
+        "  at the version before anything else and refuse a newer major number, in words that say to take a newer program.",
+    );
+    line(
+        page,
+        &format!(
+            "- This program reads {major}.{OLDEST_MINOR} and newer of {major}.x, writes {major}.{minor}, and continues only what it wrote itself."
+        ),
+    );
 }
 
 fn line(page: &mut String, text: &str) {
@@ -102,12 +145,23 @@ fn line(page: &mut String, text: &str) {
 fn table(page: &mut String, title: &str, columns: &[Column]) {
     line(
         page,
-        &format!("\n## {title}\n\n| column | type | unit | values | missing | meaning |\n|---|---|---|---|---|---|"),
+        &format!(
+            "\n## {title}\n\n| column | type | shape | unit | values | missing | meaning |\n|---|---|---|---|---|---|---|"
+        ),
     );
     for c in columns {
         line(
             page,
-            &format!("| `{}` | {} | {} | {} | {} | {} |", c.name, c.kind.name(), c.unit, c.range, c.missing, c.doc),
+            &format!(
+                "| `{}` | {} | {} | {} | {} | {} | {} |",
+                c.name,
+                c.kind.name(),
+                c.kind.shape(),
+                c.unit,
+                c.range,
+                c.missing,
+                c.doc
+            ),
         );
     }
 }

@@ -4,6 +4,10 @@
 pub const DATASET: &str = "dataset.json";
 /// Name of the dataset card.
 pub const CARD: &str = "README.md";
+/// Name of the Croissant metadata.
+pub const CROISSANT: &str = "croissant.json";
+/// Folder of results that are kept with a dataset.
+pub const REPORTS: &str = "reports";
 /// Start of every temporary name.
 pub const TEMPORARY: &str = ".tmp-";
 /// Start of every lock file's name.
@@ -21,13 +25,18 @@ pub struct FileKind {
 }
 
 /// Every kind of file.
-pub const FILES: [FileKind; 7] = [
+pub const FILES: [FileKind; 9] = [
     FileKind {
         path: "dataset.json",
         when: "always",
         doc: "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.",
     },
     FileKind { path: "README.md", when: "always", doc: "Dataset card for people and for the Hugging Face hub." },
+    FileKind {
+        path: "croissant.json",
+        when: "always, from 1.3 on",
+        doc: "Croissant 1.1 metadata (MLCommons) for programs: files, records, splits, licence.",
+    },
     FileKind {
         path: "assets/<sha256>-<name>",
         when: "the recipe names files",
@@ -52,6 +61,11 @@ pub const FILES: [FileKind; 7] = [
         path: "shards/<shard>.json",
         when: "the shard is finished",
         doc: "Manifest: every file with its size and SHA-256, every sample with its own. Written last.",
+    },
+    FileKind {
+        path: "reports/<name>",
+        when: "results were kept",
+        doc: "What was found out about the dataset later; belongs to no manifest, may be removed, names what it was made from.",
     },
 ];
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::channel::{CHANNELS, RANGE_FORMS};
+use crate::channel::{CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
 use crate::column::{Column, Kind};
 use crate::dataset::{FORMAT, SCHEMA_VERSION};
 use crate::file::FILES;
@@ -26,7 +26,7 @@ pub fn json_schema() -> Value {
             "stack": columns(&STACK),
             "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range, "doc": f.doc })),
             "exr": CHANNELS.iter().map(|c| json!({
-                "name": c.name, "type": c.samples.name(), "unit": c.unit, "range": c.range, "missing": c.missing,
+                "name": c.name, "type": c.samples.name(), "shape": CHANNEL_SHAPE, "unit": c.unit, "range": c.range, "missing": c.missing,
                 "doc": c.doc, "asked_by": c.asked_by, "subject": c.subject,
             })).collect::<Vec<_>>(),
         },
@@ -36,7 +36,8 @@ pub fn json_schema() -> Value {
 fn columns(table: &[Column]) -> Vec<Value> {
     let entry = |c: &Column| {
         let mut entry = json!({
-            "name": c.name, "type": c.kind.name(), "unit": c.unit, "range": c.range, "missing": c.missing, "doc": c.doc,
+            "name": c.name, "type": c.kind.name(), "shape": c.kind.shape(), "unit": c.unit, "range": c.range,
+            "missing": c.missing, "doc": c.doc,
         });
         if let Kind::List(fields) | Kind::Struct(fields) = c.kind {
             entry["fields"] = Value::from(columns(fields));
@@ -132,6 +133,7 @@ fn dataset() -> Value {
                 ),
                 ("sensor_cols", whole("Columns of a sensor frame [px].")),
                 ("sensor_rows", whole("Rows of a sensor frame [px].")),
+                ("bits", json!({ "enum": [8, 10, 12], "description": "Bits of a digital number." })),
             ]),
         ),
         ("parameters", list(number.clone(), "Drawn numbers in the order of columns.")),

@@ -78,6 +78,10 @@ fn json_schema_lists_every_key_of_the_documents() {
             schema["$defs"][name]["properties"].as_object().expect("properties").keys().collect();
         assert_eq!(keys, declared, "{name}");
     }
+    let images = serde_json::to_value(&head.images).expect("plain structs serialise");
+    let keys: Vec<&String> = images.as_object().expect("an object").keys().collect();
+    let declared = &schema["$defs"]["dataset"]["properties"]["images"]["properties"];
+    assert_eq!(keys, declared.as_object().expect("properties").keys().collect::<Vec<_>>());
 }
 
 /// A copy's path leads nowhere else, whatever a document says.

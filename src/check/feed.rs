@@ -2,7 +2,7 @@
 //!
 //! Batches come in the order of the tables whatever the number of threads, so that the same check gives the same report.
 
-use std::sync::mpsc::SyncSender;
+use std::sync::mpsc::{Receiver, SyncSender};
 
 use arrow_array::RecordBatch;
 use procedural::Stream;
@@ -68,10 +68,11 @@ pub struct Feed<'a> {
 
 impl Feed<'_> {
     /// Sends every batch; ends early where nobody takes them any more. To call in the pool whose threads are to work.
+    /// Memory of inputs that were asked comes back through `spare`: fresh pages cost more than filling them.
     ///
     /// # Errors
     /// Where the dataset is damaged.
-    pub fn run(&self, batches: &SyncSender<Batch>) -> Result<(), CheckError> {
+    pub fn run(&self, batches: &SyncSender<Batch>, spare: &Receiver<Vec<f32>>) -> Result<(), CheckError> {
         let labels = self.plan.work.iter().any(|work| matches!(work, Work::Pixels(_) | Work::Tiles));
         let channels: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
         let mut names = channels.clone();
@@ -90,7 +91,7 @@ impl Feed<'_> {
                 };
                 let read: Result<Vec<_>, CheckError> = here.par_iter().map(read).collect();
                 for (picture, units) in read?.into_iter().flatten() {
-                    if !self.cut(&picture, units, &mut batch, batches) {
+                    if !self.cut(&picture, units, &mut batch, (batches, spare)) {
                         return Ok(());
                     }
                 }
@@ -147,15 +148,22 @@ impl Feed<'_> {
     }
 
     /// Cuts the units out of their picture and sends every batch that is full; false where nobody takes it.
-    fn cut(&self, picture: &Picture, units: Vec<Unit>, batch: &mut Batch, batches: &SyncSender<Batch>) -> bool {
+    fn cut(
+        &self,
+        picture: &Picture,
+        units: Vec<Unit>,
+        batch: &mut Batch,
+        (batches, spare): (&SyncSender<Batch>, &Receiver<Vec<f32>>),
+    ) -> bool {
         let each = self.sidecar.channels.len() * self.sidecar.size[0] * self.sidecar.size[1];
         let mut units = units.into_iter().peekable();
         while units.peek().is_some() {
             let begin = batch.units.len();
             if begin == 0 {
-                batch.data.reserve_exact(self.batch * each);
+                batch.data = spare.try_recv().unwrap_or_else(|_| vec![0.0; self.batch * each]);
             }
             batch.units.extend(units.by_ref().take(self.batch - begin));
+            // Every window is written as a whole, so what stood there before does not matter.
             batch.data.resize(batch.units.len() * each, 0.0);
             let windows = batch.data[begin * each..]
                 .par_chunks_mut(each)

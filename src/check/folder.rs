@@ -64,7 +64,7 @@ impl Folder {
         let folder = DatasetFolder::open(path).map_err(told)?;
         let (mut tables, mut unfinished) = (Vec::new(), 0);
         for shard in 0..folder.head().shards {
-            let Some(manifest) = folder.manifest(shard) else {
+            let Some(manifest) = folder.read_manifest(shard).map_err(told)? else {
                 unfinished += 1;
                 continue;
             };

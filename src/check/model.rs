@@ -70,7 +70,8 @@ impl Model {
         let environment = library::load().map_err(CheckError::Library)?;
         let session = guarded(path, || -> ort::Result<Session> {
             let builder = Session::builder(&environment)?;
-            let builder = builder.with_intra_threads(threads)?;
+            // Threads that spin while they wait take the cores from those that decode the next pictures.
+            let builder = builder.with_intra_threads(threads)?.with_intra_op_spinning(false)?;
             builder.with_inter_threads(1)?.commit_from_file(path)
         });
         let session =

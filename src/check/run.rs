@@ -1,7 +1,7 @@
 //! The check itself: a thread reads and cuts, this one asks the model and counts.
 
 use std::fs;
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -70,10 +70,9 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
     let pool = pool.map_err(|e| CheckError::Argument(format!("threads do not start: {e}; give fewer --threads")))?;
     thread::scope(|scope| {
         let (sender, batches) = sync_channel(WAITING);
-        let reading = scope.spawn(|| {
-            let sender = sender;
-            pool.install(|| feed.run(&sender))
-        });
+        let (used, spare) = channel();
+        let (feed, pool) = (&feed, &pool);
+        let reading = scope.spawn(move || pool.install(move || feed.run(&sender, &spare)));
         let mut done = 0;
         let asking = || {
             for Batch { units, mut data } in batches {
@@ -86,6 +85,8 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
                 }
                 done += scores.values.len() as u64 / (scores.classes * scores.cells) as u64;
                 progress(done, plan.units);
+                // Nobody takes it once everything is read.
+                let _ = used.send(data);
             }
             Ok(())
         };

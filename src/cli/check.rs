@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::generate::threads;
-use super::progress::{Windows, counted, duration, say};
+use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{Options, Report, check};
 use crate::record::Split;
@@ -73,8 +73,9 @@ pub(super) struct Check {
     min_accuracy: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Part {
+/// Part of a dataset, or all of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Part {
     Train,
     Validation,
     Test,
@@ -82,7 +83,8 @@ enum Part {
 }
 
 impl Part {
-    fn split(self) -> Option<Split> {
+    /// The split; none for all.
+    pub(super) fn split(self) -> Option<Split> {
         match self {
             Self::Train => Some(Split::Train),
             Self::Validation => Some(Split::Validation),
@@ -117,7 +119,7 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         worst: arguments.worst as usize,
         pictures: arguments.out.is_some(),
     };
-    let bar = Windows::new();
+    let bar = Things::new("windows");
     let report = check(&options, &|done, all| bar.show(done, all));
     bar.end();
     let report = report?;

@@ -1,186 +1,40 @@
-//! `gen icon`: samples as files of the real camera, and what such files hold.
+//! `gen icon`: what files of the real camera hold.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 use output_schema::file::DATASET;
 
-use super::progress::say;
-use super::{Outcome, Usage, print, whole};
-use crate::compare::{Dataset, Frame, Unit};
-use crate::icon::{
-    Content, IconError, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits, Traits,
-    WorldTraits, open, write_image,
-};
+use super::{Outcome, Usage, print};
+use crate::icon::{Content, IconError, Light, Range, Scan, ScanReader, Scatter, SensorImage, Traits, open};
 
 /// Rows that are handled at a time.
 const ROWS: usize = 256;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  gen icon planks --index 3 --out plank            writes plank.dat and plank.xml
-  gen icon planks --index 3 --out plank --words    heights as 16-bit steps instead of floats
-  gen icon planks --index 3 --out plank --rate 7000  timestamps of 7000 profiles a second
-  gen icon planks --index 3 --out frame --sensor   the middle one of its sensor frames
-  gen icon plank.xml                               what a file holds
-
-A dataset made with `extraction: {range: uncalibrated}` becomes an uncalibrated scan, Range in
-sixteenths of a sensor row; others become calibrated ones. Mark holds an encoder that counts
-micrometres and a clock that counts microseconds.
+  gen icon scans/00000003.xml                      what a file holds
+  gen export icon planks --index 3 --out scans     writes such files: scans/00000003.dat and .xml
 
 docs/files/icon.md describes the files.")]
 pub(super) struct Icon {
-    /// A dataset to take a sample from, or the .xml of a file to look at
+    /// The .xml of a file to look at, with its .dat beside it
     path: PathBuf,
-    /// Which sample [default: 0]
-    #[arg(long, value_name = "I", requires = "out")]
-    index: Option<u64>,
-    /// Where the files go: NAME.dat and NAME.xml
-    #[arg(long, value_name = "NAME")]
-    out: Option<PathBuf>,
-    /// Heights as WORD instead of FLOAT
-    #[arg(long, requires = "out")]
-    words: bool,
-    /// Profiles a second, for the timestamps in Mark
-    #[arg(long, value_name = "HZ", requires = "out", default_value_t = 1000.0, value_parser = rate)]
-    rate: f64,
-    /// A sensor frame instead of the scan
-    #[arg(long, requires = "out", conflicts_with = "words")]
-    sensor: bool,
 }
 
 pub(super) fn run(arguments: &Icon) -> Outcome {
-    let is_dataset = arguments.path.join(DATASET).is_file();
-    match &arguments.out {
-        Some(_) if !is_dataset => {
-            let path = arguments.path.display();
-            Err(Usage(format!(
-                "{path} holds no {DATASET}: name the folder of a dataset, or leave --out away to look at a file"
-            ))
-            .into())
-        }
-        Some(out) => {
-            let (data, text) = (beside(out, "dat"), beside(out, "xml"));
-            whole::check(&data)?;
-            let dataset = Dataset::open(&arguments.path)?;
-            let frame = dataset.frame(arguments.index.unwrap_or(0))?;
-            if frame.bits > 8 {
-                let what = format!("its numbers have {} bits, and the camera's files hold 8", frame.bits);
-                let remedy = "set `exposure: {bits: 8}` in the recipe and make it anew";
-                return Err(format!("{}: {what}; {remedy}", arguments.path.display()).into());
-            }
-            if frame.unit != Unit::Mm && dataset.binned_columns() > 1 {
-                let what = "its sensor rows are means of several columns, which no camera writes";
-                let place = arguments.path.display();
-                return Err(format!("{place}: {what}; make it anew without `output: {{bin: ..}}`").into());
-            }
-            if arguments.sensor {
-                sensor(out, &frame)?
-            } else {
-                export(out, &frame, arguments)?
-            }
-            say(&format!("{}, {}", data.display(), text.display()));
-            Ok(ExitCode::SUCCESS)
-        }
-        None if is_dataset => {
-            Err(Usage("a dataset has many samples: choose one with --index I and a place with --out NAME".into())
-                .into())
-        }
-        None => {
-            print(&match open(&arguments.path)? {
-                Content::Scan(mut reader) => describe(&mut reader)?,
-                Content::Image(image) => describe_image(&image),
-            });
-            Ok(ExitCode::SUCCESS)
-        }
+    if arguments.path.join(DATASET).is_file() {
+        let dir = arguments.path.display();
+        let remedy = format!("`gen export icon {dir} --index 0 --out OUT` writes its samples as such files");
+        return Err(Usage(format!("{dir} is a dataset, not a file of the camera: {remedy}")).into());
     }
-}
-
-fn beside(out: &Path, extension: &str) -> PathBuf {
-    match out.extension() {
-        Some(known) if known == "dat" || known == "xml" => out.with_extension(extension),
-        _ => PathBuf::from(format!("{}.{extension}", out.display())),
-    }
-}
-
-/// A number of profiles a second.
-fn rate(text: &str) -> Result<f64, String> {
-    let rate: f64 = text.parse().map_err(|_| "it is no number".to_owned())?;
-    if (0.001..=1e6).contains(&rate) { Ok(rate) } else { Err("give 0.001 to 1000000 Hz".into()) }
-}
-
-/// Notes of one profile: an encoder that counts micrometres of the way, and a clock that counts microseconds.
-fn mark(profile: usize, row_mm: f64, rate: f64) -> Mark {
-    // The counters of the camera have 32 bits and wrap.
-    let encoder = (profile as f64 * row_mm * 1e3).round() as i64 as i32;
-    let timestamp = (profile as f64 * 1e6 / rate).round() as u64 as u32;
-    Mark { encoder, timestamp, ..Mark::default() }
-}
-
-fn export(out: &Path, frame: &Frame, arguments: &Icon) -> Result<(), IconError> {
-    let valid = || frame.range.iter().filter(|z| z.is_finite());
-    let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
-    let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
-    let (col_mm, row_mm) = (frame.col_mm.unwrap_or(1.0), frame.row_mm.unwrap_or(0.0));
-    let width = frame.cols as f64 * col_mm;
-    let left = frame.first_mm.map_or(-width / 2.0, |first| first - col_mm / 2.0);
-    let traits = match frame.unit {
-        Unit::Mm => {
-            Traits::World(WorldTraits { lower: [left, low], upper: [left + width, high], row_mm: frame.row_mm })
-        }
-        Unit::Px { sensor_rows } => Traits::Sensor(SensorTraits::new(sensor_rows, [0.0, 0.0])),
-    };
-    let words = arguments.words || frame.unit != Unit::Mm;
-    let rows = |from: usize, to: usize| {
-        let pixels = from * frame.cols..to * frame.cols;
-        let heights = &frame.range[pixels.clone()];
-        let part = |map: &Option<Vec<f32>>| map.as_ref().map(|map| map[pixels.clone()].to_vec());
-        Scan {
-            width: frame.cols,
-            rows: to - from,
-            traits,
-            range: if words {
-                Range::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
-            } else {
-                Range::World(heights.iter().map(|&z| written(z as f32)).collect())
-            },
-            // Casts of floats saturate.
-            light: part(&frame.reflectance)
-                .map(|map| Light::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
-            scatter: part(&frame.scatter)
-                .map(|map| Scatter::Word(map.into_iter().map(|dn| dn.round() as u16).collect())),
-            marks: Some((from..to).map(|profile| mark(profile, row_mm, arguments.rate)).collect()),
-        }
-    };
-    let mut writer = ScanWriter::create(out, &rows(0, 0), frame.rows)?;
-    for from in (0..frame.rows).step_by(ROWS) {
-        writer.push(&rows(from, (from + ROWS).min(frame.rows)))?;
-    }
-    writer.finish()
-}
-
-/// A height as FLOAT: 0 means missing, so a height of just 0 is the least number above.
-fn written(height: f32) -> f32 {
-    if height.is_nan() {
-        0.0
-    } else if height == 0.0 {
-        f32::MIN_POSITIVE
-    } else {
-        height
-    }
-}
-
-fn sensor(out: &Path, frame: &Frame) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let Some(exposure) = frame.exposures.get(frame.exposures.len() / 2) else {
-        let what =
-            "no sensor frame was kept; set `output: {sensor_stack: {every: 100}}` in the recipe and make it anew";
-        return Err(format!("{}: {what}", frame.name).into());
-    };
-    let rows = exposure.dn.len() / exposure.cols.max(1);
-    let image = SensorImage { cols: exposure.cols, rows, offset: [0, 0], dn: exposure.dn.clone() };
-    Ok(write_image(out, &image)?)
+    print(&match open(&arguments.path)? {
+        Content::Scan(mut reader) => describe(&mut reader)?,
+        Content::Image(image) => describe_image(&image),
+    });
+    Ok(ExitCode::SUCCESS)
 }
 
 fn describe_image(image: &SensorImage) -> String {

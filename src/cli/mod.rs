@@ -1,10 +1,11 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`,
-//! `gen compare`, `gen icon`, `gen check`.
+//! `gen compare`, `gen icon`, `gen check`, `gen export`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for.
 
 mod check;
 mod compare;
+mod export;
 mod generate;
 mod icon;
 mod progress;
@@ -38,7 +39,8 @@ use progress::say;
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
   gen check planks --model knots.onnx                          what a trained model makes of it
-  gen icon planks --index 3 --out plank                        a sample as files of the real camera
+  gen export coco planks --out planks-coco                     in other people's formats, without rendering again
+  gen icon plank.xml                                           what a file of the real camera holds
   gen schema recipe > recipe.schema.json                       for an editor's completion")]
 struct Cli {
     #[command(subcommand)]
@@ -65,7 +67,13 @@ enum Command {
     Compare(compare::Compare),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
     Check(check::Check),
-    /// Write a sample as the files of the real camera (iCon .dat and .xml), or say what such files hold
+    /// Write a dataset in other people's formats: COCO, MVTec AD folders, WebDataset, PNG, files of the real camera
+    Export {
+        /// Which format
+        #[command(subcommand)]
+        format: export::Format,
+    },
+    /// Say what files of the real camera (iCon .dat and .xml) hold
     Icon(icon::Icon),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
     Schema {
@@ -142,6 +150,7 @@ pub fn run() -> ExitCode {
         Some(Command::Study { what }) => study::run(&what),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::Export { format }) => export::run(&format),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {

@@ -147,26 +147,27 @@ impl Photons {
     }
 }
 
-/// A bar for windows that a model is asked about; hidden where standard error is no terminal.
-pub(super) struct Windows(ProgressBar);
+/// A bar for things that are done one after the other; hidden where standard error is no terminal.
+pub(super) struct Things(ProgressBar);
 
-impl Windows {
-    /// Nothing is shown before the first windows.
-    pub(super) fn new() -> Self {
+impl Things {
+    /// Nothing is shown before the first of the `things`.
+    pub(super) fn new(things: &str) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
         }
-        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {pos}/{len} windows  {per_sec}, {eta} left");
+        let template = format!("{{bar:24}} {{percent:>3}} %  {{pos}}/{{len}} {things}  {{per_sec}}, {{eta}} left");
+        let style = ProgressStyle::with_template(&template);
         Self(ProgressBar::no_length().with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
     }
 
-    /// Takes windows done and windows in all.
+    /// Takes things done and things in all.
     pub(super) fn show(&self, done: u64, all: u64) {
         self.0.set_length(all);
         self.0.set_position(done);
     }
 
-    /// Windows done.
+    /// Things done.
     pub(super) fn done(&self) -> u64 {
         self.0.position()
     }

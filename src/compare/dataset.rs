@@ -56,7 +56,8 @@ impl Dataset {
         }
         let shard = index / head.samples_per_shard.max(1);
         let unfinished = || error(root, format!("sample {index} is not finished"), "run gen again to finish it");
-        let manifest = self.0.manifest(shard).ok_or_else(unfinished)?;
+        let told = |e: crate::shard::ShardError| error(root, e.to_string(), CHECK);
+        let manifest = self.0.read_manifest(shard).map_err(told)?.ok_or_else(unfinished)?;
         let listed = manifest.samples.iter().find(|sample| sample.index == index && !sample.id.contains('/'));
         let listed = listed.ok_or_else(|| error(root, format!("no manifest names sample {index}"), CHECK))?;
         let has = |images: &[String]| images.iter().any(|image| image == "range");

@@ -1,7 +1,7 @@
 //! iCon files to disk: numbers under a temporary name as they come, the XML last.
 
 use std::fs::{self, File};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{Error, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::form::{Form, Part};
@@ -28,7 +28,7 @@ impl ScanWriter {
     pub fn create(name: &Path, like: &Scan, rows: usize) -> Result<Self, IconError> {
         let data = paths(name)?.0;
         let partial = partial(&data);
-        let file = File::create(&partial).map_err(|error| refused(&data, error.to_string()))?;
+        let file = File::create(&partial).map_err(|error| refused(&data, &error))?;
         Ok(Self { form: Form::of(like), rows, written: 0, data, partial, file })
     }
 
@@ -63,7 +63,7 @@ impl ScanWriter {
                 self.file.seek(SeekFrom::Start(at))?;
                 self.file.write_all(&bytes)
             };
-            put().map_err(|error: std::io::Error| refused(&self.data, error.to_string()))?;
+            put().map_err(|error: Error| refused(&self.data, &error))?;
         }
         self.written += rows.rows;
         Ok(())
@@ -78,8 +78,8 @@ impl ScanWriter {
             let what = format!("{} of {} rows were written", self.written, self.rows);
             return Err(IconError { place: self.data.display().to_string(), what, remedy: "write all rows".into() });
         }
-        self.file.sync_all().map_err(|error| refused(&self.data, error.to_string()))?;
-        whole::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, no.source.to_string()))?;
+        self.file.sync_all().map_err(|error| refused(&self.data, &error))?;
+        whole::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, &no.source))?;
         write_text(&self.data.with_extension("xml"), &self.form.write())
     }
 }
@@ -101,13 +101,13 @@ pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), IconError> {
         let what = format!("{} numbers are not {} rows of {}", image.dn.len(), image.rows, image.cols);
         return Err(IconError { place: data.display().to_string(), what, remedy: "give a whole image".into() });
     }
-    let told = |no: whole::Refused| refused(&data, no.source.to_string());
+    let told = |no: whole::Refused| refused(&data, &no.source);
     whole::write(&partial(&data), &data, &image.dn).map_err(told)?;
     write_text(&text, &Form::of_image(image.cols, image.rows, image.offset).write())
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), IconError> {
-    whole::write(&partial(path), path, text.as_bytes()).map_err(|no| refused(path, no.source.to_string()))
+    whole::write(&partial(path), path, text.as_bytes()).map_err(|no| refused(path, &no.source))
 }
 
 /// `NAME.dat` and `NAME.xml`.
@@ -117,7 +117,7 @@ fn paths(name: &Path) -> Result<(PathBuf, PathBuf), IconError> {
         _ => name.to_path_buf(),
     };
     let Some(last) = bare.file_name().filter(|_| !name.is_dir()) else {
-        return Err(refused(name, "it is a folder".into()));
+        return Err(refused(name, &ErrorKind::IsADirectory.into()));
     };
     let side = |extension| bare.with_file_name(format!("{}.{extension}", last.to_string_lossy()));
     Ok((side("dat"), side("xml")))
@@ -128,9 +128,13 @@ fn partial(path: &Path) -> PathBuf {
     path.with_file_name(format!(".tmp-{}-{name}", std::process::id()))
 }
 
-fn refused(path: &Path, reason: String) -> IconError {
-    let remedy = "make the folder first, or give another name with --out".into();
-    IconError { place: path.display().to_string(), what: format!("it cannot be written: {reason}"), remedy }
+fn refused(path: &Path, error: &Error) -> IconError {
+    let (what, remedy) = match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => ("the disk is full", "make room, then try again"),
+        ErrorKind::IsADirectory => ("it is a folder", "give another name with --out"),
+        _ => ("it cannot be written", "make the folder first, or give another name with --out"),
+    };
+    IconError { place: path.display().to_string(), what: format!("{what}: {error}"), remedy: remedy.into() }
 }
 
 /// The bytes of a plane; none where the scan has no such plane.

@@ -1,46 +1,12 @@
 //! Pixel classes as colours, and the legend that names those that a picture shows.
 
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 use procedural::Class;
 
-use crate::drawing::{INK, LETTER, Page};
+use crate::drawing::{INK, LETTER, Page, class_colour};
 
 /// Height of a line of the legend [px].
 const LINE: u32 = 14;
-
-/// Colour of a pixel class: calm where all is well, and far from its neighbours where it is not.
-pub(super) fn colour(class: u8) -> Rgb<u8> {
-    Rgb(match Class::ALL.get(usize::from(class)) {
-        Some(Class::Background) | None => [40, 44, 52],
-        Some(Class::Clear) => [222, 196, 150],
-        Some(Class::SoundKnot) => [214, 96, 30],
-        Some(Class::DeadKnot) => [70, 36, 20],
-        Some(Class::Rot) => [74, 128, 92],
-        Some(Class::Flange) => [206, 210, 214],
-        Some(Class::Pocket) => [146, 168, 188],
-        Some(Class::Missing) => [228, 26, 28],
-        Some(Class::Broken) => [255, 127, 0],
-        Some(Class::Chipped) => [255, 190, 60],
-        Some(Class::Cracked) => [150, 80, 30],
-        Some(Class::Capped) => [250, 235, 90],
-        Some(Class::ForeignTablet) => [152, 78, 163],
-        Some(Class::WrongCoat) => [247, 129, 191],
-        Some(Class::Double) => [88, 50, 150],
-        Some(Class::Particle) => [0, 0, 0],
-        Some(Class::Fibre) => [0, 90, 40],
-        Some(Class::Powder) => [255, 250, 205],
-        Some(Class::Shallow) => [0, 114, 178],
-        Some(Class::Collapsed) => [86, 210, 233],
-        Some(Class::Punctured) => [0, 40, 255],
-        Some(Class::Pinhole) => [255, 0, 255],
-        Some(Class::Channel) => [0, 200, 110],
-        Some(Class::Wrinkle) => [150, 220, 50],
-        Some(Class::Delamination) => [0, 128, 128],
-        Some(Class::TabletOnFlange) => [130, 0, 60],
-        Some(Class::Tooth) => [120, 160, 200],
-        Some(Class::Object) => [200, 170, 90],
-    })
-}
 
 /// The classes that a label image shows, and where each stands in a legend.
 pub(super) struct Legend(Vec<(u8, &'static str, [u32; 2])>);
@@ -70,7 +36,7 @@ impl Legend {
     /// Draws it at (x, y), and below it a bar of a round length.
     pub(super) fn draw(&self, page: &mut Page, x: u32, y: u32, mm_per_px: f64) {
         for &(class, name, [left, down]) in &self.0 {
-            page.picture(x + left, y + down, &RgbImage::from_pixel(8, 10, colour(class)));
+            page.picture(x + left, y + down, &RgbImage::from_pixel(8, 10, class_colour(class)));
             page.words(x + left + 10, y + down + 9, &name.replace('_', " "));
         }
         let mm = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
@@ -93,7 +59,8 @@ mod tests {
             let values = subject.label_values();
             for (i, &a) in values.iter().enumerate() {
                 for &b in &values[..i] {
-                    let squares = (0..3).map(|c| (i32::from(colour(a).0[c]) - i32::from(colour(b).0[c])).pow(2));
+                    let squares =
+                        (0..3).map(|c| (i32::from(class_colour(a).0[c]) - i32::from(class_colour(b).0[c])).pow(2));
                     let apart = f64::from(squares.sum::<i32>()).sqrt();
                     assert!(apart > 40.0, "{} and {}: {apart}", Class::ALL[usize::from(a)].name(), b);
                 }

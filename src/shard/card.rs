@@ -1,113 +1,159 @@
 //! The dataset card: what a person and the Hugging Face hub read first.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use output_schema::row::{CALIBRATION, OBJECT, ROW};
-use output_schema::{DatasetHead, Kind};
+use output_schema::{DatasetHead, Generator};
 use serde_json::Value;
 
+use super::card_columns::columns;
+use super::limits::limits;
 use crate::record::Split;
 
-/// `README.md` of a dataset whose `present` splits have files.
-pub(crate) fn card(head: &DatasetHead, present: &[Split]) -> String {
+/// Samples of each class in each split.
+pub(crate) type Counts = BTreeMap<(String, String), u64>;
+
+/// `README.md` of a dataset whose `present` splits have files; `counts` is empty while it is not finished.
+pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &Counts) -> String {
     let mut page = String::new();
     front_matter(&mut page, head, present);
-    let recipe = &head.recipe;
-    add(&mut page, &format!("\n# {}\n", recipe.name));
+    add(&mut page, &format!("\n# {}\n\n{}\n", head.recipe.name, description(head)));
+    loading(&mut page, head, present);
+    made(&mut page, head);
+    shares(&mut page, head, counts);
+    columns(&mut page, head);
+    add(&mut page, "\n## Limits\n");
+    limits(head).iter().for_each(|limit| add(&mut page, &format!("- {limit}")));
+    add(&mut page, "\nTest on real scans before you trust a model that was trained here.\n");
     add(
         &mut page,
-        "Simulated laser-triangulation scans with pixel-exact labels: range, reflectance and scatter images as a",
+        "## Checking\n\n`gen validate PATH` reads every file again: checksums, columns, ranges, labels against pictures. `gen validate PATH\n\
+         --rerender 4` renders four samples anew and compares bytes. `shards/*.json` hold the SHA-256 of every file.\n",
     );
-    add(&mut page, "line-laser profiler measures them, with light that spreads below the surface.\n");
+    add(&mut page, &format!("## Citing\n\n```bibtex\n{}\n```\n", citation(head)));
     add(
         &mut page,
-        "```python\nfrom datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"train\")  # PATH: this folder\n```\n",
+        "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim no rights in what it\n\
+         writes. Whoever publishes this dataset may change both lines; the generator's own licence is another.",
     );
-
-    add(&mut page, "## How it was made\n");
-    add(&mut page, &format!("| | |\n|---|---|\n| generator | {} {} |", head.generator.name, head.generator.version));
-    add(&mut page, &format!("| target | {} |\n| recipe | {} (sha256 `{}`) |", head.target, recipe.name, recipe.hash));
-    add(&mut page, &format!("| seed | {} |\n| samples | {} |", head.seed, head.samples));
-    add(&mut page, &format!("| shards | {} of {} samples |", head.shards, head.samples_per_shard));
-    add(&mut page, &format!("| images | {} columns, {} rows |", head.images.cols, head.images.rows));
-    if let Some(transport) = transport(&recipe.canonical) {
-        add(&mut page, &format!("| transport | {transport} |"));
-    }
-    add(&mut page, &format!("| classes | {} |", head.classes.join(", ")));
-    let shares = head.splits.named().map(|(name, share)| format!("{name} {share}"));
-    add(&mut page, &format!("| splits | {} |\n", shares.join(", ")));
-    add(
-        &mut page,
-        "The recipe, as `dataset.json` holds it too; with the generator it makes these files again, byte for byte on the",
-    );
-    add(&mut page, "same target:\n");
-    add(&mut page, &format!("```yaml\n{}\n```", recipe.text.trim_end()));
-
-    add(
-        &mut page,
-        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x along the columns (the laser",
-    );
-    add(
-        &mut page,
-        "line), y along the rows (the scan), z up.\n\n| column | unit | missing | meaning |\n|---|---|---|---|",
-    );
-    for column in ROW.iter().filter(|c| head.has(c)) {
-        match column.kind {
-            Kind::Parameters => head.parameters.iter().for_each(|n| entry(&mut page, &n.path(), &n.unit, "", &n.doc)),
-            Kind::Physics => {
-                for n in &head.physics {
-                    entry(&mut page, &format!("physics.{}", n.key), &n.unit, column.missing, &n.doc);
-                }
-            }
-            _ => entry(&mut page, column.name, column.unit, column.missing, column.doc),
-        }
-    }
-    for field in &CALIBRATION {
-        entry(&mut page, &format!("calibration.{}", field.name), field.unit, field.missing, field.doc);
-    }
-    for field in &OBJECT {
-        entry(&mut page, &format!("objects.{}", field.name), field.unit, field.missing, field.doc);
-    }
-    let classes = head.shown_classes().map(|(value, name)| format!("{value} {name}"));
-    add(&mut page, &format!("\nPixel classes: {}.", classes.collect::<Vec<_>>().join(", ")));
-    if !head.images.exr.is_empty() {
-        let channels: Vec<String> = head.channels().iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
-        add(
-            &mut page,
-            &format!(
-                "\n`exr/<shard>/<id>.exr` holds the channels {}; see the attribute `sheetlight` of each file.",
-                channels.join(", ")
-            ),
-        );
-    }
-    if let Some(step) = head.images.stack_every {
-        let (rows, cols) = (head.images.sensor_rows, head.images.sensor_cols);
-        add(
-            &mut page,
-            &format!(
-                "\n`stacks/<shard>.parquet` holds every profile whose number is a multiple of {step} as the sensor saw it, [{rows}, {cols}] DN."
-            ),
-        );
-    }
-
-    add(
-        &mut page,
-        "\n## What is not modelled\n\nThe scans are simulated: no real object was measured. Vibration, dust, wear of the",
-    );
-    add(
-        &mut page,
-        "instrument and anything that the recipe does not name are absent. Numbers that the recipe draws follow its",
-    );
-    add(
-        &mut page,
-        "distributions, which need not be those of your line. Test on real scans before you trust a model that was trained here.\n",
-    );
-    add(
-        &mut page,
-        "## License\n\nThe front matter says CC0: the authors of the generator claim no rights in what it writes. Whoever publishes this",
-    );
-    add(&mut page, "dataset may change that line.");
     page
+}
+
+fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
+    let split = present.first().map_or("train", |split| split.name());
+    add(page, "## Loading\n\nPATH is this folder, or its name on the hub.\n\n```python");
+    add(page, &format!("from datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"{split}\")\n"));
+    add(page, "import polars as pl  # numbers alone: columns of images are not read unless asked for");
+    add(
+        page,
+        "rows = pl.scan_parquet(\"PATH/data/*.parquet\").select(\"id\", \"class\", \"objects\", \"physics\").collect()",
+    );
+    if !head.images.exr.is_empty() {
+        add(page, "\nimport OpenEXR  # one row of the table; maps in physical units, NaN where nothing was measured");
+        let name = format!("PATH/exr/{{row['index'] // {}:05}}/{{row['id']}}.exr", head.samples_per_shard);
+        add(page, &format!("maps = OpenEXR.File(f\"{name}\", separate_channels=True).channels()"));
+    }
+    add(page, "```");
+    let png = &head.images.png;
+    if png.is_empty() {
+        let exr = if head.images.exr.is_empty() { "it was made without" } else { "take the EXR files" };
+        add(
+            page,
+            &format!("\nThe tables hold no images, so `datasets` gives numbers and objects alone; for images {exr}."),
+        );
+    } else {
+        add(
+            page,
+            &format!("\nThe tables hold the images {} as PNG, which `datasets` decodes. 0 is missing.", png.join(", ")),
+        );
+    }
+    if png.iter().any(|name| name == "range") {
+        let unit = head.range_unit();
+        add(page, &format!("Range [{unit}] is `range_offset_{unit} + r * range_scale_{unit}` for a pixel r above 0."));
+    }
+    if png.iter().any(|name| name == "reflectance") && head.images.bits > 8 {
+        add(
+            page,
+            &format!("Reflectance has {} bits, 0 to {}, in 16-bit PNG.", head.images.bits, head.images.most_dn()),
+        );
+    }
+    add(page, "");
+}
+
+fn made(page: &mut String, head: &DatasetHead) {
+    let recipe = &head.recipe;
+    add(page, "## How it was made\n");
+    add(page, &format!("| | |\n|---|---|\n| generator | {} {} |", head.generator.name, head.generator.version));
+    add(page, &format!("| schema | {}.{} |", head.schema_version[0], head.schema_version[1]));
+    add(page, &format!("| target | {} |\n| recipe | {} (sha256 `{}`) |", head.target, recipe.name, recipe.hash));
+    add(page, &format!("| seed | {} |\n| samples | {} |", head.seed, head.samples));
+    add(page, &format!("| shards | {} of {} samples |", head.shards, head.samples_per_shard));
+    add(page, &format!("| images | {} columns, {} rows |", head.images.cols, head.images.rows));
+    if let Some(transport) = transport(&recipe.canonical) {
+        add(page, &format!("| transport | {transport} |"));
+    }
+    let Some(command) = head.generator.name.split_whitespace().last() else { return };
+    add(
+        page,
+        &format!(
+            "\n```sh\n{command} --recipe recipe.yaml --seed {} --n {} --samples-per-shard {} --out PATH\n```\n",
+            head.seed, head.samples, head.samples_per_shard
+        ),
+    );
+    add(
+        page,
+        "makes these files again, byte for byte on the same target. The recipe, as `dataset.json` holds it too:\n",
+    );
+    add(page, &format!("```yaml\n{}\n```", recipe.text.trim_end()));
+}
+
+/// Classes and splits: shares of the recipe, and what there is of each.
+fn shares(page: &mut String, head: &DatasetHead, counts: &Counts) {
+    add(page, "\n## Classes and splits\n");
+    let splits = head.splits.named();
+    let named = splits.map(|(name, share)| format!("{name} ({share})"));
+    add(page, &format!("| class | share | {} |\n|---|---|---|---|---|", named.join(" | ")));
+    let share = |class: &String| head.recipe.canonical["classes"][class]["share"].as_f64();
+    let sum: f64 = head.classes.iter().filter_map(share).sum();
+    for class in &head.classes {
+        let part = share(class).filter(|_| sum > 0.0).map_or(String::new(), |share| format!("{:.3}", share / sum));
+        let count = |split: &str| counts.get(&(class.clone(), split.to_string())).copied().unwrap_or(0).to_string();
+        let there = splits.map(|(name, _)| if counts.is_empty() { String::new() } else { count(name) });
+        add(page, &format!("| {class} | {part} | {} |", there.join(" | ")));
+    }
+    add(
+        page,
+        "\nShares are the recipe's; the columns of splits count samples. Splits follow from seed and index alone.",
+    );
+}
+
+/// What the dataset is, in two sentences.
+pub(super) fn description(head: &DatasetHead) -> String {
+    let what = match head.subject.as_str() {
+        "wood" => "sawn boards of softwood",
+        "blister" => "blister packs",
+        "sawtooth" => "a saw-tooth for calibration",
+        _ => "a part from a file of triangles",
+    };
+    format!(
+        "{} simulated laser-triangulation scans of {what} with pixel-exact labels, from the recipe {}. Range, reflectance and \
+         scatter images as a line-laser profiler measures them, with light that spreads below the surface.",
+        head.samples, head.recipe.name
+    )
+}
+
+/// How to cite the dataset, BibTeX.
+pub(super) fn citation(head: &DatasetHead) -> String {
+    let Generator { name, version } = &head.generator;
+    let title: String = head.recipe.name.chars().map(|c| if "{}\\".contains(c) { ' ' } else { c }).collect();
+    format!(
+        "@misc{{sheetlight-{0}-seed-{1},\n  title = {{{title}: simulated laser-triangulation scans}},\n  note = {{{2} samples by \
+         {name} {version}, recipe SHA-256 {3}, seed {1}}}\n}}",
+        head.recipe.hash.get(..8).unwrap_or("unknown"),
+        head.seed,
+        head.samples,
+        head.recipe.hash
+    )
 }
 
 /// How light was spread, as the recipe has it: the model, then its settings.
@@ -121,14 +167,10 @@ fn transport(canonical: &Value) -> Option<String> {
     }))
 }
 
-fn add(page: &mut String, text: &str) {
+/// A line.
+pub(super) fn add(page: &mut String, text: &str) {
     // Writing to a String cannot fail.
     let _ = writeln!(page, "{text}");
-}
-
-fn entry(page: &mut String, name: &str, unit: &str, missing: &str, doc: &str) {
-    let missing = if missing.is_empty() { "never" } else { missing };
-    add(page, &format!("| `{name}` | {unit} | {missing} | {} |", doc.replace('|', "\\|")));
 }
 
 fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
@@ -137,15 +179,33 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
         1_000..10_000 => "1K<n<10K",
         10_000..100_000 => "10K<n<100K",
         100_000..1_000_000 => "100K<n<1M",
-        _ => "1M<n<10M",
+        1_000_000..10_000_000 => "1M<n<10M",
+        10_000_000..100_000_000 => "10M<n<100M",
+        _ => "100M<n<1B",
     };
     // JSON text is YAML text: any name is quoted rightly.
     let name = serde_json::Value::from(head.recipe.name.as_str());
     add(page, &format!("---\npretty_name: {name}\nlicense: cc0-1.0"));
-    add(page, "task_categories:\n- image-segmentation\n- object-detection\n- image-classification");
+    add(page, "annotations_creators:\n- machine-generated\nsource_datasets:\n- original");
+    // Pieces of one material have no defects to find, and a recipe with one class nothing to tell apart.
+    let defects = head.label_values.len() > 2;
+    let sorts = defects && head.classes.len() > 1;
+    let list = |all: &[(bool, &str)]| {
+        all.iter().filter(|(fits, _)| *fits).map(|(_, name)| format!("\n- {name}")).collect::<String>()
+    };
+    let categories = [(true, "image-segmentation"), (defects, "object-detection"), (sorts, "image-classification")];
+    let ids = [
+        (true, "semantic-segmentation"),
+        (defects, "instance-segmentation"),
+        (sorts, "multi-class-image-classification"),
+    ];
+    add(page, &format!("task_categories:{}\ntask_ids:{}", list(&categories), list(&ids)));
     add(
         page,
-        &format!("tags:\n- synthetic\n- laser-triangulation\n- subsurface-scattering\nsize_categories:\n- {sizes}"),
+        &format!(
+            "tags:\n- synthetic\n- laser-triangulation\n- subsurface-scattering\n- {}\nsize_categories:\n- {sizes}",
+            head.subject
+        ),
     );
     add(page, "configs:\n- config_name: default\n  data_files:");
     let shares = head.splits.named();

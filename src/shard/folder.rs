@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use output_schema::file::{
-    CARD, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
+    CARD, CROISSANT, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
 };
 use output_schema::{DatasetHead, Manifest, refuse_version};
 
+use super::card::Counts;
 use super::durable::{create_directory, names, remove, write_whole};
 use super::lock::Lock;
-use super::{ShardError, card, refuse};
+use super::{ShardError, card, croissant, refuse};
 use crate::record::Split;
 
 /// An open dataset folder.
@@ -60,8 +61,8 @@ impl DatasetFolder {
             create_directory(&path.join(directory))?;
         }
         let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
-        if extended || !path.join(CARD).exists() {
-            write_whole(path, CARD, card::card(&new, &Split::ALL).as_bytes())?;
+        if extended || [CARD, CROISSANT].iter().any(|name| !path.join(name).exists()) {
+            describe(path, &new, &Split::ALL, &Counts::new())?;
         }
         let folder = Self { root: path.into(), head: Arc::new(new) };
         folder.sweep()?;
@@ -125,7 +126,7 @@ impl DatasetFolder {
         shards.into_iter().filter(|&shard| shard < self.head.shards && !self.is_done(shard)).collect()
     }
 
-    /// To call when no shard remains: the card then names only splits that have files, as `datasets` asks.
+    /// To call when no shard remains: card and metadata then name only splits that have files, as `datasets` asks.
     ///
     /// # Errors
     /// [`ShardError::Io`] and [`ShardError::DiskFull`].
@@ -134,17 +135,27 @@ impl DatasetFolder {
         let files = names(&self.root.join("data"))?;
         let present: Vec<Split> =
             Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
-        let card = card::card(&self.head, &present);
-        if fs::read_to_string(self.root.join(CARD)).is_ok_and(|found| found == card) {
-            return Ok(());
+        let mut counts = Counts::new();
+        for manifest in (0..self.head.shards).filter_map(|shard| self.manifest(shard)) {
+            manifest
+                .samples
+                .into_iter()
+                .for_each(|sample| *counts.entry((sample.class, sample.split)).or_default() += 1);
         }
-        write_whole(&self.root, CARD, card.as_bytes())
+        describe(&self.root, &self.head, &present, &counts)
     }
 
-    /// The manifest of a finished shard.
+    /// The manifest of a finished shard; `None` where there is none that this program reads.
     pub fn manifest(&self, shard: u64) -> Option<Manifest> {
-        let text = fs::read(self.root.join(manifest_path(shard))).ok()?;
-        serde_json::from_slice(&text).ok()
+        self.read_manifest(shard).ok().flatten()
+    }
+
+    /// The manifest of a finished shard; `None` where the shard is not finished.
+    ///
+    /// # Errors
+    /// [`ShardError::Refused`] where it is damaged, or one that this program does not read; [`ShardError::Io`].
+    pub fn read_manifest(&self, shard: u64) -> Result<Option<Manifest>, ShardError> {
+        read_document(&self.root.join(manifest_path(shard)), "run gen validate: it says what is wrong with the dataset")
     }
 
     pub(super) fn lock_path(&self, shard: u64) -> PathBuf {
@@ -166,7 +177,7 @@ impl DatasetFolder {
     /// Asks for the dataset's lock.
     fn sweep(&self) -> Result<(), ShardError> {
         // The dataset's lock is held: nobody is at work on these.
-        for path in [DATASET, CARD] {
+        for path in [DATASET, CARD, CROISSANT] {
             remove(&self.root.join(temporary(path)))?;
         }
         let mut shards = Vec::new();
@@ -187,6 +198,30 @@ impl DatasetFolder {
     }
 }
 
+/// Writes card and metadata where they are not as they should be. Asks for the dataset's lock.
+fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &Counts) -> Result<(), ShardError> {
+    let path = root.join(DATASET);
+    let document = fs::read(&path).map_err(|e| ShardError::io("read", &path, e))?;
+    for (name, text) in descriptions(head, present, counts, &document) {
+        if !fs::read(root.join(name)).is_ok_and(|found| found == text) {
+            write_whole(root, name, &text)?;
+        }
+    }
+    Ok(())
+}
+
+/// Card and metadata of a dataset whose `present` splits have files; `counts` is empty while it is not finished, `document` is
+/// `dataset.json` as it is on disk.
+pub(crate) fn descriptions(
+    head: &DatasetHead,
+    present: &[Split],
+    counts: &Counts,
+    document: &[u8],
+) -> [(&'static str, Vec<u8>); 2] {
+    let card = card::card(head, present, counts).into_bytes();
+    [(CARD, card), (CROISSANT, croissant::croissant(head, present, document))]
+}
+
 /// The shard that a temporary name or a lock belongs to.
 fn left_behind(name: &str) -> Option<u64> {
     let name = name.strip_prefix(TEMPORARY).or_else(|| name.strip_prefix(LOCK))?;
@@ -204,14 +239,17 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
 
 /// `dataset.json` of a folder; `None` where there is none.
 fn read_head(root: &Path) -> Result<Option<DatasetHead>, ShardError> {
-    let path = root.join(DATASET);
-    let text = match fs::read(&path) {
+    read_document(&root.join(DATASET), "choose another folder, or bring the file back")
+}
+
+/// A document with format and version; `None` where there is none.
+fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static str) -> Result<Option<T>, ShardError> {
+    let text = match fs::read(path) {
         Ok(text) => text,
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(ShardError::io("read", &path, e)),
+        Err(e) => return Err(ShardError::io("read", path, e)),
     };
-    let remedy = "choose another folder, or bring the file back";
-    let refused = |reason: String| ShardError::Refused { path: path.clone(), reasons: vec![reason], remedy };
+    let refused = |reason: String| ShardError::Refused { path: path.into(), reasons: vec![reason], remedy };
     let value: serde_json::Value =
         serde_json::from_slice(&text).map_err(|e| refused(format!("it cannot be read: {e}")))?;
     // The version first: a newer document may have other keys.

@@ -13,13 +13,18 @@
 //! processes or the time.
 
 mod card;
+mod card_columns;
+mod croissant;
+mod croissant_fields;
 mod durable;
 mod encoded;
 mod error;
 mod exr;
 mod folder;
+mod limits;
 mod lock;
 mod png;
+mod read;
 mod refuse;
 mod rows;
 mod size;
@@ -27,15 +32,17 @@ mod sums;
 mod table;
 mod writer;
 
-pub(crate) use card::card;
+pub(crate) use card::Counts;
 pub(crate) use durable::{free_bytes, hex};
 pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};
 pub use error::ShardError;
 pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub use folder::DatasetFolder;
-pub(crate) use folder::document;
+pub(crate) use folder::{descriptions, document};
 pub use png::{Grey, read_png, write_png, write_png_as};
+pub(crate) use png::{range_numbers, rounded8, rounded16};
+pub use read::{Row, Rows, read_rows};
 pub use refuse::differences;
 pub(crate) use rows::frame_numbers;
 pub use rows::row_batch;
@@ -50,6 +57,10 @@ use crate::settings::{Output, RangeForm, SensorStack, Size};
 
 /// Version of the program; another version may give other numbers.
 pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Day of that version, which stands where metadata wants a date: no clock goes into files. The same as in CHANGELOG.md,
+/// or the day on which work on the version began while it is unreleased.
+pub const GENERATOR_DATE: &str = "2026-11-21";
 
 /// The declaration of a parameter as a column.
 pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {

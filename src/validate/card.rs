@@ -1,42 +1,75 @@
-//! The dataset card against `dataset.json`: it may have more lines, and another licence; what the program wrote stays.
+//! Dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence; what the program
+//! wrote stays.
 
 use std::fs;
 use std::path::Path;
 
 use output_schema::DatasetHead;
-use output_schema::file::CARD;
+use output_schema::file::{CROISSANT, DATASET};
 
 use super::report::{Code, Fault, Report};
 use crate::record::Split;
-use crate::shard::card;
+use crate::shard::{Counts, descriptions};
 
-/// Checks the card of a dataset whose samples are of these splits; one that is not finished names all splits.
-pub(super) fn check(folder: &Path, head: &DatasetHead, present: &[Split], finished: bool, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, CARD, what));
-    let path = folder.join(CARD);
-    if !fs::symlink_metadata(&path).is_ok_and(|found| found.is_file()) {
-        return fault(Code::FileMissing, "the dataset card is missing, or no plain file".into());
-    }
-    let found = match fs::read(&path) {
-        Ok(bytes) => bytes,
-        Err(e) => return fault(Code::FileMissing, format!("the dataset card cannot be read: {e}")),
-    };
-    let found = String::from_utf8_lossy(&found);
-    let differs = |present: &[Split]| missing_line(&found, &card(head, present));
-    let missing = differs(present).filter(|_| finished || differs(&Split::ALL).is_some());
-    if let Some((number, line)) = missing {
-        fault(
-            Code::CardDiffers,
-            format!("line {number} of the card as the program writes it is missing or changed: `{line}`"),
-        );
+/// First words of the lines that belong to whoever publishes the dataset.
+const OWN: [&str; 2] = ["license: ", "  \"license\": "];
+/// What to do about a document that is missing or changed.
+const REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
+
+/// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
+/// believed; one that is not finished names all splits.
+pub(super) fn check(
+    folder: &Path,
+    head: &DatasetHead,
+    present: &[Split],
+    counts: Option<&Counts>,
+    finished: bool,
+    report: &mut Report,
+) {
+    // Its absence was told before.
+    let document = fs::read(folder.join(DATASET)).unwrap_or_default();
+    let none = Counts::new();
+    let unfinished = descriptions(head, &Split::ALL, &none, &document);
+    let counts = counts.unwrap_or(&none);
+    for ((name, text), (_, other)) in descriptions(head, present, counts, &document).into_iter().zip(unfinished) {
+        let mut fault = |code, what: String| {
+            report.faults.push(Fault { remedy: REMEDY, ..Fault::new(code, name, what) });
+        };
+        let path = folder.join(name);
+        if name == CROISSANT && head.schema_version[1] < 3 && !path.exists() {
+            continue;
+        }
+        if !fs::symlink_metadata(&path).is_ok_and(|found| found.is_file()) {
+            fault(Code::FileMissing, "the document is missing, or no plain file".into());
+            continue;
+        }
+        match fs::read(&path) {
+            Err(e) => fault(Code::FileMissing, format!("the document cannot be read: {e}")),
+            Ok(found) => {
+                let missing =
+                    missing_line(&found, &text).filter(|_| finished || missing_line(&found, &other).is_some());
+                if let Some((number, line)) = missing {
+                    let what = format!("line {number} as the program writes it is missing or changed: `{line}`");
+                    fault(Code::CardDiffers, what);
+                }
+            }
+        }
     }
 }
 
 /// The first line of `expected` that `found` does not have in its place among the others.
-fn missing_line(found: &str, expected: &str) -> Option<(usize, String)> {
-    let mut lines = found.split('\n');
-    let own = |line: &str| line.starts_with("license: ");
-    let mut expected = (1..).zip(expected.split('\n'));
-    let missing = expected.find(|(_, line)| !lines.any(|found| found == *line || (own(line) && own(found))));
-    missing.map(|(number, line)| (number, line.to_owned()))
+fn missing_line(found: &[u8], expected: &[u8]) -> Option<(usize, String)> {
+    let mut lines = found.split(|&byte| byte == b'\n');
+    let own = |line: &[u8], other: &[u8]| {
+        OWN.iter().any(|words| line.starts_with(words.as_bytes()) && other.starts_with(words.as_bytes()))
+    };
+    // A row of classes whose cells are open.
+    let filled = |line: &[u8], other: &[u8]| {
+        let rest = line.strip_suffix(b"|  |  |  |").and_then(|start| other.strip_prefix(start));
+        rest.is_some_and(|rest| rest.iter().all(|byte| byte.is_ascii_digit() || b" |".contains(byte)))
+    };
+    let mut expected = (1..).zip(expected.split(|&byte| byte == b'\n'));
+    let missing =
+        expected.find(|(_, line)| !lines.any(|found| found == *line || own(line, found) || filled(line, found)));
+    missing.map(|(number, line)| (number, String::from_utf8_lossy(line).into_owned()))
 }

@@ -11,6 +11,7 @@
 mod alike;
 mod balance;
 mod card;
+mod code;
 mod columns;
 mod expected;
 mod exr;
@@ -34,11 +35,12 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use output_schema::DatasetHead;
-use output_schema::file::{CARD, DATASET, exr_folder, manifest_path};
+use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, exr_folder, manifest_path};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 pub use balance::{ALPHA, ClassCount, Statistics, Test};
+pub use code::fault_table;
 pub use expected::{Expect, Expected};
 pub use report::{Code, Fault, Report};
 pub use tally::{Declared, DeclaredParameter, Seen};
@@ -50,9 +52,6 @@ use crate::shard::Encoded;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
 pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
-
-/// Folder of results that are kept beside a dataset.
-const REPORTS: &str = "reports";
 
 /// A step that was done, for whoever shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,7 +108,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let found = (0u64..).zip(jobs).par_bridge().map(run);
     let mut found = found.reduce(Found::default, Found::and);
 
-    let mut expected: HashSet<String> = [DATASET, CARD].map(String::from).into();
+    let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
     expected.extend(files::assets(folder, &head, &mut report));
     expected.extend((0..head.shards).map(manifest_path));
     expected.extend(std::mem::take(&mut found.tables));
@@ -120,7 +119,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
     report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));
     let finished = !report.codes().contains(&Code::ManifestMissing);
-    card::check(folder, &head, &found.present(), finished, &mut report);
+    card::check(folder, &head, &found.present(), None, finished, &mut report);
     report.faults.extend(found.alike());
     if let Some(tally) = tally {
         let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);

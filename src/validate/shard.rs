@@ -5,7 +5,7 @@ use std::fs;
 use std::io::ErrorKind;
 
 use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path};
-use output_schema::{Manifest, ManifestFile, ManifestSample, refuse_version};
+use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, refuse_version};
 use sha2::{Digest, Sha256};
 
 use super::alike::Print;
@@ -59,7 +59,10 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let manifest: Manifest = match serde_json::from_slice(&text) {
         Ok(manifest) => manifest,
         Err(e) => {
-            found.report.faults.push(Fault::new(Code::ManifestUnreadable, place, e.to_string()));
+            // A newer document may have other keys.
+            let newer = newer(&text);
+            let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };
+            found.report.faults.push(Fault::new(code, place, newer.unwrap_or_else(|| e.to_string())));
             return (found, None);
         }
     };
@@ -68,11 +71,16 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let id = |sample: &ManifestSample| (digest(&sample.id), sample.index, task.number);
     found.ids = manifest.samples.iter().map(id).collect();
     let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
-    let mut reasons = manifest_reasons(&task, &manifest, &expected);
-    if document(&manifest) != text {
-        reasons.push("it is not written as the program writes it: keys, order, blanks".into());
+    if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
+        let code = if manifest.format == FORMAT { Code::VersionUnknown } else { Code::ManifestDiffers };
+        found.report.faults.push(Fault::new(code, &place, reason));
+    } else {
+        let mut reasons = manifest_reasons(&task, &manifest, &expected);
+        if document(&manifest) != text {
+            reasons.push("it is not written as the program writes it: keys, order, blanks".into());
+        }
+        found.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
     }
-    found.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.
     let own = manifest.files.iter().enumerate().filter(|(_, file)| expected.contains(&file.path));
@@ -110,12 +118,16 @@ fn digest(id: &str) -> u128 {
     sum.iter().take(16).fold(0, |word, byte| word << 8 | u128::from(*byte))
 }
 
+/// Why a document that cannot be read as a manifest is one of another version, where it is.
+fn newer(text: &[u8]) -> Option<String> {
+    let value: serde_json::Value = serde_json::from_slice(text).ok()?;
+    let version = serde_json::from_value(value["schema_version"].clone()).ok()?;
+    refuse_version(FORMAT, version).filter(|_| value["format"] == FORMAT)
+}
+
 /// Everything in which a manifest is not that of its shard.
 fn manifest_reasons(task: &Task, manifest: &Manifest, expected: &HashSet<String>) -> Vec<String> {
     let head = task.head;
-    if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
-        return vec![reason];
-    }
     let mut reasons = Vec::new();
     let mut differ = |name: &str, found: String, expected: String| {
         if found != expected {

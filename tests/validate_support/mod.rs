@@ -62,7 +62,8 @@ pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
 pub fn edit_json(path: &Path, change: impl Fn(&mut Value)) {
     let mut value: Value = serde_json::from_slice(&fs::read(path).expect("it is there")).expect("it is JSON");
     change(&mut value);
-    fs::write(path, value.to_string()).expect("it can be written");
+    // As the program writes it.
+    fs::write(path, format!("{value:#}\n")).expect("it can be written");
 }
 
 /// Makes the manifest agree with the files again, so that only their content is at fault.
@@ -75,7 +76,7 @@ pub fn agree(root: &Path) {
         file.bytes = bytes.len() as u64;
         file.sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     }
-    fs::write(path, serde_json::to_vec(&manifest).expect("plain data")).expect("it can be written");
+    fs::write(path, serde_json::to_string_pretty(&manifest).expect("plain data") + "\n").expect("it can be written");
 }
 
 /// Rewrites the rows of `DATA`.

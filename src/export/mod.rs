@@ -1,0 +1,77 @@
+//! A dataset in the layouts of other programs, without rendering again.
+//!
+//! ```text
+//! Source --rows of chosen samples, one after the other--> Sample --a format's work, on all cores--> Out
+//! ```
+//!
+//! What goes into every file follows from the dataset and the options alone, never from threads or time. An [`Out`] folder
+//! is marked as unfinished until the last file is there; the same command again finishes it. Memory does not grow with the
+//! number of samples: rows are read one by one, as many at a time as there are threads.
+
+pub mod coco;
+pub mod icon;
+pub mod mvtec;
+pub mod png;
+pub mod webdataset;
+
+mod classes;
+mod out;
+mod picture;
+mod rle;
+mod sample;
+mod scaling;
+mod source;
+
+pub use classes::default_good;
+pub use out::{Out, Summary};
+pub use picture::Show;
+pub use rle::Runs;
+pub use sample::Sample;
+pub use scaling::{Scaling, Scalings};
+pub use source::{Selection, Source};
+
+use std::path::Path;
+
+use crate::compare::SourceError;
+use crate::icon::IconError;
+
+/// What to do about a damaged dataset.
+const CHECK: &str = "`gen validate` says what is damaged";
+
+/// What is wrong, where, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {what}; {remedy}")]
+pub struct ExportError {
+    /// File, folder or option.
+    pub place: String,
+    /// What is wrong.
+    pub what: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl ExportError {
+    fn at(place: &Path, what: impl Into<String>, remedy: &str) -> Self {
+        Self { place: place.display().to_string(), what: what.into(), remedy: remedy.into() }
+    }
+}
+
+impl From<IconError> for ExportError {
+    fn from(error: IconError) -> Self {
+        Self { place: error.place, what: error.what, remedy: error.remedy }
+    }
+}
+
+impl From<SourceError> for ExportError {
+    fn from(error: SourceError) -> Self {
+        Self { place: error.place, what: error.what, remedy: error.remedy }
+    }
+}
+
+/// Called with samples done and samples in all.
+pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
+
+/// The name of a sample's files: its index, with as many digits for all, so that names sort as numbers do.
+fn key(index: u64) -> String {
+    format!("{index:08}")
+}

@@ -1,0 +1,155 @@
+//! Folders as the MVTec AD dataset has them, which anomaly detection reads.
+//!
+//! ```text
+//! train/good/<name>.png    test/good/<name>.png    test/<defect>/<name>.png    ground_truth/<defect>/<name>_mask.png
+//! ```
+//!
+//! Samples of the split `train` go to `train/good` where they are good and nowhere else: such methods learn from good ones
+//! alone. Those of `test` go to `test`; `validation` has no place in the layout.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+
+use super::classes::{good, safe};
+use super::picture::Picture;
+use super::{ExportError, Out, Progress, Sample, Scalings, Show, Source, Summary};
+use crate::record::Split;
+use crate::shard::{Grey, write_png};
+
+/// Folder of pictures with defects of several classes, as MVTec AD names it.
+const COMBINED: &str = "combined";
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// What pictures show.
+    pub show: Show,
+    /// Pixel classes that count as good; empty for the subject's own.
+    pub good: Vec<String>,
+    /// Side of the patches that pictures are cut into; none for whole ones [px].
+    pub patch_px: Option<usize>,
+    /// Ends of the scale of Range; found where there are none [mm or px].
+    pub range: Option<[f64; 2]>,
+    /// Ends of the scale of Scatter; found where there are none [DN].
+    pub scatter: Option<[f64; 2]>,
+}
+
+/// Writes the export.
+///
+/// # Errors
+/// Where the dataset is damaged or lacks images, its subject has no defects, or the folder cannot be written.
+pub fn export(
+    source: &Source,
+    out: &std::path::Path,
+    options: &Options,
+    progress: Progress,
+) -> Result<Summary, ExportError> {
+    let head = source.head();
+    let maps = options.show.maps();
+    let images = [maps, &["label"]].concat();
+    let good = good(head, &options.good)?;
+    source.needs(&images)?;
+    let least = head.images.cols.min(head.images.rows);
+    if let Some(side) = options.patch_px.filter(|side| *side as u64 > least) {
+        let what = format!("{side} px is larger than the images of {} x {} px", head.images.cols, head.images.rows);
+        return Err(ExportError::at("--patch-px".as_ref(), what, &format!("give up to {least}")));
+    }
+    let asked = json!({
+        "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
+        "range": options.range, "scatter": options.scatter,
+    });
+    let Some(out) = Out::open(out, "mvtec", asked, source.told())? else {
+        return Ok(Summary { nothing_to_do: true, ..Summary::default() });
+    };
+    let scalings = Scalings::of(source, maps, options.range, options.scatter)?;
+    let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+    let mut left_out = 0;
+    let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
+    let take = |_: &Sample, folders: Vec<Option<String>>| {
+        for folder in folders {
+            match folder {
+                Some(folder) => *counts.entry(folder).or_default() += 1,
+                None => left_out += 1,
+            }
+        }
+        Ok(())
+    };
+    source.each(&images, work, take, progress)?;
+    let mut notes = Vec::new();
+    if left_out > 0 {
+        notes.push(format!(
+            "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
+        ));
+    }
+    for folder in ["train/good", "test/good"] {
+        if !counts.contains_key(folder) {
+            notes.push(format!(
+                "{folder} is empty: no sample of that split is good; try --patch-px, --good or more samples"
+            ));
+        }
+    }
+    let good: Vec<&str> = head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
+    let scaling = scalings.json(maps, head.range_unit());
+    out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
+}
+
+/// Writes the pictures of a sample; gives the folder of each, none for those that are left out.
+fn pictures(
+    sample: &Sample,
+    out: &Out,
+    options: &Options,
+    scalings: &Scalings,
+    good: &[bool; 256],
+) -> Result<Vec<Option<String>>, ExportError> {
+    let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
+    let picture = Picture::of(sample, options.show, scalings)?;
+    let mut folders = Vec::new();
+    for part in parts(sample, options.patch_px) {
+        let [top, left, rows, cols] = part;
+        let line = |row: usize| &labels[row * sample.cols + left..][..cols];
+        let mut seen = [false; 256];
+        (top..top + rows).flat_map(line).for_each(|label| seen[usize::from(*label)] = true);
+        let mut defects = (0..256).filter(|value| seen[*value] && !good[*value]);
+        let defect = match (defects.next(), defects.next()) {
+            (None, _) => None,
+            (Some(one), None) => Some(safe(sample.pixel_class(one as u64))?),
+            _ => Some(COMBINED),
+        };
+        let name = match options.patch_px {
+            Some(_) => format!("{}_r{top:05}_c{left:05}", sample.key),
+            None => sample.key.clone(),
+        };
+        let folder = match (sample.split, defect) {
+            (Split::Train, None) => "train/good".to_owned(),
+            (Split::Test, defect) => format!("test/{}", defect.unwrap_or("good")),
+            _ => {
+                folders.push(None);
+                continue;
+            }
+        };
+        out.put(&format!("{folder}/{name}.png"), || Ok(picture.cut(part).png()))?;
+        if let Some(defect) = defect {
+            let mask = || {
+                let pixels = (top..top + rows).flat_map(line);
+                let pixels = pixels.map(|label| if good[usize::from(*label)] { 0 } else { 255 }).collect();
+                Ok(write_png(&Grey::Eight(pixels), cols))
+            };
+            out.put(&format!("ground_truth/{defect}/{name}_mask.png"), mask)?;
+        }
+        folders.push(Some(folder));
+    }
+    Ok(folders)
+}
+
+/// The parts of a picture: first row, first column, rows, columns. Patches cover all of it, evenly apart, and overlap where
+/// its sides are no multiples of theirs.
+fn parts(sample: &Sample, patch_px: Option<usize>) -> Vec<[usize; 4]> {
+    let Some(side) = patch_px else { return vec![[0, 0, sample.rows, sample.cols]] };
+    let starts = |length: usize| {
+        let count = length.div_ceil(side);
+        let start = move |i: usize| if count > 1 { i * (length - side) / (count - 1) } else { 0 };
+        (0..count).map(start)
+    };
+    starts(sample.rows).flat_map(|top| starts(sample.cols).map(move |left| [top, left, side, side])).collect()
+}

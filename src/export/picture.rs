@@ -1,0 +1,96 @@
+//! The picture of a sample that people train on: one map in 8 bits or as stored, or three of them as colours.
+
+use std::io::Cursor;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::scaling::meaning;
+use super::{ExportError, Sample, Scalings};
+use crate::shard::{Grey, write_png};
+
+/// What a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Show {
+    /// Brightness at the peak.
+    Reflectance,
+    /// Light beside the peak.
+    Scatter,
+    /// Height.
+    Range,
+    /// Range, Reflectance and Scatter as red, green and blue.
+    Rgb,
+}
+
+impl Show {
+    /// The maps that it takes, in the order of channels.
+    pub fn maps(self) -> &'static [&'static str] {
+        match self {
+            Self::Reflectance => &["reflectance"],
+            Self::Scatter => &["scatter"],
+            Self::Range => &["range"],
+            Self::Rgb => &["range", "reflectance", "scatter"],
+        }
+    }
+
+    /// Name of the choice.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rgb => "rgb",
+            one => one.maps()[0],
+        }
+    }
+}
+
+/// Pixels of a picture with 8 bits, channels together `[rows, cols, channels]`.
+#[derive(Debug, Clone)]
+pub(super) struct Picture {
+    cols: usize,
+    channels: usize,
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    /// The picture of a sample, scaled as the whole dataset is.
+    pub(super) fn of(sample: &Sample, show: Show, scalings: &Scalings) -> Result<Self, ExportError> {
+        let maps = show.maps();
+        let mut pixels = vec![0; sample.cols * sample.rows * maps.len()];
+        for (channel, map) in maps.iter().enumerate() {
+            let [offset, scale] = meaning(sample, map)?;
+            let scaling = scalings.named(map);
+            let numbers = sample.grey(map)?.numbers();
+            for (pixel, n) in pixels.chunks_exact_mut(maps.len()).zip(numbers) {
+                pixel[channel] = if n == 0 { 0 } else { scaling.level(offset + scale * f64::from(n)) };
+            }
+        }
+        Ok(Self { cols: sample.cols, channels: maps.len(), pixels })
+    }
+
+    /// A part of it: first row, first column, rows, columns.
+    pub(super) fn cut(&self, [top, left, rows, cols]: [usize; 4]) -> Self {
+        let line = |row: usize| {
+            let from = (row * self.cols + left) * self.channels;
+            &self.pixels[from..from + cols * self.channels]
+        };
+        let pixels = (top..top + rows).flat_map(line).copied().collect();
+        Self { cols, channels: self.channels, pixels }
+    }
+
+    /// As PNG.
+    pub(super) fn png(self) -> Vec<u8> {
+        match self.channels {
+            1 => write_png(&Grey::Eight(self.pixels), self.cols),
+            _ => colour_png(&self.pixels, self.cols),
+        }
+    }
+}
+
+/// Colours `[rows, cols, 3]` as PNG, compressed as the dataset's own images are.
+pub(super) fn colour_png(pixels: &[u8], cols: usize) -> Vec<u8> {
+    let rows = pixels.len() / 3 / cols.max(1);
+    let mut png = Vec::new();
+    let encoder = PngEncoder::new_with_quality(Cursor::new(&mut png), CompressionType::Fast, FilterType::Adaptive);
+    let written = encoder.write_image(pixels, cols as u32, rows as u32, ExtendedColorType::Rgb8);
+    written.expect("memory takes every byte, and the size was computed from the pixels");
+    png
+}

@@ -1,0 +1,185 @@
+//! One sample as a dataset holds it: its row, and its images in the numbers of the PNG columns, whatever file they lie in.
+
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use output_schema::ManifestSample;
+use output_schema::file::exr_path;
+use serde_json::{Map, Value};
+
+use super::{CHECK, ExportError, Source, key};
+use crate::record::Split;
+use crate::shard::{ExrChannel, Grey, Row, range_numbers, read_exr, read_png, rounded8, rounded16, write_png};
+
+/// One sample.
+#[derive(Debug)]
+pub struct Sample {
+    /// Number in the dataset.
+    pub index: u64,
+    /// Name of its files.
+    pub key: String,
+    /// Part of the dataset.
+    pub split: Split,
+    /// Name of the recipe's class.
+    pub class: String,
+    /// Columns of its images [px].
+    pub cols: usize,
+    /// Rows of its images [px].
+    pub rows: usize,
+    /// Everything that the table says of it.
+    pub row: Row,
+    path: PathBuf,
+    unit: &'static str,
+    bits: u64,
+    exr: Vec<ExrChannel>,
+    pixel_classes: Vec<String>,
+}
+
+impl Sample {
+    /// The sample of a row, which must be the one that the manifest lists; with the maps of its EXR file where asked.
+    pub(super) fn new(
+        source: &Source,
+        path: &Path,
+        shard: u64,
+        row: Row,
+        listed: &ManifestSample,
+        with_exr: bool,
+    ) -> Result<Self, ExportError> {
+        let head = source.head();
+        let told = |what: String| ExportError::at(path, format!("sample {}: {what}", listed.index), CHECK);
+        let facts = || {
+            let is_listed = row.whole("index")? == listed.index
+                && row.text("id")? == listed.id
+                && row.text("split")? == listed.split;
+            if !is_listed {
+                return Err("its row is that of another sample".to_owned());
+            }
+            let size = [row.whole("cols")?, row.whole("rows")?];
+            if size != [head.images.cols, head.images.rows] {
+                return Err(format!("it has {} x {} pixels, not those of dataset.json", size[0], size[1]));
+            }
+            let class = row.whole("class")? as usize;
+            let class = head.classes.get(class).ok_or_else(|| format!("there is no class {class}"))?;
+            Ok((class.clone(), size))
+        };
+        let (class, [cols, rows]) = facts().map_err(told)?;
+        let split = Split::ALL.into_iter().find(|split| split.name() == listed.split);
+        let split = split.ok_or_else(|| told(format!("there is no split `{}`", listed.split)))?;
+        let exr = if with_exr { maps(source, shard, &listed.id)? } else { Vec::new() };
+        Ok(Self {
+            index: listed.index,
+            key: key(listed.index),
+            split,
+            class,
+            cols: cols as usize,
+            rows: rows as usize,
+            row,
+            path: path.to_path_buf(),
+            unit: head.range_unit(),
+            bits: head.images.bits,
+            exr,
+            pixel_classes: head.pixel_classes.clone(),
+        })
+    }
+
+    /// An error that names this sample.
+    pub(super) fn fault(&self, what: impl AsRef<str>) -> ExportError {
+        ExportError::at(&self.path, format!("sample {}: {}", self.index, what.as_ref()), CHECK)
+    }
+
+    /// What a number of Range means: `offset + number * scale` [mm or px].
+    pub(super) fn range_scale(&self) -> Result<[f64; 2], ExportError> {
+        let number = |what: &str| self.row.number(&format!("range_{what}_{}", self.unit)).map_err(|e| self.fault(e));
+        Ok([number("offset")?, number("scale")?])
+    }
+
+    /// An image in the numbers of its PNG column `[rows, cols]`; from the EXR file where there is no such column.
+    ///
+    /// # Errors
+    /// Where it is missing or damaged.
+    pub fn grey(&self, name: &str) -> Result<Grey, ExportError> {
+        let told = |what: String| self.fault(format!("`{name}`: {what}"));
+        let grey = match self.row.image(name) {
+            Some(png) => {
+                let (cols, rows, grey) = read_png(png).map_err(told)?;
+                if [cols as usize, rows as usize] != [self.cols, self.rows] {
+                    return Err(told(format!("it is {cols} x {rows}, not {} x {} pixels", self.cols, self.rows)));
+                }
+                grey
+            }
+            None => {
+                let channel = self.exr.iter().find(|channel| channel.name.eq_ignore_ascii_case(name));
+                let numbers = channel.ok_or_else(|| told("there is no such EXR channel".into()))?.numbers();
+                if numbers.len() != self.cols * self.rows {
+                    return Err(told(format!("its EXR file has not {} x {} pixels", self.cols, self.rows)));
+                }
+                match name {
+                    "range" => {
+                        let [offset, scale] = self.range_scale()?;
+                        Grey::Sixteen(range_numbers(&numbers, offset, scale))
+                    }
+                    "label" => Grey::Eight(rounded8(&numbers)),
+                    "reflectance" if self.bits <= 8 => Grey::Eight(rounded8(&numbers)),
+                    _ => Grey::Sixteen(rounded16(&numbers)),
+                }
+            }
+        };
+        let eight = name == "label" || name == "reflectance" && self.bits <= 8;
+        if eight != (grey.bits() == 8) {
+            return Err(told(format!("it has {} bits a pixel", grey.bits())));
+        }
+        Ok(grey)
+    }
+
+    /// An image as PNG: the bytes that are stored, after they were decoded once, else written from the EXR file.
+    ///
+    /// # Errors
+    /// Where it is missing or damaged.
+    pub fn png(&self, name: &str) -> Result<Vec<u8>, ExportError> {
+        let grey = self.grey(name)?;
+        Ok(self.row.image(name).map_or_else(|| write_png(&grey, self.cols), <[u8]>::to_vec))
+    }
+
+    /// Every value of the row but images, with names beside the numbers of classes.
+    pub fn json(&self) -> Value {
+        let mut values = self.row.values.clone();
+        values.insert("class_name".into(), self.class.clone().into());
+        if let Some(Value::Array(objects)) = values.get_mut("objects") {
+            for object in objects.iter_mut().filter_map(Value::as_object_mut) {
+                for of in ["class", "state"] {
+                    let name = object.get(of).and_then(Value::as_u64).map(|value| self.pixel_class(value));
+                    object.insert(format!("{of}_name"), name.map_or(Value::Null, Value::from));
+                }
+            }
+        }
+        Value::Object(values)
+    }
+
+    /// Name of a pixel class; empty where there is none.
+    pub(super) fn pixel_class(&self, value: u64) -> &str {
+        usize::try_from(value).ok().and_then(|value| self.pixel_classes.get(value)).map_or("", String::as_str)
+    }
+
+    /// The objects of the row.
+    pub(super) fn objects(&self) -> Result<Vec<&Map<String, Value>>, ExportError> {
+        let objects = self.row.values.get("objects").and_then(Value::as_array);
+        let objects = objects.ok_or_else(|| self.fault("`objects` is no list"))?;
+        let object = |value| Value::as_object(value).ok_or_else(|| self.fault("`objects` holds no structs"));
+        objects.iter().map(object).collect()
+    }
+}
+
+/// The maps of a sample's EXR file.
+fn maps(source: &Source, shard: u64, id: &str) -> Result<Vec<ExrChannel>, ExportError> {
+    let path = source.root().join(exr_path(shard, id));
+    let told = |what: String| ExportError::at(&path, what, CHECK);
+    // An id of a damaged manifest must not lead out of the folder.
+    if id.is_empty() || !id.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'-') {
+        return Err(told("its name is no id".into()));
+    }
+    let bytes = fs::read(&path).map_err(|e| told(format!("it cannot be read: {e}")))?;
+    let read = catch_unwind(AssertUnwindSafe(|| read_exr(&bytes)));
+    let read = read.unwrap_or_else(|_| Err("the reader gave up on its content".into()));
+    read.map(|(_, _, channels, _)| channels).map_err(told)
+}

@@ -1,0 +1,168 @@
+//! Measured maps in 8 bits: one scale for a whole dataset, never for an image, and written down so that it can be undone.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::{ExportError, Sample, Source};
+
+/// Samples that a scale is found from.
+const SAMPLES: u64 = 64;
+/// Share of pixels that lie beyond each end of a scale that was found [1].
+const BEYOND: f64 = 0.001;
+/// Grey levels of a map with 8 bits that mean something: 0 means missing.
+const LEVELS: f64 = 254.0;
+
+/// What grey levels of one map mean: `offset + scale * g` for g of 1 to 255; 0 is missing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaling {
+    /// Value at grey level 0 of the line [mm, px or DN].
+    pub offset: f64,
+    /// A step [mm, px or DN].
+    pub scale: f64,
+}
+
+impl Scaling {
+    /// From `low` at level 1 to `high` at level 255.
+    pub fn between([low, high]: [f64; 2]) -> Self {
+        // A map of one value still has steps.
+        let scale = if high > low { (high - low) / LEVELS } else { 1.0 };
+        Self { offset: low - scale, scale }
+    }
+
+    /// The grey level of a value.
+    pub fn level(self, value: f64) -> u8 {
+        // Casts of floats saturate.
+        ((value - self.offset) / self.scale).round().clamp(1.0, 255.0) as u8
+    }
+}
+
+/// The scales of a dataset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scalings {
+    /// Of Range [mm or px].
+    pub range: Scaling,
+    /// Of Reflectance, which has 8 bits as a rule and then stays as it is [DN].
+    pub reflectance: Scaling,
+    /// Of Scatter [DN].
+    pub scatter: Scaling,
+}
+
+impl Scalings {
+    /// The scales that the user gave, else from 64 samples spread over the whole dataset, whatever is exported: from the
+    /// thousandth smallest to the thousandth largest value of pixels that show the object.
+    ///
+    /// # Errors
+    /// Where these samples are damaged.
+    pub(super) fn of(
+        source: &Source,
+        maps: &[&str],
+        range: Option<[f64; 2]>,
+        scatter: Option<[f64; 2]>,
+    ) -> Result<Self, ExportError> {
+        let unknown: Vec<&str> = [("range", range), ("scatter", scatter)]
+            .into_iter()
+            .filter(|(name, given)| given.is_none() && maps.contains(name))
+            .map(|(name, _)| name)
+            .collect();
+        let mut counts: BTreeMap<&str, BTreeMap<i64, u64>> = BTreeMap::new();
+        if !unknown.is_empty() {
+            let mut images = unknown.clone();
+            images.extend(Some("label").filter(|label| source.has(label)));
+            source.spread(SAMPLES, &images, |sample| {
+                let shown = match source.has("label") {
+                    true => sample.grey("label")?.numbers(),
+                    false => vec![1; sample.cols * sample.rows],
+                };
+                for name in &unknown {
+                    let counts = counts.entry(name).or_default();
+                    let [offset, scale] = meaning(sample, name)?;
+                    for (n, shown) in sample.grey(name)?.numbers().into_iter().zip(&shown) {
+                        if n > 0 && *shown > 0 {
+                            // Whole DN, hundredths of a millimetre or of a row.
+                            let value = offset + scale * f64::from(n);
+                            let bin = if *name == "range" { (100.0 * value).round() } else { value };
+                            *counts.entry(bin as i64).or_default() += 1;
+                        }
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        let found = |name: &str, unit: f64| counts.get(name).and_then(ends).map(|ends| ends.map(|end| end / unit));
+        let most = f64::from(source.head().images.most_dn());
+        let reflectance = if most <= 255.0 { [1.0, 255.0] } else { [1.0, most] };
+        Ok(Self {
+            range: Scaling::between(range.or_else(|| found("range", 100.0)).unwrap_or([0.0, LEVELS])),
+            reflectance: Scaling::between(reflectance),
+            scatter: Scaling::between(scatter.or_else(|| found("scatter", 1.0)).unwrap_or([1.0, 255.0])),
+        })
+    }
+
+    /// The scale of a map.
+    pub fn named(&self, map: &str) -> Scaling {
+        match map {
+            "range" => self.range,
+            "scatter" => self.scatter,
+            _ => self.reflectance,
+        }
+    }
+
+    /// For documents: what grey levels of these maps mean.
+    pub fn json(&self, maps: &[&str], range_unit: &str) -> Value {
+        let one = |map: &&str| {
+            let Scaling { offset, scale } = self.named(map);
+            let unit = if *map == "range" { range_unit } else { "DN" };
+            json!({"map": map, "offset": offset, "scale": scale, "unit": unit, "missing": 0})
+        };
+        Value::Array(maps.iter().map(one).collect())
+    }
+}
+
+/// What numbers of a stored map mean: `offset + scale * n`.
+pub(super) fn meaning(sample: &Sample, map: &str) -> Result<[f64; 2], ExportError> {
+    if map == "range" { sample.range_scale() } else { Ok([0.0, 1.0]) }
+}
+
+fn is_past(passed: &mut u64, count: u64, beyond: u64) -> bool {
+    *passed += count;
+    *passed > beyond
+}
+
+/// The values with a share of [`BEYOND`] below the one and above the other.
+fn ends(counts: &BTreeMap<i64, u64>) -> Option<[f64; 2]> {
+    let all: u64 = counts.values().sum();
+    let beyond = (BEYOND * all as f64) as u64;
+    let mut passed = 0;
+    let low = counts.iter().find(|(_, count)| is_past(&mut passed, **count, beyond))?;
+    passed = 0;
+    let high = counts.iter().rev().find(|(_, count)| is_past(&mut passed, **count, beyond))?;
+    Some([*low.0 as f64, *high.0 as f64])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Levels are undone to half a step, ends are ends, and 0 stays free for missing.
+    #[test]
+    fn a_scale_can_be_undone() {
+        let scaling = Scaling::between([20.0, 30.0]);
+        for value in [20.0, 20.01, 24.3, 29.99, 30.0] {
+            let level = scaling.level(value);
+            let back = scaling.offset + scaling.scale * f64::from(level);
+            assert!(level > 0 && (back - value).abs() <= 0.5 * scaling.scale + 1e-12, "{value}: {level}, {back}");
+        }
+        assert_eq!([19.0, 31.0].map(|value| scaling.level(value)), [1, 255]);
+        let same = Scaling::between([1.0, 255.0]);
+        assert!((1..=255).all(|n: u8| same.level(f64::from(n)) == n), "a scale of 1 changes nothing");
+    }
+
+    #[test]
+    fn ends_leave_a_thousandth_out() {
+        let counts = BTreeMap::from([(-5, 1), (0, 1), (1, 1996), (2, 1), (9, 1)]);
+        assert_eq!(ends(&counts), Some([1.0, 1.0]));
+        assert_eq!(ends(&BTreeMap::from([(3, 10), (4, 10)])), Some([3.0, 4.0]));
+        assert_eq!(ends(&BTreeMap::new()), None);
+    }
+}

@@ -1,0 +1,268 @@
+//! The chosen samples of a dataset, read row by row and worked on by all cores in the order of shards.
+
+use std::fs;
+use std::ops::{Range, RangeInclusive};
+use std::path::{Path, PathBuf};
+
+use output_schema::file::{DATASET, data_path, manifest_path};
+use output_schema::{DatasetHead, Manifest, ManifestSample};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use super::{CHECK, ExportError, Progress, Sample};
+use crate::record::Split;
+use crate::shard::{DatasetFolder, hex, read_rows};
+
+/// Which samples.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Of these splits; empty for all.
+    pub splits: Vec<Split>,
+    /// With an index in one of these; empty for all.
+    pub indices: Vec<RangeInclusive<u64>>,
+}
+
+impl Selection {
+    fn has(&self, sample: &ManifestSample) -> bool {
+        self.has_split(&sample.split)
+            && (self.indices.is_empty() || self.indices.iter().any(|range| range.contains(&sample.index)))
+    }
+
+    fn has_split(&self, name: &str) -> bool {
+        self.splits.is_empty() || self.splits.iter().any(|split| split.name() == name)
+    }
+}
+
+/// An open dataset and the samples chosen from it.
+#[derive(Debug)]
+pub struct Source {
+    folder: DatasetFolder,
+    selection: Selection,
+    /// Shards with chosen samples.
+    shards: Vec<u64>,
+    /// Chosen samples that are finished.
+    pub samples: u64,
+    /// Shards that are not finished.
+    pub unfinished: u64,
+    dataset_sha256: String,
+    manifests_sha256: String,
+}
+
+impl Source {
+    /// Opens a dataset.
+    ///
+    /// # Errors
+    /// Where there is none, or none of the chosen samples is finished.
+    pub fn open(path: &Path, selection: Selection) -> Result<Self, ExportError> {
+        let told = |e: crate::shard::ShardError| ExportError::at(path, e.to_string(), "name the folder of a dataset");
+        let folder = DatasetFolder::open(path).map_err(told)?;
+        let text = path.join(DATASET);
+        let text = fs::read(&text).map_err(|e| ExportError::at(&text, e.to_string(), CHECK))?;
+        let mut source = Self {
+            folder,
+            selection,
+            shards: Vec::new(),
+            samples: 0,
+            unfinished: 0,
+            dataset_sha256: hex(&Sha256::digest(&text)),
+            manifests_sha256: String::new(),
+        };
+        let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
+        if let Some(range) = beyond {
+            let last = source.head().samples.saturating_sub(1);
+            let remedy = format!("give --index 0 to {last}");
+            return Err(ExportError::at(path, format!("there is no sample {}", range.end()), &remedy));
+        }
+        let mut sum = Sha256::new();
+        for shard in 0..source.head().shards {
+            let Some((text, manifest)) = source.manifest(shard)? else {
+                source.unfinished += 1;
+                continue;
+            };
+            sum.update(&text);
+            let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
+            if chosen > 0 {
+                source.shards.push(shard);
+                source.samples += chosen;
+            }
+        }
+        source.manifests_sha256 = hex(&sum.finalize());
+        if source.samples == 0 {
+            let (what, remedy) = match source.unfinished {
+                0 => ("it has no samples of that choice", "give another --split or --index"),
+                _ => ("none of the chosen samples is finished", "run gen again to finish it"),
+            };
+            return Err(ExportError::at(path, what, remedy));
+        }
+        Ok(source)
+    }
+
+    /// `dataset.json`.
+    pub fn head(&self) -> &DatasetHead {
+        self.folder.head()
+    }
+
+    /// The folder.
+    pub fn root(&self) -> &Path {
+        self.folder.root()
+    }
+
+    /// What an export is of: the dataset and the choice.
+    pub(super) fn told(&self) -> Value {
+        let head = self.head();
+        let splits: Vec<&str> = self.selection.splits.iter().map(|split| split.name()).collect();
+        let indices: Vec<_> = self.selection.indices.iter().map(|range| json!([range.start(), range.end()])).collect();
+        json!({
+            "dataset": head.recipe.name,
+            "subject": head.subject,
+            "seed": head.seed,
+            "dataset_sha256": self.dataset_sha256,
+            "manifests_sha256": self.manifests_sha256,
+            "splits": if splits.is_empty() { Split::ALL.map(Split::name).to_vec() } else { splits },
+            "indices": indices,
+        })
+    }
+
+    /// Refuses where one of these images is in no file of the dataset.
+    pub(super) fn needs(&self, images: &[&str]) -> Result<(), ExportError> {
+        let known = &self.head().images;
+        match images.iter().find(|image| !self.has(image)) {
+            None => Ok(()),
+            Some(missing) => {
+                let what = format!("it was made without `{missing}` images (png {:?}, exr {:?})", known.png, known.exr);
+                let remedy = format!("add {missing} to `output: {{png: [..]}}` of the recipe and make it anew");
+                Err(ExportError::at(self.root(), what, &remedy))
+            }
+        }
+    }
+
+    /// Whether an image is in the dataset, in whatever form.
+    pub(super) fn has(&self, image: &str) -> bool {
+        let known = &self.head().images;
+        known.png.iter().chain(&known.exr).any(|name| name == image)
+    }
+
+    /// Numbers of the chosen samples, shard by shard.
+    ///
+    /// # Errors
+    /// Where a manifest is damaged.
+    pub(super) fn each_index(&self, mut take: impl FnMut(u64) -> Result<(), ExportError>) -> Result<(), ExportError> {
+        for &shard in &self.shards {
+            let Some((_, manifest)) = self.manifest(shard)? else { continue };
+            let chosen = manifest.samples.iter().filter(|sample| self.selection.has(sample));
+            chosen.map(|sample| sample.index).try_for_each(&mut take)?;
+        }
+        Ok(())
+    }
+
+    /// Works on every chosen sample with all threads, and takes the results in the order of shards, splits and indices.
+    ///
+    /// # Errors
+    /// Where a file of the dataset is damaged, or `work` or `take` fail.
+    pub(super) fn each<T: Send>(
+        &self,
+        images: &[&str],
+        work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
+        mut take: impl FnMut(&Sample, T) -> Result<(), ExportError>,
+        progress: Progress,
+    ) -> Result<(), ExportError> {
+        let stored: Vec<&str> =
+            images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();
+        let with_exr = stored.len() < images.len();
+        let together = rayon::current_num_threads().max(1);
+        let mut done = 0;
+        for (path, shard, count, chosen) in self.tables() {
+            let (shard, path) = (shard, self.root().join(path));
+            let told = |what: String| ExportError::at(&path, what, CHECK);
+            let chosen = chosen?;
+            let rows = read_rows(&path, count, places(&chosen), &stored).map_err(told)?;
+            let mut pairs = rows.zip(chosen.into_iter().map(|(_, sample)| sample)).peekable();
+            while pairs.peek().is_some() {
+                let some: Vec<_> = pairs.by_ref().take(together).collect();
+                let worked: Vec<_> = some
+                    .into_par_iter()
+                    .map(|(row, listed)| {
+                        let sample = Sample::new(self, &path, shard, row.map_err(told)?, &listed, with_exr)?;
+                        work(&sample).map(|result| (sample, result))
+                    })
+                    .collect();
+                for result in worked {
+                    let (sample, result) = result?;
+                    take(&sample, result)?;
+                    done += 1;
+                    progress(done, self.samples);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The tables with chosen samples: path, shard, rows, and chosen samples with their places in the table.
+    #[allow(clippy::type_complexity)]
+    fn tables(
+        &self,
+    ) -> impl Iterator<Item = (String, u64, u64, Result<Vec<(usize, ManifestSample)>, ExportError>)> + '_ {
+        let splits = move |shard: u64| Split::ALL.into_iter().map(move |split| (shard, split));
+        self.shards.iter().copied().flat_map(splits).filter(|(_, s)| self.selection.has_split(s.name())).filter_map(
+            |(shard, split)| {
+                let path = data_path(split.name(), shard);
+                let manifest = match self.manifest(shard) {
+                    Ok(manifest) => manifest?.1,
+                    Err(error) => return Some((path, shard, 0, Err(error))),
+                };
+                let of_split = manifest.samples.into_iter().filter(|sample| sample.split == split.name());
+                let of_split: Vec<_> = of_split.enumerate().collect();
+                let count = of_split.len() as u64;
+                let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.selection.has(sample)).collect();
+                (!chosen.is_empty()).then_some((path, shard, count, Ok(chosen)))
+            },
+        )
+    }
+
+    /// The manifest of a shard with its bytes; `None` where it is not finished.
+    fn manifest(&self, shard: u64) -> Result<Option<(Vec<u8>, Manifest)>, ExportError> {
+        let path: PathBuf = self.root().join(manifest_path(shard));
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = fs::read(&path).map_err(|e| ExportError::at(&path, format!("it cannot be read: {e}"), CHECK))?;
+        let manifest = serde_json::from_slice(&text);
+        let manifest = manifest.map_err(|e| ExportError::at(&path, format!("it is no manifest: {e}"), CHECK))?;
+        Ok(Some((text, manifest)))
+    }
+
+    /// `count` finished samples evenly spread over the whole dataset, whatever was chosen, worked on one by one.
+    pub(super) fn spread(
+        &self,
+        count: u64,
+        images: &[&str],
+        mut take: impl FnMut(&Sample) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let n = self.head().samples;
+        let count = count.min(n);
+        let indices = (0..count).map(|i| i * n / count).map(|index| index..=index).collect();
+        let all = Self { selection: Selection { splits: Vec::new(), indices }, ..self.copied() };
+        all.each(images, |_| Ok(()), |sample, ()| take(sample), &|_, _| ())
+    }
+
+    /// The same with every shard.
+    fn copied(&self) -> Self {
+        let shards = (0..self.head().shards).collect();
+        let (folder, selection) = (self.folder.clone(), Selection::default());
+        let (dataset_sha256, manifests_sha256) = (self.dataset_sha256.clone(), self.manifests_sha256.clone());
+        Self { folder, selection, shards, dataset_sha256, manifests_sha256, ..*self }
+    }
+}
+
+/// Places in a row as ranges.
+fn places(chosen: &[(usize, ManifestSample)]) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for &(place, _) in chosen {
+        match ranges.last_mut() {
+            Some(last) if last.end == place => last.end += 1,
+            _ => ranges.push(place..place + 1),
+        }
+    }
+    ranges
+}

@@ -1,0 +1,155 @@
+//! `croissant.json`: the dataset in the Croissant 1.1 vocabulary of MLCommons, for programs that find and load datasets.
+//!
+//! - Files are a `FileSet` of each kind: one pattern for all shards,
+//!   so the document does not grow with the number of samples. Their checksums are in the manifests; Croissant asks for
+//!   one of each single file, which `dataset.json` alone is.
+//! - `samples` has a field for every column. Its field `split` is told by the file's name and refers to the record set
+//!   `splits`: with a filter on it mlcroissant reads file by file. `class` names `classes` in words alone, since a second
+//!   reference would make mlcroissant hold every row at once.
+//! - `datePublished` is asked for, but no clock goes into files: it is the date of the program's version.
+//! - `url` is left out: a folder has none until somebody publishes it.
+
+use output_schema::DatasetHead;
+use serde_json::{Map, Value, json};
+
+use super::croissant_fields::{frames, samples};
+use super::durable::sha256;
+use super::limits::limits;
+use super::{GENERATOR_DATE, card, folder};
+use crate::record::Split;
+
+/// `croissant.json` of a dataset whose `present` splits have files; `document` is `dataset.json` as it is on disk.
+pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<u8> {
+    let mut sets = vec![
+        enumeration("splits", "cr:Split", "Parts of the dataset.", present.iter().map(|split| json!(split.name()))),
+        numbered("classes", "Classes of the recipe.", head.classes.iter().map(String::as_str).enumerate()),
+        numbered("pixel_classes", "What a pixel can show: values of label images.", head.shown_classes()),
+        samples(head),
+    ];
+    if head.images.stack_every.is_some() {
+        sets.push(frames(head));
+    }
+    let hash: String = head.recipe.hash.chars().take(12).collect();
+    folder::document(&json!({
+        "@context": context(),
+        "@type": "sc:Dataset",
+        "conformsTo": "http://mlcommons.org/croissant/1.1",
+        "name": head.recipe.name,
+        "description": card::description(head),
+        "license": "https://creativecommons.org/publicdomain/zero/1.0/",
+        "citeAs": card::citation(head),
+        "creator": { "@type": "sc:Organization", "name": "Sheetlight" },
+        "version": format!("{}+recipe.{hash}.seed.{}.n.{}", head.generator.version, head.seed, head.samples),
+        "datePublished": GENERATOR_DATE,
+        "keywords": ["synthetic", "laser triangulation", "subsurface scattering", "segmentation", head.subject],
+        "rai:dataCollection": "Simulated: light transport in the object, exposure of every profile on a sensor, extraction of the maps from the frames.",
+        "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody drew them.",
+        "rai:dataLimitations": limits(head),
+        "distribution": distribution(head, present, document),
+        "recordSet": sets,
+    }))
+}
+
+/// The context that the specification gives.
+fn context() -> Value {
+    let mut context = Map::new();
+    context.insert("@language".into(), json!("en"));
+    context.insert("@vocab".into(), json!("https://schema.org/"));
+    let terms = [
+        "arrayShape",
+        "citeAs",
+        "column",
+        "containedIn",
+        "equivalentProperty",
+        "extract",
+        "field",
+        "fileProperty",
+        "fileObject",
+        "fileSet",
+        "format",
+        "includes",
+        "isArray",
+        "isLiveDataset",
+        "jsonPath",
+        "key",
+        "md5",
+        "parentField",
+        "path",
+        "recordSet",
+        "references",
+        "regex",
+        "repeated",
+        "replace",
+        "samplingRate",
+        "separator",
+        "source",
+        "subField",
+        "transform",
+    ];
+    context.extend(terms.map(|term| (term.to_string(), json!(format!("cr:{term}")))));
+    for (term, meaning) in [
+        ("conformsTo", json!("dct:conformsTo")),
+        ("cr", json!("http://mlcommons.org/croissant/")),
+        ("rai", json!("http://mlcommons.org/croissant/RAI/")),
+        ("dct", json!("http://purl.org/dc/terms/")),
+        ("sc", json!("https://schema.org/")),
+        ("data", json!({ "@id": "cr:data", "@type": "@json" })),
+        ("examples", json!({ "@id": "cr:examples", "@type": "@json" })),
+        ("dataType", json!({ "@id": "cr:dataType", "@type": "@vocab" })),
+        ("description", json!({ "@container": "@language" })),
+        ("name", json!({ "@container": "@language" })),
+    ] {
+        context.insert(term.into(), meaning);
+    }
+    Value::Object(context)
+}
+
+fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<Value> {
+    let set = |id: &str, format: &str, includes: Vec<String>, doc: &str| {
+        json!({
+            "@type": "cr:FileSet", "@id": id, "name": id, "description": doc, "encodingFormat": format,
+            "includes": includes,
+        })
+    };
+    let mut files = vec![json!({
+        "@type": "cr:FileObject", "@id": "dataset.json", "name": "dataset.json",
+        "description": "What is known before the first sample: recipe, seed, sizes, columns of drawn numbers.",
+        "contentUrl": "dataset.json", "contentSize": format!("{} B", document.len()), "encodingFormat": "application/json",
+        "sha256": sha256(document),
+    })];
+    let tables = present.iter().map(|split| format!("data/{}-*.parquet", split.name())).collect();
+    files.push(set("tables", "application/x-parquet", tables, "One row for each sample: numbers, objects and images."));
+    if !head.images.exr.is_empty() {
+        let doc = "The same images in physical units, one file for each sample.";
+        files.push(set("exr", "image/x-exr", vec!["exr/*/*.exr".into()], doc));
+    }
+    if head.images.stack_every.is_some() {
+        let doc = "One row for each kept sensor frame.";
+        files.push(set("stacks", "application/x-parquet", vec!["stacks/*.parquet".into()], doc));
+    }
+    let doc = "Manifests: every file with its size and SHA-256.";
+    files.push(set("manifests", "application/json", vec!["shards/*.json".into()], doc));
+    files
+}
+
+fn enumeration(id: &str, kind: &str, doc: &str, names: impl Iterator<Item = Value>) -> Value {
+    let name = format!("{id}/name");
+    json!({
+        "@type": "cr:RecordSet", "@id": id, "name": id, "description": doc, "dataType": kind, "key": { "@id": name },
+        "field": [{ "@type": "cr:Field", "@id": name, "name": "name", "dataType": "sc:Text" }],
+        "data": names.map(|value| json!({ name.as_str(): value })).collect::<Vec<_>>(),
+    })
+}
+
+fn numbered<'a>(id: &str, doc: &str, names: impl Iterator<Item = (usize, &'a str)>) -> Value {
+    let (number, name) = (format!("{id}/number"), format!("{id}/name"));
+    json!({
+        "@type": "cr:RecordSet", "@id": id, "name": id, "description": doc, "dataType": "sc:Enumeration",
+        "key": { "@id": number },
+        "field": [
+            { "@type": "cr:Field", "@id": number, "name": "number", "dataType": "cr:Int64" },
+            { "@type": "cr:Field", "@id": name, "name": "name", "dataType": ["sc:Text", "sc:name"] },
+        ],
+        "data": names.map(|(at, word)| json!({ number.as_str(): at, name.as_str(): word })).collect::<Vec<_>>(),
+    })
+}

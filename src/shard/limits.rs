@@ -1,0 +1,36 @@
+//! What the scans of a subject lack beside real ones, for the dataset card and for Croissant's `dataLimitations`.
+
+use output_schema::DatasetHead;
+
+/// What is true of every subject.
+const ALL: [&str; 5] = [
+    "The scans are simulated: no real object was measured, and optical coefficients are estimates from publications.",
+    "Numbers that the recipe draws follow its distributions, which need not be those of your line.",
+    "Dust, wear and drift of the instrument and vibration but for errors of the encoder are absent; so is everything that the recipe does not name.",
+    "Light has no polarisation, and goes from the object onto the conveyor and back in no scan.",
+    "A column sees one point: pixels at edges are not mixed. All pixels of a sample have one contrast of speckle.",
+];
+
+const WOOD: [&str; 2] = [
+    "Boards have no cracks and checks, blue stain, resin, compression wood, rays, wane, torn grain, whorls, moisture or loss of height by decay.",
+    "A board never shades or hides its own surface.",
+];
+
+const BLISTER: [&str; 2] = [
+    "Packs have no two-part capsule shells, peeled or mottled coats, bent fibres, slits of a perforation or print.",
+    "The default model of light takes film, air and what lies below as parallel and a pocket as endless; mirror images bounce once, and not off tablets and foil.",
+];
+
+const PIECE: [&str; 1] = [
+    "The piece is of one material, without texture, scratches, burrs or dirt; its labels tell the piece from the background alone.",
+];
+
+/// The limits of a dataset's subject, each a sentence or two.
+pub(super) fn limits(head: &DatasetHead) -> Vec<&'static str> {
+    let own: &[&str] = match head.subject.as_str() {
+        "wood" => &WOOD,
+        "blister" => &BLISTER,
+        _ => &PIECE,
+    };
+    ALL.into_iter().chain(own.iter().copied()).collect()
+}

@@ -1,0 +1,126 @@
+//! `gen export`: the tools that the formats are made for read them, and find the dataset's own numbers.
+
+mod gen_support;
+
+use std::path::Path;
+use std::process::Command;
+
+use gen_support::{Place, assert_same, pack_recipe, recipe};
+
+/// As many samples to test as to train, so that few samples fill both.
+const SPLITS: [&str; 2] = ["{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0.45, validation: 0.1, test: 0.45}"];
+
+/// A dataset of 12 samples in shards of 5, in `set`.
+fn dataset(text: String) -> Place {
+    let place = Place::new();
+    place.write("tiny.yaml", text);
+    place.make("set", "--n 12 --samples-per-shard 5");
+    place
+}
+
+/// Exports and has the export read by the tool that it is made for; gives what that says.
+fn checked(place: &Place, format: &str, options: &str, own: bool) -> String {
+    let out = format!("{format}{}", options.replace([' ', ',', '-'], ""));
+    place.done(&format!("export {format} set --out {out} {options}"));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let run = Command::new(root.join(".venv/bin/python"))
+        .arg(root.join("python/check_exports.py"))
+        .args([format.as_ref(), place.path("set").as_os_str(), place.path(&out).as_os_str()])
+        .args(own.then_some("own"))
+        .output()
+        .expect("python starts: `make venv` makes it");
+    let text = format!("{}{}", String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
+    assert!(run.status.success(), "{format} {options}: {text}\nif a package is missing: make venv");
+    let last = text.lines().rev().find(|line| line.starts_with(format)).unwrap_or_default().to_owned();
+    println!("{last}");
+    last
+}
+
+/// Boards, with images in rows: pycocotools, webdataset, folders of anomaly detection and PNG readers find each of them.
+#[test]
+fn tools_read_boards() {
+    let place = dataset(recipe(&[SPLITS]));
+    let coco = checked(&place, "coco", "", false);
+    assert!(coco.contains("12 images") && !coco.contains(" 0 objects"), "{coco}");
+    let folders = checked(&place, "mvtec", "--patch-px 20", false);
+    assert!(folders.contains("'train/good'") && folders.contains("knot'"), "{folders}");
+    // Twelve samples of tens of kilobytes: one tar for each split, or, where few bytes fit, more.
+    assert_eq!(checked(&place, "webdataset", "", false), "webdataset: 3 tars, 12 samples");
+    assert!(checked(&place, "png", "--colour", false).contains("12 rows"));
+}
+
+/// Packs, whose defects lie in pockets: masks with and without what lies in them, in every way that masks and pictures are
+/// written.
+#[test]
+fn tools_read_packs() {
+    let place = dataset(pack_recipe(&[SPLITS]));
+    for options in ["--image rgb", "--image range --range-ends -1,8", "--image scatter --bits 16 --plain-rle"] {
+        let coco = checked(&place, "coco", options, false);
+        assert!(coco.contains("12 images") && !coco.contains(" 0 objects"), "{coco}");
+    }
+    let own = checked(&place, "coco", "--mask own", true);
+    assert!(own.contains("12 images"), "{own}");
+    let folders = checked(&place, "mvtec", "--image rgb --patch-px 48", false);
+    assert!(folders.contains("'test/good'"), "{folders}");
+}
+
+/// A dataset of EXR files alone gives the same pictures, masks and folders.
+#[test]
+fn tools_read_what_comes_from_exr() {
+    let png = "png: [range, reflectance, scatter, label]";
+    let place = dataset(recipe(&[SPLITS, [png, "png: []"]]));
+    assert!(checked(&place, "coco", "--image scatter", false).contains("12 images"));
+    checked(&place, "mvtec", "--good clear,sound_knot --image range", false);
+    checked(&place, "webdataset", "", false);
+    checked(&place, "png", "", false);
+}
+
+/// The bytes are the same for any number of threads, and a second run of the same command changes nothing.
+#[test]
+fn bytes_follow_from_dataset_and_options() {
+    let place = dataset(recipe(&[SPLITS]));
+    for format in ["coco --image rgb", "mvtec --patch-px 24", "webdataset", "png --colour", "icon --words"] {
+        let out = |threads: u32| format!("{}-{threads}", format.split(' ').next().unwrap_or_default());
+        for threads in [1, 3] {
+            place.done(&format!("export {format} set --out {} --threads {threads}", out(threads)));
+        }
+        assert_same(&place.tree(&out(1)), &place.tree(&out(3)), format);
+        let again = place.done(&format!("export {format} set --out {}", out(1)));
+        assert!(again.err.contains("nothing to do"), "{}", again.err);
+    }
+}
+
+/// Tars are closed before they pass the size that was asked for, and hold nothing of the machine.
+#[test]
+fn tars_have_a_size() {
+    let place = dataset(recipe(&[
+        SPLITS,
+        ["\n  columns: 64 ", "\n  columns: 256 "],
+        ["\n  profiles: 48 ", "\n  profiles: 256 "],
+    ]));
+    assert!(checked(&place, "webdataset", "--tar-mb 1", false).ends_with("12 samples"));
+    let tars = place.tree("webdatasettarmb1");
+    let tars: Vec<_> = tars.iter().filter(|(name, _)| name.ends_with(".tar")).collect();
+    assert!(tars.len() > 3 && tars.iter().all(|(_, bytes)| bytes.len() <= 1_000_000), "{}", tars.len());
+    let header = &tars[0].1[..512];
+    let field = |from: usize, length: usize| header[from..from + length].iter().all(|c| [b'0', b' ', 0].contains(c));
+    assert!(field(108, 8) && field(116, 8) && field(136, 12), "user, group and time are 0");
+    assert!(header[265..329].iter().all(|c| *c == 0), "there are no names of users");
+}
+
+/// Samples are chosen by split and by number.
+#[test]
+fn samples_are_chosen() {
+    let place = dataset(recipe(&[SPLITS]));
+    let names = |options: &str, out: &str| -> Vec<String> {
+        place.done(&format!("export icon set --out {out} {options}"));
+        let names = place.tree(out).into_keys().filter_map(|name| name.strip_suffix(".dat").map(String::from));
+        names.collect()
+    };
+    assert_eq!(names("--index 3,7-9", "some"), ["00000003", "00000007", "00000008", "00000009"]);
+    let of_splits: Vec<_> =
+        ["train", "validation", "test"].map(|split| names(&format!("--split {split} --index 0-11"), split)).concat();
+    let mut sorted = of_splits.clone();
+    sorted.sort();
+    assert_eq!((sorted, of_splits.len()), (names("", "all"), 12));
+}
