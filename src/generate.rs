@@ -12,7 +12,7 @@ use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION
 use rayon::prelude::*;
 
 use crate::asset::{Asset, Files, Kept};
-use crate::effective::declared;
+use crate::effective;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Recipe;
@@ -20,7 +20,7 @@ use crate::shard::{
     self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, differences, number_column,
 };
 
-pub use self::again::Again;
+pub use self::again::{Again, declared};
 pub use self::estimate::Estimate;
 
 /// Memory for samples on their way to disk [bytes].
@@ -147,7 +147,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
         splits: SplitShares { train: splits.train, validation: splits.validation, test: splits.test },
         images: shard::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),
-        physics: declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
+        physics: effective::declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
     }
 }
 

@@ -4,6 +4,7 @@
 //!
 //! - [`yaml`]: files in YAML, and what is wrong with them
 //! - [`asset`]: files that a recipe names
+//! - [`chance`]: the law of a number, and exact tests of it
 //! - [`mesh`]: OBJ, STL, PLY -> triangles
 //! - [`recipe`]: YAML -> `Recipe`, `Recipe::draw(seed, index)` -> `Scene`
 //! - [`specimen`]: `procedural::Body` -> `Specimen`, ready for rays
@@ -32,6 +33,7 @@
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
 
 pub mod asset;
+pub mod chance;
 pub mod check;
 pub mod cli;
 pub mod compare;

@@ -9,6 +9,7 @@ const LONGEST: usize = 300;
 /// Folder or file, and what may not be named there.
 const FORBIDDEN: [(&str, &[&str]); 24] = [
     ("src/asset.rs", &["crate::", "procedural", "output_schema"]),
+    ("src/chance", &["crate::", "procedural", "output_schema"]),
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
     ("src/recipe", &["crate::specimen", "crate::extract", "crate::shard", "crate::pipeline", "crate::labels"]),

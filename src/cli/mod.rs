@@ -12,6 +12,7 @@ mod progress;
 mod report;
 mod study;
 mod transport;
+mod validate;
 mod whole;
 
 use std::io::Write;
@@ -21,12 +22,10 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
-use crate::generate::Again;
 use crate::preview;
 use crate::recipe::{self, Recipe};
 use crate::shard::DatasetFolder;
-use crate::validate::{self, validate};
-use progress::{counted, say};
+use progress::say;
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
 #[derive(Debug, Parser)]
@@ -56,8 +55,8 @@ struct Cli {
 enum Command {
     /// Draw one sample: sensor frame, Range, Reflectance, Scatter and labels side by side
     Preview(Preview),
-    /// Check a dataset: files, checksums, schema, ranges, labels against images, a sample rendered again
-    Validate(Validate),
+    /// Check a dataset: files, draws, images, labels, statistics, samples rendered again
+    Validate(validate::Validate),
     /// Ask a model of light inside matter about plane layers: reflectance, spread, angles, with standard errors
     Transport(transport::Transport),
     /// Compare the models of light inside matter: a table, a JSON file and a picture
@@ -132,18 +131,6 @@ struct Preview {
     out: PathBuf,
 }
 
-#[derive(Debug, Args)]
-struct Validate {
-    /// Folder of the dataset
-    dir: PathBuf,
-    /// How many samples to render again and compare byte for byte
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    rerender: u64,
-    /// Print the report as JSON
-    #[arg(long)]
-    json: bool,
-}
-
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Schema {
     /// JSON Schema of a recipe
@@ -162,7 +149,7 @@ pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
         Some(Command::Preview(arguments)) => show(&arguments),
-        Some(Command::Validate(arguments)) => validated(&arguments),
+        Some(Command::Validate(arguments)) => validate::run(&arguments),
         Some(Command::Transport(arguments)) => transport::run(&arguments),
         Some(Command::Study { what }) => study::run(&what),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
@@ -211,33 +198,6 @@ fn show(arguments: &Preview) -> Outcome {
     whole::write(&arguments.out, &bytes.into_inner())?;
     say(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
     Ok(ExitCode::SUCCESS)
-}
-
-fn validated(arguments: &Validate) -> Outcome {
-    let folder = DatasetFolder::open(&arguments.dir).ok();
-    // Where dataset.json cannot be read, validation says so itself.
-    let again = folder.as_ref().map(Again::of).unwrap_or(Err("there is no readable dataset.json".into()));
-    if let Ok(again) = &again
-        && arguments.rerender > 0
-    {
-        generate::warn(again.recipe());
-    }
-    let again = again.as_ref().map_err(String::as_str);
-    let expect = again.ok().map(|again| |index: u64| again.expected(index));
-    let rerender = |index: u64| again.map(|again| again.sample(index)).map_err(String::from);
-    let options = validate::Options {
-        expect_head: Some(again.map(Again::head)),
-        expect: expect.as_ref().map(|expect| expect as validate::Expect),
-        rerender: Some(&rerender),
-        rerender_samples: arguments.rerender,
-    };
-    let report = validate(&arguments.dir, &options);
-    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
-    if report.is_clean() {
-        return Ok(ExitCode::SUCCESS);
-    }
-    say(&format!("gen: {} has {}", arguments.dir.display(), counted(report.faults.len() as u64, "fault")));
-    Ok(ExitCode::FAILURE)
 }
 
 fn schema(what: Schema) -> Outcome {

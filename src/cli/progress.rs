@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::generate::{Event, Order};
 use crate::recipe::Recipe;
+use crate::validate::Step;
 
 /// Least time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
@@ -182,23 +183,29 @@ impl Things {
     }
 }
 
-/// A bar for the steps of a page; hidden where standard error is no terminal.
-pub(super) struct Steps(ProgressBar);
+/// A bar for samples that are checked; hidden where standard error is no terminal.
+pub(super) struct Samples(ProgressBar, AtomicU64);
 
-impl Steps {
-    /// Nothing is shown before the first step.
-    pub(super) fn new() -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
+impl Samples {
+    /// For `total` samples.
+    pub(super) fn new(total: u64) -> Self {
+        if total == 0 || !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden(), AtomicU64::new(0));
         }
-        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {pos}/{len} steps, {eta} left");
-        Self(ProgressBar::no_length().with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+        let template = "{bar:24} {percent:>3} %  {pos}/{len} samples, {msg}  {per_sec}, {eta} left";
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        Self(ProgressBar::new(total).with_style(style), AtomicU64::new(0))
     }
 
-    /// Takes steps done and steps in all.
-    pub(super) fn show(&self, done: u64, all: u64) {
-        self.0.set_length(all);
-        self.0.set_position(done);
+    /// Takes a step that is done.
+    pub(super) fn show(&self, step: Step) {
+        if self.0.is_hidden() {
+            return;
+        }
+        let read = self.1.fetch_add(step.bytes, Ordering::Relaxed) + step.bytes;
+        let rate = read as f64 / self.0.elapsed().as_secs_f64().max(1e-3);
+        self.0.set_message(format!("{}, {}/s", bytes(read), bytes(rate as u64)));
+        self.0.inc(step.samples);
     }
 
     /// Takes the bar away.

@@ -9,7 +9,7 @@ use clap::Args;
 use output_schema::file::DATASET;
 
 use super::generate::threads;
-use super::progress::{Steps, bytes, counted, say};
+use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
 use crate::generate::{recipe_of, sample};
 use crate::optics::speckle::Tiles;
@@ -90,7 +90,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
             Timing { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
         }
     });
-    let bar = Steps::new();
+    let bar = Things::new("steps");
     let options = Options {
         recipe: recipe.as_ref().map_err(Clone::clone),
         samples: arguments.samples,

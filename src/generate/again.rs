@@ -1,12 +1,14 @@
 //! What a finished dataset should hold, made again from its own `dataset.json`: for whoever checks it.
 
 use output_schema::DatasetHead;
+use procedural::Parameter;
 
 use super::{Order, head, recipe_of, sample};
 use crate::optics::speckle::Tiles;
-use crate::recipe::Recipe;
+use crate::recipe::{Distribution, Recipe};
+use crate::record::Split;
 use crate::shard::{DatasetFolder, Encoded};
-use crate::validate::Expected;
+use crate::validate::{Declared, DeclaredParameter, Expected};
 
 /// The recipe of a dataset, and what this program makes of it.
 pub struct Again {
@@ -54,8 +56,46 @@ impl Again {
         }
     }
 
+    /// How the rows are drawn.
+    pub fn declared(&self) -> Declared {
+        declared(&self.recipe, self.head.seed)
+    }
+
     /// The sample, rendered and encoded again.
     pub fn sample(&self, index: u64) -> Encoded {
         sample(&self.recipe, self.head.seed, index, &self.tiles, &|_| ())
+    }
+}
+
+/// How the rows of a dataset of `recipe` and `seed` are drawn.
+pub fn declared(recipe: &Recipe, seed: u64) -> Declared {
+    let classes = recipe.classes();
+    let parameter = |(parameter, _): (&'static Parameter, f64)| {
+        let path = parameter.path();
+        let mut distinct: Vec<&Distribution> = Vec::new();
+        let law_of_class = classes.iter().filter_map(|class| recipe.distribution(&class.name, &path)).map(|own| {
+            distinct.iter().position(|known| *known == own).unwrap_or_else(|| {
+                distinct.push(own);
+                distinct.len() - 1
+            })
+        });
+        let law_of_class = law_of_class.collect();
+        DeclaredParameter { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class }
+    };
+    let own = recipe.clone();
+    let class_of = move |index: u64| {
+        let class = own.class_of(seed, index);
+        own.classes().iter().position(|known| known.name == class.name).unwrap_or(usize::MAX)
+    };
+    let splits = recipe.splits();
+    Declared {
+        classes: classes.iter().map(|class| (class.name.clone(), class.share)).collect(),
+        class_of: Box::new(class_of),
+        splits: Split::ALL
+            .iter()
+            .map(|split| split.name().to_owned())
+            .zip([splits.train, splits.validation, splits.test])
+            .collect(),
+        parameters: recipe.draw(seed, 0).values().into_iter().map(parameter).collect(),
     }
 }

@@ -17,6 +17,8 @@
 use procedural::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};
 
+use crate::chance::normal_below;
+
 /// Cut of normal and lognormal [standard deviations].
 const CUT: f64 = 8.0;
 /// Least chance that a draw lies within the bounds; below it the recipe is at fault.
@@ -153,7 +155,7 @@ impl Distribution {
     }
 
     /// Share of the samples from `low` to `high`; `half` is how far uniform and log-uniform reach beyond their ends.
-    fn mass(&self, low: f64, high: f64, half: f64) -> f64 {
+    pub(super) fn mass(&self, low: f64, high: f64, half: f64) -> f64 {
         let inside = |x: f64| if (low..=high).contains(&x) { 1.0 } else { 0.0 };
         match self {
             Self::Fixed(value) => inside(*value),
@@ -204,12 +206,4 @@ fn overlap(min: f64, max: f64, low: f64, high: f64) -> f64 {
         (true, false) => 1.0,
         (true, true) => (to - from) / (max - min),
     }
-}
-
-/// Share of the normal distribution below `z`, to 7.5e-8 (Abramowitz and Stegun 1964, 26.2.17).
-fn normal_below(z: f64) -> f64 {
-    let t = 1.0 / (1.0 + 0.2316419 * z.abs());
-    let series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))));
-    let above = libm::exp(-0.5 * z * z) / (2.0 * std::f64::consts::PI).sqrt() * series;
-    if z < 0.0 { above } else { 1.0 - above }
 }

@@ -13,6 +13,7 @@ mod embedded;
 mod fault;
 mod forms;
 mod laser;
+mod law;
 mod motion;
 mod picture;
 mod postprocess;

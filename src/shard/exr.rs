@@ -3,6 +3,7 @@
 //! Bytes are the same in every run: one thread, one custom attribute (the crate keeps them in a hash map) and ASCII in
 //! it (the format stores Latin-1, which readers take for UTF-8).
 
+use std::borrow::Cow;
 use std::io::Cursor;
 
 use exr::meta::attribute::AttributeValue;
@@ -50,8 +51,13 @@ pub struct ExrChannel {
 impl ExrChannel {
     /// Every sample as a number.
     pub fn numbers(&self) -> Vec<f32> {
+        self.as_numbers().into_owned()
+    }
+
+    /// The same without a copy, where samples are floats.
+    pub fn as_numbers(&self) -> Cow<'_, [f32]> {
         match &self.samples {
-            Samples::Half(v) | Samples::Float(v) => v.clone(),
+            Samples::Half(v) | Samples::Float(v) => Cow::Borrowed(v),
             Samples::Uint(v) => v.iter().map(|&n| n as f32).collect(),
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Declares the codes with their meaning: the words of the declaration are those of the table in `docs/faults.md`.
+/// Declares the codes with their meaning: the words of the declaration are those of the table in `docs/validate.md`.
 macro_rules! codes {
     ($($(#[doc = $doc:literal])+ $name:ident,)+) => {
         /// A rule that a dataset can break.
@@ -111,6 +111,12 @@ codes! {
     StackBlank,
     /// Two sensor frames have the same pixels, noise and all.
     StackRepeated,
+    /// The classes come otherwise than the recipe's shares give.
+    ClassBalance,
+    /// The splits come otherwise than the recipe's shares make likely.
+    SplitBalance,
+    /// The drawn numbers of a parameter are spread otherwise than its declaration makes likely.
+    DistributionDiffers,
     /// A sample could not be rendered again.
     RerenderFailed,
     /// A sample that was rendered again is not what is on disk.
@@ -138,6 +144,9 @@ impl Code {
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",
             Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",
+            Self::ClassBalance | Self::SplitBalance | Self::DistributionDiffers => {
+                "samples were left out, added or drawn otherwise: make the dataset again from its recipe"
+            }
             Self::RerenderFailed => "validate with the recipe and program version of dataset.json",
             Self::RerenderDiffers => "use the same program version and target; if they are the same, report it",
             Self::ManifestUnreadable

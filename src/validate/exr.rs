@@ -42,22 +42,24 @@ pub(super) fn check(
         report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
     for channel in &channels {
-        let numbers = channel.numbers();
-        let outside = numbers.iter().filter(|&&n| !in_range(&channel.name, head, n)).count();
+        let numbers = channel.as_numbers();
+        let ((low, high), missing) = range(&channel.name, head);
+        let outside = |n: &&f32| !((low..=high).contains(*n) || (missing && n.is_nan()));
+        let outside = numbers.iter().filter(outside).count();
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
             report.faults.push(Fault::new(Code::ValueRange, place, what));
         }
         compare(channel, &numbers, row, decoded, place, report);
-        let number = |n: &f32| match channel.name.as_str() {
-            // As the image of that name would have it.
-            "Range" if n.is_nan() => 0,
-            "Range" => ((f64::from(*n) - row.range_offset) / row.range_scale).round().clamp(1.0, 65535.0) as u16,
-            _ => n.round() as u16,
-        };
         let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
-        if IMAGES.contains(&name.as_str()) {
-            decoded.add(&name, numbers.iter().map(number).collect());
+        if IMAGES.contains(&name.as_str()) && decoded.get(&name).is_none() {
+            // As the image of that name would have it.
+            let height = |z: f32| ((f64::from(z) - row.range_offset) / row.range_scale).round().clamp(1.0, 65535.0);
+            let numbers: Vec<u16> = match name.as_str() {
+                "range" => numbers.iter().map(|&z| if z.is_nan() { 0 } else { height(z) as u16 }).collect(),
+                _ => numbers.iter().map(|n| n.round() as u16).collect(),
+            };
+            decoded.add(&name, numbers);
         }
     }
     pixels::truth(row, head, &channels, decoded, place, report);
@@ -88,49 +90,64 @@ fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &s
     }
 }
 
-fn in_range(channel: &str, head: &DatasetHead, value: f32) -> bool {
+/// Smallest and largest number that a channel may have, and whether it may be missing.
+fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
     let most = f32::from(head.images.most_dn());
     match channel {
-        "Range" if head.range_unit() == "px" => {
-            value.is_nan() || (0.0..head.images.sensor_rows as f32).contains(&value)
-        }
-        "Reflectance" => value.is_nan() || (0.0..=most).contains(&value),
-        "Y" => (0.0..=most).contains(&value),
-        "Scatter" => value.is_nan() || (value >= 0.0 && value.is_finite()),
-        "FibreAzimuth" => value.is_nan() || (-90.0..=90.0).contains(&value),
-        "FilmGap" | "FilmThickness" => value.is_nan() || (value >= 0.0 && value.is_finite()),
-        "FibreDive" => value.is_nan() || (0.0..=90.0).contains(&value),
-        _ => !value.is_infinite(),
+        "Range" if head.range_unit() == "px" => ((0.0, (head.images.sensor_rows as f32).next_down()), true),
+        "Reflectance" => ((0.0, most), true),
+        "Y" => ((0.0, most), false),
+        "Scatter" | "FilmGap" | "FilmThickness" => ((0.0, f32::MAX), true),
+        "FibreAzimuth" => ((-90.0, 90.0), true),
+        "FibreDive" => ((0.0, 90.0), true),
+        _ => ((f32::MIN, f32::MAX), true),
     }
 }
 
 fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
     let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
     let Some(png) = decoded.get(&name) else { return };
-    let same = |exr: f32, png: u16| match name.as_str() {
-        "range" => same_range(exr, png, row),
-        "reflectance" | "scatter" if exr.is_nan() => png == 0,
+    // One loop for each rule: a name that is asked at every pixel costs more than the pixel.
+    let other = match name.as_str() {
+        "range" => {
+            let half = 0.5 + HALF_STEP / row.range_scale + 1e-6;
+            unlike(exr, png, |exr, png| same_range((f64::from(exr) - row.range_offset) / row.range_scale, png, half))
+        }
         // Rounded to whole numbers, and to half precision before: 2^-4 at most below 256.
-        "reflectance" => (exr - f32::from(png)).abs() <= 0.5 + 0.0625,
-        "scatter" => (exr - f32::from(png)).abs() <= 0.5 || (png == u16::MAX && exr > 65535.0),
-        _ => exr == f32::from(png),
+        "reflectance" => {
+            unlike(
+                exr,
+                png,
+                |exr, png| {
+                    if exr.is_nan() { png == 0 } else { (exr - f32::from(png)).abs() <= 0.5 + 0.0625 }
+                },
+            )
+        }
+        "scatter" => unlike(exr, png, |exr, png| {
+            let same = (exr - f32::from(png)).abs() <= 0.5 || (png == u16::MAX && exr > 65535.0);
+            if exr.is_nan() { png == 0 } else { same }
+        }),
+        _ => unlike(exr, png, |exr, png| exr == f32::from(png)),
     };
-    let other = exr.iter().zip(png).filter(|(exr, png)| !same(**exr, **png)).count();
     if other > 0 {
         let what = format!("{other} samples of {} are not those of the image `{name}`", channel.name);
         report.faults.push(Fault::new(Code::ExrDiffers, place, what));
     }
 }
 
+/// Pixels that are not the same by a rule.
+fn unlike(exr: &[f32], png: &[u16], same: impl Fn(f32, u16) -> bool) -> usize {
+    exr.iter().zip(png).filter(|(exr, png)| !same(**exr, **png)).count()
+}
+
 /// Half the step in which EXR files give Range, 2^-13 [mm or px].
 const HALF_STEP: f64 = 1.0 / 16384.0;
 
-/// Within half a step of both, or beyond the ends where the image saturates.
-fn same_range(exr: f32, png: u16, row: &StoredRow) -> bool {
-    let exact = (f64::from(exr) - row.range_offset) / row.range_scale;
-    let half = 0.5 + HALF_STEP / row.range_scale + 1e-6;
+/// Whether `exact`, a range number before it is rounded, is within `half` a step of both, or beyond the ends where the image
+/// saturates.
+fn same_range(exact: f64, png: u16, half: f64) -> bool {
     match png {
-        0 => exr.is_nan(),
+        0 => exact.is_nan(),
         1 => exact <= 1.0 + half,
         u16::MAX => exact >= 65535.0 - half,
         _ => (exact - f64::from(png)).abs() <= half,

@@ -1,19 +1,30 @@
 //! Files against manifests: there, whole, unchanged, and no others.
 
-use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use output_schema::file::{DATASET, REPORTS};
+use output_schema::file::DATASET;
 use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
 use super::report::{Code, Fault, Report};
 use crate::shard::hex;
 
+/// Reads one file of a manifest, once; its bytes, where it is whole.
+pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut Report) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let whole = whole(root, file, report, |part| bytes.extend_from_slice(part));
+    whole.then_some(bytes)
+}
+
 /// Checks one file of a manifest; `true` where it is whole.
 pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut Report) -> bool {
+    whole(root, file, report, |_| ())
+}
+
+/// Hands the bytes on as they are read and summed.
+fn whole(root: &Path, file: &ManifestFile, report: &mut Report, take: impl FnMut(&[u8])) -> bool {
     let path = root.join(&file.path);
     let found = match fs::symlink_metadata(&path) {
         Ok(found) if found.is_file() => found.len(),
@@ -23,7 +34,7 @@ pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut Report) -> bo
     if found != file.bytes {
         return fail(report, Code::FileSize, file, &format!("has {found} bytes, not {}", file.bytes));
     }
-    match sum(&path) {
+    match sum(&path, take) {
         Err(e) => fail(report, Code::FileMissing, file, &format!("cannot be read: {e}")),
         Ok(sum) if sum != file.sha256 => {
             fail(report, Code::FileChecksum, file, &format!("has SHA-256 {sum}, not {}", file.sha256))
@@ -41,16 +52,18 @@ fn fail(report: &mut Report, code: Code, file: &ManifestFile, what: &str) -> boo
     false
 }
 
-fn sum(path: &Path) -> io::Result<String> {
+fn sum(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<String> {
     let mut file = File::open(path)?;
     let mut sum = Sha256::new();
-    let mut part = vec![0; 1 << 20];
+    // Small enough to be summed and copied while it is in the processor's cache.
+    let mut part = vec![0; 1 << 16];
     loop {
         let read = file.read(&mut part)?;
         if read == 0 {
             return Ok(hex(&sum.finalize()));
         }
         sum.update(&part[..read]);
+        take(&part[..read]);
     }
 }
 
@@ -75,14 +88,20 @@ pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut Report) -> Ve
     paths
 }
 
-/// Every file below `root` that is not expected; results that are kept in `reports` may be there.
-pub(super) fn unexpected(root: &Path, expected: &[String]) -> Vec<Fault> {
-    let expected: HashSet<&str> = expected.iter().map(String::as_str).collect();
+/// Every file below `folder` of `root` that is not expected; folders that are skipped are not listed.
+pub(super) fn unexpected(
+    root: &Path,
+    folder: &str,
+    is_expected: &dyn Fn(&str) -> bool,
+    is_skipped: &dyn Fn(&str) -> bool,
+) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let mut folders = vec![String::new()];
+    let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
         let entries = match fs::read_dir(root.join(&folder)) {
             Ok(entries) => entries,
+            // A folder of files that are missing: each of them is told.
+            Err(e) if e.kind() == ErrorKind::NotFound => continue,
             Err(e) => {
                 faults.push(Fault::new(Code::FileUnexpected, folder, format!("cannot be listed: {e}")));
                 continue;
@@ -92,10 +111,10 @@ pub(super) fn unexpected(root: &Path, expected: &[String]) -> Vec<Fault> {
             let name = entry.file_name().to_string_lossy().into_owned();
             let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-                if path != REPORTS {
+                if !is_skipped(&path) {
                     folders.push(path);
                 }
-            } else if !expected.contains(path.as_str()) {
+            } else if !is_expected(&path) {
                 faults.push(Fault::new(Code::FileUnexpected, path, "no manifest names it"));
             }
         }

@@ -82,7 +82,9 @@ fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
 /// Every label is one of `values`.
 pub(super) fn known_labels(decoded: &Decoded, values: &[u8], place: &str, report: &mut Report) -> bool {
     let Some(label) = decoded.get("label") else { return true };
-    match label.iter().find(|&&class| !values.iter().any(|&value| u16::from(value) == class)) {
+    let mut known = [false; 256];
+    values.iter().for_each(|&value| known[usize::from(value)] = true);
+    match label.iter().find(|&&class| !known.get(usize::from(class)).is_some_and(|known| *known)) {
         None => true,
         Some(class) => {
             let what = format!("the label {class} is no pixel class of the subject");

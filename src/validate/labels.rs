@@ -91,21 +91,29 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
 }
 
 fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) {
-    let mut seen: BTreeMap<i32, Seen> = BTreeMap::new();
+    let mut all: Vec<Option<Seen>> = vec![None; usize::from(u16::MAX) + 1];
     let cols = row.cols.max(1) as usize;
     // What holds an object has a smaller number, or the way out of it ends there.
-    let holders: BTreeMap<i32, i32> = row.objects.iter().map(|o| (o.instance, o.within.min(o.instance - 1))).collect();
-    for (i, &number) in instance.iter().enumerate() {
-        let (x, y) = (i % cols, i / cols);
-        let mut number = i32::from(number);
-        while number > 0 {
-            let entry = seen.entry(number).or_insert(Seen { area: 0, first: (x, y), last: (x, y) });
-            entry.area += 1;
-            entry.first = (entry.first.0.min(x), entry.first.1.min(y));
-            entry.last = (entry.last.0.max(x), entry.last.1.max(y));
-            number = holders.get(&number).copied().unwrap_or(0);
+    let mut holders = vec![0u16; all.len()];
+    for object in &row.objects {
+        let number = u16::try_from(object.instance).unwrap_or(0);
+        let within = u16::try_from(object.within).unwrap_or(0);
+        holders[usize::from(number)] = within.min(number.saturating_sub(1));
+    }
+    for (y, line) in instance.chunks(cols).enumerate() {
+        for (x, &number) in line.iter().enumerate() {
+            let mut number = usize::from(number);
+            while number > 0 {
+                let entry = all[number].get_or_insert(Seen { area: 0, first: (x, y), last: (x, y) });
+                entry.area += 1;
+                entry.first = (entry.first.0.min(x), entry.first.1.min(y));
+                entry.last = (entry.last.0.max(x), entry.last.1.max(y));
+                number = usize::from(holders[number]);
+            }
         }
     }
+    let numbered = (0..).zip(all).filter_map(|(number, seen)| seen.map(|seen| (number, seen)));
+    let mut seen: BTreeMap<i32, Seen> = numbered.collect();
     let mut fault = |what| report.faults.push(Fault::new(Code::ObjectDiffers, place, what));
     let mut last = 0;
     for object in &row.objects {

@@ -2,19 +2,24 @@
 //!
 //! ```text
 //! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (rendered again) -> Report
+//!                                                      \-> counts of all rows -> statistics ---------^
 //! ```
 //!
-//! A damaged file gives a fault, never a panic. Only files whose checksum is right are opened.
+//! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
+//! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
 
 mod alike;
+mod balance;
 mod card;
 mod code;
 mod columns;
 mod expected;
 mod exr;
 mod files;
+mod found;
 mod head;
 mod images;
+mod jobs;
 mod labels;
 mod outline;
 mod pixels;
@@ -22,24 +27,40 @@ mod report;
 mod sample;
 mod shard;
 mod stack;
+mod tally;
 mod task;
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use output_schema::DatasetHead;
-use output_schema::file::{CARD, CROISSANT, DATASET, manifest_path};
+use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, exr_folder, manifest_path};
 use rayon::prelude::*;
+use sha2::{Digest, Sha256};
 
+pub use balance::{ALPHA, ClassCount, Statistics, Test};
 pub use code::fault_table;
 pub use expected::{Expect, Expected};
 pub use report::{Code, Fault, Report};
+pub use tally::{Declared, DeclaredParameter, Seen};
 
-use crate::record::Split;
+use self::found::Found;
+use self::tally::Tally;
+use self::task::Task;
 use crate::shard::Encoded;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
 pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
+
+/// A step that was done, for whoever shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// Rows that it read.
+    pub samples: u64,
+    /// Size of the files that it read [bytes].
+    pub bytes: u64,
+}
 
 /// What to do beyond reading.
 #[derive(Clone, Copy, Default)]
@@ -48,10 +69,16 @@ pub struct Options<'a> {
     pub expect_head: Option<Result<&'a DatasetHead, &'a str>>,
     /// How a sample is drawn again, without rendering; `None` to compare nothing.
     pub expect: Option<Expect<'a>>,
+    /// How rows are drawn; `None` to make no statistics.
+    pub declared: Option<&'a Declared>,
     /// How a sample is rendered again; `None` to compare nothing.
     pub rerender: Option<Rerender<'a>>,
-    /// How many samples are rendered again, spread evenly from the first to the last.
+    /// How many samples are rendered again.
     pub rerender_samples: u64,
+    /// Which samples these are follows from this number and the dataset.
+    pub rerender_seed: u64,
+    /// Told of every step.
+    pub progress: Option<&'a (dyn Fn(Step) + Sync)>,
 }
 
 /// Checks everything in the folder.
@@ -60,46 +87,69 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let Some(head) = head::read(folder, &mut report) else { return report };
     let comparable = options.expect_head.is_none_or(|expected| expected::head(&head, expected, &mut report));
     let expect = options.expect.filter(|_| comparable);
-    let chosen = chosen(head.samples, if options.rerender.is_some() { options.rerender_samples } else { 0 });
-    let parts: Vec<shard::Part> = (0..head.shards)
-        .into_par_iter()
-        .map(|number| {
-            let rerender = options.rerender.filter(|_| !chosen.is_empty());
-            shard::check(&task::Task { root: folder, head: &head, number, expect, rerender, chosen: &chosen })
-        })
-        .collect();
-
-    let mut expected = vec![DATASET.to_string(), CARD.to_string(), CROISSANT.to_string()];
-    expected.extend(files::assets(folder, &head, &mut report));
-    let mut seen: Vec<sample::Seen> = Vec::new();
-    let mut ids: HashMap<String, u64> = HashMap::new();
-    for (number, part) in (0..).zip(parts) {
-        report.add(part.report);
-        expected.push(manifest_path(number));
-        expected.extend(part.files);
-        seen.extend(part.seen);
-        for (index, id) in part.ids {
-            if let Some(first) = ids.insert(id.clone(), index) {
-                let what = format!("samples {first} and {index} have the same id {id}");
-                report.faults.push(Fault::new(Code::IdRepeated, manifest_path(number), what));
-            }
+    let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(Tally::new(declared)));
+    let rerender = options.rerender.filter(|_| options.rerender_samples > 0);
+    let chosen =
+        rerender.map_or_else(BTreeSet::new, |_| chosen(&head, options.rerender_samples, options.rerender_seed));
+    let seen = |row: &Seen| {
+        if let Some(tally) = &tally {
+            tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
         }
-    }
-    report.faults.extend(files::unexpected(folder, &expected));
+    };
+    let task = Task { root: folder, head: &head, number: 0, expect, rerender, chosen: &chosen, seen: &seen };
+    let jobs = (0..head.shards).flat_map(|number| jobs::of(Task { number, ..task }));
+    let run = |(place, job): (u64, jobs::Job)| {
+        let found = job.run();
+        if let Some(progress) = options.progress {
+            progress(Step { samples: found.report.samples, bytes: found.report.bytes });
+        }
+        Found::of(place, found)
+    };
+    let found = (0u64..).zip(jobs).par_bridge().map(run);
+    let mut found = found.reduce(Found::default, Found::and);
+
+    let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
+    expected.extend(files::assets(folder, &head, &mut report));
+    expected.extend((0..head.shards).map(manifest_path));
+    expected.extend(std::mem::take(&mut found.tables));
+    // A shard whose manifest could be read has looked into its folder itself.
+    let own: HashSet<String> = found.opened.iter().map(|&shard| exr_folder(shard)).collect();
+    found.tell(&mut report);
+    report.chosen = chosen.into_iter().collect();
+    let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
+    report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));
     let finished = !report.codes().contains(&Code::ManifestMissing);
-    let present: Vec<Split> =
-        Split::ALL.into_iter().filter(|split| seen.iter().any(|seen| seen.split == split.name())).collect();
-    card::check(folder, &head, &present, None, finished, &mut report);
-    let prints = seen
-        .iter()
-        .filter_map(|seen| seen.print.map(|print| alike::Sample { index: seen.index, split: &seen.split, print }));
-    report.faults.extend(alike::check(&prints.collect::<Vec<_>>()));
+    card::check(folder, &head, &found.present(), None, finished, &mut report);
+    report.faults.extend(found.alike());
+    if let Some(tally) = tally {
+        let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let (statistics, faults) = balance::judge(&tally, head.samples);
+        report.statistics = Some(statistics);
+        report.faults.extend(faults);
+    }
     report
 }
 
-/// `count` indices below `samples`, spread evenly, the first and the last among them.
-fn chosen(samples: u64, count: u64) -> Vec<u64> {
-    let count = count.min(samples);
-    let place = |j: u64| if count < 2 { 0 } else { j * (samples - 1) / (count - 1) };
-    (0..count).map(place).collect()
+/// The statistics of rows without any files, and what is wrong with them; `samples` is how many there should be.
+pub fn statistics(declared: &Declared, rows: impl Iterator<Item = Seen>, samples: u64) -> (Statistics, Vec<Fault>) {
+    let mut tally = Tally::new(declared);
+    rows.for_each(|row| tally.add(&row));
+    balance::judge(&tally, samples)
+}
+
+/// `count` indices of the dataset, all sets of so many equally likely (Floyd; Bentley 1987), from `seed` and what the
+/// dataset is.
+fn chosen(head: &DatasetHead, count: u64, seed: u64) -> BTreeSet<u64> {
+    let word = |place: u64| {
+        let sum = Sha256::digest(format!("{}/{}/{}/{seed}/{place}", head.recipe.hash, head.seed, head.samples));
+        sum.iter().take(8).fold(0, |word, byte| word << 8 | u64::from(*byte))
+    };
+    let mut chosen = BTreeSet::new();
+    for last in head.samples - count.min(head.samples)..head.samples {
+        let place = word(last) % (last + 1);
+        if !chosen.insert(place) {
+            chosen.insert(last);
+        }
+    }
+    chosen
 }

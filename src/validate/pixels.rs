@@ -18,7 +18,8 @@ const DIVE_DEG: f32 = 20.0;
 /// Every pixel of an instance has the class of its object, and every other one is ground.
 pub(super) fn instances(row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
     let (Some(label), Some(instance)) = (decoded.get("label"), decoded.get("instance")) else { return };
-    let ground = |class: u16| PIXEL_CLASSES.get(usize::from(class)).is_some_and(|name| GROUND.contains(name));
+    let ground = PIXEL_CLASSES.map(|name| GROUND.contains(&name));
+    let ground = |class: u16| ground.get(usize::from(class)).is_some_and(|ground| *ground);
     // No class is as large: an instance without an object is told by another rule.
     let most = row.objects.iter().map(|object| object.instance).max().unwrap_or(0);
     let mut classes = vec![None; usize::try_from(most).unwrap_or(0) + 1];
@@ -59,7 +60,7 @@ pub(super) fn truth(
     place: &str,
     report: &mut Report,
 ) {
-    let map = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
+    let map = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers);
     let mut fault = |what: String| report.faults.push(Fault::new(Code::TruthDiffers, place, what));
     let bin = &head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::balance::Statistics;
 pub use super::code::Code;
 
 /// One broken rule.
@@ -28,7 +29,7 @@ impl Fault {
 }
 
 /// Everything that validation found, and how much it looked at.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Broken rules, in the order of shards.
     pub faults: Vec<Fault>,
@@ -44,6 +45,10 @@ pub struct Report {
     pub images: u64,
     /// Samples that were rendered again.
     pub rerendered: u64,
+    /// Indices of the samples that were chosen for that.
+    pub chosen: Vec<u64>,
+    /// Classes, splits and drawn numbers against the recipe; null where there is none to compare with.
+    pub statistics: Option<Statistics>,
 }
 
 /// Faults of one code that [`Report`] prints in full.

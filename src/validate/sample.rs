@@ -1,6 +1,5 @@
 //! One sample: its row against file, manifest and images, and against itself when it is rendered again.
 
-use std::fs;
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
@@ -10,34 +9,21 @@ use output_schema::{ManifestFile, ManifestSample};
 use super::alike::{self, Print};
 use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
+use super::tally::Seen;
 use super::task::Task;
 use super::{expected, exr, images, labels, outline, pixels, stack};
 use crate::shard::{maps_sha256, row_batch};
 
-/// What later checks need of a row: some hundreds of bytes, whatever the size of the images.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Seen {
-    /// Number in the dataset.
-    pub(super) index: u64,
-    /// Name of its split.
-    pub(super) split: String,
-    /// Value of the column `class`; one that the head names.
-    pub(super) class: usize,
-    /// Drawn numbers in the order of the head's parameters.
-    pub(super) numbers: Vec<f64>,
-    /// What tells it from others.
-    pub(super) print: Option<Print>,
-}
-
-/// Checks one row; `listed` is what the manifest says about it. What later checks need, where the row can be read.
+/// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
+/// need, where the row can be read.
 pub(super) fn check(
     task: &Task,
     batch: &RecordBatch,
     file: &ManifestFile,
     listed: Option<&ManifestSample>,
-    whole: &dyn Fn(&str) -> bool,
+    exr: Option<&[u8]>,
     report: &mut Report,
-) -> Option<Seen> {
+) -> Option<(Seen, Option<Print>)> {
     report.samples += 1;
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
@@ -66,16 +52,8 @@ pub(super) fn check(
     numbers(task, &row, named, &place, report);
     let mut decoded = images::check(&row, &task.head.images, &place, report);
 
-    let path = exr_path(task.number, &row.id);
-    let exr = (!task.head.images.exr.is_empty() && whole(&path)).then(|| fs::read(task.root.join(&path)));
-    let exr = match exr.transpose() {
-        Ok(exr) => exr,
-        Err(e) => {
-            report.faults.push(Fault::new(Code::FileMissing, path, e.to_string()));
-            return None;
-        }
-    };
-    if let Some(bytes) = &exr {
+    if let Some(bytes) = exr {
+        let path = exr_path(task.number, &listed.id);
         exr::check(bytes, task.head, &row, &mut decoded, &path, report);
     }
     let turned = task.head.recipe.canonical["motion"]["kind"] == "turntable";
@@ -86,14 +64,14 @@ pub(super) fn check(
     let print = alike::print(cols, &decoded);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
-    if complete && maps_sha256(png, exr.as_deref()) != listed.sha256 {
+    if complete && maps_sha256(png, exr) != listed.sha256 {
         report.faults.push(Fault::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
     }
     if task.chosen.contains(&listed.index) {
-        rerender(task, batch, exr.as_deref(), listed.index, &place, report);
+        rerender(task, batch, exr, listed.index, &place, report);
     }
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
-    Some(Seen { index: listed.index, split: row.split, class, numbers: row.numbers, print })
+    Some((Seen { index: listed.index, split: row.split, class, numbers: row.numbers }, print))
 }
 
 /// `named` are the id, split and class that it should say.

@@ -1,43 +1,59 @@
-//! One shard: manifest, files, rows.
+//! One shard: its manifest, and which files it should have.
 
-use std::collections::HashSet;
-use std::fs::{self, File};
+use std::collections::{HashMap, HashSet};
+use std::fs;
 use std::io::ErrorKind;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use output_schema::arrow::row_schema;
-use output_schema::file::{data_path, exr_path, manifest_path, stack_path};
+use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path};
 use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, refuse_version};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use sha2::{Digest, Sha256};
 
+use super::alike::Print;
 use super::report::{Code, Fault, Report};
-use super::sample::Seen;
 use super::task::Task;
-use super::{expected, files, sample, stack};
+use super::{expected, files};
 use crate::record::Split;
 use crate::shard::document;
 
-/// What was found in one shard.
-#[derive(Default)]
-pub(super) struct Part {
-    pub(super) report: Report,
-    /// Paths that the manifest names.
-    pub(super) files: Vec<String>,
-    /// Index and id of every sample that the manifest names.
-    pub(super) ids: Vec<(u64, String)>,
-    /// What later checks need of every row.
-    pub(super) seen: Vec<Seen>,
+/// One shard whose manifest can be read.
+pub(super) struct Shard<'a> {
+    pub(super) task: Task<'a>,
+    pub(super) manifest: Manifest,
+    /// Places in the manifest of the files that such a shard can have, by path.
+    known: HashMap<String, usize>,
 }
 
-pub(super) fn check(task: &Task) -> Part {
-    let mut part = Part::default();
+/// What one job found.
+#[derive(Default)]
+pub(super) struct Finding {
+    pub(super) report: Report,
+    /// Digest of the id, index and shard of every sample that the manifest names.
+    pub(super) ids: Vec<(u128, u64, u64)>,
+    /// Paths of its tables, as the manifest names them.
+    pub(super) tables: Vec<String>,
+    /// Its number, where there is a manifest that can be read.
+    pub(super) opened: Option<u64>,
+    /// The row that it read.
+    pub(super) row: Option<Row>,
+}
+
+/// What stays of a row to be compared with others.
+pub(super) struct Row {
+    pub(super) index: u64,
+    pub(super) split: Option<Split>,
+    pub(super) print: Option<Print>,
+}
+
+/// Reads the manifest and lists the files; `None` where there is no manifest that can be read.
+pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
+    let mut found = Finding::default();
     let place = manifest_path(task.number);
     let text = match fs::read(task.root.join(&place)) {
         Ok(text) => text,
         Err(e) => {
             let code = if e.kind() == ErrorKind::NotFound { Code::ManifestMissing } else { Code::ManifestUnreadable };
-            part.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
-            return part;
+            found.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
+            return (found, None);
         }
     };
     let manifest: Manifest = match serde_json::from_slice(&text) {
@@ -46,45 +62,60 @@ pub(super) fn check(task: &Task) -> Part {
             // A newer document may have other keys.
             let newer = newer(&text);
             let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };
-            part.report.faults.push(Fault::new(code, place, newer.unwrap_or_else(|| e.to_string())));
-            return part;
+            found.report.faults.push(Fault::new(code, place, newer.unwrap_or_else(|| e.to_string())));
+            return (found, None);
         }
     };
-    part.report.shards = 1;
-    part.ids = manifest.samples.iter().map(|sample| (sample.index, sample.id.clone())).collect();
-    let expected: HashSet<String> = expected_paths(task, &manifest).into_iter().collect();
+    found.report.shards = 1;
+    found.opened = Some(task.number);
+    let id = |sample: &ManifestSample| (digest(&sample.id), sample.index, task.number);
+    found.ids = manifest.samples.iter().map(id).collect();
+    let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
     if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
         let code = if manifest.format == FORMAT { Code::VersionUnknown } else { Code::ManifestDiffers };
-        part.report.faults.push(Fault::new(code, &place, reason));
+        found.report.faults.push(Fault::new(code, &place, reason));
     } else {
-        let mut reasons = manifest_reasons(task, &manifest, &expected);
+        let mut reasons = manifest_reasons(&task, &manifest, &expected);
         if document(&manifest) != text {
             reasons.push("it is not written as the program writes it: keys, order, blanks".into());
         }
-        part.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
+        found.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
     }
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.
-    let known: Vec<&ManifestFile> = manifest.files.iter().filter(|file| expected.contains(&file.path)).collect();
-    part.files = known.iter().map(|file| file.path.clone()).collect();
-    let whole: HashSet<&str> =
-        known.iter().filter(|file| files::check(task.root, file, &mut part.report)).map(|f| f.path.as_str()).collect();
-    for file in known.iter().filter(|file| file.path.ends_with(".parquet") && whole.contains(file.path.as_str())) {
-        // Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
-        let report = &mut part.report;
-        let read = catch_unwind(AssertUnwindSafe(|| {
-            if file.path == stack_path(task.number) {
-                stack::check(task.root, task.head, &manifest, file, report);
-            } else {
-                rows(task, &manifest, file, &|path| whole.contains(path), &mut part.seen, report);
-            }
-        }));
-        if read.is_err() {
-            let what = "a reader gave up on its content";
-            part.report.faults.push(Fault::new(Code::TableUnreadable, &file.path, what));
-        }
+    let own = manifest.files.iter().enumerate().filter(|(_, file)| expected.contains(&file.path));
+    let known: HashMap<String, usize> = own.map(|(place, file)| (file.path.clone(), place)).collect();
+    found.tables = known.keys().filter(|path| path.ends_with(".parquet")).cloned().collect();
+    let folder = exr_folder(task.number);
+    let strangers = files::unexpected(task.root, &folder, &|path| known.contains_key(path), &|_| false);
+    found.report.faults.extend(strangers);
+    (found, Some(Shard { task, manifest, known }))
+}
+
+impl Shard<'_> {
+    /// What the manifest says of a file; `None` where it names none of that path.
+    pub(super) fn file(&self, path: &str) -> Option<&ManifestFile> {
+        self.known.get(path).map(|&place| &self.manifest.files[place])
     }
-    part
+
+    /// The samples that it lists for a split, as places in the manifest; those of no known split for `None`.
+    pub(super) fn listed(&self, split: Option<Split>) -> Vec<usize> {
+        let of = |sample: &ManifestSample| Split::ALL.into_iter().find(|split| split.name() == sample.split);
+        let samples = self.manifest.samples.iter().enumerate();
+        samples.filter(|(_, sample)| of(sample) == split).map(|(place, _)| place).collect()
+    }
+
+    /// Bytes of the EXR file of a sample, where there is one that is whole.
+    pub(super) fn exr(&self, sample: &ManifestSample, report: &mut Report) -> Option<Vec<u8>> {
+        let file = self.file(&exr_path(self.task.number, &sample.id))?;
+        files::read(self.task.root, file, report)
+    }
+}
+
+/// The first half of the SHA-256 of an id: two ids with the same one are the same.
+fn digest(id: &str) -> u128 {
+    let sum = Sha256::digest(id);
+    sum.iter().take(16).fold(0, |word, byte| word << 8 | u128::from(*byte))
 }
 
 /// Why a document that cannot be read as a manifest is one of another version, where it is.
@@ -149,49 +180,4 @@ fn expected_paths(task: &Task, manifest: &Manifest) -> Vec<String> {
         paths.extend(samples.map(|sample| exr_path(task.number, &sample.id)));
     }
     paths
-}
-
-/// The rows of one split.
-fn rows(
-    task: &Task,
-    manifest: &Manifest,
-    file: &ManifestFile,
-    whole: &dyn Fn(&str) -> bool,
-    seen: &mut Vec<Seen>,
-    report: &mut Report,
-) {
-    let split = Split::ALL.into_iter().find(|split| file.path == data_path(split.name(), task.number));
-    let listed: Vec<&ManifestSample> =
-        manifest.samples.iter().filter(|sample| split.is_some_and(|split| sample.split == split.name())).collect();
-    let unreadable = |e: String| Fault::new(Code::TableUnreadable, &file.path, e);
-    let opened = File::open(task.root.join(&file.path)).map_err(|e| e.to_string());
-    let builder = opened.and_then(|file| ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string()));
-    let builder = match builder {
-        Ok(builder) => builder,
-        Err(e) => return report.faults.push(unreadable(e)),
-    };
-    let (found, expected) = (builder.schema().clone(), row_schema(task.head));
-    if *found != expected {
-        let fields =
-            expected.fields().iter().filter(|field| found.field_with_name(field.name()).ok() != Some(field.as_ref()));
-        let names: Vec<&str> = fields.map(|field| field.name().as_str()).collect();
-        let what = format!("its columns are not those that are declared: {names:?}, their order, or the metadata");
-        return report.faults.push(Fault::new(Code::SchemaDiffers, &file.path, what));
-    }
-    let reader = match builder.with_batch_size(1).build() {
-        Ok(reader) => reader,
-        Err(e) => return report.faults.push(unreadable(e.to_string())),
-    };
-    let mut count = 0;
-    for batch in reader {
-        match batch {
-            Ok(batch) => seen.extend(sample::check(task, &batch, file, listed.get(count).copied(), whole, report)),
-            Err(e) => return report.faults.push(unreadable(e.to_string())),
-        }
-        count += 1;
-    }
-    if count != listed.len() || file.rows != Some(count as u64) {
-        let what = format!("it has {count} rows, its manifest {} samples and {:?} rows", listed.len(), file.rows);
-        report.faults.push(Fault::new(Code::RowCount, &file.path, what));
-    }
 }

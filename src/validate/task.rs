@@ -1,17 +1,22 @@
 //! What the checks of one shard share.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use output_schema::DatasetHead;
 
+use super::tally::Seen;
 use super::{Expect, Rerender};
 
 /// What is to be checked.
+#[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
     pub(super) root: &'a Path,
     pub(super) head: &'a DatasetHead,
     pub(super) number: u64,
     pub(super) expect: Option<Expect<'a>>,
     pub(super) rerender: Option<Rerender<'a>>,
-    pub(super) chosen: &'a [u64],
+    pub(super) chosen: &'a BTreeSet<u64>,
+    /// Takes what each row says.
+    pub(super) seen: &'a (dyn Fn(&Seen) + Sync),
 }

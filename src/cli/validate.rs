@@ -1,0 +1,101 @@
+//! `gen validate`: whether a dataset is what its recipe makes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::generate::{threads, warn};
+use super::progress::{Samples, counted, say};
+use super::{Outcome, print, whole};
+use crate::generate::Again;
+use crate::shard::{DatasetFolder, Sums};
+use crate::validate::{Declared, Expect, Options, Report, validate};
+
+/// Where `--save` keeps the report, in the dataset's folder.
+const SAVED: [&str; 2] = ["reports", "validation.json"];
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen validate planks                          every file, number, image and label; one sample rendered again
+  gen validate planks --rerender 0             nothing rendered
+  gen validate planks --rerender 20            20 samples rendered again and compared byte for byte
+  gen validate planks --json | jq .fault_counts
+  gen validate planks --save                   keeps the report as planks/reports/validation.json
+
+docs/validate.md explains every check and fault.
+
+Exit status: 0 nothing is wrong, 1 there are faults, 2 unusable arguments.")]
+pub(super) struct Validate {
+    /// Folder of the dataset
+    dir: PathBuf,
+    /// How many samples to render again and compare byte for byte
+    #[arg(long, value_name = "K", default_value_t = 1)]
+    rerender: u64,
+    /// Which samples these are follows from this number and the dataset
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    rerender_seed: u64,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "T")]
+    threads: Option<usize>,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+    /// Keep the report as reports/validation.json in the dataset's folder
+    #[arg(long)]
+    save: bool,
+}
+
+pub(super) fn run(arguments: &Validate) -> Outcome {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
+    let folder = DatasetFolder::open(&arguments.dir).ok();
+    // Where dataset.json cannot be read, validation says so itself.
+    let again = folder.as_ref().map(Again::of).unwrap_or(Err("there is no readable dataset.json".into()));
+    if let Ok(again) = &again
+        && arguments.rerender > 0
+    {
+        warn(again.recipe());
+    }
+    let again = again.as_ref().map_err(String::as_str);
+    let declared: Option<Declared> = again.ok().map(Again::declared);
+    let expect = again.ok().map(|again| |index: u64| again.expected(index));
+    let rerender = |index: u64| again.map(|again| again.sample(index)).map_err(String::from);
+    let bar = Samples::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
+    let options = Options {
+        expect_head: Some(again.map(Again::head)),
+        expect: expect.as_ref().map(|expect| expect as Expect),
+        declared: declared.as_ref(),
+        rerender: Some(&rerender),
+        rerender_samples: arguments.rerender,
+        rerender_seed: arguments.rerender_seed,
+        progress: Some(&|step| bar.show(step)),
+    };
+    let report = pool.install(|| validate(&arguments.dir, &options));
+    bar.end();
+    if arguments.save {
+        save(&arguments.dir, folder.map_or(0, |folder| folder.head().shards), &report)?;
+    }
+    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
+    if report.is_clean() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    say(&format!("gen: {} has {}", arguments.dir.display(), counted(report.faults.len() as u64, "fault")));
+    Ok(ExitCode::FAILURE)
+}
+
+/// Keeps the report with the sums of the documents that it is about.
+fn save(dir: &Path, shards: u64, report: &Report) -> Result<(), String> {
+    let sums = Sums::of(dir, shards);
+    let mut document = json!({ "format": "sheetlight-validation", "dataset_sha256": sums.dataset, "manifests_sha256": sums.manifests });
+    if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
+        document.extend(report);
+    }
+    let folder = dir.join(SAVED[0]);
+    let made = fs::create_dir(&folder);
+    if let Err(e) = made.as_ref().or_else(|e| if folder.is_dir() { Ok(&()) } else { Err(e) }) {
+        return Err(format!("cannot make {}: {e}; validate without --save, or make room there", folder.display()));
+    }
+    whole::write(&folder.join(SAVED[1]), format!("{document:#}\n").as_bytes())
+}

@@ -1,0 +1,80 @@
+//! What all jobs found, put together in any order and told in the order of jobs.
+
+use output_schema::file::manifest_path;
+
+use super::alike;
+use super::report::{Code, Fault, Report};
+use super::shard::{Finding, Row};
+use crate::record::Split;
+
+/// What some jobs found.
+#[derive(Default)]
+pub(super) struct Found {
+    counts: Report,
+    /// Faults with the number of their job.
+    faults: Vec<(u64, Vec<Fault>)>,
+    /// Digest of the id, index and shard of every sample.
+    ids: Vec<(u128, u64, u64)>,
+    /// Paths of tables that manifests name.
+    pub(super) tables: Vec<String>,
+    /// Shards whose manifest can be read.
+    pub(super) opened: Vec<u64>,
+    /// Rows with the number of their job.
+    rows: Vec<(u64, Row)>,
+}
+
+impl Found {
+    /// What job number `place` found.
+    pub(super) fn of(place: u64, finding: Finding) -> Self {
+        let Finding { mut report, ids, tables, opened, row } = finding;
+        let faults = std::mem::take(&mut report.faults);
+        let faults = if faults.is_empty() { Vec::new() } else { vec![(place, faults)] };
+        let rows = row.map(|row| (place, row)).into_iter().collect();
+        Self { counts: report, faults, ids, tables, opened: opened.into_iter().collect(), rows }
+    }
+
+    /// Both.
+    pub(super) fn and(mut self, mut other: Self) -> Self {
+        self.counts.add(other.counts);
+        self.faults.append(&mut other.faults);
+        self.ids.append(&mut other.ids);
+        self.tables.append(&mut other.tables);
+        self.opened.append(&mut other.opened);
+        self.rows.append(&mut other.rows);
+        self
+    }
+
+    /// Adds counts and faults to a report.
+    pub(super) fn tell(&mut self, report: &mut Report) {
+        report.add(std::mem::take(&mut self.counts));
+        self.faults.sort_by_key(|(place, _)| *place);
+        report.faults.extend(self.faults.drain(..).flat_map(|(_, faults)| faults));
+        report.faults.extend(self.repeated());
+    }
+
+    /// The splits that rows are of.
+    pub(super) fn present(&self) -> Vec<Split> {
+        Split::ALL.into_iter().filter(|split| self.rows.iter().any(|(_, row)| row.split == Some(*split))).collect()
+    }
+
+    /// Samples that are there twice.
+    pub(super) fn alike(&mut self) -> Vec<Fault> {
+        self.rows.sort_by_key(|(place, _)| *place);
+        let sample = |(_, row): &(u64, Row)| {
+            let split = row.split.map_or("no split", Split::name);
+            row.print.map(|print| alike::Sample { index: row.index, split, print })
+        };
+        alike::check(&self.rows.iter().filter_map(sample).collect::<Vec<_>>())
+    }
+
+    /// Samples whose id another one has.
+    fn repeated(&mut self) -> Vec<Fault> {
+        self.ids.sort_unstable();
+        let same = self.ids.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        same.map(|pair| {
+            let what = format!("samples {} and {} have the same id", pair[0].1, pair[1].1);
+            Fault::new(Code::IdRepeated, manifest_path(pair[1].2), what)
+        })
+        .collect()
+    }
+}
