@@ -14,7 +14,7 @@ use serde_json::Value;
 const WOOD: &str = include_str!("../recipes/wood-train.yaml");
 const PACKS: &str = include_str!("../recipes/blister-train.yaml");
 
-/// A folder with a dataset `fresh` of another seed than any model was trained with, and of no other split than `test`.
+/// A folder with a dataset `fresh` of another seed than any model was trained with.
 fn fresh(recipe: &str, samples: u32) -> Place {
     needs_onnxruntime();
     let place = Place::new();
@@ -35,7 +35,7 @@ fn accuracy(report: &Value, key: &str) -> f64 {
 
 /// Standard deviation of the mean recall between trainings on shuffled labels: docs/baselines.md has the figures. A network
 /// that learned nothing still answers by something, and alike to all pixels of a kind.
-const SPREAD: f64 = 0.06;
+const SPREAD: f64 = 0.07;
 
 /// Mean recall less chance, in standard errors: of the patches, of which those of one sample are not independent, and of
 /// the training, `spread`.
@@ -107,7 +107,7 @@ fn training_learns_repeats_and_sees_what_check_sees() {
         "tiny.yaml",
         PACKS.replace("{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0.5, validation: 0.5, test: 0}"),
     );
-    place.make("packs", "--n 10");
+    place.make("packs", "--n 8");
     let train = |out: &str| {
         let output = python(&place, &[], &format!("packs --task presence --epochs 12 --out {out}"));
         assert!(output.status.success(), "{}", text(&output.stderr));
@@ -132,7 +132,6 @@ fn training_learns_repeats_and_sees_what_check_sees() {
         assert!(words.iter().all(|word| told.contains(word)), "{arguments}: {told}");
     };
     refused(&["-S"], "packs --task presence --out c.onnx", &["numpy", "make venv"]);
-    refused(&[], "packs --task presence --out c.onnx --channels scatter,colour", &["range, reflectance, scatter"]);
     refused(&[], "nowhere --task presence --out c.onnx", &["nowhere/dataset.json", "gen"]);
     let head = std::fs::read_to_string(place.path("packs/dataset.json")).expect("it is there");
     let newer = head.replacen("\"schema_version\": [\n    1,", "\"schema_version\": [\n    2,", 1);
