@@ -85,9 +85,9 @@ baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablat
 	$(TRAIN) out/train/packs --task blister --epochs 25 --out out/baselines/blister_pockets.onnx
 	$(TRAIN) out/train/wood --task wood --patches 3000 --epochs 6 --shuffle-labels --out out/baselines/wood_shuffled.onnx
 	$(TRAIN) out/train/packs --task presence --epochs 6 --shuffle-labels --out out/baselines/blister_shuffled.onnx
-	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood
-	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs
-	$(ABLATE) --task blister --train out/train/packs --fresh out/fresh/packs
+	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood --patches 1500 --shuffles 4
+	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --shuffles 6
+	$(ABLATE) --task blister --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 0
 
 schema: build ## JSON Schemas of recipes and datasets in out/
 	mkdir -p out
