@@ -68,9 +68,14 @@ fn chances_are_never_too_small() {
     // 400 small datasets of other seeds: for each number by itself, a chance below alpha comes in a share alpha of them at
     // most, within 4.5 standard errors (false once in 10^5), and for continuous ones in about that share.
     const SETS: u64 = 400;
-    let recipe = small();
-    let all: Vec<Statistics> =
-        (0..SETS).map(|seed| statistics(&declared(&recipe, seed), rows(&recipe, seed, 60).into_iter(), 60).0).collect();
+    // A choice of three, for a chi-square.
+    let three = "blur_um: {choice: {values: [1.5, 2, 4], weights: [1, 5, 2]}}";
+    let text = include_str!("../recipes/wood-small.yaml").replace("blur_um: {uniform: [1.5, 4]}", three);
+    let recipes = [small(), Recipe::parse("three lenses", &text).expect("a recipe")];
+    let sets = recipes.iter().flat_map(|recipe| (0..SETS / 2).map(move |seed| (recipe, seed)));
+    let all: Vec<Statistics> = sets
+        .map(|(recipe, seed)| statistics(&declared(recipe, seed), rows(recipe, seed, 60).into_iter(), 60).0)
+        .collect();
     for (kind, is_sharp) in [("kolmogorov-smirnov", true), ("binomial", false), ("chi-square", false)] {
         for alpha in [0.01, 0.05, 0.1] {
             let chances = all.iter().flat_map(|set| set.tests.iter().filter(|test| test.test == kind));
