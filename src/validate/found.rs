@@ -6,6 +6,7 @@ use super::alike;
 use super::report::{Code, Fault, Report};
 use super::shard::{Finding, Row};
 use crate::record::Split;
+use crate::shard::Counts;
 
 /// What some jobs found.
 #[derive(Default)]
@@ -15,6 +16,8 @@ pub(super) struct Found {
     faults: Vec<(u64, Vec<Fault>)>,
     /// Digest of the id, index and shard of every sample.
     ids: Vec<(u128, u64, u64)>,
+    /// How many samples of each class and split the manifests name.
+    pub(super) listed: Counts,
     /// Paths of tables that manifests name.
     pub(super) tables: Vec<String>,
     /// Shards whose manifest can be read.
@@ -26,11 +29,11 @@ pub(super) struct Found {
 impl Found {
     /// What job number `place` found.
     pub(super) fn of(place: u64, finding: Finding) -> Self {
-        let Finding { mut report, ids, tables, opened, row } = finding;
+        let Finding { mut report, ids, counts: listed, tables, opened, row } = finding;
         let faults = std::mem::take(&mut report.faults);
         let faults = if faults.is_empty() { Vec::new() } else { vec![(place, faults)] };
         let rows = row.map(|row| (place, row)).into_iter().collect();
-        Self { counts: report, faults, ids, tables, opened: opened.into_iter().collect(), rows }
+        Self { counts: report, faults, ids, listed, tables, opened: opened.into_iter().collect(), rows }
     }
 
     /// Both.
@@ -38,6 +41,7 @@ impl Found {
         self.counts.add(other.counts);
         self.faults.append(&mut other.faults);
         self.ids.append(&mut other.ids);
+        other.listed.into_iter().for_each(|(kind, count)| *self.listed.entry(kind).or_default() += count);
         self.tables.append(&mut other.tables);
         self.opened.append(&mut other.opened);
         self.rows.append(&mut other.rows);

@@ -119,7 +119,11 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
     report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));
     let finished = !report.codes().contains(&Code::ManifestMissing);
-    card::check(folder, &head, &found.present(), None, finished, &mut report);
+    let codes = report.codes();
+    let believed =
+        finished && ![Code::ManifestDiffers, Code::ManifestUnreadable].iter().any(|code| codes.contains(code));
+    let counts = believed.then_some(&found.listed);
+    card::check(folder, &head, &found.present(), counts, finished, &mut report);
     report.faults.extend(found.alike());
     if let Some(tally) = tally {
         let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -13,7 +13,7 @@ use super::report::{Code, Fault, Report};
 use super::task::Task;
 use super::{expected, files};
 use crate::record::Split;
-use crate::shard::document;
+use crate::shard::{Counts, document};
 
 /// One shard whose manifest can be read.
 pub(super) struct Shard<'a> {
@@ -29,6 +29,8 @@ pub(super) struct Finding {
     pub(super) report: Report,
     /// Digest of the id, index and shard of every sample that the manifest names.
     pub(super) ids: Vec<(u128, u64, u64)>,
+    /// How many samples of each class and split the manifest names.
+    pub(super) counts: Counts,
     /// Paths of its tables, as the manifest names them.
     pub(super) tables: Vec<String>,
     /// Its number, where there is a manifest that can be read.
@@ -70,6 +72,9 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     found.opened = Some(task.number);
     let id = |sample: &ManifestSample| (digest(&sample.id), sample.index, task.number);
     found.ids = manifest.samples.iter().map(id).collect();
+    for sample in &manifest.samples {
+        *found.counts.entry((sample.class.clone(), sample.split.clone())).or_default() += 1;
+    }
     let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
     if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
         let code = if manifest.format == FORMAT { Code::VersionUnknown } else { Code::ManifestDiffers };
