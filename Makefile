@@ -80,7 +80,7 @@ baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablat
 	mkdir -p out/baselines
 	$(GEN) --recipe recipes/wood-train.yaml --n 1400 --seed 1 --out out/train/wood
 	$(GEN) --recipe recipes/blister-train.yaml --n 900 --seed 1 --out out/train/packs
-	$(TRAIN) out/train/wood --task wood --epochs 10 --out out/baselines/wood_patches.onnx
+	$(TRAIN) out/train/wood --task wood --patches 10000 --epochs 14 --out out/baselines/wood_patches.onnx
 	$(TRAIN) out/train/packs --task presence --epochs 25 --out out/baselines/blister_presence.onnx
 	$(TRAIN) out/train/packs --task blister --epochs 25 --out out/baselines/blister_pockets.onnx
 	$(TRAIN) out/train/wood --task wood --patches 3000 --epochs 6 --shuffle-labels --out out/baselines/wood_shuffled.onnx

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LONGEST: usize = 300;
 
 /// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 24] = [
+const FORBIDDEN: [(&str, &[&str]); 25] = [
     ("src/asset.rs", &["crate::", "procedural", "output_schema"]),
     ("src/chance", &["crate::", "procedural", "output_schema"]),
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
