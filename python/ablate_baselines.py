@@ -17,8 +17,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-import train_baseline as baseline
-from train_baseline import CHANNELS, TASKS, np, torch
+import baseline_network as network
+from baseline_patches import CHANNELS, TASKS, cut_patches, np, torch
 
 
 def judged(gen, model, fresh):
@@ -44,11 +44,13 @@ def main():
     parser.add_argument("--patches", type=int, default=3000, help="drawn pixels of each class (default: %(default)s)")
     parser.add_argument("--epochs", type=int, default=8, help="times that each patch is seen (default: %(default)s)")
     given = parser.parse_args()
+    if min(given.seeds, given.patches, given.epochs) < 1 or given.shuffles < 2:
+        parser.error("--seeds, --patches and --epochs are at least 1, --shuffles 2")
     torch.set_num_threads(1)
     torch.use_deterministic_algorithms(True)
     task = TASKS[given.task]
-    everything = baseline.cut_patches(given.train, task, CHANNELS, "train", given.patches, 0)
-    told = baseline.scaling(everything, CHANNELS)
+    everything = cut_patches(given.train, task, CHANNELS, "train", given.patches, 0)
+    told = network.scaling(everything, CHANNELS)
     choices = [list(c) for n in (1, 2, 3) for c in itertools.combinations(range(len(CHANNELS)), n)]
     with tempfile.TemporaryDirectory() as place:
         model = Path(place) / "model.onnx"
@@ -56,9 +58,9 @@ def main():
         def trained(chosen, seed, shuffle):
             patches = everything._replace(x=everything.x[:, chosen])
             scale = [told[channel] for channel in chosen]
-            made = baseline.train(patches, scale, len(task.classes), seed, given.epochs, shuffle)
-            baseline.write_onnx(made, len(chosen), task, model)
-            baseline.write_sidecar(task, scale, model.with_suffix(".yaml"), "ablation")
+            made = network.train(patches, scale, len(task.classes), seed, given.epochs, shuffle)
+            network.write_onnx(made, len(chosen), task, model)
+            network.write_sidecar(task, scale, model.with_suffix(".yaml"), "ablation")
             return judged(given.gen, model, given.fresh)
 
         print(f"\n{given.task}: {len(everything.y)} patches, {given.epochs} epochs, {given.seeds} seeds\n")

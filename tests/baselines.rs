@@ -132,10 +132,10 @@ fn training_learns_repeats_and_sees_what_check_sees() {
         assert!(words.iter().all(|word| told.contains(word)), "{arguments}: {told}");
     };
     refused(&["-S"], "packs --task presence --out c.onnx", &["numpy", "make venv"]);
-    refused(&[], "nowhere --task presence --out c.onnx", &["nowhere/dataset.json", "gen"]);
+    refused(&[], "nowhere --task presence --out c.onnx", &["nowhere/dataset.json", "name the folder of a dataset"]);
     let head = std::fs::read_to_string(place.path("packs/dataset.json")).expect("it is there");
     let newer = head.replacen("\"schema_version\": [\n    1,", "\"schema_version\": [\n    2,", 1);
     assert_ne!(head, newer);
     place.write("packs/dataset.json", newer);
-    refused(&[], "packs --task presence --out c.onnx", &["schema version 2", "1.x", "version of gen"]);
+    refused(&[], "packs --task presence --out c.onnx", &["schema 2.", "1.x", "use newer"]);
 }

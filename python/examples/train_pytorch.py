@@ -101,7 +101,7 @@ class Scans(Dataset):
             maps[k, -1] = seen
             labels[k] = self.class_of[label[window]]
             places[k] = index, top, left
-        # Mirror images would be no scans: laser and camera look from different sides.
+        # Turned about rows a scan would be none: laser and camera look from different sides. Columns may be mirrored.
         return torch.from_numpy(maps), torch.from_numpy(labels), torch.from_numpy(places)
 
     def measure(self, most=16):
@@ -166,6 +166,8 @@ def main():
     known.add_argument("--workers", type=int, default=2)
     known.add_argument("--seed", type=int, default=0)
     given = known.parse_args()
+    if min(given.crop, given.crops, given.scans, given.steps) < 1 or given.workers < 0:
+        known.error("--crop, --crops, --scans and --steps are at least 1, --workers at least 0")
 
     head = open_dataset(given.dir)
     images(head, "range", "reflectance", "scatter", "label")
