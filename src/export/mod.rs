@@ -14,6 +14,7 @@ pub mod mvtec;
 pub mod png;
 pub mod webdataset;
 
+mod annotation;
 mod classes;
 mod out;
 mod picture;
