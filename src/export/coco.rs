@@ -78,7 +78,7 @@ pub fn export(
     Out::write(out, "coco", asked, source, |out| {
         let scalings = match options.stored {
             true => None,
-            false => Some(Scalings::of(source, maps, options.range, options.scatter)?),
+            false => Some(Scalings::of(source, maps, options.range, options.scatter, progress)?),
         };
         let scaling = scalings.map_or(Value::Null, |scalings| scalings.json(maps, source.head().range_unit()));
         let head = header(source, &classes, &scaling);

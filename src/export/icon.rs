@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use output_schema::Manifest;
 use serde_json::json;
 
 use super::out::refused;
@@ -48,13 +49,12 @@ pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress
     }
     let asked = json!({"words": options.words, "rate_hz": options.rate, "sensor": options.sensor});
     Out::write(out, "icon", asked, source, |out| {
-        let mut done = 0;
-        source.each_index(|index| {
+        let work = |manifest: &Manifest, index: u64| {
             let name = out.root().join(key(index));
             let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
             // The description comes last.
             if !files[1].exists() {
-                let frame = dataset.frame(index)?;
+                let frame = dataset.frame_of(manifest, index, options.sensor)?;
                 match options.sensor {
                     true => sensor(&name, &frame)?,
                     false => scan(&name, &frame, options)?,
@@ -63,11 +63,10 @@ pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress
             for file in &files {
                 out.count(fs::metadata(file).map_err(|e| refused(file, &e))?.len());
             }
-            done += 1;
-            progress(done, source.samples);
             Ok(())
-        })?;
-        out.finish(&json!({"samples": done}), Vec::new())
+        };
+        source.each_index(work, progress)?;
+        out.finish(&json!({"samples": source.samples}), Vec::new())
     })
 }
 

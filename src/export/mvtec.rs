@@ -60,7 +60,7 @@ pub fn export(
         "range": options.range, "scatter": options.scatter,
     });
     Out::write(out, "mvtec", asked, source, |out| {
-        let scalings = Scalings::of(source, maps, options.range, options.scatter)?;
+        let scalings = Scalings::of(source, maps, options.range, options.scatter, progress)?;
         let mut counts: BTreeMap<String, u64> = BTreeMap::new();
         let mut left_out = 0;
         let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
