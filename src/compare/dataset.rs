@@ -202,3 +202,34 @@ fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> R
     }
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use arrow_array::Int64Array;
+    use parquet::arrow::ArrowWriter;
+    use parquet::file::properties::WriterProperties;
+
+    use super::*;
+
+    /// Wherever rows begin and end among the groups of a file, they are those rows, and none where there are none.
+    #[test]
+    fn rows_are_found_in_their_groups() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("rows.parquet");
+        let index = Arc::new(Int64Array::from_iter_values(0..10)) as arrow_array::ArrayRef;
+        let all = RecordBatch::try_from_iter([("index", index)]).expect("one column");
+        let groups_of_three = WriterProperties::builder().set_max_row_group_row_count(Some(3)).build();
+        let file = File::create(&path).expect("the folder is ours");
+        let mut writer = ArrowWriter::try_new(file, all.schema(), Some(groups_of_three)).expect("it begins");
+        writer.write(&all).expect("it is written");
+        assert_eq!(writer.close().expect("it ends").num_row_groups(), 4);
+        for (first, count) in (0..12).flat_map(|first| (0..12).map(move |count| (first, count))) {
+            let found = batches(&path, first, count).expect("it can be read");
+            let numbers = |batch: &RecordBatch| batch.column(0).as_primitive::<Int64Type>().values().to_vec();
+            let found: Vec<i64> = found.iter().flat_map(numbers).collect();
+            assert_eq!(found, (0..10).skip(first).take(count).collect::<Vec<i64>>(), "{count} from {first}");
+        }
+    }
+}
