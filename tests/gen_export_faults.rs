@@ -6,6 +6,7 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use gen_support::{Place, assert_same, recipe, sawtooth_recipe};
+use sheetlight::export::{Selection, Show, Source, coco};
 
 /// A dataset of eight samples in shards of four, in `set`.
 fn dataset(text: String) -> Place {
@@ -41,8 +42,9 @@ fn a_stopped_export_is_finished() {
             std::thread::sleep(Duration::from_millis(attempt % 5 * 4));
             child.kill().expect("it is ours");
             child.wait().expect("it is ours");
-            let unfinished = marker.exists();
-            assert_eq!(unfinished, !place.path(&out).join("export.json").exists(), "{out}");
+            let unfinished = !place.path(&out).join("export.json").exists();
+            // Between the last file and the end both are there.
+            assert!(!unfinished || marker.exists(), "{out}: nothing says that it is unfinished");
             if unfinished && attempt == 0 {
                 let other = place.run(&format!("export mvtec set --out {out}"));
                 assert!(other.code == 1 && other.err.contains("repeat the command"), "{}", other.err);
@@ -56,6 +58,53 @@ fn a_stopped_export_is_finished() {
         }
         assert!(stopped > 0, "{format}: no run was stopped in time");
     }
+}
+
+/// Stopped after its last file and before the marker was removed, an export is finished; another order still is another.
+#[test]
+fn a_marker_that_was_left_is_removed() {
+    let place = dataset(recipe(&[]));
+    place.done("export png set --out o");
+    let whole = place.tree("o");
+    let order = place.json("o/export.json")["order"].to_string();
+    place.write("o/.unfinished-export.json", &order);
+    let other = place.run("export png set --out o --colour");
+    assert!(other.code == 1 && other.err.contains("another export"), "{}", other.err);
+    let marker = place.path("o/.unfinished-export.json");
+    let held = fs::File::open(&marker).expect("it was written");
+    held.lock().expect("nobody holds it");
+    let busy = place.run("export png set --out o");
+    assert!(busy.code == 1 && busy.err.contains("another process") && marker.exists(), "{}", busy.err);
+    drop(held);
+    assert!(place.done("export png set --out o").err.contains("nothing to do"));
+    assert_same(&whole, &place.tree("o"), "the marker is gone, and nothing else changed");
+}
+
+/// Scales come from the shards that were finished when the dataset was opened, as its checksum says.
+#[test]
+fn shards_that_are_finished_later_change_no_scale() {
+    let place = dataset(recipe(&[]));
+    let (later, hidden) = (place.path("set/shards/00001.json"), place.path("later.json"));
+    let options = coco::Options {
+        show: Show::Range,
+        stored: false,
+        mask: coco::Mask::Whole,
+        plain: false,
+        range: None,
+        scatter: None,
+    };
+    let export = |out: &str, while_it_runs: &dyn Fn()| {
+        let source = Source::open(&place.path("set"), Selection::default()).expect("a shard is finished");
+        while_it_runs();
+        coco::export(&source, &place.path(out), &options, &|_, _| ()).expect("it is whole");
+        place.json(&format!("{out}/export.json"))
+    };
+    let whole = export("whole", &|| ());
+    fs::rename(&later, &hidden).expect("it is there");
+    let half = export("half", &|| ());
+    let then = export("then", &|| fs::rename(&hidden, &later).expect("it is there"));
+    assert_ne!(half["result"]["scaling"], whole["result"]["scaling"], "the later shard has other heights");
+    assert_eq!(half, then);
 }
 
 /// What is done to the bytes of a file.
@@ -144,16 +193,21 @@ fn flipped_bytes_never_panic() {
 fn names_stay_in_the_folder() {
     let place = dataset(recipe(&[["{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0, validation: 0, test: 1}"]]));
     let text = fs::read_to_string(place.path("set/dataset.json")).expect("it is there");
-    for name in ["sound_knot", "dead_knot", "rot"] {
+    place.done("export mvtec set --out good --patch-px 16");
+    let folders = fs::read_dir(place.path("good/ground_truth")).expect("there are defects");
+    let names = folders.map(|folder| folder.expect("it can be listed").file_name().into_string().expect("it is ASCII"));
+    let names: Vec<String> = names.filter(|name| name != "combined").collect();
+    assert!(!names.is_empty(), "no patch shows one defect alone");
+    for name in names {
         let bad = text.replace(&format!("\"{name}\""), "\"../../evil\"");
         place.write("set/dataset.json", bad);
-        let run = place.run(&format!("export mvtec set --out deep/{name}"));
-        assert!(run.code == 0 || run.err.contains("no name for a folder"), "{}", run.err);
+        let run = place.run(&format!("export mvtec set --out deep/{name} --patch-px 16"));
+        assert!(run.code == 1 && run.err.contains("no name for a folder"), "{name}: {} {}", run.code, run.err);
         assert!(!place.path("evil").exists() && !place.path("deep/evil").exists());
     }
     let all = text.replace("\"sound_knot\"", "\"../../evil\"").replace("\"dead_knot\"", "\"../../evil\"");
     place.write("set/dataset.json", all.replace("\"rot\"", "\"../../evil\""));
-    let run = place.run("export mvtec set --out deep/all");
+    let run = place.run("export mvtec set --out deep/all --patch-px 16");
     assert!(run.code == 1 && run.err.contains("gen validate"), "{}", run.err);
 }
 
@@ -174,8 +228,19 @@ fn misuse_is_told() {
         ("coco set --out o --index 9", 1, "give --index 0 to 7"),
         ("coco set --out o --index 5-2", 2, "0-99"),
         ("coco set --out o --index 5 --split train --threads 0", 2, "1 or more"),
-        ("coco set --out o --image rgb --bits 16", 1, "choose one map"),
-        ("coco set --out o --range-ends 5,5", 2, "LOW,HIGH"),
+        ("coco set --out o --image rgb --bits 16", 2, "choose one map"),
+        ("coco set --out o --bits 16", 2, "give another --image"),
+        ("coco set --out o --image range --bits 16 --range-ends 5,9", 2, "leave them or --bits away"),
+        ("coco set --out o --image range --range-ends 5,5", 2, "LOW,HIGH"),
+        ("coco set --out o --image range --range-ends 10,x,30", 2, "LOW,HIGH"),
+        ("coco set --out o --image range --range-ends 5,inf", 2, "LOW,HIGH"),
+        ("coco set --out o --image scatter --scatter-ends 5,,9,", 2, "LOW,HIGH"),
+        ("coco set --out o --range-ends 5,9", 2, "--image range or rgb"),
+        ("mvtec set --out o --image range --scatter-ends 5,9", 2, "--image scatter or rgb"),
+        ("icon set --out o --sensor --rate 500", 2, "leave one of them away"),
+        ("icon set --out o --sensor --words", 2, "leave one of them away"),
+        ("coco set --out set/../set/inside", 2, "choose a folder elsewhere"),
+        ("coco set --out gone/../set/inside", 2, "choose a folder elsewhere"),
         ("mvtec set --out o --split validation", 2, "no folder for validation"),
         ("mvtec set --out o --good knot", 1, "sound_knot"),
         ("mvtec set --out o --patch-px 65", 1, "give up to 48"),
@@ -192,8 +257,16 @@ fn misuse_is_told() {
     for (format, words) in [("mvtec", "has no defects"), ("coco", "no objects")] {
         let run = saw.run(&format!("export {format} set --out o"));
         assert!(run.code == 1 && run.err.contains(words) && !saw.path("o").exists(), "{}", run.err);
+        assert!(run.err.contains("export it as png or webdataset"), "{}", run.err);
     }
+    saw.done("export mvtec set --out teeth --good tooth --image range");
     saw.done("export png set --out o --colour");
+    // From within the dataset, a folder beside it is no part of it.
+    let beside = saw.command("export png . --out ../beside").current_dir(saw.path("set")).output().expect("it starts");
+    assert!(beside.status.success(), "{}", String::from_utf8_lossy(&beside.stderr));
+    let none = saw.run("export mvtec set --out none --split train --good background");
+    assert!(none.code == 1 && none.err.contains("nothing to write"), "{}", none.err);
+    saw.done("export png set --out none");
     let bare = dataset(recipe(&[
         ["exr: [range, reflectance, scatter, label, instance]", "exr: []"],
         ["truth_maps: true", "truth_maps: false"],

@@ -58,6 +58,16 @@ impl Dataset {
         let unfinished = || error(root, format!("sample {index} is not finished"), "run gen again to finish it");
         let told = |e: crate::shard::ShardError| error(root, e.to_string(), CHECK);
         let manifest = self.0.read_manifest(shard).map_err(told)?.ok_or_else(unfinished)?;
+        self.frame_of(&manifest, index, true)
+    }
+
+    /// The same where the manifest of its shard is known; without sensor frames unless they are asked for.
+    ///
+    /// # Errors
+    /// Where it is not there, damaged, or has no heights.
+    pub fn frame_of(&self, manifest: &Manifest, index: u64, exposed: bool) -> Result<Frame, SourceError> {
+        let (head, root) = (self.0.head(), self.0.root());
+        let shard = index / head.samples_per_shard.max(1);
         let listed = manifest.samples.iter().find(|sample| sample.index == index && !sample.id.contains('/'));
         let listed = listed.ok_or_else(|| error(root, format!("no manifest names sample {index}"), CHECK))?;
         let has = |images: &[String]| images.iter().any(|image| image == "range");
@@ -74,9 +84,9 @@ impl Dataset {
         };
         frame.name = format!("sample {index}");
         frame.bits = head.images.bits;
-        if head.images.stack_every.is_some() {
+        if exposed && head.images.stack_every.is_some() {
             frame.exposures =
-                guarded(&root.join(stack_path(shard)), |path| exposures(path, &manifest, index, &head.images))?;
+                guarded(&root.join(stack_path(shard)), |path| exposures(path, manifest, index, &head.images))?;
         }
         Ok(frame)
     }
@@ -92,6 +102,18 @@ fn guarded<T>(path: &Path, read: impl FnOnce(&Path) -> Result<T, String>) -> Res
 fn batches(path: &Path, first: usize, count: usize) -> Result<Vec<RecordBatch>, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
+    // Groups of rows before the first are passed over unread.
+    let (mut groups, mut before, mut skipped) = (Vec::new(), 0, 0);
+    for (i, group) in builder.metadata().row_groups().iter().enumerate() {
+        let after = usize::try_from(group.num_rows()).map_or(usize::MAX, |rows| rows.saturating_add(before));
+        if after <= first {
+            skipped = after;
+        } else if before < first.saturating_add(count) {
+            groups.push(i);
+        }
+        before = after;
+    }
+    let (first, builder) = (first - skipped, builder.with_row_groups(groups));
     let reader = builder.with_batch_size(count.clamp(1, 8)).with_offset(first).with_limit(count);
     let batches: Result<Vec<_>, _> = reader.build().map_err(|e| e.to_string())?.collect();
     batches.map_err(|e| e.to_string())
@@ -179,4 +201,35 @@ fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> R
         }
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use arrow_array::Int64Array;
+    use parquet::arrow::ArrowWriter;
+    use parquet::file::properties::WriterProperties;
+
+    use super::*;
+
+    /// Wherever rows begin and end among the groups of a file, they are those rows, and none where there are none.
+    #[test]
+    fn rows_are_found_in_their_groups() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("rows.parquet");
+        let index = Arc::new(Int64Array::from_iter_values(0..10)) as arrow_array::ArrayRef;
+        let all = RecordBatch::try_from_iter([("index", index)]).expect("one column");
+        let groups_of_three = WriterProperties::builder().set_max_row_group_row_count(Some(3)).build();
+        let file = File::create(&path).expect("the folder is ours");
+        let mut writer = ArrowWriter::try_new(file, all.schema(), Some(groups_of_three)).expect("it begins");
+        writer.write(&all).expect("it is written");
+        assert_eq!(writer.close().expect("it ends").num_row_groups(), 4);
+        for (first, count) in (0..12).flat_map(|first| (0..12).map(move |count| (first, count))) {
+            let found = batches(&path, first, count).expect("it can be read");
+            let numbers = |batch: &RecordBatch| batch.column(0).as_primitive::<Int64Type>().values().to_vec();
+            let found: Vec<i64> = found.iter().flat_map(numbers).collect();
+            assert_eq!(found, (0..10).skip(first).take(count).collect::<Vec<i64>>(), "{count} from {first}");
+        }
+    }
 }

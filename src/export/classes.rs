@@ -35,9 +35,10 @@ pub fn default_good(subject: &str) -> &'static [&'static str] {
 /// For each label value whether it is good, by the names that the user gave or the defaults.
 pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], ExportError> {
     let default = default_good(&head.subject);
-    if default.is_empty() {
+    if default.is_empty() && given.is_empty() {
         let what = format!("its subject `{}` has no defects", head.subject);
-        return Err(ExportError { place: head.recipe.name.clone(), what, remedy: "export it as png or coco".into() });
+        let remedy = "export it as png or webdataset, or say with --good which classes are good".into();
+        return Err(ExportError { place: head.recipe.name.clone(), what, remedy });
     }
     let shown: Vec<&str> = head.shown_classes().map(|(_, name)| name).collect();
     if let Some(unknown) = given.iter().find(|name| !shown.contains(&name.as_str())) {

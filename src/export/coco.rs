@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
+use super::annotation::annotations;
 use super::classes::categories;
 use super::out::Growing;
 use super::picture::Picture;
-use super::{ExportError, Out, Progress, Runs, Sample, Scalings, Show, Source, Summary};
+use super::{ExportError, Out, Progress, Sample, Scalings, Show, Source, Summary};
 use crate::record::Split;
 
 /// Which pixels the mask of an object holds that others lie in.
@@ -74,40 +75,39 @@ pub fn export(
         "mask": if options.mask == Mask::Whole { "whole" } else { "own" }, "plain": options.plain,
         "range": options.range, "scatter": options.scatter,
     });
-    let Some(out) = Out::open(out, "coco", asked, source.told())? else {
-        return Ok(Summary { nothing_to_do: true, ..Summary::default() });
-    };
-    let scalings = match options.stored {
-        true => None,
-        false => Some(Scalings::of(source, maps, options.range, options.scatter)?),
-    };
-    let scaling = scalings.map_or(Value::Null, |scalings| scalings.json(maps, source.head().range_unit()));
-    let head = header(source, &classes, &scaling);
-    let mut documents: BTreeMap<Split, Document> = BTreeMap::new();
-    let work = |sample: &Sample| {
-        out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match scalings {
-            Some(scalings) => Ok(Picture::of(sample, options.show, &scalings)?.png()),
-            None => sample.png(maps[0]),
-        })?;
-        annotations(sample, &classes, options)
-    };
-    let take = |sample: &Sample, annotations: Vec<Value>| {
-        let document = match documents.entry(sample.split) {
-            std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
-            std::collections::btree_map::Entry::Vacant(entry) => {
-                entry.insert(Document::begin(&out, sample.split, &head)?)
-            }
+    Out::write(out, "coco", asked, source, |out| {
+        let scalings = match options.stored {
+            true => None,
+            false => Some(Scalings::of(source, maps, options.range, options.scatter, progress)?),
         };
-        document.push(sample, annotations)
-    };
-    source.each(&images, work, take, progress)?;
-    let mut counted = Map::new();
-    for (split, document) in documents {
-        let [images, annotations] = document.counts;
-        counted.insert(split.name().into(), json!({"images": images, "annotations": annotations}));
-        document.finish(&out)?;
-    }
-    out.finish(&json!({"splits": counted, "scaling": scaling}), Vec::new())
+        let scaling = scalings.map_or(Value::Null, |scalings| scalings.json(maps, source.head().range_unit()));
+        let head = header(source, &classes, &scaling);
+        let mut documents: BTreeMap<Split, Document> = BTreeMap::new();
+        let work = |sample: &Sample| {
+            out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match scalings {
+                Some(scalings) => Ok(Picture::of(sample, options.show, &scalings)?.png()),
+                None => sample.png(maps[0]),
+            })?;
+            annotations(sample, &classes, options)
+        };
+        let take = |sample: &Sample, annotations: Vec<Value>| {
+            let document = match documents.entry(sample.split) {
+                std::collections::btree_map::Entry::Occupied(entry) => entry.into_mut(),
+                std::collections::btree_map::Entry::Vacant(entry) => {
+                    entry.insert(Document::begin(&out, sample.split, &head)?)
+                }
+            };
+            document.push(sample, annotations)
+        };
+        source.each(&images, work, take, progress)?;
+        let mut counted = Map::new();
+        for (split, document) in documents {
+            let [images, annotations] = document.counts;
+            counted.insert(split.name().into(), json!({"images": images, "annotations": annotations}));
+            document.finish(&out)?;
+        }
+        out.finish(&json!({"splits": counted, "scaling": scaling}), Vec::new())
+    })
 }
 
 /// What comes before the images of every document.
@@ -177,109 +177,4 @@ fn image(sample: &Sample) -> Result<Value, ExportError> {
     entry["sample_class"] = sample.class.clone().into();
     entry["defect_classes"] = sample.row.values.get("defect_classes").cloned().unwrap_or_default();
     Ok(entry)
-}
-
-/// The objects of a sample, each with its mask from the instance image.
-fn annotations(
-    sample: &Sample,
-    classes: &[(usize, &str, &'static str)],
-    options: &Options,
-) -> Result<Vec<Value>, ExportError> {
-    let objects = sample.objects()?;
-    let pixels = sample.grey("instance")?.numbers();
-    let whole = |object: &Map<String, Value>, name: &str| {
-        let number = object.get(name).and_then(Value::as_u64);
-        number.ok_or_else(|| sample.fault(format!("`objects.{name}` is missing or negative")))
-    };
-    // What each instance lies in; 0 for none, and nothing for numbers that no object has.
-    let mut within: BTreeMap<u64, u64> = BTreeMap::new();
-    for object in &objects {
-        let [number, outer] = [whole(object, "instance")?, whole(object, "within")?];
-        if outer >= number || outer > 0 && !within.contains_key(&outer) || within.insert(number, outer).is_some() {
-            return Err(sample.fault(format!("`objects` lists instance {number} within {outer}")));
-        }
-    }
-    if let Some(stray) = pixels.iter().find(|n| **n > 0 && !within.contains_key(&u64::from(**n))) {
-        return Err(sample.fault(format!("the instance image shows {stray}, which `objects` does not list")));
-    }
-    let most = within.keys().max().copied().unwrap_or(0) as usize;
-    let mut found = Vec::new();
-    for object in objects {
-        let number = whole(object, "instance")?;
-        let lies_in = |mut inner: u64| {
-            while inner > number {
-                inner = within.get(&inner).copied().unwrap_or(0);
-            }
-            inner == number
-        };
-        let members = |own: bool| -> Vec<bool> {
-            (0..=most as u64).map(|n| if own { n == number } else { within.contains_key(&n) && lies_in(n) }).collect()
-        };
-        let bbox = bbox(object).filter(|[left, top, width, height]| {
-            [left + width, top + height].into_iter().zip([sample.cols, sample.rows]).all(|(end, side)| end <= side)
-        });
-        let bbox = bbox.ok_or_else(|| sample.fault(format!("the box of instance {number} is not in the image")))?;
-        let mask = |members: &[bool]| {
-            let set = |row: usize, col: usize| members[usize::from(pixels[row * sample.cols + col])];
-            (tight(bbox, &set), Runs::of(sample.rows, sample.cols, bbox, set))
-        };
-        let (mut tight, mut runs) = mask(&members(false));
-        if tight != bbox || runs.area() != whole(object, "area_px")? {
-            return Err(sample.fault(format!("instance {number} is not where `objects` says")));
-        }
-        if options.mask == Mask::Own {
-            (tight, runs) = mask(&members(true));
-            if runs.area() == 0 {
-                continue;
-            }
-        }
-        let class = whole(object, "class")?;
-        if !classes.iter().any(|(value, ..)| *value as u64 == class) {
-            return Err(sample.fault(format!("instance {number} is of class {class}, which has no objects")));
-        }
-        found.push(annotation(sample, object, class, tight, &runs, options.plain));
-    }
-    Ok(found)
-}
-
-fn annotation(
-    sample: &Sample,
-    object: &Map<String, Value>,
-    class: u64,
-    bbox: [usize; 4],
-    runs: &Runs,
-    plain: bool,
-) -> Value {
-    let counts = if plain { json!(runs.counts()) } else { json!(runs.packed()) };
-    let mut attributes = object.clone();
-    attributes.shift_remove("bbox");
-    for name in ["class", "state"] {
-        let class = object.get(name).and_then(Value::as_u64).unwrap_or(u64::MAX);
-        attributes.insert(name.into(), sample.pixel_class(class).into());
-    }
-    json!({
-        "id": 0, "image_id": sample.index, "category_id": class, "bbox": bbox, "area": runs.area(),
-        "segmentation": {"size": [sample.rows, sample.cols], "counts": counts}, "iscrowd": 0,
-        "attributes": attributes,
-    })
-}
-
-/// First column, first row, columns, rows.
-fn bbox(object: &Map<String, Value>) -> Option<[usize; 4]> {
-    let sides = object.get("bbox")?.as_array()?.iter().map(|side| side.as_u64().map(|side| side as usize));
-    sides.collect::<Option<Vec<_>>>()?.try_into().ok()
-}
-
-/// The smallest box around what is set in a box; empty where nothing is.
-fn tight([left, top, width, height]: [usize; 4], set: &impl Fn(usize, usize) -> bool) -> [usize; 4] {
-    let col = |col: &usize| (top..top + height).any(|row| set(row, *col));
-    let row = |row: &usize| (left..left + width).any(|col| set(*row, col));
-    let ends = |mut at: std::ops::Range<usize>, is: &dyn Fn(&usize) -> bool| {
-        let first = at.find(|n| is(n))?;
-        Some((first, at.rfind(|n| is(n)).unwrap_or(first) + 1 - first))
-    };
-    match (ends(left..left + width, &col), ends(top..top + height, &row)) {
-        (Some((left, width)), Some((top, height))) => [left, top, width, height],
-        _ => [left, top, 0, 0],
-    }
 }

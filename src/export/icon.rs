@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use output_schema::Manifest;
 use serde_json::json;
 
 use super::out::refused;
@@ -47,29 +48,26 @@ pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress
         return Err(ExportError::at(source.root(), "no sensor frame was kept", remedy));
     }
     let asked = json!({"words": options.words, "rate_hz": options.rate, "sensor": options.sensor});
-    let Some(out) = Out::open(out, "icon", asked, source.told())? else {
-        return Ok(Summary { nothing_to_do: true, ..Summary::default() });
-    };
-    let mut done = 0;
-    source.each_index(|index| {
-        let name = out.root().join(key(index));
-        let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
-        // The description comes last.
-        if !files[1].exists() {
-            let frame = dataset.frame(index)?;
-            match options.sensor {
-                true => sensor(&name, &frame)?,
-                false => scan(&name, &frame, options)?,
+    Out::write(out, "icon", asked, source, |out| {
+        let work = |manifest: &Manifest, index: u64| {
+            let name = out.root().join(key(index));
+            let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
+            // The description comes last.
+            if !files[1].exists() {
+                let frame = dataset.frame_of(manifest, index, options.sensor)?;
+                match options.sensor {
+                    true => sensor(&name, &frame)?,
+                    false => scan(&name, &frame, options)?,
+                }
             }
-        }
-        for file in &files {
-            out.count(fs::metadata(file).map_err(|e| refused(file, &e))?.len());
-        }
-        done += 1;
-        progress(done, source.samples);
-        Ok(())
-    })?;
-    out.finish(&json!({"samples": done}), Vec::new())
+            for file in &files {
+                out.count(fs::metadata(file).map_err(|e| refused(file, &e))?.len());
+            }
+            Ok(())
+        };
+        source.each_index(work, progress)?;
+        out.finish(&json!({"samples": source.samples}), Vec::new())
+    })
 }
 
 /// Notes of one profile: an encoder that counts micrometres of the way, and a clock that counts microseconds.

@@ -14,6 +14,7 @@ pub mod mvtec;
 pub mod png;
 pub mod webdataset;
 
+mod annotation;
 mod classes;
 mod out;
 mod picture;
@@ -68,7 +69,8 @@ impl From<SourceError> for ExportError {
     }
 }
 
-/// Called with samples done and samples in all.
+/// Called with samples done and samples in all; first for those that scales are found from, where they are, and then for
+/// those that are written.
 pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// The name of a sample's files: its index, with as many digits for all, so that names sort as numbers do.

@@ -59,39 +59,47 @@ pub fn export(
         "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
         "range": options.range, "scatter": options.scatter,
     });
-    let Some(out) = Out::open(out, "mvtec", asked, source.told())? else {
-        return Ok(Summary { nothing_to_do: true, ..Summary::default() });
-    };
-    let scalings = Scalings::of(source, maps, options.range, options.scatter)?;
-    let mut counts: BTreeMap<String, u64> = BTreeMap::new();
-    let mut left_out = 0;
-    let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
-    let take = |_: &Sample, folders: Vec<Option<String>>| {
-        for folder in folders {
-            match folder {
-                Some(folder) => *counts.entry(folder).or_default() += 1,
-                None => left_out += 1,
+    Out::write(out, "mvtec", asked, source, |out| {
+        let scalings = Scalings::of(source, maps, options.range, options.scatter, progress)?;
+        let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+        let mut left_out = 0;
+        let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
+        let take = |_: &Sample, folders: Vec<Option<String>>| {
+            for folder in folders {
+                match folder {
+                    Some(folder) => *counts.entry(folder).or_default() += 1,
+                    None => left_out += 1,
+                }
             }
+            Ok(())
+        };
+        source.each(&images, work, take, progress)?;
+        if counts.is_empty() {
+            out.withdraw()?;
+            let what = format!(
+                "there is nothing to write: all {left_out} pictures are of the split train and have defects, and methods learn \
+             from good ones"
+            );
+            return Err(ExportError::at(source.root(), what, "try --patch-px, --good, --split all or more samples"));
         }
-        Ok(())
-    };
-    source.each(&images, work, take, progress)?;
-    let mut notes = Vec::new();
-    if left_out > 0 {
-        notes.push(format!(
-            "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
-        ));
-    }
-    for folder in ["train/good", "test/good"] {
-        if !counts.contains_key(folder) {
+        let mut notes = Vec::new();
+        if left_out > 0 {
             notes.push(format!(
-                "{folder} is empty: no sample of that split is good; try --patch-px, --good or more samples"
+                "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
             ));
         }
-    }
-    let good: Vec<&str> = head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
-    let scaling = scalings.json(maps, head.range_unit());
-    out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
+        for folder in ["train/good", "test/good"] {
+            if !counts.contains_key(folder) {
+                notes.push(format!(
+                    "{folder} is empty: no sample of that split is good; try --patch-px, --good or more samples"
+                ));
+            }
+        }
+        let good: Vec<&str> =
+            head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
+        let scaling = scalings.json(maps, head.range_unit());
+        out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
+    })
 }
 
 /// Writes the pictures of a sample; gives the folder of each, none for those that are left out.

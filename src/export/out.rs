@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
-use super::ExportError;
+use super::{ExportError, Source};
 use crate::shard::GENERATOR_VERSION;
 
 /// What is exported, while it is not finished.
@@ -49,6 +49,23 @@ pub struct Growing {
 }
 
 impl Out {
+    /// Has `fill` write an export of `source` into its folder; does nothing where it is finished already.
+    ///
+    /// # Errors
+    /// As [`Out::open`], and where `fill` fails.
+    pub(super) fn write(
+        root: &Path,
+        format: &str,
+        options: Value,
+        source: &Source,
+        fill: impl FnOnce(Self) -> Result<Summary, ExportError>,
+    ) -> Result<Summary, ExportError> {
+        match Self::open(root, format, options, source.told())? {
+            Some(out) => fill(out),
+            None => Ok(Summary { nothing_to_do: true, ..Summary::default() }),
+        }
+    }
+
     /// Begins an export, or goes on with an unfinished one of the same order. `None` where it is finished already.
     ///
     /// # Errors
@@ -59,17 +76,16 @@ impl Out {
         fs::create_dir_all(root).map_err(|e| refused(root, &e))?;
         if let Ok(text) = fs::read(root.join(DOCUMENT)) {
             let found: Value = serde_json::from_slice(&text).unwrap_or_default();
-            return match found.get("order") == Some(&order) && !path.exists() {
-                true => Ok(None),
-                false => {
-                    let remedy = "choose another folder, or remove it first";
-                    Err(ExportError::at(
-                        root,
-                        "it holds another export, or one of another state of the dataset",
-                        remedy,
-                    ))
-                }
-            };
+            if found.get("order") != Some(&order) {
+                let what = "it holds another export, or one of another state of the dataset";
+                return Err(ExportError::at(root, what, "choose another folder, or remove it first"));
+            }
+            // A run that was stopped after its last file left the marker alone to remove.
+            if path.exists() {
+                let _marker = locked(root, &path)?;
+                fs::remove_file(&path).map_err(|e| refused(&path, &e))?;
+            }
+            return Ok(None);
         }
         if !path.exists() {
             let mut entries = fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten();
@@ -81,18 +97,7 @@ impl Out {
             let made = fs::write(&partial, format!("{order:#}\n")).and_then(|()| fs::rename(&partial, &path));
             made.map_err(|e| refused(&path, &e))?;
         }
-        let marker = File::open(&path).map_err(|e| refused(&path, &e))?;
-        match marker.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(ExportError::at(
-                    root,
-                    "another process is writing it",
-                    "wait for it, or choose another folder",
-                ));
-            }
-            Err(TryLockError::Error(e)) => return Err(refused(&path, &e)),
-        }
+        let marker = locked(root, &path)?;
         let begun = fs::read(&path).ok().and_then(|text| serde_json::from_slice::<Value>(&text).ok());
         if begun.as_ref() != Some(&order) {
             let what = "it holds an unfinished export of another kind or of another state of the dataset";
@@ -189,6 +194,15 @@ impl Out {
         Ok(Summary { files, bytes, nothing_to_do: false, notes })
     }
 
+    /// Takes the marker away from an export that wrote nothing, so that the folder is free again.
+    ///
+    /// # Errors
+    /// Where it cannot be removed.
+    pub(super) fn withdraw(self) -> Result<(), ExportError> {
+        let marker = self.root.join(MARKER);
+        fs::remove_file(&marker).map_err(|e| refused(&marker, &e))
+    }
+
     /// The temporary path beside a file, in a folder that is there.
     fn beside(&self, relative: &str) -> Result<PathBuf, ExportError> {
         let partial = self.root.join(temporary(relative));
@@ -218,6 +232,18 @@ impl Growing {
             fs::remove_file(&other.partial)
         })();
         copied.map_err(|e: Error| refused(&self.path, &e))
+    }
+}
+
+/// The marker of a folder, held by this process alone.
+fn locked(root: &Path, path: &Path) -> Result<File, ExportError> {
+    let marker = File::open(path).map_err(|e| refused(path, &e))?;
+    match marker.try_lock() {
+        Ok(()) => Ok(marker),
+        Err(TryLockError::WouldBlock) => {
+            Err(ExportError::at(root, "another process is writing it", "wait for it, or choose another folder"))
+        }
+        Err(TryLockError::Error(e)) => Err(refused(path, &e)),
     }
 }
 

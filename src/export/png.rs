@@ -54,47 +54,46 @@ pub fn export(
     };
     source.needs(&images)?;
     let asked = json!({"maps": maps, "colour": options.colour});
-    let Some(out) = Out::open(out, "png", asked, source.told())? else {
-        return Ok(Summary { nothing_to_do: true, ..Summary::default() });
-    };
-    let mut tables: BTreeMap<Split, (Growing, u64)> = BTreeMap::new();
-    let work = |sample: &Sample| {
-        let mut files = Map::new();
-        let place = |map: &str| format!("{}/{map}/{}.png", sample.split.name(), sample.key);
-        for map in &maps {
-            out.put(&place(map), || sample.png(map))?;
-            files.insert((*map).into(), place(map).into());
-        }
-        if options.colour {
-            out.put(&place("colour"), || {
-                let labels = sample.grey("label")?.numbers();
-                let pixels: Vec<u8> = labels.into_iter().flat_map(|label| class_colour(label as u8).0).collect();
-                Ok(colour_png(&pixels, sample.cols))
-            })?;
-            files.insert("colour".into(), place("colour").into());
-        }
-        let mut row = sample.json();
-        row["files"] = Value::Object(files);
-        Ok(format!("{row}\n"))
-    };
-    let take = |sample: &Sample, line: String| {
-        let (table, rows) = match tables.entry(sample.split) {
-            Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => {
-                let table = out.create(&format!("{}.jsonl", sample.split.name()))?;
-                entry.insert((table, 0))
+    Out::write(out, "png", asked, source, |out| {
+        let mut tables: BTreeMap<Split, (Growing, u64)> = BTreeMap::new();
+        let work = |sample: &Sample| {
+            let mut files = Map::new();
+            let place = |map: &str| format!("{}/{map}/{}.png", sample.split.name(), sample.key);
+            for map in &maps {
+                out.put(&place(map), || sample.png(map))?;
+                files.insert((*map).into(), place(map).into());
             }
+            if options.colour {
+                out.put(&place("colour"), || {
+                    let labels = sample.grey("label")?.numbers();
+                    let pixels: Vec<u8> = labels.into_iter().flat_map(|label| class_colour(label as u8).0).collect();
+                    Ok(colour_png(&pixels, sample.cols))
+                })?;
+                files.insert("colour".into(), place("colour").into());
+            }
+            let mut row = sample.json();
+            row["files"] = Value::Object(files);
+            Ok(format!("{row}\n"))
         };
-        *rows += 1;
-        table.push(line.as_bytes())
-    };
-    source.each(&images, work, take, progress)?;
-    let mut rows = Map::new();
-    for (split, (table, count)) in tables {
-        out.finish_file(table)?;
-        rows.insert(split.name().into(), count.into());
-    }
-    let classes: Map<String, Value> =
-        source.head().shown_classes().map(|(value, name)| (value.to_string(), name.into())).collect();
-    out.finish(&json!({"rows": rows, "label_values": classes}), Vec::new())
+        let take = |sample: &Sample, line: String| {
+            let (table, rows) = match tables.entry(sample.split) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => {
+                    let table = out.create(&format!("{}.jsonl", sample.split.name()))?;
+                    entry.insert((table, 0))
+                }
+            };
+            *rows += 1;
+            table.push(line.as_bytes())
+        };
+        source.each(&images, work, take, progress)?;
+        let mut rows = Map::new();
+        for (split, (table, count)) in tables {
+            out.finish_file(table)?;
+            rows.insert(split.name().into(), count.into());
+        }
+        let classes: Map<String, Value> =
+            source.head().shown_classes().map(|(value, name)| (value.to_string(), name.into())).collect();
+        out.finish(&json!({"rows": rows, "label_values": classes}), Vec::new())
+    })
 }

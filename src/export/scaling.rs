@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::{ExportError, Sample, Source};
+use super::{ExportError, Progress, Sample, Source};
 
 /// Samples that a scale is found from.
 const SAMPLES: u64 = 64;
@@ -59,6 +59,7 @@ impl Scalings {
         maps: &[&str],
         range: Option<[f64; 2]>,
         scatter: Option<[f64; 2]>,
+        progress: Progress,
     ) -> Result<Self, ExportError> {
         let unknown: Vec<&str> = [("range", range), ("scatter", scatter)]
             .into_iter()
@@ -69,25 +70,17 @@ impl Scalings {
         if !unknown.is_empty() {
             let mut images = unknown.clone();
             images.extend(Some("label").filter(|label| source.has(label)));
-            source.spread(SAMPLES, &images, |sample| {
-                let shown = match source.has("label") {
-                    true => sample.grey("label")?.numbers(),
-                    false => vec![1; sample.cols * sample.rows],
-                };
-                for name in &unknown {
+            let work = |sample: &Sample| {
+                let labels = source.has("label").then(|| sample.grey("label")).transpose()?.map(|grey| grey.numbers());
+                unknown.iter().map(|name| histogram(sample, name, labels.as_deref())).collect::<Result<Vec<_>, _>>()
+            };
+            let take = |found: Vec<Vec<(i64, u64)>>| {
+                for (name, bins) in unknown.iter().zip(found) {
                     let counts = counts.entry(name).or_default();
-                    let [offset, scale] = meaning(sample, name)?;
-                    for (n, shown) in sample.grey(name)?.numbers().into_iter().zip(&shown) {
-                        if n > 0 && *shown > 0 {
-                            // Whole DN, hundredths of a millimetre or of a row.
-                            let value = offset + scale * f64::from(n);
-                            let bin = if *name == "range" { (100.0 * value).round() } else { value };
-                            *counts.entry(bin as i64).or_default() += 1;
-                        }
-                    }
+                    bins.into_iter().for_each(|(bin, count)| *counts.entry(bin).or_default() += count);
                 }
-                Ok(())
-            })?;
+            };
+            source.spread(SAMPLES, &images, work, take, progress)?;
         }
         let found = |name: &str, unit: f64| counts.get(name).and_then(ends).map(|ends| ends.map(|end| end / unit));
         let most = f64::from(source.head().images.most_dn());
@@ -122,6 +115,31 @@ impl Scalings {
 /// What numbers of a stored map mean: `offset + scale * n`.
 pub(super) fn meaning(sample: &Sample, map: &str) -> Result<[f64; 2], ExportError> {
     if map == "range" { sample.range_scale() } else { Ok([0.0, 1.0]) }
+}
+
+/// How many pixels that show the object have each value of a map: whole DN, hundredths of a millimetre or of a row.
+fn histogram(sample: &Sample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(i64, u64)>, ExportError> {
+    let [offset, scale] = meaning(sample, map)?;
+    let numbers = sample.grey(map)?.numbers();
+    let mut pixels = vec![0_u64; 1 << 16];
+    match labels {
+        Some(labels) => {
+            let shown = numbers.iter().zip(labels).filter(|(_, label)| **label > 0);
+            shown.for_each(|(n, _)| pixels[usize::from(*n)] += 1);
+        }
+        None => numbers.iter().for_each(|n| pixels[usize::from(*n)] += 1),
+    }
+    let mut bins: Vec<(i64, u64)> = Vec::new();
+    // 0 is missing.
+    for (n, &count) in pixels.iter().enumerate().skip(1).filter(|(_, count)| **count > 0) {
+        let value = offset + scale * n as f64;
+        let bin = if map == "range" { (100.0 * value).round() } else { value } as i64;
+        match bins.last_mut() {
+            Some((last, counted)) if *last == bin => *counted += count,
+            _ => bins.push((bin, count)),
+        }
+    }
+    Ok(bins)
 }
 
 fn is_past(passed: &mut u64, count: u64, beyond: u64) -> bool {

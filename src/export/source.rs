@@ -39,6 +39,8 @@ pub struct Source {
     selection: Selection,
     /// Shards with chosen samples.
     shards: Vec<u64>,
+    /// Shards that were finished when the dataset was opened; others may become so while it is read.
+    finished: Vec<u64>,
     /// Chosen samples that are finished.
     pub samples: u64,
     /// Shards that are not finished.
@@ -55,7 +57,8 @@ impl Source {
         let told = |e: ShardError| ExportError::at(path, e.to_string(), "name the folder of a dataset");
         let folder = DatasetFolder::open(path).map_err(told)?;
         let sums = Sums::of(path, folder.head().shards);
-        let mut source = Self { folder, selection, shards: Vec::new(), samples: 0, unfinished: 0, sums };
+        let mut source =
+            Self { folder, selection, shards: Vec::new(), finished: Vec::new(), samples: 0, unfinished: 0, sums };
         let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
         if let Some(range) = beyond {
             let last = source.head().samples.saturating_sub(1);
@@ -67,6 +70,7 @@ impl Source {
                 source.unfinished += 1;
                 continue;
             };
+            source.finished.push(shard);
             let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
             if chosen > 0 {
                 source.shards.push(shard);
@@ -128,15 +132,26 @@ impl Source {
         known.png.iter().chain(&known.exr).any(|name| name == image)
     }
 
-    /// Numbers of the chosen samples, shard by shard.
+    /// Works on the numbers of the chosen samples with all threads, shard by shard, each with its shard's manifest.
     ///
     /// # Errors
-    /// Where a manifest is damaged.
-    pub(super) fn each_index(&self, mut take: impl FnMut(u64) -> Result<(), ExportError>) -> Result<(), ExportError> {
+    /// Where a manifest is damaged, or `work` fails; of several errors the first in the order of samples.
+    pub(super) fn each_index(
+        &self,
+        work: impl Fn(&Manifest, u64) -> Result<(), ExportError> + Sync,
+        progress: Progress,
+    ) -> Result<(), ExportError> {
+        let mut done = 0;
         for &shard in &self.shards {
             let Some(manifest) = self.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| self.selection.has(sample));
-            chosen.map(|sample| sample.index).try_for_each(&mut take)?;
+            let chosen: Vec<u64> = chosen.map(|sample| sample.index).collect();
+            for some in chosen.chunks(rayon::current_num_threads().max(1)) {
+                let worked: Vec<_> = some.par_iter().map(|&index| work(&manifest, index)).collect();
+                worked.into_iter().collect::<Result<(), _>>()?;
+                done += some.len() as u64;
+                progress(done, self.samples);
+            }
         }
         Ok(())
     }
@@ -213,25 +228,31 @@ impl Source {
         })
     }
 
-    /// `count` finished samples evenly spread over the whole dataset, whatever was chosen, worked on one by one.
-    pub(super) fn spread(
+    /// `count` finished samples evenly spread over the whole dataset, whatever was chosen; as [`Source::each`] else.
+    pub(super) fn spread<T: Send>(
         &self,
         count: u64,
         images: &[&str],
-        mut take: impl FnMut(&Sample) -> Result<(), ExportError>,
+        work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
+        mut take: impl FnMut(T),
+        progress: Progress,
     ) -> Result<(), ExportError> {
         let n = self.head().samples;
         let count = count.min(n);
         let indices = (0..count).map(|i| i * n / count).map(|index| index..=index).collect();
-        let all = Self { selection: Selection { splits: Vec::new(), indices }, ..self.copied() };
-        all.each(images, |_| Ok(()), |sample, ()| take(sample), &|_, _| ())
+        let all = Self { selection: Selection { splits: Vec::new(), indices }, samples: count, ..self.copied() };
+        let take = |_: &Sample, result| {
+            take(result);
+            Ok(())
+        };
+        all.each(images, work, take, progress)
     }
 
-    /// The same with every shard.
+    /// The same with every shard that its checksum covers.
     fn copied(&self) -> Self {
-        let shards = (0..self.head().shards).collect();
+        let (shards, finished) = (self.finished.clone(), self.finished.clone());
         let (folder, selection) = (self.folder.clone(), Selection::default());
-        Self { folder, selection, shards, sums: self.sums.clone(), ..*self }
+        Self { folder, selection, shards, finished, sums: self.sums.clone(), ..*self }
     }
 }
 

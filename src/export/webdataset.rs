@@ -46,43 +46,42 @@ pub fn export(
 ) -> Result<Summary, ExportError> {
     let maps = chosen(source, &options.maps)?;
     let asked = json!({"maps": maps, "most_bytes": options.most_bytes});
-    let Some(out) = Out::open(out, "webdataset", asked, source.told())? else {
-        return Ok(Summary { nothing_to_do: true, ..Summary::default() });
-    };
-    let mut splits: BTreeMap<Split, Tars> = BTreeMap::new();
-    let work = |sample: &Sample| {
-        let mut files = Vec::new();
-        for map in &maps {
-            entry(&mut files, sample, &format!("{}.{map}.png", sample.key), &sample.png(map)?)?;
-        }
-        entry(&mut files, sample, &format!("{}.json", sample.key), format!("{}\n", sample.json()).as_bytes())?;
-        Ok(files)
-    };
-    let take = |sample: &Sample, files: Vec<u8>| {
-        let tars = match splits.entry(sample.split) {
-            Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => entry.insert(Tars { open: None, size: 0, closed: 0, samples: 0 }),
+    Out::write(out, "webdataset", asked, source, |out| {
+        let mut splits: BTreeMap<Split, Tars> = BTreeMap::new();
+        let work = |sample: &Sample| {
+            let mut files = Vec::new();
+            for map in &maps {
+                entry(&mut files, sample, &format!("{}.{map}.png", sample.key), &sample.png(map)?)?;
+            }
+            entry(&mut files, sample, &format!("{}.json", sample.key), format!("{}\n", sample.json()).as_bytes())?;
+            Ok(files)
         };
-        if tars.size + files.len() as u64 + END.len() as u64 > options.most_bytes {
+        let take = |sample: &Sample, files: Vec<u8>| {
+            let tars = match splits.entry(sample.split) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => entry.insert(Tars { open: None, size: 0, closed: 0, samples: 0 }),
+            };
+            if tars.size + files.len() as u64 + END.len() as u64 > options.most_bytes {
+                tars.close(&out)?;
+            }
+            if tars.open.is_none() {
+                tars.open = Some(out.create(&format!("{}-{:05}.tar", sample.split.name(), tars.closed))?);
+            }
+            if let Some(tar) = &mut tars.open {
+                tar.push(&files)?;
+            }
+            tars.size += files.len() as u64;
+            tars.samples += 1;
+            Ok(())
+        };
+        source.each(&maps, work, take, progress)?;
+        let mut counts = Map::new();
+        for (split, mut tars) in splits {
             tars.close(&out)?;
+            counts.insert(split.name().into(), json!({"tars": tars.closed, "samples": tars.samples}));
         }
-        if tars.open.is_none() {
-            tars.open = Some(out.create(&format!("{}-{:05}.tar", sample.split.name(), tars.closed))?);
-        }
-        if let Some(tar) = &mut tars.open {
-            tar.push(&files)?;
-        }
-        tars.size += files.len() as u64;
-        tars.samples += 1;
-        Ok(())
-    };
-    source.each(&maps, work, take, progress)?;
-    let mut counts = Map::new();
-    for (split, mut tars) in splits {
-        tars.close(&out)?;
-        counts.insert(split.name().into(), json!({"tars": tars.closed, "samples": tars.samples}));
-    }
-    out.finish(&json!({"splits": counts}), Vec::new())
+        out.finish(&json!({"splits": counts}), Vec::new())
+    })
 }
 
 /// What ends a tar: two empty blocks.
