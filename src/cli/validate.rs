@@ -74,10 +74,10 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
     };
     let report = pool.install(|| validate(&arguments.dir, &options));
     bar.end();
+    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if arguments.save {
         save(&arguments.dir, folder.map_or(0, |folder| folder.head().shards), &report)?;
     }
-    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if report.is_clean() {
         return Ok(ExitCode::SUCCESS);
     }
@@ -95,7 +95,8 @@ fn save(dir: &Path, shards: u64, report: &Report) -> Result<(), String> {
     let folder = dir.join(SAVED[0]);
     let made = fs::create_dir(&folder);
     if let Err(e) = made.as_ref().or_else(|e| if folder.is_dir() { Ok(&()) } else { Err(e) }) {
-        return Err(format!("cannot make {}: {e}; validate without --save, or make room there", folder.display()));
+        return Err(format!("cannot make {}: {e}; make room there, or validate without --save", folder.display()));
     }
-    whole::write(&folder.join(SAVED[1]), format!("{document:#}\n").as_bytes())
+    let remedy = "make room there, or validate without --save";
+    whole::write_or(&folder.join(SAVED[1]), format!("{document:#}\n").as_bytes(), remedy)
 }

@@ -91,7 +91,9 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
 }
 
 fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) {
-    let mut all: Vec<Option<Seen>> = vec![None; usize::from(u16::MAX) + 1];
+    let numbers = row.objects.iter().filter_map(|object| u16::try_from(object.instance).ok());
+    let most = numbers.chain(instance.iter().copied()).max().unwrap_or(0);
+    let mut all: Vec<Option<Seen>> = vec![None; usize::from(most) + 1];
     let cols = row.cols.max(1) as usize;
     // What holds an object has a smaller number, or the way out of it ends there.
     let mut holders = vec![0u16; all.len()];

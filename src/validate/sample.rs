@@ -61,7 +61,7 @@ pub(super) fn check(
     pixels::instances(&row, &decoded, &place, report);
     let cols = row.cols.max(1) as usize;
     outline::check(cols, &decoded, &place, report);
-    let print = alike::print(cols, &decoded);
+    let print = alike::print(cols, &decoded, &row.numbers);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr) != listed.sha256 {
