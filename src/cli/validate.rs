@@ -12,7 +12,7 @@ use super::progress::{Samples, counted, say};
 use super::{Outcome, print, whole};
 use crate::generate::Again;
 use crate::shard::{DatasetFolder, Sums};
-use crate::validate::{Declared, Expect, Options, Report, validate};
+use crate::validate::{Declared, Derive, Expect, Options, Report, validate};
 
 /// Where `--save` keeps the report, in the dataset's folder.
 const SAVED: [&str; 2] = ["reports", "validation.json"];
@@ -61,11 +61,13 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
     let again = again.as_ref().map_err(String::as_str);
     let declared: Option<Declared> = again.ok().map(Again::declared);
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
+    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
     let rerender = |index: u64| again.map(|again| again.sample(index)).map_err(String::from);
     let bar = Samples::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
     let options = Options {
         expect_head: Some(again.map(Again::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
+        derive: derive.as_ref().map(|derive| derive as Derive),
         declared: declared.as_ref(),
         rerender: Some(&rerender),
         rerender_samples: arguments.rerender,

@@ -56,9 +56,9 @@ impl Found {
         report.faults.extend(self.repeated());
     }
 
-    /// The splits that rows are of.
+    /// The splits that manifests name samples of.
     pub(super) fn present(&self) -> Vec<Split> {
-        Split::ALL.into_iter().filter(|split| self.rows.iter().any(|(_, row)| row.split == Some(*split))).collect()
+        Split::ALL.into_iter().filter(|split| self.listed.keys().any(|(_, name)| name == split.name())).collect()
     }
 
     /// Samples that are there twice.
