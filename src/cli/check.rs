@@ -193,7 +193,7 @@ fn save(dir: &Path, model: &Path, report: &Report) -> Result<PathBuf, Box<dyn st
     document["dataset_sha256"] = sums.dataset.into();
     document["manifests_sha256"] = sums.manifests.into();
     let path = reports.join(format!("{name}.json"));
-    whole::write(&path, format!("{document:#}\n").as_bytes())?;
+    whole::write_or(&path, format!("{document:#}\n").as_bytes(), "make room there, or check without --save")?;
     Ok(path)
 }
 

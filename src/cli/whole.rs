@@ -6,16 +6,21 @@ use std::path::Path;
 
 use crate::whole;
 
-/// Writes `content` to `path`.
+/// Writes `content` to `path`, which `--out` names.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {
-    let told = |error: Error, remedy: &str| format!("cannot write {}: {error}; {remedy}", path.display());
+    write_or(path, content, "give another place with --out")
+}
+
+/// The same for a path that follows from other arguments; `remedy` is what to do where it cannot be written.
+pub(super) fn write_or(path: &Path, content: &[u8], remedy: &str) -> Result<(), String> {
+    let told = |error: Error, first: &str| format!("cannot write {}: {error}; {first}{remedy}", path.display());
     let Some(name) = path.file_name().filter(|_| !path.is_dir()) else {
-        return Err(told(Error::from(ErrorKind::IsADirectory), "give the name of a file with --out"));
+        return Err(told(Error::from(ErrorKind::IsADirectory), "a folder has that name: "));
     };
     let partial = path.with_file_name(format!(".tmp-{}-{}", std::process::id(), name.to_string_lossy()));
     whole::write(&partial, path, content).map_err(|refused| match refused.source.kind() {
-        ErrorKind::NotFound => told(refused.source, "make the folder first, or give another place with --out"),
-        _ => told(refused.source, "give another place with --out"),
+        ErrorKind::NotFound => told(refused.source, "make the folder first, or "),
+        _ => told(refused.source, ""),
     })
 }
 
