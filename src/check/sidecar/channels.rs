@@ -44,7 +44,8 @@ fn channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option
         return Some(Channel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
     };
     let any = Range { min: -1e9, max: 1e9, whole: false, unit: "" };
-    let unit = map.take(walk, "unit").map_or(Some(None), |node| walk.word(node, &map.path_of("unit"), &UNITS).map(Some));
+    let unit =
+        map.take(walk, "unit").map_or(Some(None), |node| walk.word(node, &map.path_of("unit"), &UNITS).map(Some));
     if let Some((name, unit)) = found.zip(unit) {
         unit_of(walk, node, (name, unit), &path, head);
     }

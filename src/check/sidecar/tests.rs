@@ -117,7 +117,10 @@ fn units_are_held_to_the_dataset() {
     for channel in ["range", "{name: range, sd: 2}", "{name: range, unit: mm}"] {
         assert!(Sidecar::parse("m.yaml", &sidecar(channel), &head()).is_ok(), "{channel}");
         let told = Sidecar::parse("m.yaml", &sidecar(channel), &rows).expect_err(channel).to_string();
-        assert!(told.contains("takes `range` in mm, the dataset has it in px") && told.contains("`unit: px`"), "{told}");
+        assert!(
+            told.contains("takes `range` in mm, the dataset has it in px") && told.contains("`unit: px`"),
+            "{told}"
+        );
     }
     let own = sidecar("{name: range, unit: px}, {name: scatter, unit: DN}");
     assert!(Sidecar::parse("m.yaml", &own, &rows).is_ok());
