@@ -5,7 +5,7 @@ use std::ops::Range;
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
 use procedural::wood::Plank;
-use procedural::{Body, Class, Mesh};
+use procedural::{Body, Class, Instance, Mesh};
 use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
@@ -53,6 +53,14 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
     let mut scan = Scan::new(scene);
     scan.expose(scene, &sensor, &specimen, progress);
     scan.record(scene, &sensor, &specimen)
+}
+
+/// What of a sample follows without light: a record whose maps hold nothing, and every instance of its body.
+pub fn unlit(scene: &Scene, tiles: &Tiles) -> (Record, Vec<Instance>) {
+    let (sensor, specimen) = set_up(scene, body(scene), tiles);
+    let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };
+    let instances = specimen.body().instances().to_vec();
+    (scan.record(scene, &sensor, &specimen), instances)
 }
 
 /// Puts a body under a scene's bench.

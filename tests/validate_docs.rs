@@ -13,3 +13,10 @@ fn every_code_has_its_row() {
     assert_eq!(expected.len(), Code::ALL.len() + 2);
     assert_eq!(rows, expected);
 }
+
+#[test]
+fn every_code_says_what_it_means_and_what_to_do() {
+    for code in Code::ALL {
+        assert!(code.meaning().ends_with('.') && code.remedy().len() > 10, "{}", code.name());
+    }
+}

@@ -80,8 +80,8 @@ impl Report {
         if self.sidecar.task == Task::Segment { "pixels" } else { self.sidecar.task.units() }
     }
 
-    /// Name of the split.
-    fn split(&self) -> &'static str {
+    /// Name of the split, or `all`.
+    pub fn split(&self) -> &'static str {
         self.options.split.map_or("all", |split| split.name())
     }
 

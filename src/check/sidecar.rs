@@ -13,6 +13,7 @@ use crate::yaml::node::{self, Node, Value};
 use crate::yaml::text;
 use crate::yaml::walk::{Range, Section, Walk};
 
+mod channels;
 mod classes;
 
 /// What faults call the file.
@@ -79,7 +80,7 @@ pub enum Output {
 /// One input channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
-    /// Name of a map: `range` [mm], `reflectance` [DN] or `scatter` [DN].
+    /// Name of a map: `range` [unit of the dataset, mm or px, which the sidecar names too], `reflectance` [DN] or `scatter` [DN].
     pub name: String,
     /// Taken off [unit of the map].
     pub mean: f64,
@@ -118,8 +119,6 @@ pub struct Sidecar {
 
 const KEYS: [&str; 9] =
     ["task", "channels", "window_px", "size_px", "layout", "output", "output_name", "patches_per_class", "classes"];
-const CHANNEL_KEYS: [&str; 5] = ["name", "mean", "sd", "missing", "relative"];
-const CHANNELS: [&str; 3] = ["range", "reflectance", "scatter"];
 
 impl Sidecar {
     /// The sidecar in the file `path`, for a dataset.
@@ -164,7 +163,7 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
     let task = task.and_then(|node| walk.word(node, "task", &TASKS.map(|(name, _)| name)));
     let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
     let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
-    let channels = channels.and_then(|node| channels_of(walk, node, head));
+    let channels = channels.and_then(|node| channels::read(walk, node, head));
     let whole = [head.images.rows as usize, head.images.cols as usize];
     let window = match top.take(walk, "window_px") {
         Some(node) if matches!(&node.value, Value::Text(text) if text == "whole") => Some(None),
@@ -189,7 +188,7 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
     let classes = required(walk, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
     let classes = classes.and_then(|node| classes::read(walk, node, task?, head));
     top.close(walk, &KEYS, &|name| {
-        CHANNEL_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
+        channels::KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
     });
     let (classes, truth) = classes?;
     Some(Sidecar {
@@ -243,51 +242,6 @@ fn sides(walk: &mut Walk, node: &Node, path: &str) -> Option<[usize; 2]> {
             None
         }
     }
-}
-
-fn channels_of(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec<Channel>> {
-    let entries = match &node.value {
-        Value::List(entries) if !entries.is_empty() => entries,
-        other => {
-            let problem = if let Value::List(_) = other { "is empty" } else { "is no list" };
-            walk.fault(node.place, "channels", problem, "list the model's input maps in order");
-            return None;
-        }
-    };
-    let read: Vec<_> = entries.iter().enumerate().map(|(i, entry)| channel(walk, entry, i, head)).collect();
-    read.into_iter().collect()
-}
-
-fn channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option<Channel> {
-    let path = format!("channels[{i}]");
-    let short = matches!(node.value, Value::Text(_));
-    let mut map = if short { None } else { Some(walk.section(node, &path)) };
-    let name = match &mut map {
-        None => Some(node),
-        Some(map) => required(walk, map, "name", &format!("one of {}", CHANNELS.join(", "))),
-    };
-    let found = name.and_then(|node| walk.word(node, &path, &CHANNELS));
-    let has = |name: &str| head.images.png.iter().chain(&head.images.exr).any(|image| image == name);
-    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(name)) {
-        let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
-        walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
-    }
-    let Some(mut map) = map else {
-        return Some(Channel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
-    };
-    let any = Range { min: -1e9, max: 1e9, whole: false, unit: "" };
-    let mean = number(walk, &mut map, "mean", any, 0.0);
-    let sd = number(walk, &mut map, "sd", Range { min: 1e-9, ..any }, 1.0);
-    let missing = number(walk, &mut map, "missing", any, 0.0);
-    let relative = map.take(walk, "relative").map_or(Some(false), |node| match node.value {
-        Value::Flag(flag) => Some(flag),
-        _ => {
-            walk.fault(node.place, &map.path_of("relative"), format!("is {}", node.value.kind()), "give true or false");
-            None
-        }
-    });
-    map.close(walk, &CHANNEL_KEYS, &|_| None);
-    Some(Channel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
 }
 
 #[cfg(test)]

@@ -5,16 +5,21 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use serde_json::Value;
 
 use super::generate::threads;
 use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{Options, Report, check};
 use crate::record::Split;
-use crate::shard::Sums;
+use crate::shard::{DatasetFolder, Sums};
 
 /// Name of the document in the folder of pictures.
 const DOCUMENT: &str = "check.json";
+/// Folder of kept results in a dataset's folder.
+const REPORTS: &str = "reports";
+/// What to do where nothing can be kept there.
+const UNSAVED: &str = "make the folder writable, or check without --save";
 /// Exit status where the accuracy is below what was asked for.
 const BELOW: u8 = 3;
 
@@ -23,7 +28,7 @@ const BELOW: u8 = 3;
   gen check planks --model knots.onnx                          the split test, knots.yaml beside the model
   gen check planks --model knots.onnx --split all --json       everything, for programs
   gen check planks --model knots.onnx --out wrong              pictures of the worst answers, and check.json
-  gen check planks --model knots.onnx --save                   kept in planks/reports, where gen report finds it
+  gen check planks --model knots.onnx --save                   kept as planks/reports/check-knots-test.json for gen report
   gen check planks --model knots.onnx --slice film.n --slice physics.speckle_contrast
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
 
@@ -67,7 +72,8 @@ pub(super) struct Check {
     /// Folder for pictures of them and for the report as check.json; made where it is not there
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Keep the report beside the dataset, as DIR/reports/check-MODEL.json with its pictures, for `gen report`
+    /// Keep the report beside the dataset, as DIR/reports/check-MODEL-SPLIT.json with its pictures, for `gen report`;
+    /// that of the same model file and split is replaced, that of another file of the same name is numbered beside it
     #[arg(long)]
     save: bool,
     /// Print the report as JSON
@@ -112,6 +118,7 @@ pub(super) fn run(arguments: &Check) -> Outcome {
     if let Some(out) = &arguments.out {
         prepare(out)?;
     }
+    let before = if arguments.save { tried(&arguments.dir)? } else { None };
     let options = Options {
         dir: arguments.dir.clone(),
         model: arguments.model.clone(),
@@ -131,25 +138,27 @@ pub(super) fn run(arguments: &Check) -> Outcome {
     if report.unfinished > 0 {
         say(&format!("{} of the dataset are not finished and left out", counted(report.unfinished, "shard")));
     }
-    let mut pictures = Vec::new();
-    if let Some(out) = &arguments.out {
-        pictures = draw(out, "", &report)?;
-        whole::write(&out.join(DOCUMENT), format!("{:#}\n", report.json(&pictures)).as_bytes())?;
-    }
-    if arguments.save {
-        let kept = save(&arguments.dir, &arguments.model, &report)?;
-        say(&format!("kept as {}", kept.display()));
-    }
-    print(&if arguments.json { format!("{:#}\n", report.json(&pictures)) } else { report.table() });
+    let pictures = if arguments.out.is_some() { names("", &report) } else { Vec::new() };
+    let document = report.json(&pictures);
+    // First to the screen: what cannot be written then is not lost.
+    print(&if arguments.json { format!("{document:#}\n") } else { report.table() });
     if bar.is_seen() {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
         say(&format!("{} in {}", counted(bar.done(), "window"), duration(time)));
     }
+    let drawn = arguments.out.as_ref().map_or(Ok(()), |out| {
+        let remedy = "give another place with --out";
+        write(out, (DOCUMENT, &document), "", &report, remedy)
+    });
+    let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report));
+    let failed: Vec<String> = [drawn, saved].into_iter().filter_map(Result::err).collect();
     match arguments.min_accuracy {
         Some(least) if report.accuracy() < least => {
+            failed.iter().for_each(|what| say(&format!("gen: {what}")));
             say(&format!("gen: accuracy {:.4} is below --min-accuracy {least}", report.accuracy()));
             Ok(ExitCode::from(BELOW))
         }
+        _ if !failed.is_empty() => Err(failed.join("; ").into()),
         _ => Ok(ExitCode::SUCCESS),
     }
 }
@@ -160,53 +169,98 @@ fn prepare(out: &Path) -> Result<(), Usage> {
     if !out.exists() {
         return fs::create_dir(out).map_err(|e| told(format!("it cannot be made: {e}")));
     }
-    let mut entries = fs::read_dir(out).map_err(|e| told(e.to_string()))?.peekable();
-    if entries.peek().is_some() && !out.join(DOCUMENT).is_file() {
+    let mut entries = fs::read_dir(out).map_err(|e| told(e.to_string()))?;
+    if entries.next().is_some() && !out.join(DOCUMENT).is_file() {
         return Err(told("it holds other things".into()));
     }
-    for path in entries.flatten().map(|entry| entry.path()) {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with("wrong-") && name.ends_with(".png") {
-            fs::remove_file(&path).map_err(|e| told(format!("{} cannot be removed: {e}", path.display())))?;
-        }
+    whole::check(&out.join(DOCUMENT)).map_err(Usage)
+}
+
+/// Sums of the dataset before the work, and whether its folder can be written; nothing where it is no dataset, which the
+/// check itself tells.
+fn tried(dir: &Path) -> Result<Option<Sums>, String> {
+    let Some(sums) = sums(dir) else { return Ok(None) };
+    let reports = dir.join(REPORTS);
+    let folder = if reports.exists() { &reports } else { dir };
+    whole::check_or(&folder.join(DOCUMENT), UNSAVED)?;
+    Ok(Some(sums))
+}
+
+fn sums(dir: &Path) -> Option<Sums> {
+    DatasetFolder::open(dir).ok().map(|folder| Sums::of(dir, folder.head().shards))
+}
+
+/// Keeps the report in the dataset's folder, with the sums of what it was made from.
+fn save(dir: &Path, model: &Path, before: Sums, report: &Report) -> Result<(), String> {
+    let reports = dir.join(REPORTS);
+    fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED}", reports.display()))?;
+    let stem = model.file_stem().unwrap_or_default().to_string_lossy();
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
+    let usual: String = format!("check-{stem}-{}", report.split()).chars().map(plain).collect();
+    // Of another model by that name the document stays.
+    let is_other = |name: &String| {
+        let text = fs::read(reports.join(format!("{name}.json")));
+        let kept = text.ok().map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
+        kept.is_some_and(|kept| kept["model"]["sha256"] != *report.sums[0])
+    };
+    let mut name = usual.clone();
+    let mut number = 1_u64;
+    while is_other(&name) {
+        number += 1;
+        name = format!("{usual}-{number}");
+    }
+    let before_names = format!("{name}-");
+    let mut document = report.json(&names(&before_names, report));
+    let changed = sums(dir).as_ref() != Some(&before);
+    document["dataset_sha256"] = before.dataset.into();
+    document["manifests_sha256"] = before.manifests.into();
+    let file = format!("{name}.json");
+    write(&reports, (&file, &document), &before_names, report, UNSAVED)?;
+    say(&format!("kept as {}", reports.join(&file).display()));
+    if number > 1 {
+        say(&format!(
+            "{} is of another model by that name, and stays",
+            reports.join(format!("{usual}.json")).display()
+        ));
+    }
+    if changed {
+        say("the dataset changed while it was checked: what is kept counts as stale; check it again");
     }
     Ok(())
 }
 
-/// Keeps the report in the dataset's folder, with what it was made from; pictures of an earlier one go.
-fn save(dir: &Path, model: &Path, report: &Report) -> Result<PathBuf, Box<dyn std::error::Error + Send + Sync>> {
-    let reports = dir.join("reports");
-    let told = |e: std::io::Error| format!("--save: {}: {e}; make the folder writable", reports.display());
-    fs::create_dir_all(&reports).map_err(told)?;
-    let stem = model.file_stem().unwrap_or_default().to_string_lossy();
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
-    let name: String = format!("check-{stem}").chars().map(plain).collect();
-    for path in fs::read_dir(&reports).map_err(told)?.flatten().map(|entry| entry.path()) {
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
-        if file.starts_with(&format!("{name}-wrong-")) && file.ends_with(".png") {
-            fs::remove_file(&path).map_err(told)?;
-        }
-    }
-    let pictures = draw(&reports, &format!("{name}-"), report)?;
-    let sums = Sums::of(dir, report.head.shards);
-    let mut document = report.json(&pictures);
-    document["dataset_sha256"] = sums.dataset.into();
-    document["manifests_sha256"] = sums.manifests.into();
-    let path = reports.join(format!("{name}.json"));
-    whole::write(&path, format!("{document:#}\n").as_bytes())?;
-    Ok(path)
+/// Names of the pictures of the worst answers.
+fn names(before: &str, report: &Report) -> Vec<String> {
+    let drawn = report.worst.iter().enumerate().filter(|(_, wrong)| wrong.picture.is_some());
+    drawn.map(|(i, wrong)| format!("{before}wrong-{:03}-sample-{}.png", i + 1, wrong.index)).collect()
 }
 
-/// Writes the pictures of the worst answers; gives their names.
-fn draw(out: &Path, before: &str, report: &Report) -> Result<Vec<String>, Box<dyn std::error::Error + Send + Sync>> {
-    let mut names = Vec::new();
-    for (i, wrong) in report.worst.iter().enumerate() {
-        let Some(picture) = &wrong.picture else { continue };
-        let name = format!("{before}wrong-{:03}-sample-{}.png", i + 1, wrong.index);
+/// Writes the pictures of the worst answers, then the document that names them; those of an earlier one go at last.
+fn write(
+    folder: &Path,
+    (file, document): (&str, &Value),
+    before: &str,
+    report: &Report,
+    remedy: &str,
+) -> Result<(), String> {
+    let names = names(before, report);
+    for (name, picture) in names.iter().zip(report.worst.iter().filter_map(|wrong| wrong.picture.as_ref())) {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        picture.write_to(&mut bytes, image::ImageFormat::Png)?;
-        whole::write(&out.join(&name), &bytes.into_inner())?;
-        names.push(name);
+        picture.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| format!("{name}: {e}; {remedy}"))?;
+        whole::write_or(&folder.join(name), &bytes.into_inner(), remedy)?;
     }
-    Ok(names)
+    whole::write_or(&folder.join(file), format!("{document:#}\n").as_bytes(), remedy)?;
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
+    let is_picture = |name: &str| {
+        let rest = name.strip_prefix(before).and_then(|rest| rest.strip_prefix("wrong-")?.strip_suffix(".png"));
+        rest.and_then(|rest| rest.split_once("-sample-")).is_some_and(|(a, b)| is_number(a) && is_number(b))
+    };
+    let told = |e: std::io::Error| format!("old pictures in {} cannot be removed: {e}; {remedy}", folder.display());
+    for entry in fs::read_dir(folder).map_err(told)?.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if is_picture(&name) && !names.contains(&name) {
+            fs::remove_file(entry.path()).map_err(told)?;
+        }
+    }
+    Ok(())
 }

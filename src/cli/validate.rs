@@ -12,7 +12,7 @@ use super::progress::{Samples, counted, say};
 use super::{Outcome, print, whole};
 use crate::generate::Again;
 use crate::shard::{DatasetFolder, Sums};
-use crate::validate::{Declared, Expect, Options, Report, validate};
+use crate::validate::{Declared, Derive, Expect, Options, Report, validate};
 
 /// Where `--save` keeps the report, in the dataset's folder.
 const SAVED: [&str; 2] = ["reports", "validation.json"];
@@ -61,11 +61,13 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
     let again = again.as_ref().map_err(String::as_str);
     let declared: Option<Declared> = again.ok().map(Again::declared);
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
+    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
     let rerender = |index: u64| again.map(|again| again.sample(index)).map_err(String::from);
     let bar = Samples::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
     let options = Options {
         expect_head: Some(again.map(Again::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
+        derive: derive.as_ref().map(|derive| derive as Derive),
         declared: declared.as_ref(),
         rerender: Some(&rerender),
         rerender_samples: arguments.rerender,
@@ -74,10 +76,10 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
     };
     let report = pool.install(|| validate(&arguments.dir, &options));
     bar.end();
+    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if arguments.save {
         save(&arguments.dir, folder.map_or(0, |folder| folder.head().shards), &report)?;
     }
-    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if report.is_clean() {
         return Ok(ExitCode::SUCCESS);
     }
@@ -95,7 +97,8 @@ fn save(dir: &Path, shards: u64, report: &Report) -> Result<(), String> {
     let folder = dir.join(SAVED[0]);
     let made = fs::create_dir(&folder);
     if let Err(e) = made.as_ref().or_else(|e| if folder.is_dir() { Ok(&()) } else { Err(e) }) {
-        return Err(format!("cannot make {}: {e}; validate without --save, or make room there", folder.display()));
+        return Err(format!("cannot make {}: {e}; make room there, or validate without --save", folder.display()));
     }
-    whole::write(&folder.join(SAVED[1]), format!("{document:#}\n").as_bytes())
+    let remedy = "make room there, or validate without --save";
+    whole::write_or(&folder.join(SAVED[1]), format!("{document:#}\n").as_bytes(), remedy)
 }

@@ -5,10 +5,11 @@ use procedural::Parameter;
 
 use super::{Order, head, recipe_of, sample};
 use crate::optics::speckle::Tiles;
+use crate::pipeline;
 use crate::recipe::{Distribution, Recipe};
 use crate::record::Split;
 use crate::shard::{DatasetFolder, Encoded};
-use crate::validate::{Declared, DeclaredParameter, Expected};
+use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
 
 /// The recipe of a dataset, and what this program makes of it.
 pub struct Again {
@@ -53,6 +54,18 @@ impl Again {
             id: scene.id,
             split: scene.split.name().into(),
             class: scene.class,
+        }
+    }
+
+    /// What else its row should say, without light.
+    pub fn unlit(&self, index: u64) -> Unlit {
+        let (record, instances) = pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);
+        let derived = record.calibration.iter().chain(&record.physics);
+        Unlit {
+            derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+            grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
+            defects: record.defects.iter().map(|class| class.name().to_owned()).collect(),
+            instances,
         }
     }
 

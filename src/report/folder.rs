@@ -62,7 +62,7 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    /// Looks at every file that the manifests name, by size alone.
+    /// Looks at every file that the head and the manifests name, by size alone.
     pub fn look(folder: &DatasetFolder) -> Self {
         let (head, root) = (folder.head(), folder.root());
         let mut found = Self { tables: Vec::new(), finished: 0, kinds: BTreeMap::new(), troubles: Vec::new(), more: 0 };
@@ -71,7 +71,9 @@ impl Folder {
                 found.count("documents", file.len());
             }
         }
-        head.assets.iter().for_each(|asset| found.count("files of the recipe", asset.bytes));
+        for asset in head.assets.iter().filter(|asset| asset.is_in_folder()) {
+            found.file("files of the recipe", root, &asset.path, asset.bytes, "`gen validate` says what is damaged");
+        }
         for shard in 0..head.shards {
             match folder.read_manifest(shard) {
                 Ok(Some(manifest)) => found.shard(root, shard, &manifest),
@@ -93,22 +95,27 @@ impl Folder {
         self.count("documents", fs::metadata(root.join(manifest_path(shard))).map_or(0, |file| file.len()));
         for file in &manifest.files {
             let remedy = "remove the shard's manifest and run gen again: the shard is made again";
-            let path = root.join(&file.path);
-            match fs::metadata(&path) {
-                Err(_) => self.trouble(file.path.clone(), "is missing".into(), remedy),
-                Ok(there) if there.len() != file.bytes => {
-                    let what = format!("has {} bytes, its manifest says {}", there.len(), file.bytes);
-                    self.trouble(file.path.clone(), what, remedy);
-                }
-                Ok(_) => {}
-            }
-            self.count(kind(&file.path), file.bytes);
+            self.file(kind(&file.path), root, &file.path, file.bytes, remedy);
             let split = Split::ALL.iter().position(|split| data_path(split.name(), shard) == file.path);
             if let Some(split) = split {
-                self.tables.push(Table { path, relative: file.path.clone(), shard, split });
+                self.tables.push(Table { path: root.join(&file.path), relative: file.path.clone(), shard, split });
             }
         }
         self.tables.sort_by_key(|table| (table.shard, table.split));
+    }
+
+    /// Counts a file where it is there, by the size that it has; notes one that is not there or has another size than it
+    /// should.
+    fn file(&mut self, kind: &'static str, root: &Path, relative: &str, bytes: u64, remedy: &'static str) {
+        let Ok(there) = fs::metadata(root.join(relative)) else {
+            self.trouble(relative.into(), "is missing".into(), remedy);
+            return;
+        };
+        if there.len() != bytes {
+            let what = format!("has {} bytes and should have {bytes}", there.len());
+            self.trouble(relative.into(), what, remedy);
+        }
+        self.count(kind, there.len());
     }
 
     fn count(&mut self, kind: &'static str, bytes: u64) {

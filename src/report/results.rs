@@ -15,6 +15,42 @@ const MOST: (u64, u64) = (64 << 20, 2 << 20);
 /// How PNG files begin.
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 
+/// What a document of a kind says at least: its `format`, and fields that are what they should be.
+pub(super) struct Kind {
+    format: &'static str,
+    fields: &'static [(&'static str, &'static str, fn(&Value) -> bool)],
+}
+
+/// Of `gen validate --save`.
+pub(super) const VALIDATION: Kind = Kind {
+    format: "sheetlight-validation",
+    fields: &[("clean", "true or false", Value::is_boolean), ("faults", "a list", Value::is_array)],
+};
+/// Of `gen check --save`.
+const CHECK: Kind = Kind {
+    format: "sheetlight-check",
+    fields: &[
+        ("model", "an object", Value::is_object),
+        ("task", "a text", Value::is_string),
+        ("split", "a text", Value::is_string),
+        ("accuracy", "an object", Value::is_object),
+        ("classes", "a list", Value::is_array),
+        ("confusion", "a list", Value::is_array),
+        ("calibration", "an object", Value::is_object),
+    ],
+};
+
+impl Kind {
+    /// What is wrong with a document that should be of this kind.
+    fn fault(&self, document: &Value) -> Option<String> {
+        if document["format"] != self.format {
+            return Some(format!("its `format` is not \"{}\"", self.format));
+        }
+        let wrong = self.fields.iter().find(|(key, _, is_right)| !is_right(&document[*key]));
+        wrong.map(|(key, what, _)| format!("its `{key}` is missing or not {what}"))
+    }
+}
+
 /// A document.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Kept {
@@ -27,7 +63,7 @@ pub(super) struct Kept {
 }
 
 /// The document of that name; `None` where there is none.
-pub(super) fn kept(root: &Path, name: &str, sums: &Sums) -> Option<Kept> {
+pub(super) fn kept(root: &Path, name: &str, kind: &Kind, sums: &Sums) -> Option<Kept> {
     let path = root.join(FOLDER).join(name);
     let length = fs::metadata(&path).ok().filter(|file| file.is_file())?.len();
     let read = || {
@@ -36,7 +72,7 @@ pub(super) fn kept(root: &Path, name: &str, sums: &Sums) -> Option<Kept> {
         }
         let text = fs::read(&path).map_err(|e| e.to_string())?;
         let value: Value = serde_json::from_slice(&text).map_err(|e| e.to_string())?;
-        if value.is_object() { Ok(value) } else { Err("it is no document of this kind".into()) }
+        kind.fault(&value).map_or(Ok(value), Err)
     };
     let document = read();
     let is_current = document.as_ref().ok().and_then(|document| {
@@ -52,7 +88,7 @@ pub(super) fn checks(root: &Path, sums: &Sums) -> Vec<Kept> {
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.retain(|name| name.starts_with("check-") && name.ends_with(".json"));
     names.sort_unstable();
-    names.iter().filter_map(|name| kept(root, name, sums)).collect()
+    names.iter().filter_map(|name| kept(root, name, &CHECK, sums)).collect()
 }
 
 /// A picture beside the documents; `None` where the name leads elsewhere or to no PNG.

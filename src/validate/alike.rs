@@ -1,10 +1,14 @@
 //! Samples that are there twice: identical maps, or maps that share their noise.
 //!
 //! Two samples may show the same thing: a recipe whose numbers are all fixed draws one board again and again. What they
-//! never share is noise, speckle and shot: it is keyed by the index. So a sample is told by the signs of small contrasts,
-//! a checkerboard over each of 256 blocks of 4 x 4 pixels of Scatter, which structure leaves to noise. Blocks
-//! that show the same sign in most samples are structure that the recipe gives to all, and are left out. Of two strangers
-//! half of the signs agree, of a copy with other names, compression, brightness or a little more noise nearly all.
+//! never share is shot noise: it is keyed by the index. So a sample is told by small contrasts, a checkerboard over each
+//! of 256 blocks of 4 x 4 pixels of Scatter, which structure leaves to noise. Blocks whose contrast has the same sign in
+//! most samples are structure that the recipe gives to all, and are left out. Of two strangers half of the signs agree.
+//!
+//! Signs alone find candidates and no more: speckle is cut from patterns of 128 pixels that samples with a like grain share,
+//! and of some ten thousand pairs one enters them at the same place. So the numbers have to agree too, within the step of a
+//! digital number, which shot noise keeps strangers from; and samples whose drawn numbers are the same are like each other
+//! because the recipe says so, and are not compared.
 
 use std::collections::HashMap;
 
@@ -19,21 +23,24 @@ const SIDE: usize = 16;
 const BLOCKS: usize = SIDE * SIDE;
 /// Half the side of a block [px].
 const HALF: usize = 2;
+/// Pixels of a block.
+const PIXELS: f64 = (4 * HALF * HALF) as f64;
 /// Signs that two samples must have in common to be compared.
 const LEAST: u32 = 96;
 /// Share of unlike signs up to which two samples are alike [1].
 ///
-/// By chance, at least 91 of 96 signs agree with a probability below 1e-21. Chance is not the limit: patterns of speckle are
-/// shared by samples with a like grain, and of 31 125 pairs of parts the closest, entered at nearly one place, had 11.6 %
-/// unlike signs, while shot noise keeps them from coming much closer.
+/// By chance, at least 91 of 96 signs agree with a probability below 1e-21.
 const UNLIKE: f64 = 0.06;
+/// Furthest that pixels of a copy are from the original, root mean square [DN]: by 1 DN up, down or not at all they are
+/// 0.82 DN away.
+const AWAY: f64 = 1.0;
 /// A block is structure where more than this share of at least [`MANY`] samples has one sign [1].
 const STRUCTURE: f64 = 0.75;
 /// Samples from which on structure can be told.
 const MANY: u32 = 24;
 /// Keys of each sample, and signs in a key: a pair with 6 % unlike signs has a key in common with a probability above
-/// 0.999, were keys independent.
-const KEYS: usize = 32;
+/// 0.998, were keys independent.
+const KEYS: usize = 16;
 const KEY_BITS: usize = 16;
 /// 2^64 over the golden ratio, odd.
 const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -42,17 +49,23 @@ const MOST: usize = 1000;
 
 type Bits = [u64; BLOCKS / 64];
 
-/// What tells a sample: 80 bytes, whatever the size of its images.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What tells a sample: 1.1 kB, whatever the size of its images.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Print {
     /// Of every measured pixel.
     sum: u64,
+    /// Of every drawn number.
+    drawn: u64,
     sign: Bits,
     known: Bits,
+    /// Contrast of each block, the sum of 16 pixels of either sign [DN].
+    contrast: [i16; BLOCKS],
+    /// Mean of each block [DN].
+    mean: [u16; BLOCKS],
 }
 
-/// The print of a sample; `None` where its maps are too small or show nothing.
-pub(super) fn print(cols: usize, decoded: &Decoded) -> Option<Print> {
+/// The print of a sample with these drawn numbers; `None` where its maps are too small or show nothing.
+pub(super) fn print(cols: usize, decoded: &Decoded, drawn: &[f64]) -> Option<Print> {
     let maps = ["range", "reflectance", "scatter"].map(|name| decoded.get(name));
     let map = maps[2].or(maps[1]).or(maps[0])?;
     let rows = map.len() / cols.max(1);
@@ -61,23 +74,28 @@ pub(super) fn print(cols: usize, decoded: &Decoded) -> Option<Print> {
     }
     let sums = maps.into_iter().flatten().map(sum);
     let all = sums.fold(0u64, |all, sum| all.rotate_left(21).wrapping_mul(FACTOR) ^ sum);
-    let mut print = Print { sum: all, sign: Bits::default(), known: Bits::default() };
+    let drawn = drawn.iter().fold(FACTOR, |all, number| (all ^ number.to_bits()).wrapping_mul(FACTOR).rotate_left(29));
+    let mut print = Print::blank(all, drawn);
     for y in 0..SIDE {
         for x in 0..SIDE {
             let (column, row) = (middle(x, cols), middle(y, rows));
             let lines = (row - HALF..row + HALF).map(|r| &map[r * cols..(r + 1) * cols]);
-            let (mut balance, mut whole) = (0i32, true);
+            let (mut balance, mut total, mut whole) = (0i32, 0u32, true);
             for (r, line) in lines.enumerate() {
                 for (c, &number) in line[column - HALF..column + HALF].iter().enumerate() {
                     whole &= number > 0;
+                    total += u32::from(number);
                     balance += if (r + c).is_multiple_of(2) { i32::from(number) } else { -i32::from(number) };
                 }
             }
             if whole && balance != 0 {
-                set(&mut print.known, y * SIDE + x);
+                let block = y * SIDE + x;
+                set(&mut print.known, block);
                 if balance > 0 {
-                    set(&mut print.sign, y * SIDE + x);
+                    set(&mut print.sign, block);
                 }
+                print.contrast[block] = balance.clamp(-i32::from(i16::MAX), i32::from(i16::MAX)) as i16;
+                print.mean[block] = (f64::from(total) / PIXELS).round() as u16;
             }
         }
     }
@@ -116,9 +134,14 @@ fn is_set(bits: &Bits, i: usize) -> bool {
 }
 
 impl Print {
+    fn blank(sum: u64, drawn: u64) -> Self {
+        let (sign, known) = (Bits::default(), Bits::default());
+        Self { sum, drawn, sign, known, contrast: [0; BLOCKS], mean: [0; BLOCKS] }
+    }
+
     /// The print of the image mirrored left to right, top to bottom, or both.
     fn turned(&self, across: bool, down: bool) -> Self {
-        let mut turned = Self { sum: self.sum, sign: Bits::default(), known: Bits::default() };
+        let mut turned = Self::blank(self.sum, self.drawn);
         for i in (0..BLOCKS).filter(|&i| is_set(&self.known, i)) {
             let (x, y) = (i % SIDE, i / SIDE);
             let to = if down { SIDE - 1 - y } else { y } * SIDE + if across { SIDE - 1 - x } else { x };
@@ -127,8 +150,27 @@ impl Print {
             if is_set(&self.sign, i) != (across != down) {
                 set(&mut turned.sign, to);
             }
+            turned.contrast[to] = if across == down { self.contrast[i] } else { -self.contrast[i] };
+            turned.mean[to] = self.mean[i];
         }
         turned
+    }
+
+    /// Whether the numbers of both are the same but for a factor and the rounding to whole numbers.
+    fn agrees(&self, other: &Self, kept: &Bits) -> bool {
+        let both: Vec<usize> =
+            (0..BLOCKS).filter(|&i| [kept, &self.known, &other.known].iter().all(|bits| is_set(bits, i))).collect();
+        let light = |print: &Self| both.iter().map(|&i| f64::from(print.mean[i])).sum::<f64>();
+        // Every mean of a known block is above 0.
+        let factor = light(self) / light(other);
+        let away = |difference: &dyn Fn(usize) -> f64| {
+            let sum: f64 = both.iter().map(|&i| difference(i) * difference(i)).sum();
+            (sum / both.len() as f64).sqrt()
+        };
+        let contrast = away(&|i: usize| f64::from(self.contrast[i]) - factor * f64::from(other.contrast[i]));
+        let mean = away(&|i: usize| f64::from(self.mean[i]) - factor * f64::from(other.mean[i]));
+        let most = AWAY * factor.max(1.0);
+        contrast <= most * PIXELS.sqrt() && mean <= most
     }
 
     /// Unlike signs among those in common; `None` where these are too few.
@@ -147,7 +189,7 @@ impl Print {
 pub(super) struct Sample<'a> {
     pub(super) index: u64,
     pub(super) split: &'a str,
-    pub(super) print: Print,
+    pub(super) print: &'a Print,
 }
 
 /// Pairs of samples that are one; each but the first of identical ones, and each pair of others.
@@ -168,7 +210,7 @@ pub(super) fn check(samples: &[Sample]) -> Vec<Fault> {
     let own: Vec<usize> = (0..samples.len()).filter(|&i| first.get(&samples[i].print.sum) == Some(&i)).collect();
     let mut known: HashMap<(usize, u16), Vec<usize>> = HashMap::new();
     for &number in &own {
-        let print = &samples[number].print;
+        let print = samples[number].print;
         for (turn, across, down) in
             [("", false, false), ("mirrored, ", true, false), ("mirrored, ", false, true), ("turned, ", true, true)]
         {
@@ -178,10 +220,11 @@ pub(super) fn check(samples: &[Sample]) -> Vec<Fault> {
             near.sort_unstable();
             near.dedup();
             for other in near {
-                let Some(unlike) = samples[other].print.unlike(&turned, &kept).filter(|unlike| *unlike <= UNLIKE)
-                else {
+                let before = samples[other].print;
+                let Some(unlike) = before.unlike(&turned, &kept).filter(|unlike| *unlike <= UNLIKE) else { continue };
+                if before.drawn == turned.drawn || !before.agrees(&turned, &kept) {
                     continue;
-                };
+                }
                 if faults.len() < MOST && told.insert((other, number), ()).is_none() {
                     let what = format!("{turn}share their noise ({:.0} % of the signs)", 100.0 * (1.0 - unlike));
                     faults.push(fault(Code::SampleAlike, &samples[other], &samples[number], &what));
@@ -216,7 +259,7 @@ fn kept(samples: &[Sample]) -> Bits {
 /// The keys under which a print is found: signs of blocks that are spread over the image.
 fn keys(print: &Print, kept: &Bits) -> impl Iterator<Item = (usize, u16)> {
     let usable: Vec<usize> = (0..BLOCKS).filter(|&i| is_set(kept, i)).collect();
-    let print = *print;
+    let (sign, known) = (print.sign, print.known);
     (0..KEYS).filter_map(move |number| {
         if usable.len() < LEAST as usize {
             return None;
@@ -225,8 +268,8 @@ fn keys(print: &Print, kept: &Bits) -> impl Iterator<Item = (usize, u16)> {
         for bit in 0..KEY_BITS {
             // Steps by odd numbers of their own spread each key over all blocks.
             let place = usable[(number * 37 + bit * (2 * number + 11) * 7) % usable.len()];
-            key |= u16::from(is_set(&print.sign, place)) << bit;
-            missing += usize::from(!is_set(&print.known, place));
+            key |= u16::from(is_set(&sign, place)) << bit;
+            missing += usize::from(!is_set(&known, place));
         }
         // Where most signs are missing, keys tell nothing apart.
         (missing <= KEY_BITS / 2).then_some((number, key))

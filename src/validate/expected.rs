@@ -2,6 +2,7 @@
 
 use output_schema::file::DATASET;
 use output_schema::{DatasetHead, ManifestSample};
+use procedural::Instance;
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};
@@ -19,6 +20,22 @@ pub struct Expected {
     /// Drawn numbers in the order of the head's parameters.
     pub numbers: Vec<f64>,
 }
+
+/// What of one sample follows from the recipe without light, though more slowly than its draws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unlit {
+    /// Numbers of `calibration`, then of `physics`, by name; NaN where one is missing.
+    pub derived: Vec<(String, f64)>,
+    /// Distance between two rows and two columns [mm], then `range_offset` and `range_scale` in the unit of Range.
+    pub grid: [f64; 4],
+    /// Names of all defects, seen or not.
+    pub defects: Vec<String>,
+    /// Every instance of the body, by number from 1, seen or not.
+    pub instances: Vec<Instance>,
+}
+
+/// Derives one sample: its index -> what its row has to say beyond its draws.
+pub type Derive<'a> = &'a (dyn Fn(u64) -> Unlit + Sync);
 
 /// Draws one sample: its index -> what its row has to say.
 pub type Expect<'a> = &'a (dyn Fn(u64) -> Expected + Sync);

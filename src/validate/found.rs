@@ -56,19 +56,18 @@ impl Found {
         report.faults.extend(self.repeated());
     }
 
-    /// The splits that rows are of.
+    /// The splits that manifests name samples of.
     pub(super) fn present(&self) -> Vec<Split> {
-        Split::ALL.into_iter().filter(|split| self.rows.iter().any(|(_, row)| row.split == Some(*split))).collect()
+        Split::ALL.into_iter().filter(|split| self.listed.keys().any(|(_, name)| name == split.name())).collect()
     }
 
     /// Samples that are there twice.
     pub(super) fn alike(&mut self) -> Vec<Fault> {
         self.rows.sort_by_key(|(place, _)| *place);
-        let sample = |(_, row): &(u64, Row)| {
-            let split = row.split.map_or("no split", Split::name);
-            row.print.map(|print| alike::Sample { index: row.index, split, print })
-        };
-        alike::check(&self.rows.iter().filter_map(sample).collect::<Vec<_>>())
+        let prints = self.rows.iter().filter_map(|(_, row)| Some((row, row.print.as_deref()?)));
+        let split = |row: &Row| row.split.map_or("no split", Split::name);
+        let samples = prints.map(|(row, print)| alike::Sample { index: row.index, split: split(row), print });
+        alike::check(&samples.collect::<Vec<_>>())
     }
 
     /// Samples whose id another one has.

@@ -160,7 +160,7 @@ fn row(shard: &Shard, path: &str, listed: Option<usize>, batch: &RecordBatch, re
     let (seen, print) = seen.map_err(|fault| report.faults.push(fault)).ok()??;
     (shard.task.seen)(&seen);
     let split = Split::ALL.into_iter().find(|split| split.name() == seen.split);
-    Some(Row { index: seen.index, split, print })
+    Some(Row { index: seen.index, split, print: print.map(Box::new) })
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.

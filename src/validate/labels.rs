@@ -46,9 +46,9 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
         let inside = x >= 0 && y >= 0 && width > 0 && height > 0 && x + width <= cols && y + height <= rows;
         let area = (1..=width.saturating_mul(height)).contains(&object.area_px);
         let known = [object.class, object.state].iter().all(|class| values.iter().any(|&v| i64::from(v) == *class));
-        let nested = (0..object.instance).contains(&object.within);
+        let nested = u16::try_from(object.instance).is_ok() && (0..object.instance).contains(&object.within);
         if !inside || !area || !known || !nested {
-            let what = "is not inside the image, of no known class, or lies within none before it";
+            let what = "is not inside the image, of no known class, of no number from 1 to 65535, or lies within none before it";
             fault(Code::ValueRange, format!("object {object:?} {what}"));
         }
         for (name, value) in object.numbers.iter().filter(|(name, value)| !in_range(name, *value)) {
@@ -91,7 +91,9 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
 }
 
 fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) {
-    let mut all: Vec<Option<Seen>> = vec![None; usize::from(u16::MAX) + 1];
+    let numbers = row.objects.iter().filter_map(|object| u16::try_from(object.instance).ok());
+    let most = numbers.chain(instance.iter().copied()).max().unwrap_or(0);
+    let mut all: Vec<Option<Seen>> = vec![None; usize::from(most) + 1];
     let cols = row.cols.max(1) as usize;
     // What holds an object has a smaller number, or the way out of it ends there.
     let mut holders = vec![0u16; all.len()];

@@ -29,6 +29,7 @@ mod shard;
 mod stack;
 mod tally;
 mod task;
+mod unlit;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
@@ -41,7 +42,7 @@ use sha2::{Digest, Sha256};
 
 pub use balance::{ALPHA, ClassCount, Statistics, Test};
 pub use code::fault_table;
-pub use expected::{Expect, Expected};
+pub use expected::{Derive, Expect, Expected, Unlit};
 pub use report::{Code, Fault, Report};
 pub use tally::{Declared, DeclaredParameter, Seen};
 
@@ -69,6 +70,8 @@ pub struct Options<'a> {
     pub expect_head: Option<Result<&'a DatasetHead, &'a str>>,
     /// How a sample is drawn again, without rendering; `None` to compare nothing.
     pub expect: Option<Expect<'a>>,
+    /// What else of a sample follows without rendering; `None` to compare nothing.
+    pub derive: Option<Derive<'a>>,
     /// How rows are drawn; `None` to make no statistics.
     pub declared: Option<&'a Declared>,
     /// How a sample is rendered again; `None` to compare nothing.
@@ -87,6 +90,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let Some(head) = head::read(folder, &mut report) else { return report };
     let comparable = options.expect_head.is_none_or(|expected| expected::head(&head, expected, &mut report));
     let expect = options.expect.filter(|_| comparable);
+    let derive = options.derive.filter(|_| comparable);
     let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(Tally::new(declared)));
     let rerender = options.rerender.filter(|_| options.rerender_samples > 0);
     let chosen =
@@ -96,7 +100,7 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
             tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
         }
     };
-    let task = Task { root: folder, head: &head, number: 0, expect, rerender, chosen: &chosen, seen: &seen };
+    let task = Task { root: folder, head: &head, number: 0, expect, derive, rerender, chosen: &chosen, seen: &seen };
     let jobs = (0..head.shards).flat_map(|number| jobs::of(Task { number, ..task }));
     let run = |(place, job): (u64, jobs::Job)| {
         let found = job.run();

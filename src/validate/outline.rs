@@ -2,7 +2,7 @@
 //!
 //! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
 //! those 2 and 3 places within at the object's, told apart half way between both. A mask that is shifted by three pixels,
-//! mirrored, or of another sample has most of them wrong on some side; `docs/validate.md` has the rates. Sides without a
+//! mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
 
 use super::images::Decoded;

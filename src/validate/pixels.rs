@@ -21,8 +21,8 @@ pub(super) fn instances(row: &StoredRow, decoded: &Decoded, place: &str, report:
     let ground = PIXEL_CLASSES.map(|name| GROUND.contains(&name));
     let ground = |class: u16| ground.get(usize::from(class)).is_some_and(|ground| *ground);
     // No class is as large: an instance without an object is told by another rule.
-    let most = row.objects.iter().map(|object| object.instance).max().unwrap_or(0);
-    let mut classes = vec![None; usize::try_from(most).unwrap_or(0) + 1];
+    let numbers = row.objects.iter().filter_map(|object| u16::try_from(object.instance).ok());
+    let mut classes = vec![None; usize::from(numbers.max().unwrap_or(0)) + 1];
     for object in &row.objects {
         if let Some(class) = usize::try_from(object.instance).ok().and_then(|place| classes.get_mut(place)) {
             *class = u16::try_from(object.class).ok();

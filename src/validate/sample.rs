@@ -11,7 +11,7 @@ use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
 use super::tally::Seen;
 use super::task::Task;
-use super::{expected, exr, images, labels, outline, pixels, stack};
+use super::{expected, exr, images, labels, outline, pixels, stack, unlit};
 use crate::shard::{maps_sha256, row_batch};
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
@@ -47,6 +47,10 @@ pub(super) fn check(
     if let Some(expected) = &expected {
         expected::numbers(&row, task.head, expected, &place, report);
     }
+    // A sample that is rendered again is compared as a whole.
+    if let Some(derive) = task.derive.filter(|_| !task.chosen.contains(&listed.index)) {
+        unlit::check(&row, &derive(listed.index), &place, report);
+    }
     // What the manifest lists was compared with the recipe where there is one.
     let named = expected.as_ref().map_or([&listed.id, &listed.split, &listed.class], |e| [&e.id, &e.split, &e.class]);
     numbers(task, &row, named, &place, report);
@@ -61,7 +65,7 @@ pub(super) fn check(
     pixels::instances(&row, &decoded, &place, report);
     let cols = row.cols.max(1) as usize;
     outline::check(cols, &decoded, &place, report);
-    let print = alike::print(cols, &decoded);
+    let print = alike::print(cols, &decoded, &row.numbers);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr) != listed.sha256 {

@@ -43,7 +43,7 @@ pub(super) struct Finding {
 pub(super) struct Row {
     pub(super) index: u64,
     pub(super) split: Option<Split>,
-    pub(super) print: Option<Print>,
+    pub(super) print: Option<Box<Print>>,
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.

@@ -50,6 +50,9 @@ pub(super) struct Numbers {
     pub(super) grid: Option<Grid>,
 }
 
+/// Floats that a range must hold for its numbers to count as continuous [1]: many more than the test has cells.
+const FINE: f64 = 1e5;
+
 /// Counts of all rows.
 pub(super) struct Tally<'a> {
     pub(super) declared: &'a Declared,
@@ -71,7 +74,7 @@ impl<'a> Tally<'a> {
             impossible: 0,
             first: None,
             cells: if let Law::Discrete(cells) = law { vec![0; cells.len()] } else { Vec::new() },
-            grid: matches!(law, Law::Continuous { .. }).then(Grid::default),
+            grid: is_fine(law).then(Grid::default),
         };
         Self {
             declared,
@@ -100,6 +103,12 @@ impl<'a> Tally<'a> {
             tallies[law].add(&parameter.laws[law], row.index, value);
         }
     }
+}
+
+/// Whether a law is continuous and its range wide enough for the spread of its numbers to be told: where floats are as
+/// coarse as the range, its numbers come in steps that no continuous law knows.
+fn is_fine(law: &Law) -> bool {
+    matches!(law, Law::Continuous { min, max, .. } if max - min > FINE * f64::EPSILON * min.abs().max(max.abs()))
 }
 
 impl Numbers {

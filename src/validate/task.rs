@@ -6,7 +6,7 @@ use std::path::Path;
 use output_schema::DatasetHead;
 
 use super::tally::Seen;
-use super::{Expect, Rerender};
+use super::{Derive, Expect, Rerender};
 
 /// What is to be checked.
 #[derive(Clone, Copy)]
@@ -15,6 +15,7 @@ pub(super) struct Task<'a> {
     pub(super) head: &'a DatasetHead,
     pub(super) number: u64,
     pub(super) expect: Option<Expect<'a>>,
+    pub(super) derive: Option<Derive<'a>>,
     pub(super) rerender: Option<Rerender<'a>>,
     pub(super) chosen: &'a BTreeSet<u64>,
     /// Takes what each row says.

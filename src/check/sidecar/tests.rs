@@ -108,6 +108,27 @@ fn what_the_dataset_lacks_is_told() {
     assert!(told.contains("its classes of samples are sound, rotten"), "{told}");
 }
 
+/// Millimetres never become sensor rows without a word: the sidecar says so, or the dataset is refused.
+#[test]
+fn units_are_held_to_the_dataset() {
+    let mut rows = head();
+    rows.images.range = "uncalibrated".into();
+    let sidecar = |channel: &str| format!("task: classify_samples\nchannels: [{channel}]\nclasses: [rotten, sound]");
+    for channel in ["range", "{name: range, sd: 2}", "{name: range, unit: mm}"] {
+        assert!(Sidecar::parse("m.yaml", &sidecar(channel), &head()).is_ok(), "{channel}");
+        let told = Sidecar::parse("m.yaml", &sidecar(channel), &rows).expect_err(channel).to_string();
+        assert!(
+            told.contains("takes `range` in mm, the dataset has it in px") && told.contains("`unit: px`"),
+            "{told}"
+        );
+    }
+    let own = sidecar("{name: range, unit: px}, {name: scatter, unit: DN}");
+    assert!(Sidecar::parse("m.yaml", &own, &rows).is_ok());
+    let told = Sidecar::parse("m.yaml", &own, &head()).expect_err("it has millimetres").to_string();
+    assert!(told.contains("takes `range` in px, the dataset has it in mm; write `unit: mm`"), "{told}");
+    assert!(faults(&sidecar("{name: scatter, unit: mm}")).contains("takes `scatter` in mm"));
+}
+
 #[test]
 fn what_cannot_be_meant_is_told() {
     for (text, words) in [

@@ -4,7 +4,8 @@ use maud::{Markup, html};
 
 use super::super::Facts;
 use super::super::folder::unfinished;
-use super::words::{bytes, count, number};
+use super::words::{bytes, count, number, word};
+use crate::shard::samples_per_shard;
 
 /// The head.
 pub(super) fn front(facts: &Facts) -> Markup {
@@ -13,7 +14,6 @@ pub(super) fn front(facts: &Facts) -> Markup {
     let images = &head.images;
     let sizes = facts.samples.first().map(|sample| sample.extent);
     let splits = head.splits.named().map(|(name, share)| format!("{name} {}", number(share)));
-    let again = format!("gen --recipe {} --seed {} --n {} --out again", facts.root.display(), head.seed, head.samples);
     html! {
         header.front {
             p.kind { "Dataset of simulated laser-triangulation scans" }
@@ -46,10 +46,21 @@ pub(super) fn front(facts: &Facts) -> Markup {
                 div { dt { "Target" } dd { (head.target) } }
                 div { dt { "Schema" } dd { (head.schema_version[0]) "." (head.schema_version[1]) } }
                 div.wide { dt { "Recipe hash" } dd { code { (head.recipe.hash) } } }
-                div.wide { dt { "Made again by" } dd { code { (again) } } }
+                div.wide { dt { "Made again by" } dd { code { (again(facts)) } } }
             }
         }
     }
+}
+
+/// The command that makes the dataset again, with the size of its shards where the recipe alone gives another.
+fn again(facts: &Facts) -> String {
+    let head = facts.head;
+    let own = facts.recipe.as_ref().ok().map(|recipe| samples_per_shard(&recipe.output(), &recipe.size()) as u64);
+    let shards = match own {
+        Some(own) if own == head.samples_per_shard => String::new(),
+        _ => format!(" --samples-per-shard {}", head.samples_per_shard),
+    };
+    format!("gen --recipe {} --seed {} --n {}{shards} --out again", word(facts.root), head.seed, head.samples)
 }
 
 fn subject(name: &str) -> &str {

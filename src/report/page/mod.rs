@@ -119,13 +119,11 @@ fn hue(class: usize) -> u64 {
 /// What stands above a kept result that is not of this dataset, or cannot be read.
 fn staleness(kept: &Kept, again: &str) -> Markup {
     html! {
-        @match kept.is_current {
-            Some(true) => {}
-            Some(false) => p.stale { strong { "Stale: " } "the dataset has changed since. Make it again: " code { (again) } }
-            None => p.stale { strong { "Of what dataset? " } "It does not say what it was made from. Make it again: " code { (again) } }
-        }
-        @if let Err(what) = &kept.document {
-            p.stale { code { "reports/" (kept.name) } " cannot be read: " (what) ". Make it again: " code { (again) } }
+        @match (&kept.document, kept.is_current) {
+            (Err(what), _) => p.stale { code { "reports/" (kept.name) } " cannot be read: " (what) ". Make it again: " code { (again) } }
+            (Ok(_), Some(true)) => {}
+            (Ok(_), Some(false)) => p.stale { strong { "Stale: " } "the dataset has changed since. Make it again: " code { (again) } }
+            (Ok(_), None) => p.stale { strong { "Of what dataset? " } "It does not say what it was made from. Make it again: " code { (again) } }
         }
     }
 }

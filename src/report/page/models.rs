@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::super::Facts;
 use super::super::results::{Kept, checks, picture};
-use super::words::{count, name, number, percent};
+use super::words::{count, name, number, percent, word};
 use super::{address, staleness};
 
 /// Wrong answers that are shown.
@@ -14,7 +14,7 @@ const WORST: usize = 24;
 /// The section.
 pub(super) fn section(facts: &Facts) -> Markup {
     let kept = checks(facts.root, &facts.sums);
-    let again = format!("gen check {} --model MODEL.onnx --save", facts.root.display());
+    let again = format!("gen check {} --model MODEL.onnx --save", word(facts.root));
     html! {
         @if kept.is_empty() { p.note { "No check of a model is kept. Make one: " code { (again) } } }
         @for check in &kept { (one(facts, check, &again)) }

@@ -30,14 +30,16 @@
       const input = inputs.find((one) => one.value === (wanted.get(name) ?? ""));
       if (input) input.checked = true;
     }
-    if (byId("labels") && wanted.has("labels")) byId("labels").checked = wanted.get("labels") !== "off";
-    if (byId("find") && wanted.has("find")) { byId("find").value = wanted.get("find"); find(); }
+    if (byId("labels")) byId("labels").checked = wanted.get("labels") !== "off";
+    if (byId("find")) { byId("find").value = wanted.get("find") ?? ""; find(); }
     apply();
   }
 
   function toAddress() {
     const now = new URLSearchParams();
     for (const name of ["class", "split"]) if (chosen(name)?.value) now.set(name, chosen(name).value);
+    if (byId("labels")?.checked === false) now.set("labels", "off");
+    if (byId("find")?.value) now.set("find", byId("find").value);
     history.replaceState(null, "", now.size ? `#${now}` : location.pathname + location.search);
     apply();
   }
@@ -49,28 +51,27 @@
     all("#numbers .group").forEach((group) => { group.hidden = !all(".multiple", group).some((item) => !item.hidden); });
   }
 
-  // The large view: one sample, the neighbours by arrow keys.
+  // The large view: one sample, the neighbours by arrow keys. The bar stays, and with it the focus; only the card changes.
   const dialog = document.body.appendChild(document.createElement("dialog"));
   dialog.setAttribute("aria-label", "Sample, large");
+  const bar = dialog.appendChild(document.createElement("div"));
+  bar.className = "bar";
+  const actions = [["\u2190 previous", () => move(-1)], ["next \u2192", () => move(1)], ["labels", () => byId("labels").click()],
+    ["close", () => dialog.close()]];
+  for (const [words, action] of actions) {
+    const button = bar.appendChild(document.createElement("button"));
+    button.type = "button";
+    button.textContent = words;
+    button.addEventListener("click", action);
+  }
   let current = null;
   function show(card) {
     current = card;
-    const bar = document.createElement("div");
-    bar.className = "bar";
-    const button = (words, action) => {
-      const made = bar.appendChild(document.createElement("button"));
-      made.type = "button";
-      made.textContent = words;
-      made.addEventListener("click", action);
-    };
-    button("\u2190 previous", () => move(-1));
-    button("next \u2192", () => move(1));
-    button("labels", () => { byId("labels").click(); });
-    button("close", () => dialog.close());
     const copy = card.cloneNode(true);
     copy.removeAttribute("id");
     copy.querySelector(".maps").removeAttribute("href");
-    dialog.replaceChildren(bar, copy);
+    dialog.querySelector(".card")?.remove();
+    dialog.append(copy);
     if (!dialog.open) dialog.showModal();
   }
   function move(by) {
@@ -78,7 +79,9 @@
     const next = cards[(cards.indexOf(current) + by + cards.length) % cards.length];
     if (next) show(next);
   }
-  dialog.addEventListener("keydown", (event) => {
+  // A click beside the buttons takes the focus out of the dialog, so the whole page listens.
+  addEventListener("keydown", (event) => {
+    if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "ArrowLeft") move(-1);
     else if (event.key === "ArrowRight") move(1);
     else if (event.key === "l") byId("labels").click();
@@ -95,7 +98,17 @@
   });
 
   all('input[name="class"], input[name="split"]').forEach((input) => input.addEventListener("change", toAddress));
-  byId("find")?.addEventListener("input", find);
+  byId("labels")?.addEventListener("change", toAddress);
+  byId("find")?.addEventListener("input", () => { find(); toAddress(); });
+  // A link to a section would take the filter's place in the address.
+  all("nav a").forEach((link) => link.addEventListener("click", (event) => {
+    const section = byId(link.hash.slice(1));
+    if (!section || !location.hash.includes("=") || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    event.preventDefault();
+    section.tabIndex = -1;
+    section.focus({ preventScroll: true });
+    section.scrollIntoView();
+  }));
   addEventListener("hashchange", fromAddress);
   addEventListener("beforeprint", () => all("details.group, details.fault").forEach((one) => { one.open = true; }));
   fromAddress();

@@ -170,7 +170,7 @@ fn median(sample: &Sample, map: usize) -> Option<f32> {
     quantile(&on_object(sample, map), 0.5)
 }
 
-/// One scale for all samples: half a per cent from either end. Range is told from the sample's median where samples
+/// One scale for all samples: from the first to the 99th percentile of what they show on objects. Range is told from the sample's median where samples
 /// differ in height more than their surfaces do.
 fn scale(samples: &[Sample], map: usize) -> Option<Scale> {
     let sorted: Vec<Vec<f32>> = samples.iter().map(|sample| on_object(sample, map)).filter(|v| !v.is_empty()).collect();

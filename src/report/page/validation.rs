@@ -4,9 +4,9 @@ use maud::{Markup, html};
 use serde_json::{Map, Value};
 
 use super::super::Facts;
-use super::super::results::kept;
+use super::super::results::{VALIDATION, kept};
 use super::staleness;
-use super::words::{bytes, count, name, number};
+use super::words::{bytes, count, name, number, word};
 
 /// Name of the document.
 const NAME: &str = "validation.json";
@@ -44,22 +44,32 @@ const KNOWN: [&str; 17] = [
 
 /// The section.
 pub(super) fn section(facts: &Facts) -> Markup {
-    let again = format!("gen validate {} --save", facts.root.display());
-    let Some(kept) = kept(facts.root, NAME, &facts.sums) else {
+    let again = format!("gen validate {} --save", word(facts.root));
+    let Some(kept) = kept(facts.root, NAME, &VALIDATION, &facts.sums) else {
         return html! { p.note { "Nothing is kept. Make it: " code { (again) } } };
     };
+    // The sums are of the documents alone: what became of other files since, the page may have found itself.
+    let damaged = !facts.folder.troubles.is_empty();
+    let holds = kept.is_current == Some(true) && !damaged;
     html! {
         (staleness(&kept, &again))
-        @if let Ok(document) = &kept.document { (verdict(document)) (faults(document)) (statistics(&document["statistics"])) (others(document)) }
+        @if kept.is_current == Some(true) && damaged {
+            p.stale { strong { "Damaged since? " } "This page finds files " a href="#troubles" { "missing or damaged" } ". Make it again: " code { (again) } }
+        }
+        @if let Ok(document) = &kept.document { (verdict(document, holds)) (faults(document)) (statistics(&document["statistics"])) (others(document)) }
     }
 }
 
-fn verdict(document: &Value) -> Markup {
+/// The verdict, which `holds` of the dataset as it is now or held when it was validated.
+fn verdict(document: &Value, holds: bool) -> Markup {
     let faults = document["faults"].as_array().map_or(0, Vec::len);
-    let clean = document["clean"].as_bool().unwrap_or(faults == 0);
     html! {
         p.state {
-            @if clean { span.badge.good { "clean" } " no fault" } @else { span.badge.bad { "faults" } " " (count(faults as u64)) " listed" }
+            @match document["clean"].as_bool() {
+                Some(true) if holds => { span.badge.good { "clean" } " no fault" }
+                Some(true) => "clean when it was validated",
+                _ => { span.badge.bad { "faults" } " " (count(faults as u64)) " listed" }
+            }
             @for (key, one, several) in COUNTS {
                 @if let Some(n) = document[key].as_u64() { ", " (count(n)) " " (if n == 1 { one } else { several }) }
             }

@@ -1,4 +1,6 @@
-//! Numbers as words.
+//! Numbers and paths as words.
+
+use std::path::Path;
 
 /// A number with about four digits that count.
 pub(super) fn number(value: f64) -> String {
@@ -38,7 +40,7 @@ pub(super) fn count(n: u64) -> String {
     text
 }
 
-/// A share as per cent.
+/// A share as per cent; what is no more than nearly all never reads as 100 %.
 pub(super) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent.abs() {
@@ -46,8 +48,19 @@ pub(super) fn percent(share: f64) -> String {
         0.0 => "0 %".into(),
         p if p < 0.01 => "< 0.01 %".into(),
         p if p < 1.0 => format!("{percent:.2} %"),
+        p if (99.0..100.0).contains(&p) => {
+            let short = (1..=4).map(|digits| format!("{percent:.digits$}")).find(|text| !text.contains("100"));
+            short.map_or("> 99.9999 %".into(), |text| format!("{text} %"))
+        }
         _ => format!("{percent:.1} %"),
     }
+}
+
+/// A path as a word of a command in a shell.
+pub(super) fn word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
+    if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 /// A size [bytes].
@@ -87,5 +100,20 @@ mod tests {
             ("-".into(), "1.00e-5".into(), "1\u{202f}234\u{202f}567".into())
         );
         assert_eq!((percent(0.0), percent(0.00001), percent(0.25)), ("0 %".into(), "< 0.01 %".into(), "25.0 %".into()));
+    }
+
+    /// Only all of it is 100 %.
+    #[test]
+    fn nearly_all_is_not_all() {
+        let cases = [(1.0, "100.0 %"), (0.9949, "99.5 %"), (0.9997, "99.97 %"), (0.99996, "99.996 %")];
+        cases.iter().for_each(|(share, text)| assert_eq!(percent(*share), *text));
+        assert_eq!(percent(1.0 - 1e-12), "> 99.9999 %");
+    }
+
+    /// A shell takes the word as one, whatever is in the path.
+    #[test]
+    fn paths_are_quoted() {
+        let cases = [("out/planks", "out/planks"), ("my planks", "'my planks'"), ("it's; $x", "'it'\\''s; $x'")];
+        cases.iter().for_each(|(path, text)| assert_eq!(word(Path::new(path)), *text));
     }
 }

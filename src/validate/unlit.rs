@@ -1,0 +1,73 @@
+//! A row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
+//!
+//! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
+
+use super::columns::{StoredObject, StoredRow};
+use super::expected::Unlit;
+use super::report::{Code, Fault, Report};
+
+/// Names of the numbers of [`Unlit::grid`].
+const GRID: [&str; 4] = ["row_mm", "col_mm", "range_offset", "range_scale"];
+/// Differences of a row that one fault names.
+const NAMED: usize = 3;
+
+/// Checks one row.
+pub(super) fn check(row: &StoredRow, unlit: &Unlit, place: &str, report: &mut Report) {
+    let mut other = Vec::new();
+    let grid = [row.row_mm, row.col_mm, row.range_offset, row.range_scale];
+    let stored = GRID.into_iter().zip(grid).map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>();
+    let made = GRID.into_iter().zip(unlit.grid).map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>();
+    differences("", &stored, &made, &mut other);
+    let known: Vec<(String, f64)> = unlit.derived.iter().filter(|number| !number.1.is_nan()).cloned().collect();
+    differences("", &row.derived, &known, &mut other);
+    if row.defects != unlit.defects {
+        other.push(format!("the defects are {:?}, the recipe makes {:?}", row.defects, unlit.defects));
+    }
+    for object in &row.objects {
+        objects(object, unlit, &mut other);
+    }
+    if !other.is_empty() {
+        let more = if other.len() > NAMED { format!("; {} more differ", other.len() - NAMED) } else { String::new() };
+        let named = other.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join("; ");
+        report.faults.push(Fault::new(Code::DrawDiffers, place, format!("{named}{more}")));
+    }
+}
+
+fn objects(object: &StoredObject, unlit: &Unlit, other: &mut Vec<String>) {
+    let name = format!("object {}: ", object.instance);
+    let Some(own) = unlit.instances.iter().find(|own| i32::from(own.id) == object.instance) else {
+        other.push(format!("{name}the recipe makes none of that number"));
+        return;
+    };
+    let made = (own.class as i64, own.state as i64, i32::from(own.within));
+    let said = (object.class, object.state, object.within);
+    if said != made {
+        other.push(format!("{name}class, state and within are {said:?}, the recipe makes {made:?}"));
+    }
+    let made = [
+        ("x_mm", own.x_mm),
+        ("y_mm", own.y_mm),
+        ("diameter_mm", own.diameter_mm),
+        ("dive_deg", own.dive_deg),
+        ("death_radius_mm", own.death_radius_mm),
+        ("severity", own.severity),
+    ];
+    let stored = object.numbers.iter().filter(|(known, _)| made.iter().any(|(own, _)| own == known));
+    let stored: Vec<(String, f64)> = stored.map(|(known, value)| ((*known).to_owned(), *value)).collect();
+    let made = made.into_iter().filter(|number| !number.1.is_nan());
+    let made: Vec<(String, f64)> = made.map(|(known, value)| (known.to_owned(), value)).collect();
+    differences(&name, &stored, &made, other);
+}
+
+/// Numbers that are not the same bit for bit, or there on one side alone.
+fn differences(of: &str, stored: &[(String, f64)], made: &[(String, f64)], other: &mut Vec<String>) {
+    let find = |list: &[(String, f64)], name: &str| list.iter().find(|known| known.0 == name).map(|known| known.1);
+    let text = |value: Option<f64>| value.map_or("missing".to_owned(), |value| format!("{value:?}"));
+    let extra = stored.iter().filter(|known| find(made, &known.0).is_none());
+    for name in made.iter().chain(extra).map(|known| &known.0) {
+        let (found, expected) = (find(stored, name), find(made, name));
+        if found.map(f64::to_bits) != expected.map(f64::to_bits) {
+            other.push(format!("{of}{name} is {}, the recipe makes {}", text(found), text(expected)));
+        }
+    }
+}
