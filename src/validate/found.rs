@@ -56,9 +56,10 @@ impl Found {
         report.faults.extend(self.repeated());
     }
 
-    /// The splits that rows are of.
+    /// The splits that manifests name.
     pub(super) fn present(&self) -> Vec<Split> {
-        Split::ALL.into_iter().filter(|split| self.rows.iter().any(|(_, row)| row.split == Some(*split))).collect()
+        let named = |split: &&Split| self.listed.keys().any(|(_, name)| name == split.name());
+        Split::ALL.iter().filter(named).copied().collect()
     }
 
     /// Samples that are there twice.
