@@ -61,7 +61,7 @@ impl Lines {
         let rows = pixels / self.cols;
         match self.across {
             false => (number < rows).then(|| (number * self.cols, 1, self.cols)),
-            true => (number < self.cols).then(|| (number, self.cols, rows)),
+            true => (number < self.cols).then_some((number, self.cols, rows)),
         }
     }
 }
