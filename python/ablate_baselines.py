@@ -17,8 +17,11 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+import torch
+
 import train_baseline as baseline
-from train_baseline import CHANNELS, TASKS, np, torch
+from baseline_patches import CHANNELS, TASKS, cut_patches
 
 
 def judged(gen, model, fresh):
@@ -47,7 +50,7 @@ def main():
     torch.set_num_threads(1)
     torch.use_deterministic_algorithms(True)
     task = TASKS[given.task]
-    everything = baseline.cut_patches(given.train, task, CHANNELS, "train", given.patches, 0)
+    everything = cut_patches(given.train, task, CHANNELS, "train", given.patches, 0)
     told = baseline.scaling(everything, CHANNELS)
     choices = [list(c) for n in (1, 2, 3) for c in itertools.combinations(range(len(CHANNELS)), n)]
     with tempfile.TemporaryDirectory() as place:

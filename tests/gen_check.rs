@@ -257,6 +257,9 @@ fn models_are_those_of_the_script() {
     let run = python.arg(root.join("python/make_check_models.py")).arg(made.path(".")).output().expect("python starts");
     let told = String::from_utf8_lossy(&run.stderr);
     assert!(run.status.success(), "{told}\nif a package is missing: make venv");
-    let (made, committed) = (made.tree("."), gen_support::tree(&root.join("tests/models")));
+    let (made, mut committed) = (made.tree("."), gen_support::tree(&root.join("tests/models")));
+    // Beside them lie the networks that train_baseline.py trained; those are tests/baselines.rs' affair.
+    committed.retain(|name, _| made.contains_key(name));
+    assert!(!made.is_empty());
     gen_support::assert_same(&made, &committed, "python/make_check_models.py and tests/models");
 }

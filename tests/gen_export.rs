@@ -39,7 +39,7 @@ fn checked(place: &Place, format: &str, options: &str, own: bool) -> String {
     last
 }
 
-/// Boards, with images in rows: pycocotools, webdataset, folders of anomaly detection and PNG readers find each of them.
+/// Boards, with images in rows: pycocotools, folders of anomaly detection and PNG readers find each of them.
 #[test]
 fn tools_read_boards() {
     let place = dataset(recipe(&[SPLITS, LARGE[0], LARGE[1]]));
@@ -47,7 +47,6 @@ fn tools_read_boards() {
     assert!(coco.contains("12 images") && !coco.contains(" 0 objects"), "{coco}");
     let folders = checked(&place, "mvtec", "--patch-px 60", false);
     assert!(folders.contains("'train/good'") && folders.contains("knot'"), "{folders}");
-    assert_eq!(checked(&place, "webdataset", "--tar-mb 100", false), "webdataset: 3 tars, 12 samples");
     assert!(checked(&place, "png", "--colour", false).contains("12 rows"));
 }
 
@@ -73,7 +72,7 @@ fn tools_read_what_comes_from_exr() {
     let place = dataset(recipe(&[SPLITS, [png, "png: []"], LARGE[0], LARGE[1]]));
     assert!(checked(&place, "coco", "--image scatter", false).contains("12 images"));
     checked(&place, "mvtec", "--good clear,sound_knot --image range", false);
-    checked(&place, "webdataset", "", false);
+    assert_eq!(checked(&place, "webdataset", "", false), "webdataset: 3 tars, 12 samples");
     checked(&place, "png", "", false);
 }
 

@@ -125,14 +125,18 @@ fn damage_is_told() {
     };
     let find =
         |bytes: &[u8], word: &[u8]| bytes.windows(word.len()).position(|part| part == word).expect("it is in it");
-    let cases: [(&Place, &str, &str, Damage); 7] = [
+    let cases: [(&Place, &str, &str, Damage); 8] = [
         (&rows, &table, "sample", &|bytes| {
             let at = find(bytes, b"IDAT") + 30;
             bytes[at] ^= 1;
         }),
         (&rows, &table, "", &|bytes| bytes.truncate(bytes.len() - 9)),
         (&rows, &table, "", &|bytes| bytes.clear()),
-        (&rows, &manifest, "no manifest", &|bytes| bytes[0] = b'['),
+        (&rows, &manifest, "cannot be read", &|bytes| bytes[0] = b'['),
+        (&rows, &manifest, "newer", &|bytes| {
+            let at = find(bytes, b"schema_version\": [\n    1") + 23;
+            bytes[at] = b'2';
+        }),
         (&exr, &image, "", &|bytes| bytes.truncate(bytes.len() / 2)),
         (&exr, &image, "", &|bytes| bytes[0] = 0),
         (&exr, &image, "EXR", &|bytes| {
@@ -151,7 +155,7 @@ fn damage_is_told() {
             if format == "coco" && run.code == 0 {
                 continue;
             }
-            let name = if i == 6 { "set/data" } else { path };
+            let name = if i == 7 { "set/data" } else { path };
             let told = [name, "gen validate", words].iter().all(|word| run.err.contains(word));
             assert!(run.code == 1 && told, "case {i}, {format}: {}", run.err);
             assert!(!place.path(&out).join("export.json").exists(), "case {i}: it is not finished");

@@ -117,12 +117,18 @@ fn kept_results_are_shown_or_stale() {
     let read = |name: &str| fs::read(place.path(name)).expect("the file is there");
     let manifests = [read("planks/shards/00000.json"), read("planks/shards/00001.json")].concat();
     let mut document = json!({
-        "clean": false, "samples": 6, "dataset_sha256": sha(&read("planks/dataset.json")), "manifests_sha256": sha(&manifests),
+        "clean": false, "samples": 6, "images": 1, "bytes": 1_500_000, "statistics": {"alpha": 1e-6, "tests": [
+            {"of": "knots.width_mm", "test": "kolmogorov-smirnov", "samples": 6, "statistic": 0.4, "p": 0.31, "adjusted_p": 1.0},
+            {"of": "split.train", "test": "binomial", "samples": 6, "statistic": 0.0, "p": 0.002, "adjusted_p": 0.0625},
+        ]}, "dataset_sha256": sha(&read("planks/dataset.json")), "manifests_sha256": sha(&manifests),
         "faults": [{"code": "file-checksum", "place": "data/x.parquet", "what": "another sum", "remedy": "make it again"}],
     });
     place.write("planks/reports/validation.json", document.to_string());
     let current = page(&place, "planks", "--frames 0");
-    for text in ["file-checksum", "data/x.parquet", "another sum", "make it again"] {
+    let tested = "2 tests of classes, splits and drawn numbers against the recipe. The least probable has p = 0.0625";
+    for text in
+        ["file-checksum", "data/x.parquet", "another sum", "make it again", "6 samples, 1 image, 1.5 MB", tested]
+    {
         assert!(current.contains(text), "{text}");
     }
     assert!(!current.contains("class=\"stale\""), "it is of this dataset");
@@ -141,6 +147,13 @@ fn damage_has_a_page_too() {
     let html = page(&place, "planks", "--frames 0");
     assert!(html.contains("unfinished") && html.contains("shards/00001.json"));
     assert_eq!(between(&html, "<article class=\"card\"", "</article>").len(), 4);
+    let newer = place.path("planks/shards/00000.json");
+    let manifest = fs::read_to_string(&newer).expect("a manifest");
+    fs::write(&newer, manifest.replacen("\"schema_version\": [\n    1", "\"schema_version\": [\n    2", 1))
+        .expect("it is written");
+    let html = page(&place, "planks", "--frames 0");
+    assert!(html.contains("newer") && html.contains("shards/00000.json") && html.contains("run gen validate"));
+    fs::write(&newer, manifest).expect("it is written");
     let table = place.tree("planks/data").into_keys().find(|name| name.contains("00000")).expect("a table");
     let path = format!("planks/data/{table}");
     let bytes = fs::read(place.path(&path)).expect("the table is there");

@@ -188,17 +188,16 @@ fn exr_files_open_in_openexr_and_opencv() {
 /// Crops are the pixels at their places, the same for any number of workers, and a model learns from them.
 #[test]
 fn pytorch_trains_on_crops() {
-    for (place, samples) in datasets() {
-        let more = ["--crop", "24", "--scans", "3", "--crops", "2", "--steps", "20"];
-        let [alone, helped] = ["0", "2"].map(|workers| {
-            example(
-                &place.path("."),
-                "train_pytorch",
-                &place.path("set"),
-                &[&more[..], &["--workers", workers]].concat(),
-            )
-        });
-        assert_eq!(alone.line("sha256 of all batches: "), helped.line("sha256 of all batches: "));
+    for (i, (place, samples)) in datasets().into_iter().enumerate() {
+        let run = |workers: &str| {
+            let more = ["--crop", "24", "--scans", "3", "--crops", "2", "--steps", "20", "--workers", workers];
+            example(&place.path("."), "train_pytorch", &place.path("set"), &more)
+        };
+        let alone = run("0");
+        // Dealing scans out to workers knows no subject, and each start of torch takes seconds: once is enough.
+        if i == 0 {
+            assert_eq!(alone.line("sha256 of all batches: "), run("2").line("sha256 of all batches: "));
+        }
         assert_eq!(alone.line("batch: "), "[6, 4, 24, 24] torch.float32, labels [6, 24, 24] torch.int64");
         let classes: Vec<u64> = place.json("set/dataset.json")["label_values"]
             .as_array()

@@ -118,14 +118,16 @@ impl NumberColumn {
     }
 }
 
-/// Ends of keys and the unit that they stand for, longest first.
-const UNITS: [(&str, &str); 22] = [
+/// Ends of keys and the unit that they stand for; where one is the end of another, the longer first.
+const UNITS: [(&str, &str); 24] = [
     ("_w_per_m2_nm", "W/(m^2 nm)"),
     ("_deg_per_mm", "deg/mm"),
     ("_um_per_mm", "um/mm"),
     ("_per_mm", "1/mm"),
     ("_w_per_mm2", "W/mm^2"),
     ("_mm_per_s", "mm/s"),
+    ("_e_per_s", "electrons/s"),
+    ("_dn_per_e", "DN/electron"),
     ("_mm2", "mm^2"),
     ("_mm", "mm"),
     ("_um", "um"),
@@ -149,8 +151,24 @@ const UNITS: [(&str, &str); 22] = [
 /// ```
 /// assert_eq!(output_schema::unit_of("power_mw"), "mW");
 /// assert_eq!(output_schema::unit_of("spiral_slope_deg_per_mm"), "deg/mm");
+/// assert_eq!(output_schema::unit_of("dark_current_e_per_s"), "electrons/s");
+/// assert_eq!(output_schema::unit_of("gain_dn_per_e"), "DN/electron");
 /// assert_eq!(output_schema::unit_of("f_number"), "1");
 /// ```
 pub fn unit_of(key: &str) -> &'static str {
     UNITS.iter().find(|(end, _)| key.ends_with(end)).map_or("1", |(_, unit)| unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A shorter end before a longer one would hide it: the key of each unit would have another's.
+    #[test]
+    fn every_end_stands_for_its_own_unit() {
+        for (end, unit) in UNITS {
+            assert_eq!(unit_of(&format!("x{end}")), unit, "{end}");
+            assert_eq!(end.contains("_per_"), unit.contains('/'), "{end} is no {unit}");
+        }
+    }
 }

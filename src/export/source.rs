@@ -1,18 +1,16 @@
 //! The chosen samples of a dataset, read row by row and worked on by all cores in the order of shards.
 
-use std::fs;
 use std::ops::{Range, RangeInclusive};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use output_schema::file::{DATASET, data_path, manifest_path};
+use output_schema::file::{data_path, manifest_path};
 use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 
 use super::{CHECK, ExportError, Progress, Sample};
 use crate::record::Split;
-use crate::shard::{DatasetFolder, hex, read_rows};
+use crate::shard::{DatasetFolder, ShardError, Sums, read_rows};
 
 /// Which samples.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -47,8 +45,7 @@ pub struct Source {
     pub samples: u64,
     /// Shards that are not finished.
     pub unfinished: u64,
-    dataset_sha256: String,
-    manifests_sha256: String,
+    sums: Sums,
 }
 
 impl Source {
@@ -57,41 +54,28 @@ impl Source {
     /// # Errors
     /// Where there is none, or none of the chosen samples is finished.
     pub fn open(path: &Path, selection: Selection) -> Result<Self, ExportError> {
-        let told = |e: crate::shard::ShardError| ExportError::at(path, e.to_string(), "name the folder of a dataset");
+        let told = |e: ShardError| ExportError::at(path, e.to_string(), "name the folder of a dataset");
         let folder = DatasetFolder::open(path).map_err(told)?;
-        let text = path.join(DATASET);
-        let text = fs::read(&text).map_err(|e| ExportError::at(&text, e.to_string(), CHECK))?;
-        let mut source = Self {
-            folder,
-            selection,
-            shards: Vec::new(),
-            finished: Vec::new(),
-            samples: 0,
-            unfinished: 0,
-            dataset_sha256: hex(&Sha256::digest(&text)),
-            manifests_sha256: String::new(),
-        };
+        // Others may be finished while this goes on: sums and samples are of the same ones.
+        let finished: Vec<u64> =
+            (0..folder.head().shards).filter(|shard| path.join(manifest_path(*shard)).exists()).collect();
+        let unfinished = folder.head().shards - finished.len() as u64;
+        let sums = Sums::of_shards(path, finished.iter().copied());
+        let mut source = Self { folder, selection, shards: Vec::new(), finished, samples: 0, unfinished, sums };
         let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
         if let Some(range) = beyond {
             let last = source.head().samples.saturating_sub(1);
             let remedy = format!("give --index 0 to {last}");
             return Err(ExportError::at(path, format!("there is no sample {}", range.end()), &remedy));
         }
-        let mut sum = Sha256::new();
-        for shard in 0..source.head().shards {
-            let Some((text, manifest)) = source.manifest(shard)? else {
-                source.unfinished += 1;
-                continue;
-            };
-            sum.update(&text);
-            source.finished.push(shard);
+        for &shard in &source.finished {
+            let Some(manifest) = source.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
             if chosen > 0 {
                 source.shards.push(shard);
                 source.samples += chosen;
             }
         }
-        source.manifests_sha256 = hex(&sum.finalize());
         if source.samples == 0 {
             let (what, remedy) = match source.unfinished {
                 0 => ("it has no samples of that choice", "give another --split or --index"),
@@ -121,8 +105,8 @@ impl Source {
             "dataset": head.recipe.name,
             "subject": head.subject,
             "seed": head.seed,
-            "dataset_sha256": self.dataset_sha256,
-            "manifests_sha256": self.manifests_sha256,
+            "dataset_sha256": self.sums.dataset,
+            "manifests_sha256": self.sums.manifests,
             "splits": if splits.is_empty() { Split::ALL.map(Split::name).to_vec() } else { splits },
             "indices": indices,
         })
@@ -158,7 +142,7 @@ impl Source {
     ) -> Result<(), ExportError> {
         let mut done = 0;
         for &shard in &self.shards {
-            let Some((_, manifest)) = self.manifest(shard)? else { continue };
+            let Some(manifest) = self.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| self.selection.has(sample));
             let chosen: Vec<u64> = chosen.map(|sample| sample.index).collect();
             for some in chosen.chunks(rayon::current_num_threads().max(1)) {
@@ -223,7 +207,7 @@ impl Source {
             |(shard, split)| {
                 let path = data_path(split.name(), shard);
                 let manifest = match self.manifest(shard) {
-                    Ok(manifest) => manifest?.1,
+                    Ok(manifest) => manifest?,
                     Err(error) => return Some((path, shard, 0, Err(error))),
                 };
                 let of_split = manifest.samples.into_iter().filter(|sample| sample.split == split.name());
@@ -235,16 +219,12 @@ impl Source {
         )
     }
 
-    /// The manifest of a shard with its bytes; `None` where it is not finished.
-    fn manifest(&self, shard: u64) -> Result<Option<(Vec<u8>, Manifest)>, ExportError> {
-        let path: PathBuf = self.root().join(manifest_path(shard));
-        if !path.exists() {
-            return Ok(None);
-        }
-        let text = fs::read(&path).map_err(|e| ExportError::at(&path, format!("it cannot be read: {e}"), CHECK))?;
-        let manifest = serde_json::from_slice(&text);
-        let manifest = manifest.map_err(|e| ExportError::at(&path, format!("it is no manifest: {e}"), CHECK))?;
-        Ok(Some((text, manifest)))
+    /// The manifest of a shard; `None` where it is not finished.
+    fn manifest(&self, shard: u64) -> Result<Option<Manifest>, ExportError> {
+        self.folder.read_manifest(shard).map_err(|error| match error {
+            ShardError::Refused { path, reasons, .. } => ExportError::at(&path, reasons.join("; "), CHECK),
+            error => ExportError::at(self.root(), error.to_string(), CHECK),
+        })
     }
 
     /// `count` finished samples evenly spread over the whole dataset, whatever was chosen; as [`Source::each`] else.
@@ -271,8 +251,7 @@ impl Source {
     fn copied(&self) -> Self {
         let (shards, finished) = (self.finished.clone(), self.finished.clone());
         let (folder, selection) = (self.folder.clone(), Selection::default());
-        let (dataset_sha256, manifests_sha256) = (self.dataset_sha256.clone(), self.manifests_sha256.clone());
-        Self { folder, selection, shards, finished, dataset_sha256, manifests_sha256, ..*self }
+        Self { folder, selection, shards, finished, sums: self.sums.clone(), ..*self }
     }
 }
 

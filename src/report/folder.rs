@@ -8,7 +8,7 @@ use output_schema::file::{data_path, manifest_path};
 use output_schema::{DatasetHead, Manifest};
 
 use crate::record::Split;
-use crate::shard::DatasetFolder;
+use crate::shard::{DatasetFolder, ShardError};
 
 /// Most faults that the page lists; the others are counted.
 pub(super) const LISTED: usize = 40;
@@ -73,11 +73,15 @@ impl Folder {
         }
         head.assets.iter().for_each(|asset| found.count("files of the recipe", asset.bytes));
         for shard in 0..head.shards {
-            match manifest(root, shard) {
-                Ok(manifest) => found.shard(root, shard, &manifest),
-                Err(what) => {
+            match folder.read_manifest(shard) {
+                Ok(Some(manifest)) => found.shard(root, shard, &manifest),
+                Ok(None) => {
                     let remedy = "run the command that began the dataset to finish it";
-                    found.trouble(manifest_path(shard), what, remedy);
+                    found.trouble(manifest_path(shard), "is missing: the shard is not finished".into(), remedy);
+                }
+                Err(error) => {
+                    let remedy = "run gen validate: it says what is wrong with the dataset";
+                    found.trouble(manifest_path(shard), told(error), remedy);
                 }
             }
         }
@@ -137,9 +141,13 @@ fn kind(path: &str) -> &'static str {
     }
 }
 
-fn manifest(root: &Path, shard: u64) -> Result<Manifest, String> {
-    let text = fs::read(root.join(manifest_path(shard))).map_err(|_| "is missing: the shard is not finished")?;
-    serde_json::from_slice(&text).map_err(|e| format!("cannot be read: {e}"))
+/// What is wrong with a manifest, without its path and remedy, which stand beside it.
+fn told(error: ShardError) -> String {
+    match error {
+        ShardError::Refused { reasons, .. } => reasons.join("; "),
+        ShardError::Io { source, .. } => format!("cannot be read: {source}"),
+        error => error.to_string(),
+    }
 }
 
 /// Samples that the head promises in the shards that are not finished.

@@ -109,7 +109,7 @@ impl DatasetFolder {
     /// Whether the shard is finished: its manifest is there, counts as many samples as it should, and every file has
     /// its size.
     pub fn is_done(&self, shard: u64) -> bool {
-        let Some(manifest) = self.manifest(shard) else { return false };
+        let Ok(Some(manifest)) = self.read_manifest(shard) else { return false };
         let whole = |file: &output_schema::ManifestFile| {
             fs::metadata(self.root.join(&file.path)).is_ok_and(|found| found.is_file() && found.len() == file.bytes)
         };
@@ -136,18 +136,12 @@ impl DatasetFolder {
         let present: Vec<Split> =
             Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
         let mut counts = Counts::new();
-        for manifest in (0..self.head.shards).filter_map(|shard| self.manifest(shard)) {
-            manifest
-                .samples
-                .into_iter()
-                .for_each(|sample| *counts.entry((sample.class, sample.split)).or_default() += 1);
+        for shard in 0..self.head.shards {
+            for sample in self.read_manifest(shard)?.into_iter().flat_map(|manifest| manifest.samples) {
+                *counts.entry((sample.class, sample.split)).or_default() += 1;
+            }
         }
         describe(&self.root, &self.head, &present, &counts)
-    }
-
-    /// The manifest of a finished shard; `None` where there is none that this program reads.
-    pub fn manifest(&self, shard: u64) -> Option<Manifest> {
-        self.read_manifest(shard).ok().flatten()
     }
 
     /// The manifest of a finished shard; `None` where the shard is not finished.

@@ -108,7 +108,7 @@ fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) 
                 span.tag style={ "--h:" (hue(sample.class)) } { i.dot {} (name(class)) }
                 span.tag { (Split::ALL[sample.split].name()) }
             }
-            a.maps href={ "#s" (sample.index) } style=[style] aria-label={ "Sample " (sample.index) ", larger" } {
+            a.maps.wide[sample.width > height] href={ "#s" (sample.index) } style=[style] aria-label={ "Sample " (sample.index) ", larger" } {
                 @for ((map, (title, ramp)), scale) in PANELS.iter().enumerate().zip(scales) {
                     figure {
                         @match (&sample.maps[map], scale) {

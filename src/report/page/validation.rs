@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use super::super::Facts;
 use super::super::results::kept;
 use super::staleness;
-use super::words::{count, number};
+use super::words::{bytes, count, name, number};
 
 /// Name of the document.
 const NAME: &str = "validation.json";
@@ -14,8 +14,15 @@ const NAME: &str = "validation.json";
 const LISTED: usize = 20;
 /// Rows of any other table.
 const ROWS: usize = 400;
+/// Numbers of the document, and what is said of one and of several.
+const COUNTS: [(&str, &str, &str); 4] = [
+    ("samples", "sample", "samples"),
+    ("images", "image", "images"),
+    ("rerendered", "sample rendered again", "samples rendered again"),
+    ("files", "file", "files"),
+];
 /// Keys that are shown elsewhere.
-const KNOWN: [&str; 9] = [
+const KNOWN: [&str; 17] = [
     "format",
     "schema_version",
     "clean",
@@ -25,6 +32,14 @@ const KNOWN: [&str; 9] = [
     "manifests_sha256",
     "dataset",
     "generator",
+    "samples",
+    "images",
+    "rerendered",
+    "files",
+    "bytes",
+    "shards",
+    "chosen",
+    "statistics",
 ];
 
 /// The section.
@@ -35,7 +50,7 @@ pub(super) fn section(facts: &Facts) -> Markup {
     };
     html! {
         (staleness(&kept, &again))
-        @if let Ok(document) = &kept.document { (verdict(document)) (faults(document)) (others(document)) }
+        @if let Ok(document) = &kept.document { (verdict(document)) (faults(document)) (statistics(&document["statistics"])) (others(document)) }
     }
 }
 
@@ -45,8 +60,12 @@ fn verdict(document: &Value) -> Markup {
     html! {
         p.state {
             @if clean { span.badge.good { "clean" } " no fault" } @else { span.badge.bad { "faults" } " " (count(faults as u64)) " listed" }
+            @for (key, one, several) in COUNTS {
+                @if let Some(n) = document[key].as_u64() { ", " (count(n)) " " (if n == 1 { one } else { several }) }
+            }
+            @if let Some(n) = document["bytes"].as_f64() { ", " (bytes(n)) }
             @for (key, value) in document.as_object().into_iter().flatten() {
-                @if let (Some(n), false) = (value.as_u64(), KNOWN.contains(&key.as_str())) { ", " (count(n)) " " (key.replace('_', " ")) }
+                @if let (Some(n), false) = (value.as_u64(), KNOWN.contains(&key.as_str())) { ", " (count(n)) " " (name(key)) }
             }
         }
     }
@@ -65,6 +84,31 @@ fn faults(document: &Value) -> Markup {
                 summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(), |fault| text(fault, "remedy"))) } }
                 ul { @for fault in of.iter().take(LISTED) { li { code { (text(fault, "place")) } ": " (text(fault, "what")) } } }
                 @if of.len() > LISTED { p.dim { "and " (of.len() - LISTED) " more" } }
+            }
+        }
+    }
+}
+
+/// Tests against the recipe: how many, how near the nearest came, and each of them, the nearest first.
+fn statistics(document: &Value) -> Markup {
+    let p = |test: &&Value| test["adjusted_p"].as_f64().unwrap_or(1.0);
+    let mut tests: Vec<&Value> = document["tests"].as_array().into_iter().flatten().collect();
+    tests.sort_by(|a, b| p(a).total_cmp(&p(b)));
+    let field = |test: &Value, key: &str| plain(&test[key]);
+    html! {
+        @if let Some(nearest) = tests.first() {
+            p { (count(tests.len() as u64)) " tests of classes, splits and drawn numbers against the recipe. The least probable has p = "
+                (number(p(nearest))) ", corrected for their number (" code { (field(nearest, "of")) } ")"
+                @if let Some(alpha) = document["alpha"].as_f64() { "; a fault is one below " (number(alpha)) } "." }
+            details.group {
+                summary { "Tests" }
+                div.scroll tabindex="0" { table {
+                    thead { tr { @for title in ["of", "test", "samples", "statistic", "p", "corrected p"] { th { (title) } } } }
+                    tbody { @for test in tests.iter().take(ROWS) { tr {
+                        @for key in ["of", "test", "samples", "statistic", "p", "adjusted_p"] { td { (field(test, key)) } }
+                    } } }
+                } }
+                @if tests.len() > ROWS { p.dim { "and " (tests.len() - ROWS) " more" } }
             }
         }
     }
