@@ -3,7 +3,7 @@
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
-use output_schema::file::data_path;
+use output_schema::file::{data_path, manifest_path};
 use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -56,21 +56,20 @@ impl Source {
     pub fn open(path: &Path, selection: Selection) -> Result<Self, ExportError> {
         let told = |e: ShardError| ExportError::at(path, e.to_string(), "name the folder of a dataset");
         let folder = DatasetFolder::open(path).map_err(told)?;
-        let sums = Sums::of(path, folder.head().shards);
-        let mut source =
-            Self { folder, selection, shards: Vec::new(), finished: Vec::new(), samples: 0, unfinished: 0, sums };
+        // Others may be finished while this goes on: sums and samples are of the same ones.
+        let finished: Vec<u64> =
+            (0..folder.head().shards).filter(|shard| path.join(manifest_path(*shard)).exists()).collect();
+        let unfinished = folder.head().shards - finished.len() as u64;
+        let sums = Sums::of_shards(path, finished.iter().copied());
+        let mut source = Self { folder, selection, shards: Vec::new(), finished, samples: 0, unfinished, sums };
         let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
         if let Some(range) = beyond {
             let last = source.head().samples.saturating_sub(1);
             let remedy = format!("give --index 0 to {last}");
             return Err(ExportError::at(path, format!("there is no sample {}", range.end()), &remedy));
         }
-        for shard in 0..source.head().shards {
-            let Some(manifest) = source.manifest(shard)? else {
-                source.unfinished += 1;
-                continue;
-            };
-            source.finished.push(shard);
+        for &shard in &source.finished {
+            let Some(manifest) = source.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
             if chosen > 0 {
                 source.shards.push(shard);

@@ -20,8 +20,13 @@ pub struct Sums {
 impl Sums {
     /// Of the dataset at `root` with so many shards; documents that are not there count as empty.
     pub fn of(root: &Path, shards: u64) -> Self {
+        Self::of_shards(root, 0..shards)
+    }
+
+    /// The same with the manifests of these shards alone.
+    pub(crate) fn of_shards(root: &Path, shards: impl IntoIterator<Item = u64>) -> Self {
         let mut manifests = Sha256::new();
-        for shard in 0..shards {
+        for shard in shards {
             manifests.update(fs::read(root.join(manifest_path(shard))).unwrap_or_default());
         }
         let dataset = Sha256::digest(fs::read(root.join(DATASET)).unwrap_or_default());
