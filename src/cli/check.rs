@@ -11,7 +11,7 @@ use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{Options, Report, check};
 use crate::record::Split;
-use crate::shard::Sums;
+use crate::shard::{DatasetFolder, Sums};
 
 /// Name of the document in the folder of pictures.
 const DOCUMENT: &str = "check.json";
@@ -124,6 +124,9 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         worst: arguments.worst as usize,
         pictures: arguments.out.is_some() || arguments.save,
     };
+    // A folder that is no dataset is told by the check itself.
+    let sums = || DatasetFolder::open(&arguments.dir).ok().map(|folder| Sums::of(&arguments.dir, folder.head().shards));
+    let before = if arguments.save { sums() } else { None };
     let bar = Things::new("windows");
     let report = check(&options, &|done, all| bar.show(done, all));
     bar.end();
@@ -136,14 +139,18 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         pictures = draw(out, "", &report)?;
         whole::write(&out.join(DOCUMENT), format!("{:#}\n", report.json(&pictures)).as_bytes())?;
     }
-    if arguments.save {
-        let kept = save(&arguments.dir, &arguments.model, &report)?;
-        say(&format!("kept as {}", kept.display()));
-    }
     print(&if arguments.json { format!("{:#}\n", report.json(&pictures)) } else { report.table() });
     if bar.is_seen() {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
         say(&format!("{} in {}", counted(bar.done(), "window"), duration(time)));
+    }
+    if let Some(before) = before {
+        if sums().as_ref() != Some(&before) {
+            let dir = arguments.dir.display();
+            return Err(format!("{dir} changed while it was read, the report is not kept; check again").into());
+        }
+        let kept = save(&arguments.dir, &arguments.model, &report, &before)?;
+        say(&format!("kept as {}", kept.display()));
     }
     match arguments.min_accuracy {
         Some(least) if report.accuracy() < least => {
@@ -174,7 +181,12 @@ fn prepare(out: &Path) -> Result<(), Usage> {
 }
 
 /// Keeps the report in the dataset's folder, with what it was made from; pictures of an earlier one go.
-fn save(dir: &Path, model: &Path, report: &Report) -> Result<PathBuf, Box<dyn std::error::Error + Send + Sync>> {
+fn save(
+    dir: &Path,
+    model: &Path,
+    report: &Report,
+    sums: &Sums,
+) -> Result<PathBuf, Box<dyn std::error::Error + Send + Sync>> {
     let reports = dir.join("reports");
     let told = |e: std::io::Error| format!("--save: {}: {e}; make the folder writable", reports.display());
     fs::create_dir_all(&reports).map_err(told)?;
@@ -188,10 +200,9 @@ fn save(dir: &Path, model: &Path, report: &Report) -> Result<PathBuf, Box<dyn st
         }
     }
     let pictures = draw(&reports, &format!("{name}-"), report)?;
-    let sums = Sums::of(dir, report.head.shards);
     let mut document = report.json(&pictures);
-    document["dataset_sha256"] = sums.dataset.into();
-    document["manifests_sha256"] = sums.manifests.into();
+    document["dataset_sha256"] = sums.dataset.as_str().into();
+    document["manifests_sha256"] = sums.manifests.as_str().into();
     let path = reports.join(format!("{name}.json"));
     whole::write_or(&path, format!("{document:#}\n").as_bytes(), "make room there, or check without --save")?;
     Ok(path)

@@ -16,6 +16,9 @@ const OWN: [&str; 2] = ["license: ", "  \"license\": "];
 /// What to do about a document that is missing or changed.
 const REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
 
+/// What to do about one that was written before all shards were there.
+const FINISH: &str = "run the command that made the dataset once more, without --part: it finishes the file";
+
 /// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
 /// believed; one that is not finished names all splits.
 pub(super) fn check(
@@ -46,11 +49,15 @@ pub(super) fn check(
         match fs::read(&path) {
             Err(e) => fault(Code::FileMissing, format!("the document cannot be read: {e}")),
             Ok(found) => {
-                let missing =
-                    missing_line(&found, &text).filter(|_| finished || missing_line(&found, &other).is_some());
+                // What the program writes before all shards are there: parts that were copied together still have it.
+                let early = missing_line(&found, &other).is_none();
+                let missing = missing_line(&found, &text).filter(|_| finished || !early);
                 if let Some((number, line)) = missing {
                     let what = format!("line {number} as the program writes it is missing or changed: `{line}`");
                     fault(Code::CardDiffers, what);
+                    if let Some(fault) = report.faults.last_mut().filter(|_| early) {
+                        fault.remedy = FINISH;
+                    }
                 }
             }
         }

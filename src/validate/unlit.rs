@@ -27,8 +27,7 @@ pub(super) fn check(row: &StoredRow, unlit: &Unlit, place: &str, report: &mut Re
         objects(object, unlit, &mut other);
     }
     if !other.is_empty() {
-        let more =
-            if other.len() > NAMED { format!("; {} more differ", other.len() - NAMED) } else { String::new() };
+        let more = if other.len() > NAMED { format!("; {} more differ", other.len() - NAMED) } else { String::new() };
         let named = other.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join("; ");
         report.faults.push(Fault::new(Code::DrawDiffers, place, format!("{named}{more}")));
     }
