@@ -16,7 +16,8 @@ fn rows_against_manifest_and_head() {
     use Code::*;
     assert_eq!(
         after(|root| edit_json(&root.join(MANIFEST), |v| v["samples"][1]["class"] = "clear".into())),
-        [RowDiffers]
+        [RowDiffers, CardDiffers],
+        "the card counts samples of each class"
     );
     let sum = "0".repeat(64);
     assert_eq!(

@@ -153,6 +153,23 @@ fn an_unfinished_dataset_says_which_shards_are_missing() {
     assert_eq!(head.shards, 3);
 }
 
+/// Parts of several machines: each has a card without counts, and nobody writes another one.
+#[test]
+fn parts_that_were_put_together() {
+    let [place, part] = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
+    write_dataset(place.path(), 12, &output());
+    DatasetFolder::open_or_create(part.path(), head(&output(), &SIZE, 12)).expect("it opens");
+    for name in ["README.md", "croissant.json"] {
+        fs::copy(part.path().join(name), place.path().join(name)).expect("copied");
+    }
+    let report = check(&place);
+    assert!(report.is_clean(), "{report}");
+    let card = place.path().join("README.md");
+    let text = fs::read_to_string(&card).expect("there");
+    fs::write(card, text.replacen("|  |  |  |", "| 1 |  |  |", 1)).expect("written");
+    assert_eq!(check(&place).codes(), [Code::CardDiffers]);
+}
+
 /// A copy of a file that the recipe names: changed, gone, of another recipe, or outside of the folder.
 #[test]
 fn files_that_the_recipe_names() {

@@ -66,7 +66,7 @@ impl Lines {
         let rows = pixels / self.cols;
         match self.across {
             false => (number < rows).then(|| (number * self.cols, 1, self.cols)),
-            true => (number < self.cols).then(|| (number, self.cols, rows)),
+            true => (number < self.cols).then_some((number, self.cols, rows)),
         }
     }
 }
@@ -79,9 +79,11 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
         number += 1;
         let at = |k: usize| first + step * if backwards { length - 1 - k } else { k };
         let mut edge = None;
+        let mut before = label[at(0)];
         for k in 1..length {
-            match (label[at(k - 1)], label[at(k)]) {
-                (0, 0) => {}
+            let here = label[at(k)];
+            match (std::mem::replace(&mut before, here), here) {
+                (0, 0) => continue,
                 // Into the object.
                 (0, _) => {
                     edge = Some(k);
@@ -93,6 +95,7 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
             }
             let Some(edge) = edge else { continue };
             let place = k - edge + 1;
+<<<<<<< HEAD
             let r = range[at(k)];
             if r > 0 && place >= NEAR && place <= DEEP {
                 match place {
@@ -100,6 +103,11 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
                     ..=MIDDLE => near.push(r),
                     _ => far.push(r),
                 }
+=======
+            if (NEAR..=DEEP).contains(&place) {
+                let strip = if place <= FAR { &mut within } else { &mut deep };
+                strip.extend(Some(range[at(k)]).filter(|&r| r > 0));
+>>>>>>> fix-v
             }
         }
     }

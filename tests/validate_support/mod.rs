@@ -56,6 +56,7 @@ pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
         writer.push(sample).expect("it is written");
     }
     writer.finish().expect("it is finished");
+    folder.complete().expect("the card is written");
     check(&place).codes()
 }
 
