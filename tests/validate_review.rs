@@ -110,7 +110,7 @@ fn a_missing_table_does_not_fault_the_card() {
 fn parts_that_were_copied_together_are_told_how_to_end() {
     let place = Place::with(&[]);
     for part in [0, 1] {
-        let run = place.make(&format!("p{part}"), &format!("--n 4 --samples-per-shard 1 --part {part}/2"));
+        let run = place.make(&format!("p{part}"), &format!("--n 2 --samples-per-shard 1 --part {part}/2"));
         assert!(run.err.contains("run the command once more there, without --part"), "{}", run.err);
     }
     for path in place
@@ -125,7 +125,7 @@ fn parts_that_were_copied_together_are_told_how_to_end() {
     let report = inspect(&place.path("p0"));
     let ends = |fault: &sheetlight::validate::Fault| fault.code == CardDiffers && fault.remedy.contains("--part");
     assert!(!report.is_clean() && report.faults.iter().all(ends), "{report}");
-    place.make("p0", "--n 4 --samples-per-shard 1");
+    place.make("p0", "--n 2 --samples-per-shard 1");
     assert!(inspect(&place.path("p0")).is_clean());
 }
 

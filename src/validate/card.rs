@@ -16,7 +16,7 @@ const OWN: [&str; 2] = ["license: ", "  \"license\": "];
 /// What to do about a document that is missing or changed.
 const REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
 
-/// What to do about one that was written before all shards were there.
+/// What to do about one that was written before all shards were there, as parts have it that were put together.
 const FINISH: &str = "run the command that made the dataset once more, without --part: it finishes the file";
 
 /// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
@@ -52,18 +52,12 @@ pub(super) fn check(
         match fs::read(&path) {
             Err(e) => fault(Code::FileMissing, format!("the document cannot be read: {e}")),
             Ok(found) => {
-<<<<<<< HEAD
-                // What the program writes before all shards are there: parts that were copied together still have it.
-                let early = missing_line(&found, &other).is_none();
-                let missing = missing_line(&found, &text).filter(|_| finished || !early);
-                if let Some((number, line)) = missing {
-=======
                 let is_unfinished = || (has_all || !finished) && missing_line(&found, &other, !finished).is_none();
                 if let Some((number, line)) = missing_line(&found, &text, is_open).filter(|_| !is_unfinished()) {
->>>>>>> fix-v
                     let what = format!("line {number} as the program writes it is missing or changed: `{line}`");
                     fault(Code::CardDiffers, what);
-                    if let Some(fault) = report.faults.last_mut().filter(|_| early) {
+                    let is_early = finished && missing_line(&found, &other, false).is_none();
+                    if let Some(fault) = report.faults.last_mut().filter(|_| is_early) {
                         fault.remedy = FINISH;
                     }
                 }

@@ -56,16 +56,10 @@ impl Found {
         report.faults.extend(self.repeated());
     }
 
-<<<<<<< HEAD
-    /// The splits that manifests name samples of.
-    pub(super) fn present(&self) -> Vec<Split> {
-        Split::ALL.into_iter().filter(|split| self.listed.keys().any(|(_, name)| name == split.name())).collect()
-=======
     /// The splits that manifests name.
     pub(super) fn present(&self) -> Vec<Split> {
         let named = |split: &&Split| self.listed.keys().any(|(_, name)| name == split.name());
         Split::ALL.iter().filter(named).copied().collect()
->>>>>>> fix-v
     }
 
     /// Samples that are there twice.

@@ -95,7 +95,6 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
             }
             let Some(edge) = edge else { continue };
             let place = k - edge + 1;
-<<<<<<< HEAD
             let r = range[at(k)];
             if r > 0 && place >= NEAR && place <= DEEP {
                 match place {
@@ -103,11 +102,6 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
                     ..=MIDDLE => near.push(r),
                     _ => far.push(r),
                 }
-=======
-            if (NEAR..=DEEP).contains(&place) {
-                let strip = if place <= FAR { &mut within } else { &mut deep };
-                strip.extend(Some(range[at(k)]).filter(|&r| r > 0));
->>>>>>> fix-v
             }
         }
     }
