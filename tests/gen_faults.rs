@@ -35,7 +35,7 @@ fn numbers_that_cannot_be() {
         ("--n 4 --part 0/0", &["0/0"]),
         ("--n 4 --samples-per-shard 0", &["--samples-per-shard 0", "1 to 100000"]),
         ("--n 4 --samples-per-shard 100001", &["100001", "1 to 100000"]),
-        ("--n 2000000 --samples-per-shard 1", &["2000000 shards", "at most 1000000", "--samples-per-shard"]),
+        ("--n 2000000 --samples-per-shard 1", &["2000000 shards", "at most 100000", "--samples-per-shard"]),
     ];
     for (arguments, words) in cases {
         refused(&place, 2, &format!("--recipe tiny.yaml --out set {arguments}"), words);

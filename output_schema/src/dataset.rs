@@ -13,6 +13,12 @@ pub const FORMAT: &str = "sheetlight-dataset";
 /// something was added.
 pub const SCHEMA_VERSION: [u32; 2] = [1, 3];
 
+/// Most samples of a dataset.
+pub const MOST_SAMPLES: u64 = 100_000_000;
+
+/// Most shards of a dataset: their names have five digits.
+pub const MOST_SHARDS: u64 = 100_000;
+
 /// The oldest minor number of this major one whose columns and keys are all that readers here ask for.
 pub const OLDEST_MINOR: u32 = 2;
 
@@ -163,6 +169,23 @@ impl DatasetHead {
     /// Shards that `samples` samples need.
     pub fn shards_for(samples: u64, samples_per_shard: u64) -> u64 {
         samples.div_ceil(samples_per_shard.max(1))
+    }
+
+    /// Why no dataset has so many samples and shards, or `None` where one can.
+    ///
+    /// ```
+    /// # use output_schema::DatasetHead;
+    /// assert!(DatasetHead::refuse_size(100, 25, 4).is_none());
+    /// assert!(DatasetHead::refuse_size(100, 25, 5).unwrap().contains("not 5 shards"));
+    /// assert!(DatasetHead::refuse_size(u64::MAX, 1, u64::MAX).unwrap().contains("at most"));
+    /// ```
+    pub fn refuse_size(samples: u64, samples_per_shard: u64, shards: u64) -> Option<String> {
+        if samples_per_shard == 0 || shards != Self::shards_for(samples, samples_per_shard) {
+            return Some(format!("{samples} samples in shards of {samples_per_shard} are not {shards} shards"));
+        }
+        (samples > MOST_SAMPLES || shards > MOST_SHARDS).then(|| {
+            format!("{samples} samples in {shards} shards: at most {MOST_SAMPLES} samples in {MOST_SHARDS} shards")
+        })
     }
 
     /// First index and count of a shard; the count is 0 past the end.

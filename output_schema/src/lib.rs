@@ -24,8 +24,8 @@ pub mod subject;
 pub use channel::{CHANNELS, Channel, SampleType};
 pub use column::{Column, Kind, NumberColumn, unit_of};
 pub use dataset::{
-    AssetHead, DatasetHead, FORMAT, Generator, Images, OLDEST_MINOR, RecipeHead, SCHEMA_VERSION, SplitShares,
-    refuse_version,
+    AssetHead, DatasetHead, FORMAT, Generator, Images, MOST_SAMPLES, MOST_SHARDS, OLDEST_MINOR, RecipeHead,
+    SCHEMA_VERSION, SplitShares, refuse_version,
 };
 pub use json::json_schema;
 pub use manifest::{Manifest, ManifestFile, ManifestSample};

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use output_schema::{MOST_SAMPLES, MOST_SHARDS};
+
 use super::progress::{Progress, bytes, counted, duration, say};
 use super::{Generate, Outcome, Usage, print};
 use crate::generate::{Estimate, Order, Summary, generate, head};
 use crate::recipe::Recipe;
 use crate::settings::Transport;
 
-/// Most samples and shards of a dataset: a folder lists as many files.
-const MOST: (u64, u64) = (100_000_000, 1_000_000);
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MOST_THREADS: (usize, usize) = (4, 16);
 
@@ -78,7 +78,7 @@ fn samples(arguments: &Generate) -> Result<u64, Usage> {
     let n = match arguments.n {
         None => Err("--n is missing: how many samples shall the dataset have? for instance --n 100".into()),
         Some(0) => Err("--n 0: a dataset has 1 sample or more".into()),
-        Some(n) if n > MOST.0 => Err(format!("--n {n}: at most {} samples", MOST.0)),
+        Some(n) if n > MOST_SAMPLES => Err(format!("--n {n}: at most {MOST_SAMPLES} samples")),
         Some(n) => Ok(n),
     };
     if let Some(size @ (0 | 100_001..)) = arguments.samples_per_shard {
@@ -96,9 +96,9 @@ fn order(arguments: &Generate, recipe: &Recipe, samples: u64) -> Result<Order, U
         samples_per_shard: arguments.samples_per_shard,
     };
     let shards = head(recipe, &order).shards;
-    if shards > MOST.1 {
+    if shards > MOST_SHARDS {
         let remedy = "ask for more --samples-per-shard, or for fewer samples";
-        return Err(Usage(format!("{samples} samples would be {shards} shards, at most {}; {remedy}", MOST.1)));
+        return Err(Usage(format!("{samples} samples would be {shards} shards, at most {MOST_SHARDS}; {remedy}")));
     }
     Ok(order)
 }
@@ -115,7 +115,9 @@ fn make(name: &str, recipe: &Recipe, order: &Order) -> Outcome {
 fn told(summary: &Summary, order: &Order) -> String {
     let part = match order.part {
         (0, 1) => String::new(),
-        (part, parts) => format!(", part {part}/{parts}"),
+        (part, parts) => format!(
+            ", part {part}/{parts}; when all parts lie in one folder, run the command once more there, without --part"
+        ),
     };
     let dataset = format!("dataset of {}{part}", counted(summary.total, "sample"));
     let made = format!("{} in {} made", counted(summary.samples, "sample"), counted(summary.shards, "shard"));

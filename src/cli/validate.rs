@@ -51,6 +51,12 @@ pub(super) struct Validate {
 pub(super) fn run(arguments: &Validate) -> Outcome {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
     let folder = DatasetFolder::open(&arguments.dir).ok();
+    let shards = folder.as_ref().map(|folder| folder.head().shards);
+    let sums = shards.filter(|_| arguments.save).map(|shards| Sums::of(&arguments.dir, shards));
+    if arguments.save && sums.is_none() {
+        let dir = arguments.dir.display();
+        return Err(format!("--save: {dir} holds no readable dataset.json; validate without --save to see why").into());
+    }
     // Where dataset.json cannot be read, validation says so itself.
     let again = folder.as_ref().map(Again::of).unwrap_or(Err("there is no readable dataset.json".into()));
     if let Ok(again) = &again
@@ -77,8 +83,12 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
     let report = pool.install(|| validate(&arguments.dir, &options));
     bar.end();
     print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
-    if arguments.save {
-        save(&arguments.dir, folder.map_or(0, |folder| folder.head().shards), &report)?;
+    if let (Some(before), Some(shards)) = (sums, shards) {
+        if Sums::of(&arguments.dir, shards) != before {
+            let dir = arguments.dir.display();
+            return Err(format!("{dir} changed while it was read, the report is not kept; validate it again").into());
+        }
+        save(&arguments.dir, &before, &report)?;
     }
     if report.is_clean() {
         return Ok(ExitCode::SUCCESS);
@@ -88,8 +98,7 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
 }
 
 /// Keeps the report with the sums of the documents that it is about.
-fn save(dir: &Path, shards: u64, report: &Report) -> Result<(), String> {
-    let sums = Sums::of(dir, shards);
+fn save(dir: &Path, sums: &Sums, report: &Report) -> Result<(), String> {
     let mut document = json!({ "format": "sheetlight-validation", "dataset_sha256": sums.dataset, "manifests_sha256": sums.manifests });
     if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
         document.extend(report);

@@ -233,7 +233,13 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
 
 /// `dataset.json` of a folder; `None` where there is none.
 fn read_head(root: &Path) -> Result<Option<DatasetHead>, ShardError> {
-    read_document(&root.join(DATASET), "choose another folder, or bring the file back")
+    let (path, remedy) = (root.join(DATASET), "choose another folder, or bring the file back");
+    let head: Option<DatasetHead> = read_document(&path, remedy)?;
+    let size = |head: &DatasetHead| DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
+    match head.as_ref().and_then(size) {
+        Some(reason) => Err(ShardError::Refused { path, reasons: vec![reason], remedy }),
+        None => Ok(head),
+    }
 }
 
 /// A document with format and version; `None` where there is none.

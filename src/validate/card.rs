@@ -16,6 +16,9 @@ const OWN: [&str; 2] = ["license: ", "  \"license\": "];
 /// What to do about a document that is missing or changed.
 const REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
 
+/// What to do about one that was written before all shards were there, as parts have it that were put together.
+const FINISH: &str = "run the command that made the dataset once more, without --part: it finishes the file";
+
 /// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
 /// believed; one that is not finished names all splits.
 pub(super) fn check(
@@ -53,6 +56,10 @@ pub(super) fn check(
                 if let Some((number, line)) = missing_line(&found, &text, is_open).filter(|_| !is_unfinished()) {
                     let what = format!("line {number} as the program writes it is missing or changed: `{line}`");
                     fault(Code::CardDiffers, what);
+                    let is_early = finished && missing_line(&found, &other, false).is_none();
+                    if let Some(fault) = report.faults.last_mut().filter(|_| is_early) {
+                        fault.remedy = FINISH;
+                    }
                 }
             }
         }

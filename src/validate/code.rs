@@ -39,6 +39,8 @@ codes! {
     WriterDiffers,
     /// The dataset was written with a schema that this program does not read.
     VersionUnknown,
+    /// The dataset was written with another minor version of the schema: much of it cannot be compared.
+    VersionDiffers,
     /// A shard has no manifest: it is not finished.
     ManifestMissing,
     /// A manifest is no document of this format.
@@ -65,7 +67,7 @@ codes! {
     IdRepeated,
     /// A row says another id, split, class or seed than its file, manifest or `dataset.json`.
     RowDiffers,
-    /// A drawn number is not what recipe, seed and index give.
+    /// A drawn number, or what follows from the draws without light, is not what recipe, seed and index give.
     DrawDiffers,
     /// A row has a class that `dataset.json` does not name.
     ClassUnknown,
@@ -141,6 +143,7 @@ impl Code {
             Self::CardDiffers => "remove the file and run the command that made the dataset again: it writes it anew",
             Self::SampleRepeated | Self::SampleAlike => "remove the manifests of both shards and run the command again",
             Self::WriterDiffers => "validate with the program version and target that the message names",
+            Self::VersionDiffers => "validate with the program version that wrote the dataset; it stays readable",
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",
             Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",

@@ -3,7 +3,7 @@
 use output_schema::file::manifest_path;
 
 use super::alike;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Fault, PRINTED, Report};
 use super::shard::{Finding, Row};
 use crate::record::Split;
 use crate::shard::Counts;
@@ -52,13 +52,14 @@ impl Found {
     pub(super) fn tell(&mut self, report: &mut Report) {
         report.add(std::mem::take(&mut self.counts));
         self.faults.sort_by_key(|(place, _)| *place);
-        report.faults.extend(self.faults.drain(..).flat_map(|(_, faults)| faults));
+        report.faults.extend(runs(self.faults.drain(..).flat_map(|(_, faults)| faults)));
         report.faults.extend(self.repeated());
     }
 
-    /// The splits that manifests name samples of.
+    /// The splits that manifests name.
     pub(super) fn present(&self) -> Vec<Split> {
-        Split::ALL.into_iter().filter(|split| self.listed.keys().any(|(_, name)| name == split.name())).collect()
+        let named = |split: &&Split| self.listed.keys().any(|(_, name)| name == split.name());
+        Split::ALL.iter().filter(named).copied().collect()
     }
 
     /// Samples that are there twice.
@@ -80,4 +81,29 @@ impl Found {
         })
         .collect()
     }
+}
+
+/// Faults as they are, but many missing manifests in a row as one.
+fn runs(faults: impl Iterator<Item = Fault>) -> Vec<Fault> {
+    let mut told: Vec<Fault> = Vec::new();
+    let mut missing: Vec<Fault> = Vec::new();
+    let end = |missing: &mut Vec<Fault>, told: &mut Vec<Fault>| match missing.as_slice() {
+        [first, .., last] if missing.len() > PRINTED => {
+            let place = format!("{} to {}", first.place, last.place);
+            let what = format!("{} shards in a row have no manifest", missing.len());
+            told.push(Fault::new(Code::ManifestMissing, place, what));
+            missing.clear();
+        }
+        _ => told.append(missing),
+    };
+    for fault in faults {
+        if fault.code == Code::ManifestMissing {
+            missing.push(fault);
+        } else {
+            end(&mut missing, &mut told);
+            told.push(fault);
+        }
+    }
+    end(&mut missing, &mut told);
+    told
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use output_schema::file::DATASET;
-use output_schema::{DatasetHead, FORMAT, SubjectFiles, refuse_version};
+use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_version};
 use serde_json::Value;
 
 use super::report::{Code, Fault, Report};
@@ -38,7 +38,14 @@ pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
     if let Some(what) = inconsistent(&head) {
         return fault(Code::DatasetUnreadable, what);
     }
-    if document(&head) != text {
+    if head.schema_version != SCHEMA_VERSION {
+        let [[major, minor], [_, own]] = [head.schema_version, SCHEMA_VERSION];
+        let what = format!(
+            "it was written with schema {major}.{minor}, this program writes {major}.{own}: comparisons with the recipe, the \
+             documents' bytes and the tables' metadata are left out"
+        );
+        fault(Code::VersionDiffers, what);
+    } else if document(&head) != text {
         fault(Code::DatasetDiffers, "it is not written as the program writes it: keys, order, blanks".into());
     }
     Some(head)
@@ -46,10 +53,9 @@ pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
 
 /// In what a head contradicts itself.
 fn inconsistent(head: &DatasetHead) -> Option<String> {
-    let shards = DatasetHead::shards_for(head.samples, head.samples_per_shard);
-    if head.samples_per_shard == 0 || head.shards != shards {
-        let (samples, each) = (head.samples, head.samples_per_shard);
-        return Some(format!("{samples} samples in shards of {each} are not {} shards", head.shards));
+    let size = DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
+    if size.is_some() {
+        return size;
     }
     let Some(subject) = SubjectFiles::named(&head.subject) else {
         return Some(format!("its subject is `{}`", head.subject));

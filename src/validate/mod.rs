@@ -8,6 +8,7 @@
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
 //! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
 
+mod agree;
 mod alike;
 mod balance;
 mod card;
@@ -35,8 +36,8 @@ use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use output_schema::DatasetHead;
 use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, exr_folder, manifest_path};
+use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -87,12 +88,16 @@ pub struct Options<'a> {
 /// Checks everything in the folder.
 pub fn validate(folder: &Path, options: &Options) -> Report {
     let mut report = Report::default();
-    let Some(head) = head::read(folder, &mut report) else { return report };
-    let comparable = options.expect_head.is_none_or(|expected| expected::head(&head, expected, &mut report));
+    let Some(mut head) = head::read(folder, &mut report) else { return report };
+    let same = head.schema_version == SCHEMA_VERSION;
+    // Nothing that the head gives is compared where it is the head that was changed.
+    let edited = same && agree::check(folder, &mut head, options.expect, &mut report);
+    let same = same && !edited;
+    let comparable = same && options.expect_head.is_none_or(|expected| expected::head(&head, expected, &mut report));
     let expect = options.expect.filter(|_| comparable);
     let derive = options.derive.filter(|_| comparable);
     let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(Tally::new(declared)));
-    let rerender = options.rerender.filter(|_| options.rerender_samples > 0);
+    let rerender = options.rerender.filter(|_| same && options.rerender_samples > 0);
     let chosen =
         rerender.map_or_else(BTreeSet::new, |_| chosen(&head, options.rerender_samples, options.rerender_seed));
     let seen = |row: &Seen| {
@@ -127,13 +132,19 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let believed =
         finished && ![Code::ManifestDiffers, Code::ManifestUnreadable].iter().any(|code| codes.contains(code));
     let counts = believed.then_some(&found.listed);
-    card::check(folder, &head, &found.present(), counts, finished, &mut report);
+    if same {
+        card::check(folder, &head, &found.present(), counts, finished, &mut report);
+    }
     report.faults.extend(found.alike());
     if let Some(tally) = tally {
         let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
         let (statistics, faults) = balance::judge(&tally, head.samples);
         report.statistics = Some(statistics);
         report.faults.extend(faults);
+    }
+    if head.schema_version != SCHEMA_VERSION {
+        // What another version writes otherwise is no damage: nothing is to be removed for it.
+        report.faults.iter_mut().for_each(|fault| fault.remedy = Code::VersionDiffers.remedy());
     }
     report
 }

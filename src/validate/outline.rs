@@ -1,7 +1,8 @@
 //! Label against picture: where the label ends at the background, Range must step between the object and the conveyor.
 //!
 //! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
-//! those 2 and 3 places within at the object's, told apart half way between both. A mask that is shifted by three pixels,
+//! those 2 and 3 places within at the object's, told apart half way between both. The object's
+//! height there is taken from the pixels further within, less what these rise towards its middle. A mask that is shifted by three pixels,
 //! mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
 
@@ -12,8 +13,12 @@ use super::report::{Code, Fault, Report};
 const NEAR: usize = 2;
 /// To this place [px].
 const FAR: usize = 3;
-/// To this place the object's height is taken [px].
+/// To this place the object's height and slope are taken [px].
 const DEEP: usize = 13;
+/// To this place is the nearer of two strips from which the object's slope is told [px].
+const MIDDLE: usize = 8;
+/// From the middle of `within` to that of the nearer strip over the distance of both [1].
+const SLOPE: f32 = 3.5 / 5.0;
 /// Pixels that a strip must have [px].
 const LEAST: usize = 24;
 /// A step is clear that is so many times the noise of Range on the conveyor [1].
@@ -68,7 +73,7 @@ impl Lines {
 
 /// Share of wrong pixels beyond and within one side, the greater one; `None` where nothing can be told.
 fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines, backwards: bool) -> Option<f32> {
-    let [mut beyond, mut within, mut deep] = [Vec::new(), Vec::new(), Vec::new()];
+    let [mut beyond, mut within, mut near, mut far] = [const { Vec::new() }; 4];
     let mut number = 0;
     while let Some((first, step, length)) = lines.line(number, label.len()) {
         number += 1;
@@ -90,16 +95,26 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
             }
             let Some(edge) = edge else { continue };
             let place = k - edge + 1;
-            if (NEAR..=DEEP).contains(&place) {
-                let strip = if place <= FAR { &mut within } else { &mut deep };
-                strip.extend(Some(range[at(k)]).filter(|&r| r > 0));
+            let r = range[at(k)];
+            if r > 0 && place >= NEAR && place <= DEEP {
+                match place {
+                    ..=FAR => within.push(r),
+                    ..=MIDDLE => near.push(r),
+                    _ => far.push(r),
+                }
             }
         }
     }
-    if beyond.len().min(within.len()).min(deep.len()) < LEAST {
+    if [&beyond, &within, &near, &far].iter().any(|strip| strip.len() < LEAST) {
         return None;
     }
-    let body = median(&mut deep);
+    // Where the object slopes, it is as much lower at its edge.
+    let [near, far] = [median(&mut near) - level, median(&mut far) - level];
+    let slope = (far - near) * near.signum() * SLOPE;
+    let body = level + near - slope.max(0.0) * near.signum();
+    if (body > level) != (near > 0.0) {
+        return None;
+    }
     if (body - level).abs() < CLEAR * noise.max(1.0) {
         return None;
     }

@@ -52,7 +52,7 @@ pub struct Report {
 }
 
 /// Faults of one code that [`Report`] prints in full.
-const PRINTED: usize = 8;
+pub(super) const PRINTED: usize = 8;
 
 impl Report {
     /// Whether no rule is broken.

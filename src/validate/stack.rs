@@ -9,7 +9,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, Int64Type};
 use output_schema::arrow::stack_schema;
 use output_schema::file::stack_path;
-use output_schema::{DatasetHead, Manifest, ManifestFile};
+use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::alike::sum;
@@ -90,7 +90,7 @@ fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
     let unreadable = |e: String| (Code::TableUnreadable, e);
     let file = File::open(path).map_err(|e| unreadable(e.to_string()))?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
-    if **builder.schema() != stack_schema(head) {
+    if head.schema_version == SCHEMA_VERSION && **builder.schema() != stack_schema(head) {
         return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
     }
     let mut rows = Vec::new();
