@@ -185,19 +185,18 @@ fn a_dataset_that_changes_meanwhile_is_told() {
     let arguments = format!("check planks --model {} --sidecar side.yaml --split all --save", model("mean_sign.onnx"));
     let running = place.command(&arguments).spawn().expect("the program starts");
     let manifest = std::fs::read_to_string(place.path("planks/shards/00000.json")).expect("a manifest");
-    // A pipe opens when the program reads it, for the first time before the work and for the second, for its sum, after.
+    // A pipe opens when the program reads it; a plain file takes its place for whoever reads it again.
     let mut pipe = std::fs::OpenOptions::new().write(true).open(&sidecar).expect("the program reads the sidecar");
     place.write("planks/shards/00000.json", format!("{manifest}\n"));
+    place.write("plain.yaml", patches());
+    std::fs::rename(place.path("plain.yaml"), &sidecar).expect("the pipe is ours");
     pipe.write_all(patches().as_bytes()).expect("the sidecar can be written");
     drop(pipe);
-    std::thread::sleep(std::time::Duration::from_millis(200));
-    std::fs::write(&sidecar, patches()).expect("the sidecar is read again");
     let output = running.wait_with_output().expect("the program ends");
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && told.contains("the dataset changed while it was checked"), "{told}");
     let kept = place.json("planks/reports/check-mean_sign-all.json")["manifests_sha256"].clone();
     place.write("planks/shards/00000.json", manifest);
-    std::fs::remove_file(&sidecar).expect("the pipe is ours");
     assert_eq!(run(&place, "mean_sign.onnx", &patches(), "--save").code, 0);
     assert_eq!(place.json("planks/reports/check-mean_sign-all.json")["manifests_sha256"], kept, "the sum of before");
 }
