@@ -97,7 +97,7 @@ fn what_is_not_there_is_told() {
 /// A dataset of sensor rows is refused to a model of millimetres.
 #[test]
 fn units_are_told() {
-    let place = Place::with(&[["\noutput:", "\nextraction: {range: uncalibrated}\noutput:"]]);
+    let place = Place::with(&[["\n  window_rows: 7", "\n  range: uncalibrated\n  window_rows: 7"]]);
     place.make("planks", "--n 1");
     let sidecar = "task: segment\nchannels: [{name: range}]\nclasses: [clear, rot]";
     let run = run(&place, "mean_sign.onnx", sidecar, "");

@@ -86,8 +86,8 @@ fn the_address_keeps_everything() {
         document.querySelector('input[name=\"split\"][value=\"test\"]').click();
         const full = location.hash;
         document.querySelector('nav a[href=\"#numbers\"]').click();
-        const top = Math.abs(document.getElementById('numbers').getBoundingClientRect().top) < innerHeight;
-        tell([full, location.hash, scrollY > 0 && top].join(' '));";
+        const there = Math.abs(document.getElementById('numbers').getBoundingClientRect().top) < innerHeight;
+        tell([full, location.hash, scrollY > 0 && there].join(' '));";
     let hash = "#split=test&amp;labels=off&amp;find=knots+width";
     assert_eq!(used(&place, &html, script), format!("{hash} {hash} true"));
     let dom = browse(&place.path("planks/reports/report.html"), "#labels=off&find=knots+width", [1366, 768]);
@@ -100,7 +100,7 @@ fn the_address_keeps_everything() {
 #[test]
 fn pages_fit_their_window() {
     let (place, _) = planks_page("--frames 0");
-    let long = "a_name_without_any_blank_".repeat(8);
+    let long = "aNameWithoutAnyBlank".repeat(8);
     let fault = json!({"code": "file-checksum", "place": long, "what": long, "remedy": long});
     let test = json!({"of": long, "test": "exact", "samples": 6, "statistic": 1.25, "p": 0.5, "adjusted_p": 0.75});
     let validation = json!({
