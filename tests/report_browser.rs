@@ -85,11 +85,12 @@ fn the_address_keeps_everything() {
         set(document.getElementById('find'), 'input', (input) => { input.value = 'knots width'; });
         document.querySelector('input[name=\"split\"][value=\"test\"]').click();
         const full = location.hash;
+        document.documentElement.style.scrollBehavior = 'auto';
         document.querySelector('nav a[href=\"#numbers\"]').click();
         const there = Math.abs(document.getElementById('numbers').getBoundingClientRect().top) < innerHeight;
-        tell([full, location.hash, scrollY > 0 && there].join(' '));";
+        tell([full, location.hash, document.activeElement.id, scrollY > 0 && there].join(' '));";
     let hash = "#split=test&amp;labels=off&amp;find=knots+width";
-    assert_eq!(used(&place, &html, script), format!("{hash} {hash} true"));
+    assert_eq!(used(&place, &html, script), format!("{hash} {hash} numbers true"));
     let dom = browse(&place.path("planks/reports/report.html"), "#labels=off&find=knots+width", [1366, 768]);
     let numbers = between(&dom, "class=\"multiple\"", ">");
     let open = numbers.iter().filter(|number| !number.contains("hidden")).count();
