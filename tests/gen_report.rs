@@ -12,6 +12,9 @@ use parquet::record::Field;
 use report_support::{between, page, planks_page, values};
 use serde_json::json;
 
+/// What a saved validation calls itself.
+const VALIDATION: &str = "sheetlight-validation";
+
 /// The page counts what the tables hold, shows every class, and gives the same bytes twice and on any number of threads.
 #[test]
 fn the_page_says_what_is_in_the_dataset() {
@@ -94,8 +97,14 @@ fn text_is_escaped() {
     place.write("planks/dataset.json", head.to_string());
     fs::create_dir(place.path("planks/reports")).expect("a folder");
     let fault = json!({"code": "<script>alert(5)</script>", "place": "<b>", "what": "</li>", "remedy": "<i>"});
-    place.write("planks/reports/validation.json", json!({"faults": [fault], "<u>": [{"<s>": "<q>"}]}).to_string());
-    let check = json!({"classes": [{"name": "<script>alert(6)</script>"}], "worst": [{"picture": "../../tiny.yaml"}]});
+    place.write(
+        "planks/reports/validation.json",
+        json!({"format": VALIDATION, "clean": false, "faults": [fault], "<u>": [{"<s>": "<q>"}]}).to_string(),
+    );
+    let check = json!({
+        "format": "sheetlight-check", "model": {}, "task": "<b>", "split": "<b>", "accuracy": {}, "confusion": [], "calibration": {},
+        "classes": [{"name": "<script>alert(6)</script>"}], "worst": [{"picture": "../../tiny.yaml"}],
+    });
     place.write("planks/reports/check-<x>.json", check.to_string());
     let html = page(&place, "planks", "");
     assert_eq!(html.matches("<script>").count(), 1, "the page's own");
@@ -117,7 +126,8 @@ fn kept_results_are_shown_or_stale() {
     let read = |name: &str| fs::read(place.path(name)).expect("the file is there");
     let manifests = [read("planks/shards/00000.json"), read("planks/shards/00001.json")].concat();
     let mut document = json!({
-        "clean": false, "samples": 6, "images": 1, "bytes": 1_500_000, "statistics": {"alpha": 1e-6, "tests": [
+        "format": VALIDATION, "clean": false, "samples": 6, "images": 1, "bytes": 1_500_000,
+        "statistics": {"alpha": 1e-6, "tests": [
             {"of": "knots.width_mm", "test": "kolmogorov-smirnov", "samples": 6, "statistic": 0.4, "p": 0.31, "adjusted_p": 1.0},
             {"of": "split.train", "test": "binomial", "samples": 6, "statistic": 0.0, "p": 0.002, "adjusted_p": 0.0625},
         ]}, "dataset_sha256": sha(&read("planks/dataset.json")), "manifests_sha256": sha(&manifests),
@@ -137,6 +147,81 @@ fn kept_results_are_shown_or_stale() {
     place.write("planks/reports/check-a.json", "{");
     let stale = page(&place, "planks", "--frames 0");
     assert!(stale.contains("Stale: ") && stale.contains("reports/check-a.json</code> cannot be read"));
+    assert_eq!(stale.matches("class=\"stale\"").count(), 2, "one notice for each document");
+}
+
+/// Only a validation of the dataset as it is, in which the page finds no damage, reads as clean.
+#[test]
+fn clean_is_said_of_what_was_validated() {
+    let (place, _) = planks_page("--frames 0");
+    let verdict =
+        || between(&page(&place, "planks", "--frames 0"), "<section id=\"validation\"", "</section>")[0].to_owned();
+    let good = "<span class=\"badge good\">clean</span>";
+    place.done("validate planks --save --rerender 0");
+    assert!(verdict().contains(good), "{}", verdict());
+    let table = place.tree("planks/data").into_keys().next().expect("a table");
+    let path = format!("planks/data/{table}");
+    let whole = fs::read(place.path(&path)).expect("the table is there");
+    // The footer is cut off, the length stays, and no sum of a document changes.
+    let damaged: Vec<u8> = whole.iter().take(whole.len() - 100).copied().chain([0; 100]).collect();
+    place.write(&path, damaged);
+    let told = verdict();
+    assert!(
+        !told.contains(good) && told.contains("clean when it was validated") && told.contains("#troubles"),
+        "{told}"
+    );
+    place.write(&path, whole);
+    assert!(verdict().contains(good));
+    for (text, what) in [
+        ("{}", "its `format` is not \"sheetlight-validation\""),
+        ("[]", "its `format` is not"),
+        ("{\"format\": \"sheetlight-check\", \"clean\": true, \"faults\": []}", "its `format` is not"),
+        ("{\"format\": \"sheetlight-validation\", \"faults\": []}", "its `clean` is missing or not true or false"),
+    ] {
+        place.write("planks/reports/validation.json", text);
+        let told = verdict();
+        let escaped = what.replace('"', "&quot;");
+        assert!(!told.contains(good) && told.contains("cannot be read: ") && told.contains(&escaped), "{text}: {told}");
+    }
+    place.write("planks/reports/check-x.json", "{\"format\": \"other\"}");
+    let html = page(&place, "planks", "--frames 0");
+    let model = between(&html, "<article class=\"model\"", "</article>")[0];
+    assert!(model.contains("its `format` is not &quot;sheetlight-check&quot;") && !model.contains("<h4>"), "{model}");
+}
+
+/// The command that makes a dataset again is one that a shell takes, and names what the recipe does not.
+#[test]
+fn the_command_makes_it_again() {
+    let place = Place::with(&[]);
+    place.make("planks", "--n 2");
+    let html = page(&place, "planks", "--frames 0");
+    assert!(html.contains("gen --recipe planks --seed 0 --n 2 --out again"), "the recipe's own size of shards");
+    place.make("parts", "--n 2 --samples-per-shard 1");
+    fs::rename(place.path("parts"), place.path("my parts")).expect("a folder can be renamed");
+    let run = place.command("report --no-timing --frames 0").arg("my parts").output().expect("the program starts");
+    assert!(run.status.success());
+    let html = fs::read_to_string(place.path("my parts/reports/report.html")).expect("a page");
+    assert!(html.contains("gen --recipe 'my parts' --seed 0 --n 2 --samples-per-shard 1 --out again"));
+    assert!(html.contains("gen validate 'my parts' --save"));
+}
+
+/// What is said to be on disk is there: a missing file is counted nowhere, one that is cut short has the size it has.
+#[test]
+fn sizes_are_of_what_is_there() {
+    let place = Place::of_each_subject(&[]).into_iter().next_back().expect("the mesh");
+    place.make("part", "--n 2");
+    let (asset, bytes) = place.tree("part/assets").into_iter().next().expect("the file of triangles");
+    let row = |kind: &str| {
+        let html = page(&place, "part", "--frames 0");
+        let row =
+            between(&html, &format!("<th scope=\"row\">{kind}</th>"), "</tr>").first().map(|row| (*row).to_owned());
+        row.map(|row| between(&row, "<td class=\"n\">", "</td>")[..2].join(" ")).unwrap_or_default()
+    };
+    assert_eq!(row("files of the recipe").split(' ').next(), Some("1"));
+    place.write(&format!("part/assets/{asset}"), &bytes[..100]);
+    assert_eq!(row("files of the recipe"), "1 100 bytes");
+    fs::remove_file(place.path(&format!("part/assets/{asset}"))).expect("a file");
+    assert_eq!(row("files of the recipe"), "");
 }
 
 /// An unfinished or damaged dataset has a page that says what is missing; what is no dataset is refused.
@@ -159,7 +244,7 @@ fn damage_has_a_page_too() {
     let bytes = fs::read(place.path(&path)).expect("the table is there");
     place.write(&path, &bytes[..bytes.len() / 2]);
     let html = page(&place, "planks", "--frames 0");
-    assert!(html.contains("its manifest says") && html.contains(&table));
+    assert!(html.contains("and should have") && html.contains(&table));
     fs::remove_file(place.path(&path)).expect("a table");
     assert!(page(&place, "planks", "--frames 0").contains("is missing"));
 
@@ -195,13 +280,13 @@ fn checks_are_kept_and_shown() {
         check_support::CHANNEL
     );
     let run = check_support::run(&place, "mean_sign.onnx", &sidecar, "--save --worst 3");
-    assert!(run.code == 0 && run.err.contains("reports/check-mean_sign.json"), "{class}: {}", run.err);
-    let kept = place.json("planks/reports/check-mean_sign.json");
+    assert!(run.code == 0 && run.err.contains("reports/check-mean_sign-all.json"), "{class}: {}", run.err);
+    let kept = place.json("planks/reports/check-mean_sign-all.json");
     assert_eq!(kept["dataset_sha256"].as_str().map(str::len), Some(64));
     let pictures: Vec<_> = kept["worst"].as_array().expect("a list").iter().map(|w| w["picture"].as_str()).collect();
     assert!(
         !pictures.is_empty()
-            && pictures.iter().all(|name| name.is_some_and(|name| name.starts_with("check-mean_sign-wrong-")))
+            && pictures.iter().all(|name| name.is_some_and(|name| name.starts_with("check-mean_sign-all-wrong-")))
     );
     let html = page(&place, "planks", "--frames 0");
     let model = between(&html, "<article class=\"model\"", "</article>");

@@ -3,7 +3,9 @@
 mod gen_support;
 mod report_support;
 
-use report_support::{between, browse, planks_page, values};
+use gen_support::Place;
+use report_support::{between, browse, page, planks_page, values};
+use serde_json::json;
 
 /// What the test's own copy of a page tells about its width: of the document and of the window [px].
 const PROBE: &str = "<script>addEventListener('load', () => \
@@ -40,14 +42,86 @@ fn filters_work_by_the_address() {
     assert_eq!(shown("").len(), 6);
     assert!(!of("data-class", class).is_empty() && of("data-class", class).len() < 6);
     assert_eq!(shown(&format!("#class={class}")), of("data-class", class));
+    assert!(!of("data-split", split).is_empty() && of("data-split", split).len() < 6, "the boards have two splits");
     assert_eq!(shown(&format!("#split={split}")), of("data-split", split));
     assert_eq!(shown("#class=%3Cscript%3E").len(), 6, "an unknown class filters nothing");
 }
 
-/// Nothing scrolls sideways, however narrow the window is.
+/// What a page tells after a script of the test's own used it.
+fn used(place: &Place, html: &str, script: &str) -> String {
+    let tell = "const tell = (words) => { document.body.appendChild(document.createElement('output')).id = 'told'; \
+        document.getElementById('told').textContent = words; };";
+    place.write("used.html", html.replace("</body>", &format!("<script>{tell}{script}</script></body>")));
+    let dom = browse(&place.path("used.html"), "", [1366, 768]);
+    between(&dom, "<output id=\"told\">", "</output>")[0].to_owned()
+}
+
+/// In the large view the arrow keys go on from sample to sample, from wherever the focus is, and `l` goes on too.
+#[test]
+fn keys_work_more_than_once() {
+    let (place, html) = planks_page("--frames 0");
+    let script = "
+        const press = (key) => document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+        const large = () => document.querySelector('dialog h3').firstChild.textContent.trim();
+        document.querySelectorAll('a.maps')[0].click();
+        document.querySelectorAll('dialog button')[1].focus();
+        const seen = [large()];
+        for (const key of ['ArrowRight', 'ArrowRight', 'ArrowRight', 'ArrowLeft']) { press(key); seen.push(large()); }
+        const labels = [0, 1, 2].map(() => { press('l'); return document.getElementById('labels').checked; });
+        tell([...seen, ...labels, document.querySelectorAll('dialog .card').length].join(';'));";
+    let cards = between(&html, "<article class=\"card\"", "</article>");
+    let title = |card: usize| between(cards[card], "<h3>", "<span")[0].trim().to_owned();
+    let wanted = [title(0), title(1), title(2), title(3), title(2), "false;true;false;1".into()];
+    assert_eq!(used(&place, &html, script), wanted.join(";"));
+}
+
+/// The address keeps filter, labels and search, and a link to a section takes none of them away.
+#[test]
+fn the_address_keeps_everything() {
+    let (place, html) = planks_page("--frames 0");
+    let script = "
+        const set = (input, event, change) => { change(input); input.dispatchEvent(new Event(event, { bubbles: true })); };
+        document.getElementById('labels').click();
+        set(document.getElementById('find'), 'input', (input) => { input.value = 'knots width'; });
+        document.querySelector('input[name=\"split\"][value=\"test\"]').click();
+        const full = location.hash;
+        document.documentElement.style.scrollBehavior = 'auto';
+        document.querySelector('nav a[href=\"#numbers\"]').click();
+        const there = Math.abs(document.getElementById('numbers').getBoundingClientRect().top) < innerHeight;
+        tell([full, location.hash, document.activeElement.id, scrollY > 0 && there].join(' '));";
+    let hash = "#split=test&amp;labels=off&amp;find=knots+width";
+    assert_eq!(used(&place, &html, script), format!("{hash} {hash} numbers true"));
+    let dom = browse(&place.path("planks/reports/report.html"), "#labels=off&find=knots+width", [1366, 768]);
+    let numbers = between(&dom, "class=\"multiple\"", ">");
+    let open = numbers.iter().filter(|number| !number.contains("hidden")).count();
+    assert!(open > 0 && open < numbers.len(), "{open} of {} numbers", numbers.len());
+}
+
+/// Nothing scrolls sideways, however narrow the window is and however long the words of kept results are.
 #[test]
 fn pages_fit_their_window() {
-    let (place, html) = planks_page("");
+    let (place, _) = planks_page("--frames 0");
+    let long = "aNameWithoutAnyBlank".repeat(8);
+    let fault = json!({"code": "file-checksum", "place": long, "what": long, "remedy": long});
+    let test = json!({"of": long, "test": "exact", "samples": 6, "statistic": 1.25, "p": 0.5, "adjusted_p": 0.75});
+    let validation = json!({
+        "format": "sheetlight-validation", "clean": false, "faults": [fault], "samples": 6, "paths": [{long.as_str(): long}],
+        "statistics": {"alpha": 1e-6, "tests": [test]},
+    });
+    let shares =
+        json!({"accuracy": 0.5, "low": 0.25, "high": 0.75, "samples": 6, "of": 6, "from": 1.5, "to": 123_456.5});
+    let class =
+        json!({"name": long, "support": 6, "guessed": 6, "precision": 0.5, "recall": 0.5, "f1": 0.5, "iou": 0.5});
+    let wrong = json!({"index": 1, "first": [1, 2], "truth": long, "guess": long, "confidence": 0.75});
+    let check = json!({
+        "format": "sheetlight-check", "model": {"sha256": "0"}, "task": "segment", "split": "all", "samples": 6,
+        "accuracy": shares, "classes": [class, class], "confusion": [[123_456, 1], [1, 123_456]],
+        "calibration": {"error": 0.5, "bins": []}, "slices": [{"column": long, "groups": [shares]}], "worst": [wrong],
+    });
+    place.write("planks/reports/validation.json", validation.to_string());
+    place.write(&format!("planks/reports/check-{}-all.json", &long[..100]), check.to_string());
+    let html = page(&place, "planks", "");
+    assert!(html.matches(&long).count() > 10, "the results are on the page");
     place.write("probe.html", html.replace("</body>", &format!("{PROBE}</body>")));
     for width in [390, 1366] {
         // Windows of Chromium are 500 px wide at least; a frame in a page is as wide as it is told to be.

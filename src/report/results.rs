@@ -18,8 +18,11 @@ const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// What a document of a kind says at least: its `format`, and fields that are what they should be.
 pub(super) struct Kind {
     format: &'static str,
-    fields: &'static [(&'static str, &'static str, fn(&Value) -> bool)],
+    fields: &'static [Field],
 }
+
+/// A key, what it should be in words, and whether it is.
+type Field = (&'static str, &'static str, fn(&Value) -> bool);
 
 /// Of `gen validate --save`.
 pub(super) const VALIDATION: Kind = Kind {

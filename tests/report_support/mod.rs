@@ -2,14 +2,22 @@
 
 #![allow(dead_code)]
 
+use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use super::gen_support::Place;
 
-/// Six boards in `planks`, and their page.
+/// Longest that Chromium may take for a page.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// Six boards in `planks`, in two splits, and their page.
 pub fn planks_page(arguments: &str) -> (Place, String) {
-    let place = Place::with(&[]);
+    let place = Place::with(&[[
+        "splits: {train: 0.8, validation: 0.1, test: 0.1}",
+        "splits: {train: 0.5, validation: 0, test: 0.5}",
+    ]]);
     place.make("planks", "--n 6 --samples-per-shard 4");
     let page = page(&place, "planks", arguments);
     (place, page)
@@ -32,7 +40,8 @@ pub fn between<'a>(page: &'a str, start: &str, end: &str) -> Vec<&'a str> {
     page.split(start).skip(1).filter_map(|rest| rest.split(end).next()).collect()
 }
 
-/// What Chromium makes of a file after its scripts ran, in a window of so many pixels.
+/// What Chromium makes of a file after its scripts ran, in a window of so many pixels. Where it hangs or crashes, the test
+/// says how it ended and what it wrote.
 pub fn browse(path: &Path, fragment: &str, [width, height]: [u32; 2]) -> String {
     let profile = tempfile::tempdir().expect("a temporary folder");
     let names = ["chromium", "chromium-browser", "google-chrome"];
@@ -41,14 +50,33 @@ pub fn browse(path: &Path, fragment: &str, [width, height]: [u32; 2]) -> String 
         probe.is_ok_and(|status| status.success())
     });
     let browser = browser.expect("Chromium is missing, in which pages are tested: apt-get install chromium");
-    let output = Command::new(browser)
+    // Files, for a full pipe would stop it.
+    let [out, err] = ["out", "err"].map(|name| profile.path().join(name));
+    let file = |path: &Path| File::create(path).expect("a file can be written");
+    let mut child = Command::new(browser)
         .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"])
         .args(["--disable-background-networking", "--disable-component-update", "--hide-scrollbars"])
         .args(["--virtual-time-budget=3000", "--dump-dom"])
         .arg(format!("--user-data-dir={}", profile.path().display()))
         .arg(format!("--window-size={width},{height}"))
         .arg(format!("file://{}{fragment}", path.display()))
-        .output()
+        .stdin(Stdio::null())
+        .stdout(file(&out))
+        .stderr(file(&err))
+        .spawn()
         .expect("Chromium starts");
-    String::from_utf8(output.stdout).expect("pages are UTF-8")
+    let start = Instant::now();
+    let mut status = child.try_wait().expect("Chromium can be waited for");
+    while status.is_none() && start.elapsed() < LIMIT {
+        std::thread::sleep(Duration::from_millis(20));
+        status = child.try_wait().expect("Chromium can be waited for");
+    }
+    let told = || String::from_utf8_lossy(&std::fs::read(&err).unwrap_or_default()).into_owned();
+    let Some(status) = status else {
+        child.kill().and_then(|()| child.wait()).expect("Chromium can be ended");
+        panic!("{browser} took more than {LIMIT:?} for {}{fragment}:\n{}", path.display(), told());
+    };
+    let dom = std::fs::read_to_string(&out).expect("pages are UTF-8");
+    assert!(status.success() && dom.contains("</html>"), "{browser} ended with {status}:\n{}\n{dom}", told());
+    dom
 }
