@@ -57,7 +57,11 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
 
 /// What of a sample follows without light: a record whose maps hold nothing, and every instance of its body.
 pub fn unlit(scene: &Scene, tiles: &Tiles) -> (Record, Vec<Instance>) {
-    let (sensor, specimen) = set_up(scene, body(scene), tiles);
+    // What stays with single pixels is drawn for each of them, and nothing here asks for it.
+    let mut even = scene.clone();
+    let exposure = &mut even.bench.exposure;
+    (exposure.prnu, exposure.dsnu_dn, exposure.column_pattern_dn, exposure.defect_share) = (0.0, 0.0, 0.0, 0.0);
+    let (sensor, specimen) = set_up(&even, body(scene), tiles);
     let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };
     let instances = specimen.body().instances().to_vec();
     (scan.record(scene, &sensor, &specimen), instances)
