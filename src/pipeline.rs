@@ -1,25 +1,31 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
+mod numbers;
+mod unlit;
+
 use std::ops::Range;
 
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
 use procedural::wood::Plank;
-use procedural::{Body, Class, Instance, Mesh};
+use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
 use crate::extract::{Grid, Profile, extract, rectify};
-use crate::frame::{Calibration, Frame, Rig};
+use crate::frame::{Calibration, Frame};
 use crate::labels;
 use crate::optics::speckle::Tiles;
 use crate::optics::travel::turn;
 use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
-use crate::settings::{RangeForm, SensorStack, Transport};
+use crate::settings::{SensorStack, Transport};
 use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
+
+use self::numbers::{grid, steps};
+pub use self::unlit::unlit;
 
 /// Memory for rows of the specimen, all threads together [bytes].
 const BAND_BYTES: usize = 256 << 20;
@@ -53,18 +59,6 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
     let mut scan = Scan::new(scene);
     scan.expose(scene, &sensor, &specimen, progress);
     scan.record(scene, &sensor, &specimen)
-}
-
-/// What of a sample follows without light: a record whose maps hold nothing, and every instance of its body.
-pub fn unlit(scene: &Scene, tiles: &Tiles) -> (Record, Vec<Instance>) {
-    // What stays with single pixels is drawn for each of them, and nothing here asks for it.
-    let mut even = scene.clone();
-    let exposure = &mut even.bench.exposure;
-    (exposure.prnu, exposure.dsnu_dn, exposure.column_pattern_dn, exposure.defect_share) = (0.0, 0.0, 0.0, 0.0);
-    let (sensor, specimen) = set_up(&even, body(scene), tiles);
-    let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };
-    let instances = specimen.body().instances().to_vec();
-    (scan.record(scene, &sensor, &specimen), instances)
 }
 
 /// Puts a body under a scene's bench.
@@ -269,29 +263,6 @@ impl Part<'_> {
         };
         extract(frames, calibration, &scene.extraction, &mut out);
     }
-}
-
-/// The grid of a rectified scan.
-fn grid(scene: &Scene, rig: &Rig) -> Option<Grid> {
-    match scene.extraction.range {
-        RangeForm::Rectified { pitch_mm } => Some(Grid::new(rig, scene.size.columns, pitch_mm)),
-        RangeForm::Calibrated | RangeForm::Uncalibrated => None,
-    }
-}
-
-/// Offset and scale of Range as whole numbers up to 65535, of which 0 is missing [mm or px].
-fn steps(scene: &Scene, rig: &Rig) -> (f64, f64) {
-    let rows = scene.size.rows as f64;
-    if scene.extraction.range == RangeForm::Uncalibrated {
-        // A step of the extraction, or of the finest that fits where it gives none.
-        let finest = (65535.0 / rows).floor();
-        let asked = f64::from(scene.extraction.subpixel_steps);
-        return (0.0, 1.0 / if asked > 0.0 { asked.min(finest) } else { finest });
-    }
-    // The sensor's whole height.
-    let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
-    let scale = (high - low) / 65534.0;
-    (low - scale, scale)
 }
 
 /// Whether the recipe keeps the sensor frame of `profile`.

@@ -4,8 +4,7 @@ mod check_support;
 mod gen_support;
 mod report_support;
 
-use std::collections::BTreeMap;
-use std::fs;
+use std::{collections::BTreeMap, fs};
 
 use gen_support::Place;
 use parquet::record::Field;

@@ -46,7 +46,8 @@ fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
 #[test]
 fn what_follows_without_light_is_held_to_the_recipe() {
     assert_eq!(with(|_| ()), []);
-    assert_eq!(with(|s| s.objects[0].instance.state = Class::Rot), [DrawDiffers]);
+    let other = |state| if state == Class::Rot { Class::SoundKnot } else { Class::Rot };
+    assert_eq!(with(|s| s.objects[0].instance.state = other(s.objects[0].instance.state)), [DrawDiffers]);
     assert_eq!(with(|s| s.objects[0].instance.x_mm = -1e6), [DrawDiffers]);
     assert_eq!(with(|s| s.objects[0].instance.diameter_mm *= 7.0), [DrawDiffers]);
     assert_eq!(with(|s| s.objects[0].instance.severity = 0.5), [DrawDiffers]);
