@@ -96,12 +96,15 @@ fn side(label: &[u16], range: &[u16], (level, noise): (f32, f32), lines: &Lines,
             let Some(edge) = edge else { continue };
             let place = k - edge + 1;
             let r = range[at(k)];
-            if r > 0 && place >= NEAR && place <= DEEP {
-                match place {
-                    ..=FAR => within.push(r),
-                    ..=MIDDLE => near.push(r),
-                    _ => far.push(r),
-                }
+            if r > 0 && (NEAR..=DEEP).contains(&place) {
+                let strip = if place <= FAR {
+                    &mut within
+                } else if place <= MIDDLE {
+                    &mut near
+                } else {
+                    &mut far
+                };
+                strip.push(r);
             }
         }
     }

@@ -165,7 +165,7 @@ fn files_that_may_not_be_read() {
     use std::os::unix::fs::PermissionsExt;
     let folder = crate::place::whole();
     let path = folder.path().join(DATA);
-    fs::set_permissions(&path, fs::Permissions::from_mode(0)).expect("set");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o0)).expect("set");
     if File::open(&path).is_err() {
         crate::place::says(folder.path(), &[FileMissing], DATA, "a file that may not be read");
     }
