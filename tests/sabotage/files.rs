@@ -6,14 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StructArray};
-use parquet::arrow::ArrowWriter;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use sheetlight::validate::Code::{self, *};
 
+use crate::damage::{self, DATA};
 use crate::place::{MANIFEST, after, agree, boards};
 
-/// The rows of the first shard's training samples: two or more.
-const DATA: &str = "data/train-00000.parquet";
 const STACK: &str = "stacks/00000.parquet";
 
 fn exr() -> String {
@@ -103,21 +100,7 @@ fn files_that_manifests_agree_with() {
 
 /// Rewrites the rows of `DATA`.
 fn rewrite(change: impl Fn(Vec<RecordBatch>) -> Vec<RecordBatch>, codes: &[Code], what: &str) {
-    let damage = |root: &Path| {
-        let file = File::open(root.join(DATA)).expect("it is there");
-        let reader = ParquetRecordBatchReaderBuilder::try_new(file).expect("it is Parquet");
-        // Batches come without the metadata of the file's schema.
-        let schema = reader.schema().clone();
-        let whole = |batch: RecordBatch| RecordBatch::try_new(schema.clone(), batch.columns().to_vec()).expect("same");
-        let rows = reader.with_batch_size(1).build().expect("it is Parquet");
-        let rows = change(rows.map(|batch| whole(batch.expect("it can be read"))).collect());
-        let file = File::create(root.join(DATA)).expect("it can be written");
-        let mut writer = ArrowWriter::try_new(file, rows[0].schema(), None).expect("a writer");
-        rows.iter().for_each(|batch| writer.write(batch).expect("it is written"));
-        writer.close().expect("it is closed");
-        agree(root);
-    };
-    after(damage, codes, DATA, what);
+    after(|root: &Path| damage::rewrite(root, &change), codes, DATA, what);
 }
 
 #[test]

@@ -3,6 +3,9 @@
 #[path = "../gen_support/mod.rs"]
 mod gen_support;
 
+#[path = "../validate_support/damage.rs"]
+mod damage;
+
 mod clean;
 mod content;
 mod copies;

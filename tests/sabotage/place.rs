@@ -1,13 +1,11 @@
 //! A small dataset of boards, kept as encoded samples: changed before it is written, or on the disk afterwards.
 
-use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use output_schema::{DatasetHead, Manifest};
+use output_schema::DatasetHead;
 use procedural::Class;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use sheetlight::generate::{Again, Order, head};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::Channel;
@@ -16,12 +14,11 @@ use sheetlight::shard::{read_exr, read_png, write_exr, write_png};
 use sheetlight::validate::{Code, Expect, Options, Report, validate};
 use tempfile::TempDir;
 
+pub use crate::damage::{MANIFEST, agree, edit_json as edit};
 use crate::gen_support::{FRAMES, recipe};
 
 /// Samples of the dataset, in shards of three.
 pub const SAMPLES: u64 = 6;
-/// A manifest.
-pub const MANIFEST: &str = "shards/00000.json";
 /// Columns and rows of its images [px].
 pub const SIZE: (usize, usize) = (128, 96);
 
@@ -110,26 +107,6 @@ pub fn with(change: impl Fn(&mut Vec<Encoded>), codes: &[Code], place: &str, wha
     let mut samples = boards().samples.clone();
     change(&mut samples);
     says(write(samples).path(), codes, place, what);
-}
-
-/// Changes a document and writes it as the program does.
-pub fn edit(path: &Path, change: impl Fn(&mut Value)) {
-    let mut value: Value = serde_json::from_slice(&fs::read(path).expect("it is there")).expect("it is JSON");
-    change(&mut value);
-    fs::write(path, format!("{value:#}\n")).expect("it can be written");
-}
-
-/// Makes size and checksum of every file in the first manifest right again.
-pub fn agree(root: &Path) {
-    let path = root.join(MANIFEST);
-    let text = fs::read(&path).expect("it is there");
-    let mut manifest: Manifest = serde_json::from_slice(&text).expect("it is a manifest");
-    for file in &mut manifest.files {
-        let bytes = fs::read(root.join(&file.path)).expect("it is there");
-        file.bytes = bytes.len() as u64;
-        file.sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    }
-    fs::write(path, serde_json::to_string_pretty(&manifest).expect("plain data") + "\n").expect("it can be written");
 }
 
 /// Changes an image of the row.
