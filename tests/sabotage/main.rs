@@ -13,3 +13,4 @@ mod documents;
 mod files;
 mod flips;
 mod place;
+mod review;

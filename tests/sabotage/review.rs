@@ -1,16 +1,9 @@
 //! Damage that only what follows without light gives away, and datasets that look odd but are not damaged.
 
-mod gen_support;
-#[allow(dead_code)]
-#[path = "sabotage/place.rs"]
-mod place;
-
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use gen_support::Place;
-use place::{boards, edit, whole, write};
 use procedural::Class;
 use serde_json::json;
 use sheetlight::chance::Law;
@@ -20,6 +13,9 @@ use sheetlight::validate::Code::*;
 use sheetlight::validate::{
     Code, Declared, DeclaredParameter, Derive, Expect, Options, Report, Seen, statistics, validate,
 };
+
+use crate::gen_support::Place;
+use crate::place::{boards, edit, whole, write};
 
 /// What `gen validate --rerender 0` says.
 fn inspect(root: &Path) -> Report {
@@ -141,7 +137,7 @@ fn sloping_sides_are_no_fault() {
     }
     (0..64).for_each(|k| writeln!(cone, "f 1 {} {}", k + 2, (k + 1) % 64 + 2).expect("a text grows"));
     place.write("cone.obj", cone);
-    let text = include_str!("../recipes/mesh-small.yaml").replacen("meshes/clip.obj", "cone.obj", 1);
+    let text = include_str!("../../recipes/mesh-small.yaml").replacen("meshes/clip.obj", "cone.obj", 1);
     place.write("tiny.yaml", text);
     place.make("set", "--n 4");
     let report = inspect(&place.path("set"));
