@@ -15,6 +15,7 @@
 //! - [`frame`]: the wall between what is there and what is measured
 //! - [`extract`]: `Frame` + `Calibration` -> Range, Reflectance, Scatter
 //! - [`labels`]: hits and truth -> classes, instances, objects
+//! - [`effective`]: a scene -> numbers that follow from its draws
 //! - [`pipeline`]: `Scene` -> `Record`, the spine
 //! - [`record`]: everything about one sample that leaves the simulator
 //! - [`shard`]: `Record` -> files
@@ -27,6 +28,9 @@
 //! - [`export`]: a dataset in the layouts of other programs
 //! - [`report`]: a dataset -> one HTML page for people
 //! - [`drawing`]: words, scales and colours of pictures
+//! - [`settings`]: what a recipe fixes for all samples
+//! - [`lanes`]: elementary functions for loops over columns
+//! - `quadrature`: nodes and weights of integrals
 //! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
 //!
@@ -51,6 +55,7 @@ pub mod mesh;
 pub mod optics;
 pub mod pipeline;
 pub mod preview;
+mod quadrature;
 pub mod recipe;
 pub mod record;
 pub mod report;

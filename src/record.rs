@@ -164,7 +164,7 @@ pub struct Record {
     pub labels: Labels,
     /// Noise-free truth, where the recipe asks for it.
     pub truth: Option<TruthMaps>,
-    /// Defects and pockets of which at least one pixel shows something, by number.
+    /// Defects, pockets, teeth and parts of which at least one pixel shows something, by number.
     pub objects: Vec<Object>,
     /// Classes of all defects that the object has, seen or not, by number.
     pub defects: Vec<Class>,

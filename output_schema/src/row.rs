@@ -147,7 +147,7 @@ pub const ROW: [Column; 24] = [
         "",
         "0 or more",
         "empty list",
-        "Defects and pockets of which at least one pixel shows something, by number.",
+        "Defects, pockets, teeth and parts of which at least one pixel shows something, by number.",
     ),
     column(
         "class_area_px",

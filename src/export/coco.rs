@@ -67,7 +67,7 @@ pub fn export(
     source.needs(&images)?;
     let classes = categories(source.head());
     if classes.is_empty() {
-        let what = format!("its subject `{}` has no objects to annotate", source.head().subject);
+        let what = format!("its subject `{}` has no classes to tell apart", source.head().subject);
         return Err(ExportError::at(source.root(), what, "export it as png or webdataset"));
     }
     let asked = json!({

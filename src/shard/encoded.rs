@@ -42,7 +42,7 @@ pub struct Encoded {
     pub physics: Vec<(&'static str, f64)>,
     /// Classes of all defects, seen or not.
     pub defects: Vec<Class>,
-    /// Defects and pockets of which at least one pixel shows something.
+    /// Defects, pockets, teeth and parts of which at least one pixel shows something.
     pub objects: Vec<Object>,
     /// Pixels of each class [px].
     pub class_area_px: [u64; PIXEL_CLASSES.len()],

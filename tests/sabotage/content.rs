@@ -37,7 +37,7 @@ fn masks() {
         relabel(&mut samples[b], &of_a[0], &of_a[1]);
     };
     let place = format!("{}.exr", boards().samples[a].id);
-    with(swap, &[TruthDiffers, OutlineDiffers], &place, "masks of two samples swapped");
+    with(swap, &[DrawDiffers, TruthDiffers, OutlineDiffers], &place, "masks of two samples swapped");
     for (columns, rows) in [(3, 0), (0, 3), (SIZE.0 - 4, 0)] {
         let shift = |samples: &mut Vec<Encoded>| {
             let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, columns, rows, false));
@@ -84,14 +84,19 @@ fn labels_of_pixels_and_objects() {
         let class = object.class;
         samples[a].defects.push(class);
     };
-    with(class, &[InstanceClass], &id, "the class of an object");
+    with(class, &[DrawDiffers, InstanceClass], &id, "the class of an object");
     let number = |samples: &mut Vec<Encoded>| samples[a].objects[0].instance.id += 7;
-    with(number, &[ObjectDiffers], &id, "an object with another number");
+    with(number, &[DrawDiffers, ObjectDiffers], &id, "an object with another number");
     with(|samples| samples[a].objects[0].bbox[0] += 1, &[ObjectDiffers], &id, "a box one pixel off");
     with(|samples| samples[a].objects[0].area_px += 1, &[ObjectDiffers], &id, "a pixel more");
     with(|samples| samples[a].objects[0].area_mm2 *= 1.01, &[ObjectDiffers], &id, "an area of more mm^2");
     with(|samples| samples[a].objects[0].area_mm2 = -1.0, &[ValueRange, ObjectDiffers], &id, "a negative area");
-    with(|samples| samples[a].objects[0].instance.severity = 1.5, &[ValueRange], &id, "a severity beyond 1");
+    with(
+        |samples| samples[a].objects[0].instance.severity = 1.5,
+        &[DrawDiffers, ValueRange],
+        &id,
+        "a severity beyond 1",
+    );
     with(|samples| _ = samples[a].objects.pop(), &[ObjectDiffers], &id, "an object that was left out");
     let swap = |samples: &mut Vec<Encoded>| samples[a].class_area_px.swap(0, 1);
     with(swap, &[ClassAreaDiffers], &id, "areas of two classes swapped");
@@ -108,13 +113,18 @@ fn labels_of_pixels_and_objects() {
 fn rows() {
     with(|samples| samples[1].draws[2].1 = samples[1].draws[2].1.next_up(), &[DrawDiffers], "sample 1", "a last bit");
     with(|samples| samples[1].draws[2].1 = f64::NAN, &[NumberMissing], "data/", "a number left out");
-    with(|samples| samples[1].physics[0].1 = f64::INFINITY, &[ValueRange], "sample 1", "a derived number without end");
+    with(
+        |samples| samples[1].physics[0].1 = f64::INFINITY,
+        &[DrawDiffers, ValueRange],
+        "sample 1",
+        "a derived number without end",
+    );
     // Sizes stand in the EXR file too, and areas follow from them.
-    let codes = [ValueRange, ExrDiffers, ObjectDiffers];
+    let codes = [DrawDiffers, ValueRange, ExrDiffers, ObjectDiffers];
     let [a, _] = pair();
     with(|samples| samples[a].row_mm = -1.0, &codes, &format!("sample {a}"), "a negative distance");
     let calibration = |samples: &mut Vec<Encoded>| samples[1].calibration[0].1 += 0.5;
-    with(calibration, &[ExrDiffers], ".exr", "another distance of the camera");
+    with(calibration, &[DrawDiffers, ExrDiffers], ".exr", "another distance of the camera");
     let split = |samples: &mut Vec<Encoded>| {
         let test = if samples[1].split == Split::Test { Split::Train } else { Split::Test };
         samples[1].split = test;

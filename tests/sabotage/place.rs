@@ -11,7 +11,7 @@ use sheetlight::recipe::Recipe;
 use sheetlight::settings::Channel;
 use sheetlight::shard::{DatasetFolder, Encoded, ExrChannel, Grey, Samples, ShardWriter};
 use sheetlight::shard::{read_exr, read_png, write_exr, write_png};
-use sheetlight::validate::{Code, Expect, Options, Report, validate};
+use sheetlight::validate::{Code, Derive, Expect, Options, Report, validate};
 use tempfile::TempDir;
 
 pub use crate::damage::{MANIFEST, agree, edit_json as edit};
@@ -36,6 +36,9 @@ pub fn boards() -> &'static Boards {
         let text = size.iter().fold(recipe(&[FRAMES]), |text, [old, new]| text.replacen(old, new, 1));
         // A field of 23.6 x 17.4 mm as in the whole recipe, a quarter of its pixels.
         let text = text.replacen("step_mm: 0.068", "step_mm: 0.18", 1).replacen("pixel_um: 6", "pixel_um: 12", 1);
+        // Two splits have samples.
+        let shares = ["{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0.75, validation: 0.25, test: 0}"];
+        let text = text.replacen(shares[0], shares[1], 1);
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let order = Order { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
         let tiles = sheetlight::optics::speckle::Tiles::new(order.seed);
@@ -75,9 +78,11 @@ pub fn inspect(root: &Path) -> Report {
 /// The same with a recipe that was read before.
 pub fn compare(root: &Path, again: Result<&Again, &str>) -> Report {
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
+    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
     let options = Options {
         expect_head: Some(again.map(Again::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
+        derive: derive.as_ref().map(|derive| derive as Derive),
         ..Options::default()
     };
     let report = validate(root, &options);

@@ -2,35 +2,16 @@
 
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
 
 use procedural::Class;
 use serde_json::json;
 use sheetlight::chance::Law;
-use sheetlight::generate::Again;
 use sheetlight::shard::{DatasetFolder, Encoded};
 use sheetlight::validate::Code::*;
-use sheetlight::validate::{
-    Code, Declared, DeclaredParameter, Derive, Expect, Options, Report, Seen, statistics, validate,
-};
+use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
 
 use crate::gen_support::Place;
-use crate::place::{boards, edit, whole, write};
-
-/// What `gen validate --rerender 0` says.
-fn inspect(root: &Path) -> Report {
-    let again = DatasetFolder::open(root).map_err(|e| e.to_string()).and_then(|folder| Again::of(&folder));
-    let again = again.as_ref().map_err(String::as_str);
-    let expect = again.ok().map(|again| |index: u64| again.expected(index));
-    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
-    let options = Options {
-        expect_head: Some(again.map(Again::head)),
-        expect: expect.as_ref().map(|expect| expect as Expect),
-        derive: derive.as_ref().map(|derive| derive as Derive),
-        ..Options::default()
-    };
-    validate(root, &options)
-}
+use crate::place::{boards, edit, inspect, whole, write};
 
 /// Codes after a change of one sample with objects, before it is written.
 fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {

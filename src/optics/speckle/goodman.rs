@@ -14,41 +14,60 @@
 
 use std::f64::consts::PI;
 
+use crate::quadrature::composite;
 use crate::settings::SpeckleLaw;
 
-/// Steps over a pixel, and over a movement.
-const STEPS: usize = 160;
-const WAY_STEPS: usize = 24;
+/// Nodes in each interval of lags.
+const NODES: usize = 8;
 /// Terms of Gauss' series; the last adds 1e-5 to the contrast where light is most alike.
 const TERMS: u32 = 40;
 
 /// Contrast of fully developed speckle of `grain` pixels in square pixels that the image crosses by `way` pixels [1].
+///
+/// Within 4e-4 of itself for any grain above 0.004 pixels, within 1e-6 from a third of a pixel on for ways up to a pixel.
 pub fn pixel_contrast(grain: f64, law: SpeckleLaw, way: f64) -> f64 {
-    // Lags of the movement by their share: a triangle.
-    let lags: Vec<(f64, f64)> = if way > 0.0 {
-        let lag = |i: usize| way * ((i as f64 + 0.5) / WAY_STEPS as f64 * 2.0 - 1.0);
-        let share = |lag: f64| (1.0 - lag.abs() / way) * 2.0 / WAY_STEPS as f64;
-        (0..WAY_STEPS).map(lag).map(|lag| (lag, share(lag))).collect()
-    } else {
-        vec![(0.0, 1.0)]
-    };
-    let step = 1.0 / STEPS as f64;
+    // All is even in both lags: a quarter of the plane, four times.
+    let along = intervals(&[1.0], grain);
+    let mut kinks = vec![1.0, 1.0 + way];
+    kinks.extend([way, (1.0 - way).abs()].into_iter().filter(|_| way > 0.0));
+    let down = intervals(&kinks, grain);
     let mut sum = 0.0;
-    for (lag, share) in lags {
-        // Where the movement is on one side the other side of the pixel counts too.
-        for j in 0..2 * STEPS {
-            let v = (j as f64 + 0.5) * step - 1.0;
-            if way == 0.0 && v < 0.0 {
-                continue;
-            }
-            let weight = share * (1.0 - v.abs()) * if way == 0.0 { 2.0 } else { 1.0 };
-            for i in 0..STEPS {
-                let u = (i as f64 + 0.5) * step;
-                sum += 2.0 * weight * (1.0 - u) * covariance(libm::hypot(u, v + lag) / grain, law);
-            }
+    for &(v, share_v) in &down {
+        let weight = 4.0 * share_v * overlap(v, way);
+        for &(u, share_u) in &along {
+            sum += weight * share_u * (1.0 - u) * covariance(libm::hypot(u, v) / grain, law);
         }
     }
-    (sum * step * step).sqrt()
+    sum.sqrt()
+}
+
+/// Autocorrelation over rows of a pixel that moves by `way` [1/px]: half the second difference of a rounded |v|.
+fn overlap(v: f64, way: f64) -> f64 {
+    let rounded = |v: f64| {
+        let v = v.abs();
+        if v >= way { v } else { way / 3.0 + v * v / way - v * v * v / (3.0 * way * way) }
+    };
+    0.5 * (rounded(v + 1.0) - 2.0 * rounded(v) + rounded(v - 1.0))
+}
+
+/// Nodes and weights from 0 to the last of `kinks`, in intervals that end at each of them and are as long as a grain or as
+/// their distance from 0, whichever is more: the covariance falls with the third power of the lag.
+fn intervals(kinks: &[f64], grain: f64) -> Vec<(f64, f64)> {
+    let mut kinks = kinks.to_vec();
+    kinks.sort_by(f64::total_cmp);
+    let mut edges = vec![0.0];
+    let mut last: f64 = 0.0;
+    for kink in kinks {
+        while last + last.max(grain) < kink {
+            last += last.max(grain);
+            edges.push(last);
+        }
+        if kink > last {
+            edges.push(kink);
+            last = kink;
+        }
+    }
+    composite(&edges, NODES)
 }
 
 /// Covariance of two points `lags` grains L apart in light of mean 1 [1].
@@ -73,6 +92,7 @@ fn covariance(lags: f64, law: SpeckleLaw) -> f64 {
 /// Correlation of neighbouring pixels for grains of `grain` pixels, law of physics [1].
 #[cfg(test)]
 pub(super) fn neighbours(grain: f64) -> f64 {
+    const STEPS: usize = 160;
     let step = 1.0 / STEPS as f64;
     let (mut own, mut other) = (0.0, 0.0);
     for i in 0..2 * STEPS {
@@ -103,6 +123,39 @@ mod tests {
             "{}",
             contrast(100.0, SpeckleLaw::Rayleigh)
         );
+    }
+
+    /// The integral on a fine even grid, with the movement's triangle summed by itself: eight grains by five ways, both laws.
+    #[test]
+    fn few_nodes_are_enough() {
+        for grain in [0.05, 0.1, 0.2, 0.328, 0.57, 1.0, 3.0, 100.0] {
+            for way in [0.0, 0.05, 0.4, 1.0, 2.5] {
+                for law in [SpeckleLaw::Exponential, SpeckleLaw::Rayleigh] {
+                    let (found, dense) = (pixel_contrast(grain, law, way), on_a_grid(grain, law, way));
+                    assert!((found / dense - 1.0).abs() < 8e-4, "{grain} {way}: {found} against {dense}");
+                }
+            }
+        }
+    }
+
+    fn on_a_grid(grain: f64, law: SpeckleLaw, way: f64) -> f64 {
+        const STEPS: usize = 60;
+        let lags = if way > 0.0 { 40 } else { 1 };
+        let step = 1.0 / STEPS as f64;
+        let mut sum = 0.0;
+        for k in 0..lags {
+            let lag = 1.0 - 2.0 * (f64::from(k) + 0.5) / f64::from(lags);
+            let share = if way > 0.0 { (1.0 - lag.abs()) * 2.0 / f64::from(lags) } else { 1.0 };
+            for j in 0..2 * STEPS {
+                let v = (j as f64 + 0.5) * step - 1.0;
+                for i in 0..STEPS {
+                    let u = (i as f64 + 0.5) * step;
+                    let alike = covariance(libm::hypot(u, v + way * lag) / grain, law);
+                    sum += 2.0 * share * (1.0 - v.abs()) * (1.0 - u) * alike;
+                }
+            }
+        }
+        (sum * step * step).sqrt()
     }
 
     /// For a point a long way leaves 1 / (1 + 0.9 b / L) of the variance, within 15 %, a short one more; pixels have averaged

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::quadrature::{composite, legendre};
+use crate::quadrature::{composite, legendre};
 use crate::transport::fresnel::internal_reflectance;
 
 /// Nodes of the cosine in each interval.

@@ -17,7 +17,6 @@ pub mod generalized;
 pub mod glow;
 mod grid;
 mod operator;
-mod quadrature;
 mod sheets;
 pub mod slab;
 pub mod solver;

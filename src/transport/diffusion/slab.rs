@@ -23,10 +23,10 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::Refusal;
-use super::quadrature::composite;
 use super::sheets::{Line, Source};
 use super::spread::{line_spread, point_spread};
 use super::tensor::refracted;
+use crate::quadrature::composite;
 use crate::transport::answer::{Angle, Answer, Estimate, Question};
 use crate::transport::fresnel::{boundary_factor, internal_reflectance};
 use crate::transport::stack::{Scattering, Stack};

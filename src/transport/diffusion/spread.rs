@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::quadrature::composite;
 use super::sheets::{Line, Source};
+use crate::quadrature::composite;
 use crate::transport::answer::Question;
 
 /// Waves that one task takes on; fixed, so that sums do not depend on threads.

@@ -4,10 +4,10 @@ use glam::{DVec2, DVec3};
 use serde_json::Value;
 
 use super::generalized::Generalized;
-use super::quadrature::composite;
 use super::sheets::{Line, Source};
 use super::spread::point_spread;
 use super::tensor::Diffusive;
+use crate::quadrature::composite;
 use crate::transport::answer::Question;
 use crate::transport::fresnel::boundary_factor;
 use crate::transport::stack::{Layer, Scattering, Stack, Turn};
