@@ -25,7 +25,7 @@ use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
 
 use self::numbers::{grid, steps};
-pub use self::unlit::unlit;
+pub use self::unlit::{Unlit, unlit};
 
 /// Memory for rows of the specimen, all threads together [bytes].
 const BAND_BYTES: usize = 256 << 20;

@@ -125,6 +125,21 @@ pub struct StackFrame {
     pub dn: Vec<u16>,
 }
 
+/// One row of the label image with the body's heights there, as far as both follow without light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueRow {
+    /// Row of the image.
+    pub row: usize,
+    /// Class of each pixel, `[cols]`.
+    pub class: Vec<u8>,
+    /// Instance of each pixel, `[cols]`; 0 for none.
+    pub instance: Vec<u16>,
+    /// Height of the surface in each pixel, `[cols]`; NaN off the body [mm].
+    pub height: Vec<f32>,
+    /// The same of what lies below a film; of the surface where there is none [mm].
+    pub below: Vec<f32>,
+}
+
 /// One sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {

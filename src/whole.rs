@@ -1,4 +1,4 @@
-//! A file that is there as a whole or not at all: written under a temporary name, synced, renamed, its folder synced.
+//! A file that is there as a whole or not at all: written under a temporary name, synced, renamed, its folder synced; and read so.
 
 use std::fs::{self, File};
 use std::io::{Error, Write};
@@ -29,6 +29,14 @@ pub(crate) fn write(partial: &Path, whole: &Path, content: &[u8]) -> Result<(), 
         // The first error is the one to tell.
         let _ = fs::remove_file(partial);
     })
+}
+
+/// The bytes of a plain file; a pipe or a device, of which reading may never end, is refused.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(Error::other("it is no plain file"));
+    }
+    fs::read(path)
 }
 
 /// Gives a file that is synced its name.

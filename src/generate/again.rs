@@ -59,13 +59,15 @@ impl Again {
 
     /// What else its row should say, without light.
     pub fn unlit(&self, index: u64) -> Unlit {
-        let (record, instances) = pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);
+        let pipeline::Unlit { record, instances, rows } =
+            pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);
         let derived = record.calibration.iter().chain(&record.physics);
         Unlit {
             derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
             grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
             defects: record.defects.iter().map(|class| class.name().to_owned()).collect(),
             instances,
+            rows,
         }
     }
 

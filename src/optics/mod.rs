@@ -54,7 +54,7 @@ use self::speckle::anchor::{Ground, Speckle};
 use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
-use crate::specimen::{Hit, turned::Turn};
+use crate::specimen::{Hit, Specimen, turned::Turn};
 use crate::transport::fresnel;
 
 pub use self::band::Band;
@@ -203,6 +203,11 @@ impl Sensor {
 
     fn position_of(&self, profile: isize) -> f64 {
         self.travel.place(profile)
+    }
+
+    /// What each column sees in `profile`, without light; fills `hits`, `[columns]`.
+    pub fn hits(&self, specimen: &Specimen, profile: usize, hits: &mut Vec<Hit>) {
+        self.maker.look(specimen, self.position(profile) as f32, hits);
     }
 
     /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.

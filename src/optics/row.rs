@@ -21,7 +21,7 @@ use super::speckle::TILE;
 use super::streak::Streak;
 use super::texel::texel;
 use crate::frame::Columns;
-use crate::specimen::Hit;
+use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
 use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
 
@@ -139,11 +139,16 @@ impl RowMaker {
         }
     }
 
+    /// What each column sees with the laser at scan position `y` [mm]; fills `hits`, `[columns]`.
+    pub fn look(&self, specimen: &Specimen, y: f32, hits: &mut Vec<Hit>) {
+        specimen.look(y, &self.columns, self.conveyor, hits);
+    }
+
     /// The row of what `watch` looks at.
     pub fn make(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let Watch { specimen, camera, y, .. } = watch;
         let columns = scratch.electrons.len();
-        specimen.look(y, &self.columns, self.conveyor, &mut row.hits);
+        self.look(specimen, y, &mut row.hits);
         row.faced = None;
         let padded = columns.next_multiple_of(TILE);
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {

@@ -21,7 +21,7 @@ pub(super) const COMPRESSION: Compression = Compression::PIZ;
 
 /// Steps of heights in files, per mm: a power of two, so that they are exact. 0.12 um is far below any noise of such an
 /// instrument; the bits beyond it would be a third of a file that holds truth maps.
-const HEIGHT_STEPS: f32 = 8192.0;
+pub const HEIGHT_STEPS: f32 = 8192.0;
 
 /// A height as it is written [mm]; NaN stays.
 fn stepped(height: f32) -> f32 {

@@ -155,11 +155,16 @@ fn group(field: &Field, head: &DatasetHead, sample: &Encoded) -> Result<ArrayRef
     structure(field, numbers.map(|(_, draw)| float64(known(draw.1))).collect())
 }
 
+/// What the image of a sample would be called if it were a file of its own.
+pub(crate) fn image_path(id: &str, name: &str) -> String {
+    format!("{id}_{name}.png")
+}
+
 fn image(field: &Field, name: &str, sample: &Encoded) -> Result<ArrayRef, String> {
     let png = sample.png.iter().find(|(channel, _)| channel_name(*channel) == name);
     let (_, png) = png.ok_or_else(|| format!("its image `{name}` is missing"))?;
     let bytes = Arc::new(BinaryArray::from(vec![png.as_slice()]));
-    structure(field, vec![bytes, text(&format!("{}_{name}.png", sample.id))])
+    structure(field, vec![bytes, text(&image_path(&sample.id, name))])
 }
 
 /// Pixels of the classes that the head lists; a class that it does not list covers none.

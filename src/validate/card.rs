@@ -7,6 +7,7 @@ use std::path::Path;
 use output_schema::DatasetHead;
 use output_schema::file::{CROISSANT, DATASET};
 
+use super::files::unread;
 use super::report::{Code, Fault, Report};
 use crate::record::Split;
 use crate::shard::{Counts, descriptions};
@@ -50,7 +51,12 @@ pub(super) fn check(
             continue;
         }
         match fs::read(&path) {
-            Err(e) => fault(Code::FileMissing, format!("the document cannot be read: {e}")),
+            Err(e) => {
+                let code = unread(&e, Code::FileMissing);
+                let remedy = if code == Code::FileUnreadable { code.remedy() } else { REMEDY };
+                let what = format!("the document cannot be read: {e}");
+                report.faults.push(Fault { remedy, ..Fault::new(code, name, what) });
+            }
             Ok(found) => {
                 let is_unfinished = || (has_all || !finished) && missing_line(&found, &other, !finished).is_none();
                 if let Some((number, line)) = missing_line(&found, &text, is_open).filter(|_| !is_unfinished()) {

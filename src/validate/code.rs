@@ -49,6 +49,8 @@ codes! {
     ManifestDiffers,
     /// A file of the manifest is not there.
     FileMissing,
+    /// A file or folder is there, but may not be read.
+    FileUnreadable,
     /// A file has another size than its manifest says.
     FileSize,
     /// A file has another SHA-256 than its manifest says.
@@ -89,6 +91,10 @@ codes! {
     InstanceClass,
     /// Labels or objects are not what the truth maps show.
     TruthDiffers,
+    /// Labels or instances are not those of the body that the recipe makes.
+    LabelDiffers,
+    /// Range is nowhere near the body that the recipe makes.
+    RangeDiffers,
     /// The label's outline is not where Range steps from the conveyor to the object.
     OutlineDiffers,
     /// The area of a class is not what the label image shows.
@@ -146,6 +152,7 @@ impl Code {
             Self::VersionDiffers => "validate with the program version that wrote the dataset; it stays readable",
             Self::VersionUnknown => "use the program version that the message names",
             Self::ManifestMissing => "run the command that began the dataset to continue it",
+            Self::FileUnreadable => "let it be read by whom `gen` runs for; nothing is known to be wrong with it",
             Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",
             Self::ClassBalance | Self::SplitBalance | Self::DistributionDiffers => {
                 "samples were left out, added or drawn otherwise: make the dataset again from its recipe"

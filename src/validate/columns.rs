@@ -48,6 +48,8 @@ pub(super) struct StoredRow {
     pub(super) class_area_px: Vec<i64>,
     /// PNG files by name, in the order of columns.
     pub(super) png: Vec<(String, Vec<u8>)>,
+    /// What these files would be called, by name.
+    pub(super) paths: Vec<(String, String)>,
 }
 
 /// The first row of a batch.
@@ -70,6 +72,10 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         let bytes = present(image.column_by_name("bytes"), name)?;
         let bytes = bytes.as_binary_opt::<i32>().ok_or_else(|| format!("`{name}` has no bytes"))?;
         Ok((name.clone(), bytes.value(0).to_vec()))
+    };
+    let path = |name: &String| {
+        let path = text(&present(structure(&column(name)?, name)?.column_by_name("path"), name)?, name)?;
+        Ok((name.clone(), path))
     };
     let ranged = |name: &str| {
         let name = format!("{name}_{}", head.range_unit());
@@ -99,6 +105,7 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         derived,
         class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,
         png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
+        paths: head.images.png.iter().map(path).collect::<Result<_, String>>()?,
     })
 }
 

@@ -6,6 +6,7 @@ use procedural::Instance;
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};
+use crate::record::TrueRow;
 use crate::shard::differences;
 
 /// What the recipe draws for one sample, without rendering it.
@@ -32,6 +33,8 @@ pub struct Unlit {
     pub defects: Vec<String>,
     /// Every instance of the body, by number from 1, seen or not.
     pub instances: Vec<Instance>,
+    /// Some rows of the label image, and the body's heights there.
+    pub rows: Vec<TrueRow>,
 }
 
 /// Derives one sample: its index -> what its row has to say beyond its draws.

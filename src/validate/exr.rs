@@ -6,30 +6,31 @@ use serde_json::Value;
 
 use super::columns::StoredRow;
 use super::images::Decoded;
-use super::pixels;
 use super::report::{Code, Fault, Report};
+use super::{pixels, true_rows};
+use crate::record::TrueRow;
 use crate::shard::{ExrChannel, read_exr};
 
 /// Checks one EXR file against its declaration in the head and the images of its row; adds label and instance to the images where
-/// the row has none.
+/// the row has none. `rows` is what the body shows in some rows.
 pub(super) fn check(
     bytes: &[u8],
     head: &DatasetHead,
     row: &StoredRow,
-    decoded: &mut Decoded,
+    (decoded, rows): (&mut Decoded, &[TrueRow]),
     place: &str,
     report: &mut Report,
 ) {
     let declared = head.channels();
-    let (cols, rows, channels, text) = match read_exr(bytes) {
+    let (cols, lines, channels, text) = match read_exr(bytes) {
         Ok(content) => content,
         Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
     };
     report.images += channels.len() as u64;
     let expected: Vec<_> = head.channels().iter().map(|c| (c.name, c.samples)).collect();
     let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
-    if expected != found || (cols, rows) != (row.cols as usize, row.rows as usize) {
-        let what = format!("it holds {cols} x {rows} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
+    if expected != found || (cols, lines) != (row.cols as usize, row.rows as usize) {
+        let what = format!("it holds {cols} x {lines} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
         return report.faults.push(Fault::new(Code::ExrChannels, place, what));
     }
     let description: Value = serde_json::from_str(&text).unwrap_or_default();
@@ -50,6 +51,9 @@ pub(super) fn check(
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
             report.faults.push(Fault::new(Code::ValueRange, place, what));
+        }
+        if channel.name == "Height" {
+            true_rows::height(rows, cols, &numbers, place, report);
         }
         compare(channel, &numbers, row, decoded, place, report);
         let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };

@@ -29,13 +29,13 @@ fn whole(root: &Path, file: &ManifestFile, report: &mut Report, take: impl FnMut
     let found = match fs::symlink_metadata(&path) {
         Ok(found) if found.is_file() => found.len(),
         Ok(_) => return fail(report, Code::FileMissing, file, "is no plain file"),
-        Err(e) => return fail(report, Code::FileMissing, file, &e.to_string()),
+        Err(e) => return fail(report, unread(&e, Code::FileMissing), file, &e.to_string()),
     };
     if found != file.bytes {
         return fail(report, Code::FileSize, file, &format!("has {found} bytes, not {}", file.bytes));
     }
     match sum(&path, take) {
-        Err(e) => fail(report, Code::FileMissing, file, &format!("cannot be read: {e}")),
+        Err(e) => fail(report, unread(&e, Code::FileMissing), file, &format!("cannot be read: {e}")),
         Ok(sum) if sum != file.sha256 => {
             fail(report, Code::FileChecksum, file, &format!("has SHA-256 {sum}, not {}", file.sha256))
         }
@@ -45,6 +45,11 @@ fn whole(root: &Path, file: &ManifestFile, report: &mut Report, take: impl FnMut
             true
         }
     }
+}
+
+/// The code of a file that could not be read: `otherwise`, unless it is there and may not be.
+pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
+    if e.kind() == ErrorKind::PermissionDenied { Code::FileUnreadable } else { otherwise }
 }
 
 fn fail(report: &mut Report, code: Code, file: &ManifestFile, what: &str) -> bool {
@@ -103,7 +108,7 @@ pub(super) fn unexpected(
             // A folder of files that are missing: each of them is told.
             Err(e) if e.kind() == ErrorKind::NotFound => continue,
             Err(e) => {
-                faults.push(Fault::new(Code::FileUnexpected, folder, format!("cannot be listed: {e}")));
+                faults.push(Fault::new(unread(&e, Code::FileUnexpected), folder, format!("cannot be listed: {e}")));
                 continue;
             }
         };

@@ -22,6 +22,8 @@ pub(super) struct Found {
     pub(super) tables: Vec<String>,
     /// Shards whose manifest can be read.
     pub(super) opened: Vec<u64>,
+    /// Shards whose manifest is there and cannot be read.
+    pub(super) hidden: Vec<u64>,
     /// Rows with the number of their job.
     rows: Vec<(u64, Row)>,
 }
@@ -29,11 +31,12 @@ pub(super) struct Found {
 impl Found {
     /// What job number `place` found.
     pub(super) fn of(place: u64, finding: Finding) -> Self {
-        let Finding { mut report, ids, counts: listed, tables, opened, row } = finding;
+        let Finding { mut report, ids, counts: listed, tables, opened, hidden, row } = finding;
         let faults = std::mem::take(&mut report.faults);
         let faults = if faults.is_empty() { Vec::new() } else { vec![(place, faults)] };
         let rows = row.map(|row| (place, row)).into_iter().collect();
-        Self { counts: report, faults, ids, listed, tables, opened: opened.into_iter().collect(), rows }
+        let [opened, hidden] = [opened, hidden].map(|shard| shard.into_iter().collect());
+        Self { counts: report, faults, ids, listed, tables, opened, hidden, rows }
     }
 
     /// Both.
@@ -44,6 +47,7 @@ impl Found {
         other.listed.into_iter().for_each(|(kind, count)| *self.listed.entry(kind).or_default() += count);
         self.tables.append(&mut other.tables);
         self.opened.append(&mut other.opened);
+        self.hidden.append(&mut other.hidden);
         self.rows.append(&mut other.rows);
         self
     }

@@ -1,14 +1,15 @@
 //! `dataset.json`: read, of a version that this program knows, consistent in itself, written as the program writes it.
 
-use std::fs;
 use std::path::Path;
 
 use output_schema::file::DATASET;
 use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_version};
 use serde_json::Value;
 
+use super::files::unread;
 use super::report::{Code, Fault, Report};
 use crate::shard::document;
+use crate::whole;
 
 /// Reads the head; `None` where nothing else can be checked.
 pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
@@ -16,9 +17,9 @@ pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
         report.faults.push(Fault::new(code, DATASET, what));
         None
     };
-    let text = match fs::read(folder.join(DATASET)) {
+    let text = match whole::read(&folder.join(DATASET)) {
         Ok(text) => text,
-        Err(e) => return fault(Code::DatasetMissing, format!("cannot be read: {e}")),
+        Err(e) => return fault(unread(&e, Code::DatasetMissing), format!("cannot be read: {e}")),
     };
     let value: Value = match serde_json::from_slice(&text) {
         Ok(value) => value,

@@ -30,13 +30,14 @@ mod shard;
 mod stack;
 mod tally;
 mod task;
+mod true_rows;
 mod unlit;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, exr_folder, manifest_path};
+use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, data_path, exr_folder, manifest_path, stack_path};
 use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -50,6 +51,7 @@ pub use tally::{Declared, DeclaredParameter, Seen};
 use self::found::Found;
 use self::tally::Tally;
 use self::task::Task;
+use crate::record::Split;
 use crate::shard::Encoded;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
@@ -93,7 +95,12 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     // Nothing that the head gives is compared where it is the head that was changed.
     let edited = same && agree::check(folder, &mut head, options.expect, &mut report);
     let same = same && !edited;
-    let comparable = same && options.expect_head.is_none_or(|expected| expected::head(&head, expected, &mut report));
+    let mut of_assets = Report::default();
+    let assets = files::assets(folder, &head, &mut of_assets);
+    // A recipe does not load without its files: that is told of the file alone.
+    let expected = options.expect_head.filter(|expected| expected.is_ok() || of_assets.is_clean());
+    let loads = expected.is_some() || options.expect_head.is_none();
+    let comparable = same && loads && expected.is_none_or(|expected| expected::head(&head, expected, &mut report));
     let expect = options.expect.filter(|_| comparable);
     let derive = options.derive.filter(|_| comparable);
     let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(Tally::new(declared)));
@@ -118,11 +125,16 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let mut found = found.reduce(Found::default, Found::and);
 
     let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
-    expected.extend(files::assets(folder, &head, &mut report));
+    expected.extend(assets);
+    report.add(of_assets);
     expected.extend((0..head.shards).map(manifest_path));
     expected.extend(std::mem::take(&mut found.tables));
     // A shard whose manifest could be read has looked into its folder itself.
-    let own: HashSet<String> = found.opened.iter().map(|&shard| exr_folder(shard)).collect();
+    let own: HashSet<String> = found.opened.iter().chain(&found.hidden).map(|&shard| exr_folder(shard)).collect();
+    // What a manifest that cannot be read may name is no stranger.
+    let tables =
+        |&shard: &u64| Split::ALL.map(|split| data_path(split.name(), shard)).into_iter().chain([stack_path(shard)]);
+    expected.extend(found.hidden.iter().flat_map(tables));
     found.tell(&mut report);
     report.chosen = chosen.into_iter().collect();
     let is_skipped = |path: &str| own.contains(path) || path == REPORTS;

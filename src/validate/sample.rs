@@ -11,8 +11,8 @@ use super::columns::{StoredRow, stored_row};
 use super::report::{Code, Fault, Report};
 use super::tally::Seen;
 use super::task::Task;
-use super::{expected, exr, images, labels, outline, pixels, stack, unlit};
-use crate::shard::{maps_sha256, row_batch};
+use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit};
+use crate::shard::{image_path, maps_sha256, row_batch};
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
 /// need, where the row can be read.
@@ -48,9 +48,12 @@ pub(super) fn check(
         expected::numbers(&row, task.head, expected, &place, report);
     }
     // A sample that is rendered again is compared as a whole.
-    if let Some(derive) = task.derive.filter(|_| !task.chosen.contains(&listed.index)) {
-        unlit::check(&row, &derive(listed.index), &place, report);
+    let derive = task.derive.filter(|_| !task.chosen.contains(&listed.index));
+    let unlit = derive.map(|derive| derive(listed.index));
+    if let Some(unlit) = &unlit {
+        unlit::check(&row, unlit, &place, report);
     }
+    let rows = unlit.map(|unlit| unlit.rows).unwrap_or_default();
     // What the manifest lists was compared with the recipe where there is one.
     let named = expected.as_ref().map_or([&listed.id, &listed.split, &listed.class], |e| [&e.id, &e.split, &e.class]);
     numbers(task, &row, named, &place, report);
@@ -58,13 +61,18 @@ pub(super) fn check(
 
     if let Some(bytes) = exr {
         let path = exr_path(task.number, &listed.id);
-        exr::check(bytes, task.head, &row, &mut decoded, &path, report);
+        exr::check(bytes, task.head, &row, (&mut decoded, &rows), &path, report);
     }
     let turned = task.head.recipe.canonical["motion"]["kind"] == "turntable";
     labels::check(&row, &task.head.label_values, turned, &decoded, &place, report);
     pixels::instances(&row, &decoded, &place, report);
     let cols = row.cols.max(1) as usize;
     outline::check(cols, &decoded, &place, report);
+    true_rows::labels(&rows, cols, &decoded, &place, report);
+    if task.head.range_unit() == "mm" {
+        let scale = [row.range_offset, row.range_scale];
+        true_rows::range(&rows, (cols, scale, task.head.images.most_dn()), &decoded, &place, report);
+    }
     let print = alike::print(cols, &decoded, &row.numbers);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
@@ -86,6 +94,9 @@ fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, repor
     if (&row.id, &row.split, row.seed) != (id, split, head.seed) {
         let said = format!("id {}, split {}, seed {}", row.id, row.split, row.seed);
         fault(Code::RowDiffers, format!("it says {said}, it should be id {id}, split {split}, seed {}", head.seed));
+    }
+    for (name, path) in row.paths.iter().filter(|(name, path)| *path != image_path(&row.id, name)) {
+        fault(Code::RowDiffers, format!("`{name}.path` is {path}, not {}", image_path(&row.id, name)));
     }
     match usize::try_from(row.class).ok().and_then(|class| head.classes.get(class)) {
         None => fault(Code::ClassUnknown, format!("class {} is none of {:?}", row.class, head.classes)),

@@ -1,7 +1,6 @@
 //! One shard: its manifest, and which files it should have.
 
 use std::collections::{HashMap, HashSet};
-use std::fs;
 use std::io::ErrorKind;
 
 use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path};
@@ -14,6 +13,7 @@ use super::task::Task;
 use super::{expected, files};
 use crate::record::Split;
 use crate::shard::{Counts, document};
+use crate::whole;
 
 /// One shard whose manifest can be read.
 pub(super) struct Shard<'a> {
@@ -35,6 +35,8 @@ pub(super) struct Finding {
     pub(super) tables: Vec<String>,
     /// Its number, where there is a manifest that can be read.
     pub(super) opened: Option<u64>,
+    /// Its number, where there is a manifest that cannot be read: nobody knows which files are its own.
+    pub(super) hidden: Option<u64>,
     /// The row that it read.
     pub(super) row: Option<Row>,
 }
@@ -50,10 +52,12 @@ pub(super) struct Row {
 pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let mut found = Finding::default();
     let place = manifest_path(task.number);
-    let text = match fs::read(task.root.join(&place)) {
+    let text = match whole::read(&task.root.join(&place)) {
         Ok(text) => text,
         Err(e) => {
-            let code = if e.kind() == ErrorKind::NotFound { Code::ManifestMissing } else { Code::ManifestUnreadable };
+            found.hidden = (e.kind() != ErrorKind::NotFound).then_some(task.number);
+            let otherwise = if found.hidden.is_none() { Code::ManifestMissing } else { Code::ManifestUnreadable };
+            let code = files::unread(&e, otherwise);
             found.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
             return (found, None);
         }
@@ -61,6 +65,7 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let manifest: Manifest = match serde_json::from_slice(&text) {
         Ok(manifest) => manifest,
         Err(e) => {
+            found.hidden = Some(task.number);
             // A newer document may have other keys.
             let newer = newer(&text);
             let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };

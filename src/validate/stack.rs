@@ -18,7 +18,7 @@ use super::task::Task;
 use crate::record::StackFrame;
 use crate::shard::frame_numbers;
 
-/// Checks the sensor frames of a shard: the same number for each sample, as the number of profiles is not on disk.
+/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
 pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {
     let mut fault = |code, what: String| report.faults.push(Fault::new(code, &file.path, what));
     let rows = match read(&root.join(&file.path), head) {
@@ -49,8 +49,13 @@ pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: 
     if let Some(Row { key: (id, index, profile), .. }) = rows.next() {
         fault(Code::StackDiffers, format!("profile {profile} of sample {index} ({id}) is out of order"));
     }
-    if counts.iter().any(|count| *count == 0 || *count != counts[0]) {
-        fault(Code::StackDiffers, format!("the samples have {counts:?} frames"));
+    // A recipe that is none is told elsewhere.
+    let profiles = head.recipe.canonical["scan"]["profiles"].as_u64();
+    let kept = profiles.map(|profiles| profiles.div_ceil(step.max(1) as u64) as i64).or(counts.first().copied());
+    let other = manifest.samples.iter().zip(&counts).find(|(_, count)| Some(**count) != kept || **count == 0);
+    if let Some((sample, count)) = other {
+        let what = format!("sample {} has {count} frames, not {}", sample.index, kept.unwrap_or_default());
+        fault(Code::StackDiffers, what);
     }
 }
 

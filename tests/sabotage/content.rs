@@ -37,21 +37,21 @@ fn masks() {
         relabel(&mut samples[b], &of_a[0], &of_a[1]);
     };
     let place = format!("{}.exr", boards().samples[a].id);
-    with(swap, &[DrawDiffers, TruthDiffers, OutlineDiffers], &place, "masks of two samples swapped");
+    with(swap, &[DrawDiffers, TruthDiffers, LabelDiffers, OutlineDiffers], &place, "masks of two samples swapped");
     for (columns, rows) in [(3, 0), (0, 3), (SIZE.0 - 4, 0)] {
         let shift = |samples: &mut Vec<Encoded>| {
             let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, columns, rows, false));
             relabel(&mut samples[a], &label, &instance);
         };
         let what = format!("a mask moved by {columns} columns and {rows} rows");
-        with(shift, &[TruthDiffers, OutlineDiffers], &place, &what);
+        with(shift, &[TruthDiffers, LabelDiffers, OutlineDiffers], &place, &what);
     }
     let mirror = |samples: &mut Vec<Encoded>| {
         let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, 0, 0, true));
         relabel(&mut samples[a], &label, &instance);
     };
     // A board that stands in the middle of the image has nearly the same outline from both sides.
-    with(mirror, &[TruthDiffers], &place, "a mirrored mask");
+    with(mirror, &[TruthDiffers, LabelDiffers], &place, "a mirrored mask");
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn rows() {
         exr(&mut samples[1], |_, text| text["id"] = boards().samples[0].id.as_str().into());
     };
     // Both have the same EXR file, that of the latter: its maps are not those of the former.
-    let of_file = [ExrDiffers, SampleChecksum, TruthDiffers, ObjectDiffers, InstanceClass];
+    let of_file = [ExrDiffers, SampleChecksum, TruthDiffers, LabelDiffers, ObjectDiffers, InstanceClass];
     let codes = [[ManifestDiffers, IdRepeated, RowDiffers].as_slice(), &of_file].concat();
     with(id, &codes, "sample 1", "the id of another sample");
 }

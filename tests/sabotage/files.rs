@@ -94,7 +94,7 @@ fn files_that_manifests_agree_with() {
         agree(root);
     };
     // The maps of either are compared with the images of the other; instances are in EXR files alone.
-    let codes = [ExrDiffers, SampleChecksum, TruthDiffers, ObjectDiffers, InstanceClass];
+    let codes = [ExrDiffers, SampleChecksum, TruthDiffers, LabelDiffers, ObjectDiffers, InstanceClass];
     after(swap, &codes, &exr(), "EXR files of two samples swapped");
 }
 
@@ -127,6 +127,15 @@ fn rows() {
     };
     let unknown = |rows| replaced(rows, "class", Arc::new(arrow_array::Int64Array::from(vec![99])));
     rewrite(unknown, &[ClassUnknown, ExrDiffers], "a class of no recipe");
+    let named = |rows: Vec<RecordBatch>| {
+        let image = rows[0].column_by_name("label").expect("an image");
+        let image = image.as_any().downcast_ref::<StructArray>().expect("a struct");
+        let mut children = image.columns().to_vec();
+        children[1] = Arc::new(arrow_array::StringArray::from(vec!["same.png"]));
+        let image = StructArray::new(image.fields().clone(), children, None);
+        replaced(rows, "label", Arc::new(image))
+    };
+    rewrite(named, &[RowDiffers], "another name of an image");
     let other = |rows| replaced(rows, "seed", Arc::new(arrow_array::UInt64Array::from(vec![7])));
     rewrite(other, &[RowDiffers], "another seed");
     for number in [f64::NAN, f64::INFINITY] {
@@ -142,6 +151,19 @@ fn rows() {
     }
 }
 
+/// A pipe is never read: that would not end.
+#[test]
+fn pipes_are_no_files() {
+    for (path, code) in [(MANIFEST, ManifestUnreadable), ("dataset.json", DatasetMissing), (DATA, FileMissing)] {
+        let pipe = |root: &Path| {
+            fs::remove_file(root.join(path)).expect("there");
+            let made = std::process::Command::new("mkfifo").arg(root.join(path)).status().expect("mkfifo runs");
+            assert!(made.success());
+        };
+        after(pipe, &[code], path, "a pipe in place of a file");
+    }
+}
+
 /// Root may read everything; others are told which file they may not.
 #[test]
 fn files_that_may_not_be_read() {
@@ -150,7 +172,7 @@ fn files_that_may_not_be_read() {
     let path = folder.path().join(DATA);
     fs::set_permissions(&path, fs::Permissions::from_mode(0o0)).expect("set");
     if File::open(&path).is_err() {
-        crate::place::says(folder.path(), &[FileMissing], DATA, "a file that may not be read");
+        crate::place::says(folder.path(), &[FileUnreadable], DATA, "a file that may not be read");
     }
     fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("set");
 }

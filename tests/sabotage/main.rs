@@ -6,6 +6,7 @@ mod gen_support;
 #[path = "../validate_support/damage.rs"]
 mod damage;
 
+mod bodies;
 mod clean;
 mod content;
 mod copies;
