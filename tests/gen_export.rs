@@ -76,7 +76,7 @@ fn tools_read_packs() {
         assert!(options.contains("train") || coco.contains("12 images"), "{coco}");
         assert!(!coco.contains(" 0 objects") && !coco.contains(" 0 with others inside"), "{coco}");
     }
-    let folders = checked(&place, "mvtec", "--image rgb --patch-px 48 --scatter-ends 20,300");
+    let folders = checked(&place, "mvtec", "--image rgb --patch-px 48 --range-ends 0,6 --scatter-ends 20,300");
     assert!(folders.contains("'test/good'"), "{folders}");
 }
 
@@ -159,7 +159,10 @@ fn samples_are_chosen() {
         let names = place.tree(out).into_keys().filter_map(|name| name.strip_suffix(".dat").map(String::from));
         names.collect()
     };
-    assert_eq!(names("--index 3,7-9", "some"), ["00000003", "00000007", "00000008", "00000009"]);
+    assert_eq!(names("--index 3,7-9 --words --rate 500", "some"), ["00000003", "00000007", "00000008", "00000009"]);
+    let order = &place.json("some/export.json")["order"];
+    assert_eq!(order["options"], serde_json::json!({"words": true, "rate_hz": 500.0, "sensor": false}));
+    assert_eq!(order["source"]["indices"], serde_json::json!([[3, 3], [7, 9]]));
     let of_splits: Vec<_> =
         ["train", "validation", "test"].map(|split| names(&format!("--split {split} --index 0-11"), split)).concat();
     let mut sorted = of_splits.clone();

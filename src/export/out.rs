@@ -105,8 +105,8 @@ impl Out {
             return Err(ExportError::at(root, what, &remedy));
         }
         if begun.as_ref() != Some(&order) {
-            let what =
-                "it holds an unfinished export of another state of the dataset, to which shards were added since";
+            let what = "it holds an unfinished export of another state of the dataset: shards were added since, or it \
+                was made anew";
             return Err(ExportError::at(root, what, "remove the folder, or choose another one"));
         }
         for entry in fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten() {

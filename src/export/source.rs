@@ -200,7 +200,8 @@ impl Source {
         Ok(())
     }
 
-    /// Works on every chosen sample with all threads, and takes the results in the order of shards, splits and indices.
+    /// Works on every chosen sample that is left with all threads, and takes the results in the order of shards, splits and
+    /// indices.
     ///
     /// # Errors
     /// Where a file of the dataset is damaged, or `work` or `take` fail.

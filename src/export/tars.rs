@@ -31,7 +31,7 @@ pub(super) fn finished(path: &Path, maps: &[&str], before: Option<u64>) -> Optio
         if wanted.pop()? != name {
             return None;
         }
-        end = entry.raw_file_position() + entry.size().next_multiple_of(512);
+        end = entry.size().checked_next_multiple_of(512)?.checked_add(entry.raw_file_position())?;
     }
     let mut rest = Vec::new();
     file.seek(SeekFrom::Start(end)).ok()?;
