@@ -1,6 +1,6 @@
 """Opens exports of a dataset with the tools they are made for and compares them with the dataset, number by number.
 
-    check_exports.py coco|mvtec|webdataset|png DATASET EXPORT [own]
+    check_exports.py coco|mvtec|webdataset|png DATASET EXPORT [options that `gen export` was given]
 """
 
 import io
@@ -9,85 +9,32 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 from PIL import Image
 
-IMAGES = ["range", "reflectance", "scatter", "label", "instance"]
+import exports_asked
+from exports_asked import GOOD, check_document, check_picture, check_scaling, chosen
 
 
-def stored(dataset):
-    """Every row of the dataset by index: numbers, and images decoded by Pillow; from EXR where there is no image."""
-    head = json.loads((dataset / "dataset.json").read_text())
-    rows = {}
-    for path in sorted((dataset / "data").glob("*.parquet")):
-        for row in pq.read_table(path).to_pylist():
-            images, png = {}, {}
-            for name in IMAGES:
-                if name in row:
-                    png[name] = row.pop(name)["bytes"]
-                    images[name] = np.array(Image.open(io.BytesIO(png[name])))
-            shard = f"{row['index'] // head['samples_per_shard']:05}"
-            if len(images) < 5 and (exr := dataset / "exr" / shard / f"{row['id']}.exr").exists():
-                images = from_exr(exr, row) | images
-            rows[row["index"]] = {"row": row, "images": images, "png": png}
-    return head, rows
-
-
-def from_exr(path, row):
-    """The maps of an EXR file in the numbers of PNG columns."""
-    import OpenEXR
-
-    found = OpenEXR.File(str(path), separate_channels=True).channels()
-    maps = {name: found[name.capitalize()].pixels.astype(float) for name in IMAGES if name.capitalize() in found}
-    for name, pixels in maps.items():
-        if name == "range":
-            pixels = np.clip(np.rint((pixels - row["range_offset_mm"]) / row["range_scale_mm"]), 1, 65535)
-            pixels[np.isnan(maps["range"])] = 0
-        maps[name] = np.rint(np.nan_to_num(pixels, nan=0.0)).astype(int)
-    return maps
-
-
-def scaled(sample, scaling):
-    """One map of a sample in 8 bits, as the scaling of an export says; and how far levels may lie off."""
-    name = scaling["map"]
-    numbers = sample["images"][name].astype(float)
-    values = numbers
-    if name == "range":
-        row = sample["row"]
-        unit = scaling["unit"]
-        values = row[f"range_offset_{unit}"] + row[f"range_scale_{unit}"] * numbers
-    levels = np.clip((values - scaling["offset"]) / scaling["scale"], 1, 255)
-    return np.where(numbers == 0, 0, levels)
-
-
-def same_picture(picture, sample, scalings):
-    """Whether a picture is what its scaling says, each level rounded to the nearest."""
-    planes = picture if picture.ndim == 3 else picture[..., None]
-    assert planes.shape[-1] == len(scalings), (planes.shape, scalings)
-    for channel, scaling in enumerate(scalings):
-        levels = scaled(sample, scaling)
-        worst = np.abs(planes[..., channel] - levels).max()
-        assert worst <= 0.5 + 1e-6, f"{scaling['map']}: levels differ by {worst}"
-        assert ((planes[..., channel] == 0) == (levels == 0)).all(), "missing is 0 and nothing else is"
-
-
-def coco(dataset, export, own=False):
+def coco(asked, export, head, rows, told):
     """pycocotools loads every document; each mask, box and area is that of the instance image."""
     from pycocotools import mask as tools
     from pycocotools.coco import COCO
 
-    head, rows = stored(dataset)
-    seen, objects = set(), 0
+    samples = chosen(asked, rows)
+    check_scaling(asked, head, rows, told["scaling"])
+    seen, objects, nested = set(), 0, 0
     for path in sorted((export / "annotations").glob("instances_*.json")):
         split = path.stem.removeprefix("instances_")
         found = COCO(str(path))
-        scalings = found.dataset["info"]["scaling"]
+        assert found.dataset["info"]["scaling"] == told["scaling"]
         for category in found.dataset["categories"]:
             assert head["pixel_classes"][category["id"]] == category["name"] and category["supercategory"], category
         assert len({a["id"] for a in found.dataset["annotations"]}) == len(found.dataset["annotations"])
         assert all(a["id"] > 0 for a in found.dataset["annotations"])
+        counts = {"images": len(found.dataset["images"]), "annotations": len(found.dataset["annotations"])}
+        assert told["splits"][split] == counts, (split, counts)
         for image in found.loadImgs(found.getImgIds()):
-            sample = rows[image["index"]]
+            sample = samples[image["index"]]
             row, instances = sample["row"], sample["images"]["instance"]
             assert (row["split"], row["id"]) == (split, image["sample_id"]) and image["id"] not in seen
             assert head["classes"][row["class"]] == image["sample_class"]
@@ -95,30 +42,31 @@ def coco(dataset, export, own=False):
             seen.add(image["id"])
             picture = np.array(Image.open(export / "images" / split / image["file_name"]))
             assert picture.shape[:2] == (image["height"], image["width"]) == instances.shape
-            if scalings:
-                same_picture(picture, sample, scalings)
-            else:
-                assert any((picture == sample["images"][name]).all() for name in ["range", "reflectance", "scatter"])
+            check_picture(asked, picture, sample, told["scaling"])
             inside = {o["instance"]: o["within"] for o in row["objects"]}
             annotations = found.loadAnns(found.getAnnIds(imgIds=image["id"]))
             expected = {}
             for item in row["objects"]:
                 members = {item["instance"]}
-                if not own:
-                    for inner in sorted(inside):
-                        if inside[inner] in members:
-                            members.add(inner)
+                for inner in sorted(inside):
+                    if inside[inner] in members:
+                        members.add(inner)
+                nested += len(members) > 1
+                if asked.mask == "own":
+                    members = {item["instance"]}
                 truth = np.isin(instances, list(members))
                 if truth.any():
                     expected[item["instance"]] = (item, truth)
             assert [a["attributes"]["instance"] for a in annotations] == list(expected), "every object once"
             for annotation in annotations:
                 item, truth = expected[annotation["attributes"]["instance"]]
+                segmentation = annotation["segmentation"]["counts"]
+                assert isinstance(segmentation, list if asked.plain_rle else str), type(segmentation)
                 runs = found.annToRLE(annotation)
                 assert (tools.decode(runs) == truth).all(), annotation["id"]
                 assert tools.toBbox(runs).tolist() == [float(n) for n in annotation["bbox"]]
                 assert int(tools.area(runs)) == annotation["area"] == int(truth.sum())
-                if not own:
+                if asked.mask == "whole":
                     assert annotation["bbox"] == item["bbox"] and annotation["area"] == item["area_px"]
                 assert annotation["category_id"] == item["class"] and annotation["iscrowd"] == 0
                 attributes = annotation["attributes"]
@@ -126,8 +74,8 @@ def coco(dataset, export, own=False):
                 for key in ["within", "area_mm2", "x_mm", "y_mm", "diameter_mm", "severity", "dive_deg"]:
                     assert attributes[key] == item[key], key
                 objects += 1
-    assert seen == set(rows), "every sample once"
-    print(f"coco: {len(seen)} images, {objects} objects")
+    assert seen == set(samples), "every sample once"
+    return f"{len(seen)} images, {objects} objects, {nested} with others inside"
 
 
 def anomaly_folders(root):
@@ -145,40 +93,51 @@ def anomaly_folders(root):
     return images, paired
 
 
-def mvtec(dataset, export):
-    """Every picture lies where its labels say, and every mask is those labels."""
-    head, rows = stored(dataset)
-    told = json.loads((export / "export.json").read_text())["result"]
-    good = [head["pixel_classes"].index(name) for name in told["good"]]
+def patches(asked, shape):
+    """The names of a picture's parts after its index, and where they lie: evenly over all of it."""
+    if not asked.patch_px:
+        return {"": np.s_[:, :]}
+    side = asked.patch_px
+    starts = []
+    for length in shape:
+        more = -(-length // side) - 1
+        starts.append([i * (length - side) // more if more else 0 for i in range(more + 1)])
+    tops, lefts = starts
+    return {f"_r{t:05}_c{l:05}": np.s_[t : t + side, l : l + side] for t in tops for l in lefts}
+
+
+def mvtec(asked, export, head, rows, told):
+    """Every picture lies where its labels say, and every mask is those labels; no other picture is there."""
+    names = ["background", *(asked.good or GOOD[head["subject"]])]
+    assert set(told["good"]) == set(names), (told["good"], names)
+    good = [head["pixel_classes"].index(name) for name in names]
+    check_scaling(asked, head, rows, told["scaling"])
     images, masks = anomaly_folders(export)
-    counts, covered = {}, {index: np.zeros(s["images"]["label"].shape, bool) for index, s in rows.items()}
-    for split, folder, name in images:
-        key, *corner = Path(name).stem.split("_")
-        sample = rows[int(key)]
-        picture = np.array(Image.open(export / split / folder / name))
-        top, left = (int(part[1:]) for part in corner) if corner else (0, 0)
-        part = np.s_[top : top + picture.shape[0], left : left + picture.shape[1]]
-        labels = sample["images"]["label"][part]
-        cut = {"row": sample["row"], "images": {n: m[part] for n, m in sample["images"].items()}}
-        same_picture(picture, cut, told["scaling"])
-        assert sample["row"]["split"] == split
-        defects = sorted(set(np.unique(labels).tolist()) - set(good))
-        names = [head["pixel_classes"][value] for value in defects]
-        assert folder == ("good" if not names else names[0] if len(names) == 1 else "combined"), (name, names)
-        if names:
-            mask = np.array(Image.open(export.joinpath(*masks[(split, folder, name)])))
-            assert mask.dtype == np.uint8 and (mask == np.where(np.isin(labels, good), 0, 255)).all(), name
-        counts[f"{split}/{folder}"] = counts.get(f"{split}/{folder}", 0) + 1
-        covered[int(key)][part] = True
-    assert counts == told["pictures"], (counts, told)
-    for index, sample in rows.items():
-        whole = covered[index].all()
-        is_good = np.isin(sample["images"]["label"], good).all()
+    counts, left_out, there = {}, 0, set(images)
+    for index, sample in chosen(asked, rows).items():
         split = sample["row"]["split"]
-        assert split != "test" or whole, f"sample {index} is not all there"
-        assert split != "train" or whole or not is_good, f"sample {index} is good and not there"
-        assert split != "validation" or not covered[index].any(), f"sample {index} has no place"
-    print(f"mvtec: {counts}")
+        for corner, part in patches(asked, sample["images"]["label"].shape).items():
+            labels = sample["images"]["label"][part]
+            defects = sorted(set(np.unique(labels).tolist()) - set(good))
+            if split == "train" and defects:
+                left_out += 1
+                continue
+            classes = [head["pixel_classes"][value] for value in defects]
+            folder = "good" if not classes else classes[0] if len(classes) == 1 else "combined"
+            parts = (split, folder, f"{index:08}{corner}.png")
+            assert parts in there, f"{parts} is not there"
+            there.remove(parts)
+            picture = np.array(Image.open(export.joinpath(*parts)))
+            assert picture.shape[:2] == labels.shape, (picture.shape, labels.shape)
+            cut = {"row": sample["row"], "images": {name: m[part] for name, m in sample["images"].items()}}
+            check_picture(asked, picture, cut, told["scaling"])
+            if classes:
+                mask = np.array(Image.open(export.joinpath(*masks[parts])))
+                assert mask.dtype == np.uint8 and (mask == np.where(np.isin(labels, good), 0, 255)).all(), parts
+            counts[f"{split}/{folder}"] = counts.get(f"{split}/{folder}", 0) + 1
+    assert not there, f"no sample has these: {there}"
+    assert (counts, left_out) == (told["pictures"], told["left_out"]), (counts, left_out, told)
+    return f"{counts}"
 
 
 def pixels(name, content):
@@ -186,26 +145,29 @@ def pixels(name, content):
     return np.array(Image.open(io.BytesIO(content))) if name.endswith(".png") else None
 
 
-def webdataset(dataset, export):
+def webdataset(asked, export, head, rows, told):
     """webdataset reads and decodes every sample; images and numbers are those of the dataset."""
     import webdataset as wds
 
-    head, rows = stored(dataset)
+    samples, maps = chosen(asked, rows), exports_asked.maps(asked, rows)
     tars = sorted(export.glob("*.tar"))
     seen = []
     for tar in tars:
+        assert tar.stat().st_size <= asked.tar_mb * 1_000_000, tar
         for sample in wds.WebDataset(str(tar), shardshuffle=False).decode(pixels):
             index = int(sample["__key__"])
             seen.append(index)
-            truth = rows[index]
+            truth = samples[index]
             assert tar.name.startswith(truth["row"]["split"] + "-")
-            for name, numbers in truth["images"].items():
-                found = sample[f"{name}.png"]
+            assert {name for name in sample if name[0] != "_"} == {*(f"{name}.png" for name in maps), "json"}
+            for name in maps:
+                found, numbers = sample[f"{name}.png"], truth["images"][name]
                 assert name not in truth["png"] or found.dtype == numbers.dtype, (name, found.dtype)
                 assert found.shape == numbers.shape and (found.astype(int) == numbers).all(), (index, name)
             same_row(sample["json"], truth["row"], head)
-    assert sorted(seen) == sorted(rows), "every sample once"
-    print(f"webdataset: {len(tars)} tars, {len(seen)} samples")
+    assert sorted(seen) == sorted(samples), "every sample once"
+    assert sum(split["tars"] for split in told["splits"].values()) == len(tars)
+    return f"{len(tars)} tars, {len(seen)} samples"
 
 
 def same_row(found, row, head):
@@ -218,34 +180,41 @@ def same_row(found, row, head):
     assert found == row, (found, row)
 
 
-def png(dataset, export):
+def png(asked, export, head, rows, told):
     """Files are the stored bytes, or the same numbers from EXR; coloured labels tell classes apart."""
-    head, rows = stored(dataset)
-    seen, colours = [], {}
+    samples, maps = chosen(asked, rows), exports_asked.maps(asked, rows)
+    seen, colours, named = [], {}, set()
     for table in sorted(export.glob("*.jsonl")):
         for line in table.read_text().splitlines():
             row = json.loads(line)
             files = row.pop("files")
-            truth = rows[row["index"]]
+            named.update(files.values())
+            truth = samples[row["index"]]
             seen.append(row["index"])
+            assert row["split"] == table.stem
             same_row(row, truth["row"], head)
-            if colour := files.pop("colour", None):
-                picture = np.array(Image.open(export / colour)).reshape(-1, 3)
+            assert list(files) == maps + ["colour"] * asked.colour, (files, maps)
+            if asked.colour:
+                picture = np.array(Image.open(export / files.pop("colour"))).reshape(-1, 3)
                 labels = truth["images"]["label"].reshape(-1)
                 for value in np.unique(labels):
                     shades = np.unique(picture[labels == value], axis=0)
                     assert len(shades) == 1 and colours.setdefault(int(value), shades.tolist()) == shades.tolist()
-            assert set(files) == set(truth["images"]), (files, set(truth["images"]))
             for name, path in files.items():
                 content = (export / path).read_bytes()
                 assert name not in truth["png"] or content == truth["png"][name], path
                 assert (np.array(Image.open(io.BytesIO(content))).astype(int) == truth["images"][name]).all(), path
-    assert sorted(seen) == sorted(rows), "every sample once"
+    assert sorted(seen) == sorted(samples), "every sample once"
+    assert {path.relative_to(export).as_posix() for path in export.rglob("*.png")} == named, "no other picture"
     assert len({str(shades) for shades in colours.values()}) == len(colours), "each class has a colour of its own"
-    print(f"png: {len(seen)} rows, {len(colours)} colours")
+    assert told["label_values"] == {str(value): head["pixel_classes"][value] for value in head["label_values"]}
+    return f"{len(seen)} rows, {len(colours)} colours"
 
 
 if __name__ == "__main__":
-    kind, source, made, *rest = sys.argv[1:]
-    arguments = [Path(source), Path(made)] + [True] * bool(rest)
-    {"coco": coco, "mvtec": mvtec, "webdataset": webdataset, "png": png}[kind](*arguments)
+    asked = exports_asked.request(sys.argv[1:])
+    dataset, export = Path(asked.dataset), Path(asked.export)
+    head, rows = exports_asked.stored(dataset)
+    result = check_document(asked, dataset, export, head, rows)
+    check = {"coco": coco, "mvtec": mvtec, "webdataset": webdataset, "png": png}[asked.format]
+    print(f"{asked.format}: {check(asked, export, head, rows, result)}")

@@ -47,6 +47,7 @@ fn formats_agree() {
     let run = place.run("export icon planks --index 2 --out plank");
     assert_eq!(run.code, 0, "{}", run.err);
     assert_eq!(place.run("export icon planks --index 2 --out steps --words").code, 0);
+    assert!(place.run("icon steps/00000002.xml").out.contains("Range WORD"));
     let folder = std::fs::read_dir(place.path("planks/exr/00000")).expect("EXR files are there");
     let named = |path: &std::path::Path| {
         let bytes = std::fs::read(path).expect("it can be read");

@@ -28,7 +28,7 @@ fn first(place: &Place, folder: &str, end: &str) -> String {
 fn a_stopped_export_is_finished() {
     let place =
         dataset(recipe(&[["\n  columns: 64 ", "\n  columns: 256 "], ["\n  profiles: 48 ", "\n  profiles: 256 "]]));
-    for order in ["png set --colour", "coco set --image rgb", "webdataset set", "icon set"] {
+    for order in ["png set --colour", "coco set --image rgb", "webdataset set --tar-mb 1", "icon set"] {
         let format = order.split(' ').next().unwrap_or_default();
         place.done(&format!("export {order} --out {format}-whole"));
         let mut stopped = 0;
@@ -251,8 +251,14 @@ fn misuse_is_told() {
         let run = place.run(&format!("export {arguments}"));
         assert!(run.code == code && run.err.contains(words), "{arguments}: {} '{words}': {}", run.code, run.err);
         assert!(!place.path("o").exists() && run.out.is_empty(), "{arguments}: {}", run.out);
+        let clauses: Vec<&str> = run.err.split("; ").map(str::trim).collect();
+        assert!(clauses.windows(2).all(|pair| pair[0] != pair[1]), "{arguments}: said twice: {}", run.err);
     }
     assert_eq!(place.tree("full").len(), 1);
+    let rows = dataset(recipe(&[["\n  window_rows: 7", "\n  range: uncalibrated\n  window_rows: 7"]]));
+    let run = rows.run("export icon set --out o --words");
+    let told = run.err.contains("--words has no effect") && run.err.contains("leave it away");
+    assert!(run.code == 2 && told && !rows.path("o").exists(), "{} {}", run.code, run.err);
     let saw = dataset(sawtooth_recipe(&[]));
     for (format, words) in [("mvtec", "has no defects"), ("coco", "no objects")] {
         let run = saw.run(&format!("export {format} set --out o"));

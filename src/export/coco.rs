@@ -76,16 +76,14 @@ pub fn export(
         "range": options.range, "scatter": options.scatter,
     });
     Out::write(out, "coco", asked, source, |out| {
-        let scalings = match options.stored {
-            true => None,
-            false => Some(Scalings::of(source, maps, options.range, options.scatter, progress)?),
-        };
-        let scaling = scalings.map_or(Value::Null, |scalings| scalings.json(maps, source.head().range_unit()));
+        let found = || Scalings::of(source, maps, options.range, options.scatter, progress);
+        let scalings = (!options.stored).then(found).transpose().map_err(|e| out.withdrawn(e))?;
+        let scaling = scalings.as_ref().map_or(Value::Null, |scalings| scalings.json(source.head().range_unit()));
         let head = header(source, &classes, &scaling);
         let mut documents: BTreeMap<Split, Document> = BTreeMap::new();
         let work = |sample: &Sample| {
-            out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match scalings {
-                Some(scalings) => Ok(Picture::of(sample, options.show, &scalings)?.png()),
+            out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match &scalings {
+                Some(scalings) => Ok(Picture::of(sample, scalings)?.png()),
                 None => sample.png(maps[0]),
             })?;
             annotations(sample, &classes, options)

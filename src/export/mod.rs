@@ -22,6 +22,7 @@ mod rle;
 mod sample;
 mod scaling;
 mod source;
+mod tars;
 
 pub use classes::default_good;
 pub use out::{Out, Summary};

@@ -60,7 +60,8 @@ pub fn export(
         "range": options.range, "scatter": options.scatter,
     });
     Out::write(out, "mvtec", asked, source, |out| {
-        let scalings = Scalings::of(source, maps, options.range, options.scatter, progress)?;
+        let scalings = Scalings::of(source, maps, options.range, options.scatter, progress);
+        let scalings = scalings.map_err(|e| out.withdrawn(e))?;
         let mut counts: BTreeMap<String, u64> = BTreeMap::new();
         let mut left_out = 0;
         let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
@@ -75,31 +76,53 @@ pub fn export(
         };
         source.each(&images, work, take, progress)?;
         if counts.is_empty() {
-            out.withdraw()?;
             let what = format!(
                 "there is nothing to write: all {left_out} pictures are of the split train and have defects, and methods learn \
              from good ones"
             );
-            return Err(ExportError::at(source.root(), what, "try --patch-px, --good, --split all or more samples"));
+            let remedy = "try --patch-px, --good, --split all or more samples";
+            return Err(out.withdrawn(ExportError::at(source.root(), what, remedy)));
         }
-        let mut notes = Vec::new();
-        if left_out > 0 {
-            notes.push(format!(
-                "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
-            ));
-        }
-        for folder in ["train/good", "test/good"] {
-            if !counts.contains_key(folder) {
-                notes.push(format!(
-                    "{folder} is empty: no sample of that split is good; try --patch-px, --good or more samples"
-                ));
-            }
-        }
+        let notes = notes(source, left_out, |folder| counts.contains_key(folder));
         let good: Vec<&str> =
             head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
-        let scaling = scalings.json(maps, head.range_unit());
+        let scaling = scalings.json(head.range_unit());
         out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
     })
+}
+
+/// What the user should know: pictures and samples that are left out, and folders without a picture.
+fn notes(source: &Source, left_out: u64, is_there: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut notes = Vec::new();
+    if left_out > 0 {
+        notes.push(format!(
+            "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
+        ));
+    }
+    let asked: Vec<Split> =
+        [Split::Train, Split::Test].into_iter().filter(|split| source.selection.has_split(split.name())).collect();
+    for split in &asked {
+        let name = split.name();
+        if source.in_split(*split) == 0 {
+            let remedy = match (source.selection.indices.is_empty(), source.unfinished) {
+                (false, _) => "give another --index",
+                (true, 0) => "make more",
+                (true, _) => "run gen again to finish the dataset",
+            };
+            notes.push(format!("the split {name} has no samples: {remedy}"));
+        } else if !is_there(&format!("{name}/good")) {
+            notes.push(format!(
+                "{name}/good is empty: no picture of that split is good; try --patch-px, --good or more samples"
+            ));
+        }
+    }
+    let validation = source.in_split(Split::Validation);
+    if validation > 0 && asked.len() == 2 {
+        let samples = if validation == 1 { "sample" } else { "samples" };
+        notes
+            .push(format!("{validation} {samples} of the split validation left out: the layout has no place for them"));
+    }
+    notes
 }
 
 /// Writes the pictures of a sample; gives the folder of each, none for those that are left out.
@@ -111,7 +134,7 @@ fn pictures(
     good: &[bool; 256],
 ) -> Result<Vec<Option<String>>, ExportError> {
     let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
-    let picture = Picture::of(sample, options.show, scalings)?;
+    let picture = Picture::of(sample, scalings)?;
     let mut folders = Vec::new();
     for part in parts(sample, options.patch_px) {
         let [top, left, rows, cols] = part;

@@ -1,7 +1,7 @@
 //! The folder of an export: marked as unfinished until its last file is there, each file whole or not at all.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{BufWriter, Error, ErrorKind, Write};
+use std::io::{self, BufWriter, Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -99,10 +99,15 @@ impl Out {
         }
         let marker = locked(root, &path)?;
         let begun = fs::read(&path).ok().and_then(|text| serde_json::from_slice::<Value>(&text).ok());
-        if begun.as_ref() != Some(&order) {
-            let what = "it holds an unfinished export of another kind or of another state of the dataset";
+        if begun.as_ref().is_none_or(|begun| !is_alike(begun, &order)) {
+            let what = "it holds an unfinished export of another kind";
             let remedy = format!("repeat the command that began it ({MARKER} names it), or remove the folder");
             return Err(ExportError::at(root, what, &remedy));
+        }
+        if begun.as_ref() != Some(&order) {
+            let what = "it holds an unfinished export of another state of the dataset: shards were added since, or it \
+                was made anew";
+            return Err(ExportError::at(root, what, "remove the folder, or choose another one"));
         }
         for entry in fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten() {
             if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
@@ -157,14 +162,14 @@ impl Out {
         Ok(Growing { partial, path, file: BufWriter::new(file) })
     }
 
-    /// Gives a file that grew its name.
+    /// Syncs a file that grew and gives it its name: after a loss of power too the name stands for all of it.
     ///
     /// # Errors
     /// Where it cannot be written.
     pub fn finish_file(&self, growing: Growing) -> Result<(), ExportError> {
         let Growing { partial, path, file } = growing;
         let file = file.into_inner().map_err(|e| refused(&path, e.error()))?;
-        let bytes = file.metadata().map_err(|e| refused(&path, &e))?.len();
+        let bytes = file.sync_all().and_then(|()| file.metadata()).map_err(|e| refused(&path, &e))?.len();
         fs::rename(&partial, &path).map_err(|e| refused(&path, &e))?;
         self.count(bytes);
         Ok(())
@@ -194,13 +199,14 @@ impl Out {
         Ok(Summary { files, bytes, nothing_to_do: false, notes })
     }
 
-    /// Takes the marker away from an export that wrote nothing, so that the folder is free again.
-    ///
-    /// # Errors
-    /// Where it cannot be removed.
-    pub(super) fn withdraw(self) -> Result<(), ExportError> {
-        let marker = self.root.join(MARKER);
-        fs::remove_file(&marker).map_err(|e| refused(&marker, &e))
+    /// The same error, after the marker was taken away where nothing else was written: the folder is free again.
+    pub(super) fn withdrawn(&self, error: ExportError) -> ExportError {
+        let is_marker = |entry: io::Result<fs::DirEntry>| entry.is_ok_and(|entry| entry.file_name() == *MARKER);
+        if fs::read_dir(&self.root).is_ok_and(|mut entries| entries.all(is_marker)) {
+            // The first error is the one to tell.
+            let _ = fs::remove_file(self.root.join(MARKER));
+        }
+        error
     }
 
     /// The temporary path beside a file, in a folder that is there.
@@ -233,6 +239,18 @@ impl Growing {
         })();
         copied.map_err(|e: Error| refused(&self.path, &e))
     }
+}
+
+/// Whether two orders are the same but for the state of the dataset.
+fn is_alike(a: &Value, b: &Value) -> bool {
+    let without_state = |order: &Value| {
+        let mut order = order.clone();
+        for sum in ["/source/dataset_sha256", "/source/manifests_sha256"] {
+            order.pointer_mut(sum).map(Value::take);
+        }
+        order
+    };
+    without_state(a) == without_state(b)
 }
 
 /// The marker of a folder, held by this process alone.

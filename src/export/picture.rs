@@ -52,18 +52,17 @@ pub(super) struct Picture {
 
 impl Picture {
     /// The picture of a sample, scaled as the whole dataset is.
-    pub(super) fn of(sample: &Sample, show: Show, scalings: &Scalings) -> Result<Self, ExportError> {
-        let maps = show.maps();
-        let mut pixels = vec![0; sample.cols * sample.rows * maps.len()];
-        for (channel, map) in maps.iter().enumerate() {
+    pub(super) fn of(sample: &Sample, scalings: &Scalings) -> Result<Self, ExportError> {
+        let channels = scalings.channels().count();
+        let mut pixels = vec![0; sample.cols * sample.rows * channels];
+        for (channel, (map, scaling)) in scalings.channels().enumerate() {
             let [offset, scale] = meaning(sample, map)?;
-            let scaling = scalings.named(map);
             let numbers = sample.grey(map)?.numbers();
-            for (pixel, n) in pixels.chunks_exact_mut(maps.len()).zip(numbers) {
+            for (pixel, n) in pixels.chunks_exact_mut(channels).zip(numbers) {
                 pixel[channel] = if n == 0 { 0 } else { scaling.level(offset + scale * f64::from(n)) };
             }
         }
-        Ok(Self { cols: sample.cols, channels: maps.len(), pixels })
+        Ok(Self { cols: sample.cols, channels, pixels })
     }
 
     /// A part of it: first row, first column, rows, columns.

@@ -10,6 +10,8 @@ use super::{ExportError, Progress, Sample, Source};
 const SAMPLES: u64 = 64;
 /// Share of pixels that lie beyond each end of a scale that was found [1].
 const BEYOND: f64 = 0.001;
+/// Heights are counted in hundredths [1/mm or 1/px].
+const BINS_PER_UNIT: f64 = 100.0;
 /// Grey levels of a map with 8 bits that mean something: 0 means missing.
 const LEVELS: f64 = 254.0;
 
@@ -38,25 +40,22 @@ impl Scaling {
 }
 
 /// The scales of a dataset.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Scalings {
-    /// Of Range [mm or px].
-    pub range: Scaling,
-    /// Of Reflectance, which has 8 bits as a rule and then stays as it is [DN].
-    pub reflectance: Scaling,
-    /// Of Scatter [DN].
-    pub scatter: Scaling,
+    /// The maps that are shown, in the order of channels, each with its scale.
+    maps: Vec<(&'static str, Scaling)>,
 }
 
 impl Scalings {
-    /// The scales that the user gave, else from 64 samples spread over the whole dataset, whatever is exported: from the
-    /// thousandth smallest to the thousandth largest value of pixels that show the object.
+    /// The scales that the user gave, else from 64 finished samples spread over all that are, whatever is exported: from
+    /// the thousandth smallest to the thousandth largest value of pixels that show the object. Reflectance has 8 bits as a
+    /// rule and then stays as it is.
     ///
     /// # Errors
-    /// Where these samples are damaged.
+    /// Where these samples are damaged, or no pixel shows the object.
     pub(super) fn of(
         source: &Source,
-        maps: &[&str],
+        maps: &'static [&'static str],
         range: Option<[f64; 2]>,
         scatter: Option<[f64; 2]>,
         progress: Progress,
@@ -82,33 +81,37 @@ impl Scalings {
             };
             source.spread(SAMPLES, &images, work, take, progress)?;
         }
-        let found = |name: &str, unit: f64| counts.get(name).and_then(ends).map(|ends| ends.map(|end| end / unit));
-        let most = f64::from(source.head().images.most_dn());
-        let reflectance = if most <= 255.0 { [1.0, 255.0] } else { [1.0, most] };
-        Ok(Self {
-            range: Scaling::between(range.or_else(|| found("range", 100.0)).unwrap_or([0.0, LEVELS])),
-            reflectance: Scaling::between(reflectance),
-            scatter: Scaling::between(scatter.or_else(|| found("scatter", 1.0)).unwrap_or([1.0, 255.0])),
-        })
+        let scaling = |name: &'static str| {
+            let found = |unit: f64| {
+                let ends = counts.get(name).and_then(ends).map(|ends| ends.map(|end| end / unit));
+                ends.ok_or_else(|| {
+                    let what =
+                        format!("no pixel of the samples that the ends of {name} are found from shows the object");
+                    ExportError::at(source.root(), what, &format!("give them with --{name}-ends LOW,HIGH"))
+                })
+            };
+            let ends = match name {
+                "range" => range.map_or_else(|| found(BINS_PER_UNIT), Ok)?,
+                "scatter" => scatter.map_or_else(|| found(1.0), Ok)?,
+                _ => [1.0, f64::from(source.head().images.most_dn()).max(255.0)],
+            };
+            Ok((name, Scaling::between(ends)))
+        };
+        Ok(Self { maps: maps.iter().copied().map(scaling).collect::<Result<_, ExportError>>()? })
     }
 
-    /// The scale of a map.
-    pub fn named(&self, map: &str) -> Scaling {
-        match map {
-            "range" => self.range,
-            "scatter" => self.scatter,
-            _ => self.reflectance,
-        }
+    /// The scales, channel by channel.
+    pub(super) fn channels(&self) -> impl Iterator<Item = (&'static str, Scaling)> + '_ {
+        self.maps.iter().copied()
     }
 
-    /// For documents: what grey levels of these maps mean.
-    pub fn json(&self, maps: &[&str], range_unit: &str) -> Value {
-        let one = |map: &&str| {
-            let Scaling { offset, scale } = self.named(map);
-            let unit = if *map == "range" { range_unit } else { "DN" };
+    /// For documents: what grey levels of the maps mean.
+    pub(super) fn json(&self, range_unit: &str) -> Value {
+        let one = |(map, Scaling { offset, scale }): (&str, Scaling)| {
+            let unit = if map == "range" { range_unit } else { "DN" };
             json!({"map": map, "offset": offset, "scale": scale, "unit": unit, "missing": 0})
         };
-        Value::Array(maps.iter().map(one).collect())
+        Value::Array(self.channels().map(one).collect())
     }
 }
 
@@ -133,7 +136,7 @@ fn histogram(sample: &Sample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(
     // 0 is missing.
     for (n, &count) in pixels.iter().enumerate().skip(1).filter(|(_, count)| **count > 0) {
         let value = offset + scale * n as f64;
-        let bin = if map == "range" { (100.0 * value).round() } else { value } as i64;
+        let bin = if map == "range" { (BINS_PER_UNIT * value).round() } else { value } as i64;
         match bins.last_mut() {
             Some((last, counted)) if *last == bin => *counted += count,
             _ => bins.push((bin, count)),

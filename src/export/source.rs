@@ -1,5 +1,8 @@
 //! The chosen samples of a dataset, read row by row and worked on by all cores in the order of shards.
 
+mod part;
+
+use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
@@ -12,6 +15,8 @@ use super::{CHECK, ExportError, Progress, Sample};
 use crate::record::Split;
 use crate::shard::{DatasetFolder, ShardError, Sums, read_rows};
 
+pub(super) use part::Done;
+
 /// Which samples.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Selection {
@@ -23,24 +28,33 @@ pub struct Selection {
 
 impl Selection {
     fn has(&self, sample: &ManifestSample) -> bool {
-        self.has_split(&sample.split)
-            && (self.indices.is_empty() || self.indices.iter().any(|range| range.contains(&sample.index)))
+        self.has_split(&sample.split) && self.has_index(sample.index)
     }
 
-    fn has_split(&self, name: &str) -> bool {
+    fn has_index(&self, index: u64) -> bool {
+        self.indices.is_empty() || self.indices.iter().any(|range| range.contains(&index))
+    }
+
+    pub(super) fn has_split(&self, name: &str) -> bool {
         self.splits.is_empty() || self.splits.iter().any(|split| split.name() == name)
     }
 }
 
 /// An open dataset and the samples chosen from it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Source {
     folder: DatasetFolder,
-    selection: Selection,
+    pub(super) selection: Selection,
     /// Shards with chosen samples.
     shards: Vec<u64>,
-    /// Shards that were finished when the dataset was opened; others may become so while it is read.
-    finished: Vec<u64>,
+    /// Shards that were finished when the dataset was opened, with their samples; others may become so while it is read.
+    finished: Vec<(u64, u64)>,
+    /// Finished samples with a chosen index in each split, whether that was chosen or not.
+    in_splits: BTreeMap<String, u64>,
+    /// The last sample of each split that a run before has exported, by index, where one has.
+    done: BTreeMap<Split, u64>,
+    /// How many these were in all.
+    done_samples: u64,
     /// Chosen samples that are finished.
     pub samples: u64,
     /// Shards that are not finished.
@@ -54,22 +68,42 @@ impl Source {
     /// # Errors
     /// Where there is none, or none of the chosen samples is finished.
     pub fn open(path: &Path, selection: Selection) -> Result<Self, ExportError> {
-        let told = |e: ShardError| ExportError::at(path, e.to_string(), "name the folder of a dataset");
-        let folder = DatasetFolder::open(path).map_err(told)?;
+        let folder = DatasetFolder::open(path).map_err(|error| match error {
+            ShardError::Refused { path, reasons, remedy } => ExportError::at(&path, reasons.join("; "), remedy),
+            ShardError::Io { path, operation, source, remedy } => {
+                ExportError::at(&path, format!("cannot {operation} it: {source}"), remedy)
+            }
+            other => ExportError::at(path, other.to_string(), CHECK),
+        })?;
         // Others may be finished while this goes on: sums and samples are of the same ones.
         let finished: Vec<u64> =
             (0..folder.head().shards).filter(|shard| path.join(manifest_path(*shard)).exists()).collect();
         let unfinished = folder.head().shards - finished.len() as u64;
         let sums = Sums::of_shards(path, finished.iter().copied());
-        let mut source = Self { folder, selection, shards: Vec::new(), finished, samples: 0, unfinished, sums };
+        let mut source = Self {
+            folder,
+            selection,
+            shards: Vec::new(),
+            finished: Vec::new(),
+            in_splits: BTreeMap::new(),
+            done: BTreeMap::new(),
+            done_samples: 0,
+            samples: 0,
+            unfinished,
+            sums,
+        };
         let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
         if let Some(range) = beyond {
             let last = source.head().samples.saturating_sub(1);
             let remedy = format!("give --index 0 to {last}");
             return Err(ExportError::at(path, format!("there is no sample {}", range.end()), &remedy));
         }
-        for &shard in &source.finished {
+        for shard in finished {
             let Some(manifest) = source.manifest(shard)? else { continue };
+            source.finished.push((shard, manifest.samples.len() as u64));
+            for sample in manifest.samples.iter().filter(|sample| source.selection.has_index(sample.index)) {
+                *source.in_splits.entry(sample.split.clone()).or_default() += 1;
+            }
             let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
             if chosen > 0 {
                 source.shards.push(shard);
@@ -94,6 +128,11 @@ impl Source {
     /// The folder.
     pub fn root(&self) -> &Path {
         self.folder.root()
+    }
+
+    /// Finished samples of a split with a chosen index, whether that split was chosen or not.
+    pub(super) fn in_split(&self, split: Split) -> u64 {
+        self.in_splits.get(split.name()).copied().unwrap_or_default()
     }
 
     /// What an export is of: the dataset and the choice.
@@ -131,6 +170,12 @@ impl Source {
         known.png.iter().chain(&known.exr).any(|name| name == image)
     }
 
+    /// Whether a sample is chosen, and no run before has exported it.
+    fn has_left(&self, sample: &ManifestSample) -> bool {
+        let is_done = |(split, last): (&Split, &u64)| split.name() == sample.split && sample.index <= *last;
+        self.selection.has(sample) && !self.done.iter().any(is_done)
+    }
+
     /// Works on the numbers of the chosen samples with all threads, shard by shard, each with its shard's manifest.
     ///
     /// # Errors
@@ -140,10 +185,10 @@ impl Source {
         work: impl Fn(&Manifest, u64) -> Result<(), ExportError> + Sync,
         progress: Progress,
     ) -> Result<(), ExportError> {
-        let mut done = 0;
+        let mut done = self.done_samples;
         for &shard in &self.shards {
             let Some(manifest) = self.manifest(shard)? else { continue };
-            let chosen = manifest.samples.iter().filter(|sample| self.selection.has(sample));
+            let chosen = manifest.samples.iter().filter(|sample| self.has_left(sample));
             let chosen: Vec<u64> = chosen.map(|sample| sample.index).collect();
             for some in chosen.chunks(rayon::current_num_threads().max(1)) {
                 let worked: Vec<_> = some.par_iter().map(|&index| work(&manifest, index)).collect();
@@ -155,7 +200,8 @@ impl Source {
         Ok(())
     }
 
-    /// Works on every chosen sample with all threads, and takes the results in the order of shards, splits and indices.
+    /// Works on every chosen sample that is left with all threads, and takes the results in the order of shards, splits and
+    /// indices.
     ///
     /// # Errors
     /// Where a file of the dataset is damaged, or `work` or `take` fail.
@@ -170,7 +216,7 @@ impl Source {
             images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();
         let with_exr = stored.len() < images.len();
         let together = rayon::current_num_threads().max(1);
-        let mut done = 0;
+        let mut done = self.done_samples;
         for (path, shard, count, chosen) in self.tables() {
             let (shard, path) = (shard, self.root().join(path));
             let told = |what: String| ExportError::at(&path, what, CHECK);
@@ -213,7 +259,7 @@ impl Source {
                 let of_split = manifest.samples.into_iter().filter(|sample| sample.split == split.name());
                 let of_split: Vec<_> = of_split.enumerate().collect();
                 let count = of_split.len() as u64;
-                let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.selection.has(sample)).collect();
+                let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.has_left(sample)).collect();
                 (!chosen.is_empty()).then_some((path, shard, count, Ok(chosen)))
             },
         )
@@ -225,33 +271,6 @@ impl Source {
             ShardError::Refused { path, reasons, .. } => ExportError::at(&path, reasons.join("; "), CHECK),
             error => ExportError::at(self.root(), error.to_string(), CHECK),
         })
-    }
-
-    /// `count` finished samples evenly spread over the whole dataset, whatever was chosen; as [`Source::each`] else.
-    pub(super) fn spread<T: Send>(
-        &self,
-        count: u64,
-        images: &[&str],
-        work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
-        mut take: impl FnMut(T),
-        progress: Progress,
-    ) -> Result<(), ExportError> {
-        let n = self.head().samples;
-        let count = count.min(n);
-        let indices = (0..count).map(|i| i * n / count).map(|index| index..=index).collect();
-        let all = Self { selection: Selection { splits: Vec::new(), indices }, samples: count, ..self.copied() };
-        let take = |_: &Sample, result| {
-            take(result);
-            Ok(())
-        };
-        all.each(images, work, take, progress)
-    }
-
-    /// The same with every shard that its checksum covers.
-    fn copied(&self) -> Self {
-        let (shards, finished) = (self.finished.clone(), self.finished.clone());
-        let (folder, selection) = (self.folder.clone(), Selection::default());
-        Self { folder, selection, shards, finished, sums: self.sums.clone(), ..*self }
     }
 }
 

@@ -4,16 +4,19 @@
 //! <split>-00000.tar:  <index>.range.png  <index>.reflectance.png  ...  <index>.json  <next index>.range.png  ...
 //! ```
 //!
-//! Headers hold nothing of the machine: time 0, user 0, mode 644.
+//! Headers hold nothing of the machine: time 0, user 0, mode 644. Tars that a stopped run finished are kept: they were
+//! synced before they got their names, and the order of the export is the same, so only their headers are read again.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use serde_json::{Map, json};
-use tar::Header;
+use tar::{EntryType, Header};
 
 use super::out::Growing;
 use super::png::chosen;
+use super::source::Done;
+use super::tars::{END, finished};
 use super::{ExportError, Out, Progress, Sample, Source, Summary};
 use crate::record::Split;
 
@@ -27,6 +30,7 @@ pub struct Options {
 }
 
 /// The tars of one split: the one that grows, its size [bytes], how many are closed, and samples.
+#[derive(Default)]
 struct Tars {
     open: Option<Growing>,
     size: u64,
@@ -48,6 +52,13 @@ pub fn export(
     let asked = json!({"maps": maps, "most_bytes": options.most_bytes});
     Out::write(out, "webdataset", asked, source, |out| {
         let mut splits: BTreeMap<Split, Tars> = BTreeMap::new();
+        let mut kept: BTreeMap<Split, Done> = BTreeMap::new();
+        for split in Split::ALL {
+            if let Some((tars, done)) = keep(&out, source, split, &maps)? {
+                kept.insert(split, done);
+                splits.insert(split, tars);
+            }
+        }
         let work = |sample: &Sample| {
             let mut files = Vec::new();
             for map in &maps {
@@ -59,13 +70,13 @@ pub fn export(
         let take = |sample: &Sample, files: Vec<u8>| {
             let tars = match splits.entry(sample.split) {
                 Entry::Occupied(entry) => entry.into_mut(),
-                Entry::Vacant(entry) => entry.insert(Tars { open: None, size: 0, closed: 0, samples: 0 }),
+                Entry::Vacant(entry) => entry.insert(Tars::default()),
             };
             if tars.size + files.len() as u64 + END.len() as u64 > options.most_bytes {
                 tars.close(&out)?;
             }
             if tars.open.is_none() {
-                tars.open = Some(out.create(&format!("{}-{:05}.tar", sample.split.name(), tars.closed))?);
+                tars.open = Some(out.create(&name(sample.split, tars.closed))?);
             }
             if let Some(tar) = &mut tars.open {
                 tar.push(&files)?;
@@ -74,7 +85,7 @@ pub fn export(
             tars.samples += 1;
             Ok(())
         };
-        source.each(&maps, work, take, progress)?;
+        source.after(&kept).each(&maps, work, take, progress)?;
         let mut counts = Map::new();
         for (split, mut tars) in splits {
             tars.close(&out)?;
@@ -84,8 +95,31 @@ pub fn export(
     })
 }
 
-/// What ends a tar: two empty blocks.
-const END: [u8; 1024] = [0; 1024];
+/// Name of a tar.
+fn name(split: Split, number: u64) -> String {
+    format!("{}-{number:05}.tar", split.name())
+}
+
+/// The tars of a split that a stopped run has finished, and what is in them; `None` where there are none, or where they
+/// are not the first of this export.
+fn keep(out: &Out, source: &Source, split: Split, maps: &[&str]) -> Result<Option<(Tars, Done)>, ExportError> {
+    let mut tars = Tars::default();
+    let mut sizes = Vec::new();
+    let mut last = None;
+    while let Some((bytes, done)) = finished(&out.root().join(name(split, tars.closed)), maps, last) {
+        sizes.push(bytes);
+        tars.closed += 1;
+        tars.samples += done.samples;
+        last = Some(done.last);
+    }
+    let Some(last) = last else { return Ok(None) };
+    if source.up_to(split, last)? != tars.samples {
+        return Ok(None);
+    }
+    sizes.into_iter().for_each(|bytes| out.count(bytes));
+    let done = Done { samples: tars.samples, last };
+    Ok(Some((tars, done)))
+}
 
 impl Tars {
     fn close(&mut self, out: &Out) -> Result<(), ExportError> {
@@ -103,6 +137,7 @@ impl Tars {
 fn entry(files: &mut Vec<u8>, sample: &Sample, name: &str, content: &[u8]) -> Result<(), ExportError> {
     let mut header = Header::new_ustar();
     header.set_path(name).map_err(|e| sample.fault(format!("{name} is no name for a tar: {e}")))?;
+    header.set_entry_type(EntryType::Regular);
     header.set_size(content.len() as u64);
     header.set_mode(0o644);
     header.set_mtime(0);

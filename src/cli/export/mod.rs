@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 
 pub(super) use options::Format;
-use options::{Coco, Map, Mask};
+use options::{Coco, Icon, Map, Mask};
 
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
@@ -40,6 +40,10 @@ pub(super) fn run(format: &Format) -> Outcome {
         && (bits == "16" && pictures.show() == Show::Reflectance && source.head().images.bits <= 8)
     {
         let what = "--bits 16 has no effect: the dataset stores reflectance with 8 bits; leave it away, or give another --image";
+        return Err(Usage(what.into()).into());
+    }
+    if matches!(format, Format::Icon(Icon { words: true, .. })) && source.head().range_unit() == "px" {
+        let what = "--words has no effect: heights of an uncalibrated dataset are sensor rows, which always are WORD; leave it away";
         return Err(Usage(what.into()).into());
     }
     if source.unfinished > 0 {
