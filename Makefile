@@ -22,6 +22,7 @@ build: ## build gen (target/release/gen)
 venv: $(VENV)/.ready ## Python readers for the tests (.venv)
 
 $(VENV)/.ready: python/requirements.txt
+	@python3 -c 'import sys; sys.exit("python3 is %d.%d, and the packages of python/requirements.txt need 3.11 or newer" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
 	python3 -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt
 	touch $@

@@ -8,7 +8,7 @@ use std::fs;
 use gen_support::{Place, rows};
 use parquet::record::Field;
 use python_support::{datasets, example, first, names, number, python, sum};
-use serde_json::{Value, json};
+use serde_json::json;
 use sha2::{Digest, Sha256};
 
 /// Every example.
@@ -81,33 +81,6 @@ fn croissant_follows_the_dataset() {
     fs::remove_file(place.path("set/croissant.json")).expect("there");
     assert!(place.run("validate set --rerender 0").out.contains("croissant.json"));
     read(42);
-}
-
-/// The hub's own reader takes the card's front matter, and every file of `configs` is there.
-#[test]
-fn the_hub_reads_the_card() {
-    for (place, _) in datasets() {
-        let card = place.path("set/README.md").to_string_lossy().into_owned();
-        let ask = "import sys, json; from huggingface_hub import DatasetCard; \
-                   print(json.dumps(DatasetCard.load(sys.argv[1]).data.to_dict()))";
-        let said = python(&place.path("."), &["-c", ask, &card]);
-        assert_eq!(said.code, 0, "{}", said.err);
-        let front: Value = serde_json::from_str(&said.out).expect("it is JSON");
-        assert_eq!(front["license"], "cc0-1.0");
-        assert_eq!(front["annotations_creators"], json!(["machine-generated"]));
-        assert_eq!(front["source_datasets"], json!(["original"]));
-        assert_eq!(front["size_categories"], json!(["n<1K"]));
-        assert!(front["task_ids"].as_array().is_some_and(|ids| ids.contains(&json!("semantic-segmentation"))));
-        for file in front["configs"][0]["data_files"].as_array().expect("a list") {
-            let split = file["split"].as_str().expect("a name");
-            assert_eq!(file["path"], json!(format!("data/{split}-*.parquet")));
-            assert!(place.tree("set/data").keys().any(|name| name.starts_with(split)), "{split}");
-        }
-        let text = fs::read_to_string(card).expect("a card");
-        for part in ["## Loading", "## How it was made", "## Limits", "## Checking", "## Citing", "## License"] {
-            assert!(text.contains(part), "{part}");
-        }
-    }
 }
 
 /// A newer schema, and a package that is not there, are told in words.

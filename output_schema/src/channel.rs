@@ -177,8 +177,8 @@ pub const CHANNELS: [Channel; 11] = [
         "DN",
         "0 to 255, or to the end of 10 or 12 bits",
         "NaN",
-        "Digital number at the peak of the laser line.",
-        "exact unbinned; binned means are rounded by at most 0.0625 DN, far below the noise; FLOAT for more than 8 bits",
+        "Digital number at the peak of the laser line; a whole number unless binned or rectified.",
+        "whole numbers are exact, others rounded by at most 0.0625 DN, far below the noise; FLOAT for more than 8 bits",
     ),
     channel(
         ("Scatter", "scatter", ""),
@@ -196,7 +196,7 @@ pub const CHANNELS: [Channel; 11] = [
         "as Reflectance",
         "0",
         "Reflectance once more, 0 where missing, under the name that OpenCV and viewers look for.",
-        "exact, as Reflectance",
+        "as Reflectance",
     ),
 ];
 

@@ -66,6 +66,7 @@ pub fn dictionary() -> String {
     );
     table(&mut page, "Fields of `calibration`", &CALIBRATION);
     table(&mut page, "Fields of `objects`", &OBJECT);
+    places(&mut page);
 
     line(&mut page, "\n## Forms of Range\n\n| `images.range` | unit | values | meaning |\n|---|---|---|---|");
     for form in &RANGE_FORMS {
@@ -76,7 +77,16 @@ pub fn dictionary() -> String {
         &mut page,
         "\nIn EXR files Range has its unit; in PNG a pixel r above 0 stands for `range_offset_mm + r * range_scale_mm`, or the same",
     );
-    line(&mut page, "with `_px`. 0 is missing.");
+    line(&mut page, "with `_px`. 0 is missing.\n");
+    line(
+        &mut page,
+        "Range is what the camera measures, and `Height` of the EXR files is where the surface is. Where light goes into matter,",
+    );
+    line(
+        &mut page,
+        "the camera sees it leave lower: Range lies below `Height`, by up to some tenths of a mm on wood and plastic, and not at all",
+    );
+    line(&mut page, "on metal.");
     line(&mut page, "\n## Channels of `exr/<shard>/<id>.exr`\n");
     line(
         &mut page,
@@ -106,6 +116,35 @@ pub fn dictionary() -> String {
     table(&mut page, "Columns of `stacks/*.parquet`", &STACK);
     versions(&mut page);
     page
+}
+
+/// What the table of objects has no room for: which are pockets, and where x and y begin.
+fn places(page: &mut String) {
+    line(
+        page,
+        "\nThe pockets of a pack are its objects with `within` 0 whose class is none of `wrinkle`, `delamination` and",
+    );
+    line(
+        page,
+        "`tablet_on_flange`. They have the instances 1 to P, row after row along the laser line; a pocket of which no pixel shows",
+    );
+    line(page, "anything is not in the list.\n");
+    line(
+        page,
+        "With a sensor columns and b profiles to a pixel (`output.bin`: 1 unless the recipe says otherwise), column j of an image",
+    );
+    line(
+        page,
+        "is centred on sensor column c = (j + 1/2) a - 1/2, and row r on y = (r + 1/2 - 1/(2 b)) `row_mm`. At the upper surface x",
+    );
+    line(
+        page,
+        "is about (c - `calibration.centre_col_px`) `col_mm` / a; python/calibrate.py has it exactly, and of rectified scans it is",
+    );
+    line(
+        page,
+        "`calibration.x_first_mm` + j `col_mm`. On a turntable `x_mm` and `y_mm` are places on the object before it has turned.",
+    );
 }
 
 fn versions(page: &mut String) {

@@ -235,7 +235,7 @@ pub const OBJECT: [Column; 13] = [
         "mm",
         "any",
         "null where it has no meaning",
-        "Centre at the upper surface, along the laser line.",
+        "Centre at the upper surface, along the laser line; 0 where the optical axis looks.",
     ),
     column(
         "y_mm",
@@ -243,7 +243,7 @@ pub const OBJECT: [Column; 13] = [
         "mm",
         "any",
         "null where it has no meaning",
-        "Centre at the upper surface, along the scan.",
+        "Centre at the upper surface, along the scan; 0 in the middle of the first unbinned profile.",
     ),
     column(
         "diameter_mm",

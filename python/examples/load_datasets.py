@@ -29,7 +29,8 @@ def range_map(row):
 def main():
     root, head = folder(__doc__)
 
-    # The one line. `.with_format("torch")` or "numpy" gives tensors; images stay PIL images.
+    # The one line. Images are PIL images; `.with_format("numpy")` makes them arrays [H, W], "torch" tensors [1, H, W], uint8
+    # or uint16. torch has no max, min or mean of uint16: say `.float()` first.
     scans = load_dataset(str(root))
 
     for name, part in scans.items():
@@ -57,8 +58,9 @@ def main():
         for value, count in zip(*np.unique(np.asarray(row["label"]), return_counts=True)):
             print(f"label {names[value]}: {count} px")
     if not head["images"]["png"]:
-        # Tables without images: numbers and objects come as before, maps are read from the EXR files.
-        print("images: none in the tables; maps are in", exr_path(root, head, row).relative_to(root))
+        # Tables without images: numbers and objects come as before, maps are read from the EXR files, where there are any.
+        exr = exr_path(root, head, row).relative_to(root)
+        print("images: none in the tables;", f"maps are in {exr}" if head["images"]["exr"] else "none in EXR files either")
 
     # Streaming: nothing is cached, rows come one by one; for datasets larger than the disk of the machine.
     stream = load_dataset(str(root), split=next(iter(scans)), streaming=True)

@@ -4,6 +4,8 @@
 
 - Drawn numbers are structs: `laser.waist_mm`, quoted where a name is a word of SQL.
 - `objects` is a list of structs: `unnest(objects)`.
+- A pocket and the defect in it are two objects. Each has its own `class`; the pocket's `state` is the defect, so count
+  states of whole objects alone: `within = 0`.
 - Columns that a query does not name are not read: never say `SELECT *` of files with images.
 """
 
@@ -22,13 +24,24 @@ def main():
 
     # Names of pixel classes, by their value in labels and objects.
     db.execute("CREATE TABLE names AS SELECT unnest(range(len($1))) AS value, unnest($1) AS name", [head["pixel_classes"]])
+    db.sql("CREATE VIEW things AS SELECT id, unnest(objects) AS object FROM samples")
+
+    # Every object by its own class: the area of a pocket holds that of the defects in it.
     kinds = db.sql("""
         SELECT name, count(*), count(DISTINCT id), avg(object.area_mm2)
-        FROM (SELECT id, unnest(objects) AS object FROM samples) JOIN names ON object.state = names.value
+        FROM things JOIN names ON object.class = names.value
         GROUP BY name ORDER BY name
     """)
     for name, count, samples, area in kinds.fetchall():
         print(f"object {name}: {count} in {samples} samples, mean {area:.6f} mm2")
+
+    # Whole objects by state: a pocket counts once, as its worst defect.
+    wholes = db.sql("""
+        SELECT name, count(*) FROM things JOIN names ON object.state = names.value
+        WHERE object.within = 0 GROUP BY name ORDER BY name
+    """)
+    for name, count in wholes.fetchall():
+        print(f"state {name}: {count}")
 
     # A drawn number by class of the recipe.
     means = db.sql("SELECT class, count(*), avg(laser.waist_mm) FROM samples GROUP BY class ORDER BY class")

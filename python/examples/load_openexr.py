@@ -19,7 +19,8 @@ with needed():
 def main():
     root, head = folder(__doc__)
     if not head["images"]["exr"]:
-        raise SystemExit("this dataset holds no EXR files; make it anew with output.exr, or read the PNG images")
+        remedy = ", or read the PNG images (load_datasets.py)" if head["images"]["png"] else ""
+        raise SystemExit(f"this dataset holds no EXR files; make it anew with output.exr{remedy}")
     file = sorted((root / "data").glob("*.parquet"))[0]
     row = pq.read_table(file, columns=["id", "index"]).slice(0, 1).to_pylist()[0]
     path = exr_path(root, head, row)

@@ -36,36 +36,41 @@ pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &Counts) -> St
         "## License\n\nCC0 1.0, as the front matter and `croissant.json` say: the authors of the generator claim no rights in what it\n\
          writes. Whoever publishes this dataset may change both lines; the generator's own licence is another.",
     );
+    if !head.assets.is_empty() {
+        add(
+            &mut page,
+            "\nThe files in `assets/` are copies of files that the recipe names. They keep the licences that they came with, and\n\
+             CC0 says nothing about them: see that you may pass them on before you publish this folder.",
+        );
+    }
     page
 }
 
 fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let split = present.first().map_or("train", |split| split.name());
-    add(page, "## Loading\n\nPATH is this folder, or its name on the hub.\n\n```python");
+    add(page, "## Loading\n\nPATH is this folder; for `load_dataset` it may be a name on the hub.\n\n```python");
     add(page, &format!("from datasets import load_dataset\nscans = load_dataset(\"PATH\", split=\"{split}\")\n"));
     add(page, "import polars as pl  # numbers alone: columns of images are not read unless asked for");
-    add(
-        page,
-        "rows = pl.scan_parquet(\"PATH/data/*.parquet\").select(\"id\", \"class\", \"objects\", \"physics\").collect()",
-    );
+    add(page, "wanted = [\"id\", \"index\", \"class\", \"objects\", \"physics\"]");
+    add(page, "rows = pl.scan_parquet(\"PATH/data/*.parquet\").select(wanted).collect()");
     if !head.images.exr.is_empty() {
-        add(page, "\nimport OpenEXR  # one row of the table; maps in physical units, NaN where nothing was measured");
+        add(page, "\nimport OpenEXR  # maps of one row in physical units, NaN where nothing was measured");
+        add(page, "row = rows.row(0, named=True)");
         let name = format!("PATH/exr/{{row['index'] // {}:05}}/{{row['id']}}.exr", head.samples_per_shard);
         add(page, &format!("maps = OpenEXR.File(f\"{name}\", separate_channels=True).channels()"));
     }
     add(page, "```");
     let png = &head.images.png;
     if png.is_empty() {
-        let exr = if head.images.exr.is_empty() { "it was made without" } else { "take the EXR files" };
-        add(
-            page,
-            &format!("\nThe tables hold no images, so `datasets` gives numbers and objects alone; for images {exr}."),
-        );
+        let images = if head.images.exr.is_empty() {
+            "It was made without images: its recipe's `output` has neither `png` nor `exr`."
+        } else {
+            "For images take the EXR files."
+        };
+        add(page, &format!("\nThe tables hold no images, so `datasets` gives numbers and objects alone. {images}"));
     } else {
-        add(
-            page,
-            &format!("\nThe tables hold the images {} as PNG, which `datasets` decodes. 0 is missing.", png.join(", ")),
-        );
+        let (names, zeros) = (png.join(", "), zeros(png));
+        add(page, &format!("\nThe tables hold the images {names} as PNG, which `datasets` decodes. 0 is {zeros}."));
     }
     if png.iter().any(|name| name == "range") {
         let unit = head.range_unit();
@@ -78,6 +83,16 @@ fn loading(page: &mut String, head: &DatasetHead, present: &[Split]) {
         );
     }
     add(page, "");
+}
+
+/// What 0 means in these images.
+fn zeros(png: &[String]) -> String {
+    let has = |name: &&str| png.iter().any(|one| one == name);
+    let measured = ["range", "reflectance", "scatter"].into_iter().filter(has).collect::<Vec<_>>().join(", ");
+    let missing = if measured.is_empty() { None } else { Some(format!("missing in {measured}")) };
+    let label = has(&"label").then(|| "background in label".to_owned());
+    let instance = has(&"instance").then(|| "no object in instance".to_owned());
+    missing.into_iter().chain(label).chain(instance).collect::<Vec<_>>().join("; ")
 }
 
 fn made(page: &mut String, head: &DatasetHead) {
@@ -93,16 +108,24 @@ fn made(page: &mut String, head: &DatasetHead) {
         add(page, &format!("| transport | {transport} |"));
     }
     let Some(command) = head.generator.name.split_whitespace().last() else { return };
+    // Files that a recipe names lie in the folder, and nowhere else for whoever was given it.
+    let (file, from) = if head.assets.is_empty() {
+        ("recipe.yaml", "`recipe.yaml` holds the lines below")
+    } else {
+        ("PATH", "PATH is this folder: `assets/` holds the files that the recipe names")
+    };
     add(
         page,
         &format!(
-            "\n```sh\n{command} --recipe recipe.yaml --seed {} --n {} --samples-per-shard {} --out PATH\n```\n",
+            "\n```sh\n{command} --recipe {file} --seed {} --n {} --samples-per-shard {} --out again\n```\n",
             head.seed, head.samples, head.samples_per_shard
         ),
     );
     add(
         page,
-        "makes these files again, byte for byte on the same target. The recipe, as `dataset.json` holds it too:\n",
+        &format!(
+            "makes these files again, byte for byte on the same target; {from}. The recipe, as\n`dataset.json` holds it too:\n"
+        ),
     );
     add(page, &format!("```yaml\n{}\n```", recipe.text.trim_end()));
 }
@@ -135,11 +158,24 @@ pub(super) fn description(head: &DatasetHead) -> String {
         "sawtooth" => "a saw-tooth for calibration",
         _ => "a part from a file of triangles",
     };
+    let labels = if holds(head, "label") || holds(head, "instance") { " with pixel-exact labels" } else { "" };
+    let maps: Vec<&str> = ["range", "reflectance", "scatter"].into_iter().filter(|name| holds(head, name)).collect();
+    let maps = match &maps[..] {
+        [] => "Numbers and objects of each scan without its measured images".to_owned(),
+        [one] => format!("The {one} image as a line-laser profiler measures it"),
+        [most @ .., last] => {
+            format!("Images of {} and {last} as a line-laser profiler measures them", most.join(", "))
+        }
+    };
     format!(
-        "{} simulated laser-triangulation scans of {what} with pixel-exact labels, from the recipe {}. Range, reflectance and \
-         scatter images as a line-laser profiler measures them, with light that spreads below the surface.",
+        "{} simulated laser-triangulation scans of {what}{labels}, from the recipe {}. {maps}; light spreads below the surface.",
         head.samples, head.recipe.name
     )
+}
+
+/// Whether an image is in the tables or in the EXR files.
+pub(super) fn holds(head: &DatasetHead, image: &str) -> bool {
+    head.images.png.iter().chain(&head.images.exr).any(|name| name == image)
 }
 
 /// How to cite the dataset, BibTeX.
@@ -187,19 +223,24 @@ fn front_matter(page: &mut String, head: &DatasetHead, present: &[Split]) {
     let name = serde_json::Value::from(head.recipe.name.as_str());
     add(page, &format!("---\npretty_name: {name}\nlicense: cc0-1.0"));
     add(page, "annotations_creators:\n- machine-generated\nsource_datasets:\n- original");
-    // Pieces of one material have no defects to find, and a recipe with one class nothing to tell apart.
+    // Pieces of one material have no defects to find, and a recipe with one class nothing to tell apart. Boxes are in the
+    // tables, masks in images that a recipe may leave out.
     let defects = head.label_values.len() > 2;
     let sorts = defects && head.classes.len() > 1;
-    let list = |all: &[(bool, &str)]| {
-        all.iter().filter(|(fits, _)| *fits).map(|(_, name)| format!("\n- {name}")).collect::<String>()
+    let (classes, instances) = (holds(head, "label"), defects && holds(head, "instance"));
+    let list = |key: &str, all: &[(bool, &str)]| {
+        let fit: String = all.iter().filter(|(fits, _)| *fits).map(|(_, name)| format!("\n- {name}")).collect();
+        if fit.is_empty() { fit } else { format!("{key}:{fit}\n") }
     };
-    let categories = [(true, "image-segmentation"), (defects, "object-detection"), (sorts, "image-classification")];
+    let categories =
+        [(classes || instances, "image-segmentation"), (defects, "object-detection"), (sorts, "image-classification")];
     let ids = [
-        (true, "semantic-segmentation"),
-        (defects, "instance-segmentation"),
+        (classes, "semantic-segmentation"),
+        (instances, "instance-segmentation"),
         (sorts, "multi-class-image-classification"),
     ];
-    add(page, &format!("task_categories:{}\ntask_ids:{}", list(&categories), list(&ids)));
+    page.push_str(&list("task_categories", &categories));
+    page.push_str(&list("task_ids", &ids));
     add(
         page,
         &format!(

@@ -2,14 +2,16 @@
 //!
 //! - Files are a `FileSet` of each kind: one pattern for all shards,
 //!   so the document does not grow with the number of samples. Their checksums are in the manifests; Croissant asks for
-//!   one of each single file, which `dataset.json` alone is.
+//!   one of each single file, which `dataset.json` is and each file that the recipe names.
 //! - `samples` has a field for every column. Its field `split` is told by the file's name and refers to the record set
 //!   `splits`: with a filter on it mlcroissant reads file by file. `class` names `classes` in words alone, since a second
 //!   reference would make mlcroissant hold every row at once.
 //! - `datePublished` is asked for, but no clock goes into files: it is the date of the program's version.
 //! - `url` is left out: a folder has none until somebody publishes it.
 
-use output_schema::DatasetHead;
+use std::collections::BTreeMap;
+
+use output_schema::{AssetHead, DatasetHead};
 use serde_json::{Map, Value, json};
 
 use super::croissant_fields::{frames, samples};
@@ -41,7 +43,7 @@ pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) 
         "creator": { "@type": "sc:Organization", "name": "Sheetlight" },
         "version": format!("{}+recipe.{hash}.seed.{}.n.{}", head.generator.version, head.seed, head.samples),
         "datePublished": GENERATOR_DATE,
-        "keywords": ["synthetic", "laser triangulation", "subsurface scattering", "segmentation", head.subject],
+        "keywords": keywords(head),
         "rai:dataCollection": "Simulated: light transport in the object, exposure of every profile on a sensor, extraction of the maps from the frames.",
         "rai:dataAnnotationProtocol": "Labels follow from the simulated object without errors of measurement; nobody drew them.",
         "rai:dataLimitations": limits(head),
@@ -104,6 +106,13 @@ fn context() -> Value {
     Value::Object(context)
 }
 
+fn keywords(head: &DatasetHead) -> Vec<&str> {
+    let labels = card::holds(head, "label") || card::holds(head, "instance");
+    let segmentation = labels.then_some("segmentation");
+    let first = ["synthetic", "laser triangulation", "subsurface scattering"];
+    first.into_iter().chain(segmentation).chain([head.subject.as_str()]).collect()
+}
+
 fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<Value> {
     let set = |id: &str, format: &str, includes: Vec<String>, doc: &str| {
         json!({
@@ -127,6 +136,16 @@ fn distribution(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<V
         let doc = "One row for each kept sensor frame.";
         files.push(set("stacks", "application/x-parquet", vec!["stacks/*.parquet".into()], doc));
     }
+    // Two keys may name one file.
+    let assets: BTreeMap<&str, &AssetHead> = head.assets.iter().map(|asset| (asset.path.as_str(), asset)).collect();
+    files.extend(assets.into_iter().map(|(path, asset)| {
+        json!({
+            "@type": "cr:FileObject", "@id": path, "name": path,
+            "description": "A copy of a file that the recipe names; it keeps the licence that it came with.",
+            "contentUrl": path, "contentSize": format!("{} B", asset.bytes), "encodingFormat": "application/octet-stream",
+            "sha256": asset.sha256,
+        })
+    }));
     let doc = "Manifests: every file with its size and SHA-256.";
     files.push(set("manifests", "application/json", vec!["shards/*.json".into()], doc));
     files
