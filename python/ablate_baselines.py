@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 import baseline_network as network
-from baseline_patches import CHANNELS, TASKS, cut_patches, np, torch
+from baseline_patches import CHANNELS, TASKS, cut_patches, np, open_dataset, torch
 
 
 def judged(gen, model, fresh):
@@ -51,6 +51,7 @@ def main():
     task = TASKS[given.task]
     everything = cut_patches(given.train, task, CHANNELS, "train", given.patches, 0)
     told = network.scaling(everything, CHANNELS)
+    bits = open_dataset(given.train)["images"]["bits"]
     choices = [list(c) for n in (1, 2, 3) for c in itertools.combinations(range(len(CHANNELS)), n)]
     with tempfile.TemporaryDirectory() as place:
         model = Path(place) / "model.onnx"
@@ -60,7 +61,7 @@ def main():
             scale = [told[channel] for channel in chosen]
             made = network.train(patches, scale, len(task.classes), seed, given.epochs, shuffle)
             network.write_onnx(made, len(chosen), task, model)
-            network.write_sidecar(task, scale, model.with_suffix(".yaml"), "ablation")
+            network.write_sidecar(task, scale, model.with_suffix(".yaml"), "ablation", bits)
             return judged(given.gen, model, given.fresh)
 
         print(f"\n{given.task}: {len(everything.y)} patches, {given.epochs} epochs, {given.seeds} seeds\n")

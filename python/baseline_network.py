@@ -115,11 +115,13 @@ def write_onnx(model, channels, task, path):
     write_whole(path, made.SerializeToString(deterministic=True))
 
 
-def write_sidecar(task, told, path, note):
+def write_sidecar(task, told, path, note, bits=8):
+    """The sidecar of a model that learned from digital numbers of so many bits; 8 is what none says."""
     lines = [f"# {note}", f"task: {task.kind}", "channels:"]
     for channel in told:
         relative = ", relative: true" if channel["relative"] else ""
         lines.append(f"  - {{name: {channel['name']}, mean: {channel['mean']}, sd: {channel['sd']}{relative}}}")
+    lines += [f"bits: {bits}"] if bits != 8 else []
     lines += [f"window_px: {list(task.window)}", f"size_px: {list(task.size)}",
               f"patches_per_class: {task.most}", "classes:"]
     lines += [f"  - {{name: {name}, of: [{', '.join(of)}]}}" for name, of in task.classes.items()]

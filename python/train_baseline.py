@@ -64,9 +64,9 @@ def main():
 
     model = train(learn, told, len(task.classes), given.seed, given.epochs, given.shuffle_labels, say)
     write_onnx(model, len(given.channels), task, given.out)
-    recipe = open_dataset(given.folder)["recipe"]["name"]
-    note = f"Task {given.task}, trained on {recipe} by python/train_baseline.py; labels shuffled: {given.shuffle_labels}."
-    write_sidecar(task, told, given.out.with_suffix(".yaml"), note)
+    head = open_dataset(given.folder)
+    note = f"Task {given.task}, trained on {head['recipe']['name']} by python/train_baseline.py; labels shuffled: {given.shuffle_labels}."
+    write_sidecar(task, told, given.out.with_suffix(".yaml"), note, head["images"]["bits"])
     print(f"{given.out}: {given.out.stat().st_size} bytes, {sum(p.numel() for p in model.parameters())} parameters")
 
 

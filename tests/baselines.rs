@@ -53,7 +53,7 @@ fn holds(report: &Value, bar: f64) {
     let found = ["accuracy", "high", "effective"].map(|key| accuracy(report, key));
     println!("{} of {bar}: {found:?}", report["model"]["path"]);
     assert!(found[1] >= bar, "{found:?} is below {bar}: {}", report["confusion"]);
-    assert!(beyond_chance(report, 0.0) > 8.0, "{}", report["confusion"]);
+    assert!(beyond_chance(report, 0.0) > 4.0, "{}", report["confusion"]);
 }
 
 /// What was taught with shuffled labels is within three standard errors of chance; the trained models are not.

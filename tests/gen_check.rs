@@ -143,11 +143,14 @@ fn patches_are_balanced_and_repeat() {
 #[test]
 fn segments_are_counted_by_pixel() {
     let place = planks();
-    let mut confusion = [[0_u64; 2]; 2];
+    let (mut confusion, mut without) = ([[0_u64; 2]; 2], 0);
     for sample in place.samples("planks").values() {
         let (_, map) = scatter(sample);
         for (value, label) in map.into_iter().zip(sample.image("label").2) {
-            let Some(truth) = [None, Some(0), Some(1), Some(1), Some(1)][usize::from(label)] else { continue };
+            let Some(truth) = [None, Some(0), Some(1), Some(1), Some(1)][usize::from(label)] else {
+                without += 1;
+                continue;
+            };
             // Missing is 0 after normalisation, and of two equal numbers the first counts.
             confusion[truth][usize::from(value < 600.0)] += 1;
         }
@@ -156,6 +159,7 @@ fn segments_are_counted_by_pixel() {
     for window in ["", "window_px: [20, 24]", "window_px: [48, 64]"] {
         let found = json(&place, "pixel_sign.onnx", &format!("task: segment\n{CHANNEL}\n{window}\n{classes}"), "");
         assert_eq!(found["confusion"], json!(confusion), "{window}");
+        assert!(found["left_out"] == without && without > 0, "{window}: {} of {without} left out", found["left_out"]);
         let [[a, b], [c, _]] = confusion;
         let iou = found["classes"][0]["iou"].as_f64().expect("a number");
         assert!((iou - a as f64 / (a + b + c) as f64).abs() < 1e-12);
@@ -220,7 +224,7 @@ classes: [pocket, {name: faulty, of: [missing, broken, chipped, cracked, capped,
     assert_eq!([0, 1].map(|i| found["classes"][i]["support"].as_u64().expect("a count")), counts);
     assert!(counts[0] > 0, "no pocket is seen");
     let wrong = run(&place, "fixed.onnx", sidecar, "--batch 8");
-    assert!(wrong.code == 1 && wrong.err.contains("--batch 8: the model takes 4 at once"), "{}", wrong.err);
+    assert!(wrong.code == 2 && wrong.err.contains("--batch 8: the model takes 4 at once"), "{}", wrong.err);
 }
 
 /// Pictures and document lie in the folder, an earlier folder is renewed, and others are left alone; the accuracy decides

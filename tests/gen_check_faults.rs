@@ -7,7 +7,7 @@ mod gen_support;
 use std::io::Write;
 use std::process::Command;
 
-use check_support::{CHANNEL, model, planks, run};
+use check_support::{CHANNEL, model, patches, planks, run};
 use gen_support::Place;
 
 /// Whatever cannot be used is told with its place and a remedy.
@@ -42,19 +42,27 @@ fn faults_name_the_remedy() {
         ("mean_sign.onnx", &pixels.replace("clear", "cleer"), "", "did you mean `clear`?"),
     ] {
         let run = run(&place, name, sidecar, arguments);
-        assert!(run.code == 1 && run.err.contains(words), "{name} {arguments}: '{words}' is not in: {}", run.err);
+        // What the arguments ask of this model and dataset cannot be had: they are unusable.
+        let code = if arguments.contains("--batch") || arguments.contains("--slice") { 2 } else { 1 };
+        assert!(run.code == code && run.err.contains(words), "{name} {arguments}: '{words}' is not in: {}", run.err);
         assert_eq!(run.out, "", "{name} {arguments}");
     }
     let command = format!("--model {} --sidecar side.yaml", model("mean_sign.onnx"));
     for (arguments, code, words) in [
         (format!("check empty {command}"), 1, "holds no dataset.json"),
-        (format!("check planks --model {}", model("mean_sign.onnx")), 1, "mean_sign.yaml: the sidecar cannot be read"),
+        (format!("check planks --model {}", model("mean_sign.onnx")), 1, "there is no sidecar beside it ("),
+        (
+            format!("check planks --model {} --sidecar no.yaml", model("mean_sign.onnx")),
+            1,
+            "no.yaml: the sidecar cannot be read",
+        ),
         (format!("check planks {command} --min-accuracy 95"), 2, "no share from 0 to 1"),
         (format!("check planks {command} --batch 0"), 2, "0 is not in"),
         (format!("check planks {command} --threads 0"), 2, "use 1 or more"),
     ] {
         let run = place.run(&arguments);
         assert!(run.code == code && run.err.contains(words), "gen {arguments}: '{words}' is not in: {}", run.err);
+        assert!(run.err.matches("name the folder of a dataset").count() <= 1, "{}", run.err);
     }
 }
 
@@ -106,11 +114,6 @@ fn units_are_told() {
         "{}",
         run.err
     );
-}
-
-/// A sidecar for mean_sign and fixed.
-fn patches() -> String {
-    format!("task: classify_pixels\n{CHANNEL}\nwindow_px: 8\npatches_per_class: 20\nclasses: [clear, rot]")
 }
 
 /// Pictures of an earlier run stay until there are others.

@@ -74,6 +74,13 @@ impl Window {
         [inside(cell * n / cells), inside(((cell + 1) * n).div_ceil(cells))]
     }
 
+    /// Cells, of `cells` rows and columns, whose middle lies in the image.
+    pub fn inside(&self, cells: [usize; 2], image: [usize; 2]) -> u64 {
+        let along =
+            |side: usize| (0..cells[side]).filter(move |&i| self.middle(side, i, cells[side], image[side]).is_some());
+        (along(0).count() * along(1).count()) as u64
+    }
+
     /// The middle pixel of a cell along `side`, where it lies in the image of `length`.
     fn middle(&self, side: usize, cell: usize, cells: usize, length: usize) -> Option<usize> {
         let place = self.first[side] + ((2 * cell + 1) * self.size[side] / (2 * cells)) as i64;

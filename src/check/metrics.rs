@@ -1,92 +1,10 @@
-//! From truth and guesses to figures: confusion, accuracy with its interval, precision and recall, calibration.
-//!
-//! **Accuracy** is the share of right guesses. Its interval is Wilson's (1927) at 95 %,
-//!
-//! ```text
-//! (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n),    z = 1.96
-//! ```
-//!
-//! which holds for independent guesses. Patches and pixels of one sample are not: they share a board, a laser and a
-//! camera. So n is the effective number: guesses over the design effect (Kish 1965), which is the variance of the share
-//! between samples over the variance that independent guesses would have,
-//!
-//! ```text
-//! deff = m/(m-1) sum_i (c_i - p n_i)^2 / (n p (1-p)),    n_eff = n / max(1, deff)
-//! ```
-//!
-//! with n_i guesses of sample i, c_i of them right, and m samples. Where all guesses are right or all are wrong the
-//! spread between samples says nothing, and n_eff is m; so it is with one sample. With one guess a sample n_eff is n.
+//! From truth and guesses to figures: confusion, precision and recall, calibration.
 //!
 //! **Calibration**: guesses go to ten bins by confidence; the expected calibration error is the mean distance of a bin's
 //! accuracy from its mean confidence, weighted by its guesses (Naeini 2015, Guo 2017).
 
 /// Bins of confidence.
 pub const BINS: usize = 10;
-/// Quantile of the normal law for 95 % [1].
-const Z: f64 = 1.959_963_984_540_054;
-
-/// Right guesses among guesses, and how they spread over samples.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Share {
-    /// Right guesses.
-    pub right: u64,
-    /// Guesses.
-    pub of: u64,
-    /// Samples that had any.
-    pub samples: u64,
-    right_squared: u128,
-    right_times_of: u128,
-    of_squared: u128,
-}
-
-impl Share {
-    /// Takes the guesses of one sample, all of them at once.
-    pub fn add(&mut self, right: u64, of: u64) {
-        if of == 0 {
-            return;
-        }
-        let (c, n) = (u128::from(right), u128::from(of));
-        self.right += right;
-        self.of += of;
-        self.samples += 1;
-        self.right_squared += c * c;
-        self.right_times_of += c * n;
-        self.of_squared += n * n;
-    }
-
-    /// The share itself; `None` without guesses.
-    pub fn value(&self) -> Option<f64> {
-        (self.of > 0).then(|| self.right as f64 / self.of as f64)
-    }
-
-    /// Number of independent guesses that would know the share as well.
-    pub fn effective(&self) -> f64 {
-        let (n, m) = (self.of as f64, self.samples as f64);
-        if self.of == self.samples {
-            return n;
-        }
-        if self.samples < 2 || self.right == 0 || self.right == self.of {
-            return m;
-        }
-        let p = self.right as f64 / n;
-        let spread = self.right_squared as f64 - 2.0 * p * self.right_times_of as f64 + p * p * self.of_squared as f64;
-        let effect = m / (m - 1.0) * spread.max(0.0) / (n * p * (1.0 - p));
-        n / effect.max(1.0)
-    }
-
-    /// The 95 % interval; all of [0, 1] without guesses.
-    pub fn interval(&self) -> [f64; 2] {
-        self.value().map_or([0.0, 1.0], |p| wilson(p, self.effective()))
-    }
-}
-
-/// Wilson's 95 % interval of a share `p` of `n` independent guesses.
-pub fn wilson(p: f64, n: f64) -> [f64; 2] {
-    let z2 = Z * Z / n;
-    let (middle, half) = (p + z2 / 2.0, Z * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt());
-    [((middle - half) / (1.0 + z2)).max(0.0), ((middle + half) / (1.0 + z2)).min(1.0)]
-}
-
 /// Guesses of like confidence.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Bin {
@@ -205,17 +123,6 @@ mod tests {
         assert!((found - wanted).abs() < error, "{found}, not {wanted}");
     }
 
-    /// Newcombe's (1998) worked example: 81 of 263 give 0.2553 to 0.3662; none of 20 gives 0 to 0.1611.
-    #[test]
-    fn intervals_are_the_published_ones() {
-        let [low, high] = wilson(81.0 / 263.0, 263.0);
-        near(low, 0.2553, 5e-5);
-        near(high, 0.3662, 5e-5);
-        let [low, high] = wilson(0.0, 20.0);
-        near(low, 0.0, 1e-12);
-        near(high, 0.1611, 5e-5);
-    }
-
     /// By hand: 3 clear, 2 knot, 1 rot.
     #[test]
     fn figures_of_classes_are_those_by_hand() {
@@ -261,23 +168,5 @@ mod tests {
         near(tally.calibration_error().expect("guesses"), 0.5 * 0.45 + 0.5 * 0.4, 1e-12);
         tally.add(1, 1, 1.0);
         assert_eq!(tally.bins()[9].count, 3);
-    }
-
-    /// One guess a sample: independent. Samples that are all right or all wrong: as many guesses as samples (with the
-    /// small-sample factor m/(m-1)). Samples that all have the same share: independent at least.
-    #[test]
-    fn guesses_of_one_sample_count_as_what_they_tell() {
-        let share = |samples: &[(u64, u64)]| {
-            let mut share = Share::default();
-            samples.iter().for_each(|&(right, of)| share.add(right, of));
-            share
-        };
-        near(share(&[(1, 1), (0, 1), (1, 1)]).effective(), 3.0, 1e-12);
-        near(share(&[(10, 10), (0, 10), (10, 10), (0, 10)]).effective(), 3.0, 1e-12);
-        near(share(&[(5, 10), (5, 10), (5, 10)]).effective(), 30.0, 1e-12);
-        near(share(&[(10, 10), (10, 10)]).effective(), 2.0, 1e-12);
-        near(share(&[(5, 10)]).effective(), 1.0, 1e-12);
-        assert_eq!(share(&[(0, 0)]), Share::default());
-        assert_eq!(Share::default().interval(), [0.0, 1.0]);
     }
 }

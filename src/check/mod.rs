@@ -4,20 +4,23 @@
 //! sidecar + tables -> Plan -> Feed (decode, cut, normalise) -> Model -> guesses -> Tally, slices, worst -> Report
 //! ```
 //!
-//! [`metrics`], [`slices`], [`sampler`], [`cut`], [`answer`] and [`plan`] are plain functions of numbers; [`model`] and
-//! [`library`] alone know onnxruntime, [`folder`] alone knows files of a dataset. docs/check.md says what is measured.
+//! [`share`], [`metrics`], [`slices`], [`moot`], [`sampler`], [`cut`], [`answer`] and [`plan`] are plain functions of numbers; [`model`]
+//! and [`library`] alone know onnxruntime, [`external`] what files a model names, [`folder`] those of a dataset. docs/check.md says what is measured.
 
 pub mod answer;
 pub mod cut;
+pub mod external;
 mod feed;
 pub mod folder;
 pub mod library;
 pub mod metrics;
 pub mod model;
+pub mod moot;
 pub mod plan;
 mod report;
 mod run;
 pub mod sampler;
+pub mod share;
 pub mod sidecar;
 pub mod slices;
 mod worst;
@@ -31,6 +34,7 @@ pub use run::check;
 pub use worst::Wrong;
 
 use crate::record::Split;
+use crate::shard::ShardError;
 use crate::yaml::fault::{Faults, nearest};
 
 /// What to check, and with what.
@@ -40,7 +44,7 @@ pub struct Options {
     pub dir: PathBuf,
     /// The ONNX file.
     pub model: PathBuf,
-    /// The sidecar; `None` for the YAML file of the model's name beside it.
+    /// The sidecar; `None` for the file of the model's name beside it that ends in one of [`sidecar::ENDINGS`].
     pub sidecar: Option<PathBuf>,
     /// One split; `None` for all.
     pub split: Option<Split>,
@@ -71,6 +75,9 @@ pub enum CheckError {
     /// The sidecar has faults.
     #[error(transparent)]
     Sidecar(#[from] Faults),
+    /// The folder holds no dataset that can be read.
+    #[error(transparent)]
+    Dataset(#[from] ShardError),
     /// onnxruntime is not there.
     #[error("{0}")]
     Library(String),
@@ -84,7 +91,7 @@ pub enum CheckError {
         /// What to do.
         remedy: String,
     },
-    /// An argument fits nothing in the dataset.
+    /// An argument fits nothing in the dataset or the model.
     #[error("{0}")]
     Argument(String),
 }

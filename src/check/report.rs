@@ -6,7 +6,8 @@ use output_schema::DatasetHead;
 use serde_json::{Value, json};
 
 use super::Options;
-use super::metrics::{BINS, Share, Tally};
+use super::metrics::{BINS, Tally};
+use super::share::Share;
 use super::sidecar::{Sidecar, Task};
 use super::slices::Group;
 use super::worst::Wrong;
@@ -49,11 +50,11 @@ pub struct Report {
     pub head: DatasetHead,
     /// What the model takes and answers.
     pub sidecar: Sidecar,
-    /// SHA-256 of model and sidecar, hexadecimal.
+    /// SHA-256 of the model with its external weights, and of the sidecar, hexadecimal.
     pub sums: [String; 2],
     /// Samples that were asked about.
     pub samples: u64,
-    /// Samples or objects that were not, for want of a class or because there were enough.
+    /// Samples, objects or pixels that were not, for want of a class or because there were enough.
     pub left_out: u64,
     /// Shards that are not finished.
     pub unfinished: u64,
@@ -221,7 +222,7 @@ impl Report {
             line(String::new());
             line(format!("{:28} {:>8} {:>10} {:>10}  95 %", slice.path, "samples", self.counted(), "accuracy"));
             for Group { span, share } in &slice.groups {
-                let span = span.map_or("missing".into(), |[from, to]| format!("{} to {}", short(from), short(to)));
+                let span = span.map_or("none".into(), |[from, to]| format!("{} to {}", short(from), short(to)));
                 let [low, high] = share.interval();
                 let accuracy = number(share.value());
                 line(format!("{span:28} {:>8} {:>10} {accuracy:>10}  {low:.4} to {high:.4}", share.samples, share.of));

@@ -6,16 +6,19 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
+use sha2::{Digest, Sha256};
 
 use super::answer::guess;
 use super::cut::NO_CLASS;
+use super::external::sum;
 use super::feed::{Batch, Feed, Truth};
 use super::folder::{Facts, Folder};
-use super::metrics::{Share, Tally};
+use super::metrics::Tally;
 use super::model::{Model, Scores};
 use super::plan::plan;
 use super::report::{Report, Slice, Timing};
-use super::sidecar::{Output, Sidecar};
+use super::share::Share;
+use super::sidecar::{Output, Sidecar, beside};
 use super::slices::{Point, groups};
 use super::worst::{Worst, Wrong, draw};
 use super::{BATCH, BATCH_BYTES, CheckError, Options, sliced};
@@ -32,10 +35,11 @@ const WAITING: usize = 2;
 /// Where dataset, sidecar, model or library are not as they should be; each error says where, what and what to do.
 pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, CheckError> {
     let folder = Folder::open(&options.dir, options.split)?;
-    let beside = options.model.with_extension("yaml");
-    let sidecar = Sidecar::load(options.sidecar.as_ref().unwrap_or(&beside), folder.head())?;
+    let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
+    let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
     let numbers = sliced(&options.slices, folder.head())?;
     let mut model = Model::open(&options.model, &sidecar, options.threads)?;
+    let model_sum = sum(&options.model)?;
     let begun = Instant::now();
     let facts = folder.facts(&numbers)?;
     let all: Vec<&Facts> = facts.iter().flatten().collect();
@@ -44,7 +48,8 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         let what = format!("it claims images of {} x {} pixels", images.cols, images.rows);
         return Err(CheckError::at(&options.dir, what, "`gen validate` says what is damaged"));
     }
-    let plan = plan(&sidecar, &all, [images.rows as usize, images.cols as usize]);
+    let image = [images.rows as usize, images.cols as usize];
+    let plan = plan(&sidecar, &all, image);
     if plan.units == 0 {
         let what = format!("it has no {} of the model's classes", sidecar.task.units());
         return Err(CheckError::at(&options.dir, what, "correct `classes` in the sidecar, or give another --split"));
@@ -64,7 +69,7 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         return Err(CheckError::Argument(what));
     }
     let feed = Feed { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
-    let mut judge = Judge::new(&all, &sidecar, options);
+    let mut judge = Judge::new(&all, &sidecar, options, image);
     let mut asked = Duration::ZERO;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|e| CheckError::Argument(format!("threads do not start: {e}; give fewer --threads")))?;
@@ -97,12 +102,9 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         answered.and(read)
     })?;
     let timing = Timing { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
-    let sums = [&options.model, options.sidecar.as_ref().unwrap_or(&beside)].map(|path| {
-        use sha2::{Digest, Sha256};
-        fs::read(path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default()
-    });
+    let sums = [model_sum, fs::read(&sidecar_path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default()];
     let slices = judge.slices(&numbers, options.slices.is_empty());
-    let Judge { tally, rights, worst, .. } = judge;
+    let Judge { tally, rights, worst, left_out, .. } = judge;
     let mut share = Share::default();
     rights.iter().for_each(|&(right, of)| share.add(right, of));
     if share.of == 0 {
@@ -115,7 +117,7 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         sidecar,
         sums,
         samples: share.samples,
-        left_out: plan.left_out,
+        left_out: plan.left_out + left_out,
         unfinished: folder.unfinished,
         share,
         tally,
@@ -130,16 +132,20 @@ struct Judge<'a> {
     facts: &'a [&'a Facts],
     sidecar: &'a Sidecar,
     options: &'a Options,
+    /// Rows and columns of an image [px].
+    image: [usize; 2],
     tally: Tally,
     /// Right guesses and guesses of each sample.
     rights: Vec<(u64, u64)>,
+    /// Cells inside an image that are of no class of the model.
+    left_out: u64,
     worst: Worst,
 }
 
 impl<'a> Judge<'a> {
-    fn new(facts: &'a [&'a Facts], sidecar: &'a Sidecar, options: &'a Options) -> Self {
+    fn new(facts: &'a [&'a Facts], sidecar: &'a Sidecar, options: &'a Options, image: [usize; 2]) -> Self {
         let (tally, rights) = (Tally::new(sidecar.classes.len()), vec![(0, 0); facts.len()]);
-        Self { facts, sidecar, options, tally, rights, worst: Worst::new(options.worst) }
+        Self { facts, sidecar, options, image, tally, rights, left_out: 0, worst: Worst::new(options.worst) }
     }
 
     /// Takes what the model says of unit `i` of a batch.
@@ -195,6 +201,7 @@ impl<'a> Judge<'a> {
                         weights[class * classes + guess] += confidence;
                     }
                 }
+                self.left_out += window.inside(self.sidecar.size, self.image) - count;
                 let heaviest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]).then(b.cmp(&a)));
                 let Some(pair) = heaviest.filter(|&pair| weights[pair] > 0.0) else { return Ok(()) };
                 (wrong.truth, wrong.guess) = (pair / classes, pair % classes);

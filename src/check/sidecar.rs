@@ -13,8 +13,11 @@ use crate::yaml::node::{self, Node, Value};
 use crate::yaml::text;
 use crate::yaml::walk::{Range, Section, Walk};
 
+mod beside;
 mod channels;
 mod classes;
+
+pub use beside::{ENDINGS, beside};
 
 /// What faults call the file.
 const NOUN: &str = "sidecar";
@@ -117,8 +120,18 @@ pub struct Sidecar {
     pub truth: Vec<Option<usize>>,
 }
 
-const KEYS: [&str; 9] =
-    ["task", "channels", "window_px", "size_px", "layout", "output", "output_name", "patches_per_class", "classes"];
+const KEYS: [&str; 10] = [
+    "task",
+    "channels",
+    "bits",
+    "window_px",
+    "size_px",
+    "layout",
+    "output",
+    "output_name",
+    "patches_per_class",
+    "classes",
+];
 
 impl Sidecar {
     /// The sidecar in the file `path`, for a dataset.
@@ -127,7 +140,7 @@ impl Sidecar {
     /// Where it cannot be read, and every fault of it at once.
     pub fn load(path: &Path, head: &DatasetHead) -> Result<Self, CheckError> {
         let bytes = text::read(path).map_err(|error| {
-            let remedy = "write one beside the model as docs/check.md says, or name it with --sidecar";
+            let remedy = "write one as docs/check.md says, or name another with --sidecar";
             CheckError::at(path, format!("the sidecar cannot be read: {error}"), remedy)
         })?;
         let origin = path.display().to_string();
@@ -164,6 +177,25 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
     let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
     let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
     let channels = channels.and_then(|node| channels::read(walk, node, head));
+    let bits = number(walk, &mut top, "bits", Range { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
+    let is_counted = |channel: &Channel| channel.name != "range";
+    if let Some(bits) = bits.filter(|_| channels.iter().flatten().any(is_counted))
+        && bits as u64 != head.images.bits
+    {
+        let found = head.images.bits;
+        let problem = format!("the model takes digital numbers of {bits} bits, the dataset has them of {found}");
+        let remedy = format!(
+            "make a dataset whose recipe says `exposure: {{bits: {bits}}}`, or write `bits: {found}` where the model was \
+             trained on that"
+        );
+        walk.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
+    }
+    if let Some(Task::Pixels | Task::Segment) = task
+        && !has(head, "label")
+    {
+        let remedy = "write `output: {png: [..., label]}` in the recipe and make the dataset anew";
+        walk.joint_fault(&["task".into()], "the dataset has no images of `label` to hold it to", remedy);
+    }
     let whole = [head.images.rows as usize, head.images.cols as usize];
     let window = match top.take(walk, "window_px") {
         Some(node) if matches!(&node.value, Value::Text(text) if text == "whole") => Some(None),
@@ -184,7 +216,15 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
     let output_name = top.take(walk, "output_name");
     let output_name = output_name.map(|node| walk.text(node, "output_name", "the name of an output").map(String::from));
     let range = Range { min: 1.0, max: 1e9, whole: true, unit: "" };
-    let patches = number(walk, &mut top, "patches_per_class", range, 1000.0);
+    let patches = match (task, top.take(walk, "patches_per_class")) {
+        (Some(task @ (Task::Samples | Task::Segment)), Some(node)) => {
+            let problem = format!("has no effect in `{}`, which asks about all that there is", task.name());
+            walk.fault(node.place, "patches_per_class", problem, "leave it out");
+            None
+        }
+        (_, Some(node)) => walk.number_in(node, "patches_per_class", range),
+        (_, None) => Some(1000.0),
+    };
     let classes = required(walk, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
     let classes = classes.and_then(|node| classes::read(walk, node, task?, head));
     top.close(walk, &KEYS, &|name| {
@@ -203,6 +243,11 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         classes,
         truth,
     })
+}
+
+/// Whether the dataset has images of that name, in its tables or as EXR.
+fn has(head: &DatasetHead, name: &str) -> bool {
+    head.images.png.iter().chain(&head.images.exr).any(|image| image == name)
 }
 
 fn required<'n>(walk: &mut Walk, top: &mut Section<'n>, name: &str, wanted: &str) -> Option<&'n Node> {

@@ -1,9 +1,10 @@
 //! Accuracy by a number of the sample: by knot width, film pigment, exposure.
 //!
 //! Samples are sorted by the number and cut at its quantiles into groups of like size; samples with the same number stay
-//! together, so a number with few values has fewer groups. Samples without the number are a group of their own.
+//! together, so a number with few values has fewer groups. Samples without the number, or without the thing that it is of,
+//! are a group of their own.
 
-use super::metrics::Share;
+use super::share::Share;
 
 /// Groups where the number has enough values.
 pub const GROUPS: usize = 4;

@@ -1,5 +1,6 @@
 //! `gen check`: what a model makes of a dataset.
 
+use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -10,7 +11,7 @@ use serde_json::Value;
 use super::generate::threads;
 use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
-use crate::check::{Options, Report, check};
+use crate::check::{CheckError, Options, Report, check};
 use crate::record::Split;
 use crate::shard::{DatasetFolder, Sums};
 
@@ -29,7 +30,7 @@ const BELOW: u8 = 3;
   gen check planks --model knots.onnx --split all --json       everything, for programs
   gen check planks --model knots.onnx --out wrong              pictures of the worst answers, and check.json
   gen check planks --model knots.onnx --save                   kept as planks/reports/check-knots-test.json for gen report
-  gen check planks --model knots.onnx --slice film.n --slice physics.speckle_contrast
+  gen check planks --model knots.onnx --slice board.thickness_mm --slice physics.speckle_volume
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
 
 The sidecar says what the model takes and answers; docs/check.md explains its keys:
@@ -48,7 +49,7 @@ pub(super) struct Check {
     /// The model (ONNX)
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
-    /// What the model takes and answers (YAML) [default: the model's name with .yaml]
+    /// What the model takes and answers (YAML or JSON) [default: the model's name with .yaml, .yml or .json]
     #[arg(long, value_name = "FILE")]
     sidecar: Option<PathBuf>,
     /// Part of the dataset
@@ -57,7 +58,7 @@ pub(super) struct Check {
     /// Accuracy by this number too; may be given several times [default: knot width, film pigment, exposure]
     #[arg(long, value_name = "COLUMN")]
     slice: Vec<String>,
-    /// Windows that the model gets at once [default: up to 64]
+    /// Windows that the model gets at once, 1 to 65536 [default: up to 64]
     #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..=65536))]
     batch: Option<u64>,
     /// Threads [default: all cores]
@@ -66,7 +67,7 @@ pub(super) struct Check {
     /// Seed of the pixels that are drawn
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// How many of the most confidently wrong answers are kept
+    /// How many of the most confidently wrong answers are kept, at most 1000
     #[arg(long, value_name = "K", default_value_t = 16, value_parser = clap::value_parser!(u64).range(0..=1000))]
     worst: u64,
     /// Folder for pictures of them and for the report as check.json; made where it is not there
@@ -134,7 +135,10 @@ pub(super) fn run(arguments: &Check) -> Outcome {
     let bar = Things::new("windows");
     let report = check(&options, &|done, all| bar.show(done, all));
     bar.end();
-    let report = report?;
+    let report = report.map_err(|error| match error {
+        CheckError::Argument(what) => Box::<dyn Error + Send + Sync>::from(Usage(what)),
+        other => other.into(),
+    })?;
     if report.unfinished > 0 {
         say(&format!("{} of the dataset are not finished and left out", counted(report.unfinished, "shard")));
     }

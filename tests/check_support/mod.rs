@@ -32,6 +32,11 @@ pub fn model(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models").join(name).display().to_string()
 }
 
+/// A sidecar for mean_sign and fixed.
+pub fn patches() -> String {
+    format!("task: classify_pixels\n{CHANNEL}\nwindow_px: 8\npatches_per_class: 20\nclasses: [clear, rot]")
+}
+
 /// Six boards of 64 x 48 pixels.
 pub fn planks() -> Place {
     needs_onnxruntime();

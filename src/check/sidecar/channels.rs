@@ -2,7 +2,7 @@
 
 use output_schema::DatasetHead;
 
-use super::{Channel, number, required};
+use super::{Channel, has, number, required};
 use crate::yaml::node::{Node, Value};
 use crate::yaml::walk::{Range, Walk};
 
@@ -34,8 +34,7 @@ fn channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option
         Some(map) => required(walk, map, "name", &format!("one of {}", CHANNELS.join(", "))),
     };
     let found = name.and_then(|node| walk.word(node, &path, &CHANNELS));
-    let has = |name: &str| head.images.png.iter().chain(&head.images.exr).any(|image| image == name);
-    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(name)) {
+    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(head, name)) {
         let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
         walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
     }

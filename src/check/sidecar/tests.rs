@@ -129,6 +129,41 @@ fn units_are_held_to_the_dataset() {
     assert!(faults(&sidecar("{name: scatter, unit: mm}")).contains("takes `scatter` in mm"));
 }
 
+/// Reflectance and Scatter of another depth are other numbers; Range is not.
+#[test]
+fn bits_are_held_to_the_dataset() {
+    let mut twelve = head();
+    twelve.images.bits = 12;
+    let sidecar = |rest: &str| format!("task: classify_samples\nchannels: {rest}\nclasses: [rotten, sound]");
+    for (rest, of_eight, of_twelve) in [
+        ("[scatter]", true, false),
+        ("[range, reflectance]", true, false),
+        ("[scatter]\nbits: 8", true, false),
+        ("[scatter]\nbits: 12", false, true),
+        ("[scatter]\nbits: 10", false, false),
+        ("[range]", true, true),
+    ] {
+        for (head, fits) in [(head(), of_eight), (twelve.clone(), of_twelve)] {
+            let read = Sidecar::parse("m.yaml", &sidecar(rest), &head);
+            assert_eq!(read.is_ok(), fits, "{rest} for {} bits", head.images.bits);
+        }
+    }
+    let told = Sidecar::parse("m.yaml", &sidecar("[scatter]"), &twelve).expect_err("8 are not 12").to_string();
+    assert!(told.contains("m.yaml:2:1: channels: the model takes digital numbers of 8 bits"), "{told}");
+    assert!(faults(&sidecar("[scatter]\nbits: 12")).contains("m.yaml:3:1: bits: the model takes"));
+}
+
+/// Labels are needed where pixels are asked about, as PNG or EXR.
+#[test]
+fn labels_are_needed_for_pixels() {
+    let mut head = head();
+    head.images.png.retain(|name| name != "label");
+    let told = Sidecar::parse("m.yaml", KNOTS, &head).expect_err("no labels").to_string();
+    assert!(told.contains("task: the dataset has no images of `label`"), "{told}");
+    head.images.exr.push("label".into());
+    assert!(Sidecar::parse("m.yaml", KNOTS, &head).is_ok());
+}
+
 #[test]
 fn what_cannot_be_meant_is_told() {
     for (text, words) in [
@@ -144,6 +179,14 @@ fn what_cannot_be_meant_is_told() {
         ("task: segment\nchannels: [scatter]\nwindow_px: all\nclasses: [clear, rot]", "`window_px: whole`"),
         ("task: segment\nchannels: [scatter]\nsize_px: [1, 2, 3]\nclasses: [clear, rot]", "size_px: [rows, columns]"),
         ("task: segment\nsd: 3\nchannels: [scatter]\nclasses: [clear, rot]", "`sd` belongs in an entry of `channels`"),
+        (
+            "task: segment\npatches_per_class: 9\nchannels: [scatter]\nclasses: [clear, rot]",
+            "m.yaml:2:20: patches_per_class: has no effect in `segment`",
+        ),
+        (
+            "task: classify_samples\npatches_per_class: 9\nchannels: [scatter]\nclasses: [sound, rotten]",
+            "has no effect in `classify_samples`, which asks about all that there is; leave it out",
+        ),
         ("task: [", "m.yaml:1"),
     ] {
         let told = faults(text);
