@@ -47,12 +47,12 @@ fn filters_work_by_the_address() {
     assert_eq!(shown("#class=%3Cscript%3E").len(), 6, "an unknown class filters nothing");
 }
 
-/// What a page tells after a script of the test's own used it.
-fn used(place: &Place, html: &str, script: &str) -> String {
+/// What a page tells after a script of the test's own used it in a window of so many pixels.
+fn used(place: &Place, html: &str, window: [u32; 2], script: &str) -> String {
     let tell = "const tell = (words) => { document.body.appendChild(document.createElement('output')).id = 'told'; \
         document.getElementById('told').textContent = words; };";
     place.write("used.html", html.replace("</body>", &format!("<script>{tell}{script}</script></body>")));
-    let dom = browse(&place.path("used.html"), "", [1366, 768]);
+    let dom = browse(&place.path("used.html"), "", window);
     between(&dom, "<output id=\"told\">", "</output>")[0].to_owned()
 }
 
@@ -72,7 +72,7 @@ fn keys_work_more_than_once() {
     let cards = between(&html, "<article class=\"card\"", "</article>");
     let title = |card: usize| between(cards[card], "<h3>", "<span")[0].trim().to_owned();
     let wanted = [title(0), title(1), title(2), title(3), title(2), "false;true;false;1".into()];
-    assert_eq!(used(&place, &html, script), wanted.join(";"));
+    assert_eq!(used(&place, &html, [1366, 768], script), wanted.join(";"));
 }
 
 /// The address keeps filter, labels and search, and a link to a section takes none of them away.
@@ -90,11 +90,71 @@ fn the_address_keeps_everything() {
         const there = Math.abs(document.getElementById('numbers').getBoundingClientRect().top) < innerHeight;
         tell([full, location.hash, document.activeElement.id, scrollY > 0 && there].join(' '));";
     let hash = "#split=test&amp;labels=off&amp;find=knots+width";
-    assert_eq!(used(&place, &html, script), format!("{hash} {hash} numbers true"));
+    assert_eq!(used(&place, &html, [1366, 768], script), format!("{hash} {hash} numbers true"));
     let dom = browse(&place.path("planks/reports/report.html"), "#labels=off&find=knots+width", [1366, 768]);
     let numbers = between(&dom, "class=\"multiple\"", ">");
     let open = numbers.iter().filter(|number| !number.contains("hidden")).count();
     assert!(open > 0 && open < numbers.len(), "{open} of {} numbers", numbers.len());
+}
+
+/// A tap makes every map of a sample larger, on a laptop and on a phone, upright or lying, with labels or without; the place of
+/// a map that is not kept is as large as its neighbours.
+#[test]
+fn the_large_view_is_large() {
+    let upright = ["\n  profiles: 48 ", "\n  profiles: 120 "];
+    let bare = [
+        ["png: [range, reflectance, scatter, label]", "png: [range, reflectance]"],
+        ["exr: [range, reflectance, scatter, label, instance]", "exr: []"],
+    ];
+    let script = "
+        const sizes = (selector) => [...document.querySelectorAll(selector)].map((map) => map.getBoundingClientRect())
+            .map((box) => [box.width, box.height, box.top].map(Math.round).join(' ')).join(';');
+        const small = sizes('#s0 .map');
+        document.querySelector('#s0 a.maps').click();
+        tell(small + '/' + sizes('dialog .map') + '/' + document.querySelector('dialog').clientWidth + ' 0 0');";
+    for changes in [vec![], vec![upright], bare.to_vec(), [bare.as_slice(), &[upright]].concat()] {
+        let place = Place::with(&changes);
+        place.make("planks", "--n 1");
+        let html = page(&place, "planks", "--frames 0");
+        for (window, share) in [([1366, 768], 0.3), ([500, 900], 0.85)] {
+            let told = used(&place, &html, window, script);
+            let row = |text: &str| -> Vec<f64> { text.split(' ').map(|n| n.parse().expect("a number")).collect() };
+            let parts: Vec<Vec<Vec<f64>>> = told.split('/').map(|part| part.split(';').map(row).collect()).collect();
+            let [small, large, dialog] = &parts[..] else { panic!("{told}") };
+            assert_eq!((small.len(), large.len()), (3, 3), "{told}");
+            for (before, after) in small.iter().zip(large) {
+                assert!(
+                    after[0] > 1.5 * before[0] && after[0] > share * dialog[0][0],
+                    "{changes:?}: {window:?}: {told}"
+                );
+                let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1.0);
+                assert!(same(before, &small[0]), "maps in a row are alike: {changes:?}: {told}");
+                assert!(same(&after[..2], &large[0][..2]), "maps in the large view are alike: {changes:?}: {told}");
+            }
+        }
+    }
+}
+
+/// Nothing that a drawing says or marks lies outside of it.
+#[test]
+fn drawings_are_whole() {
+    let (place, _) = planks_page("--frames 0");
+    let bin = |place: f64| json!({"confidence": place, "accuracy": place, "count": 5});
+    let check = json!({
+        "format": "sheetlight-check", "model": {}, "task": "segment", "split": "all", "accuracy": {}, "classes": [], "confusion": [],
+        "calibration": {"error": 0.0, "bins": [bin(0.0), bin(0.5), bin(1.0)]},
+    });
+    place.write("planks/reports/check-x-all.json", check.to_string());
+    let html = page(&place, "planks", "--frames 2");
+    assert!(html.contains(">logarithmic</text>") && html.matches("class=\"point\"").count() == 3);
+    let script = "
+        const cut = [...document.querySelectorAll('svg text, svg circle')].filter((mark) => {
+            const [inner, outer] = [mark, mark.ownerSVGElement].map((one) => one.getBoundingClientRect());
+            return inner.left < outer.left - .5 || inner.right > outer.right + .5 || inner.top < outer.top - .5
+                || inner.bottom > outer.bottom + .5;
+        });
+        tell(cut.map((mark) => mark.ownerSVGElement.getAttribute('class') + ':' + (mark.textContent || mark.tagName)).join(';'));";
+    assert_eq!(used(&place, &html, [1366, 768], script), "");
 }
 
 /// Nothing scrolls sideways, however narrow the window is and however long the words of kept results are.
@@ -122,6 +182,16 @@ fn pages_fit_their_window() {
     place.write(&format!("planks/reports/check-{}-all.json", &long[..100]), check.to_string());
     let html = page(&place, "planks", "");
     assert!(html.matches(&long).count() > 10, "the results are on the page");
+    fits(&place, &html);
+    place.write("planks/dataset.json", "{\"format\": 1");
+    assert_eq!(place.run("report planks --out none.html").code, 1);
+    let html = std::fs::read_to_string(place.path("none.html")).expect("a page");
+    assert!(html.contains("No dataset can be read here"));
+    fits(&place, &html);
+}
+
+/// Faults a page that is wider than its window.
+fn fits(place: &Place, html: &str) {
     place.write("probe.html", html.replace("</body>", &format!("{PROBE}</body>")));
     for width in [390, 1366] {
         // Windows of Chromium are 500 px wide at least; a frame in a page is as wide as it is told to be.

@@ -1,7 +1,7 @@
 //! `gen report`: a dataset as one page for people.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -17,6 +17,9 @@ use crate::preview::{Exposure, exposure};
 use crate::report::{Options, Render, Timing, report};
 use crate::settings::Transport;
 use crate::shard::DatasetFolder;
+
+/// Folder of kept results in the dataset's folder.
+const REPORTS: &str = "reports";
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -58,7 +61,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
     let out = match &arguments.out {
         Some(out) => out.clone(),
         None if root.join(DATASET).exists() => {
-            let folder = root.join("reports");
+            let folder = root.join(REPORTS);
             let told = |e| format!("cannot make {}: {e}; give another place with --out", folder.display());
             fs::create_dir_all(&folder).map_err(told)?;
             folder.join("report.html")
@@ -68,6 +71,9 @@ pub(super) fn run(arguments: &Report) -> Outcome {
             return Err(Usage(what).into());
         }
     };
+    if let Some(what) = misplaced(root, &out) {
+        return Err(Usage(format!("--out {}: {what}", out.display())).into());
+    }
     whole::check(&out)?;
     let folder = DatasetFolder::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
@@ -107,7 +113,26 @@ pub(super) fn run(arguments: &Report) -> Outcome {
     let size = bytes(page.html.len() as u64);
     say(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
     if page.troubles > 0 {
-        say(&format!("gen: {} has {}; the page names them", root.display(), counted(page.troubles, "fault")));
+        say(&format!(
+            "gen: {} is unfinished or damaged; the page lists {}",
+            root.display(),
+            counted(page.troubles, "fault")
+        ));
     }
     Ok(if folder.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Why a page must not be written to `out`, which lies among the dataset's files or is a kept result.
+fn misplaced(root: &Path, out: &Path) -> Option<&'static str> {
+    // The page takes the place of a link, not of what that leads to.
+    let folder = whole::place(&out.parent()?.join("."))?;
+    let root = root.canonicalize().ok()?;
+    if !folder.starts_with(&root) {
+        return None;
+    }
+    if !folder.starts_with(root.join(REPORTS)) {
+        return Some("it lies in the dataset, where nothing else may lie but under reports/; choose another place");
+    }
+    let page = out.extension().is_some_and(|extension| extension == "html");
+    (!page).then_some("reports/ keeps results of other commands; choose a name that ends in .html, or another place")
 }

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use crate::whole;
 
@@ -22,6 +22,19 @@ pub(super) fn write_or(path: &Path, content: &[u8], remedy: &str) -> Result<(), 
         ErrorKind::NotFound => told(refused.source, "make the folder first, or "),
         _ => told(refused.source, ""),
     })
+}
+
+/// Where a path leads, whatever of it is there: no links, no `..`.
+pub(super) fn place(path: &Path) -> Option<PathBuf> {
+    let mut at = PathBuf::new();
+    for part in std::path::absolute(path).ok()?.components() {
+        match part {
+            Component::ParentDir => _ = at.pop(),
+            part => at.push(part),
+        }
+        at = at.canonicalize().unwrap_or(at);
+    }
+    Some(at)
 }
 
 /// Faults a place that cannot be written before hours are spent on what should go there; `--out` names it.

@@ -3,6 +3,9 @@
 /// Cells of a histogram.
 pub(super) const CELLS: usize = 24;
 
+/// Numbers that are no farther apart, of the larger one, are the same number computed in different ways [1].
+const ROUNDING: f64 = 1e-9;
+
 /// What is known of a number before its cells are counted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extent {
@@ -44,9 +47,9 @@ impl Extent {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Whether there is one value alone.
+    /// Whether there is one value alone, but for what rounding makes of it.
     pub fn is_constant(&self) -> bool {
-        self.count > 0 && self.min == self.max
+        self.count > 0 && self.max - self.min <= ROUNDING * self.min.abs().max(self.max.abs())
     }
 }
 
@@ -137,6 +140,18 @@ impl Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What differs in its last digits alone is one value; what differs by little is not.
+    #[test]
+    fn rounding_is_no_variety() {
+        let of = |values: &[f64]| {
+            let mut extent = Extent::default();
+            values.iter().for_each(|value| extent.add(*value));
+            extent.is_constant()
+        };
+        assert!(of(&[185.6, 185.6 + 2e-14, 185.6 - 2e-14]) && of(&[0.0, 0.0]) && of(&[-3.0, -3.0 - 1e-15, f64::NAN]));
+        assert!(!of(&[185.6, 185.600_01]) && !of(&[0.0, 1e-12]) && !of(&[-1.0, 1.0]) && !of(&[f64::NAN]));
+    }
 
     /// Every number lands in the cell whose ends enclose it, the largest in the last one.
     #[test]

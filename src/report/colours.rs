@@ -1,6 +1,7 @@
 //! Colours of maps, labels and classes, and PNG images with a palette.
 
 use image::Rgb;
+use output_schema::DatasetHead;
 use png::{BitDepth, ColorType, Compression, Encoder};
 
 use super::folder::Trouble;
@@ -121,8 +122,42 @@ fn indexed(levels: &[u8], width: u32, palette: Vec<u8>, opacity: Vec<u8>) -> Res
     Ok(bytes)
 }
 
+/// Colours of the recipe's classes in CSS: that of the pixel class of the same name, or else a hue that is far from those of
+/// pixel classes and of the classes before it. Its lightness is `--l` of the style sheet, for light and dark pages.
+pub(super) fn class_colours(head: &DatasetHead) -> Vec<String> {
+    let mut taken: Vec<[f64; 3]> =
+        head.shown_classes().map(|(value, _)| class_rgb(value).0.map(|part| f64::from(part) / 255.0)).collect();
+    let one = |name: &String| {
+        if let Some((value, _)) = head.shown_classes().find(|(_, shown)| shown == name) {
+            return class_hex(value);
+        }
+        let near = |hue: u32| taken.iter().map(|colour| apart(*colour, of_hue(hue))).fold(f64::INFINITY, f64::min);
+        let hue = (0..360).step_by(5).max_by(|a, b| near(*a).total_cmp(&near(*b))).unwrap_or(0);
+        taken.push(of_hue(hue));
+        format!("hsl({hue} 60% var(--l))")
+    };
+    head.classes.iter().map(one).collect()
+}
+
+/// Square of the distance between colours.
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
+/// Red, green and blue of a hue [deg] of saturation 0.6 and lightness 0.5, each in [0, 1].
+fn of_hue(hue: u32) -> [f64; 3] {
+    [0.0, 8.0, 4.0].map(|n| {
+        let k = (n + f64::from(hue) / 30.0) % 12.0;
+        0.5 - 0.3 * (k - 3.0).min(9.0 - k).clamp(-1.0, 1.0)
+    })
+}
+
+fn class_rgb(class: usize) -> Rgb<u8> {
+    class_colour(class.try_into().unwrap_or(0))
+}
+
 /// A pixel class as `#rrggbb`.
 pub(super) fn class_hex(class: usize) -> String {
-    let Rgb([r, g, b]) = class_colour(class.try_into().unwrap_or(0));
+    let Rgb([r, g, b]) = class_rgb(class);
     format!("#{r:02x}{g:02x}{b:02x}")
 }

@@ -29,7 +29,7 @@ pub(super) struct Declared {
     pub max: f64,
     /// Whether it varies in the logarithm.
     pub log: bool,
-    /// In words, those of the first class, and how many classes differ from it.
+    /// In words: the laws that most samples follow, two at most, and how many classes follow others.
     pub words: String,
     laws: Vec<Law>,
 }
@@ -45,15 +45,12 @@ impl Declared {
         };
         let laws: Vec<Law> =
             recipe.classes().iter().zip(samples).filter(|(_, n)| **n > 0).filter_map(of_class).collect();
-        let first = laws.first()?;
-        let others = laws.iter().filter(|law| law.law != first.law).count();
-        let more =
-            if others > 0 { format!("; otherwise in {others} of {} classes", laws.len()) } else { String::new() };
+        laws.first()?;
         Some(Self {
             min: laws.iter().map(|law| law.min).fold(f64::INFINITY, f64::min),
             max: laws.iter().map(|law| law.max).fold(f64::NEG_INFINITY, f64::max),
             log: laws.iter().any(|law| is_log(&law.law)) && laws.iter().all(|law| law.min > 0.0),
-            words: words(&first.law) + &more,
+            words: told(&laws),
             laws,
         })
     }
@@ -73,8 +70,10 @@ impl Declared {
                 continue;
             }
             for (i, point) in curve.iter_mut().enumerate() {
-                let x = axis.value(i as f64 / steps);
-                if (law.min..=law.max).contains(&x) {
+                // Of the ends, what rounding takes off is given back.
+                let at = axis.value(i as f64 / steps);
+                let x = at.clamp(law.min, law.max);
+                if (at - x).abs() <= 1e-9 * (law.max - law.min) {
                     // Length of a cell around x, which grows along a logarithmic axis.
                     let half = 0.5 / CELLS as f64;
                     let (a, b) = (axis.value(i as f64 / steps - half), axis.value(i as f64 / steps + half));
@@ -83,6 +82,35 @@ impl Declared {
             }
         }
         curve
+    }
+}
+
+/// The laws in words, the commonest first.
+fn told(laws: &[Law]) -> String {
+    // Each law with its samples and its classes.
+    let mut kinds: Vec<(&Distribution, u64, usize)> = Vec::new();
+    for law in laws {
+        match kinds.iter_mut().find(|(known, ..)| **known == law.law) {
+            Some((_, samples, classes)) => (*samples, *classes) = (*samples + law.samples, *classes + 1),
+            None => kinds.push((&law.law, law.samples, 1)),
+        }
+    }
+    kinds.sort_by_key(|&(_, samples, _)| std::cmp::Reverse(samples));
+    let bare = |law: &Distribution| match law {
+        Distribution::Fixed(value) => value.to_string(),
+        law => words(law),
+    };
+    let others = |kinds: &[(&Distribution, u64, usize)]| kinds.iter().map(|(.., classes)| classes).sum::<usize>();
+    match &kinds[..] {
+        [(law, ..)] => words(law),
+        [(first, _, n), (second, ..)] => {
+            format!("{} in {n} of {} classes, otherwise {}", bare(first), laws.len(), bare(second))
+        }
+        [(first, _, n), (second, _, m), rest @ ..] => {
+            let (first, second) = (bare(first), bare(second));
+            format!("{first} in {n} of {} classes, {second} in {m}, other laws in {}", laws.len(), others(rest))
+        }
+        [] => String::new(),
     }
 }
 
@@ -117,5 +145,49 @@ fn words(law: &Distribution) -> String {
             format!("one of {}", values.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
         }
         Distribution::Truncated { of, min, max } => format!("{}, cut to {min} to {max}", words(of)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law(law: Distribution, [min, max]: [f64; 2], samples: u64) -> Law {
+        Law { law, min, max, samples }
+    }
+
+    /// The law of most samples comes first, and "always" is said of all classes alone.
+    #[test]
+    fn the_commonest_law_leads() {
+        let zero = |samples| law(Distribution::Fixed(0.0), [0.0, 0.0], samples);
+        let uniform = |max, samples| law(Distribution::Uniform { min: 1.0, max }, [1.0, max], samples);
+        assert_eq!(told(&[zero(3), zero(5)]), "always 0");
+        assert_eq!(told(&[uniform(2.0, 3)]), "uniform 1 to 2");
+        assert_eq!(told(&[zero(3), uniform(2.0, 2), zero(1)]), "0 in 2 of 3 classes, otherwise uniform 1 to 2");
+        assert_eq!(told(&[zero(3), uniform(2.0, 2), uniform(2.0, 2)]), "uniform 1 to 2 in 2 of 3 classes, otherwise 0");
+        let many = [zero(3), uniform(2.0, 2), uniform(3.0, 1), uniform(4.0, 1), zero(1)];
+        assert_eq!(told(&many), "0 in 2 of 5 classes, uniform 1 to 2 in 1, other laws in 2");
+    }
+
+    /// A curve goes to both ends of what is declared, whatever rounding makes of the ends of the axis.
+    #[test]
+    fn curves_reach_their_ends() {
+        for i in 1..200_u32 {
+            let (min, max) = (f64::from(i) / 30.0, f64::from(i) / 30.0 + f64::from(i % 7 + 1) / 70.0);
+            for (of, axis) in [
+                (Distribution::Uniform { min, max }, Axis::Linear(min, max)),
+                (Distribution::LogUniform { min, max }, Axis::Log(min, max)),
+            ] {
+                let declared =
+                    Declared { min, max, log: false, words: String::new(), laws: vec![law(of, [min, max], 24)] };
+                let curve = declared.curve(axis);
+                assert!(curve.iter().all(|count| (count - 1.0).abs() < 0.01), "{axis:?}: {curve:?}");
+            }
+        }
+        let narrow = Distribution::Uniform { min: 1.0, max: 2.0 };
+        let declared =
+            Declared { min: 1.0, max: 2.0, log: false, words: String::new(), laws: vec![law(narrow, [1.0, 2.0], 24)] };
+        let curve = declared.curve(Axis::Linear(0.0, 3.0));
+        assert_eq!((curve[0], curve[curve.len() - 1], curve[curve.len() / 2] > 0.0), (0.0, 0.0, true));
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use output_schema::file::{data_path, manifest_path};
@@ -16,7 +17,7 @@ pub(super) const LISTED: usize = 40;
 /// Something that is missing or cannot be read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trouble {
-    /// File.
+    /// File, or shards.
     pub place: String,
     /// What is wrong.
     pub what: String,
@@ -74,20 +75,37 @@ impl Folder {
         for asset in head.assets.iter().filter(|asset| asset.is_in_folder()) {
             found.file("files of the recipe", root, &asset.path, asset.bytes, "`gen validate` says what is damaged");
         }
+        // Shards in a row that are not finished: the first of them, and the one behind the last.
+        let mut gap = 0..0;
         for shard in 0..head.shards {
-            match folder.read_manifest(shard) {
+            let manifest = folder.read_manifest(shard);
+            if !matches!(manifest, Ok(None)) {
+                found.gap(std::mem::take(&mut gap));
+            }
+            match manifest {
                 Ok(Some(manifest)) => found.shard(root, shard, &manifest),
-                Ok(None) => {
-                    let remedy = "run the command that began the dataset to finish it";
-                    found.trouble(manifest_path(shard), "is missing: the shard is not finished".into(), remedy);
-                }
+                Ok(None) => gap = if gap.is_empty() { shard } else { gap.start }..shard + 1,
                 Err(error) => {
                     let remedy = "run gen validate: it says what is wrong with the dataset";
                     found.trouble(manifest_path(shard), told(error), remedy);
                 }
             }
         }
+        found.gap(gap);
         found
+    }
+
+    /// Notes shards in a row that are not finished.
+    fn gap(&mut self, shards: Range<u64>) {
+        let remedy = "run the command that began the dataset to finish it";
+        match shards.end - shards.start {
+            0 => {}
+            1 => self.trouble(manifest_path(shards.start), "is missing: the shard is not finished".into(), remedy),
+            n => {
+                let place = format!("shards {} to {}", shards.start, shards.end - 1);
+                self.trouble(place, format!("their {n} manifests are missing: the shards are not finished"), remedy);
+            }
+        }
     }
 
     fn shard(&mut self, root: &Path, shard: u64, manifest: &Manifest) {

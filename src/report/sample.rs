@@ -32,22 +32,33 @@ pub(super) struct Sample {
     pub split: usize,
     /// Rows and columns of the images [px].
     pub size: [usize; 2],
-    /// Extent along rows and columns [mm].
-    pub extent: [f64; 2],
     /// Width of the pictures [px].
     pub width: u32,
+    /// Height of the pictures [px].
+    pub height: u32,
     /// The maps of [`MAPS`] that the dataset has, NaN where missing [mm or px, DN, DN].
     pub maps: [Option<Vec<f32>>; 3],
     /// Pixel classes on the same grid, where there are labels.
     pub labels: Vec<u8>,
-    /// Share of Range that is missing where there is an object, and share of Reflectance at its greatest [1].
-    pub missing: Option<f64>,
-    /// See `missing`.
+    /// Of the whole Range map, not of its picture.
+    pub range: Option<RangeFigures>,
+    /// Share of Reflectance at its greatest where there is an object, or anywhere without labels [1].
     pub saturated: Option<f64>,
     /// Objects by pixel class, in order: class and number.
     pub objects: Vec<(usize, u64)>,
     /// Some drawn numbers: name, value, unit.
     pub numbers: Vec<(String, f64, String)>,
+}
+
+/// What a card says of a Range map. "On the object" is where labels show no background, or anywhere without labels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RangeFigures {
+    /// Median of what was measured on the object [mm or px].
+    pub median: Option<f32>,
+    /// Share that is missing on the object [1].
+    pub missing: Option<f64>,
+    /// Share that is missing of all pixels [1].
+    pub missing_of_all: f64,
 }
 
 /// Drawn numbers that tell an engineer most, where the dataset varies them.
@@ -120,21 +131,16 @@ fn of_row(
         Ok(Some(plane))
     };
     let labels = plane("label")?;
-    let share = |map: &[f32], counts: &dyn Fn(f32) -> bool| {
-        let on = |i: &usize| labels.as_ref().is_none_or(|labels| labels[*i] > 0.0);
-        let (mut of, mut all) = (0u64, 0u64);
-        for i in (0..map.len()).filter(on) {
-            of += u64::from(counts(map[i]));
-            all += 1;
-        }
-        (all > 0).then(|| of as f64 / all as f64)
+    let on_object = |map: &[f32]| -> Vec<f32> {
+        let on = |i: usize| labels.as_ref().is_none_or(|labels| labels[i] > 0.0);
+        map.iter().enumerate().filter(|(i, _)| on(*i)).map(|(_, value)| *value).collect()
     };
-    let (mut maps, mut missing, mut saturated) = ([None, None, None], None, None);
+    let (mut maps, mut range, mut saturated) = ([None, None, None], None, None);
     for (place, name) in MAPS.into_iter().enumerate() {
         let Some(map) = plane(name)? else { continue };
         match name {
-            "range" => missing = share(&map, &|value| value.is_nan()),
-            "reflectance" => saturated = share(&map, &|value| value >= f32::from(head.images.most_dn())),
+            "range" => range = Some(figures(&map, on_object(&map))),
+            "reflectance" => saturated = share(&on_object(&map), |value| value >= f32::from(head.images.most_dn())),
             _ => {}
         }
         maps[place] = Some(grid.mean(&map));
@@ -145,15 +151,38 @@ fn of_row(
         class,
         split: table.split,
         size,
-        extent,
         width: shown[1] as u32,
+        height: shown[0] as u32,
         maps,
         labels: labels.map_or(Vec::new(), |labels| grid.largest(&labels)),
-        missing,
+        range,
         saturated,
         objects: objects(batch)?,
         numbers: numbers(batch, head),
     })
+}
+
+/// The share of `values` that count [1]; `None` of none.
+fn share(values: &[f32], counts: impl Fn(f32) -> bool) -> Option<f64> {
+    let count = values.iter().filter(|value| counts(**value)).count();
+    (!values.is_empty()).then(|| count as f64 / values.len() as f64)
+}
+
+/// What is told of a Range map and of its pixels on the object.
+fn figures(map: &[f32], mut on_object: Vec<f32>) -> RangeFigures {
+    let missing = share(&on_object, f32::is_nan);
+    let missing_of_all = share(map, f32::is_nan).unwrap_or(0.0);
+    on_object.retain(|value| !value.is_nan());
+    RangeFigures { median: median(&mut on_object), missing, missing_of_all }
+}
+
+/// The median; of an even number of values the mean of the middle two.
+fn median(values: &mut [f32]) -> Option<f32> {
+    let half = values.len() / 2;
+    let even = values.len().is_multiple_of(2);
+    let (below, middle, _) = (!values.is_empty()).then(|| values.select_nth_unstable_by(half, f32::total_cmp))?;
+    let lower = below.iter().copied().max_by(f32::total_cmp).filter(|_| even);
+    Some(lower.map_or(*middle, |lower| 0.5 * (lower + *middle)))
 }
 
 /// A map and its picture, both `[rows, columns]`.

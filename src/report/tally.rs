@@ -2,7 +2,7 @@
 //! does not grow with the number of samples.
 
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type};
+use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{Array, Float64Array, RecordBatch};
 use output_schema::{DatasetHead, NumberColumn};
 
@@ -52,6 +52,8 @@ pub(super) struct Tally {
     pub kinds: Vec<Kind>,
     /// Drawn numbers, then derived ones.
     pub numbers: Vec<Number>,
+    /// Extent of images along rows and columns [mm].
+    pub field: [Extent; 2],
 }
 
 /// Where a sample stands.
@@ -104,6 +106,7 @@ pub(super) fn count(
         samples: vec![[0; 3]; head.classes.len()],
         kinds: head.shown_classes().map(kind).collect(),
         numbers: head.parameters.iter().chain(&head.physics).map(number).collect(),
+        field: [Extent::default(); 2],
     };
     let tables = folder.tables.clone();
     for table in &tables {
@@ -122,22 +125,8 @@ pub(super) fn count(
 }
 
 fn wanted(name: &str) -> bool {
-    const OTHERS: [&str; 14] = [
-        "id",
-        "index",
-        "seed",
-        "split",
-        "cols",
-        "rows",
-        "row_mm",
-        "col_mm",
-        "calibration",
-        "defect_classes",
-        "range",
-        "reflectance",
-        "scatter",
-        "label",
-    ];
+    const OTHERS: [&str; 10] =
+        ["id", "index", "seed", "split", "calibration", "defect_classes", "range", "reflectance", "scatter", "label"];
     !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
 }
 
@@ -160,6 +149,12 @@ fn extents(table: &Table, tally: &mut Tally) -> Result<(), String> {
             let class = class_of(batch, row)?;
             let splits = tally.samples.get_mut(class).ok_or_else(|| format!("there is no class {class}"))?;
             splits[table.split] += 1;
+        }
+        for (field, [count, pitch]) in tally.field.iter_mut().zip([["rows", "row_mm"], ["cols", "col_mm"]]) {
+            let (count, pitch) =
+                (rows::numbers::<Int32Type>(batch, count)?, rows::numbers::<Float64Type>(batch, pitch)?);
+            let sides = count.values().iter().zip(pitch.values());
+            sides.for_each(|(&count, &pitch)| field.add(f64::from(count) * pitch));
         }
         for number in &mut tally.numbers {
             let column = number_column(batch, &number.column)?;

@@ -2,7 +2,7 @@
 
 mod options;
 
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
@@ -12,7 +12,7 @@ use options::{Coco, Icon, Map, Mask};
 
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
-use super::{Outcome, Usage};
+use super::{Outcome, Usage, whole};
 use crate::export::{ExportError, Progress, Selection, Show, Source, Summary, coco, icon, mvtec, png, webdataset};
 use crate::record::Split;
 
@@ -28,7 +28,7 @@ pub(super) fn run(format: &Format) -> Outcome {
         }
         (_, split) => split.into_iter().collect(),
     };
-    if let Some(out) = place(&common.out)
+    if let Some(out) = whole::place(&common.out)
         && common.dir.canonicalize().is_ok_and(|dir| out.starts_with(dir))
     {
         let what = "it lies in the dataset, where nothing else may lie; choose a folder elsewhere";
@@ -67,19 +67,6 @@ pub(super) fn run(format: &Format) -> Outcome {
         ),
     });
     Ok(ExitCode::SUCCESS)
-}
-
-/// Where a path leads, whatever of it is there: no links, no `..`.
-fn place(path: &Path) -> Option<PathBuf> {
-    let mut at = PathBuf::new();
-    for part in std::path::absolute(path).ok()?.components() {
-        match part {
-            Component::ParentDir => _ = at.pop(),
-            part => at.push(part),
-        }
-        at = at.canonicalize().unwrap_or(at);
-    }
-    Some(at)
 }
 
 fn write(format: &Format, source: &Source, out: &Path, progress: Progress) -> Result<Summary, ExportError> {

@@ -6,7 +6,6 @@ use maud::{Markup, html};
 
 use super::super::cells::{Axis, Cells};
 use super::super::colours::Ramp;
-use super::hue;
 use super::words::number;
 
 /// Size of a histogram's drawing, and of its bars.
@@ -47,9 +46,9 @@ pub(super) fn histogram(cells: &Cells, curve: &[f64], declared: Option<(f64, f64
         Axis::Linear(min, max) | Axis::Log(min, max) | Axis::Whole(min, max) => (min, max),
     };
     html! {
-        svg.histogram viewBox="0 -4 200 84" role="img" aria-label=(title) {
+        svg.histogram viewBox="0 -4 200 86" role="img" aria-label=(title) {
             g.bars { @for (class, path) in paths.iter().filter(|(_, path)| !path.is_empty()) {
-                path data-c=(class) style={ "--h:" (hue(*class)) } d=(path) {}
+                path class={ "c" (class) } data-c=(class) d=(path) {}
             } }
             line.axis x1="0" x2="200" y1="60" y2="60" {}
             @if let Some((min, max)) = declared {

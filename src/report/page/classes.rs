@@ -5,7 +5,6 @@ use maud::{Markup, html};
 use super::super::Facts;
 use super::super::colours::class_hex;
 use super::chart;
-use super::hue;
 use super::words::{count, name, number, percent};
 use crate::record::Split;
 
@@ -40,7 +39,7 @@ fn samples(facts: &Facts) -> Markup {
                         @let splits = tally.samples[*class];
                         @let expected = share.map(|share| share * total as f64);
                         tr data-class=(title) {
-                            th scope="row" { i.dot style={ "--h:" (hue(*class)) } {} (name(title)) }
+                            th scope="row" { i class={ "dot c" (class) } {} (name(title)) }
                             td.bar {
                                 svg viewBox="0 0 300 14" preserveAspectRatio="none" role="img" aria-label={ (tally.of_class(*class)) " samples" } {
                                     @for place in 0..3 {

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::super::Facts;
 use super::super::colours::frame_png;
 use super::words::{name, number};
-use super::{address, chart, hue};
+use super::{address, chart, keeps};
 use crate::preview::Exposure;
 use crate::record::Split;
 
@@ -18,7 +18,8 @@ pub(super) fn section(facts: &Facts) -> Markup {
             p.note { "No frame was exposed: the recipe cannot be read, its model of transport is a slow one, or nothing was asked for." }
         } @else {
             p {
-                "One exposure of each of " (facts.exposures.len()) " samples, made again from recipe, seed and index through the part with most to see: "
+                "One exposure of each of " (facts.exposures.len()) " samples, made again from recipe, seed and index "
+                @if keeps(facts.head, "label") { "through the part with most to see: " } @else { "through the middle: " }
                 "the square root of digital numbers, the line that extraction finds, and below it the heights that it stands for."
             }
             div.frames { @for (sample, exposure) in &facts.exposures { (frame(facts, *sample, exposure)) } }
@@ -38,7 +39,7 @@ fn frame(facts: &Facts, place: usize, exposure: &Exposure) -> Markup {
         polyline(line.map(|(column, row)| [column as f64 + 0.5, f64::from(*row) + 0.5 - exposure.first_row as f64]), 2);
     html! {
         article.frame data-class=(class) data-split=(Split::ALL[sample.split].name()) {
-            h3 { "Sample " (sample.index) span.tag style={ "--h:" (hue(sample.class)) } { i.dot {} (name(class)) } }
+            h3 { "Sample " (sample.index) span class={ "tag c" (sample.class) } { i.dot {} (name(class)) } }
             p.dim {
                 "profile " (exposure.profile) " of " (exposure.profiles) ", y = " (number(exposure.y_mm)) " mm; sensor rows "
                 (exposure.first_row) " to " (exposure.first_row + rows.saturating_sub(1)) " of " (facts.head.images.sensor_rows)

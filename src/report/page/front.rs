@@ -1,9 +1,13 @@
 //! The head of the page: what the dataset is, how it was made, and what is missing of it.
 
 use maud::{Markup, html};
+use output_schema::DatasetHead;
 
 use super::super::Facts;
+use super::super::cells::Extent;
 use super::super::folder::unfinished;
+use super::super::sample::MAPS;
+use super::keeps;
 use super::words::{bytes, count, number, word};
 use crate::shard::samples_per_shard;
 
@@ -12,7 +16,7 @@ pub(super) fn front(facts: &Facts) -> Markup {
     let (head, folder) = (facts.head, &facts.folder);
     let missing = unfinished(head, folder);
     let images = &head.images;
-    let sizes = facts.samples.first().map(|sample| sample.extent);
+    let [rows, cols] = &facts.tally.field;
     let splits = head.splits.named().map(|(name, share)| format!("{name} {}", number(share)));
     html! {
         header.front {
@@ -20,8 +24,8 @@ pub(super) fn front(facts: &Facts) -> Markup {
             h1 { (head.recipe.name) }
             p.lead {
                 (count(head.samples)) " scans of " (subject(&head.subject)) ", " (images.cols) " × " (images.rows) " px"
-                @if let Some([rows, cols]) = sizes { " (" (number(cols)) " × " (number(rows)) " mm)" }
-                ": range, reflectance and scatter as a line-laser profiler measures them, with pixel-exact labels."
+                @if cols.count > 0 { " (" (span(cols)) " × " (span(rows)) " mm)" }
+                (holds(head))
             }
             p.state {
                 @if missing == 0 && folder.troubles.is_empty() {
@@ -63,6 +67,25 @@ fn again(facts: &Facts) -> String {
     format!("gen --recipe {} --seed {} --n {}{shards} --out again", word(facts.root), head.seed, head.samples)
 }
 
+/// The lowest and the highest, where they differ as they are written.
+fn span(extent: &Extent) -> String {
+    let (low, high) = (number(extent.min), number(extent.max));
+    if low == high { low } else { format!("{low} to {high}") }
+}
+
+/// Which maps the dataset keeps, and whether labels with them: the end of a sentence.
+fn holds(head: &DatasetHead) -> String {
+    let labels = if keeps(head, "label") { "with pixel-exact labels" } else { "without labels" };
+    let maps: Vec<&str> = MAPS.into_iter().filter(|map| keeps(head, map)).collect();
+    match &maps[..] {
+        [] => format!(", {labels}."),
+        [map] => format!(": {map} as a line-laser profiler measures it, {labels}."),
+        [first @ .., last] => {
+            format!(": {} and {last} as a line-laser profiler measures them, {labels}.", first.join(", "))
+        }
+    }
+}
+
 fn subject(name: &str) -> &str {
     match name {
         "wood" => "sawn wood",
@@ -86,7 +109,7 @@ pub(super) fn troubles(facts: &Facts) -> Markup {
                 h2 { "What is missing or damaged" }
                 div.scroll tabindex="0" {
                     table {
-                        thead { tr { th { "File" } th { "What" } th { "Remedy" } } }
+                        thead { tr { th { "File or shards" } th { "What" } th { "Remedy" } } }
                         tbody {
                             @for trouble in &folder.troubles {
                                 tr { td { code { (trouble.place) } } td { (trouble.what) } td { (trouble.remedy) } }

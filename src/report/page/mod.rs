@@ -18,6 +18,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use output_schema::DatasetHead;
 
 use super::Facts;
+use super::colours::class_colours;
 use super::results::Kept;
 
 const STYLE: &str = include_str!("page.css");
@@ -32,6 +33,11 @@ pub(super) fn plain(head: &DatasetHead) -> Vec<u8> {
         .filter(|(_, name)| sound.contains(name))
         .filter_map(|(value, _)| value.try_into().ok())
         .collect()
+}
+
+/// Whether the dataset keeps an image of that name, as PNG or in EXR files.
+fn keeps(head: &DatasetHead, name: &str) -> bool {
+    head.images.png.iter().chain(&head.images.exr).any(|kept| kept.eq_ignore_ascii_case(name))
 }
 
 /// The page of a dataset.
@@ -49,6 +55,7 @@ pub(super) fn page(facts: &Facts) -> Markup {
     let title = format!("{}: {} samples", facts.head.recipe.name, facts.head.samples);
     document(
         &title,
+        &colours(facts.head),
         html! {
             (front::front(facts))
             nav aria-label="Sections" { @for (id, name, _) in &sections { a href={ "#" (id) } { (name) } } }
@@ -72,6 +79,7 @@ pub(super) fn page(facts: &Facts) -> Markup {
 pub(super) fn unreadable(place: &str, what: &str) -> Markup {
     document(
         "No dataset",
+        "",
         html! {
             header.front { h1 { "No dataset can be read here" } }
             main {
@@ -85,7 +93,7 @@ pub(super) fn unreadable(place: &str, what: &str) -> Markup {
     )
 }
 
-fn document(title: &str, body: Markup) -> Markup {
+fn document(title: &str, colours: &str, body: Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -96,7 +104,7 @@ fn document(title: &str, body: Markup) -> Markup {
                 meta name="color-scheme" content="light dark";
                 title { (title) }
                 link rel="icon" href="data:,";
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(colours)) }
             }
             body {
                 (body)
@@ -111,9 +119,10 @@ fn address(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
-/// Hue of a class of the recipe [deg]: neighbours far apart.
-fn hue(class: usize) -> u64 {
-    (class as u64 * 137 + 205) % 360
+/// Styles that give what belongs to a class of the recipe its colour: `c0` for the first one, and so on.
+fn colours(head: &DatasetHead) -> String {
+    let colours = class_colours(head).into_iter().enumerate();
+    colours.map(|(class, colour)| format!(".c{class} {{ --c: {colour}; }}\n")).collect()
 }
 
 /// What stands above a kept result that is not of this dataset, or cannot be read.

@@ -1,5 +1,7 @@
 //! What `gen check --save` found: accuracy, confusion, precision and recall, calibration, slices, the worst answers.
 
+use std::path::Path;
+
 use maud::{Markup, html};
 use serde_json::Value;
 
@@ -14,19 +16,28 @@ const WORST: usize = 24;
 /// The section.
 pub(super) fn section(facts: &Facts) -> Markup {
     let kept = checks(facts.root, &facts.sums);
-    let again = format!("gen check {} --model MODEL.onnx --save", word(facts.root));
     html! {
-        @if kept.is_empty() { p.note { "No check of a model is kept. Make one: " code { (again) } } }
-        @for check in &kept { (one(facts, check, &again)) }
+        @if kept.is_empty() { p.note { "No check of a model is kept. Make one: " code { (again(facts, &Value::Null)) } } }
+        @for check in &kept { (one(facts, check)) }
     }
 }
 
-fn one(facts: &Facts, kept: &Kept, again: &str) -> Markup {
+/// The command that checks the model of a document again, as far as it names model, split and seed.
+fn again(facts: &Facts, document: &Value) -> String {
+    let quoted = |value: &Value| value.as_str().map(|text| word(Path::new(text)));
+    let model = quoted(&document["model"]["path"]).unwrap_or("MODEL.onnx".into());
+    let split = quoted(&document["split"]).map_or(String::new(), |split| format!(" --split {split}"));
+    let seed =
+        document["seed"].as_u64().filter(|seed| *seed > 0).map_or(String::new(), |seed| format!(" --seed {seed}"));
+    format!("gen check {} --model {model}{split}{seed} --save", word(facts.root))
+}
+
+fn one(facts: &Facts, kept: &Kept) -> Markup {
     let title = kept.name.trim_start_matches("check-").trim_end_matches(".json");
     html! {
         article.model {
             h3 { (title) }
-            (staleness(kept, again))
+            (staleness(kept, &again(facts, kept.document.as_ref().unwrap_or(&Value::Null))))
             @if let Ok(document) = &kept.document {
                 p.dim { (text(&document["task"])) ", split " (text(&document["split"])) ", " (whole(&document["samples"])) " samples, "
                     (whole(&document["accuracy"]["of"])) " " (text(&document["counted"])) ", model " code { (text(&document["model"]["sha256"]).chars().take(12).collect::<String>()) } }
@@ -89,7 +100,7 @@ fn calibration(document: &Value) -> Markup {
     let most = bins.iter().filter_map(|bin| bin["count"].as_f64()).fold(1.0, f64::max);
     let place = |value: &Value| value.as_f64().map(|value| value.clamp(0.0, 1.0));
     html! {
-        svg.calibration viewBox="0 0 240 236" role="img" aria-label="Accuracy over confidence; on the diagonal confidence is right" {
+        svg.calibration viewBox="0 -6 246 242" role="img" aria-label="Accuracy over confidence; on the diagonal confidence is right" {
             rect.frame x="34" y="6" width="200" height="200" {}
             line.grid x1="34" y1="206" x2="234" y2="6" {}
             @for bin in bins {

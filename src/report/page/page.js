@@ -56,8 +56,9 @@
   dialog.setAttribute("aria-label", "Sample, large");
   const bar = dialog.appendChild(document.createElement("div"));
   bar.className = "bar";
-  const actions = [["\u2190 previous", () => move(-1)], ["next \u2192", () => move(1)], ["labels", () => byId("labels").click()],
-    ["close", () => dialog.close()]];
+  const actions = [["\u2190 previous", () => move(-1)], ["next \u2192", () => move(1)]];
+  if (byId("labels")) actions.push(["labels", () => byId("labels").click()]);
+  actions.push(["close", () => dialog.close()]);
   for (const [words, action] of actions) {
     const button = bar.appendChild(document.createElement("button"));
     button.type = "button";
@@ -84,7 +85,7 @@
     if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.key === "ArrowLeft") move(-1);
     else if (event.key === "ArrowRight") move(1);
-    else if (event.key === "l") byId("labels").click();
+    else if (event.key === "l") byId("labels")?.click();
     else return;
     event.preventDefault();
   });

@@ -6,7 +6,7 @@ use super::super::Facts;
 use super::super::colours::{Ramp, class_hex, labels_png, map_png};
 use super::super::sample::{MAPS, Sample};
 use super::words::{count, name, number, percent, with_unit};
-use super::{address, chart, hue, plain};
+use super::{address, chart, keeps, plain};
 use crate::record::Split;
 
 /// Titles and colours of the maps.
@@ -22,10 +22,10 @@ struct Scale {
 /// The section.
 pub(super) fn section(facts: &Facts) -> Markup {
     let scales: Vec<Option<Scale>> = (0..MAPS.len()).map(|map| scale(&facts.samples, map)).collect();
-    let plain = plain(facts.head);
+    let (plain, labelled) = (plain(facts.head), keeps(facts.head, "label"));
     html! {
         p {
-            (facts.samples.len()) " of " (count(facts.tally.total())) " samples: as many of each class as of any other, spread over the dataset. "
+            (shown(facts)) " "
             "Rows grow downwards in the order of exposure. Colours have one scale for all samples; tap or click a sample to see it large."
         }
         (controls(facts))
@@ -47,8 +47,8 @@ pub(super) fn section(facts: &Facts) -> Markup {
                 }
             }
         }
-        ul.key aria-label="Pixel classes" {
-            @for kind in facts.tally.kinds.iter().filter(|kind| kind.pixels > 0 || kind.value == 0) {
+        ul.key aria-label=(if labelled { "Pixel classes" } else { "Colours" }) {
+            @for kind in facts.tally.kinds.iter().filter(|kind| labelled && (kind.pixels > 0 || kind.value == 0)) {
                 li { span.swatch style={ "background:" (class_hex(kind.value)) } {} (name(&kind.name))
                     @if plain.contains(&(kind.value as u8)) { span.dim { " (not tinted)" } } }
             }
@@ -61,6 +61,21 @@ pub(super) fn section(facts: &Facts) -> Markup {
     }
 }
 
+/// Which samples are shown, in words.
+fn shown(facts: &Facts) -> String {
+    let (shown, total) = (facts.samples.len() as u64, facts.tally.total());
+    match (shown, total) {
+        (_, 0) => "No sample can be read.".into(),
+        (1, 1) => "The only sample.".into(),
+        _ if shown == total && total < facts.head.samples => format!("All {} samples that can be read.", count(total)),
+        _ if shown == total => format!("All {} samples.", count(total)),
+        _ => format!(
+            "{shown} of {} samples: classes share the places evenly, as far as each has samples, and each is spread over the dataset.",
+            count(total)
+        ),
+    }
+}
+
 fn controls(facts: &Facts) -> Markup {
     let classes = facts.head.classes.iter().enumerate();
     html! {
@@ -70,7 +85,7 @@ fn controls(facts: &Facts) -> Markup {
                     legend { "Class" }
                     label.chip { input type="radio" name="class" value="" checked; span { "all " small { (count(facts.tally.total())) } } }
                     @for (class, title) in classes {
-                        label.chip style={ "--h:" (hue(class)) } {
+                        label class={ "chip c" (class) } {
                             input type="radio" name="class" value=(title) data-c=(class);
                             span { i.dot {} (name(title)) " " small { (count(facts.tally.of_class(class))) } }
                         }
@@ -90,14 +105,14 @@ fn controls(facts: &Facts) -> Markup {
                     span.dim { " · the address keeps the filter" } }
             }
             noscript { p.note { "Scripts are off: every sample is shown, and filters do not work." } }
-            label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" }
+            @if keeps(facts.head, "label") { label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" } }
         }
     }
 }
 
 fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) -> Markup {
     let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
-    let height = sample.labels.len() as u32 / sample.width.max(1);
+    let on = if keeps(facts.head, "label") { "on the object" } else { "of all pixels" };
     let overlay = labels_png(&sample.labels, sample.width, plain).ok().filter(|_| !sample.labels.is_empty());
     let style = overlay.map(|png| format!("--labels:url({})", address(&png)));
     let seen: Vec<String> = sample.objects.iter().map(|(value, n)| format!("{n} {}", kind(facts, *value))).collect();
@@ -105,19 +120,21 @@ fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) 
         article.card id={ "s" (sample.index) } data-class=(class) data-split=(Split::ALL[sample.split].name()) {
             h3 {
                 "Sample " (sample.index)
-                span.tag style={ "--h:" (hue(sample.class)) } { i.dot {} (name(class)) }
+                span class={ "tag c" (sample.class) } { i.dot {} (name(class)) }
                 span.tag { (Split::ALL[sample.split].name()) }
             }
-            a.maps.wide[sample.width > height] href={ "#s" (sample.index) } style=[style] aria-label={ "Sample " (sample.index) ", larger" } {
+            a.maps.wide[sample.width > sample.height] href={ "#s" (sample.index) } style=[style] aria-label={ "Sample " (sample.index) ", larger" } {
                 @for ((map, (title, ramp)), scale) in PANELS.iter().enumerate().zip(scales) {
                     figure {
                         @match (&sample.maps[map], scale) {
                             (Some(values), Some(scale)) => {
-                                span.map { img width=(sample.width) height=(height.max(values.len() as u32 / sample.width.max(1)))
+                                span.map { img width=(sample.width) height=(sample.height)
                                     alt={ (title) " of sample " (sample.index) ", class " (name(class)) }
-                                    src=(painted(values, sample, scale, map, *ramp)); }
+                                    src=(painted(values, sample, scale, *ramp)); }
                             }
-                            _ => { span.map.empty { "not kept" } }
+                            (values, _) => { span.map.empty style=(format!("aspect-ratio:{}/{}", sample.width, sample.height)) {
+                                @if values.is_some() { "nothing measured" } @else { "not kept" }
+                            } }
                         }
                         figcaption { (title) }
                     }
@@ -125,9 +142,12 @@ fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) 
             }
             dl {
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
-                @if let Some(middle) = median(sample, 0) { div { dt { "median Range" } dd { (number(middle.into())) " " (facts.head.range_unit()) } } }
-                @if let Some(share) = sample.missing { div { dt { "Range missing" } dd { (percent(share)) } } }
-                @if let Some(share) = sample.saturated { div { dt { "saturated" } dd { (percent(share)) } } }
+                @if let Some(range) = &sample.range {
+                    @if let Some(median) = range.median { div { dt { "median Range " (on) } dd { (number(median.into())) " " (facts.head.range_unit()) } } }
+                    @if let (Some(share), false) = (range.missing, sample.labels.is_empty()) { div { dt { "Range missing on the object" } dd { (percent(share)) } } }
+                    div { dt { "Range missing of all pixels" } dd { (percent(range.missing_of_all)) } }
+                }
+                @if let Some(share) = sample.saturated { div { dt { "saturated " (on) } dd { (percent(share)) } } }
                 @for (path, value, unit) in sample.numbers.iter().filter(|number| varies(facts, &number.0)) { div { dt { (path) } dd { (with_unit(*value, unit)) } } }
                 div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
                 div.wide { dt { "id" } dd { code { (sample.id) } } }
@@ -142,8 +162,8 @@ fn varies(facts: &Facts, path: &str) -> bool {
 }
 
 /// A map in its colours.
-fn painted(values: &[f32], sample: &Sample, scale: &Scale, map: usize, ramp: Ramp) -> String {
-    let off = if scale.relative { median(sample, map).unwrap_or(0.0) } else { 0.0 };
+fn painted(values: &[f32], sample: &Sample, scale: &Scale, ramp: Ramp) -> String {
+    let off = if scale.relative { middle(sample) } else { 0.0 };
     let values: Vec<f32> = values.iter().map(|value| value - off).collect();
     map_png(&values, sample.width, (scale.low, scale.high), ramp).map_or(String::new(), |png| address(&png))
 }
@@ -166,25 +186,25 @@ fn quantile(sorted: &[f32], share: f64) -> Option<f32> {
     sorted.get(((sorted.len() as f64 - 1.0).max(0.0) * share).round() as usize).copied()
 }
 
-fn median(sample: &Sample, map: usize) -> Option<f32> {
-    quantile(&on_object(sample, map), 0.5)
+/// Median of Range on the object [mm or px]; 0 where nothing was measured.
+fn middle(sample: &Sample) -> f32 {
+    sample.range.and_then(|range| range.median).unwrap_or(0.0)
 }
 
-/// One scale for all samples: from the first to the 99th percentile of what they show on objects. Range is told from the sample's median where samples
-/// differ in height more than their surfaces do.
+/// One scale for all samples: from the first to the 99th percentile of what they show on objects. Range is told from the
+/// sample's median where samples differ in height more than their surfaces do.
 fn scale(samples: &[Sample], map: usize) -> Option<Scale> {
-    let sorted: Vec<Vec<f32>> = samples.iter().map(|sample| on_object(sample, map)).filter(|v| !v.is_empty()).collect();
-    let middles: Vec<f32> = sorted.iter().filter_map(|values| quantile(values, 0.5)).collect();
-    let mut spans: Vec<f32> = sorted.iter().filter_map(|v| Some(quantile(v, 0.95)? - quantile(v, 0.05)?)).collect();
+    let sorted = samples.iter().map(|sample| (on_object(sample, map), middle(sample)));
+    let sorted: Vec<(Vec<f32>, f32)> = sorted.filter(|(values, _)| !values.is_empty()).collect();
+    let mut spans: Vec<f32> =
+        sorted.iter().filter_map(|(v, _)| Some(quantile(v, 0.95)? - quantile(v, 0.05)?)).collect();
     spans.sort_unstable_by(f32::total_cmp);
-    let ends = |values: &[f32]| {
-        values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
-    };
-    let (low, high) = ends(&middles);
+    let ends = (f32::INFINITY, f32::NEG_INFINITY);
+    let (low, high) = sorted.iter().fold(ends, |(low, high), (_, middle)| (low.min(*middle), high.max(*middle)));
     let relative = map == 0 && high - low > quantile(&spans, 0.5)?;
     // Quantiles of each sample stand for those of all: no picture of all numbers is held.
     let mut all: Vec<f32> = Vec::new();
-    for (values, middle) in sorted.iter().zip(&middles) {
+    for (values, middle) in &sorted {
         let off = if relative { *middle } else { 0.0 };
         all.extend((0..=200).filter_map(|i| quantile(values, f64::from(i) / 200.0)).map(|value| value - off));
     }

@@ -50,13 +50,14 @@ pub(super) fn section(facts: &Facts) -> Markup {
     };
     // The sums are of the documents alone: what became of other files since, the page may have found itself.
     let damaged = !facts.folder.troubles.is_empty();
-    let holds = kept.is_current == Some(true) && !damaged;
+    let current = kept.is_current == Some(true);
+    let was_clean = kept.document.as_ref().is_ok_and(|document| document["clean"] == true);
     html! {
         (staleness(&kept, &again))
-        @if kept.is_current == Some(true) && damaged {
+        @if current && was_clean && damaged {
             p.stale { strong { "Damaged since? " } "This page finds files " a href="#troubles" { "missing or damaged" } ". Make it again: " code { (again) } }
         }
-        @if let Ok(document) = &kept.document { (verdict(document, holds)) (faults(document)) (statistics(&document["statistics"])) (others(document)) }
+        @if let Ok(document) = &kept.document { (verdict(document, current && !damaged)) (faults(document)) (statistics(&document["statistics"])) (others(document)) }
     }
 }
 
