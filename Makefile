@@ -73,8 +73,10 @@ report: build ## a dataset as one page for people: DIR=out/wood-small
 check-onnx: build venv ## the trained networks of tests/models on fresh data of another seed, held to their bars
 	$(GEN) --recipe recipes/wood-train.yaml --n 400 --seed 5 --out out/fresh/wood
 	$(GEN) --recipe recipes/blister-train.yaml --n 350 --seed 5 --out out/fresh/packs
+	$(GEN) --recipe recipes/blister-small.yaml --n 400 --seed 5 --out out/fresh/blister-small
 	$(GEN) check out/fresh/wood --model tests/models/wood_patches.onnx --split all --min-accuracy 0.95
 	$(GEN) check out/fresh/packs --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
+	$(GEN) check out/fresh/blister-small --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
 	$(GEN) check out/fresh/packs --model tests/models/blister_pockets.onnx --split all --min-accuracy 0.98
 
 baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablation too, in out/baselines: an hour
@@ -86,8 +88,8 @@ baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablat
 	$(TRAIN) out/train/packs --task blister --epochs 25 --out out/baselines/blister_pockets.onnx
 	$(TRAIN) out/train/wood --task wood --patches 3000 --epochs 6 --shuffle-labels --out out/baselines/wood_shuffled.onnx
 	$(TRAIN) out/train/packs --task presence --epochs 6 --shuffle-labels --out out/baselines/blister_shuffled.onnx
-	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood --patches 1500 --shuffles 4
-	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --shuffles 6
+	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood --patches 6000 --shuffles 10
+	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --shuffles 10
 	$(ABLATE) --task blister --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 0
 
 schema: build ## JSON Schemas of recipes and datasets in out/

@@ -36,9 +36,6 @@ fn every_recipe_loads_and_is_embedded() {
             Subject::Sawtooth if name == "sawtooth" => assert!(classes.eq(["piece"])),
             Subject::Sawtooth => assert!(classes.eq(["even", "plastic", "turned", "upright"])),
             Subject::Mesh => assert!(classes.eq(["metal", "plastic", "turned"])),
-            Subject::Blister if name == "blister-train" => {
-                assert!(classes.eq(["broken", "missing", "mixed", "sound"]));
-            }
             // One class for each kind of defect, and those for none and for several.
             Subject::Blister => {
                 let mut kinds: Vec<_> = Defects::PARAMETERS.iter().filter(|p| p.integer).map(|p| p.name).collect();

@@ -22,7 +22,7 @@ written. These are built into the program, so `wood` names the first wherever no
 | `blister-small.yaml` | blister | a small one to try things with |
 | `blister-clear.yaml` | blister | transparent film, so that pockets show what lies in them |
 | `blister-opaque.yaml` | blister | white film over oblong tablets, so that little light comes back from below |
-| `wood-train.yaml`, `blister-train.yaml` | each | many small samples of few classes, to train and to test classifiers with: docs/baselines.md |
+| `wood-train.yaml`, `blister-train.yaml` | each | many small samples, to train and to test classifiers with: docs/baselines.md |
 | `sawtooth.yaml` | sawtooth | the calibration piece RCAL-300 at full size, of blasted metal |
 | `sawtooth-small.yaml` | sawtooth | a small one to try things with, of metal and of plastic |
 | `mesh-small.yaml` | mesh | a plate with a hole, an arch and a ball, from a file of triangles |
