@@ -89,9 +89,17 @@ fn tools_read_what_comes_from_exr() {
     checked(&place, "mvtec", "--good clear,sound_knot --image range");
     assert_eq!(checked(&place, "webdataset", ""), "webdataset: 3 tars, 12 samples");
     checked(&place, "png", "");
-    let rows =
-        dataset(recipe(&[["\n  window_rows: 7", "\n  range: uncalibrated\n  window_rows: 7"], [png, "png: []"]]));
-    checked(&rows, "coco", "--image range");
+}
+
+/// Sensor rows, from PNG and from EXR, are scaled as heights are.
+#[test]
+fn tools_read_sensor_rows() {
+    let png = "png: [range, reflectance, scatter, label]";
+    for stored in [png, "png: []"] {
+        let rows = ["\n  window_rows: 7", "\n  range: uncalibrated\n  window_rows: 7"];
+        let place = dataset(recipe(&[SPLITS, rows, [png, stored]]));
+        assert!(checked(&place, "coco", "--image range").contains("12 images"));
+    }
 }
 
 /// Splits, numbers and maps that were asked for, and no others, are in tars, folders and documents.

@@ -260,7 +260,7 @@ fn misuse_is_told() {
     let told = run.err.contains("--words has no effect") && run.err.contains("leave it away");
     assert!(run.code == 2 && told && !rows.path("o").exists(), "{} {}", run.code, run.err);
     let saw = dataset(sawtooth_recipe(&[]));
-    for (format, words) in [("mvtec", "has no defects"), ("coco", "no objects")] {
+    for (format, words) in [("mvtec", "has no defects"), ("coco", "no classes to tell apart")] {
         let run = saw.run(&format!("export {format} set --out o"));
         assert!(run.code == 1 && run.err.contains(words) && !saw.path("o").exists(), "{}", run.err);
         assert!(run.err.contains("export it as png or webdataset"), "{}", run.err);

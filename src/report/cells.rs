@@ -3,8 +3,10 @@
 /// Cells of a histogram.
 pub(super) const CELLS: usize = 24;
 
-/// Numbers that are no farther apart, of the larger one, are the same number computed in different ways [1].
-const ROUNDING: f64 = 1e-9;
+/// Drawn numbers that are no farther apart, of the larger one, differ by rounding alone [1].
+pub(super) const DRAWN: f64 = 1e-9;
+/// The same of derived numbers, which are sums of up to thousands of terms in single precision [1].
+pub(super) const DERIVED: f64 = 1e-5;
 
 /// What is known of a number before its cells are counted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,9 +49,9 @@ impl Extent {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Whether there is one value alone, but for what rounding makes of it.
-    pub fn is_constant(&self) -> bool {
-        self.count > 0 && self.max - self.min <= ROUNDING * self.min.abs().max(self.max.abs())
+    /// Whether there is one value alone, but for `rounding`, as [`DRAWN`] or [`DERIVED`] numbers have it [1].
+    pub fn is_constant(&self, rounding: f64) -> bool {
+        self.count > 0 && self.max - self.min <= rounding * self.min.abs().max(self.max.abs())
     }
 }
 
@@ -144,11 +146,13 @@ mod tests {
     /// What differs in its last digits alone is one value; what differs by little is not.
     #[test]
     fn rounding_is_no_variety() {
-        let of = |values: &[f64]| {
+        let within = |values: &[f64], rounding: f64| {
             let mut extent = Extent::default();
             values.iter().for_each(|value| extent.add(*value));
-            extent.is_constant()
+            extent.is_constant(rounding)
         };
+        let of = |values: &[f64]| within(values, DRAWN);
+        assert!(within(&[185.6003, 185.6011], DERIVED) && !within(&[185.6003, 185.61], DERIVED));
         assert!(of(&[185.6, 185.6 + 2e-14, 185.6 - 2e-14]) && of(&[0.0, 0.0]) && of(&[-3.0, -3.0 - 1e-15, f64::NAN]));
         assert!(!of(&[185.6, 185.600_01]) && !of(&[0.0, 1e-12]) && !of(&[-1.0, 1.0]) && !of(&[f64::NAN]));
     }

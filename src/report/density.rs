@@ -29,7 +29,7 @@ pub(super) struct Declared {
     pub max: f64,
     /// Whether it varies in the logarithm.
     pub log: bool,
-    /// In words: the laws that most samples follow, two at most, and how many classes follow others.
+    /// In words: the laws that most samples follow, three at most, and how many classes follow others.
     pub words: String,
     laws: Vec<Law>,
 }
@@ -100,17 +100,20 @@ fn told(laws: &[Law]) -> String {
         Distribution::Fixed(value) => value.to_string(),
         law => words(law),
     };
-    let others = |kinds: &[(&Distribution, u64, usize)]| kinds.iter().map(|(.., classes)| classes).sum::<usize>();
     match &kinds[..] {
+        [] => String::new(),
         [(law, ..)] => words(law),
         [(first, _, n), (second, ..)] => {
             format!("{} in {n} of {} classes, otherwise {}", bare(first), laws.len(), bare(second))
         }
-        [(first, _, n), (second, _, m), rest @ ..] => {
-            let (first, second) = (bare(first), bare(second));
-            format!("{first} in {n} of {} classes, {second} in {m}, other laws in {}", laws.len(), others(rest))
+        [(first, _, n), rest @ ..] => {
+            // A third law is as short as the words for more of them.
+            let named = if rest.len() == 2 { 2 } else { 1 };
+            let mut told = format!("{} in {n} of {} classes", bare(first), laws.len());
+            told.extend(rest[..named].iter().map(|(law, _, n)| format!(", {} in {n}", bare(law))));
+            let others: usize = rest[named..].iter().map(|(.., classes)| classes).sum();
+            if others > 0 { told + &format!(", other laws in {others}") } else { told }
         }
-        [] => String::new(),
     }
 }
 
@@ -167,6 +170,7 @@ mod tests {
         assert_eq!(told(&[zero(3), uniform(2.0, 2), uniform(2.0, 2)]), "uniform 1 to 2 in 2 of 3 classes, otherwise 0");
         let many = [zero(3), uniform(2.0, 2), uniform(3.0, 1), uniform(4.0, 1), zero(1)];
         assert_eq!(told(&many), "0 in 2 of 5 classes, uniform 1 to 2 in 1, other laws in 2");
+        assert_eq!(told(&many[..3]), "0 in 1 of 3 classes, uniform 1 to 2 in 1, uniform 1 to 3 in 1");
     }
 
     /// A curve goes to both ends of what is declared, whatever rounding makes of the ends of the axis.

@@ -265,3 +265,22 @@ fn numbers(batch: &RecordBatch, head: &DatasetHead) -> Vec<(String, f64, String)
     };
     TOLD.iter().filter_map(one).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a card says of Range is of the map on the object: its picture has other numbers.
+    #[test]
+    fn figures_are_of_the_whole_map() {
+        let nan = f32::NAN;
+        let map = [1.0, 9.0, 1.0, 9.0, 1.0, 1.0, 1.0, 2.0, nan, 1.0, 9.0, nan, 9.0, 1.0, 1.0, nan];
+        let told = figures(&map, map[..14].to_vec());
+        assert_eq!((told.median, told.missing, told.missing_of_all), (Some(1.0), Some(2.0 / 14.0), 3.0 / 16.0));
+        let picture = Grid { size: [4, 4], shown: [2, 2] }.mean(&map);
+        assert!(picture.iter().all(|value| *value > 2.0), "{picture:?}");
+        assert_eq!(figures(&map, vec![4.0, 1.0, nan, 3.0, 2.0]).median, Some(2.5));
+        let told = figures(&map, Vec::new());
+        assert_eq!((told.median, told.missing), (None, None));
+    }
+}

@@ -6,7 +6,7 @@ use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{Array, Float64Array, RecordBatch};
 use output_schema::{DatasetHead, NumberColumn};
 
-use super::cells::{Axis, Cells, Extent};
+use super::cells::{Axis, Cells, DERIVED, DRAWN, Extent};
 use super::density::Declared;
 use super::folder::{Folder, Table};
 use super::rows;
@@ -198,7 +198,8 @@ fn prepare(tally: &mut Tally, head: &DatasetHead, declared: &dyn Fn(&NumberColum
     for number in &mut tally.numbers {
         number.declared = declared(&number.column, &classes);
         let extent = &number.extent;
-        if extent.count == 0 || extent.is_constant() {
+        let rounding = if number.column.group.is_empty() { DERIVED } else { DRAWN };
+        if extent.count == 0 || extent.is_constant(rounding) {
             continue;
         }
         let (mut min, mut max) = (extent.min, extent.max);
@@ -211,7 +212,7 @@ fn prepare(tally: &mut Tally, head: &DatasetHead, declared: &dyn Fn(&NumberColum
         let log = number.declared.as_ref().is_some_and(|declared| declared.log);
         number.cells = Some(Cells::new(Axis::new(min, max, extent.whole, log), head.classes.len()));
     }
-    for kind in tally.kinds.iter_mut().filter(|kind| kind.extent.count > 0 && !kind.extent.is_constant()) {
+    for kind in tally.kinds.iter_mut().filter(|kind| kind.extent.count > 0 && !kind.extent.is_constant(DRAWN)) {
         let axis = Axis::new(0.0, kind.extent.max, false, false);
         kind.cells = Some(Cells::new(axis, head.classes.len()));
     }

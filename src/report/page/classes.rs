@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::super::Facts;
+use super::super::cells::DRAWN;
 use super::super::colours::class_hex;
 use super::chart;
 use super::words::{count, name, number, percent};
@@ -80,7 +81,7 @@ fn pixels(facts: &Facts) -> Markup {
                             td.small {
                                 @if let Some(cells) = &kind.cells {
                                     (chart::histogram(cells, &[], None, &format!("Diameters of {}", name(&kind.name))))
-                                } @else if kind.extent.is_constant() { "all " (number(kind.extent.min)) }
+                                } @else if kind.extent.is_constant(DRAWN) { "all " (number(kind.extent.min)) }
                             }
                         }
                     }

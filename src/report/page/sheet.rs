@@ -1,6 +1,7 @@
 //! The contact sheet: for a spread of samples Range, Reflectance and Scatter side by side, labels laid over them.
 
 use maud::{Markup, html};
+use output_schema::DatasetHead;
 
 use super::super::Facts;
 use super::super::colours::{Ramp, class_hex, labels_png, map_png};
@@ -113,6 +114,7 @@ fn controls(facts: &Facts) -> Markup {
 fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) -> Markup {
     let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
     let on = if keeps(facts.head, "label") { "on the object" } else { "of all pixels" };
+    let figures = figures(sample, facts.head);
     let overlay = labels_png(&sample.labels, sample.width, plain).ok().filter(|_| !sample.labels.is_empty());
     let style = overlay.map(|png| format!("--labels:url({})", address(&png)));
     let seen: Vec<String> = sample.objects.iter().map(|(value, n)| format!("{n} {}", kind(facts, *value))).collect();
@@ -142,18 +144,33 @@ fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) 
             }
             dl {
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
-                @if let Some(range) = &sample.range {
-                    @if let Some(median) = range.median { div { dt { "median Range " (on) } dd { (number(median.into())) " " (facts.head.range_unit()) } } }
-                    @if let (Some(share), false) = (range.missing, sample.labels.is_empty()) { div { dt { "Range missing on the object" } dd { (percent(share)) } } }
-                    div { dt { "Range missing of all pixels" } dd { (percent(range.missing_of_all)) } }
-                }
-                @if let Some(share) = sample.saturated { div { dt { "saturated " (on) } dd { (percent(share)) } } }
+                @if !figures.is_empty() { div.wide { dt { (on) } dd { (figures.join(" · ")) } } }
                 @for (path, value, unit) in sample.numbers.iter().filter(|number| varies(facts, &number.0)) { div { dt { (path) } dd { (with_unit(*value, unit)) } } }
                 div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
                 div.wide { dt { "id" } dd { code { (sample.id) } } }
             }
         }
     }
+}
+
+/// What a card says of the whole maps: of the pixels on the object, or of all pixels without labels.
+fn figures(sample: &Sample, head: &DatasetHead) -> Vec<String> {
+    let range = sample.range.as_ref();
+    let median = range.and_then(|range| range.median).map(|median| number(median.into()));
+    let missing = range.and_then(|range| {
+        let of_all = if keeps(head, "label") {
+            format!(" ({} of all pixels)", percent(range.missing_of_all))
+        } else {
+            String::new()
+        };
+        Some(percent(range.missing?) + &of_all)
+    });
+    let all = [
+        median.map(|median| format!("median Range {median} {}", head.range_unit())),
+        missing.map(|missing| format!("Range missing {missing}")),
+        sample.saturated.map(|share| format!("saturated {}", percent(share))),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// Whether a drawn number differs between samples.
