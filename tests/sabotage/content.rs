@@ -44,7 +44,9 @@ fn masks() {
             relabel(&mut samples[a], &label, &instance);
         };
         let what = format!("a mask moved by {columns} columns and {rows} rows");
-        with(shift, &[TruthDiffers, LabelDiffers, OutlineDiffers], &place, &what);
+        // Decay along the scan looks the same three rows further on, where the rows lie that are made again.
+        let codes = [TruthDiffers, OutlineDiffers, LabelDiffers];
+        with(shift, &codes[..if rows == 0 { 3 } else { 2 }], &place, &what);
     }
     let mirror = |samples: &mut Vec<Encoded>| {
         let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, 0, 0, true));

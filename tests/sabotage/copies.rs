@@ -88,7 +88,7 @@ fn copies_are_found() {
     let jitter = |channel, i, n| if channel == Channel::Reflectance && n == 255 { n } else { jitter(channel, i, n) };
     with(
         |samples| copy(samples, from, to, &jitter, false),
-        &[DrawDiffers, SampleAlike],
+        &[DrawDiffers, TruthDiffers, LabelDiffers, SampleAlike],
         &place,
         "a copy with a little noise",
     );
