@@ -30,7 +30,7 @@ const BELOW: u8 = 3;
   gen check planks --model knots.onnx --split all --json       everything, for programs
   gen check planks --model knots.onnx --out wrong              pictures of the worst answers, and check.json
   gen check planks --model knots.onnx --save                   kept as planks/reports/check-knots-test.json for gen report
-  gen check planks --model knots.onnx --slice board.thickness_mm --slice physics.speckle_volume
+  gen check packs --model tablets.onnx --slice film.sigma_per_mm --slice physics.speckle_volume
   gen check planks --model knots.onnx --min-accuracy 0.95      exit status 3 where it is below
 
 The sidecar says what the model takes and answers; docs/check.md explains its keys:
