@@ -11,7 +11,7 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 
-.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -69,6 +69,11 @@ validate: build ## check a dataset: DIR=out/wood-small
 
 report: build ## a dataset as one page for people: DIR=out/wood-small
 	$(GEN) report $(DIR)
+
+bench-check: build venv ## gen check against a bare loop of onnxruntime: ratio with 31 and with 125 windows of each of 64 boards
+	$(GEN) --recipe recipes/wood-train.yaml --n 64 --out out/bench
+	$(VENV)/bin/python python/bench_onnx.py out/bench --gen $(GEN) --patches 2000 --pairs 11
+	$(VENV)/bin/python python/bench_onnx.py out/bench --gen $(GEN) --patches 8000 --pairs 5
 
 check-onnx: build venv ## the trained networks of tests/models on fresh data of another seed, held to their bars
 	$(GEN) --recipe recipes/wood-train.yaml --n 400 --seed 5 --out out/fresh/wood

@@ -158,27 +158,40 @@ fn copy<T: Copy>(out: &mut [f32], pixels: &[T], number: impl Fn(T) -> f32, image
     let inside = |side: usize, place: usize| (window.first[side] + place as i64).clamp(0, image[side] as i64) as usize;
     let (left, right) = (inside(1, 0), inside(1, cols));
     let before = (left as i64 - window.first[1]).clamp(0, cols as i64) as usize;
-    out.fill(f32::NAN);
     for (row, out) in out.chunks_exact_mut(cols).enumerate() {
-        if inside(0, row + 1) > inside(0, row) {
-            let first = inside(0, row) * image[1];
-            let pixels = &pixels[first + left..first + right];
-            out[before..].iter_mut().zip(pixels).for_each(|(out, &pixel)| *out = number(pixel));
-        }
+        let count = if inside(0, row + 1) > inside(0, row) { right - left } else { 0 };
+        let first = if count > 0 { inside(0, row) * image[1] + left } else { 0 };
+        let (outside, out) = out.split_at_mut(before);
+        let (out, beyond) = out.split_at_mut(count);
+        outside.fill(f32::NAN);
+        out.iter_mut().zip(&pixels[first..first + count]).for_each(|(out, &pixel)| *out = number(pixel));
+        beyond.fill(f32::NAN);
     }
 }
 
 fn normalise(plane: &mut [f32], channel: &Channel) {
     let mut shift = channel.mean;
     if channel.relative {
-        let known = plane.iter().filter(|value| !value.is_nan());
-        let (sum, count) = known.fold((0.0, 0_u32), |(sum, n), &value| (sum + f64::from(value), n + 1));
-        shift += if count == 0 { 0.0 } else { sum / f64::from(count) };
+        shift += mean(plane);
     }
     let (shift, sd, missing) = (shift as f32, channel.sd as f32, channel.missing as f32);
     for value in plane {
         *value = if value.is_nan() { missing } else { (*value - shift) / sd };
     }
+}
+
+/// Mean of what was measured, 0 where nothing was; several sums side by side, since one waits for each addition.
+fn mean(plane: &[f32]) -> f64 {
+    const SUMS: usize = 8;
+    let (mut sums, mut counts) = ([0.0; SUMS], [0_u32; SUMS]);
+    let mut add = |i: usize, value: f32| {
+        sums[i] += if value.is_nan() { 0.0 } else { f64::from(value) };
+        counts[i] += u32::from(!value.is_nan());
+    };
+    let (rows, rest) = plane.as_chunks::<SUMS>();
+    rows.iter().for_each(|row| (0..SUMS).for_each(|i| add(i, row[i])));
+    rest.iter().enumerate().for_each(|(i, &value)| add(i, value));
+    sums.iter().sum::<f64>() / f64::from(counts.iter().sum::<u32>().max(1))
 }
 
 /// The model's class of each cell, `[rows, columns]`; [`NO_CLASS`] outside and where the label belongs to no class.
@@ -199,101 +212,4 @@ pub fn truth(picture: &Picture, window: Window, size: [usize; 2], classes: &[Opt
 pub const NO_CLASS: u8 = 255;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn channel(mean: f64, sd: f64, missing: f64, relative: bool) -> Channel {
-        Channel { name: "scatter".into(), mean, sd, missing, relative }
-    }
-
-    /// Three rows of four: 1 2 3 4 / 5 0 7 8 / 9 10 11 12, 0 is missing.
-    fn picture() -> Picture {
-        let pixels = vec![1, 2, 3, 4, 5, 0, 7, 8, 9, 10, 11, 12];
-        let labels = vec![0, 0, 1, 1, 0, 0, 1, 1, 2, 2, 2, 2];
-        Picture { size: [3, 4], planes: vec![Plane::Eight(pixels)], labels }
-    }
-
-    fn cut(window: Window, size: [usize; 2], channel: &Channel) -> Vec<f32> {
-        let mut out = vec![f32::MAX; size[0] * size[1]];
-        fill(&mut out, &picture(), window, std::slice::from_ref(channel), size, Layout::Nchw);
-        out
-    }
-
-    #[test]
-    fn windows_are_cut_and_normalised() {
-        let plain = channel(0.0, 1.0, -1.0, false);
-        let window = Window::around([1, 1], [2, 2]);
-        assert_eq!(window, Window { first: [0, 0], size: [2, 2] });
-        assert_eq!(cut(window, [2, 2], &plain), [1.0, 2.0, 5.0, -1.0]);
-        assert_eq!(cut(window, [2, 2], &channel(1.0, 2.0, -9.0, false)), [0.0, 0.5, 2.0, -9.0]);
-        // The mean of 1, 2 and 5 is 8/3.
-        let relative = cut(window, [2, 2], &channel(0.0, 1.0, 0.0, true));
-        for (found, wanted) in relative.iter().zip([1.0 - 8.0 / 3.0, 2.0 - 8.0 / 3.0, 5.0 - 8.0 / 3.0, 0.0]) {
-            assert!((found - wanted).abs() < 1e-6);
-        }
-        // Over the border everything is missing.
-        assert_eq!(
-            cut(Window::around([0, 0], [3, 3]), [3, 3], &plain),
-            [-1.0, -1.0, -1.0, -1.0, 1.0, 2.0, -1.0, 5.0, -1.0]
-        );
-        assert_eq!(cut(Window::around([50, 50], [2, 1]), [2, 1], &plain), [-1.0, -1.0]);
-    }
-
-    /// Whole factors take means of what was measured; others share pixels between cells; growing repeats them.
-    #[test]
-    fn resizing_takes_means() {
-        let plain = channel(0.0, 1.0, -1.0, false);
-        let whole = Window { first: [0, 0], size: [3, 4] };
-        assert_eq!(cut(whole, [1, 2], &plain), [27.0 / 5.0, 45.0 / 6.0]);
-        assert_eq!(cut(whole, [3, 1], &plain), [2.5, 20.0 / 3.0, 10.5]);
-        // Rows 0 to 1 and 1 to 2.
-        assert_eq!(cut(Window { first: [0, 0], size: [3, 1] }, [2, 1], &plain), [3.0, 7.0]);
-        assert_eq!(cut(Window { first: [0, 2], size: [1, 1] }, [2, 2], &plain), [3.0; 4]);
-    }
-
-    /// Cells of one pixel are that pixel, wherever the window lies; outside of the image nothing was measured.
-    #[test]
-    fn copies_are_the_pixels() {
-        let pixels: [u8; 12] = std::array::from_fn(|i| i as u8);
-        for (row, col) in (-4..6).flat_map(|row| (-5..7).map(move |col| (row, col))) {
-            let window = Window { first: [row, col], size: [2, 3] };
-            let (mut short, mut long) = ([0.0; 6], [0.0; 6]);
-            copy(&mut short, &pixels, f32::from, [3, 4], window);
-            // Every pixel on its own.
-            for (cell, out) in long.iter_mut().enumerate() {
-                let [r, c] = [row + cell as i64 / 3, col + cell as i64 % 3];
-                let inside = (0..3).contains(&r) && (0..4).contains(&c);
-                *out = if inside { (4 * r + c) as f32 } else { f32::NAN };
-            }
-            assert!(
-                short.iter().zip(long).all(|(a, b)| *a == b || a.is_nan() && b.is_nan()),
-                "{window:?}: {short:?} {long:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn layouts_interleave() {
-        let mut picture = picture();
-        picture.planes.push(Plane::Sixteen { pixels: (0..12).collect(), offset: 0.5, scale: 0.25 });
-        picture.planes.push(Plane::Float((0..12).map(|i| i as f32).collect()));
-        let channels = [0, 1, 2].map(|_| channel(0.0, 1.0, -1.0, false));
-        let window = Window { first: [0, 0], size: [1, 2] };
-        let mut out = vec![0.0; 6];
-        fill(&mut out, &picture, window, &channels, [1, 2], Layout::Nchw);
-        assert_eq!(out, [1.0, 2.0, -1.0, 0.75, 0.0, 1.0]);
-        fill(&mut out, &picture, window, &channels, [1, 2], Layout::Nhwc);
-        assert_eq!(out, [1.0, -1.0, 0.0, 2.0, 0.75, 1.0]);
-    }
-
-    #[test]
-    fn truth_is_the_middle_pixels_class() {
-        let classes = [Some(1), None, Some(0)];
-        let whole = Window { first: [0, 0], size: [3, 4] };
-        assert_eq!(truth(&picture(), whole, [3, 4], &classes), [1, 1, 255, 255, 1, 1, 255, 255, 0, 0, 0, 0]);
-        // Middle pixels: row 1 (the 2nd of 3), columns 1 and 3.
-        assert_eq!(truth(&picture(), whole, [1, 2], &classes), [1, 255]);
-        let beyond = Window { first: [2, 3], size: [2, 2] };
-        assert_eq!(truth(&picture(), beyond, [2, 2], &classes), [0, 255, 255, 255]);
-    }
-}
+mod tests;

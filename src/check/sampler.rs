@@ -45,16 +45,19 @@ pub fn pixels(
     wanted: &[u64],
     stream: Stream,
 ) -> Vec<Vec<[usize; 2]>> {
-    let class = |label: u8| classes.get(usize::from(label)).copied().flatten();
+    let class: [Option<usize>; 256] = std::array::from_fn(|label| classes.get(label).copied().flatten());
     let row_of = |row: usize| &labels[row * cols + inside.cols[0]..row * cols + inside.cols[1]];
-    let mut counts = vec![0_u64; wanted.len()];
+    // Like labels lie side by side, and a count waits for the one before: neighbours are counted apart.
+    let mut by_label = [[0_u64; 256]; 4];
     for row in inside.rows[0]..inside.rows[1] {
-        let mut by_label = [0_u64; 256];
-        row_of(row).iter().for_each(|&label| by_label[usize::from(label)] += 1);
-        for label in 0..=255 {
-            if let Some(class) = class(label) {
-                counts[class] += by_label[usize::from(label)];
-            }
+        for few in row_of(row).chunks(by_label.len()) {
+            few.iter().zip(&mut by_label).for_each(|(&label, counts)| counts[usize::from(label)] += 1);
+        }
+    }
+    let mut counts = vec![0_u64; wanted.len()];
+    for (label, class) in class.iter().enumerate() {
+        if let Some(class) = class {
+            counts[*class] += by_label.iter().map(|counts| counts[label]).sum::<u64>();
         }
     }
     let ranks: Vec<Vec<u64>> =
@@ -63,7 +66,7 @@ pub fn pixels(
     let mut found = vec![Vec::new(); wanted.len()];
     for row in inside.rows[0]..inside.rows[1] {
         for (i, &label) in row_of(row).iter().enumerate() {
-            let Some(class) = class(label) else { continue };
+            let Some(class) = class[usize::from(label)] else { continue };
             if ranks[class].get(next[class]) == Some(&seen[class]) {
                 found[class].push([row, inside.cols[0] + i]);
                 next[class] += 1;

@@ -108,7 +108,7 @@ pub fn read_png(png: &[u8]) -> Result<(u32, u32, Grey), String> {
     decoder.read_image(&mut bytes).map_err(|e| e.to_string())?;
     let grey = match color {
         ColorType::L8 => Grey::Eight(bytes),
-        _ => Grey::Sixteen(bytes.chunks_exact(2).map(|b| u16::from_ne_bytes([b[0], b[1]])).collect()),
+        _ => Grey::Sixteen(bytes.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect()),
     };
     Ok((cols, rows, grey))
 }
