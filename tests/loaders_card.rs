@@ -50,7 +50,8 @@ print("torch:", pixels.dtype, pixels.ndim, int(pixels.float().max()))
         assert_eq!(blocks.len(), 1);
         let script = blocks[0].replace("PATH", &place.path("set").to_string_lossy());
         // Importing torch takes seconds, and packs have the same images.
-        let said = python(&place.path("."), &["-c", &[&script, look, if i == 0 { torch } else { "" }].concat()]);
+        let said =
+            python(&place.path("."), &["-c", &[script.as_str(), look, if i == 0 { torch } else { "" }].concat()]);
         assert_eq!(said.code, 0, "{script}\n{}", said.err);
         let (_, sample) = first(&samples, &["train", "validation", "test"]);
         let count = samples.values().filter(|other| other.text("split") == sample.text("split")).count();
@@ -164,7 +165,8 @@ fn card(place: &Place, set: &str) -> String {
 
 /// What stands between fences of a language.
 fn blocks(card: &str, language: &str) -> Vec<String> {
-    let parts = card.split(&format!("```{language}\n")).skip(1);
+    let fence = format!("```{language}\n");
+    let parts = card.split(&fence).skip(1);
     parts.map(|part| part.split_once("```").expect("the block ends").0.to_owned()).collect()
 }
 
