@@ -61,7 +61,7 @@ fn untaught(report: &Value, spread: f64) {
     let recalls = classes.iter().map(|class| class["recall"].as_f64().expect("each class is there"));
     let (mean, chance) = (recalls.sum::<f64>() / classes.len() as f64, chance(report));
     let error = (chance * (1.0 - chance) / accuracy(report, "effective")).sqrt().hypot(spread);
-    println!("{}: mean recall {mean:.3f}, {chance:.3f} +- {error:.3f} by chance", report["model"]["path"]);
+    println!("{}: mean recall {mean:.3}, {chance:.3} +- {error:.3} by chance", report["model"]["path"]);
     assert!((mean - chance).abs() < 3.0 * error, "{mean}, not {chance} +- {error}: {}", report["confusion"]);
 }
 
@@ -194,7 +194,7 @@ fn ablation_trains_every_choice_of_channels() {
     assert!(!one.status.success() && text(&one.stderr).contains("--shuffles 0 or at least 2"), "{}", text(&one.stderr));
 }
 
-/// The same program with one channel, so that it has little to do; with `sabotage` labels are not shuffled though it says so.
+/// Ablation with one channel, so that it has little to do; with `sabotage` labels are not shuffled though it says so.
 fn control(place: &Place, sabotage: bool) -> Output {
     place.write(
         "control.py",
@@ -214,8 +214,8 @@ fn control(place: &Place, sabotage: bool) -> Output {
     command.current_dir(place.path("")).arg("control.py").args(arguments).output().expect("python starts")
 }
 
-/// Ablation ends with status 1 where its control has learned what it was not taught, and only there. It is judged by packs that
-/// it has learned by heart: so few teach nothing about others.
+/// Ablation ends with status 1 where its control has learned what it was not taught, and only there. It is judged by
+/// packs that it has learned by heart: so few teach nothing about others.
 #[test]
 fn a_control_that_learns_is_told() {
     let place = few_packs();
