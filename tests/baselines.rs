@@ -13,6 +13,7 @@ use serde_json::Value;
 
 const WOOD: &str = include_str!("../recipes/wood-train.yaml");
 const PACKS: &str = include_str!("../recipes/blister-train.yaml");
+const SMALL_PACKS: &str = include_str!("../recipes/blister-small.yaml");
 const TRAIN: &str = "train_baseline.py";
 const ABLATE: &str = "ablate_baselines.py";
 
@@ -73,13 +74,20 @@ fn wood_is_told_and_shuffled_labels_teach_nothing() {
     untaught(&check(&place, "wood_shuffled.onnx"), SPREAD_OF_WOOD);
 }
 
-/// Pockets with and without a tablet, among all kinds of defects: 98 %; and whole, missing and broken tablets apart.
+/// Whole, missing and broken tablets apart: 98 %. Empty pockets, where one in seven holds a tablet that is darker than it
+/// should be: 90 %.
 #[test]
 fn tablets_are_told_and_shuffled_labels_teach_nothing() {
     let place = fresh(PACKS, 24);
-    holds(&check(&place, "blister_presence.onnx"), 0.98);
     holds(&check(&place, "blister_pockets.onnx"), 0.98);
+    holds(&check(&place, "blister_presence.onnx"), 0.9);
     untaught(&check(&place, "blister_shuffled.onnx"), SPREAD_OF_PRESENCE);
+}
+
+/// Empty pockets among all kinds of defects, as often as packs of blister-small have them: 98 %.
+#[test]
+fn empty_pockets_are_told_from_all_defects() {
+    holds(&check(&fresh(SMALL_PACKS, 24), "blister_presence.onnx"), 0.98);
 }
 
 /// A program of python/ with options of the interpreter before it and arguments, divided by blanks, behind it.
