@@ -68,7 +68,7 @@ def main():
     torch.use_deterministic_algorithms(True)
     task = TASKS[given.task]
     everything = cut_patches(given.train, task, CHANNELS, "train", given.patches, 0)
-    told = network.scaling(everything, CHANNELS)
+    told = network.scaling(everything, CHANNELS, task.logarithm)
     bits = open_dataset(given.train)["images"]["bits"]
     choices = [list(c) for n in (1, 2, 3) for c in itertools.combinations(range(len(CHANNELS)), n)]
     with tempfile.TemporaryDirectory() as place:

@@ -7,16 +7,19 @@ import torch
 from onnx import helper, numpy_helper
 
 
-def scaling(patches, channels):
+def scaling(patches, channels, logarithm):
     """What is taken off and divided by in each channel, in the sidecar's words: mean and standard deviation; of heights the
-    median departure, which drops at the edge of a board do not widen."""
+    median departure, which drops at the edge of a board do not widen. `log` has the same of the logarithm of light, for a
+    network that takes it."""
     told = []
     for i, name in enumerate(channels):
         plane = patches.x[:, i].float()
         known = plane[~plane.isnan()].double()
         relative = name == "range"
         mean, sd = (0.0, 1.48 * known.abs().median().item()) if relative else (known.mean().item(), known.std().item())
-        told.append({"name": name, "mean": round(mean, 3), "sd": round(max(sd, 1e-3), 4), "relative": relative})
+        light = known.clamp(min=1).log()
+        log = [light.mean().item(), max(light.std().item(), 1e-3)] if logarithm and not relative else None
+        told.append({"name": name, "mean": round(mean, 3), "sd": round(max(sd, 1e-3), 4), "relative": relative, "log": log})
     return told
 
 
@@ -27,9 +30,33 @@ def normalised(x, told):
     return torch.nan_to_num((x.float() - mean) / sd)
 
 
-def network(channels, classes, size):
-    """Outliers cut off, three convolutions, each halving rows and columns, and one sum for each class."""
-    layers, planes = [torch.nn.Hardtanh(-6, 6)], channels
+class Logarithm(torch.nn.Module):
+    """Light by its logarithm, normalised anew, so that a longer exposure adds a constant to it; heights as they are.
+
+    keep x + share (log(max(gain x + offset, 1)) - middle), each number of a channel."""
+
+    def __init__(self, told):
+        super().__init__()
+        light = [channel["log"] for channel in told]
+        rows = {"gain": [channel["sd"] if log else 0 for channel, log in zip(told, light)],
+                "offset": [channel["mean"] if log else 1 for channel, log in zip(told, light)],
+                "middle": [log[0] if log else 0 for log in light],
+                "share": [1 / log[1] if log else 0 for log in light],
+                "keep": [0 if log else 1 for log in light]}
+        for name, row in rows.items():
+            self.register_buffer(name, torch.tensor(row, dtype=torch.float32).view(1, -1, 1, 1))
+
+    def forward(self, x):
+        light = (x * self.gain + self.offset).clamp(min=1).log()
+        return (light - self.middle) * self.share + x * self.keep
+
+
+def network(told, classes, size):
+    """Light by its logarithm, if the task wants it, outliers cut off, three convolutions, each halving rows and columns, and
+    one sum for each class."""
+    layers, planes = [torch.nn.Hardtanh(-6, 6)], len(told)
+    if any(channel["log"] for channel in told):
+        layers.insert(0, Logarithm(told))
     for wider, kernel in ((16, 5), (32, 3), (64, 3)):
         layers += [torch.nn.Conv2d(planes, wider, kernel, stride=2, padding=kernel // 2, bias=False),
                    torch.nn.BatchNorm2d(wider), torch.nn.ReLU()]
@@ -52,7 +79,7 @@ def train(patches, told, classes, seed, epochs, shuffle=False, say=None):
     """
     torch.manual_seed(seed)
     labels = patches.y[torch.randperm(len(patches.y))] if shuffle else patches.y
-    model = network(patches.x.shape[1], classes, patches.x.shape[2:])
+    model = network(told, classes, patches.x.shape[2:])
     # A class that is rare counts as much as the others.
     weights = len(labels) / (classes * torch.bincount(labels, minlength=classes).clamp(min=1).float())
     steps = max(1, len(labels) // 128)
@@ -86,7 +113,16 @@ def write_onnx(model, channels, task, path):
         return name
 
     for i, layer in enumerate(layers):
-        if isinstance(layer, torch.nn.Hardtanh):
+        if isinstance(layer, Logarithm):
+            least = keep("faint", torch.tensor(1.0))
+            for step, (kind, *known) in enumerate([("Mul", "gain"), ("Add", "offset"), ("Clip",), ("Log",), ("Sub", "middle"),
+                                                   ("Mul", "share")]):
+                beside = [keep(name, getattr(layer, name)) for name in known] or ([least] if kind == "Clip" else [])
+                nodes.append(helper.make_node(kind, [last, *beside], [f"light{step}"]))
+                last = f"light{step}"
+            nodes.append(helper.make_node("Mul", ["x", keep("keep", layer.keep)], ["heights"]))
+            made = helper.make_node("Add", [last, "heights"], [f"y{i}"])
+        elif isinstance(layer, torch.nn.Hardtanh):
             ends = [keep("least", torch.tensor(layer.min_val)), keep("most", torch.tensor(layer.max_val))]
             made = helper.make_node("Clip", [last, *ends], [f"y{i}"])
         elif isinstance(layer, torch.nn.Conv2d):

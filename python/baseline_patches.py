@@ -17,16 +17,17 @@ with needed():
 CHANNELS = ("range", "reflectance", "scatter")
 
 # Whose class is asked, the window around it and what becomes of it (rows, columns) [px], how many of each class a check
-# asks about, and of which pixel classes of the dataset each class of the model is made.
-Task = namedtuple("Task", "kind window size most classes")
+# asks about, whether the network takes the logarithm of light, and of which pixel classes of the dataset each class of the
+# model is made.
+Task = namedtuple("Task", "kind window size most logarithm classes")
 TABLET = ["pocket", "broken", "chipped", "cracked", "capped", "foreign_tablet", "wrong_coat", "double", "particle",
           "fibre", "powder", "shallow", "collapsed", "punctured", "pinhole", "channel"]
 TASKS = {
-    "wood": Task("classify_pixels", (96, 96), (32, 32), 1000,
+    "wood": Task("classify_pixels", (96, 96), (32, 32), 1000, False,
                  {"clear": ["clear"], "knot": ["sound_knot", "dead_knot"], "rot": ["rot"]}),
-    "blister": Task("classify_objects", (160, 128), (32, 32), 300,
+    "blister": Task("classify_objects", (160, 128), (32, 32), 300, True,
                     {"present": ["pocket"], "missing": ["missing"], "broken": ["broken"]}),
-    "presence": Task("classify_objects", (160, 128), (32, 32), 300, {"present": TABLET, "missing": ["missing"]}),
+    "presence": Task("classify_objects", (160, 128), (32, 32), 300, True, {"present": TABLET, "missing": ["missing"]}),
 }
 
 # What training looks at: windows `x` [patches, channels, rows, columns], heights less the mean of their window, NaN where

@@ -53,7 +53,7 @@ def main():
     task = TASKS[given.task]
     learn = cut_patches(given.folder, task, given.channels, "train", given.patches, given.seed)
     test = cut_patches(given.folder, task, given.channels, "validation", max(1, given.patches // 8), given.seed)
-    told = scaling(learn, given.channels)
+    told = scaling(learn, given.channels, task.logarithm)
     print(f"{len(learn.y)} patches to learn from, {len(test.y)} to validate with", flush=True)
     began = time.monotonic()
 

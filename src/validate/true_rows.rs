@@ -51,9 +51,8 @@ pub(super) fn labels(rows: &[TrueRow], cols: usize, decoded: &Decoded, place: &s
 /// The Height of an EXR file.
 pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str, report: &mut Report) {
     let half = 0.5 / HEIGHT_STEPS + f32::EPSILON;
-    let other = |(found, made): &(&f32, &f32)| {
-        if made.is_nan() { !found.is_nan() } else { !((*found - *made).abs() <= half.max(made.abs() * f32::EPSILON)) }
-    };
+    let alike = |found: f32, made: f32| (found - made).abs() <= half.max(made.abs() * f32::EPSILON);
+    let other = |(found, made): &(&f32, &f32)| if made.is_nan() { !found.is_nan() } else { !alike(**found, **made) };
     let line = |row: &TrueRow| height.get(row.row * cols..(row.row + 1) * cols);
     let lines = rows.iter().filter_map(|row| Some(line(row)?.iter().zip(&row.height)));
     let count = lines.flatten().filter(other).count();
