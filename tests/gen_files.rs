@@ -35,8 +35,16 @@ fn a_dataset_stands_alone() {
     let clean = place.done("validate set --rerender 2");
     assert!(clean.out.contains("2 rendered again") && clean.out.contains("0 faults"), "{}", clean.out);
     place.done("preview --recipe set --out part.png");
-    place.done("--recipe set --out set --n 4 --samples-per-shard 2");
+    place.done("--recipe set --out set --n 4");
     assert_same(&place.tree("whole"), &place.tree("set"), "continued from the folder");
+
+    // A folder in place of a recipe is continued as it was begun, whether it is named twice or once.
+    place.done("--recipe set --out begun --n 1 --seed 9 --samples-per-shard 1");
+    place.done("--recipe begun --n 2");
+    place.done("--recipe begun --out begun --n 3");
+    let begun = place.json("begun/dataset.json");
+    assert_eq!((&begun["seed"], &begun["samples"], &begun["shards"]), (&9.into(), &3.into(), &3.into()));
+    assert!(!place.path("out").exists(), "it went elsewhere");
 
     // A copy that is changed is named, and one that is lost is written again by whoever has the file.
     fs::write(place.path("set").join(path), BOX.replace("9", "8")).expect("written");

@@ -1,6 +1,6 @@
 //! `gen --recipe R --n N`: checks the order, says what it will take, and makes it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use output_schema::{MOST_SAMPLES, MOST_SHARDS};
@@ -10,6 +10,7 @@ use super::{Generate, Outcome, Usage, print};
 use crate::generate::{Estimate, Order, Summary, generate, head};
 use crate::recipe::Recipe;
 use crate::settings::Transport;
+use crate::shard::DatasetFolder;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MOST_THREADS: (usize, usize) = (4, 16);
@@ -87,13 +88,24 @@ fn samples(arguments: &Generate) -> Result<u64, Usage> {
     n.map_err(Usage)
 }
 
+/// The dataset that the order continues: the folder that stands for its recipe, unless it is to go elsewhere.
+fn continued(arguments: &Generate) -> Option<DatasetFolder> {
+    let root = arguments.recipe.as_deref().map(Path::new).filter(|root| root.is_dir())?;
+    let place = |path: &Path| path.canonicalize().ok();
+    let same = arguments.out.as_deref().is_none_or(|out| place(out).is_some() && place(out) == place(root));
+    DatasetFolder::open(root).ok().filter(|_| same)
+}
+
 fn order(arguments: &Generate, recipe: &Recipe, samples: u64) -> Result<Order, Usage> {
+    let continued = continued(arguments);
+    let begun = continued.as_ref();
+    let out = || begun.map_or_else(|| PathBuf::from("out").join(recipe.name()), |begun| begun.root().to_path_buf());
     let order = Order {
         samples,
-        seed: arguments.seed,
-        out: arguments.out.clone().unwrap_or_else(|| PathBuf::from("out").join(recipe.name())),
+        seed: arguments.seed.or(begun.map(|begun| begun.head().seed)).unwrap_or(0),
+        out: arguments.out.clone().unwrap_or_else(out),
         part: arguments.part,
-        samples_per_shard: arguments.samples_per_shard,
+        samples_per_shard: arguments.samples_per_shard.or(begun.map(|begun| begun.head().samples_per_shard)),
     };
     let shards = head(recipe, &order).shards;
     if shards > MOST_SHARDS {

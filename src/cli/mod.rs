@@ -95,19 +95,19 @@ pub(crate) struct Generate {
     /// Samples that the dataset shall have; a larger number later extends it
     #[arg(long, value_name = "N")]
     n: Option<u64>,
-    /// Folder of the dataset [default: out/<recipe name>]
+    /// Folder of the dataset [default: the one that --recipe names, else out/<recipe name>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Seed; sample i depends on recipe, seed and i alone
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    /// Seed; sample i depends on recipe, seed and i alone [default: that of the dataset that --recipe continues, else 0]
+    #[arg(long)]
+    seed: Option<u64>,
     /// Threads [default: all cores]
     #[arg(long, value_name = "T")]
     threads: Option<usize>,
     /// Make part K of M only (shards K, K+M, K+2M, ...), for as many processes or machines as wanted
     #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1")]
     part: (u64, u64),
-    /// Samples in a shard [default: the recipe's, else as many as stay under about 500 MB]
+    /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
     #[arg(long, value_name = "S")]
     samples_per_shard: Option<u64>,
     /// Say what it would take (time, disk, samples of each class) and stop
