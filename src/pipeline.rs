@@ -66,7 +66,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let speckle = (scene.speckle_law, tiles);
-    let turn = turn(&scene.bench.motion, scene.way);
+    let turn = turn(&scene.bench.motion, scene.movement);
     let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, speckle, scene.stream)
         .with_transport(scene.transport)
         .with_turn(turn)
@@ -163,7 +163,8 @@ impl Scan {
         let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
         let instances = specimen.body().instances();
         let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
-        let share = |column: f64| turn(&scene.bench.motion, scene.way).map_or(1.0, |turn| turn.share(x(column)).abs());
+        let share =
+            |column: f64| turn(&scene.bench.motion, scene.movement).map_or(1.0, |turn| turn.share(x(column)).abs());
         let areas = labels::areas(cols, columns, col_mm * row_mm, share);
         let objects = labels::objects(&labels, &areas, instances);
         let sound = [Class::Pocket, Class::Tooth, Class::Object];

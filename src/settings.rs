@@ -5,12 +5,18 @@ mod laser;
 mod motion;
 mod postprocess;
 mod readout;
+mod words;
 
-pub use extraction::{Direction, Extraction, Method, Peak, RangeForm, ScatterDark, ScatterMode};
+use crate::words;
+
+pub use extraction::{
+    Direction, Extraction, Method, Peak, PeakMethodName, RangeForm, RangeFormName, ScatterDark, ScatterMode,
+};
 pub use laser::{Fan, Line, Picture, Shape};
-pub use motion::{SpeckleLaw, Way};
+pub use motion::{Movement, SpeckleLaw};
 pub use postprocess::{Order, Pattern, Postprocess, Step};
 pub use readout::{Hdr, Readout, SCALE_DN};
+pub use words::Words;
 
 /// Sizes of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,39 +40,20 @@ pub enum SensorStack {
     All,
 }
 
-/// An image that can be written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Channel {
-    /// Height.
-    Range,
-    /// Digital number at the peak.
-    Reflectance,
-    /// Light beside the peak.
-    Scatter,
-    /// Class of each pixel.
-    Label,
-    /// Instance of each pixel.
-    Instance,
-}
-
-impl Channel {
-    /// Every channel in the order of files.
-    pub const ALL: [Self; 5] = [Self::Range, Self::Reflectance, Self::Scatter, Self::Label, Self::Instance];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Range => "range",
-            Self::Reflectance => "reflectance",
-            Self::Scatter => "scatter",
-            Self::Label => "label",
-            Self::Instance => "instance",
-        }
-    }
-
-    /// The channels that `chosen` marks, in the order of [`Self::ALL`].
-    pub(crate) fn chosen(chosen: [bool; Self::ALL.len()]) -> Vec<Self> {
-        Self::ALL.into_iter().zip(chosen).filter_map(|(channel, chosen)| chosen.then_some(channel)).collect()
+words! {
+    /// An image that can be written.
+    #[derive(PartialOrd, Ord)]
+    Channel {
+        /// Height.
+        Range = "range",
+        /// Digital number at the peak.
+        Reflectance = "reflectance",
+        /// Light beside the peak.
+        Scatter = "scatter",
+        /// Class of each pixel.
+        Label = "label",
+        /// Instance of each pixel.
+        Instance = "instance",
     }
 }
 
@@ -113,34 +100,34 @@ pub struct Splits {
     pub test: f64,
 }
 
-/// Who says how the sensor is tilted and where the lens is sharp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scheimpflug {
-    /// The geometry: the laser plane is in focus.
-    #[default]
-    Solved,
-    /// The recipe.
-    Given,
+words! {
+    /// Who says how the sensor is tilted and where the lens is sharp.
+    Scheimpflug {
+        /// The geometry: the laser plane is in focus.
+        Solved = "solved",
+        /// The recipe.
+        Given = "given",
+    }
 }
 
-/// What the lens is taken for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum LensModel {
-    /// A thin lens, which blurs what is out of focus.
-    #[default]
-    ThinLens,
-    /// A hole: sharp everywhere.
-    Pinhole,
+words! {
+    /// What the lens is taken for.
+    LensModel {
+        /// A thin lens, which blurs what is out of focus.
+        ThinLens = "thin_lens",
+        /// A hole: sharp everywhere.
+        Pinhole = "pinhole",
+    }
 }
 
-/// What lies before the lens.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Filter {
-    /// Nothing that depends on colour.
-    #[default]
-    None,
-    /// A band-pass filter.
-    BandPass,
+words! {
+    /// What lies before the lens.
+    Filter {
+        /// Nothing that depends on colour.
+        None = "none",
+        /// A band-pass filter.
+        BandPass = "band_pass",
+    }
 }
 
 /// What of the camera is the same for all samples.
@@ -174,6 +161,20 @@ impl Default for Optics {
     }
 }
 
+words! {
+    /// How light spreads below the surface, by name; what datasets are made with first.
+    TransportName {
+        /// [`Transport::Kernel`].
+        Kernel = "kernel",
+        /// [`Transport::Path`].
+        Path = "path",
+        /// [`Transport::Diffusion`].
+        Diffusion = "diffusion",
+        /// [`Transport::Thesis`].
+        Thesis = "thesis",
+    }
+}
+
 /// How light spreads below the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transport {
@@ -201,49 +202,37 @@ pub enum Transport {
 }
 
 impl Transport {
-    /// Names of the models in recipes and files, what datasets are made with first.
-    pub const NAMES: [&str; 4] = ["kernel", "path", "diffusion", "thesis"];
-
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Kernel => "kernel",
-            Self::Path { .. } => "path",
-            Self::Diffusion { .. } => "diffusion",
-            Self::Thesis { .. } => "thesis",
-        }
+        let name = match self {
+            Self::Kernel => TransportName::Kernel,
+            Self::Path { .. } => TransportName::Path,
+            Self::Diffusion { .. } => TransportName::Diffusion,
+            Self::Thesis { .. } => TransportName::Thesis,
+        };
+        name.name()
     }
 }
 
-/// How the thesis' method spreads light over pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ThesisMethod {
-    /// Eight neighbours, iterated.
-    Diffusion,
-    /// The same with a stencil that keeps energy.
-    Conservative,
-    /// Along lines by their equation.
-    LinearEquation,
-    /// Along anti-aliased lines.
-    AntiAliased,
-    /// Along Bresenham's lines.
-    Bresenham,
+words! {
+    /// How the thesis' method spreads light over pixels.
+    ThesisMethod {
+        /// Eight neighbours, iterated.
+        Diffusion = "diffusion",
+        /// The same with a stencil that keeps energy.
+        Conservative = "conservative",
+        /// Along lines by their equation.
+        LinearEquation = "linear_equation",
+        /// Along anti-aliased lines.
+        AntiAliased = "anti_aliased",
+        /// Along Bresenham's lines.
+        Bresenham = "bresenham",
+    }
 }
 
 impl ThesisMethod {
-    /// Every method in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 5] =
-        [Self::Diffusion, Self::Conservative, Self::LinearEquation, Self::AntiAliased, Self::Bresenham];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 5] = ["diffusion", "conservative", "linear_equation", "anti_aliased", "bresenham"];
-
     /// Whether it goes on step by step, so that a number of iterations means something.
     pub fn iterates(self) -> bool {
         matches!(self, Self::Diffusion | Self::Conservative)
-    }
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
     }
 }

@@ -9,7 +9,7 @@ use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
 use sheetlight::settings::{
-    Direction, Filter, LensModel, Method, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug, Way,
+    Direction, Filter, LensModel, Method, Movement, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
 };
 
 fn render(scene: &Scene) -> Record {
@@ -82,7 +82,7 @@ fn awake(parameter: &Parameter) -> Scene {
     match parameter.name {
         "sensor_tilt_deg" | "focus_distance_mm" => scene.bench.optics.scheimpflug = Scheimpflug::Given,
         "filter_centre_nm" | "filter_width_nm" => scene.bench.optics.filter = Filter::BandPass,
-        name if name.starts_with("turn_") => scene.way = Way::Turntable,
+        name if name.starts_with("turn_") => scene.movement = Movement::Turntable,
         name if name.starts_with("distortion") => {
             (scene.size.columns, scene.size.profiles) = (2560, 16);
             if let Plan::Wood(wood) = &mut scene.plan {

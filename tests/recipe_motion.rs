@@ -4,7 +4,7 @@ mod recipe_support;
 
 use recipe_support::{GOOD, only, whole};
 use sheetlight::recipe::Recipe;
-use sheetlight::settings::{SpeckleLaw, Way};
+use sheetlight::settings::{Movement, SpeckleLaw};
 
 #[test]
 fn numbers_without_effect_are_refused() {
@@ -44,6 +44,6 @@ fn a_turntable_is_refused_where_it_is_not_known() {
 fn words_arrive() {
     let text = format!("motion: {{kind: turntable}}\nspeckle: {{law: rayleigh}}\n{GOOD}");
     let scene = Recipe::parse("words.yaml", &text).expect("it is good").draw(0, 0);
-    assert_eq!((scene.way, scene.speckle_law), (Way::Turntable, SpeckleLaw::Rayleigh));
+    assert_eq!((scene.movement, scene.speckle_law), (Movement::Turntable, SpeckleLaw::Rayleigh));
     assert_eq!(SpeckleLaw::ALL.map(SpeckleLaw::name), SpeckleLaw::NAMES);
 }

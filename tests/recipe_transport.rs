@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use sheetlight::recipe::{Fault, Recipe, RecipeError, differences, reference_markdown, schema};
-use sheetlight::settings::{ThesisMethod, Transport};
+use sheetlight::settings::{ThesisMethod, Transport, TransportName};
 
 /// The line of [`text`] that the key stands in.
 const LINE: usize = 3;
@@ -180,7 +180,7 @@ fn settings_without_effect_say_whose_they_are() {
         ("iterations", "20", "thesis"),
         ("pixel_mm", "0.1", "thesis"),
     ];
-    for model in Transport::NAMES {
+    for model in TransportName::NAMES {
         for (key, value, user) in settings {
             let start = format!("transport: {{model: {model}, ");
             let line = format!("{start}{key}: {value}}}");

@@ -11,13 +11,13 @@ use sheetlight::frame::Frame;
 use sheetlight::optics::{Band, Scratch};
 use sheetlight::pipeline::set_up;
 use sheetlight::recipe::Scene;
-use sheetlight::settings::Way;
+use sheetlight::settings::Movement;
 use sheetlight::specimen::Hit;
 
 /// A turntable whose profiles are `step` apart at `radius` [mm].
 fn table(profiles: usize, axis: [f64; 2], radius: f64, step: f64) -> Scene {
     let mut scene = scene(profiles);
-    scene.way = Way::Turntable;
+    scene.movement = Movement::Turntable;
     let motion = &mut scene.bench.motion;
     (motion.turn_axis_x_mm, motion.turn_axis_y_mm) = (axis[0], axis[1]);
     (motion.turn_radius_mm, motion.step_mm) = (radius, step);

@@ -19,16 +19,16 @@ use procedural::Stream;
 
 use super::parameters::Motion;
 use crate::lanes;
-use crate::settings::Way;
+use crate::settings::Movement;
 use crate::specimen::turned::Turn;
 
 /// Largest jitter over the smallest step [1].
 const LARGEST: f64 = 0.45;
 
 /// Where an object turns; `None` for a straight way.
-pub fn turn(motion: &Motion, way: Way) -> Option<Turn> {
+pub fn turn(motion: &Motion, movement: Movement) -> Option<Turn> {
     let turn = Turn { axis: [motion.turn_axis_x_mm, motion.turn_axis_y_mm], radius: motion.turn_radius_mm };
-    (way == Way::Turntable).then_some(turn)
+    (movement == Movement::Turntable).then_some(turn)
 }
 
 /// The places of the profiles of one sample.

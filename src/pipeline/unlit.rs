@@ -11,7 +11,7 @@ use crate::optics::Sensor;
 use crate::optics::speckle::Tiles;
 use crate::recipe::Scene;
 use crate::record::{Labels, Maps, Record, TrueRow};
-use crate::settings::Way;
+use crate::settings::Movement;
 use crate::specimen::{Hit, Specimen, height_below};
 
 /// Rows that are made again wherever instances lie, evenly spread.
@@ -48,7 +48,7 @@ fn chosen(scene: &Scene, instances: &[Instance]) -> BTreeSet<usize> {
     let rows = scene.size.profiles / scene.output.bin_profiles;
     let mut chosen: BTreeSet<usize> = (0..EVEN).map(|k| (2 * k + 1) * rows / (2 * EVEN)).collect();
     // On a turntable the row of a place is another in each column.
-    if scene.way == Way::Linear {
+    if scene.movement == Movement::Linear {
         let place = |y: f64| (y / scene.bench.motion.step_mm).round();
         let profiles = instances.iter().map(|instance| place(instance.y_mm));
         let inside = profiles.filter(|profile| (0.0..scene.size.profiles as f64).contains(profile));

@@ -5,15 +5,18 @@
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
-use super::dist::Distribution;
-use super::forms;
-use super::read::Resolved;
+use super::distribution::{Distribution, form_keys};
+use super::keys;
+use super::reader::Resolved;
 
 /// The canonical form of `recipe`.
 pub(super) fn json(recipe: &Resolved) -> Value {
     let mut root = Map::new();
-    for (path, setting) in &recipe.settings.0 {
-        insert(&mut root, path, setting.json());
+    let effective = keys::settings(Some(recipe.subject)).filter(|setting| setting.idle(&recipe.settings).is_none());
+    for setting in effective {
+        if let Some(value) = (setting.canonical)(&recipe.settings) {
+            insert(&mut root, setting.path, value);
+        }
     }
     for (path, distribution) in &recipe.parameters {
         insert(&mut root, path, distribution_json(distribution));
@@ -69,7 +72,7 @@ fn compare(path: &str, a: Option<&Value>, b: Option<&Value>, changes: &mut Vec<S
 
 /// The keys of a section; a distribution is a value.
 fn keys(value: &Value) -> Option<&Map<String, Value>> {
-    value.as_object().filter(|map| !map.keys().any(|key| forms::keys().contains(&key.as_str()) || key == "every"))
+    value.as_object().filter(|map| !map.keys().any(|key| form_keys().contains(&key.as_str()) || key == "every"))
 }
 
 /// Puts `value` at `path` below `map`.
@@ -88,7 +91,7 @@ fn insert(map: &mut Map<String, Value>, path: &str, value: Value) {
 }
 
 /// The distribution as a recipe writes it.
-pub(super) fn distribution_json(distribution: &Distribution) -> Value {
+fn distribution_json(distribution: &Distribution) -> Value {
     match distribution {
         Distribution::Fixed(value) => json!(value),
         Distribution::Uniform { min, max } => json!({ "uniform": [min, max] }),

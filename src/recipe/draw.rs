@@ -8,7 +8,7 @@ use procedural::{Parameter, Stream};
 use rand::RngExt;
 use uuid::Uuid;
 
-use super::dist::pick;
+use super::distribution::pick;
 use super::{Class, Plan, Recipe, Scene};
 use crate::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
 use crate::record::Split;
@@ -51,10 +51,10 @@ impl Recipe {
             plan,
             mesh: self.mesh.clone(),
             transport: self.settings.transport(),
-            way: self.settings.way(),
+            movement: self.settings.motion.kind,
             readout: self.settings.readout(),
             postprocess: self.settings.postprocess(),
-            speckle_law: self.settings.speckle_law(),
+            speckle_law: self.settings.speckle.law,
             extraction: self.settings.extraction(),
             output: self.settings.output(),
         }

@@ -3,46 +3,33 @@
 //! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names its
 //! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
 
-mod camera;
 mod canonical;
-mod check;
-mod dist;
-mod dist_read;
+mod class;
+mod constraints;
+mod distribution;
 mod draw;
 mod embedded;
-mod fault;
-mod forms;
-mod laser;
-mod law;
-mod motion;
-mod picture;
-mod postprocess;
-mod read;
+mod keys;
+mod reader;
 mod reference;
 mod schema;
-mod setting;
-mod setting_extraction;
-mod setting_read;
-mod settings;
 mod subject;
-mod table;
-mod together;
-mod transport;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use procedural::{Mesh, Stream};
 
-use self::settings::Settings;
+use self::keys::settings::Settings;
 use crate::asset::{Asset, Files};
 use crate::optics::parameters::Bench;
 use crate::record::Split;
-use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport, Way};
+use crate::settings::{Extraction, Line, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
 
 pub use self::canonical::differences;
-pub use self::dist::Distribution;
-pub use self::fault::RecipeError;
+pub use self::class::Class;
+pub use self::distribution::Distribution;
+pub use self::embedded::RecipeError;
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
@@ -64,17 +51,6 @@ pub struct Recipe {
     text: String,
     canonical: serde_json::Value,
     hash: String,
-}
-
-/// A kind of sample: what it changes of the top level, and how often it comes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Class {
-    /// Name, of a-z, 0-9 and _.
-    pub name: String,
-    /// Share of the samples [1]; the shares of all classes sum to 1.
-    pub share: f64,
-    /// Distributions in place of the top level's, by path.
-    overrides: BTreeMap<String, Distribution>,
 }
 
 /// One draw: plain numbers, no distributions.
@@ -103,7 +79,7 @@ pub struct Scene {
     /// How light spreads below the surface.
     pub transport: Transport,
     /// How the object moves.
-    pub way: Way,
+    pub movement: Movement,
     /// How the sensor is read out.
     pub readout: Readout,
     /// What is done to frames before they are read.
@@ -130,10 +106,10 @@ impl Recipe {
 
     /// The same with the files that it names looked for in `files`.
     pub fn parse_with(origin: &str, text: &str, files: &Files) -> Result<Self, RecipeError> {
-        let resolved = read::read(origin, text, files)?;
+        let resolved = reader::read(origin, text, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let read::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
+        let reader::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
         let line = settings.line();
         Ok(Self { name, subject, settings, line, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
@@ -185,7 +161,8 @@ impl Recipe {
 
     /// Every file that it names, with the key, by key.
     pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
-        self.settings.files()
+        let of_subject = keys::settings(Some(self.subject));
+        of_subject.filter_map(|setting| Some((setting.path, (setting.asset)(&self.settings)?)))
     }
 
     /// The classes by name; their shares sum to 1.

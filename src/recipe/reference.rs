@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::dist_read::range;
-use super::forms::FORMS;
-use super::setting::{Kind, Value};
-use super::table::{SECTIONS, Section, tidy, unit};
+use serde_json::Value;
+
+use super::distribution::{FORMS, range};
+use super::keys::{SECTIONS, Section, tidy, unit};
 use crate::yaml::walk::shown;
 
 const OPENING: &str = "\
@@ -153,14 +153,11 @@ fn keys(page: &mut String, section: &Section) {
     let _ = write!(page, "\n### `{}`{kind}\n\n{subject}{}\n\n", section.path, tidy(section.doc));
     page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");
     for setting in section.settings {
-        let (unit, range) = match setting.kind {
-            Kind::Count { min, max, unit } => (unit, format!("{min} to {max}")),
-            Kind::Number { min, max, unit } => (unit, format!("{} to {}", shown(min), shown(max))),
-            kind => (unit(setting.name), kind.to_string()),
-        };
-        let default = match &setting.default {
-            Value::Number(number) => shown(*number),
-            other => other.json().to_string().replace('"', "").replace(',', ", "),
+        let description = (setting.describe)();
+        let (unit, range) = description.unit_and_range.unwrap_or_else(|| (unit(setting.name), description.allowed));
+        let default = match description.default {
+            Value::Number(number) if number.is_f64() => shown(number.as_f64().unwrap_or(f64::NAN)),
+            other => other.to_string().replace('"', "").replace(',', ", "),
         };
         row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);
     }

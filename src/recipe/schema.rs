@@ -3,14 +3,13 @@
 use procedural::Parameter;
 use serde_json::{Map, Value, json};
 
-use super::Subject;
-use super::dist_read::range;
-use super::forms::FORMS;
-use super::read::LARGEST_SHARE;
-use super::setting::{Kind, Setting};
-use super::table::{SECTIONS, Section, tidy};
-use super::transport;
-use crate::settings::Channel;
+use super::constraints::transport;
+use super::distribution::{FORMS, range};
+use super::keys::settings::{Setting, Settings, TransportSettings};
+use super::keys::{SECTIONS, Section, TRANSPORT, TRANSPORT_DOC, tidy};
+use super::reader::MAX_SHARE;
+use super::subject::Subject;
+use crate::settings::{ThesisMethod, TransportName};
 
 /// JSON Schema (draft 2020-12) of a recipe.
 pub fn schema() -> Value {
@@ -30,7 +29,7 @@ pub fn schema() -> Value {
     );
     for top in SECTIONS.iter().filter(|section| !section.path.contains('.')) {
         let schema = match top.path {
-            transport::SECTION => transport::schema(),
+            TRANSPORT => transport_model(),
             path if top.settings.is_empty() => reference(path),
             _ => section(top),
         };
@@ -64,7 +63,7 @@ fn only(subject: Subject) -> Value {
     then.insert("classes".into(), json!({ "additionalProperties": { "properties": none } }));
     let models = transport::models(subject);
     let long = json!({ "type": ["object", "null"], "properties": { "model": { "enum": models } } });
-    then.insert(transport::SECTION.into(), json!({ "anyOf": [{ "enum": models }, long] }));
+    then.insert(TRANSPORT.into(), json!({ "anyOf": [{ "enum": models }, long] }));
     json!({
         "if": { "properties": { "subject": { "const": subject.name() } }, "required": ["subject"] },
         "then": { "properties": then },
@@ -118,42 +117,50 @@ fn parameter(row: &Parameter) -> Value {
 }
 
 /// A setting.
-pub(super) fn setting(row: &Setting) -> Value {
-    let mut schema = match row.kind {
-        Kind::Count { min, max, .. } => json!({ "type": "integer", "minimum": min, "maximum": max }),
-        Kind::OneOf(counts) => json!({ "enum": counts }),
-        Kind::Number { min, max, .. } => json!({ "type": "number", "minimum": min, "maximum": max }),
-        Kind::Flag => json!({ "type": "boolean" }),
-        Kind::Word(words) => json!({ "enum": words }),
-        Kind::Channels => json!({
-            "type": "array", "uniqueItems": true, "items": { "enum": Channel::ALL.map(Channel::name) },
-        }),
-        Kind::Stack { max } => json!({ "oneOf": [
-            { "enum": ["none", "all"] },
-            object(&[("every", json!({ "type": "integer", "minimum": 1, "maximum": max }))], &["every"]),
-        ] }),
-        Kind::CountOrAuto { min, max } => json!({ "oneOf": [
-            { "const": "auto" },
-            { "type": "integer", "minimum": min, "maximum": max },
-        ] }),
-        Kind::File { .. } => json!({ "oneOf": [
-            { "type": "string", "minLength": 1 },
-            object(
-                &[
-                    ("name", json!({ "type": "string", "minLength": 1 })),
-                    ("sha256", json!({ "type": "string", "pattern": "^[0-9a-f]{64}$" })),
-                ],
-                &["name"],
-            ),
-        ] }),
-        Kind::NumberOrAuto { min, max, .. } => json!({ "oneOf": [
-            { "const": "auto" },
-            { "type": "number", "minimum": min, "maximum": max },
-        ] }),
-    };
-    schema["description"] = format!("{} Give {}. Source: {}.", row.doc, row.kind, row.source).into();
-    schema["default"] = row.default.json();
+fn setting(row: &Setting) -> Value {
+    let description = (row.describe)();
+    let mut schema = description.schema;
+    schema["description"] = format!("{} Give {}. Source: {}.", row.doc, description.allowed, row.source).into();
+    schema["default"] = description.default;
     schema
+}
+
+/// The key `transport`: a name, or a map for each choice that decides which keys have an effect.
+fn transport_model() -> Value {
+    let (iterating, others): (Vec<_>, Vec<_>) = ThesisMethod::ALL.into_iter().partition(|method| method.iterates());
+    let names = |methods: &[ThesisMethod]| methods.iter().map(|method| method.name()).collect::<Vec<_>>();
+    let defaults = Settings::default().transport;
+    let mut forms = vec![json!({ "enum": TransportName::NAMES })];
+    for model in TransportName::ALL {
+        let methods = if model == TransportName::Thesis { vec![&iterating, &others] } else { vec![&iterating] };
+        for methods in methods {
+            let mut chosen = Settings::default();
+            (chosen.transport.model, chosen.transport.method) = (model, methods[0]);
+            let used = TransportSettings::SETTINGS.iter().filter(|setting| setting.idle(&chosen).is_none());
+            let mut keys: Map<_, _> = used.map(|row| (row.name.to_owned(), setting(row))).collect();
+            narrow(&mut keys, "model", &json!({ "const": model.name() }));
+            narrow(&mut keys, "method", &json!({ "enum": names(methods) }));
+            // Keys whose default leads elsewhere.
+            let needed = [("model", defaults.model != model), ("method", methods[0] != defaults.method)];
+            let required: Vec<_> = needed.iter().filter(|(_, needed)| *needed).map(|(name, _)| name).collect();
+            forms.push(json!({
+                "type": if required.is_empty() { json!(["object", "null"]) } else { json!("object") },
+                "required": required,
+                "additionalProperties": false,
+                "properties": keys,
+            }));
+        }
+    }
+    json!({ "description": TRANSPORT_DOC.replace('\n', " "), "default": defaults.model.name(), "oneOf": forms })
+}
+
+/// Puts fewer values in place of all that the setting `name` may have.
+fn narrow(keys: &mut Map<String, Value>, name: &str, to: &Value) {
+    if let Some(schema) = keys.get_mut(name) {
+        let description = schema["description"].clone();
+        *schema = to.clone();
+        schema["description"] = description;
+    }
 }
 
 /// Forms of distributions, groups of parameters and the class.
@@ -188,7 +195,7 @@ fn definitions() -> Map<String, Value> {
         "share".into(),
         json!({
             "description": "How often it comes, relative to the other classes.",
-            "type": "number", "exclusiveMinimum": 0, "maximum": LARGEST_SHARE,
+            "type": "number", "exclusiveMinimum": 0, "maximum": MAX_SHARE,
         }),
     );
     for section in SECTIONS.iter().filter(|section| !section.parameters.is_empty()) {

@@ -1,32 +1,23 @@
-//! What the objects of a recipe are, and the numbers that one draw gives such an object.
+//! Subject: what the objects of a recipe are, and the numbers that one draw gives such an object.
 
 use procedural::Parameter;
 use procedural::blister::Blister;
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::Wood;
 
-/// What the objects are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Subject {
-    /// Sawn boards of softwood.
-    Wood,
-    /// Blister packs, film up.
-    Blister,
-    /// Saw-tooth pieces for calibration.
-    Sawtooth,
-    /// A part from a file of triangles.
-    Mesh,
-}
+use crate::words;
 
-impl Subject {
-    /// Every subject in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 4] = [Self::Wood, Self::Blister, Self::Sawtooth, Self::Mesh];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 4] = ["wood", "blister", "sawtooth", "mesh"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
+words! {
+    /// What the objects are.
+    Subject {
+        /// Sawn boards of softwood.
+        Wood = "wood",
+        /// Blister packs, film up.
+        Blister = "blister",
+        /// Saw-tooth pieces for calibration.
+        Sawtooth = "sawtooth",
+        /// A part from a file of triangles.
+        Mesh = "mesh",
     }
 }
 

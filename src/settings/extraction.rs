@@ -1,5 +1,23 @@
 //! How a profile is read from a frame, by the names that the real camera has for it.
 
+use crate::words;
+
+words! {
+    /// How the peak is placed between the rows, by name.
+    PeakMethodName {
+        /// [`Method::CentreOfGravity`].
+        CentreOfGravity = "centre_of_gravity",
+        /// [`Method::Parabola`].
+        Parabola = "parabola",
+        /// [`Method::Gaussian`].
+        Gaussian = "gaussian",
+        /// [`Method::BlaisRioux`].
+        BlaisRioux = "blais_rioux",
+        /// [`Method::Fir`].
+        Fir = "fir",
+    }
+}
+
 /// How the peak is placed between the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
@@ -22,84 +40,71 @@ pub enum Method {
 }
 
 impl Method {
-    /// Names in recipes and files, in the order of the variants.
-    pub const NAMES: [&str; 5] = ["centre_of_gravity", "parabola", "gaussian", "blais_rioux", "fir"];
-
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::CentreOfGravity => Self::NAMES[0],
-            Self::Parabola => Self::NAMES[1],
-            Self::Gaussian => Self::NAMES[2],
-            Self::BlaisRioux { .. } => Self::NAMES[3],
-            Self::Fir { .. } => Self::NAMES[4],
-        }
+        let name = match self {
+            Self::CentreOfGravity => PeakMethodName::CentreOfGravity,
+            Self::Parabola => PeakMethodName::Parabola,
+            Self::Gaussian => PeakMethodName::Gaussian,
+            Self::BlaisRioux { .. } => PeakMethodName::BlaisRioux,
+            Self::Fir { .. } => PeakMethodName::Fir,
+        };
+        name.name()
     }
 }
 
-/// Which peak of a column counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Peak {
-    /// The greatest number; of several alike the first. GlobalMax of the camera.
-    Strongest,
-    /// The first number at or above the threshold after which numbers do not rise. FirstLocalMax of the camera.
-    First,
-}
-
-impl Peak {
-    /// Names in recipes and files, in the order of the variants.
-    pub const NAMES: [&str; 2] = ["strongest", "first"];
-}
-
-/// In which direction rows are searched: it decides what "first" means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// From row 0 on.
-    Standard,
-    /// From the last row on.
-    Reverse,
-}
-
-impl Direction {
-    /// Names in recipes and files, in the order of the variants.
-    pub const NAMES: [&str; 2] = ["standard", "reverse"];
-}
-
-/// Which side windows Scatter sums.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ScatterMode {
-    /// Both sides of the peak.
-    Symmetric,
-    /// Rows before the peak (smaller row numbers).
-    Front,
-    /// Rows after the peak.
-    Back,
-}
-
-impl ScatterMode {
-    /// Every mode in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 3] = [Self::Symmetric, Self::Front, Self::Back];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 3] = ["symmetric", "front", "back"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
+words! {
+    /// Which peak of a column counts.
+    Peak {
+        /// The greatest number; of several alike the first. GlobalMax of the camera.
+        Strongest = "strongest",
+        /// The first number at or above the threshold after which numbers do not rise. FirstLocalMax of the camera.
+        First = "first",
     }
 }
 
-/// What becomes of the dark level in Scatter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ScatterDark {
-    /// It stays in the sum, as the camera has it.
-    Kept,
-    /// It is taken out; what is left ends at 0.
-    Subtracted,
+words! {
+    /// In which direction rows are searched: it decides what "first" means.
+    Direction {
+        /// From row 0 on.
+        Standard = "standard",
+        /// From the last row on.
+        Reverse = "reverse",
+    }
 }
 
-impl ScatterDark {
-    /// Names in recipes and files, in the order of the variants.
-    pub const NAMES: [&str; 2] = ["kept", "subtracted"];
+words! {
+    /// Which side windows Scatter sums.
+    ScatterMode {
+        /// Both sides of the peak.
+        Symmetric = "symmetric",
+        /// Rows before the peak (smaller row numbers).
+        Front = "front",
+        /// Rows after the peak.
+        Back = "back",
+    }
+}
+
+words! {
+    /// What becomes of the dark level in Scatter.
+    ScatterDark {
+        /// It stays in the sum, as the camera has it.
+        Kept = "kept",
+        /// It is taken out; what is left ends at 0.
+        Subtracted = "subtracted",
+    }
+}
+
+words! {
+    /// What Range is, by name.
+    RangeFormName {
+        /// [`RangeForm::Calibrated`].
+        Calibrated = "calibrated",
+        /// [`RangeForm::Uncalibrated`].
+        Uncalibrated = "uncalibrated",
+        /// [`RangeForm::Rectified`].
+        Rectified = "rectified",
+    }
 }
 
 /// What Range is.
@@ -117,16 +122,14 @@ pub enum RangeForm {
 }
 
 impl RangeForm {
-    /// Names in recipes and files, in the order of the variants.
-    pub const NAMES: [&str; 3] = ["calibrated", "uncalibrated", "rectified"];
-
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Calibrated => Self::NAMES[0],
-            Self::Uncalibrated => Self::NAMES[1],
-            Self::Rectified { .. } => Self::NAMES[2],
-        }
+        let name = match self {
+            Self::Calibrated => RangeFormName::Calibrated,
+            Self::Uncalibrated => RangeFormName::Uncalibrated,
+            Self::Rectified { .. } => RangeFormName::Rectified,
+        };
+        name.name()
     }
 
     /// Unit of the numbers.

@@ -2,40 +2,30 @@
 
 use std::sync::Arc;
 
-/// Lens that makes a sheet of a laser's beam.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fan {
-    /// Even on a plane.
-    Powell,
-    /// With a hot spot in the middle.
-    Cylindrical,
+use crate::words;
+
+words! {
+    /// Lens that makes a sheet of a laser's beam.
+    Fan {
+        /// Even on a plane.
+        Powell = "powell",
+        /// With a hot spot in the middle.
+        Cylindrical = "cylindrical",
+    }
 }
 
-impl Fan {
-    /// Every lens in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 2] = [Self::Powell, Self::Cylindrical];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 2] = ["powell", "cylindrical"];
-}
-
-/// What the laser looks like across its line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
-    /// A Gaussian beam.
-    Gaussian,
-    /// Even, with hard edges.
-    Slit,
-    /// A picture.
-    Texture,
-    /// A round Gaussian spot, stepped along the line.
-    Point,
-}
-
-impl Shape {
-    /// Every shape in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 4] = [Self::Gaussian, Self::Slit, Self::Texture, Self::Point];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 4] = ["gaussian", "slit", "texture", "point"];
+words! {
+    /// What the laser looks like across its line.
+    Shape {
+        /// A Gaussian beam.
+        Gaussian = "gaussian",
+        /// Even, with hard edges.
+        Slit = "slit",
+        /// A picture.
+        Texture = "texture",
+        /// A round Gaussian spot, stepped along the line.
+        Point = "point",
+    }
 }
 
 /// What of the laser is not drawn.

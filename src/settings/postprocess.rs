@@ -1,6 +1,7 @@
 //! The orders in which the thesis worked on its rendered frames.
 
 use super::SpeckleLaw;
+use crate::words;
 
 /// What is done to the light of a frame, and in which order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,28 +40,27 @@ pub enum Step {
     Noise,
 }
 
-/// The order of the scripts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
-    /// None of them: the instrument's own optics, speckle and sensor.
-    Physical,
-    /// Noise, then speckle.
-    NoiseSpeckle,
-    /// Blur, then noise.
-    BlurNoise,
-    /// Speckle, blur, noise.
-    SpeckleBlurNoise,
-    /// Blur, speckle, noise; what the thesis found best.
-    BlurSpeckleNoise,
+words! {
+    /// The order of the scripts.
+    Order {
+        /// None of them: the instrument's own optics, speckle and sensor.
+        Physical = "physical",
+        /// Noise, then speckle.
+        NoiseSpeckle = "noise_speckle",
+        /// Blur, then noise.
+        BlurNoise = "blur_noise",
+        /// Speckle, blur, noise.
+        SpeckleBlurNoise = "speckle_blur_noise",
+        /// Blur, speckle, noise; what the thesis found best.
+        BlurSpeckleNoise = "blur_speckle_noise",
+    }
 }
 
 impl Order {
-    /// Every order in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 5] =
-        [Self::Physical, Self::NoiseSpeckle, Self::BlurNoise, Self::SpeckleBlurNoise, Self::BlurSpeckleNoise];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 5] =
-        ["physical", "noise_speckle", "blur_noise", "speckle_blur_noise", "blur_speckle_noise"];
+    /// The orders that have `step`.
+    pub fn with(step: Step) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(move |order| order.steps().contains(&step))
+    }
 
     /// The scripts, first one first.
     pub fn steps(self) -> &'static [Step] {
@@ -71,10 +71,5 @@ impl Order {
             Self::SpeckleBlurNoise => &[Step::Speckle, Step::Blur, Step::Noise],
             Self::BlurSpeckleNoise => &[Step::Blur, Step::Speckle, Step::Noise],
         }
-    }
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
     }
 }

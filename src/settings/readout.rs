@@ -1,5 +1,7 @@
 //! How the sensor is read out, and what is done to its frames before they are read.
 
+use crate::words;
+
 /// Numbers of the 8-bit scale on which recipes count digital numbers [DN].
 pub const SCALE_DN: f64 = 255.0;
 
@@ -27,30 +29,21 @@ impl Readout {
     }
 }
 
-/// Slopes of the response: one, or two with a knee between them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hdr {
-    /// One slope.
-    None,
-    /// Twice the dynamic range.
-    Soft,
-    /// Six times.
-    Medium,
-    /// Fifteen times.
-    Aggressive,
+words! {
+    /// Slopes of the response: one, or two with a knee between them.
+    Hdr {
+        /// One slope.
+        None = "none",
+        /// Twice the dynamic range.
+        Soft = "soft",
+        /// Six times.
+        Medium = "medium",
+        /// Fifteen times.
+        Aggressive = "aggressive",
+    }
 }
 
 impl Hdr {
-    /// Every mode in the order of [`Self::NAMES`].
-    pub const ALL: [Self; 4] = [Self::None, Self::Soft, Self::Medium, Self::Aggressive];
-    /// Names in recipes and files.
-    pub const NAMES: [&str; 4] = ["none", "soft", "medium", "aggressive"];
-
-    /// Name in recipes and files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
     /// By how much the dynamic range grows [1].
     pub fn gain(self) -> f64 {
         match self {

@@ -46,6 +46,11 @@ impl<'t> Walk<'t> {
         self.fault(place, key, problem, remedy);
     }
 
+    /// Whether the file has the key `path`.
+    pub fn has(&self, path: &str) -> bool {
+        self.places.contains_key(path)
+    }
+
     /// The faults by place, where there are any.
     pub fn finish(self, origin: &str) -> Result<(), Faults> {
         let Self { faults: mut list, unlisted, .. } = self;
@@ -120,10 +125,16 @@ impl<'t> Walk<'t> {
         let text = self.text(node, path, &allowed)?;
         let found = words.iter().copied().find(|word| *word == text);
         if found.is_none() {
-            let meant = nearest(text, words.iter().copied());
-            self.fault(node.place, path, format!("`{}` is unknown", clipped(text)), remedy(meant, &allowed));
+            self.unknown_word(node.place, path, text, words);
         }
         found
+    }
+
+    /// Notes that `text` is none of `words`.
+    pub fn unknown_word(&mut self, place: Place, path: &str, text: &str, words: &[&str]) {
+        let meant = nearest(text, words.iter().copied());
+        let allowed = format!("one of {}", words.join(", "));
+        self.fault(place, path, format!("`{}` is unknown", clipped(text)), remedy(meant, &allowed));
     }
 }
 

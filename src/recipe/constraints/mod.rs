@@ -1,25 +1,32 @@
-//! What keys must mean together, once each is in its own range.
+//! Constraints: what keys must mean together, once each is in its own range.
+
+mod bounds;
+mod camera;
+pub(super) mod conditional;
+mod laser;
+mod motion;
+mod object;
+mod postprocess;
+pub(super) mod transport;
 
 use std::collections::BTreeMap;
 
-use super::Subject;
-use super::camera;
-use super::dist::Distribution;
-use super::laser;
-use super::motion;
-use super::setting::MOST_PIXELS;
-use super::settings::Settings;
-use super::together::{Together, blister, mesh, sawtooth, wood};
-use super::transport;
+use self::bounds::DrawBounds;
+use super::class::Class;
+use super::distribution::Distribution;
+use super::keys::settings::Settings;
+use super::subject::Subject;
 use crate::settings::{ScatterMode, SensorStack};
 use crate::yaml::walk::{Walk, shown};
 
 /// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.
 const HALF_WINDOW: usize = 16;
+/// Most pixels of an unbinned image, 12 times the thesis' scan [px].
+const MAX_PIXELS: usize = 1 << 27;
 /// Most rows that the camera sums [px].
-const MOST_SUMMED: usize = 29;
+const MAX_SUMMED_ROWS: usize = 29;
 /// Most pixels of sensor frames that one sample may keep: they are in memory, 2 bytes each, until it is written [px].
-const MOST_FRAME_PIXELS: usize = 2 << 30;
+const MAX_FRAME_PIXELS: usize = 2 << 30;
 /// Slack of a sum that should be 1.
 const SUM_SLACK: f64 = 1e-9;
 /// Variance of rounding to whole digital numbers [DN^2].
@@ -34,21 +41,32 @@ pub(super) struct Object<'a> {
     pub mesh: Option<&'a procedural::Mesh>,
 }
 
+/// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
+pub(super) fn check(walk: &mut Walk, object: Object, parameters: &BTreeMap<String, Distribution>, classes: &[Class]) {
+    settings(walk, object.subject, object.settings);
+    scene(walk, object, &DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
+    for class in classes {
+        let prefix = format!("classes.{}.", class.name);
+        scene(walk, object, &DrawBounds { prefix: &prefix, base: parameters, overrides: &class.overrides });
+    }
+}
+
 /// The settings together.
-pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
+fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     transport::check(walk, subject, settings);
     laser::settings(walk, settings);
     motion::settings(walk, subject, settings);
     camera::settings(walk, settings);
+    postprocess::settings(walk, settings);
     let size = settings.size();
-    if size.columns * size.profiles > MOST_PIXELS {
+    if size.columns * size.profiles > MAX_PIXELS {
         let problem = format!(
             "{} columns times {} profiles are {} pixels",
             size.columns,
             size.profiles,
             size.columns * size.profiles
         );
-        walk.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MOST_PIXELS}"));
+        walk.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MAX_PIXELS}"));
     }
     let output = settings.output();
     for (name, bin, whole) in
@@ -68,14 +86,14 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
         SensorStack::All => 1,
     };
     let (kept, frame) = (size.profiles / every, size.columns * size.rows);
-    if kept * frame > MOST_FRAME_PIXELS {
+    if kept * frame > MAX_FRAME_PIXELS {
         let problem = format!(
             "{kept} sensor frames of {} x {} pixels are {:.1} GB a sample",
             size.columns,
             size.rows,
             (2 * kept * frame) as f64 / 1e9
         );
-        let least = (size.profiles * frame).div_ceil(MOST_FRAME_PIXELS);
+        let least = (size.profiles * frame).div_ceil(MAX_FRAME_PIXELS);
         let remedy =
             format!("at most 4 GiB are kept: {{every: {least}}} or more, fewer camera.rows, or fewer profiles");
         walk.joint_fault(&["output.sensor_stack".to_owned()], problem, remedy);
@@ -93,7 +111,8 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
         ScatterMode::Front | ScatterMode::Back => width,
     };
     // 29 rows of 8 or 10 bits, 16 of 12.
-    let (bits, fitting) = (settings.readout().bits, usize::from(u16::MAX / settings.readout().most()).min(MOST_SUMMED));
+    let (bits, fitting) =
+        (settings.readout().bits, usize::from(u16::MAX / settings.readout().most()).min(MAX_SUMMED_ROWS));
     if summed > fitting {
         let keys: Vec<_> = keys.into_iter().chain(paths("exposure", &["bits"])).collect();
         let problem = format!("{summed} rows of {bits} bits are summed");
@@ -111,16 +130,9 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
     }
 }
 
-/// The parameters of a class together; `prefix` is empty for the top level, which checks what no class overrides.
-pub(super) fn scene(
-    walk: &mut Walk,
-    object: Object,
-    prefix: &str,
-    base: &BTreeMap<String, Distribution>,
-    overrides: &BTreeMap<String, Distribution>,
-) {
-    let scene = Together { prefix, base, overrides };
-    camera::scene(walk, object.settings, &scene);
+/// The parameters of a class together, or those of the top level that no class overrides.
+fn scene(walk: &mut Walk, object: Object, scene: &DrawBounds) {
+    camera::scene(walk, object.settings, scene);
     let keys = [
         "exposure.dark_noise_dn",
         "exposure.row_noise_dn",
@@ -142,14 +154,15 @@ pub(super) fn scene(
         scene.fault(walk, &keys, problem, "raise it or lower the parts");
     }
 
-    motion::together(walk, object.settings, &scene);
-    laser::together(walk, object.settings, &scene);
+    motion::scene(walk, object.settings, scene);
+    laser::scene(walk, object.settings, scene);
+    postprocess::scene(walk, object.settings, scene);
 
     match object.subject {
-        Some(Subject::Wood) => wood(walk, &scene),
-        Some(Subject::Blister) => blister(walk, &scene),
-        Some(Subject::Sawtooth) => sawtooth(walk, &scene),
-        Some(Subject::Mesh) => mesh(walk, &scene, object.mesh),
+        Some(Subject::Wood) => object::wood(walk, scene),
+        Some(Subject::Blister) => object::blister(walk, scene),
+        Some(Subject::Sawtooth) => object::sawtooth(walk, scene),
+        Some(Subject::Mesh) => object::mesh(walk, scene, object.mesh),
         None => {}
     }
 }

@@ -1,49 +1,19 @@
-//! Settings of movement and speckle, and which of their numbers mean anything beside which others.
+//! Constraints between the movement and everything that it moves.
 
-use super::Subject;
-use super::setting::{Kind, Setting, Value};
-use super::settings::Settings;
-use super::together::Together;
-use crate::settings::{Shape, SpeckleLaw, Transport, Way};
+use super::bounds::DrawBounds;
+use crate::recipe::keys::settings::Settings;
+use crate::recipe::subject::Subject;
+use crate::settings::{Movement, Shape, TransportName};
 use crate::yaml::walk::{Walk, shown};
 
-/// What of the movement is not drawn.
-pub(super) const TABLE: &[Setting] = &[Setting {
-    name: "kind",
-    kind: Kind::Word(&Way::NAMES),
-    default: Value::Word(Way::NAMES[0]),
-    doc: "How the object moves: `linear`, straight on; or `turntable`, about an upright axis in the laser plane. Profiles \
-          are then `step_mm` apart at `turn_radius_mm` from it.",
-    source: "[T]",
-}];
-
-/// What of speckle is not drawn.
-pub(super) const SPECKLE: &[Setting] = &[Setting {
-    name: "law",
-    kind: Kind::Word(&SpeckleLaw::NAMES),
-    default: Value::Word(SpeckleLaw::NAMES[0]),
-    doc: "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that, whose contrast \
-          is 0.523.",
-    source: "Goodman; [T] for `rayleigh`",
-}];
-
 /// Largest share of a step that the periodic error of the place takes [1].
-const STEEPEST: f64 = 0.5;
+const MAX_STEP_ERROR: f64 = 0.5;
 /// Most profiles by which an encoder's error may move what the second line lights.
-const MOST_WANDER: f64 = 3.0;
-
-/// Why a number of the movement has no effect under the settings, and what to do.
-pub(super) fn why(name: &str, settings: &Settings) -> Option<(String, String)> {
-    let turns = matches!(name, "turn_radius_mm" | "turn_axis_x_mm" | "turn_axis_y_mm");
-    (turns && settings.way() == Way::Linear).then(|| {
-        let remedy = "it is for `kind: turntable`: give that, or remove it";
-        ("has no effect on `kind: linear`".to_owned(), remedy.to_owned())
-    })
-}
+const MAX_WANDER: f64 = 3.0;
 
 /// What the settings of the movement must mean beside those of other sections.
 pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
-    if settings.way() == Way::Linear {
+    if settings.motion.kind == Movement::Linear {
         return;
     }
     let keys = |other: &str| ["motion.kind".to_owned(), other.to_owned()];
@@ -51,18 +21,18 @@ pub(super) fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Set
         let problem = "a pack hides and lights itself, which is worked out for a straight way alone";
         walk.joint_fault(&keys("subject"), problem.to_owned(), "give `kind: linear`, or another subject");
     }
-    if settings.transport() != Transport::Kernel {
-        let problem = format!("`transport: {}` knows a straight way alone", settings.transport().name());
+    if settings.transport.model != TransportName::Kernel {
+        let problem = format!("`transport: {}` knows a straight way alone", settings.transport.model.name());
         walk.joint_fault(&keys("transport.model"), problem, "give `kind: linear` or `transport: kernel`");
     }
 }
 
 /// What the movement's numbers must mean together.
-pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
+pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
     let keys = ["motion.wow_um", "motion.wow_period_mm"];
     let (wow, period) = (scene.most(keys[0]), scene.least(keys[1]));
     let steep = std::f64::consts::TAU * wow * 1e-3 / period;
-    if steep > STEEPEST {
+    if steep > MAX_STEP_ERROR {
         let problem = format!(
             "an error of {} um that comes again after {} mm makes steps {:.0} % too short",
             shown(wow),
@@ -74,7 +44,7 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
     }
     let second = "laser.second_line_mm";
     let drawn = |key: &str| scene.least(key) != 0.0 || scene.most(key) != 0.0;
-    if settings.way() == Way::Turntable {
+    if settings.motion.kind == Movement::Turntable {
         for (key, problem) in [
             (second, "a second line would light places that the turntable brings elsewhere"),
             ("laser.streaks_per_mm", "fibres that shine would not turn with the object"),
@@ -85,13 +55,13 @@ pub(super) fn together(walk: &mut Walk, settings: &Settings, scene: &Together) {
             }
         }
     }
-    if settings.fan().1 == Shape::Point && scene.most("motion.line_rate_hz") > 0.0 {
+    if settings.laser.profile == Shape::Point && scene.most("motion.line_rate_hz") > 0.0 {
         let problem = "a stepped point stands still while it is exposed, and so does what it lights".to_owned();
         let remedy = "give 0, or a laser.profile other than `point`";
         scene.fault(walk, &["motion.line_rate_hz"], problem, remedy);
     }
     let wander = 2e-3 * wow / scene.least("motion.step_mm");
-    if drawn(second) && wander > MOST_WANDER {
+    if drawn(second) && wander > MAX_WANDER {
         let problem = format!("the wheel's error moves what the second line lights by {wander:.0} profiles");
         let remedy = "at most 3: lower wow_um, or raise step_mm";
         scene.fault(walk, &[keys[0], second, "motion.step_mm"], problem, remedy);

@@ -1,19 +1,23 @@
-//! Every key of a recipe by section: reading, canonical form, schema and reference all walk over this table.
+//! Keys of a recipe by section: reading, canonical form, schema and reference all walk over this table.
 //!
 //! Parameters are drawn for each sample and declared beside the physics that uses them; settings are the same for all
-//! samples and declared here.
+//! samples and declared in [`settings`].
+
+pub(super) mod idle;
+mod setting_type;
+pub(super) mod settings;
+pub(super) mod texture;
 
 use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{Board, Knots, Log, Media, Rot};
 
-use super::Subject;
-use super::camera;
-use super::laser;
-use super::motion;
-use super::setting::{self, Setting};
-use super::{postprocess, setting_extraction, transport};
+use self::settings::{
+    BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, MeshSettings, MotionSettings,
+    OutputSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings, SplitSettings, TransportSettings,
+};
+use super::subject::Subject;
 use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 
 /// A group of keys.
@@ -55,14 +59,29 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
     Section { path, doc, subjects: &[], settings, parameters: &[] }
 }
 
+/// Path of the section whose first setting can stand for all: `transport: path`.
+pub(super) const TRANSPORT: &str = "transport";
+
+/// What the section [`TRANSPORT`] is about.
+pub(super) const TRANSPORT_DOC: &str = "\
+How light spreads below the surface: the name of a model (`transport: path`), or a map of a model and its keys
+(`transport: {model: path, photons_per_profile: 100000}`). Each key has an effect on one model and is a fault beside
+another. Datasets are made with `kernel`; the others are slow, for single profiles and comparisons.";
+
+/// What the section `postprocess` is about.
+const POSTPROCESS_DOC: &str = "\
+What is done to the light of whole frames before they are read. `physical` leaves it to laser, lens, speckle and sensor;
+the others are the orders of the thesis' scripts, each on noise-free frames without speckle. A key beside an order that it
+has no effect on is a fault.";
+
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
 pub(super) const SECTIONS: [Section; 26] = [
-    fixed("scan", "Sizes of the scan.", setting::SCAN),
-    drawn!(Motion, &[], motion::TABLE),
-    drawn!(Laser, &[], laser::TABLE),
-    drawn!(Camera, &[], camera::TABLE),
-    drawn!(Exposure, &[], setting::EXPOSURE),
-    drawn!(Speckle, &[], motion::SPECKLE),
+    fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
+    drawn!(Motion, &[], MotionSettings::SETTINGS),
+    drawn!(Laser, &[], LaserSettings::SETTINGS),
+    drawn!(Camera, &[], CameraSettings::SETTINGS),
+    drawn!(Exposure, &[], ExposureSettings::SETTINGS),
+    drawn!(Speckle, &[], SpeckleSettings::SETTINGS),
     drawn!(Board, &[Subject::Wood]),
     drawn!(Log, &[Subject::Wood]),
     drawn!(Knots, &[Subject::Wood]),
@@ -75,14 +94,14 @@ pub(super) const SECTIONS: [Section; 26] = [
     drawn!(Foil, &[Subject::Blister]),
     drawn!(Defects, &[Subject::Blister]),
     drawn!(Piece, &[Subject::Sawtooth]),
-    drawn!(Placing, &[Subject::Mesh], setting::MESH),
+    drawn!(Placing, &[Subject::Mesh], MeshSettings::SETTINGS),
     drawn!(Material, &[Subject::Sawtooth, Subject::Mesh]),
-    fixed(transport::SECTION, transport::DOC, transport::TABLE),
-    fixed(postprocess::SECTION, postprocess::DOC, postprocess::TABLE),
-    fixed("extraction", "How a profile is read from a frame.", setting_extraction::EXTRACTION),
-    fixed("splits", "Shares of the parts of the dataset; they sum to 1.", setting::SPLITS),
-    fixed("output", "What is written.", setting::OUTPUT),
-    fixed("output.bin", "How many pixels are averaged into one of the written images.", setting::BIN),
+    fixed(TRANSPORT, TRANSPORT_DOC, TransportSettings::SETTINGS),
+    fixed("postprocess", POSTPROCESS_DOC, PostprocessSettings::SETTINGS),
+    fixed("extraction", "How a profile is read from a frame.", ExtractionSettings::SETTINGS),
+    fixed("splits", "Shares of the parts of the dataset; they sum to 1.", SplitSettings::SETTINGS),
+    fixed("output", "What is written.", OutputSettings::SETTINGS),
+    fixed("output.bin", "How many pixels are averaged into one of the written images.", BinSettings::SETTINGS),
 ];
 
 impl Section {
@@ -100,6 +119,11 @@ pub(super) fn sections(subject: Option<Subject>) -> impl Iterator<Item = &'stati
 /// The parameters of recipes about `subject`, in the order of [`SECTIONS`].
 pub(super) fn parameters(subject: Option<Subject>) -> impl Iterator<Item = &'static Parameter> {
     sections(subject).flat_map(|section| section.parameters)
+}
+
+/// The settings of recipes about `subject`, in the order of [`SECTIONS`].
+pub(super) fn settings(subject: Option<Subject>) -> impl Iterator<Item = &'static Setting> {
+    sections(subject).flat_map(|section| section.settings)
 }
 
 /// The unit that a key ends in, empty for none.

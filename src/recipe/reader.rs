@@ -1,38 +1,31 @@
-//! From text to recipe: parse, walk the tables, check what keys mean together.
+//! Reader of recipes: parse the text, walk over the tables of keys, check what keys mean together.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use procedural::Mesh;
 
-use super::camera;
-use super::check::{self, Object};
-use super::dist::Distribution;
-use super::dist_read;
-use super::laser;
-use super::setting::{Kind, Setting, Value};
-use super::setting_extraction;
-use super::setting_read;
-use super::settings::Settings;
-use super::table::{self, SECTIONS, sections};
-use super::{Class, Subject};
-use super::{postprocess, transport};
-use crate::asset::{Files, Wanted};
+use super::class::Class;
+use super::constraints::{self, Object, conditional};
+use super::distribution::{self, Distribution};
+use super::keys::settings::{Settings, TransportSettings};
+use super::keys::{self, SECTIONS, TRANSPORT, sections};
+use super::subject::Subject;
+use crate::asset::Files;
 use crate::mesh;
+use crate::settings::{TransportName, Words};
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node};
 use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.
-pub(super) const LARGEST_SHARE: f64 = 1e6;
+pub(super) const MAX_SHARE: f64 = 1e6;
 /// Smallest share of the samples; a rarer class would be missing from most datasets.
-const SMALLEST_SHARE: f64 = 1e-6;
+const MIN_SHARE: f64 = 1e-6;
 /// Most classes, of which files keep the number in a byte.
-const MOST_CLASSES: usize = 255;
-/// Key of the file of a part.
-const MESH_FILE: &str = "mesh.file";
+const MAX_CLASSES: usize = 255;
 /// Longest name of a recipe or class [bytes].
-const LONGEST_NAME: usize = 64;
+const MAX_NAME_BYTES: usize = 64;
 
 /// What a text says, with every default filled in.
 pub(super) struct Resolved {
@@ -71,117 +64,97 @@ fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
     let name = required(walk, &mut top, root, "name").and_then(|node| name(walk, node, "name"));
     let subject = required(walk, &mut top, root, "subject").and_then(|node| {
         let word = walk.word(node, "subject", &Subject::NAMES)?;
-        Subject::ALL.into_iter().find(|subject| subject.name() == word)
+        Subject::named(word)
     });
-    let mut settings = BTreeMap::new();
+    let mut settings = Settings::default();
     let mut parameters = BTreeMap::new();
     for section in sections(subject).filter(|section| !section.path.contains('.')) {
         let node = top.take(walk, section.path);
-        if section.path == transport::SECTION {
-            transport::read(walk, node, subject, &mut settings);
+        let Some(node) = node else { continue };
+        let map = matches!(node.value, node::Value::Map(_) | node::Value::Nothing);
+        if section.path == TRANSPORT && !map {
+            transport_name(walk, node, &mut settings);
         } else {
             let into = Keys { subject, settings: Some(&mut settings), parameters: &mut parameters };
-            keys(walk, node, section, "", into);
+            section_keys(walk, node, section, "", into);
         }
     }
-    for parameter in table::parameters(subject) {
+    for parameter in keys::parameters(subject) {
         parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
     let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, subject, &parameters));
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
-    top.close(walk, &known, &|name| table::home(subject, name));
+    top.close(walk, &known, &|name| keys::home(subject, name));
 
-    setting_extraction::refuse_idle(walk, &settings);
-    postprocess::idle(walk, &settings);
-    for section in table::sections(subject) {
-        for setting in section.settings {
-            let path = format!("{}.{}", section.path, setting.name);
-            let value = settings.remove(&path).unwrap_or_else(|| setting.default.clone());
-            let value = load(walk, &path, setting, value, files);
-            settings.extend(value.map(|value| (path, value)));
-        }
+    for setting in keys::settings(subject) {
+        (setting.load)(&mut settings, walk, files);
     }
-    transport::leave_out(&mut settings);
-    postprocess::leave_out(&mut settings);
-    setting_extraction::leave_out_idle(&mut settings);
-    let (settings, classes) = (Settings(settings), classes.unwrap_or_default());
-    let mesh = settings.file(MESH_FILE).and_then(|file| match mesh::read(file) {
+    let classes = classes.unwrap_or_default();
+    let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read(file) {
         Ok(mesh) => Some(Arc::new(mesh)),
         Err((problem, remedy)) => {
-            walk.joint_fault(&[MESH_FILE.to_owned()], problem, remedy);
+            walk.joint_fault(&["mesh.file".to_owned()], problem, remedy);
             None
         }
     });
-    check::settings(walk, subject, &settings);
-    let kind = Object { subject, settings: &settings, mesh: mesh.as_deref() };
-    check::scene(walk, kind, "", &parameters, &BTreeMap::new());
-    camera::idle(walk, &settings, "", &parameters);
-    postprocess::scene(walk, &settings, "", &parameters, &BTreeMap::new());
-    for class in &classes {
-        let prefix = format!("classes.{}.", class.name);
-        check::scene(walk, kind, &prefix, &parameters, &class.overrides);
-        camera::idle(walk, &settings, &prefix, &class.overrides);
-        postprocess::scene(walk, &settings, &prefix, &parameters, &class.overrides);
-    }
-    laser::idle(walk, subject, &settings, &parameters, &classes);
+    let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
+    constraints::check(walk, object, &parameters, &classes);
+    conditional::refuse(walk, subject, &settings, &parameters, &classes);
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes, mesh })
-}
-
-/// The file that a setting names; `None` for none, and where it is a fault.
-fn load(walk: &mut Walk, path: &str, setting: &Setting, value: Value, files: &Files) -> Option<Value> {
-    let Kind::File { most_mb, built_in } = setting.kind else { return Some(value) };
-    let (name, sha256) = match &value {
-        Value::Word("none") => return None,
-        Value::Word(name) => (*name, None),
-        Value::Named { name, sha256 } => (name.as_str(), sha256.as_deref()),
-        _ => return Some(value),
-    };
-    match files.find(&Wanted { key: path, name, sha256, most: most_mb << 20, built_in }) {
-        Ok(file) => Some(Value::File(file)),
-        Err((problem, remedy)) => {
-            walk.joint_fault(&[path.to_owned()], problem, remedy);
-            None
-        }
-    }
 }
 
 /// Where the keys of a section go; classes have no settings.
 struct Keys<'k> {
     subject: Option<Subject>,
-    settings: Option<&'k mut BTreeMap<String, Value>>,
+    settings: Option<&'k mut Settings>,
     parameters: &'k mut BTreeMap<String, Distribution>,
 }
 
+/// Reads the name of a model, which stands for the whole section `transport`.
+fn transport_name(walk: &mut Walk, node: &Node, settings: &mut Settings) {
+    let model = &TransportSettings::SETTINGS[0];
+    if matches!(node.value, node::Value::Text(_)) {
+        (model.read)(settings, walk, node, TRANSPORT);
+        return;
+    }
+    let remedy = format!("give one of {}, or a map of `model` and its keys", TransportName::NAMES.join(", "));
+    walk.fault(node.place, TRANSPORT, format!("is {}", node.value.kind()), remedy);
+}
+
 /// Reads the keys of `section` from `node`, whose path is the section's after `prefix`.
-fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: &str, mut into: Keys) {
-    let Some(node) = node else { return };
+fn section_keys(walk: &mut Walk, node: &Node, section: &keys::Section, prefix: &str, mut into: Keys) {
     let mut map = walk.section(node, &format!("{prefix}{}", section.path));
     let mut known = Vec::new();
     for parameter in section.parameters {
         known.push(parameter.name);
         if let Some(node) = map.take(walk, parameter.name) {
             let path = map.path_of(parameter.name);
-            let read = dist_read::read(walk, node, &path, parameter);
+            let read = distribution::distribution(walk, node, &path, parameter);
             into.parameters.extend(read.map(|distribution| (parameter.path(), distribution)));
         }
     }
     if let Some(settings) = &mut into.settings {
+        // Whether a setting has an effect is open while one that it needs is at fault itself.
+        let mut faulty = Vec::new();
         for setting in section.settings {
             known.push(setting.name);
-            if let Some(node) = map.take(walk, setting.name) {
-                let path = map.path_of(setting.name);
-                let read = setting_read::read(walk, node, &path, setting);
-                settings.extend(read.map(|value| (path, value)));
+            let Some(node) = map.take(walk, setting.name) else { continue };
+            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.key));
+            if let Some(idle) = setting.idle(settings).filter(|_| decided) {
+                let (problem, remedy) = idle.refusal();
+                walk.joint_fault(&[setting.path.to_owned()], problem, remedy);
+            } else if (setting.read)(settings, walk, node, setting.path).is_none() {
+                faulty.push(setting.name);
             }
         }
         for inner in &SECTIONS {
             if let Some(name) = inner.path.strip_prefix(section.path).and_then(|rest| rest.strip_prefix('.')) {
                 known.push(name);
-                let node = map.take(walk, name);
+                let Some(node) = map.take(walk, name) else { continue };
                 let mut none = BTreeMap::new();
                 let into = Keys { subject: into.subject, settings: Some(settings), parameters: &mut none };
-                keys(walk, node, inner, prefix, into);
+                section_keys(walk, node, inner, prefix, into);
             }
         }
     }
@@ -189,7 +162,7 @@ fn keys(walk: &mut Walk, node: Option<&Node>, section: &table::Section, prefix: 
     map.close(walk, &known, &|name| {
         let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
         let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
-        if setting { Some(fixed()) } else { table::home(into.subject, name) }
+        if setting { Some(fixed()) } else { keys::home(into.subject, name) }
     });
 }
 
@@ -201,22 +174,22 @@ fn classes(
     base: &BTreeMap<String, Distribution>,
 ) -> Vec<Class> {
     let entries = walk.section(node, "classes").take_all();
-    if entries.is_empty() || entries.len() > MOST_CLASSES {
+    if entries.is_empty() || entries.len() > MAX_CLASSES {
         let problem = format!("has {} classes", entries.len());
         walk.fault(
             node.place,
             "classes",
             problem,
-            format!("give 1 to {MOST_CLASSES} classes, each `name: {{share: ...}}`"),
+            format!("give 1 to {MAX_CLASSES} classes, each `name: {{share: ...}}`"),
         );
     }
     let mut classes: Vec<_> = entries
         .iter()
-        .take(MOST_CLASSES)
+        .take(MAX_CLASSES)
         .filter_map(|(key, node)| {
             let path = format!("classes.{}", clipped(&key.name));
             let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-            if key.name.is_empty() || key.name.len() > LONGEST_NAME || !key.name.chars().all(letters) {
+            if key.name.is_empty() || key.name.len() > MAX_NAME_BYTES || !key.name.chars().all(letters) {
                 walk.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
             }
             class(walk, (&key.name, node), &path, subject, base)
@@ -228,10 +201,10 @@ fn classes(
     if sum > 0.0 && (sum - 1.0).abs() > 1e-9 {
         classes.iter_mut().for_each(|class| class.share /= sum);
     }
-    for class in classes.iter().filter(|class| class.share < SMALLEST_SHARE) {
+    for class in classes.iter().filter(|class| class.share < MIN_SHARE) {
         let key = format!("classes.{}.share", class.name);
         let problem = format!("is {} of all shares", shown(class.share));
-        walk.joint_fault(&[key], problem, format!("give at least {SMALLEST_SHARE} of their sum, or remove the class"));
+        walk.joint_fault(&[key], problem, format!("give at least {MIN_SHARE} of their sum, or remove the class"));
     }
     classes
 }
@@ -244,7 +217,7 @@ fn class(
     base: &BTreeMap<String, Distribution>,
 ) -> Option<Class> {
     let mut map = walk.section(node, path);
-    let range = Range { min: 0.0, max: LARGEST_SHARE, whole: false, unit: "" };
+    let range = Range { min: 0.0, max: MAX_SHARE, whole: false, unit: "" };
     let share = required(walk, &mut map, node, "share").and_then(|node| {
         let path = format!("{path}.share");
         walk.number_in(node, &path, range)
@@ -252,8 +225,9 @@ fn class(
     let mut overrides = BTreeMap::new();
     let drawn = || sections(subject).filter(|section| !section.parameters.is_empty());
     for section in drawn() {
-        let node = map.take(walk, section.path);
-        keys(walk, node, section, &format!("{path}."), Keys { subject, settings: None, parameters: &mut overrides });
+        let Some(node) = map.take(walk, section.path) else { continue };
+        let into = Keys { subject, settings: None, parameters: &mut overrides };
+        section_keys(walk, node, section, &format!("{path}."), into);
     }
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(walk, &known, &|name| {
@@ -261,7 +235,7 @@ fn class(
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {
-            table::home(subject, name)
+            keys::home(subject, name)
         }
     });
     // What repeats the top level has no meaning of its own and leaves the hash as it is.
@@ -283,7 +257,7 @@ fn name(walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
     let allowed = "a name of a-z, 0-9, - and _, at most 64 of them";
     let name = walk.text(node, path, allowed)?;
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
-    if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(letters) {
+    if name.is_empty() || name.len() > MAX_NAME_BYTES || !name.chars().all(letters) {
         walk.fault(node.place, path, format!("`{}` is no name", clipped(name)), format!("give {allowed}"));
         return None;
     }

@@ -1,113 +1,28 @@
-//! The camera's settings, and what camera, exposure and movement must mean together.
+//! Constraints between camera, exposure and movement.
 
-use std::collections::BTreeMap;
-
-use super::dist::Distribution;
-use super::setting::{Kind, Setting, Value, setting};
-use super::settings::Settings;
-use super::table;
-use super::together::Together;
+use super::bounds::DrawBounds;
 use crate::frame::{Distortion, image_distance, scheimpflug};
-use crate::settings::Scheimpflug;
+use crate::recipe::keys::settings::Settings;
+use crate::settings::{LensModel, Scheimpflug};
 use crate::yaml::walk::{Walk, shown};
-
-/// Farthest from the optical axis that the middle of the sensor's region stands [px].
-const FARTHEST_PX: f64 = 8192.0;
-
-/// The settings.
-pub(super) const TABLE: &[Setting] = &[
-    setting(
-        "rows",
-        Kind::Count { min: 64, max: 4096, unit: "px" },
-        Value::Count(832),
-        "Sensor rows; the same for all samples, so a class cannot change it.",
-        "[T]",
-    ),
-    setting(
-        "scheimpflug",
-        Kind::Word(&["solved", "given"]),
-        Value::Word("solved"),
-        "Who tilts and focuses the sensor: the geometry, which puts the laser plane in focus, or `sensor_tilt_deg` and \
-         `focus_distance_mm`.",
-        "the real bench; [T] had none in the simulation",
-    ),
-    setting(
-        "lens",
-        Kind::Word(&["thin_lens", "pinhole"]),
-        Value::Word("thin_lens"),
-        "A thin lens, which blurs what is out of focus, or a pinhole, which is sharp everywhere.",
-        "free",
-    ),
-    setting(
-        "diffraction",
-        Kind::Flag,
-        Value::Flag(true),
-        "Whether the opening of the lens bends light: the core of Airy's disc beside `blur_um`.",
-        "nature",
-    ),
-    setting(
-        "filter",
-        Kind::Word(&["none", "band_pass"]),
-        Value::Word("none"),
-        "Filter before the lens: none, or a band about `filter_centre_nm`.",
-        "free; [T] band_pass",
-    ),
-    setting(
-        "offset_columns",
-        Kind::Number { min: -FARTHEST_PX, max: FARTHEST_PX, unit: "px" },
-        Value::Number(0.0),
-        "From the optical axis to the middle of the sensor's region, along the columns.",
-        "region of interest",
-    ),
-    setting(
-        "offset_rows",
-        Kind::Number { min: -FARTHEST_PX, max: FARTHEST_PX, unit: "px" },
-        Value::Number(0.0),
-        "From the optical axis to the middle of the sensor's region, along the rows.",
-        "region of interest",
-    ),
-];
 
 /// Time that a sensor needs between two exposures: the real camera's 3 us [us].
 const READOUT_US: f64 = 3.0;
 /// Least rise of the last row's look over the end of the laser plane, of the middle row's [1].
-const LEAST_RISE: f64 = 0.05;
+const MIN_RISE: f64 = 0.05;
 /// Most strain of a distortion over the sensor's field: neighbouring directions stay apart.
-const MOST_STRAIN: f64 = 0.8;
-
-/// Numbers that have an effect beside one word of a setting alone.
-const IDLE: [(&str, &str, &str); 4] = [
-    ("camera.sensor_tilt_deg", "camera.scheimpflug", "given"),
-    ("camera.focus_distance_mm", "camera.scheimpflug", "given"),
-    ("camera.filter_centre_nm", "camera.filter", "band_pass"),
-    ("camera.filter_width_nm", "camera.filter", "band_pass"),
-];
-
-/// Numbers that say something else than their default and have no effect under the settings; `prefix` is that of a class.
-pub(super) fn idle(walk: &mut Walk, settings: &Settings, prefix: &str, named: &BTreeMap<String, Distribution>) {
-    for (path, setting, word) in IDLE {
-        let parameter = table::parameters(None).find(|p| p.path() == path);
-        let plain = parameter.map(|p| Distribution::Fixed(p.default));
-        let idle = named.get(path).is_some_and(|given| Some(given) != plain.as_ref());
-        if let (true, Value::Word(chosen)) = (idle && settings.get(setting) != Value::Word(word), settings.get(setting))
-        {
-            let problem = format!("has no effect while `{setting}` is `{chosen}`");
-            walk.joint_fault(&[format!("{prefix}{path}")], problem, format!("give `{word}` there, or remove it"));
-        }
-    }
-}
+const MAX_STRAIN: f64 = 0.8;
 
 /// The settings of the camera together.
 pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
-    let pinhole = settings.get("camera.lens") == Value::Word("pinhole");
-    if pinhole && settings.optics().scheimpflug == Scheimpflug::Solved {
+    if settings.camera.lens == LensModel::Pinhole && settings.camera.scheimpflug == Scheimpflug::Solved {
         let problem = "`pinhole` has no effect while `camera.scheimpflug` is `solved`: the laser plane is sharp anyway";
         walk.joint_fault(&["camera.lens".to_owned()], problem.to_owned(), "give `given` there, or remove it");
     }
 }
 
 /// The numbers of a class together.
-pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &Together) {
+pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
     let keys = ["camera.focal_length_mm", "camera.distance_mm"];
     let (focal, distance) = (scene.most(keys[0]), scene.least(keys[1]));
     if focal >= distance / 2.0 {
@@ -135,7 +50,7 @@ pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &Together) {
     let corner = corner / scene.least("camera.focal_length_mm");
     // The straight direction of a corner is longer by about as much as it is bent.
     let strain = distortion.strain(1.1 * corner);
-    if strain > MOST_STRAIN {
+    if strain > MAX_STRAIN {
         let problem = format!(
             "the distortion can bend the sensor's corner, {corner:.2} focal lengths from the axis, so far that directions meet"
         );
@@ -158,7 +73,7 @@ pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &Together) {
 
 /// The last row of the sensor must meet the laser plane below the lens: with the direction y / z = (cos b) s / (v + s sin b)
 /// of a place s on the sensor, sin a + cos a y / z > 0.
-fn below_the_horizon(walk: &mut Walk, settings: &Settings, scene: &Together) {
+fn below_the_horizon(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
     let (optics, size) = (settings.optics(), settings.size());
     let rows = 0.5 * size.rows as f64 + optics.offset_rows;
     let place = -rows * scene.most("camera.pixel_um") * 1e-3;
@@ -166,7 +81,7 @@ fn below_the_horizon(walk: &mut Walk, settings: &Settings, scene: &Together) {
     let meets = |tilt: f64, turn: f64, sharp: f64| {
         let (sin, cos) = libm::sincos(turn);
         let depth = image_distance(focal, sharp) + place * sin;
-        depth > 0.0 && libm::sin(tilt) * (1.0 - LEAST_RISE) + libm::cos(tilt) * place * cos / depth > 0.0
+        depth > 0.0 && libm::sin(tilt) * (1.0 - MIN_RISE) + libm::cos(tilt) * place * cos / depth > 0.0
     };
     let met = [scene.least("camera.tilt_deg"), scene.most("camera.tilt_deg")].into_iter().all(|tilt| {
         let tilt = tilt.to_radians();

@@ -1,96 +1,36 @@
-//! What the parameters of an object must mean together, and with the bench above it.
-
-use std::collections::BTreeMap;
+//! Constraints between the parameters of an object, and with the bench above it.
 
 use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
 use procedural::solid::Placing;
 use procedural::{Mesh, Parameter};
 
-use super::dist::Distribution;
-use super::table;
+use super::bounds::DrawBounds;
+use crate::recipe::distribution::Distribution;
 use crate::yaml::walk::{Walk, shown};
 
 /// What stands above the object.
 const STANDS: [&str; 3] = ["laser.fan_height_mm", "camera.distance_mm", "camera.tilt_deg"];
 /// Smallest size of a part that is no mistake of units [mm].
-const SMALLEST_MM: f64 = 0.01;
+const MIN_SIZE_MM: f64 = 0.01;
 
-/// The parameters of a class, or of the top level where `prefix` is empty.
-pub(super) struct Together<'a> {
-    /// Path of the class and a dot.
-    pub prefix: &'a str,
-    /// The top level's distributions.
-    pub base: &'a BTreeMap<String, Distribution>,
-    /// The class's own in place of them.
-    pub overrides: &'a BTreeMap<String, Distribution>,
-}
-
-impl Together<'_> {
-    fn distribution(&self, path: &str) -> Option<&Distribution> {
-        self.overrides.get(path).or_else(|| self.base.get(path))
-    }
-
-    fn bounds(&self, path: &str) -> (f64, f64) {
-        let place = path.split_once('.');
-        let parameter = table::parameters(None).find(|p| place == Some((p.group, p.name)));
-        let (distribution, parameter) =
-            self.distribution(path).zip(parameter).unwrap_or_else(|| panic!("no table declares {path}"));
-        distribution.bounds(parameter)
-    }
-
-    /// Smallest value that a draw can have.
-    pub fn least(&self, path: &str) -> f64 {
-        self.bounds(path).0
-    }
-
-    /// Largest value that a draw can have.
-    pub fn most(&self, path: &str) -> f64 {
-        self.bounds(path).1
-    }
-
-    /// Smallest and largest value by size alone: an angle counts without its sign [least, most].
-    pub fn ends(&self, path: &str) -> [f64; 2] {
-        let (low, high) = self.bounds(path);
-        let least = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
-        [least, low.abs().max(high.abs())]
-    }
-
-    /// Whether it is for this class to say something about `keys`: it changes one, or is the top level.
-    fn concerned<'k>(&self, mut keys: impl Iterator<Item = &'k str>) -> bool {
-        self.prefix.is_empty() || keys.any(|key| self.overrides.contains_key(key))
-    }
-
-    /// Notes a fault of `keys` together, once: at the class's key where a class changes one, else at the top level's.
-    pub fn fault(&self, walk: &mut Walk, keys: &[&str], problem: String, remedy: &str) {
-        if self.concerned(keys.iter().copied()) {
-            let own = keys.iter().map(|key| format!("{}{key}", self.prefix));
-            let places: Vec<_> = own.chain(keys.iter().map(|key| (*key).to_owned())).collect();
-            walk.joint_fault(&places, problem, remedy);
-        }
-    }
-
-    /// Laser and camera stand above an object that can be `height` high, which follows from `keys` [mm].
-    fn below_the_bench(&self, walk: &mut Walk, height: f64, keys: &[&str], noun: &str) {
-        for stand in ["laser.fan_height_mm", "camera.distance_mm"] {
-            let tilt = if stand.starts_with("camera") { self.most("camera.tilt_deg") } else { 0.0 };
-            let lowest = self.least(stand) * libm::cos(tilt.to_radians());
-            if lowest <= height {
-                let problem = format!(
-                    "stands {} mm high, and the {noun} can be {} mm thick",
-                    shown(lowest),
-                    shown(rounded(height))
-                );
-                let keys: Vec<_> = [stand].into_iter().chain(keys.iter().copied()).chain(["camera.tilt_deg"]).collect();
-                self.fault(walk, &keys, problem, &format!("laser and camera must be above the {noun}"));
-            }
+/// Laser and camera stand above an object that can be `height` high, which follows from `keys` [mm].
+fn below_the_bench(scene: &DrawBounds, walk: &mut Walk, height: f64, keys: &[&str], noun: &str) {
+    for stand in ["laser.fan_height_mm", "camera.distance_mm"] {
+        let tilt = if stand.starts_with("camera") { scene.most("camera.tilt_deg") } else { 0.0 };
+        let lowest = scene.least(stand) * libm::cos(tilt.to_radians());
+        if lowest <= height {
+            let problem =
+                format!("stands {} mm high, and the {noun} can be {} mm thick", shown(lowest), shown(rounded(height)));
+            let keys: Vec<_> = [stand].into_iter().chain(keys.iter().copied()).chain(["camera.tilt_deg"]).collect();
+            scene.fault(walk, &keys, problem, &format!("laser and camera must be above the {noun}"));
         }
     }
 }
 
 /// A board.
-pub(super) fn wood(walk: &mut Walk, scene: &Together) {
+pub(super) fn wood(walk: &mut Walk, scene: &DrawBounds) {
     let thickness = scene.most("board.thickness_mm");
-    scene.below_the_bench(walk, thickness, &["board.thickness_mm"], "board");
+    below_the_bench(scene, walk, thickness, &["board.thickness_mm"], "board");
 
     let keys = ["rot.edge"];
     let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
@@ -101,14 +41,14 @@ pub(super) fn wood(walk: &mut Walk, scene: &Together) {
 }
 
 /// A saw-tooth.
-pub(super) fn sawtooth(walk: &mut Walk, scene: &Together) {
+pub(super) fn sawtooth(walk: &mut Walk, scene: &DrawBounds) {
     let keys = ["sawtooth.base_mm", "sawtooth.depth_mm"];
-    scene.below_the_bench(walk, scene.most(keys[0]) + scene.most(keys[1]), &keys, "piece");
+    below_the_bench(scene, walk, scene.most(keys[0]) + scene.most(keys[1]), &keys, "piece");
     material(walk, scene);
 }
 
 /// A part from a file.
-pub(super) fn mesh(walk: &mut Walk, scene: &Together, mesh: Option<&Mesh>) {
+pub(super) fn mesh(walk: &mut Walk, scene: &DrawBounds, mesh: Option<&Mesh>) {
     material(walk, scene);
     let keys = ["mesh.unit_mm", "mesh.lift_mm", "mesh.rotate_x_deg", "mesh.rotate_y_deg"];
     let Some(mesh) = mesh.filter(|_| scene.concerned(keys.into_iter().chain(STANDS))) else { return };
@@ -116,17 +56,17 @@ pub(super) fn mesh(walk: &mut Walk, scene: &Together, mesh: Option<&Mesh>) {
     let fixed = keys[2..].iter().all(|turn| scene.least(turn) == scene.most(turn));
     // However it is turned, it is no higher than its box is long across.
     let height = if fixed { placing.extent(mesh).z } else { placing.extent(mesh).length() };
-    scene.below_the_bench(walk, height + placing.lift_mm, &keys, "part");
+    below_the_bench(scene, walk, height + placing.lift_mm, &keys, "part");
     placing.unit_mm = scene.least(keys[0]);
     let size = placing.extent(mesh).max_element();
-    if size < SMALLEST_MM {
+    if size < MIN_SIZE_MM {
         let problem = format!("the part can be {} mm large", shown(size));
         scene.fault(walk, &[keys[0]], problem, "give the length of a unit of the file in mm");
     }
 }
 
 /// What a solid piece is made of.
-fn material(walk: &mut Walk, scene: &Together) {
+fn material(walk: &mut Walk, scene: &DrawBounds) {
     let keys = ["material.matte", "material.gloss", "material.reflectance"];
     let thrown = scene.most(keys[0]) + scene.most(keys[1]) * scene.most(keys[2]);
     if thrown > 1.0 + 1e-9 {
@@ -136,7 +76,7 @@ fn material(walk: &mut Walk, scene: &Together) {
 }
 
 /// A blister pack.
-pub(super) fn blister(walk: &mut Walk, scene: &Together) {
+pub(super) fn blister(walk: &mut Walk, scene: &DrawBounds) {
     let keys = ["tablet.band_mm", "tablet.thickness_mm"];
     let (band, thickness) = (scene.most(keys[0]), scene.least(keys[1]));
     if band > thickness {
@@ -158,11 +98,11 @@ pub(super) fn blister(walk: &mut Walk, scene: &Together) {
     // What makes most of the height first: the fault stands at the first that the recipe has.
     let first = ["defects.double", "tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "foil.thickness_mm"];
     let keys: Vec<_> = first.into_iter().chain(forming).collect();
-    scene.below_the_bench(walk, height, &keys, "pack");
+    below_the_bench(scene, walk, height, &keys, "pack");
 }
 
 /// Pockets that have no room on the card would be left out, or moved apart.
-fn pockets_fit(walk: &mut Walk, scene: &Together, room: [f64; 2]) {
+fn pockets_fit(walk: &mut Walk, scene: &DrawBounds, room: [f64; 2]) {
     let tablet =
         ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
     for (way, room, pitch, count, size) in [
@@ -188,7 +128,7 @@ fn pockets_fit(walk: &mut Walk, scene: &Together, room: [f64; 2]) {
 
 /// Largest room of a pocket along the laser line and along the scan, and largest height of the pack [mm]: at the ends of
 /// the numbers that form it.
-fn largest(scene: &Together) -> ([f64; 2], f64) {
+fn largest(scene: &DrawBounds) -> ([f64; 2], f64) {
     // All grow with each number but these, of which either end may give the larger one. A warp takes more of the room
     // the smaller the card, and a flat tablet under a high roof leaves the most to be formed for a second one.
     const EITHER: [&[&str]; 6] = [

@@ -1,4 +1,4 @@
-//! A picture that a recipe names: grey levels as light.
+//! Texture: the picture that a projector throws, grey levels as light.
 
 use std::io::Cursor;
 
@@ -7,13 +7,13 @@ use image::{ImageFormat, ImageReader, Limits};
 use crate::settings::Picture;
 
 /// Most rows and most columns [px].
-pub(super) const MOST: u32 = 2048;
+pub(in crate::recipe) const MAX_SIDE: u32 = 2048;
 
 /// The light of a PNG, or what is wrong with it; colours count by their luminance.
-pub(super) fn read(bytes: &[u8]) -> Result<Picture, String> {
+pub(in crate::recipe) fn read(bytes: &[u8]) -> Result<Picture, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let mut limits = Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MOST), Some(MOST));
+    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
     reader.limits(limits);
     let picture = reader.decode().map_err(|error| format!("is no picture that can be read: {error}"))?.into_luma16();
     let (columns, rows) = (picture.width() as usize, picture.height() as usize);
