@@ -66,6 +66,7 @@ const FORBIDDEN: [(&str, &[&str]); 29] = [
             "crate::transport",
             "crate::pipeline",
             "crate::validate",
+            "crate::study",
         ],
     ),
     (
@@ -108,6 +109,7 @@ const FORBIDDEN: [(&str, &[&str]); 29] = [
             "crate::pipeline",
             "crate::validate",
             "crate::check",
+            "crate::preview",
         ],
     ),
     ("src/pipeline.rs", &["crate::dataset", "crate::validate", "crate::cli"]),

@@ -3,9 +3,9 @@
 use image::RgbImage;
 
 use super::by::By;
-use super::chart::{Axis, Chart, Series};
 use super::colour;
 use super::lines::{Case, FIGURES, Mark, ROWS, marked};
+use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{MARGIN, Page};
 use crate::transport::model::Model;
 

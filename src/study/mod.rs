@@ -10,7 +10,6 @@
 //! stands in it with its reason.
 
 pub mod by;
-pub(crate) mod chart;
 pub mod ellipse;
 mod fit;
 pub mod instrument;

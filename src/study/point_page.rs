@@ -4,9 +4,9 @@ use glam::DVec2;
 use image::{Rgb, RgbImage};
 
 use super::by::By;
-use super::chart::{Axis, Chart, Series};
 use super::colour;
 use super::point::{ACROSS, CELL_MM, Case, Contour, Spot};
+use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{LETTER, MARGIN, Page, viridis};
 
 /// Side of a map [px], and what it shows on either side of the point [mm].

@@ -6,8 +6,8 @@
 
 use serde_json::{Value, json};
 
-use super::chart::{Axis, Chart, Series};
 use super::{Report, Step, Watch, asks, colour, head};
+use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{MARGIN, Page};
 use crate::optics::speckle::Tiles;
 use crate::optics::{Band, ROWS, Scratch, TILE, expose};

@@ -7,8 +7,8 @@ use image::RgbImage;
 use super::beam::{electrons, half_width};
 use super::laser::{Beam, HEIGHTS, Seen};
 use super::page::{BLUE, CHART, GREY, ORANGE, chart, corner, curve, legend, marks, page};
+use crate::drawing::chart::Axis;
 use crate::drawing::{MARGIN, viridis};
-use crate::study::chart::Axis;
 
 /// How far the line is shown on either side [mm].
 const REACH_MM: f64 = 0.4;

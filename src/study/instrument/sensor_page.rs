@@ -5,8 +5,8 @@ use image::{Rgb, RgbImage};
 use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
 use super::sensor::Seen;
 use super::setup::gain;
+use crate::drawing::chart::Axis;
 use crate::drawing::{INK, Page};
-use crate::study::chart::Axis;
 
 /// Side of a cut of a dark frame [px], and pixels of the page for each of its.
 const CUT: u32 = 120;

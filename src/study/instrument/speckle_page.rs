@@ -6,9 +6,9 @@ use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve
 use super::pattern::{Correlation, overlap};
 use super::speckle::{LAGS, PIXELS, STRENGTHS, Seen, WAISTS};
 use super::speckle_stack::chord;
+use crate::drawing::chart::Axis;
 use crate::drawing::{Page, viridis};
 use crate::optics::speckle::TILE;
-use crate::study::chart::Axis;
 
 const COLOURS: [Rgb<u8>; 5] = [BLUE, ORANGE, PURPLE, GREEN, Rgb([30, 30, 30])];
 

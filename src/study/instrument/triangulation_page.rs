@@ -5,8 +5,8 @@ use image::{Rgb, RgbImage};
 use super::beam::{column_width, height_per_row};
 use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
 use super::triangulation::{HEIGHTS, SHOWN, Seen};
+use crate::drawing::chart::Axis;
 use crate::drawing::{MARGIN, Page};
-use crate::study::chart::Axis;
 
 /// Ends of the map's scale [um].
 const MOST_UM: f64 = 45.0;
