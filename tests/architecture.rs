@@ -1,10 +1,7 @@
-//! The table of dependencies in ARCHITECTURE.md, read off the sources; and files that stay short.
+//! The table of dependencies in ARCHITECTURE.md, read off the sources.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-
-/// Longest source file [lines].
-const LONGEST: usize = 300;
+use std::path::PathBuf;
 
 /// Folder or file, and what may not be named there.
 const FORBIDDEN: [(&str, &[&str]); 29] = [
@@ -262,13 +259,4 @@ fn two_files_name_onnxruntime() {
         sources("src").into_iter().filter(|(_, text)| names(text)).map(|(file, _)| file).collect();
     naming.sort();
     assert_eq!(naming, ["src/check/library.rs", "src/check/model.rs"]);
-}
-
-#[test]
-fn files_are_short() {
-    let folders = ["src", "tests", "benches", "examples", "procedural", "output_schema", "build.rs"];
-    let all =
-        folders.iter().filter(|folder| Path::new(&root().join(folder)).exists()).flat_map(|folder| sources(folder));
-    let long: Vec<_> = all.filter(|(_, text)| text.lines().count() > LONGEST).map(|(file, _)| file).collect();
-    assert!(long.is_empty(), "longer than {LONGEST} lines: {long:?}");
 }
