@@ -35,8 +35,8 @@ pub use misclassified::Misclassification;
 pub use report::{AccuracySlice, CheckReport, CheckTiming};
 pub use run::check;
 
+use crate::dataset::ShardError;
 use crate::record::Split;
-use crate::shard::ShardError;
 use crate::yaml::fault::{Faults, nearest};
 
 /// What to check, and with what.

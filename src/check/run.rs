@@ -22,7 +22,7 @@ use super::sidecar::{Output, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
 use super::window::{NO_CLASS, Window};
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
-use crate::shard::hex;
+use crate::dataset::hex;
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
 const MAX_NUMBERS: usize = 1 << 30;

@@ -8,7 +8,7 @@ use output_schema::DatasetHead;
 use super::Facts;
 use crate::check::conditional::deciders;
 use crate::check::window::StoredMap;
-use crate::shard::{Grey, read_png};
+use crate::dataset::{Grey, read_png};
 
 /// What a row says; `numbers` are paths of drawn and derived numbers.
 pub(super) fn facts_of(row: &RecordBatch, head: &DatasetHead, numbers: &[String]) -> Result<Facts, String> {
