@@ -12,6 +12,7 @@ use super::generate::threads;
 use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{CheckError, CheckOptions, CheckReport, check};
+use crate::dataset::{DatasetFolder, Sums};
 use crate::record::Split;
 
 /// Name of the document in the folder of pictures.
