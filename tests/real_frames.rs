@@ -1,6 +1,6 @@
 //! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/compare.md).
 
-use sheetlight::compare::{Frame, Statistics, Tally};
+use sheetlight::compare::{ScanMaps, Statistics, StatisticsBuilder};
 use sheetlight::optics::speckle::Tiles;
 use sheetlight::pipeline;
 use sheetlight::recipe::Recipe;
@@ -21,16 +21,16 @@ fn statistics() -> Statistics {
     let mut scene = Recipe::load("recipes/real/plastic-tray.yaml").expect("the recipe loads").draw(0, 0);
     scene.size.profiles = 300;
     let record = pipeline::render(&scene, &Tiles::new(0), &|_| ());
-    let frame = Frame {
+    let frame = ScanMaps {
         cols: record.cols,
         rows: record.rows,
         range: record.maps.range.iter().map(|&z| f64::from(z)).collect(),
         reflectance: Some(record.maps.reflectance),
-        ..Frame::default()
+        ..ScanMaps::default()
     };
-    let mut tally = Tally::new("plastic-tray");
-    tally.add(&frame);
-    tally.statistics()
+    let mut builder = StatisticsBuilder::new("plastic-tray");
+    builder.add(&frame);
+    builder.statistics()
 }
 
 #[test]

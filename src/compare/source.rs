@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{Dataset, Exposure, Frame, Unit, json_frame, to_eight_bits};
+use super::{Dataset, RangeUnit, ScanMaps, SensorFrame, json_frame, to_eight_bits};
 use crate::dataset::{ExrChannel, read_exr};
 use crate::icon::{self, Content, Traits};
 
@@ -24,21 +24,21 @@ pub struct SourceError {
 
 /// Frames that can be read one after the other.
 #[derive(Debug)]
-pub struct Source {
+pub struct ScanSource {
     name: String,
-    kind: Kind,
+    kind: Origin,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum Origin {
     Dataset(Box<Dataset>, Vec<u64>),
     Files(Vec<PathBuf>),
 }
 
 /// Files that hold a frame.
-const EXTENSIONS: [&str; 3] = ["exr", "xml", "json"];
+const FRAME_EXTENSIONS: [&str; 3] = ["exr", "xml", "json"];
 
-impl Source {
+impl ScanSource {
     /// Opens a dataset folder, a folder of files, or a file. Of many frames `most` are taken, spread evenly.
     ///
     /// # Errors
@@ -48,16 +48,16 @@ impl Source {
         if path.join(DATASET).is_file() {
             let dataset = Dataset::open(path)?;
             let chosen = evenly(dataset.samples(), most);
-            return Ok(Self { name, kind: Kind::Dataset(Box::new(dataset), chosen) });
+            return Ok(Self { name, kind: Origin::Dataset(Box::new(dataset), chosen) });
         }
         if !path.is_dir() {
             if path.exists() || path.with_extension("xml").exists() {
-                return Ok(Self { name, kind: Kind::Files(vec![path.into()]) });
+                return Ok(Self { name, kind: Origin::Files(vec![path.into()]) });
             }
             return Err(error(path, "it is not there".into(), "name a dataset, a folder of scans, or a scan"));
         }
         let entries = fs::read_dir(path).map_err(|e| error(path, format!("it cannot be listed: {e}"), "allow it"))?;
-        let known = |file: &PathBuf| file.extension().is_some_and(|found| EXTENSIONS.iter().any(|e| found == *e));
+        let known = |file: &PathBuf| file.extension().is_some_and(|found| FRAME_EXTENSIONS.iter().any(|e| found == *e));
         let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(known).collect();
         if files.is_empty() {
             let what = format!("it holds no {DATASET} and no scan (.exr, .xml with .dat, .json)");
@@ -65,7 +65,7 @@ impl Source {
         }
         files.sort();
         let chosen = evenly(files.len() as u64, most);
-        Ok(Self { name, kind: Kind::Files(chosen.iter().map(|&i| files[i as usize].clone()).collect()) })
+        Ok(Self { name, kind: Origin::Files(chosen.iter().map(|&i| files[i as usize].clone()).collect()) })
     }
 
     /// What to call it: its last name.
@@ -76,8 +76,8 @@ impl Source {
     /// How many frames it gives.
     pub fn len(&self) -> usize {
         match &self.kind {
-            Kind::Dataset(_, chosen) => chosen.len(),
-            Kind::Files(files) => files.len(),
+            Origin::Dataset(_, chosen) => chosen.len(),
+            Origin::Files(files) => files.len(),
         }
     }
 
@@ -86,14 +86,14 @@ impl Source {
         self.len() == 0
     }
 
-    /// Frame number `i` below [`Source::len`].
+    /// Frame number `i` below [`ScanSource::len`].
     ///
     /// # Errors
     /// Where it is damaged, or holds no heights.
-    pub fn frame(&self, i: usize) -> Result<Frame, SourceError> {
+    pub fn frame(&self, i: usize) -> Result<ScanMaps, SourceError> {
         match &self.kind {
-            Kind::Dataset(dataset, chosen) => dataset.frame(chosen[i]),
-            Kind::Files(files) => {
+            Origin::Dataset(dataset, chosen) => dataset.frame(chosen[i]),
+            Origin::Files(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {
                     Some("exr") => exr_file(path),
@@ -116,13 +116,13 @@ pub(super) fn error(path: &Path, what: String, remedy: &str) -> SourceError {
     SourceError { place: path.display().to_string(), what, remedy: remedy.into() }
 }
 
-fn exr_file(path: &Path) -> Result<Frame, SourceError> {
+fn exr_file(path: &Path) -> Result<ScanMaps, SourceError> {
     let bytes = fs::read(path).map_err(|e| error(path, format!("it cannot be read: {e}"), "allow it"))?;
     exr_frame(path, &bytes)
 }
 
 /// The maps of an EXR file.
-pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError> {
+pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<ScanMaps, SourceError> {
     let whole = "copy it again, or have it made again";
     // Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
     let read = catch_unwind(AssertUnwindSafe(|| read_exr(bytes)));
@@ -138,12 +138,12 @@ pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError>
     let bits = description["bits"].as_u64().unwrap_or(0);
     let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
     let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
-    Ok(Frame {
+    Ok(ScanMaps {
         name,
         cols,
         rows,
         bits,
-        unit: if description["units"]["Range"] == "px" { Unit::Px { sensor_rows } } else { Unit::Mm },
+        unit: if description["units"]["Range"] == "px" { RangeUnit::Px { sensor_rows } } else { RangeUnit::Mm },
         first_mm: description["calibration"]["x_first_mm"].as_f64(),
         col_mm: description["col_mm"].as_f64(),
         row_mm: description["row_mm"].as_f64(),
@@ -154,22 +154,22 @@ pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError>
     })
 }
 
-fn icon_file(path: &Path) -> Result<Frame, SourceError> {
+fn icon_file(path: &Path) -> Result<ScanMaps, SourceError> {
     let told = |e: icon::IconError| SourceError { place: e.place, what: e.what, remedy: e.remedy };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match icon::open(path).map_err(told)? {
         Content::Image(image) => {
-            let exposures = vec![Exposure { cols: image.cols, dn: image.dn }];
-            Ok(Frame { name, exposures, ..Frame::default() })
+            let exposures = vec![SensorFrame { cols: image.cols, dn: image.dn }];
+            Ok(ScanMaps { name, exposures, ..ScanMaps::default() })
         }
         Content::Scan(mut reader) => {
             let (unit, world) = match reader.traits() {
-                Traits::World(world) => (Unit::Mm, Some(world)),
-                Traits::Sensor(sensor) => (Unit::Px { sensor_rows: sensor.region_rows }, None),
+                Traits::World(world) => (RangeUnit::Mm, Some(world)),
+                Traits::Sensor(sensor) => (RangeUnit::Px { sensor_rows: sensor.region_rows }, None),
             };
             let rows = reader.rows();
             let scan = reader.read(0, rows).map_err(told)?;
-            Ok(Frame {
+            Ok(ScanMaps {
                 name,
                 cols: scan.width,
                 rows,
@@ -184,7 +184,7 @@ fn icon_file(path: &Path) -> Result<Frame, SourceError> {
                     Some(icon::Scatter::Word(dn)) => Some(dn.into_iter().map(f32::from).collect()),
                     None => None,
                 },
-                ..Frame::default()
+                ..ScanMaps::default()
             })
         }
     }

@@ -1,51 +1,59 @@
-//! A page of plots: distributions, correlations and spectra of both sides.
+//! Plots of a comparison: distributions, correlations and power spectra of both sides on one page.
 
 use image::{Rgb, RgbImage};
 
-use super::distribution::{Distance, Sample};
+use super::distribution::{Distance, EmpiricalDistribution};
+use super::noise::Direction;
 use super::{Comparison, Statistics};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{INK, MARGIN, Page};
 
 /// Size of a plot [px].
-const PLOT: (u32, u32) = (400, 270);
+const PLOT_PX: (u32, u32) = (400, 270);
 /// Height of the heading [px].
-const HEADING: u32 = 44;
+const HEADING_PX: u32 = 44;
 /// Bars of a histogram.
-const BARS: usize = 60;
+const HISTOGRAM_BARS: usize = 60;
 /// Colours of the two sides.
-const COLOURS: [Rgb<u8>; 2] = [Rgb([200, 80, 20]), Rgb([20, 90, 160])];
+const SIDE_COLOURS: [Rgb<u8>; 2] = [Rgb([200, 80, 20]), Rgb([20, 90, 160])];
 
 /// Draws it.
-pub(super) fn page(comparison: &Comparison) -> RgbImage {
+pub(super) fn draw(comparison: &Comparison) -> RgbImage {
     let sides = [&comparison.sim, &comparison.real];
     let mut charts = vec![
         histogram(sides, "Range noise along the line", comparison.thousandth(), |side| &side.noise_sample),
         histogram(sides, "Reflectance, unsaturated", "DN", |side| &side.light_sample),
         histogram(sides, "Speckle contrast of patches", "", |side| &side.contrast_sample),
     ];
-    for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
-        charts.push(lags(sides, &format!("Correlation of range noise, {way}"), move |side| &side.noise_correlation[i]));
+    for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+        charts.push(lags(sides, &format!("Correlation of range noise, {}", direction.describe()), move |side| {
+            &side.noise_correlation[i]
+        }));
     }
     charts.push(lags(sides, "Correlation of reflectance, along the line", |side| &side.grain[0]));
-    for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
-        charts.push(spectrum(sides, &format!("Power of heights, {way}"), i, comparison.thousandth()));
+    for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+        charts.push(spectrum(
+            sides,
+            &format!("Power of heights, {}", direction.describe()),
+            i,
+            comparison.thousandth(),
+        ));
     }
     let widths = histogram(sides, "Width of the laser line", "px", |side| &side.width_sample);
     let across = || lags(sides, "Correlation of reflectance, across profiles", |side| &side.grain[1]);
     charts.push(widths.or_else(across));
-    let (width, height) = (3 * (PLOT.0 + MARGIN) + MARGIN, HEADING + 3 * (PLOT.1 + MARGIN) + MARGIN);
+    let (width, height) = (3 * (PLOT_PX.0 + MARGIN) + MARGIN, HEADING_PX + 3 * (PLOT_PX.1 + MARGIN) + MARGIN);
     let mut page = Page::new(width, height);
-    for (i, (side, colour)) in sides.into_iter().zip(COLOURS).enumerate() {
+    for (i, (side, colour)) in sides.into_iter().zip(SIDE_COLOURS).enumerate() {
         let y = 18 + 16 * i as u32;
         page.line((f64::from(MARGIN), f64::from(y) - 4.0), (f64::from(MARGIN) + 24.0, f64::from(y) - 4.0), colour, 2);
         let scans = if side.frames == 1 { "1 scan".into() } else { format!("{} scans", side.frames) };
         page.words_in(MARGIN + 32, y, &format!("{}, {scans}", side.name), colour);
     }
     for (i, chart) in charts.into_iter().enumerate() {
-        let place = (MARGIN + i as u32 % 3 * (PLOT.0 + MARGIN), HEADING + i as u32 / 3 * (PLOT.1 + MARGIN));
+        let place = (MARGIN + i as u32 % 3 * (PLOT_PX.0 + MARGIN), HEADING_PX + i as u32 / 3 * (PLOT_PX.1 + MARGIN));
         match chart {
-            Some(chart) => chart.draw(&mut page, place, PLOT),
+            Some(chart) => chart.draw(&mut page, place, PLOT_PX),
             None => page.words(place.0, place.1 + 12, "(neither side has it)"),
         }
     }
@@ -54,23 +62,28 @@ pub(super) fn page(comparison: &Comparison) -> RgbImage {
 
 fn series(points: Vec<(f64, f64)>, side: usize) -> Series {
     let points = points.into_iter().map(|(x, y)| (x, y, 0.0)).collect();
-    Series { name: String::new(), colour: COLOURS[side], points, joined: true }
+    Series { name: String::new(), colour: SIDE_COLOURS[side], points, joined: true }
 }
 
 /// Densities of two samples on common bars, from the least 0.5 % to the largest.
-fn histogram(sides: [&Statistics; 2], title: &str, unit: &str, pick: fn(&Statistics) -> &Sample) -> Option<Chart> {
+fn histogram(
+    sides: [&Statistics; 2],
+    title: &str,
+    unit: &str,
+    pick: fn(&Statistics) -> &EmpiricalDistribution,
+) -> Option<Chart> {
     let samples = sides.map(pick);
     let ends = |share| samples.iter().filter_map(move |sample| sample.quantile(share)).collect::<Vec<f64>>();
     let low = ends(0.005).into_iter().reduce(f64::min)?;
     let high = ends(0.995).into_iter().reduce(f64::max)?;
-    let wide = if high > low { (high - low) / BARS as f64 } else { 1.0 / BARS as f64 };
+    let wide = if high > low { (high - low) / HISTOGRAM_BARS as f64 } else { 1.0 / HISTOGRAM_BARS as f64 };
     let mut most = 0.0_f64;
     let mut all = Vec::new();
     for (side, sample) in samples.into_iter().enumerate().filter(|(_, sample)| !sample.numbers().is_empty()) {
         // Of the mid-distribution, so that steps of an instrument do not beat with the bars.
         let edge = |i: usize| low + i as f64 * wide;
         let density = |i: usize| (sample.share(edge(i + 1)) - sample.share(edge(i))) / wide;
-        let densities: Vec<f64> = (0..BARS).map(density).collect();
+        let densities: Vec<f64> = (0..HISTOGRAM_BARS).map(density).collect();
         most = densities.iter().copied().fold(most, f64::max);
         // Both edges of each bar, so that the line is the outline of the bars.
         let outline = densities.iter().enumerate().flat_map(|(i, &d)| [(edge(i), d), (edge(i + 1), d)]);
@@ -78,13 +91,13 @@ fn histogram(sides: [&Statistics; 2], title: &str, unit: &str, pick: fn(&Statist
     }
     let words = if unit.is_empty() { "contrast".to_string() } else { format!("[{unit}]") };
     let share = if unit.is_empty() { "density".to_string() } else { format!("density [1/{unit}]") };
-    let x = Axis::even(&words, low, low + BARS as f64 * wide);
+    let x = Axis::even(&words, low, low + HISTOGRAM_BARS as f64 * wide);
     let y = Axis::even(&share, 0.0, most * 1.05);
     let apart = samples[0].distance(samples[1]);
-    Some(Chart { title: title.into(), x, y, series: all, foot: (apart.map_or(String::new(), told), INK) })
+    Some(Chart { title: title.into(), x, y, series: all, foot: (apart.map_or(String::new(), describe), INK) })
 }
 
-fn told(distance: Distance) -> String {
+fn describe(distance: Distance) -> String {
     format!("KS {:.3}, W1 {:.3}", distance.ks, distance.wasserstein)
 }
 

@@ -1,12 +1,13 @@
-//! Two sides of a comparison as a table for people and as JSON for programs.
+//! Comparison of two sides: a table for people and JSON for programs.
 
 use std::fmt::Write;
 
 use image::RgbImage;
 use serde_json::{Value, json};
 
-use super::distribution::{Distance, Sample};
-use super::{Statistics, page};
+use super::distribution::{Distance, EmpiricalDistribution};
+use super::noise::Direction;
+use super::{Statistics, plots};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -20,9 +21,6 @@ pub struct Comparison {
     pub real: Statistics,
 }
 
-/// Pairs of directions in the order of [`Statistics`].
-const WAYS: [&str; 2] = ["along", "across"];
-
 impl Comparison {
     /// Name of the unit of noise.
     pub(super) fn thousandth(&self) -> &'static str {
@@ -31,7 +29,7 @@ impl Comparison {
 
     /// Name, unit, and distance of each pair of samples.
     pub fn distances(&self) -> Vec<(&'static str, &'static str, Option<Distance>)> {
-        let of = |pick: fn(&Statistics) -> &Sample| pick(&self.sim).distance(pick(&self.real));
+        let of = |pick: fn(&Statistics) -> &EmpiricalDistribution| pick(&self.sim).distance(pick(&self.real));
         vec![
             ("range noise", self.thousandth(), of(|side| &side.noise_sample)),
             ("reflectance", "DN", of(|side| &side.light_sample)),
@@ -57,19 +55,21 @@ impl Comparison {
         line("missing heights [%]", sides.map(|side| percent(side.missing)));
         line("least reflectance beside a height [DN]", sides.map(|side| number(side.least_reflectance, 0)));
         line("saturated reflectance [%]", sides.map(|side| percent(side.saturated)));
-        for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
-            line(&format!("range noise, {way} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
-            line(&format!("  edges left out, {way} [%]"), sides.map(|side| percent(side.edges[i])));
+        for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+            let direction = direction.describe();
+            line(&format!("range noise, {direction} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
+            line(&format!("  edges left out, {direction} [%]"), sides.map(|side| percent(side.edges[i])));
             let one = |list: &[f64]| number(list.get(1).copied(), 3);
-            line(&format!("  lag-1 correlation, {way}"), sides.map(|side| one(&side.noise_correlation[i])));
+            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.noise_correlation[i])));
         }
         let three = |numbers: Option<[f64; 3]>| {
             numbers.map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.2}")).join(" / "))
         };
         line("speckle contrast of patches, p10 / p50 / p90", sides.map(|side| three(side.contrast)));
-        for (i, way) in ["along the line", "across profiles"].into_iter().enumerate() {
+        for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+            let direction = direction.describe();
             let one = |list: &[f64]| number(list.get(1).copied(), 3);
-            line(&format!("  lag-1 correlation, {way}"), sides.map(|side| one(&side.grain[i])));
+            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.grain[i])));
         }
         line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_width_px)));
         line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_sigma_px)));
@@ -106,15 +106,16 @@ impl Comparison {
 
     /// The page of plots.
     pub fn page(&self) -> RgbImage {
-        page::page(self)
+        plots::draw(self)
     }
 }
 
 fn side(side: &Statistics) -> Value {
     let pair = |values: [Value; 2]| -> Value {
-        WAYS.iter()
+        Direction::BOTH
+            .iter()
             .zip(values)
-            .map(|(way, value)| ((*way).to_string(), value))
+            .map(|(direction, value)| (direction.key().to_string(), value))
             .collect::<serde_json::Map<_, _>>()
             .into()
     };
@@ -151,9 +152,13 @@ fn number(value: Option<f64>, digits: usize) -> String {
 
 /// A name that fits into its column: its end, where file names differ.
 pub(super) fn short(name: &str) -> String {
-    const MOST: usize = 22;
+    const MAX_LETTERS: usize = 22;
     let count = name.chars().count();
-    if count <= MOST { name.into() } else { format!("..{}", name.chars().skip(count - MOST + 2).collect::<String>()) }
+    if count <= MAX_LETTERS {
+        name.into()
+    } else {
+        format!("..{}", name.chars().skip(count - MAX_LETTERS + 2).collect::<String>())
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Speckle in reflectance: contrast and correlation of small patches that are flat, whole and not saturated.
+//! Speckle contrast and speckle correlation of reflectance, in small patches that are flat, whole and not saturated.
 //!
 //! Contrast is the standard deviation over the mean (Goodman 2007, chapter 2): 1 for one fully developed pattern, less
 //! where a pixel averages several. Texture of the surface adds to it, so it is an upper bound of speckle. Patches with a
@@ -7,25 +7,25 @@
 //! The mean of a patch is taken out before correlating; what that takes from the covariance, s^2 / n in white noise, is
 //! put back, so that white noise has none.
 
-use super::Frame;
-use super::noise::{Second, Way};
+use super::ScanMaps;
+use super::noise::{Direction, SecondDifferences};
 
 /// Side of patches for contrast [px]: small, so that bright and dark parts alike have unsaturated ones.
-pub const CONTRAST_SIDE: usize = 4;
+pub const CONTRAST_SIDE_PX: usize = 4;
 /// Side of patches for correlation [px].
-pub const GRAIN_SIDE: usize = 8;
+pub const CORRELATION_SIDE_PX: usize = 8;
 /// Lags of the correlation in patches, 0 among them [px].
-pub const GRAIN_LAGS: usize = 5;
+pub const SPECKLE_LAGS: usize = 5;
 /// A digital number that means saturation [DN].
-pub const SATURATED: f32 = 255.0;
+pub const SATURATED_DN: f32 = 255.0;
 
 /// Reflectance of every flat, whole, unsaturated patch of `side`, patch after patch `[side, side]` [DN].
-pub fn patches(frame: &Frame, seconds: &[Second; 2], side: usize) -> Vec<Vec<f32>> {
+pub fn patches(frame: &ScanMaps, seconds: &[SecondDifferences; 2], side: usize) -> Vec<Vec<f32>> {
     let Some(light) = &frame.reflectance else { return Vec::new() };
     let (cols, rows) = (frame.cols, frame.rows);
     let flat = |i: usize| {
-        let edge = |second: &Second| second.map[i].is_finite() && !second.is_noise(second.map[i]);
-        frame.range[i].is_finite() && light[i] > 0.0 && light[i] < SATURATED && !seconds.iter().any(edge)
+        let edge = |second: &SecondDifferences| second.map[i].is_finite() && !second.is_noise(second.map[i]);
+        frame.range[i].is_finite() && light[i] > 0.0 && light[i] < SATURATED_DN && !seconds.iter().any(edge)
     };
     let mut found = Vec::new();
     for top in (0..(rows + 1).saturating_sub(side)).step_by(side) {
@@ -55,25 +55,25 @@ fn moments(numbers: &[f32]) -> (f64, f64) {
 
 /// Sums for correlations in patches.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Grain {
+pub struct SpeckleCorrelation {
     variance: f64,
-    covariance: [f64; GRAIN_LAGS],
+    covariance: [f64; SPECKLE_LAGS],
 }
 
-impl Grain {
-    /// Adds a patch of side [`GRAIN_SIDE`]; patches of different brightness count alike.
-    pub fn add(&mut self, patch: &[f32], way: Way) {
-        let side = GRAIN_SIDE;
+impl SpeckleCorrelation {
+    /// Adds a patch of side [`CORRELATION_SIDE_PX`]; patches of different brightness count alike.
+    pub fn add(&mut self, patch: &[f32], direction: Direction) {
+        let side = CORRELATION_SIDE_PX;
         let (mean, variance) = moments(patch);
         let of = |i: usize| f64::from(patch[i]) - mean;
         let n = (side * side) as f64;
         for (lag, sum) in self.covariance.iter_mut().enumerate() {
-            let pairs = |i: &usize| match way {
-                Way::Along => i % side + lag < side,
-                Way::Across => i / side + lag < side,
+            let pairs = |i: &usize| match direction {
+                Direction::Along => i % side + lag < side,
+                Direction::Across => i / side + lag < side,
             };
             let products: Vec<f64> =
-                (0..side * side).filter(pairs).map(|i| of(i) * of(i + lag * way.step(side))).collect();
+                (0..side * side).filter(pairs).map(|i| of(i) * of(i + lag * direction.step(side))).collect();
             let taken = if lag == 0 { variance - variance * (n - 1.0) / n } else { variance / n };
             *sum += (products.iter().sum::<f64>() / products.len() as f64 + taken) / (mean * mean);
         }
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     /// Fully developed speckle: exponential numbers, `looks` of them averaged, `alike` neighbours along the line added up.
-    fn frame(name: &str, looks: usize, alike: usize) -> Frame {
+    fn frame(name: &str, looks: usize, alike: usize) -> ScanMaps {
         let (cols, rows) = (160, 160);
         let mut rng = Stream::root(5).child(name).rng();
         let mut light = Vec::new();
@@ -105,11 +105,11 @@ mod tests {
             light.extend((0..cols).map(|x| 10.0 * (line[x..x + alike].iter().sum::<f64>() / alike as f64) as f32));
         }
         let range = vec![1.0; cols * rows];
-        Frame { name: name.into(), cols, rows, range, reflectance: Some(light), ..Frame::default() }
+        ScanMaps { name: name.into(), cols, rows, range, reflectance: Some(light), ..ScanMaps::default() }
     }
 
-    fn seconds(frame: &Frame) -> [Second; 2] {
-        Way::BOTH.map(|way| Second::new(frame, way))
+    fn seconds(frame: &ScanMaps) -> [SecondDifferences; 2] {
+        Direction::BOTH.map(|direction| SecondDifferences::new(frame, direction))
     }
 
     /// The mean square contrast of m looks is 1/m.
@@ -117,7 +117,7 @@ mod tests {
     fn contrast_falls_with_the_root_of_looks() {
         for looks in [4, 16] {
             let frame = frame("looks", looks, 1);
-            let patches = patches(&frame, &seconds(&frame), GRAIN_SIDE);
+            let patches = patches(&frame, &seconds(&frame), CORRELATION_SIDE_PX);
             assert_eq!(patches.len(), 400);
             let squares = |patch: &Vec<f32>| f64::from(contrast(patch)).powi(2);
             let found = patches.iter().map(squares).sum::<f64>() / patches.len() as f64 * looks as f64;
@@ -132,9 +132,12 @@ mod tests {
     fn grain_has_its_correlation() {
         for (alike, expected) in [(1, 0.0), (2, 0.5)] {
             let frame = frame("grain", 8, alike);
-            let mut grain = [Grain::default(); 2];
-            for patch in patches(&frame, &seconds(&frame), GRAIN_SIDE) {
-                Way::BOTH.into_iter().zip(&mut grain).for_each(|(way, grain)| grain.add(&patch, way));
+            let mut grain = [SpeckleCorrelation::default(); 2];
+            for patch in patches(&frame, &seconds(&frame), CORRELATION_SIDE_PX) {
+                Direction::BOTH
+                    .into_iter()
+                    .zip(&mut grain)
+                    .for_each(|(direction, correlation)| correlation.add(&patch, direction));
             }
             let [along, across] = grain.map(|grain| grain.at(1).expect("there are patches"));
             assert!((grain[0].at(0).expect("there are patches") - 1.0).abs() < 1e-9);
@@ -152,8 +155,8 @@ mod tests {
         let whole = frame("whole", 4, 1);
         let mut rng = Stream::root(5).child("height").rng();
         let rough = whole.range.iter().map(|z| z + 0.01 * procedural::normal(&mut rng)).collect();
-        let whole = Frame { range: rough, ..whole };
-        let count = |frame: &Frame| patches(frame, &seconds(frame), CONTRAST_SIDE).len();
+        let whole = ScanMaps { range: rough, ..whole };
+        let count = |frame: &ScanMaps| patches(frame, &seconds(frame), CONTRAST_SIDE_PX).len();
         let all = count(&whole);
         // Normal noise passes the limit of edges in 6e-5 of pixels.
         assert!(all > 1580, "{all} of 1600");
@@ -165,6 +168,6 @@ mod tests {
             frame.range[0] = height.unwrap_or(frame.range[0]);
             assert_eq!(count(&frame), all - 1, "{light:?} {height:?}");
         }
-        assert!(patches(&Frame { reflectance: None, ..whole.clone() }, &seconds(&whole), 4).is_empty());
+        assert!(patches(&ScanMaps { reflectance: None, ..whole.clone() }, &seconds(&whole), 4).is_empty());
     }
 }
