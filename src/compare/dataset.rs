@@ -11,8 +11,7 @@ use output_schema::file::{data_path, exr_path, stack_path};
 use output_schema::{DatasetHead, Images, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::source::{error, exr_frame};
-use super::{RangeUnit, ScanMaps, SensorFrame, SourceError, to_eight_bits};
+use super::{RangeUnit, ScanMaps, SensorFrame, SourceError, exr_frame, to_eight_bits};
 use crate::dataset::{DatasetFolder, frame_numbers, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
@@ -30,7 +29,7 @@ impl Dataset {
     /// # Errors
     /// Where it holds no dataset that this program reads.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let told = |e: crate::dataset::ShardError| error(path, e.to_string(), "name the folder of a dataset");
+        let told = |e: crate::dataset::ShardError| SourceError::at(path, e.to_string(), "name the folder of a dataset");
         DatasetFolder::open(path).map(Self).map_err(told)
     }
 
@@ -52,11 +51,12 @@ impl Dataset {
         let (head, root) = (self.0.head(), self.0.root());
         if index >= head.samples {
             let what = format!("there is no sample {index}");
-            return Err(error(root, what, &format!("give --index 0 to {}", head.samples.saturating_sub(1))));
+            return Err(SourceError::at(root, what, &format!("give --index 0 to {}", head.samples.saturating_sub(1))));
         }
         let shard = index / head.samples_per_shard.max(1);
-        let unfinished = || error(root, format!("sample {index} is not finished"), "run gen again to finish it");
-        let told = |e: crate::dataset::ShardError| error(root, e.to_string(), CHECK);
+        let unfinished =
+            || SourceError::at(root, format!("sample {index} is not finished"), "run gen again to finish it");
+        let told = |e: crate::dataset::ShardError| SourceError::at(root, e.to_string(), CHECK);
         let manifest = self.0.read_manifest(shard).map_err(told)?.ok_or_else(unfinished)?;
         self.frame_of(&manifest, index, true)
     }
@@ -69,18 +69,19 @@ impl Dataset {
         let (head, root) = (self.0.head(), self.0.root());
         let shard = index / head.samples_per_shard.max(1);
         let listed = manifest.samples.iter().find(|sample| sample.index == index && !sample.id.contains('/'));
-        let listed = listed.ok_or_else(|| error(root, format!("no manifest names sample {index}"), CHECK))?;
+        let listed = listed.ok_or_else(|| SourceError::at(root, format!("no manifest names sample {index}"), CHECK))?;
         let has = |images: &[String]| images.iter().any(|image| image == "range");
         let mut frame = if has(&head.images.exr) {
             let path = root.join(exr_path(shard, &listed.id));
-            let bytes = fs::read(&path).map_err(|e| error(&path, format!("it cannot be read: {e}"), CHECK))?;
-            exr_frame(&path, &bytes)?
+            let bytes =
+                fs::read(&path).map_err(|e| SourceError::at(&path, format!("it cannot be read: {e}"), CHECK))?;
+            exr_frame::frame(&path, &bytes)?
         } else if has(&head.images.png) {
             let before = manifest.samples.iter().filter(|sample| sample.split == listed.split && sample.index < index);
             guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, head, before.count(), index))?
         } else {
             let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
-            return Err(error(root, "it was made without range images".into(), remedy));
+            return Err(SourceError::at(root, "it was made without range images", remedy));
         };
         frame.name = format!("sample {index}");
         frame.bits = head.images.bits;
@@ -95,7 +96,9 @@ impl Dataset {
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
 fn guarded<T>(path: &Path, read: impl FnOnce(&Path) -> Result<T, String>) -> Result<T, SourceError> {
     let result = catch_unwind(AssertUnwindSafe(|| read(path)));
-    result.unwrap_or_else(|_| Err("the reader gave up on its content".into())).map_err(|what| error(path, what, CHECK))
+    result
+        .unwrap_or_else(|_| Err("the reader gave up on its content".into()))
+        .map_err(|what| SourceError::at(path, what, CHECK))
 }
 
 /// The rows `first` to `first + count` of a table.

@@ -9,7 +9,6 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde::Deserialize;
 
-use super::source::error;
 use super::{ScanMaps, SourceError};
 
 /// Longest file that is read [bytes].
@@ -54,13 +53,13 @@ struct EncodedPixels {
 /// Reads a file.
 pub(super) fn read(path: &Path) -> Result<ScanMaps, SourceError> {
     let whole = "give a JSON file with a range image and a reflectance image as docs/compare.md describes";
-    let refused = |e: std::io::Error| error(path, format!("it cannot be read: {e}"), "allow it");
+    let refused = |e: std::io::Error| SourceError::at(path, format!("it cannot be read: {e}"), "allow it");
     if fs::metadata(path).map_err(refused)?.len() > MAX_FILE_BYTES {
-        return Err(error(path, "it is longer than any frame".into(), whole));
+        return Err(SourceError::at(path, "it is longer than any frame", whole));
     }
     let text = fs::read(path).map_err(refused)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    frame(&name, &text).map_err(|what| error(path, what, whole))
+    frame(&name, &text).map_err(|what| SourceError::at(path, what, whole))
 }
 
 /// A frame of the text of a file.

@@ -1,26 +1,12 @@
 //! Where frames come from: a dataset, files of the real camera, EXR or JSON, alone or in a folder.
 
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{Dataset, RangeUnit, ScanMaps, SensorFrame, json_frame, to_eight_bits};
-use crate::dataset::{ExrChannel, read_exr};
+use super::{Dataset, RangeUnit, ScanMaps, SensorFrame, SourceError, exr_frame, json_frame};
 use crate::icon::{self, Content, Traits};
-
-/// What is wrong with a place where frames should be, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {what}; {remedy}")]
-pub struct SourceError {
-    /// File or folder.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: String,
-}
 
 /// Frames that can be read one after the other.
 #[derive(Debug)]
@@ -54,14 +40,15 @@ impl ScanSource {
             if path.exists() || path.with_extension("xml").exists() {
                 return Ok(Self { name, kind: Origin::Files(vec![path.into()]) });
             }
-            return Err(error(path, "it is not there".into(), "name a dataset, a folder of scans, or a scan"));
+            return Err(SourceError::at(path, "it is not there", "name a dataset, a folder of scans, or a scan"));
         }
-        let entries = fs::read_dir(path).map_err(|e| error(path, format!("it cannot be listed: {e}"), "allow it"))?;
+        let entries =
+            fs::read_dir(path).map_err(|e| SourceError::at(path, format!("it cannot be listed: {e}"), "allow it"))?;
         let known = |file: &PathBuf| file.extension().is_some_and(|found| FRAME_EXTENSIONS.iter().any(|e| found == *e));
         let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(known).collect();
         if files.is_empty() {
             let what = format!("it holds no {DATASET} and no scan (.exr, .xml with .dat, .json)");
-            return Err(error(path, what, "name a dataset, a folder of scans, or a scan"));
+            return Err(SourceError::at(path, what, "name a dataset, a folder of scans, or a scan"));
         }
         files.sort();
         let chosen = evenly(files.len() as u64, most);
@@ -96,7 +83,7 @@ impl ScanSource {
             Origin::Files(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {
-                    Some("exr") => exr_file(path),
+                    Some("exr") => exr_frame::read(path),
                     Some("json") => json_frame::read(path),
                     _ => icon_file(path),
                 }
@@ -109,49 +96,6 @@ impl ScanSource {
 fn evenly(count: u64, most: u64) -> Vec<u64> {
     let most = most.min(count);
     (0..most).map(|j| if most < 2 { 0 } else { j * (count - 1) / (most - 1) }).collect()
-}
-
-/// Something wrong with a place.
-pub(super) fn error(path: &Path, what: String, remedy: &str) -> SourceError {
-    SourceError { place: path.display().to_string(), what, remedy: remedy.into() }
-}
-
-fn exr_file(path: &Path) -> Result<ScanMaps, SourceError> {
-    let bytes = fs::read(path).map_err(|e| error(path, format!("it cannot be read: {e}"), "allow it"))?;
-    exr_frame(path, &bytes)
-}
-
-/// The maps of an EXR file.
-pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<ScanMaps, SourceError> {
-    let whole = "copy it again, or have it made again";
-    // Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
-    let read = catch_unwind(AssertUnwindSafe(|| read_exr(bytes)));
-    let read = read.unwrap_or_else(|_| Err("the reader gave up on its content".into()));
-    let (cols, rows, channels, text) = read.map_err(|what| error(path, what, whole))?;
-    let find = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
-    let missing =
-        || error(path, "it has no channel Range".into(), "set `output: {exr: [range, reflectance]}` in the recipe");
-    let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();
-    let seen = |map: Vec<f32>| map.into_iter().map(|v| if v.is_nan() { 0.0 } else { v }).collect::<Vec<f32>>();
-    let description: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let bits = description["bits"].as_u64().unwrap_or(0);
-    let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
-    let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
-    Ok(ScanMaps {
-        name,
-        cols,
-        rows,
-        bits,
-        unit: if description["units"]["Range"] == "px" { RangeUnit::Px { sensor_rows } } else { RangeUnit::Mm },
-        first_mm: description["calibration"]["x_first_mm"].as_f64(),
-        col_mm: description["col_mm"].as_f64(),
-        row_mm: description["row_mm"].as_f64(),
-        range,
-        reflectance: find("Reflectance").or_else(|| find("Y")).map(seen).map(scaled),
-        scatter: find("Scatter").map(seen).map(scaled),
-        exposures: Vec::new(),
-    })
 }
 
 fn icon_file(path: &Path) -> Result<ScanMaps, SourceError> {
