@@ -11,9 +11,9 @@ use super::media::Wood;
 use super::point::{CELL_MM, CELLS, question};
 use super::{Watch, ask, asks};
 use crate::transport::answer::Estimate;
-use crate::transport::model::{Model, Refusal};
+use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
-use crate::transport::thesis::{Ground, Method, Spot, point};
+use crate::transport::thesis::{LaserPoint, PixelGround, SpreadMethod, point};
 
 /// Whose picture of a point it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,16 +57,18 @@ impl By {
     ///
     /// # Errors
     /// Where the model refuses.
-    pub fn light(self, wood: &Wood, effort: Effort, watch: Watch) -> Result<Vec<Estimate>, Refusal> {
+    pub fn light(self, wood: &Wood, effort: Effort, watch: Watch) -> Result<Vec<Estimate>, ModelError> {
         let middle = DVec2::splat(CELLS as f64);
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (spot, method) = match self {
             Self::Model(model) => {
                 return Ok(ask(model, &what, (&wood.stack(), &question()), effort, watch)?.point);
             }
-            Self::Thesis if on_a_knot(&ground(wood)) => (Spot::thesis(middle), Method::ON_A_KNOT),
-            Self::Thesis => (Spot::thesis(middle), Method::ON_CLEAR_WOOD),
-            Self::Conservative => (Spot { at: middle, diameter: 1.0, deviation: 1.0 }, Method::CONSERVATIVE),
+            Self::Thesis if on_a_knot(&ground(wood)) => (LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
+            Self::Thesis => (LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),
+            Self::Conservative => {
+                (LaserPoint { at: middle, diameter: 1.0, deviation: 1.0 }, SpreadMethod::CONSERVATIVE)
+            }
         };
         asks(self.name(), &what, watch);
         Ok(point(&ground(wood), &spot, method).light.into_iter().map(Estimate::exact).collect())
@@ -74,12 +76,12 @@ impl By {
 }
 
 /// The wood as a picture's ground.
-fn ground(wood: &Wood) -> Ground {
+fn ground(wood: &Wood) -> PixelGround {
     const SIDE: usize = 2 * CELLS + 1;
-    Ground::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
+    PixelGround::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
 }
 
 /// The thesis' rule: what absorbs is a knot.
-fn on_a_knot(ground: &Ground) -> bool {
+fn on_a_knot(ground: &PixelGround) -> bool {
     ground.map.alpha(0) < 1.0
 }

@@ -27,7 +27,7 @@ use serde_json::{Value, json};
 
 use self::by::By;
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::model::{Model, Refusal};
+use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
 use crate::transport::stack::Stack;
 
@@ -61,7 +61,7 @@ fn ask(
     (stack, question): (&Stack, &Question),
     effort: Effort,
     watch: Watch,
-) -> Result<Answer, Refusal> {
+) -> Result<Answer, ModelError> {
     asks(model.name(), what, watch);
     model.ask(stack, question, effort, &|photons| watch(Step::Done(photons)))
 }
