@@ -11,12 +11,12 @@ use output_schema::file::DATASET;
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
+use crate::dataset::DatasetFolder;
 use crate::generate::{recipe_of, sample};
 use crate::optics::speckle::Tiles;
 use crate::preview::expose_profile;
 use crate::report::{ExposedProfile, Options, Render, Timing, report};
 use crate::settings::Transport;
-use crate::shard::DatasetFolder;
 
 /// Folder of kept results in the dataset's folder.
 const REPORTS: &str = "reports";

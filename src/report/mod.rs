@@ -28,8 +28,8 @@ use self::density::Declared;
 use self::folder::Folder;
 use self::sample::Sample;
 use self::tally::{Place, Tally};
+use crate::dataset::{DatasetFolder, ShardError, Sums};
 use crate::recipe::Recipe;
-use crate::shard::{DatasetFolder, ShardError, Sums};
 
 pub use self::exposed_profile::ExposedProfile;
 pub use self::folder::Trouble;
