@@ -156,7 +156,7 @@ impl RowMaker {
         for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
             field.resize(padded, 0.0);
         }
-        let section = camera.laser.section();
+        let section = camera.laser.line_profile();
         let own = if section.is_some() { padded } else { 0 };
         row.unit.resize(own, 0.0);
         row.node.resize(own, 0.0);
