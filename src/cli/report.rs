@@ -11,12 +11,12 @@ use output_schema::file::DATASET;
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
+use crate::dataset::DatasetFolder;
 use crate::generate::{recipe_of, sample};
-use crate::optics::speckle::Tiles;
-use crate::preview::{Exposure, exposure};
-use crate::report::{Options, Render, Timing, report};
+use crate::optics::speckle::PatternCache;
+use crate::preview::expose_profile;
+use crate::report::{ExposedProfile, Options, Render, Timing, report};
 use crate::settings::Transport;
-use crate::shard::DatasetFolder;
 
 /// Folder of kept results in the dataset's folder.
 const REPORTS: &str = "reports";
@@ -78,14 +78,14 @@ pub(super) fn run(arguments: &Report) -> Outcome {
     let folder = DatasetFolder::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
-    let tiles = Tiles::new(seed);
+    let tiles = PatternCache::new(seed);
     // A slow model takes minutes for a line.
     let fast = recipe.as_ref().ok().filter(|recipe| recipe.transport() == Transport::Kernel);
     let expose = fast.map(|recipe| {
         let tiles = &tiles;
         move |index: u64, along: f64| {
             let profiles = recipe.size().profiles;
-            exposure(&recipe.draw(seed, index), (along * profiles as f64) as usize, tiles)
+            expose_profile(&recipe.draw(seed, index), (along * profiles as f64) as usize, tiles)
         }
     });
     let measure = fast.filter(|_| !arguments.no_timing).map(|recipe| {
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
         samples: arguments.samples,
         frames: arguments.frames as usize,
         render: Render {
-            expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> Exposure + Sync)),
+            expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> ExposedProfile + Sync)),
             measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> Timing + Sync)),
         },
         watch: &|done, all| bar.show(done, all),

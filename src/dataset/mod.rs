@@ -1,0 +1,95 @@
+//! Shards: finished units of writing, resuming and checking.
+//!
+//! ```text
+//! Record --encode--> Encoded --push--> ShardWriter --finish--> files, then the manifest
+//! ```
+//!
+//! A shard is there when its manifest is there: files are written under temporary names that start with `.tmp-`,
+//! synced and renamed, and the manifest comes last. A process that is killed leaves temporary names and an unlocked lock
+//! file; whoever takes the shard next removes them and starts the shard again. Two processes never write one shard: the
+//! kernel holds the lock, and lets go of it when the process ends in whatever way.
+//!
+//! What is in the files is declared in [`output_schema`]; bytes depend on records and output alone, never on threads,
+//! processes or the time.
+
+pub(crate) mod atomic_file;
+mod card;
+mod card_columns;
+mod croissant;
+mod croissant_fields;
+mod durable;
+mod encoded;
+mod error;
+mod exr;
+mod folder;
+mod limits;
+mod lock;
+mod png;
+mod read;
+mod refuse;
+mod rows;
+mod size;
+mod sums;
+mod table;
+mod writer;
+
+pub(crate) use card::Counts;
+pub(crate) use durable::{free_bytes, hex};
+pub(crate) use encoded::maps_sha256;
+pub use encoded::{Encoded, channel_name, encode};
+pub use error::ShardError;
+pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};
+pub use folder::DatasetFolder;
+pub(crate) use folder::{descriptions, document};
+pub use png::{Grey, read_png, write_png, write_png_as};
+pub(crate) use png::{range_numbers, rounded8, rounded16};
+pub use read::{Row, Rows, read_rows};
+pub use refuse::differences;
+pub use rows::row_batch;
+pub(crate) use rows::{frame_numbers, image_path};
+pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
+pub use size::{estimated_bytes_per_sample, samples_per_shard};
+pub use sums::Sums;
+pub use writer::ShardWriter;
+
+use output_schema::{Images, NumberColumn};
+
+use crate::settings::{Output, RangeForm, SensorStack, Size};
+
+/// Version of the program; another version may give other numbers.
+pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Day of that version, which stands where metadata wants a date: no clock goes into files. The same as in CHANGELOG.md,
+/// or the day on which work on the version began while it is unreleased.
+pub const GENERATOR_DATE: &str = "2026-11-21";
+
+/// The declaration of a parameter as a column.
+pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {
+    NumberColumn::new(parameter.group, parameter.name, parameter.doc)
+}
+
+/// What a recipe's sizes and output say about the images.
+pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
+    let names = |channels: &[crate::settings::Channel]| {
+        let mut channels = channels.to_vec();
+        channels.sort_unstable();
+        channels.dedup();
+        channels.into_iter().map(|channel| channel_name(channel).to_string()).collect()
+    };
+    Images {
+        cols: (size.columns / output.bin_columns.max(1)) as u64,
+        rows: (size.profiles / output.bin_profiles.max(1)) as u64,
+        png: names(&output.png),
+        exr: names(&output.exr),
+        range: range.name().into(),
+        truth_maps: output.truth_maps,
+        stack_every: match output.sensor_stack {
+            SensorStack::None => None,
+            SensorStack::Every(step) => Some(step.max(1) as u64),
+            SensorStack::All => Some(1),
+        },
+        sensor_cols: size.columns as u64,
+        sensor_rows: size.rows as u64,
+        bits: output.bits.into(),
+    }
+}
