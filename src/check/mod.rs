@@ -37,7 +37,7 @@ pub use run::check;
 
 use crate::dataset::ShardError;
 use crate::record::Split;
-use crate::yaml::fault::{Faults, nearest};
+use crate::yaml::{YamlFaults, nearest_spelling};
 
 /// What to check, and with what.
 #[derive(Debug, Clone)]
@@ -76,7 +76,7 @@ pub const DEFAULT_BATCH_BYTES: usize = 64 << 20;
 pub enum CheckError {
     /// The sidecar has faults.
     #[error(transparent)]
-    Sidecar(#[from] Faults),
+    Sidecar(#[from] YamlFaults),
     /// The folder holds no dataset that can be read.
     #[error(transparent)]
     Dataset(#[from] ShardError),
@@ -119,7 +119,7 @@ fn slice_paths(asked: &[String], head: &DatasetHead) -> Result<Vec<String>, Chec
     let find = |path: &String| {
         let found = known.iter().find(|known| *known == path || known.strip_prefix("physics.") == Some(path));
         found.cloned().ok_or_else(|| {
-            let meant = nearest(path, known.iter().map(String::as_str)).map(|meant| format!("did you mean `{meant}`? "));
+            let meant = nearest_spelling(path, known.iter().map(String::as_str)).map(|meant| format!("did you mean `{meant}`? "));
             let remedy = "drawn numbers are group.key, derived ones physics.key; output_schema/README.md and dataset.json list them";
             CheckError::Argument(format!("--slice {path}: the dataset has no such number; {}{remedy}", meant.unwrap_or_default()))
         })

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use output_schema::DatasetHead;
 
 use super::CheckError;
-use crate::yaml::fault::{Faults, nearest};
-use crate::yaml::node::{self, Node, Value};
-use crate::yaml::text;
-use crate::yaml::walk::{Range, Section, Walk, clipped};
+use crate::yaml::{
+    Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, parse_yaml,
+    read_bytes, utf8_text,
+};
 
 /// What faults call the file.
 const NOUN: &str = "sidecar";
@@ -155,45 +155,45 @@ impl Sidecar {
     /// # Errors
     /// Where it cannot be read, and every fault of it at once.
     pub fn load(path: &Path, head: &DatasetHead) -> Result<Self, CheckError> {
-        let bytes = text::read(path).map_err(|error| {
+        let bytes = read_bytes(path).map_err(|error| {
             let remedy = "write one as docs/check.md says, or name another with --sidecar";
             CheckError::at(path, format!("the sidecar cannot be read: {error}"), remedy)
         })?;
         let origin = path.display().to_string();
-        Ok(Self::parse(&origin, &text::utf8(&origin, bytes, NOUN)?, head)?)
+        Ok(Self::parse(&origin, &utf8_text(&origin, bytes, NOUN)?, head)?)
     }
 
     /// The sidecar that `text` writes; `origin` is where faults say that it comes from.
     ///
     /// # Errors
     /// Every fault of it at once.
-    pub fn parse(origin: &str, text: &str, head: &DatasetHead) -> Result<Self, Faults> {
-        let mut walk = Walk::new(text, NOUN);
-        let sidecar = match node::parse(text, NOUN) {
-            Ok(root) => read(&mut walk, &root, head),
+    pub fn parse(origin: &str, text: &str, head: &DatasetHead) -> Result<Self, YamlFaults> {
+        let mut yaml = YamlReader::new(text, NOUN);
+        let sidecar = match parse_yaml(text, NOUN) {
+            Ok(root) => read(&mut yaml, &root, head),
             Err(error) => {
-                walk.fault(error.place, "", error.problem, error.remedy);
+                yaml.fault(error.place, "", error.problem, error.remedy);
                 None
             }
         };
-        walk.finish(origin)?;
+        yaml.finish(origin)?;
         Ok(sidecar.expect("whatever gives no sidecar notes a fault"))
     }
 }
 
-fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
-    if !matches!(root.value, Value::Map(_)) {
+fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Sidecar> {
+    if !matches!(root.value, YamlValue::Map(_)) {
         let problem = format!("the file is {}", root.value.kind());
-        walk.fault(root.place, "", problem, format!("a sidecar is a map with {}", KEYS.join(", ")));
+        yaml.fault(root.place, "", problem, format!("a sidecar is a map with {}", KEYS.join(", ")));
         return None;
     }
-    let mut top = walk.section(root, "");
-    let task = required(walk, &mut top, "task", &format!("one of {}", TASKS.map(|(name, _)| name).join(", ")));
-    let task = task.and_then(|node| walk.word(node, "task", &TASKS.map(|(name, _)| name)));
+    let mut top = yaml.mapping(root, "");
+    let task = required(yaml, &mut top, "task", &format!("one of {}", TASKS.map(|(name, _)| name).join(", ")));
+    let task = task.and_then(|node| yaml.word(node, "task", &TASKS.map(|(name, _)| name)));
     let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
-    let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
-    let channels = channels.and_then(|node| read_channels(walk, node, head));
-    let bits = number(walk, &mut top, "bits", Range { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
+    let channels = required(yaml, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
+    let channels = channels.and_then(|node| read_channels(yaml, node, head));
+    let bits = number(yaml, &mut top, "bits", NumberRange { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
     let is_counted = |channel: &Channel| channel.name != "range";
     if let Some(bits) = bits.filter(|_| channels.iter().flatten().any(is_counted))
         && bits as u64 != head.images.bits
@@ -204,46 +204,46 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
             "make a dataset whose recipe says `exposure: {{bits: {bits}}}`, or write `bits: {found}` where the model was \
              trained on that"
         );
-        walk.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
+        yaml.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
     }
     if let Some(Task::Pixels | Task::Segment) = task
         && !has(head, "label")
     {
         let remedy = "write `output: {png: [..., label]}` in the recipe and make the dataset anew";
-        walk.joint_fault(&["task".into()], "the dataset has no images of `label` to hold it to", remedy);
+        yaml.joint_fault(&["task".into()], "the dataset has no images of `label` to hold it to", remedy);
     }
     let whole = [head.images.rows as usize, head.images.cols as usize];
-    let window = match top.take(walk, "window_px") {
-        Some(node) if matches!(&node.value, Value::Text(text) if text == "whole") => Some(None),
-        Some(node) => sides(walk, node, "window_px").map(Some),
+    let window = match top.take(yaml, "window_px") {
+        Some(node) if matches!(&node.value, YamlValue::Text(text) if text == "whole") => Some(None),
+        Some(node) => sides(yaml, node, "window_px").map(Some),
         None => Some(None),
     };
     if let (Some(Task::Objects | Task::Pixels), Some(None)) = (task, window) {
         let remedy = "give the rows and columns that are cut out around each, `window_px: [64, 64]`";
-        walk.joint_fault(&["window_px".into(), "task".into()], "patches need a window", remedy);
+        yaml.joint_fault(&["window_px".into(), "task".into()], "patches need a window", remedy);
     }
-    let size = match top.take(walk, "size_px") {
-        Some(node) => sides(walk, node, "size_px"),
+    let size = match top.take(yaml, "size_px") {
+        Some(node) => sides(yaml, node, "size_px"),
         None => window.map(|window| window.unwrap_or(whole)),
     };
-    let layout = word(walk, &mut top, "layout", &[("nchw", Layout::Nchw), ("nhwc", Layout::Nhwc)]);
+    let layout = word(yaml, &mut top, "layout", &[("nchw", Layout::Nchw), ("nhwc", Layout::Nhwc)]);
     let output = [("logits", Output::Logits), ("probabilities", Output::Probabilities)];
-    let output = word(walk, &mut top, "output", &output);
-    let output_name = top.take(walk, "output_name");
-    let output_name = output_name.map(|node| walk.text(node, "output_name", "the name of an output").map(String::from));
-    let range = Range { min: 1.0, max: 1e9, whole: true, unit: "" };
-    let patches = match (task, top.take(walk, "patches_per_class")) {
+    let output = word(yaml, &mut top, "output", &output);
+    let output_name = top.take(yaml, "output_name");
+    let output_name = output_name.map(|node| yaml.text(node, "output_name", "the name of an output").map(String::from));
+    let range = NumberRange { min: 1.0, max: 1e9, whole: true, unit: "" };
+    let patches = match (task, top.take(yaml, "patches_per_class")) {
         (Some(task @ (Task::Samples | Task::Segment)), Some(node)) => {
             let problem = format!("has no effect in `{}`, which asks about all that there is", task.name());
-            walk.fault(node.place, "patches_per_class", problem, "leave it out");
+            yaml.fault(node.place, "patches_per_class", problem, "leave it out");
             None
         }
-        (_, Some(node)) => walk.number_in(node, "patches_per_class", range),
+        (_, Some(node)) => yaml.number_in(node, "patches_per_class", range),
         (_, None) => Some(1000.0),
     };
-    let classes = required(walk, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
-    let classes = classes.and_then(|node| read_classes(walk, node, task?, head));
-    top.close(walk, &KEYS, &|name| {
+    let classes = required(yaml, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
+    let classes = classes.and_then(|node| read_classes(yaml, node, task?, head));
+    top.close(yaml, &KEYS, &|name| {
         CHANNEL_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
     });
     let ClassMapping { names: classes, truth } = classes?;
@@ -262,58 +262,64 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
 }
 
 /// Reads `channels`.
-fn read_channels(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec<Channel>> {
+fn read_channels(yaml: &mut YamlReader, node: &YamlNode, head: &DatasetHead) -> Option<Vec<Channel>> {
     let entries = match &node.value {
-        Value::List(entries) if !entries.is_empty() => entries,
+        YamlValue::List(entries) if !entries.is_empty() => entries,
         other => {
-            let problem = if let Value::List(_) = other { "is empty" } else { "is no list" };
-            walk.fault(node.place, "channels", problem, "list the model's input maps in order");
+            let problem = if let YamlValue::List(_) = other { "is empty" } else { "is no list" };
+            yaml.fault(node.place, "channels", problem, "list the model's input maps in order");
             return None;
         }
     };
-    let read: Vec<_> = entries.iter().enumerate().map(|(i, entry)| read_channel(walk, entry, i, head)).collect();
+    let read: Vec<_> = entries.iter().enumerate().map(|(i, entry)| read_channel(yaml, entry, i, head)).collect();
     read.into_iter().collect()
 }
 
-fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option<Channel> {
+fn read_channel(yaml: &mut YamlReader, node: &YamlNode, i: usize, head: &DatasetHead) -> Option<Channel> {
     let path = format!("channels[{i}]");
-    let short = matches!(node.value, Value::Text(_));
-    let mut map = if short { None } else { Some(walk.section(node, &path)) };
+    let short = matches!(node.value, YamlValue::Text(_));
+    let mut map = if short { None } else { Some(yaml.mapping(node, &path)) };
     let name = match &mut map {
         None => Some(node),
-        Some(map) => required(walk, map, "name", &format!("one of {}", CHANNEL_NAMES.join(", "))),
+        Some(map) => required(yaml, map, "name", &format!("one of {}", CHANNEL_NAMES.join(", "))),
     };
-    let found = name.and_then(|node| walk.word(node, &path, &CHANNEL_NAMES));
+    let found = name.and_then(|node| yaml.word(node, &path, &CHANNEL_NAMES));
     if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(head, name)) {
         let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
-        walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
+        yaml.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
     }
     let Some(mut map) = map else {
-        check_unit(walk, node, (found?, None), &path, head);
+        check_unit(yaml, node, (found?, None), &path, head);
         return Some(Channel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
     };
-    let any = Range { min: -1e9, max: 1e9, whole: false, unit: "" };
+    let any = NumberRange { min: -1e9, max: 1e9, whole: false, unit: "" };
     let unit =
-        map.take(walk, "unit").map_or(Some(None), |node| walk.word(node, &map.path_of("unit"), &UNITS).map(Some));
+        map.take(yaml, "unit").map_or(Some(None), |node| yaml.word(node, &map.path_of("unit"), &UNITS).map(Some));
     if let Some((name, unit)) = found.zip(unit) {
-        check_unit(walk, node, (name, unit), &path, head);
+        check_unit(yaml, node, (name, unit), &path, head);
     }
-    let mean = number(walk, &mut map, "mean", any, 0.0);
-    let sd = number(walk, &mut map, "sd", Range { min: 1e-9, ..any }, 1.0);
-    let missing = number(walk, &mut map, "missing", any, 0.0);
-    let relative = map.take(walk, "relative").map_or(Some(false), |node| match node.value {
-        Value::Flag(flag) => Some(flag),
+    let mean = number(yaml, &mut map, "mean", any, 0.0);
+    let sd = number(yaml, &mut map, "sd", NumberRange { min: 1e-9, ..any }, 1.0);
+    let missing = number(yaml, &mut map, "missing", any, 0.0);
+    let relative = map.take(yaml, "relative").map_or(Some(false), |node| match node.value {
+        YamlValue::Flag(flag) => Some(flag),
         _ => {
-            walk.fault(node.place, &map.path_of("relative"), format!("is {}", node.value.kind()), "give true or false");
+            yaml.fault(node.place, &map.path_of("relative"), format!("is {}", node.value.kind()), "give true or false");
             None
         }
     });
-    map.close(walk, &CHANNEL_KEYS, &|_| None);
+    map.close(yaml, &CHANNEL_KEYS, &|_| None);
     Some(Channel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
 }
 
-/// Faults a channel whose numbers the dataset has in another unit than the model takes.
-fn check_unit(walk: &mut Walk, node: &Node, (name, given): (&str, Option<&str>), path: &str, head: &DatasetHead) {
+/// YamlFaults a channel whose numbers the dataset has in another unit than the model takes.
+fn check_unit(
+    yaml: &mut YamlReader,
+    node: &YamlNode,
+    (name, given): (&str, Option<&str>),
+    path: &str,
+    head: &DatasetHead,
+) {
     let (usual, found) = if name == "range" { ("mm", head.range_unit()) } else { ("DN", "DN") };
     let wanted = given.unwrap_or(usual);
     if wanted != found {
@@ -322,21 +328,21 @@ fn check_unit(walk: &mut Walk, node: &Node, (name, given): (&str, Option<&str>),
             "px" => "make a dataset whose recipe says `extraction: {range: calibrated}`, or write `unit: px` here where the model was trained on sensor rows".into(),
             _ => format!("write `unit: {found}` here where the model was trained on that, or name another dataset"),
         };
-        walk.fault(node.place, path, problem, remedy);
+        yaml.fault(node.place, path, problem, remedy);
     }
 }
 
 /// Reads `classes`.
-fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) -> Option<ClassMapping> {
+fn read_classes(yaml: &mut YamlReader, node: &YamlNode, task: Task, head: &DatasetHead) -> Option<ClassMapping> {
     let entries = match &node.value {
-        Value::List(entries) if (2..=MAX_CLASSES).contains(&entries.len()) => entries,
-        Value::List(entries) => {
+        YamlValue::List(entries) if (2..=MAX_CLASSES).contains(&entries.len()) => entries,
+        YamlValue::List(entries) => {
             let problem = format!("has {} entries", entries.len());
-            walk.fault(node.place, "classes", problem, format!("list 2 to {MAX_CLASSES} classes"));
+            yaml.fault(node.place, "classes", problem, format!("list 2 to {MAX_CLASSES} classes"));
             return None;
         }
         other => {
-            walk.fault(node.place, "classes", format!("is {}", other.kind()), "list the model's classes in order");
+            yaml.fault(node.place, "classes", format!("is {}", other.kind()), "list the model's classes in order");
             return None;
         }
     };
@@ -349,33 +355,33 @@ fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) ->
     let mut whole = true;
     for (class, entry) in entries.iter().enumerate() {
         let path = format!("classes[{class}]");
-        let Some((name, of)) = read_class(walk, entry, &path) else {
+        let Some((name, of)) = read_class(yaml, entry, &path) else {
             whole = false;
             continue;
         };
         if names.contains(&name) {
-            walk.fault(
+            yaml.fault(
                 entry.place,
                 &path,
-                format!("`{}` stands here twice", clipped(&name)),
+                format!("`{}` stands here twice", clipped_text(&name)),
                 "give each class its own name",
             );
         }
         names.push(name);
         for node in of {
-            let Some(text) = walk.text(node, &path, "the name of a class of the dataset") else { continue };
+            let Some(text) = yaml.text(node, &path, "the name of a class of the dataset") else { continue };
             let Some((value, _)) = known.iter().find(|(_, known)| *known == text) else {
                 let all: Vec<&str> = known.iter().map(|(_, name)| *name).collect();
                 let kind = if task == Task::Samples { "samples" } else { "pixels" };
-                let hint =
-                    nearest(text, all.iter().copied()).map_or(String::new(), |m| format!("did you mean `{m}`? "));
+                let hint = nearest_spelling(text, all.iter().copied())
+                    .map_or(String::new(), |m| format!("did you mean `{m}`? "));
                 let remedy = format!("{hint}its classes of {kind} are {}; `of: []` for none", all.join(", "));
-                walk.fault(node.place, &path, format!("the dataset has no class `{}`", clipped(text)), remedy);
+                yaml.fault(node.place, &path, format!("the dataset has no class `{}`", clipped_text(text)), remedy);
                 continue;
             };
             if let Some(other) = truth[*value].replace(class).filter(|&other| other != class) {
                 let problem = format!("`{text}` belongs to classes[{other}] already");
-                walk.fault(node.place, &path, problem, "name it under one class");
+                yaml.fault(node.place, &path, problem, "name it under one class");
             }
         }
     }
@@ -383,27 +389,27 @@ fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) ->
 }
 
 /// Name of a class and the nodes that name classes of the dataset; a plain text is both.
-fn read_class<'n>(walk: &mut Walk, entry: &'n Node, path: &str) -> Option<(String, Vec<&'n Node>)> {
-    if let Value::Text(name) = &entry.value {
+fn read_class<'n>(yaml: &mut YamlReader, entry: &'n YamlNode, path: &str) -> Option<(String, Vec<&'n YamlNode>)> {
+    if let YamlValue::Text(name) = &entry.value {
         return Some((name.clone(), vec![entry]));
     }
-    let mut map = walk.section(entry, path);
-    let name = required(walk, &mut map, "name", "the name of the class");
-    let name = name.and_then(|node| walk.text(node, &map.path_of("name"), "the name of the class"));
-    let of = map.take(walk, "of").map(|node| match &node.value {
-        Value::List(entries) => Some(entries.iter().collect()),
-        Value::Text(_) => Some(vec![node]),
+    let mut map = yaml.mapping(entry, path);
+    let name = required(yaml, &mut map, "name", "the name of the class");
+    let name = name.and_then(|node| yaml.text(node, &map.path_of("name"), "the name of the class"));
+    let of = map.take(yaml, "of").map(|node| match &node.value {
+        YamlValue::List(entries) => Some(entries.iter().collect()),
+        YamlValue::Text(_) => Some(vec![node]),
         other => {
             let remedy = "list the classes of the dataset that it is, `of: [sound_knot, dead_knot]`";
-            walk.fault(node.place, &map.path_of("of"), format!("is {}", other.kind()), remedy);
+            yaml.fault(node.place, &map.path_of("of"), format!("is {}", other.kind()), remedy);
             None
         }
     });
     if of.is_none() {
         let remedy = "list the classes of the dataset that it is, `of: [sound_knot, dead_knot]`";
-        walk.fault(map.place(), &map.path_of("of"), "is missing", remedy);
+        yaml.fault(map.place(), &map.path_of("of"), "is missing", remedy);
     }
-    map.close(walk, &["name", "of"], &|_| None);
+    map.close(yaml, &["name", "of"], &|_| None);
     Some((name?.to_owned(), of??))
 }
 
@@ -436,40 +442,40 @@ fn has(head: &DatasetHead, name: &str) -> bool {
     head.images.png.iter().chain(&head.images.exr).any(|image| image == name)
 }
 
-fn required<'n>(walk: &mut Walk, top: &mut Section<'n>, name: &str, wanted: &str) -> Option<&'n Node> {
-    let found = top.take(walk, name);
+fn required<'n>(yaml: &mut YamlReader, top: &mut Mapping<'n>, name: &str, wanted: &str) -> Option<&'n YamlNode> {
+    let found = top.take(yaml, name);
     if found.is_none() {
-        walk.fault(top.place(), &top.path_of(name), "is missing", format!("give {wanted}"));
+        yaml.fault(top.place(), &top.path_of(name), "is missing", format!("give {wanted}"));
     }
     found
 }
 
 /// One of the words, the first where the key is not there.
-fn word<T: Copy>(walk: &mut Walk, top: &mut Section, name: &str, words: &[(&'static str, T)]) -> Option<T> {
-    let Some(node) = top.take(walk, name) else { return words.first().map(|(_, value)| *value) };
+fn word<T: Copy>(yaml: &mut YamlReader, top: &mut Mapping, name: &str, words: &[(&'static str, T)]) -> Option<T> {
+    let Some(node) = top.take(yaml, name) else { return words.first().map(|(_, value)| *value) };
     let names: Vec<&'static str> = words.iter().map(|(word, _)| *word).collect();
-    let found = walk.word(node, &top.path_of(name), &names)?;
+    let found = yaml.word(node, &top.path_of(name), &names)?;
     words.iter().find(|(word, _)| *word == found).map(|(_, value)| *value)
 }
 
-fn number(walk: &mut Walk, map: &mut Section, name: &str, range: Range, default: f64) -> Option<f64> {
+fn number(yaml: &mut YamlReader, map: &mut Mapping, name: &str, range: NumberRange, default: f64) -> Option<f64> {
     let path = map.path_of(name);
-    map.take(walk, name).map_or(Some(default), |node| walk.number_in(node, &path, range))
+    map.take(yaml, name).map_or(Some(default), |node| yaml.number_in(node, &path, range))
 }
 
 /// `[rows, columns]`, or one number for both.
-fn sides(walk: &mut Walk, node: &Node, path: &str) -> Option<[usize; 2]> {
-    let range = Range { min: 1.0, max: MAX_SIDE_PX, whole: true, unit: "px" };
+fn sides(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<[usize; 2]> {
+    let range = NumberRange { min: 1.0, max: MAX_SIDE_PX, whole: true, unit: "px" };
     match &node.value {
-        Value::List(entries) if entries.len() == 2 => {
-            let sides = [walk.number_in(&entries[0], path, range), walk.number_in(&entries[1], path, range)];
+        YamlValue::List(entries) if entries.len() == 2 => {
+            let sides = [yaml.number_in(&entries[0], path, range), yaml.number_in(&entries[1], path, range)];
             Some([sides[0]? as usize, sides[1]? as usize])
         }
-        Value::Number(_) => walk.number_in(node, path, range).map(|side| [side as usize; 2]),
+        YamlValue::Number(_) => yaml.number_in(node, path, range).map(|side| [side as usize; 2]),
         other => {
             let remedy = format!("give `{path}: [rows, columns]`");
             let remedy = if path == "window_px" { format!("{remedy} or `window_px: whole`") } else { remedy };
-            walk.fault(node.place, path, format!("is {}", other.kind()), remedy);
+            yaml.fault(node.place, path, format!("is {}", other.kind()), remedy);
             None
         }
     }

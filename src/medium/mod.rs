@@ -1,6 +1,6 @@
 //! Media: plane layers and a question about them, as a YAML file says them for `gen transport`.
 //!
-//! `text -> tree -> walk -> Medium`. Every fault of a text is found at once and names its line, its key and its remedy;
+//! `text -> tree -> yaml -> Medium`. Every fault of a text is found at once and names its line, its key and its remedy;
 //! what is left after that is in range, so no model checks it again. All azimuths in files are measured from the motion
 //! (+y) towards the laser line (+x). recipes/media/README.md explains every key.
 
@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 
 use crate::transport::answer::Question;
 use crate::transport::stack::Stack;
-use crate::yaml::fault::Faults;
-use crate::yaml::text;
+use crate::yaml::{YamlFaults, read_bytes, utf8_text};
 
 pub use self::layer::axis;
 
@@ -40,19 +39,19 @@ pub enum MediumError {
     },
     /// The text is not a medium.
     #[error(transparent)]
-    Faulty(#[from] Faults),
+    Faulty(#[from] YamlFaults),
 }
 
 impl Medium {
     /// The medium in the file `path`.
     pub fn load(path: &Path) -> Result<Self, MediumError> {
-        let bytes = text::read(path).map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;
+        let bytes = read_bytes(path).map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;
         let origin = path.display().to_string();
-        Ok(Self::parse(&origin, &text::utf8(&origin, bytes, read::NOUN)?)?)
+        Ok(Self::parse(&origin, &utf8_text(&origin, bytes, read::NOUN)?)?)
     }
 
     /// The medium that `text` writes; `origin` is where faults say that it comes from.
-    pub fn parse(origin: &str, text: &str) -> Result<Self, Faults> {
+    pub fn parse(origin: &str, text: &str) -> Result<Self, YamlFaults> {
         read::read(origin, text)
     }
 }

@@ -6,8 +6,7 @@ use glam::DVec3;
 
 use super::read::{number, range};
 use crate::transport::answer::Question;
-use crate::yaml::node::{Node, Value};
-use crate::yaml::walk::{Range, Walk};
+use crate::yaml::{NumberRange, YamlNode, YamlReader, YamlValue};
 
 const KEYS: [&str; 11] = [
     "incidence_deg",
@@ -22,44 +21,44 @@ const KEYS: [&str; 11] = [
     "cells",
     "angles",
 ];
-const INCIDENCE: Range = range(0.0, 89.0, "deg");
-const AZIMUTH: Range = range(-360.0, 360.0, "deg");
+const INCIDENCE: NumberRange = range(0.0, 89.0, "deg");
+const AZIMUTH: NumberRange = range(-360.0, 360.0, "deg");
 /// Azimuth of the reference camera, on the side of small y [deg].
 const VIEW_AZIMUTH: f64 = 180.0;
 /// Tilt of the reference camera [deg].
 const VIEW_TILT: f64 = 25.0;
 
-const fn count(max: f64) -> Range {
-    Range { min: 0.0, max, whole: true, unit: "" }
+const fn count(max: f64) -> NumberRange {
+    NumberRange { min: 0.0, max, whole: true, unit: "" }
 }
 
 /// Reads the question at `node`.
-pub(super) fn read(walk: &mut Walk, node: &Node) -> Option<Question> {
+pub(super) fn read(yaml: &mut YamlReader, node: &YamlNode) -> Option<Question> {
     let usual = Question::default();
-    let mut map = walk.section(node, "question");
-    let diffuse = map.take(walk, "diffuse").map(|node| (node, flag(walk, node, "question.diffuse")));
-    let incidence = number(walk, &mut map, "incidence_deg", INCIDENCE, Some(-1.0));
+    let mut map = yaml.mapping(node, "question");
+    let diffuse = map.take(yaml, "diffuse").map(|node| (node, flag(yaml, node, "question.diffuse")));
+    let incidence = number(yaml, &mut map, "incidence_deg", INCIDENCE, Some(-1.0));
     let incidence = match (diffuse, incidence) {
         (Some((node, Some(true))), Some(0.0..)) => {
             let remedy = "light is diffuse or has a direction: remove one of them";
-            walk.fault(node.place, "question.diffuse", "stands beside `incidence_deg`", remedy);
+            yaml.fault(node.place, "question.diffuse", "stands beside `incidence_deg`", remedy);
             None
         }
         (Some((_, None)), _) => None,
         (Some((_, Some(true))), _) => Some(None),
         (_, angle) => angle.map(|angle| Some(angle.max(0.0).to_radians())),
     };
-    let incidence_azimuth = number(walk, &mut map, "incidence_azimuth_deg", AZIMUTH, Some(0.0));
-    let tilt = number(walk, &mut map, "view_tilt_deg", INCIDENCE, Some(VIEW_TILT));
-    let azimuth = number(walk, &mut map, "view_azimuth_deg", AZIMUTH, Some(VIEW_AZIMUTH));
-    let line_mm = number(walk, &mut map, "line_sd_mm", range(0.0, 10.0, "mm"), Some(usual.line_mm));
+    let incidence_azimuth = number(yaml, &mut map, "incidence_azimuth_deg", AZIMUTH, Some(0.0));
+    let tilt = number(yaml, &mut map, "view_tilt_deg", INCIDENCE, Some(VIEW_TILT));
+    let azimuth = number(yaml, &mut map, "view_azimuth_deg", AZIMUTH, Some(VIEW_AZIMUTH));
+    let line_mm = number(yaml, &mut map, "line_sd_mm", range(0.0, 10.0, "mm"), Some(usual.line_mm));
     let pitch = range(1e-3, 100.0, "mm");
-    let row_mm = number(walk, &mut map, "row_mm", pitch, Some(usual.row_mm));
-    let rows = number(walk, &mut map, "rows", count(2000.0), Some(usual.rows as f64));
-    let cell_mm = number(walk, &mut map, "cell_mm", pitch, Some(usual.cell_mm));
-    let cells = number(walk, &mut map, "cells", count(200.0), Some(usual.cells as f64));
-    let angles = number(walk, &mut map, "angles", count(180.0), Some(usual.angles as f64));
-    map.close(walk, &KEYS, &|_| None);
+    let row_mm = number(yaml, &mut map, "row_mm", pitch, Some(usual.row_mm));
+    let rows = number(yaml, &mut map, "rows", count(2000.0), Some(usual.rows as f64));
+    let cell_mm = number(yaml, &mut map, "cell_mm", pitch, Some(usual.cell_mm));
+    let cells = number(yaml, &mut map, "cells", count(200.0), Some(usual.cells as f64));
+    let angles = number(yaml, &mut map, "angles", count(180.0), Some(usual.angles as f64));
+    map.close(yaml, &KEYS, &|_| None);
     Some(Question {
         incidence: incidence?,
         incidence_azimuth: inward(incidence_azimuth?),
@@ -87,10 +86,10 @@ fn view(tilt: f64, azimuth: f64) -> DVec3 {
     DVec3::new(sin * across, sin * along, cos)
 }
 
-fn flag(walk: &mut Walk, node: &Node, path: &str) -> Option<bool> {
-    if let Value::Flag(flag) = node.value {
+fn flag(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<bool> {
+    if let YamlValue::Flag(flag) = node.value {
         return Some(flag);
     }
-    walk.fault(node.place, path, format!("is {}", node.value.kind()), "give true or false");
+    yaml.fault(node.place, path, format!("is {}", node.value.kind()), "give true or false");
     None
 }

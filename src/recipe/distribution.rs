@@ -20,9 +20,7 @@ use rand::{Rng, RngExt};
 
 use super::keys::unit;
 use crate::chance::{Law, normal_below};
-use crate::yaml::fault::nearest;
-use crate::yaml::node::{Node, Value};
-use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
+use crate::yaml::{Mapping, NumberRange, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, number_text};
 
 /// Cut of normal and lognormal [standard deviations].
 const CUT_SD: f64 = 8.0;
@@ -337,18 +335,23 @@ fn overlap(min: f64, max: f64, low: f64, high: f64) -> f64 {
 }
 
 /// The numbers that a parameter may take.
-pub(super) fn range(parameter: &Parameter) -> Range {
-    Range { min: parameter.min, max: parameter.max, whole: parameter.integer, unit: unit(parameter.name) }
+pub(super) fn range(parameter: &Parameter) -> NumberRange {
+    NumberRange { min: parameter.min, max: parameter.max, whole: parameter.integer, unit: unit(parameter.name) }
 }
 
 /// Reads the number or distribution at `node`; faults are noted and give `None`.
-pub(super) fn distribution(walk: &mut Walk, node: &Node, path: &str, parameter: &Parameter) -> Option<Distribution> {
+pub(super) fn distribution(
+    yaml: &mut YamlReader,
+    node: &YamlNode,
+    path: &str,
+    parameter: &Parameter,
+) -> Option<Distribution> {
     let range = range(parameter);
-    let distribution = DistributionReader { walk: &mut *walk, range }.distribution(node, path, false)?;
+    let distribution = DistributionReader { yaml: &mut *yaml, range }.distribution(node, path, false)?;
     let chance = distribution.chance_inside(parameter);
     if chance < MIN_CHANCE {
         let problem = format!("only {:.2} % of its draws lie where they may", 100.0 * chance);
-        walk.fault(node.place, path, problem, format!("at least 1 % must; `{path}` is {range}"));
+        yaml.fault(node.place, path, problem, format!("at least 1 % must; `{path}` is {range}"));
         return None;
     }
     Some(distribution)
@@ -356,17 +359,17 @@ pub(super) fn distribution(walk: &mut Walk, node: &Node, path: &str, parameter: 
 
 /// Reads the arguments of one distribution within `range`.
 struct DistributionReader<'w, 't> {
-    walk: &'w mut Walk<'t>,
-    range: Range,
+    yaml: &'w mut YamlReader<'t>,
+    range: NumberRange,
 }
 
 impl DistributionReader<'_, '_> {
-    fn distribution(&mut self, node: &Node, path: &str, nested: bool) -> Option<Distribution> {
+    fn distribution(&mut self, node: &YamlNode, path: &str, nested: bool) -> Option<Distribution> {
         let all_forms = || format!("give {} or one of {{{}: ...}}", self.range, form_keys().join(": ...}, {"));
         match &node.value {
-            Value::Map(entries) => match entries.as_slice() {
+            YamlValue::Map(entries) => match entries.as_slice() {
                 [(key, arguments)] => {
-                    let path = format!("{path}.{}", clipped(&key.name));
+                    let path = format!("{path}.{}", clipped_text(&key.name));
                     match key.name.as_str() {
                         "uniform" => self.pair(arguments, &path).map(|(min, max)| Distribution::Uniform { min, max }),
                         "log_uniform" => self.log_uniform(arguments, &path),
@@ -376,13 +379,14 @@ impl DistributionReader<'_, '_> {
                         "truncated" if !nested => self.truncated(arguments, &path),
                         "truncated" => {
                             let remedy = "truncate once, between the larger `min` and the smaller `max`";
-                            self.walk.fault(key.place, &path, "truncates a truncated distribution", remedy);
+                            self.yaml.fault(key.place, &path, "truncates a truncated distribution", remedy);
                             None
                         }
                         unknown => {
-                            let meant = nearest(unknown, form_keys()).map(|form| format!("did you mean `{form}`? "));
+                            let meant =
+                                nearest_spelling(unknown, form_keys()).map(|form| format!("did you mean `{form}`? "));
                             let remedy = format!("{}{}", meant.unwrap_or_default(), all_forms());
-                            self.walk.fault(key.place, &path, "is no distribution", remedy);
+                            self.yaml.fault(key.place, &path, "is no distribution", remedy);
                             None
                         }
                     }
@@ -390,84 +394,92 @@ impl DistributionReader<'_, '_> {
                 _ => {
                     let problem = format!("is a map of {} keys, and a distribution has one", entries.len());
                     let remedy = all_forms();
-                    self.walk.fault(node.place, path, problem, remedy);
+                    self.yaml.fault(node.place, path, problem, remedy);
                     None
                 }
             },
-            Value::Number(_) | Value::Text(_) => self.walk.number_in(node, path, self.range).map(Distribution::Fixed),
+            YamlValue::Number(_) | YamlValue::Text(_) => {
+                self.yaml.number_in(node, path, self.range).map(Distribution::Fixed)
+            }
             other => {
                 let (problem, remedy) = (format!("is {}", other.kind()), all_forms());
-                self.walk.fault(node.place, path, problem, remedy);
+                self.yaml.fault(node.place, path, problem, remedy);
                 None
             }
         }
     }
 
     /// `[min, max]`.
-    fn pair(&mut self, node: &Node, path: &str) -> Option<(f64, f64)> {
+    fn pair(&mut self, node: &YamlNode, path: &str) -> Option<(f64, f64)> {
         let remedy = format!("give [smallest, largest], each {}", self.range);
-        let Value::List(ends) = &node.value else {
-            self.walk.fault(node.place, path, format!("is {}", node.value.kind()), remedy);
+        let YamlValue::List(ends) = &node.value else {
+            self.yaml.fault(node.place, path, format!("is {}", node.value.kind()), remedy);
             return None;
         };
         let [min, max] = ends.as_slice() else {
-            self.walk.fault(node.place, path, format!("is a list of {}", ends.len()), remedy);
+            self.yaml.fault(node.place, path, format!("is a list of {}", ends.len()), remedy);
             return None;
         };
-        let least = self.walk.number_in(min, path, self.range);
-        let most = self.walk.number_in(max, path, self.range);
+        let least = self.yaml.number_in(min, path, self.range);
+        let most = self.yaml.number_in(max, path, self.range);
         self.ordered(node, path, least?, most?)
     }
 
-    fn ordered(&mut self, node: &Node, path: &str, min: f64, max: f64) -> Option<(f64, f64)> {
+    fn ordered(&mut self, node: &YamlNode, path: &str, min: f64, max: f64) -> Option<(f64, f64)> {
         if min <= max {
             return Some((min, max));
         }
-        let problem = format!("smallest {} is over largest {}", shown(min), shown(max));
-        self.walk.fault(node.place, path, problem, "swap them");
+        let problem = format!("smallest {} is over largest {}", number_text(min), number_text(max));
+        self.yaml.fault(node.place, path, problem, "swap them");
         None
     }
 
-    fn log_uniform(&mut self, node: &Node, path: &str) -> Option<Distribution> {
+    fn log_uniform(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
         let (min, max) = self.pair(node, path)?;
         if min > 0.0 {
             return Some(Distribution::LogUniform { min, max });
         }
-        self.walk.fault(node.place, path, format!("begins at {}", shown(min)), "begin above 0, or take `uniform`");
+        self.yaml.fault(
+            node.place,
+            path,
+            format!("begins at {}", number_text(min)),
+            "begin above 0, or take `uniform`",
+        );
         None
     }
 
-    fn normal(&mut self, node: &Node, path: &str) -> Option<Distribution> {
-        let mut section = self.walk.section(node, path);
+    fn normal(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
+        let mut section = self.yaml.mapping(node, path);
         let mean = self.argument(&mut section, node, "mean", -MAX_ARGUMENT);
         let sd = self.argument(&mut section, node, "sd", 0.0);
         self.close(section, &["mean", "sd"]);
         Some(Distribution::Normal { mean: mean?, sd: sd? })
     }
 
-    fn lognormal(&mut self, node: &Node, path: &str) -> Option<Distribution> {
-        let mut section = self.walk.section(node, path);
+    fn lognormal(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
+        let mut section = self.yaml.mapping(node, path);
         let median = self.argument(&mut section, node, "median", 1.0 / MAX_ARGUMENT);
         let log_sd = self.argument(&mut section, node, "log_sd", 0.0);
         self.close(section, &["median", "log_sd"]);
         let (median, log_sd) = (median?, log_sd?);
         if log_sd > MAX_LOG_SD {
-            let problem = format!("{} is out of range", shown(log_sd));
+            let problem = format!("{} is out of range", number_text(log_sd));
             let remedy = format!("`log_sd` is in natural logarithms, at most {MAX_LOG_SD}");
-            self.walk.fault(node.place, &format!("{path}.log_sd"), problem, remedy);
+            self.yaml.fault(node.place, &format!("{path}.log_sd"), problem, remedy);
             return None;
         }
         Some(Distribution::Lognormal { median, log_sd })
     }
 
-    fn choice(&mut self, node: &Node, path: &str) -> Option<Distribution> {
+    fn choice(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
         let range = self.range;
-        let mut section = self.walk.section(node, path);
+        let mut section = self.yaml.mapping(node, path);
         let values = self.list(&mut section, "values", range);
         if values.is_none() {
-            self.walk.fault(node.place, path, "has no `values`", format!("give a list, each {range}"));
+            self.yaml.fault(node.place, path, "has no `values`", format!("give a list, each {range}"));
         }
-        let weights = self.list(&mut section, "weights", Range { min: 0.0, max: MAX_ARGUMENT, whole: false, unit: "" });
+        let weights =
+            self.list(&mut section, "weights", NumberRange { min: 0.0, max: MAX_ARGUMENT, whole: false, unit: "" });
         self.close(section, &["values", "weights"]);
         let values = values??;
         let weights = weights.unwrap_or_else(|| Some(vec![1.0; values.len()]))?;
@@ -481,53 +493,53 @@ impl DistributionReader<'_, '_> {
             return Some(Distribution::Choice { values, weights });
         };
         let remedy = format!("give 1 to {MAX_VALUES} values, and as many weights, not all 0, or none");
-        self.walk.fault(node.place, path, problem, remedy);
+        self.yaml.fault(node.place, path, problem, remedy);
         None
     }
 
-    fn truncated(&mut self, node: &Node, path: &str) -> Option<Distribution> {
+    fn truncated(&mut self, node: &YamlNode, path: &str) -> Option<Distribution> {
         let range = self.range;
-        let mut section = self.walk.section(node, path);
-        let bound = |reader: &mut Self, section: &mut Section, name: &str, otherwise: f64| match section
-            .take(reader.walk, name)
+        let mut section = self.yaml.mapping(node, path);
+        let bound = |reader: &mut Self, section: &mut Mapping, name: &str, otherwise: f64| match section
+            .take(reader.yaml, name)
         {
-            Some(bound) => reader.walk.number_in(bound, &section.path_of(name), range),
+            Some(bound) => reader.yaml.number_in(bound, &section.path_of(name), range),
             None => Some(otherwise),
         };
         let min = bound(self, &mut section, "min", range.min);
         let max = bound(self, &mut section, "max", range.max);
-        let inner = section.take(self.walk, "of");
+        let inner = section.take(self.yaml, "of");
         self.close(section, &["of", "min", "max"]);
         let Some(inner) = inner else {
-            self.walk.fault(node.place, path, "has no `of`", "give the distribution to truncate");
+            self.yaml.fault(node.place, path, "has no `of`", "give the distribution to truncate");
             return None;
         };
-        let wide = Range { min: -MAX_ARGUMENT, max: MAX_ARGUMENT, ..range };
+        let wide = NumberRange { min: -MAX_ARGUMENT, max: MAX_ARGUMENT, ..range };
         let of =
-            DistributionReader { walk: &mut *self.walk, range: wide }.distribution(inner, &format!("{path}.of"), true);
+            DistributionReader { yaml: &mut *self.yaml, range: wide }.distribution(inner, &format!("{path}.of"), true);
         let (min, max) = self.ordered(node, path, min?, max?)?;
         Some(Distribution::Truncated { of: Box::new(of?), min, max })
     }
 
     /// The number `name` of `section` from `min` up.
-    fn argument(&mut self, section: &mut Section, node: &Node, name: &str, min: f64) -> Option<f64> {
+    fn argument(&mut self, section: &mut Mapping, node: &YamlNode, name: &str, min: f64) -> Option<f64> {
         let path = section.path_of(name);
-        let range = Range { min, max: MAX_ARGUMENT, whole: false, unit: self.range.unit };
-        match section.take(self.walk, name) {
-            Some(argument) => self.walk.number_in(argument, &path, range),
+        let range = NumberRange { min, max: MAX_ARGUMENT, whole: false, unit: self.range.unit };
+        match section.take(self.yaml, name) {
+            Some(argument) => self.yaml.number_in(argument, &path, range),
             None => {
-                self.walk.fault(node.place, &path, "is missing", format!("give {range}"));
+                self.yaml.fault(node.place, &path, "is missing", format!("give {range}"));
                 None
             }
         }
     }
 
     /// The list `name` of `section`: `None` where there is none, `Some(None)` where it is at fault.
-    fn list(&mut self, section: &mut Section, name: &str, range: Range) -> Option<Option<Vec<f64>>> {
+    fn list(&mut self, section: &mut Mapping, name: &str, range: NumberRange) -> Option<Option<Vec<f64>>> {
         let path = section.path_of(name);
-        let node = section.take(self.walk, name)?;
-        let Value::List(entries) = &node.value else {
-            self.walk.fault(
+        let node = section.take(self.yaml, name)?;
+        let YamlValue::List(entries) = &node.value else {
+            self.yaml.fault(
                 node.place,
                 &path,
                 format!("is {}", node.value.kind()),
@@ -535,11 +547,11 @@ impl DistributionReader<'_, '_> {
             );
             return Some(None);
         };
-        let numbers: Vec<_> = entries.iter().map(|entry| self.walk.number_in(entry, &path, range)).collect();
+        let numbers: Vec<_> = entries.iter().map(|entry| self.yaml.number_in(entry, &path, range)).collect();
         Some(numbers.into_iter().collect())
     }
 
-    fn close(&mut self, section: Section, known: &[&str]) {
-        section.close(self.walk, known, &|_| None);
+    fn close(&mut self, section: Mapping, known: &[&str]) {
+        section.close(self.yaml, known, &|_| None);
     }
 }

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::asset::Files;
-use crate::yaml::fault::{Faults, nearest};
-use crate::yaml::text::{read, utf8};
+use crate::yaml::{YamlFaults, nearest_spelling, read_bytes, utf8_text};
 
 /// The recipes that are built in, by name.
 pub(super) const EMBEDDED: [(&str, &str); 14] = [
@@ -29,10 +28,10 @@ pub(super) const EMBEDDED: [(&str, &str); 14] = [
 pub(super) fn text(name: &str) -> Result<(String, Files), RecipeError> {
     let path = Path::new(name);
     if path.exists() && !path.is_dir() {
-        return match read(path) {
+        return match read_bytes(path) {
             Ok(bytes) => {
                 let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-                Ok((utf8(name, bytes, "recipe")?, Files::Beside(folder)))
+                Ok((utf8_text(name, bytes, "recipe")?, Files::Beside(folder)))
             }
             Err(source) => Err(RecipeError::Unreadable { path: path.to_owned(), source }),
         };
@@ -44,7 +43,7 @@ pub(super) fn text(name: &str) -> Result<(String, Files), RecipeError> {
         Some((_, text)) => Ok(((*text).to_owned(), Files::BuiltIn)),
         None => {
             let known: Vec<_> = EMBEDDED.iter().map(|(known, _)| *known).collect();
-            let nearest = nearest(stem, known.iter().copied()).map(str::to_owned);
+            let nearest = nearest_spelling(stem, known.iter().copied()).map(str::to_owned);
             Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
         }
     }
@@ -73,7 +72,7 @@ pub enum RecipeError {
     },
     /// The text is not a recipe.
     #[error(transparent)]
-    Faulty(#[from] Faults),
+    Faulty(#[from] YamlFaults),
 }
 
 /// `; did you mean ...?` where there is something to mean.

@@ -33,7 +33,7 @@ pub use self::embedded::RecipeError;
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
-pub use crate::yaml::fault::{Fault, Faults};
+pub use crate::yaml::{YamlFault, YamlFaults};
 
 /// What a dataset is made from; every number in it is in range.
 #[derive(Debug, Clone, PartialEq)]

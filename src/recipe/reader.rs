@@ -14,9 +14,9 @@ use super::subject::Subject;
 use crate::asset::Files;
 use crate::mesh;
 use crate::settings::{TransportName, Words};
-use crate::yaml::fault::Faults;
-use crate::yaml::node::{self, Node};
-use crate::yaml::walk::{Range, Section, Walk, clipped, shown};
+use crate::yaml::{
+    Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml,
+};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.
 pub(super) const MAX_SHARE: f64 = 1e6;
@@ -38,69 +38,69 @@ pub(super) struct Resolved {
 }
 
 /// Reads `text` and the files that it names; every fault that is found comes back.
-pub(super) fn read(origin: &str, text: &str, files: &Files) -> Result<Resolved, Faults> {
-    let mut walk = Walk::new(text, "recipe");
-    let resolved = match node::parse(text, "recipe") {
-        Ok(root) => recipe(&mut walk, &root, files),
+pub(super) fn read(origin: &str, text: &str, files: &Files) -> Result<Resolved, YamlFaults> {
+    let mut yaml = YamlReader::new(text, "recipe");
+    let resolved = match parse_yaml(text, "recipe") {
+        Ok(root) => recipe(&mut yaml, &root, files),
         Err(error) => {
-            walk.fault(error.place, "", error.problem, error.remedy);
+            yaml.fault(error.place, "", error.problem, error.remedy);
             None
         }
     };
-    walk.finish(origin)?;
+    yaml.finish(origin)?;
     Ok(resolved.expect("whatever gives no recipe notes a fault"))
 }
 
-fn recipe(walk: &mut Walk, root: &Node, files: &Files) -> Option<Resolved> {
-    if !matches!(root.value, node::Value::Map(_)) {
+fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &Files) -> Option<Resolved> {
+    if !matches!(root.value, YamlValue::Map(_)) {
         let problem = match &root.value {
-            node::Value::Nothing => "the file is empty".to_owned(),
+            YamlValue::Nothing => "the file is empty".to_owned(),
             other => format!("the file is {}", other.kind()),
         };
-        walk.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
+        yaml.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
         return None;
     }
-    let mut top = walk.section(root, "");
-    let name = required(walk, &mut top, root, "name").and_then(|node| name(walk, node, "name"));
-    let subject = required(walk, &mut top, root, "subject").and_then(|node| {
-        let word = walk.word(node, "subject", &Subject::NAMES)?;
+    let mut top = yaml.mapping(root, "");
+    let name = required(yaml, &mut top, root, "name").and_then(|node| name(yaml, node, "name"));
+    let subject = required(yaml, &mut top, root, "subject").and_then(|node| {
+        let word = yaml.word(node, "subject", &Subject::NAMES)?;
         Subject::named(word)
     });
     let mut settings = Settings::default();
     let mut parameters = BTreeMap::new();
     for section in sections(subject).filter(|section| !section.path.contains('.')) {
-        let node = top.take(walk, section.path);
+        let node = top.take(yaml, section.path);
         let Some(node) = node else { continue };
-        let map = matches!(node.value, node::Value::Map(_) | node::Value::Nothing);
+        let map = matches!(node.value, YamlValue::Map(_) | YamlValue::Nothing);
         if section.path == TRANSPORT && !map {
-            transport_name(walk, node, &mut settings);
+            transport_name(yaml, node, &mut settings);
         } else {
             let into = Keys { subject, settings: Some(&mut settings), parameters: &mut parameters };
-            section_keys(walk, node, section, "", into);
+            section_keys(yaml, node, section, "", into);
         }
     }
     for parameter in keys::parameters(subject) {
         parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
-    let classes = required(walk, &mut top, root, "classes").map(|node| classes(walk, node, subject, &parameters));
+    let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
     let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
-    top.close(walk, &known, &|name| keys::home(subject, name));
+    top.close(yaml, &known, &|name| keys::home(subject, name));
 
     for setting in keys::settings(subject) {
-        (setting.load)(&mut settings, walk, files);
+        (setting.load)(&mut settings, yaml, files);
     }
     let classes = classes.unwrap_or_default();
     let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read(file) {
         Ok(mesh) => Some(Arc::new(mesh)),
         Err((problem, remedy)) => {
-            walk.joint_fault(&["mesh.file".to_owned()], problem, remedy);
+            yaml.joint_fault(&["mesh.file".to_owned()], problem, remedy);
             None
         }
     });
     let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
-    constraints::check(walk, object, &parameters, &classes);
-    conditional::refuse(walk, subject, &settings, &parameters, &classes);
+    constraints::check(yaml, object, &parameters, &classes);
+    conditional::refuse(yaml, subject, &settings, &parameters, &classes);
     Some(Resolved { name: name?, subject: subject?, settings, parameters, classes, mesh })
 }
 
@@ -112,25 +112,25 @@ struct Keys<'k> {
 }
 
 /// Reads the name of a model, which stands for the whole section `transport`.
-fn transport_name(walk: &mut Walk, node: &Node, settings: &mut Settings) {
+fn transport_name(yaml: &mut YamlReader, node: &YamlNode, settings: &mut Settings) {
     let model = &TransportSettings::SETTINGS[0];
-    if matches!(node.value, node::Value::Text(_)) {
-        (model.read)(settings, walk, node, TRANSPORT);
+    if matches!(node.value, YamlValue::Text(_)) {
+        (model.read)(settings, yaml, node, TRANSPORT);
         return;
     }
     let remedy = format!("give one of {}, or a map of `model` and its keys", TransportName::NAMES.join(", "));
-    walk.fault(node.place, TRANSPORT, format!("is {}", node.value.kind()), remedy);
+    yaml.fault(node.place, TRANSPORT, format!("is {}", node.value.kind()), remedy);
 }
 
 /// Reads the keys of `section` from `node`, whose path is the section's after `prefix`.
-fn section_keys(walk: &mut Walk, node: &Node, section: &keys::Section, prefix: &str, mut into: Keys) {
-    let mut map = walk.section(node, &format!("{prefix}{}", section.path));
+fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSection, prefix: &str, mut into: Keys) {
+    let mut map = yaml.mapping(node, &format!("{prefix}{}", section.path));
     let mut known = Vec::new();
     for parameter in section.parameters {
         known.push(parameter.name);
-        if let Some(node) = map.take(walk, parameter.name) {
+        if let Some(node) = map.take(yaml, parameter.name) {
             let path = map.path_of(parameter.name);
-            let read = distribution::distribution(walk, node, &path, parameter);
+            let read = distribution::distribution(yaml, node, &path, parameter);
             into.parameters.extend(read.map(|distribution| (parameter.path(), distribution)));
         }
     }
@@ -139,27 +139,27 @@ fn section_keys(walk: &mut Walk, node: &Node, section: &keys::Section, prefix: &
         let mut faulty = Vec::new();
         for setting in section.settings {
             known.push(setting.name);
-            let Some(node) = map.take(walk, setting.name) else { continue };
+            let Some(node) = map.take(yaml, setting.name) else { continue };
             let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.key));
             if let Some(idle) = setting.idle(settings).filter(|_| decided) {
                 let (problem, remedy) = idle.refusal();
-                walk.joint_fault(&[setting.path.to_owned()], problem, remedy);
-            } else if (setting.read)(settings, walk, node, setting.path).is_none() {
+                yaml.joint_fault(&[setting.path.to_owned()], problem, remedy);
+            } else if (setting.read)(settings, yaml, node, setting.path).is_none() {
                 faulty.push(setting.name);
             }
         }
         for inner in &SECTIONS {
             if let Some(name) = inner.path.strip_prefix(section.path).and_then(|rest| rest.strip_prefix('.')) {
                 known.push(name);
-                let Some(node) = map.take(walk, name) else { continue };
+                let Some(node) = map.take(yaml, name) else { continue };
                 let mut none = BTreeMap::new();
                 let into = Keys { subject: into.subject, settings: Some(settings), parameters: &mut none };
-                section_keys(walk, node, inner, prefix, into);
+                section_keys(yaml, node, inner, prefix, into);
             }
         }
     }
     let in_class = into.settings.is_none();
-    map.close(walk, &known, &|name| {
+    map.close(yaml, &known, &|name| {
         let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
         let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
         if setting { Some(fixed()) } else { keys::home(into.subject, name) }
@@ -168,15 +168,15 @@ fn section_keys(walk: &mut Walk, node: &Node, section: &keys::Section, prefix: &
 
 /// The classes by name.
 fn classes(
-    walk: &mut Walk,
-    node: &Node,
+    yaml: &mut YamlReader,
+    node: &YamlNode,
     subject: Option<Subject>,
     base: &BTreeMap<String, Distribution>,
 ) -> Vec<Class> {
-    let entries = walk.section(node, "classes").take_all();
+    let entries = yaml.mapping(node, "classes").take_all();
     if entries.is_empty() || entries.len() > MAX_CLASSES {
         let problem = format!("has {} classes", entries.len());
-        walk.fault(
+        yaml.fault(
             node.place,
             "classes",
             problem,
@@ -187,12 +187,12 @@ fn classes(
         .iter()
         .take(MAX_CLASSES)
         .filter_map(|(key, node)| {
-            let path = format!("classes.{}", clipped(&key.name));
+            let path = format!("classes.{}", clipped_text(&key.name));
             let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             if key.name.is_empty() || key.name.len() > MAX_NAME_BYTES || !key.name.chars().all(letters) {
-                walk.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
+                yaml.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
             }
-            class(walk, (&key.name, node), &path, subject, base)
+            class(yaml, (&key.name, node), &path, subject, base)
         })
         .collect();
     classes.sort_by(|a, b| a.name.cmp(&b.name));
@@ -203,34 +203,34 @@ fn classes(
     }
     for class in classes.iter().filter(|class| class.share < MIN_SHARE) {
         let key = format!("classes.{}.share", class.name);
-        let problem = format!("is {} of all shares", shown(class.share));
-        walk.joint_fault(&[key], problem, format!("give at least {MIN_SHARE} of their sum, or remove the class"));
+        let problem = format!("is {} of all shares", number_text(class.share));
+        yaml.joint_fault(&[key], problem, format!("give at least {MIN_SHARE} of their sum, or remove the class"));
     }
     classes
 }
 
 fn class(
-    walk: &mut Walk,
-    (name, node): (&str, &Node),
+    yaml: &mut YamlReader,
+    (name, node): (&str, &YamlNode),
     path: &str,
     subject: Option<Subject>,
     base: &BTreeMap<String, Distribution>,
 ) -> Option<Class> {
-    let mut map = walk.section(node, path);
-    let range = Range { min: 0.0, max: MAX_SHARE, whole: false, unit: "" };
-    let share = required(walk, &mut map, node, "share").and_then(|node| {
+    let mut map = yaml.mapping(node, path);
+    let range = NumberRange { min: 0.0, max: MAX_SHARE, whole: false, unit: "" };
+    let share = required(yaml, &mut map, node, "share").and_then(|node| {
         let path = format!("{path}.share");
-        walk.number_in(node, &path, range)
+        yaml.number_in(node, &path, range)
     });
     let mut overrides = BTreeMap::new();
     let drawn = || sections(subject).filter(|section| !section.parameters.is_empty());
     for section in drawn() {
-        let Some(node) = map.take(walk, section.path) else { continue };
+        let Some(node) = map.take(yaml, section.path) else { continue };
         let into = Keys { subject, settings: None, parameters: &mut overrides };
-        section_keys(walk, node, section, &format!("{path}."), into);
+        section_keys(yaml, node, section, &format!("{path}."), into);
     }
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
-    map.close(walk, &known, &|name| {
+    map.close(yaml, &known, &|name| {
         let fixed = sections(subject).any(|section| section.path == name) || name == "name" || name == "subject";
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
@@ -244,21 +244,21 @@ fn class(
 }
 
 /// The value of a key that has no default.
-fn required<'n>(walk: &mut Walk, map: &mut Section<'n>, node: &Node, key: &str) -> Option<&'n Node> {
-    let found = map.take(walk, key);
+fn required<'n>(yaml: &mut YamlReader, map: &mut Mapping<'n>, node: &YamlNode, key: &str) -> Option<&'n YamlNode> {
+    let found = map.take(yaml, key);
     if found.is_none() {
-        walk.fault(node.place, &map.path_of(key), "is missing", "it has no default");
+        yaml.fault(node.place, &map.path_of(key), "is missing", "it has no default");
     }
     found
 }
 
 /// The name of a dataset, which is part of file names.
-fn name(walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
+fn name(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> {
     let allowed = "a name of a-z, 0-9, - and _, at most 64 of them";
-    let name = walk.text(node, path, allowed)?;
+    let name = yaml.text(node, path, allowed)?;
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
     if name.is_empty() || name.len() > MAX_NAME_BYTES || !name.chars().all(letters) {
-        walk.fault(node.place, path, format!("`{}` is no name", clipped(name)), format!("give {allowed}"));
+        yaml.fault(node.place, path, format!("`{}` is no name", clipped_text(name)), format!("give {allowed}"));
         return None;
     }
     Some(name.to_owned())

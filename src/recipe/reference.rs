@@ -5,8 +5,8 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::distribution::{FORMS, range};
-use super::keys::{SECTIONS, Section, tidy, unit};
-use crate::yaml::walk::shown;
+use super::keys::{RecipeSection, SECTIONS, tidy, unit};
+use crate::yaml::number_text;
 
 const OPENING: &str = "\
 # Recipes
@@ -141,7 +141,7 @@ pub fn reference_markdown() -> String {
     page
 }
 
-fn keys(page: &mut String, section: &Section) {
+fn keys(page: &mut String, section: &RecipeSection) {
     let kind = match (section.settings.is_empty(), section.parameters.is_empty()) {
         (false, true) => " (settings)",
         (true, false) => " (parameters)",
@@ -156,7 +156,7 @@ fn keys(page: &mut String, section: &Section) {
         let description = (setting.describe)();
         let (unit, range) = description.unit_and_range.unwrap_or_else(|| (unit(setting.name), description.allowed));
         let default = match description.default {
-            Value::Number(number) if number.is_f64() => shown(number.as_f64().unwrap_or(f64::NAN)),
+            Value::Number(number) if number.is_f64() => number_text(number.as_f64().unwrap_or(f64::NAN)),
             other => other.to_string().replace('"', "").replace(',', ", "),
         };
         row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);
@@ -170,8 +170,8 @@ fn keys(page: &mut String, section: &Section) {
                 &format!("`{}`", parameter.name),
                 &tidy(parameter.doc),
                 allowed.unit,
-                &shown(parameter.default),
-                &format!("{} to {}{whole}", shown(parameter.min), shown(parameter.max)),
+                &number_text(parameter.default),
+                &format!("{} to {}{whole}", number_text(parameter.min), number_text(parameter.max)),
                 parameter.source,
             ],
         );

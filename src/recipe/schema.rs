@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::constraints::transport;
 use super::distribution::{FORMS, range};
 use super::keys::settings::{Setting, Settings, TransportSettings};
-use super::keys::{SECTIONS, Section, TRANSPORT, TRANSPORT_DOC, tidy};
+use super::keys::{RecipeSection, SECTIONS, TRANSPORT, TRANSPORT_DOC, tidy};
 use super::reader::MAX_SHARE;
 use super::subject::Subject;
 use crate::settings::{ThesisMethod, TransportName};
@@ -71,7 +71,7 @@ fn only(subject: Subject) -> Value {
 }
 
 /// A top-level section: its settings, its parameters and the sections below it.
-fn section(top: &Section) -> Value {
+fn section(top: &RecipeSection) -> Value {
     let mut properties = parameters(top.parameters);
     properties.extend(top.settings.iter().map(|row| (row.name.to_owned(), setting(row))));
     for inner in &SECTIONS {

@@ -1,26 +1,26 @@
-//! What is wrong with a file: where, what, and what to do; all of it at once.
+//! Faults of a file: where, what, and what to do; all of them at once.
 
 use std::fmt;
 
-use super::node::Place;
+use super::node::TextPosition;
 
 /// Longest piece of a source line that a fault shows [characters].
-const EXCERPT: usize = 110;
+const MAX_EXCERPT_CHARS: usize = 110;
 
 /// Everything that is wrong with one text.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Faults {
+pub struct YamlFaults {
     /// Where the text comes from, usually a path.
     pub origin: String,
     /// The faults by place.
-    pub list: Vec<Fault>,
+    pub list: Vec<YamlFault>,
     /// Faults beyond those listed.
     pub unlisted: usize,
 }
 
 /// One thing that is wrong.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fault {
+pub struct YamlFault {
     /// Line, from 1.
     pub line: usize,
     /// Column, from 1 [characters].
@@ -42,21 +42,25 @@ struct Excerpt {
     caret: usize,
 }
 
-impl Fault {
+impl YamlFault {
     /// A fault at `place` of `text`.
-    pub(crate) fn new(text: &str, place: Place, key: &str, problem: String, remedy: String) -> Self {
+    pub(crate) fn new(text: &str, place: TextPosition, key: &str, problem: String, remedy: String) -> Self {
         let line = text.lines().nth(place.line - 1).unwrap_or_default();
-        let skipped = if line.chars().count() <= EXCERPT { 0 } else { (place.column - 1).saturating_sub(EXCERPT / 2) };
-        let shown = line.chars().skip(skipped).take(EXCERPT);
+        let skipped = if line.chars().count() <= MAX_EXCERPT_CHARS {
+            0
+        } else {
+            (place.column - 1).saturating_sub(MAX_EXCERPT_CHARS / 2)
+        };
+        let shown = line.chars().skip(skipped).take(MAX_EXCERPT_CHARS);
         let excerpt = Excerpt {
             text: shown.map(|c| if c.is_control() { ' ' } else { c }).collect(),
-            caret: (place.column - 1 - skipped).min(EXCERPT),
+            caret: (place.column - 1 - skipped).min(MAX_EXCERPT_CHARS),
         };
         Self { line: place.line, column: place.column, key: key.to_owned(), problem, remedy, excerpt }
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for YamlFault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         if !self.key.is_empty() {
             write!(f, "{}: ", self.key)?;
@@ -66,7 +70,7 @@ impl fmt::Display for Fault {
     }
 }
 
-impl fmt::Display for Faults {
+impl fmt::Display for YamlFaults {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let count = self.list.len() + self.unlisted;
         writeln!(f, "{} has {count} fault{}:", self.origin, if count == 1 { "" } else { "s" })?;
@@ -84,19 +88,19 @@ impl fmt::Display for Faults {
     }
 }
 
-impl std::error::Error for Faults {}
+impl std::error::Error for YamlFaults {}
 
 /// The one of `known` that is spelt most like `name`, where one is like it at all.
-pub(crate) fn nearest<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
+pub(crate) fn nearest_spelling<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     /// Share of characters that must agree.
-    const ALIKE: f64 = 0.55;
+    const MIN_LIKENESS: f64 = 0.55;
     /// Beyond this nobody meant a key [bytes].
-    const LONGEST: usize = 64;
-    if name.len() > LONGEST {
+    const MAX_NAME_BYTES: usize = 64;
+    if name.len() > MAX_NAME_BYTES {
         return None;
     }
     let name = name.to_lowercase().replace('-', "_");
     let likeness = |known: &str| strsim::normalized_damerau_levenshtein(&name, &known.replace('-', "_"));
     let best = known.into_iter().map(|known| (likeness(known), known)).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 >= ALIKE).then_some(best.1)
+    (best.0 >= MIN_LIKENESS).then_some(best.1)
 }

@@ -1,7 +1,12 @@
-//! Files in YAML, read strictly: a tree in which every value knows its place, a walk that takes keys and values from it,
-//! and faults, each with line, key and remedy. Nothing here knows what a file means.
+//! YAML files, read strictly: a tree in which every value knows its place, a reader that takes keys and values from it, and
+//! faults, each with line, key and remedy. Nothing here knows what a file means.
 
-pub mod fault;
-pub(crate) mod node;
-pub(crate) mod text;
-pub(crate) mod walk;
+mod fault;
+mod node;
+mod reader;
+
+pub use fault::{YamlFault, YamlFaults};
+
+pub(crate) use fault::nearest_spelling;
+pub(crate) use node::{YamlNode, YamlValue, parse_yaml};
+pub(crate) use reader::{Mapping, NumberRange, YamlReader, clipped_text, number_text, read_bytes, utf8_text};

@@ -1,4 +1,4 @@
-//! The YAML as a plain tree in which every key and value knows its place; nothing here knows what it means.
+//! Syntax tree of a YAML file, in which every key and value knows its place; nothing here knows what it means.
 
 use std::fmt;
 
@@ -8,30 +8,30 @@ use serde_saphyr::budget::BudgetBreach;
 use serde_saphyr::options::{DuplicateKeyPolicy, NonFiniteFloatPolicy};
 use serde_saphyr::{Location, Spanned};
 
-/// Longest file that is read [bytes]; the longest of ours has a hundredth of it.
-pub(crate) const LONGEST: usize = 1 << 20;
+/// Longest file that is read [bytes]; the longest of the embedded recipes has a hundredth of it.
+pub(crate) const MAX_FILE_BYTES: usize = 1 << 20;
 /// Deepest nesting; a recipe needs 9 (`classes`, class, group, parameter, `truncated`, `of`, `choice`, `values`, value).
-const DEEPEST: usize = 24;
+const MAX_DEPTH: usize = 24;
 /// Most keys, values and list entries, those repeated by aliases included.
-const MOST_NODES: usize = 50_000;
+const MAX_NODES: usize = 50_000;
 /// Most anchors, aliases and merge keys each.
-const MOST_ALIASES: usize = 256;
+const MAX_ALIASES: usize = 256;
 
 /// A line and a column of the text, both from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct TextPosition {
     /// Line.
     pub line: usize,
     /// Column [characters].
     pub column: usize,
 }
 
-impl Place {
+impl TextPosition {
     /// The first character of the file.
     pub const START: Self = Self { line: 1, column: 1 };
 }
 
-impl From<Location> for Place {
+impl From<Location> for TextPosition {
     fn from(location: Location) -> Self {
         let from_one = |n: u64| usize::try_from(n).unwrap_or(usize::MAX).max(1);
         Self { line: from_one(location.line()), column: from_one(location.column()) }
@@ -40,25 +40,25 @@ impl From<Location> for Place {
 
 /// A value with its place.
 #[derive(Debug, Clone)]
-pub(crate) struct Node {
+pub(crate) struct YamlNode {
     /// Where it stands; for an alias, where the alias stands.
-    pub place: Place,
+    pub place: TextPosition,
     /// What stands there.
-    pub value: Value,
+    pub value: YamlValue,
 }
 
 /// A key with its place.
 #[derive(Debug, Clone)]
-pub(crate) struct Key {
+pub(crate) struct YamlKey {
     /// Where it stands.
-    pub place: Place,
+    pub place: TextPosition,
     /// What it says.
     pub name: String,
 }
 
 /// What YAML can say.
 #[derive(Debug, Clone)]
-pub(crate) enum Value {
+pub(crate) enum YamlValue {
     /// `null`, `~` or nothing at all.
     Nothing,
     /// `true` or `false`.
@@ -68,12 +68,12 @@ pub(crate) enum Value {
     /// A text, quoted or not.
     Text(String),
     /// A list.
-    List(Vec<Node>),
+    List(Vec<YamlNode>),
     /// A map in the order of the file; keys are unique.
-    Map(Vec<(Key, Node)>),
+    Map(Vec<(YamlKey, YamlNode)>),
 }
 
-impl Value {
+impl YamlValue {
     /// What it is, in words.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -88,9 +88,9 @@ impl Value {
 }
 
 /// Why a text is no YAML that we read.
-pub(crate) struct Unreadable {
+pub(crate) struct YamlError {
     /// Where the reading stopped.
-    pub place: Place,
+    pub place: TextPosition,
     /// What is wrong there.
     pub problem: String,
     /// What to do.
@@ -98,26 +98,26 @@ pub(crate) struct Unreadable {
 }
 
 /// Reads `text`, which is to be a `noun`, as one YAML document.
-pub(crate) fn parse(text: &str, noun: &'static str) -> Result<Node, Unreadable> {
-    if text.len() > LONGEST {
-        let problem = format!("the file is longer than {LONGEST} bytes, and no {noun} is");
-        return Err(Unreadable { place: Place::START, problem, remedy: "write it more plainly".to_owned() });
+pub(crate) fn parse_yaml(text: &str, noun: &'static str) -> Result<YamlNode, YamlError> {
+    if text.len() > MAX_FILE_BYTES {
+        let problem = format!("the file is longer than {MAX_FILE_BYTES} bytes, and no {noun} is");
+        return Err(YamlError { place: TextPosition::START, problem, remedy: "write it more plainly".to_owned() });
     }
     let options = serde_saphyr::options! {
         budget: serde_saphyr::budget! {
-            flow_nesting_limit: DEEPEST,
-            max_depth: DEEPEST,
-            max_nodes: MOST_NODES,
-            max_events: 4 * MOST_NODES,
-            max_aliases: MOST_ALIASES,
-            max_anchors: MOST_ALIASES,
-            max_merge_keys: MOST_ALIASES,
-            max_recorded_anchor_events: MOST_NODES,
+            flow_nesting_limit: MAX_DEPTH,
+            max_depth: MAX_DEPTH,
+            max_nodes: MAX_NODES,
+            max_events: 4 * MAX_NODES,
+            max_aliases: MAX_ALIASES,
+            max_anchors: MAX_ALIASES,
+            max_merge_keys: MAX_ALIASES,
+            max_recorded_anchor_events: MAX_NODES,
             max_documents: 1,
         },
         alias_limits: serde_saphyr::alias_limits! {
-            max_total_replayed_events: MOST_NODES,
-            max_replay_stack_depth: DEEPEST,
+            max_total_replayed_events: MAX_NODES,
+            max_replay_stack_depth: MAX_DEPTH,
         },
         duplicate_keys: DuplicateKeyPolicy::Error,
         non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
@@ -126,9 +126,9 @@ pub(crate) fn parse(text: &str, noun: &'static str) -> Result<Node, Unreadable> 
         with_snippet: false,
     };
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
-        let place = error.location().map_or(Place::START, Place::from);
+        let place = error.location().map_or(TextPosition::START, TextPosition::from);
         let (problem, remedy) = words(&error, noun);
-        Unreadable { place, problem, remedy }
+        YamlError { place, problem, remedy }
     })
 }
 
@@ -168,21 +168,21 @@ fn without_place(message: &str) -> String {
     line.get(start..end).unwrap_or(line).to_owned()
 }
 
-impl<'de> Deserialize<'de> for Node {
+impl<'de> Deserialize<'de> for YamlNode {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let spanned = Spanned::<Value>::deserialize(deserializer)?;
+        let spanned = Spanned::<YamlValue>::deserialize(deserializer)?;
         Ok(Self { place: spanned.referenced.into(), value: spanned.value })
     }
 }
 
-impl<'de> Deserialize<'de> for Key {
+impl<'de> Deserialize<'de> for YamlKey {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let spanned = Spanned::<String>::deserialize(deserializer)?;
         Ok(Self { place: spanned.referenced.into(), name: spanned.value })
     }
 }
 
-impl<'de> Deserialize<'de> for Value {
+impl<'de> Deserialize<'de> for YamlValue {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(AnyValue)
     }
@@ -192,62 +192,62 @@ impl<'de> Deserialize<'de> for Value {
 struct AnyValue;
 
 impl<'de> Visitor<'de> for AnyValue {
-    type Value = Value;
+    type Value = YamlValue;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("a number, a text, true, false, a list or a map")
     }
 
-    fn visit_unit<E: Error>(self) -> Result<Value, E> {
-        Ok(Value::Nothing)
+    fn visit_unit<E: Error>(self) -> Result<YamlValue, E> {
+        Ok(YamlValue::Nothing)
     }
 
-    fn visit_none<E: Error>(self) -> Result<Value, E> {
-        Ok(Value::Nothing)
+    fn visit_none<E: Error>(self) -> Result<YamlValue, E> {
+        Ok(YamlValue::Nothing)
     }
 
-    fn visit_bool<E: Error>(self, flag: bool) -> Result<Value, E> {
-        Ok(Value::Flag(flag))
+    fn visit_bool<E: Error>(self, flag: bool) -> Result<YamlValue, E> {
+        Ok(YamlValue::Flag(flag))
     }
 
-    fn visit_i64<E: Error>(self, number: i64) -> Result<Value, E> {
-        Ok(Value::Number(number as f64))
+    fn visit_i64<E: Error>(self, number: i64) -> Result<YamlValue, E> {
+        Ok(YamlValue::Number(number as f64))
     }
 
-    fn visit_u64<E: Error>(self, number: u64) -> Result<Value, E> {
-        Ok(Value::Number(number as f64))
+    fn visit_u64<E: Error>(self, number: u64) -> Result<YamlValue, E> {
+        Ok(YamlValue::Number(number as f64))
     }
 
-    fn visit_i128<E: Error>(self, number: i128) -> Result<Value, E> {
-        Ok(Value::Number(number as f64))
+    fn visit_i128<E: Error>(self, number: i128) -> Result<YamlValue, E> {
+        Ok(YamlValue::Number(number as f64))
     }
 
-    fn visit_u128<E: Error>(self, number: u128) -> Result<Value, E> {
-        Ok(Value::Number(number as f64))
+    fn visit_u128<E: Error>(self, number: u128) -> Result<YamlValue, E> {
+        Ok(YamlValue::Number(number as f64))
     }
 
-    fn visit_f64<E: Error>(self, number: f64) -> Result<Value, E> {
+    fn visit_f64<E: Error>(self, number: f64) -> Result<YamlValue, E> {
         // Adding zero turns -0 into 0, so that the two have one meaning and one hash.
-        Ok(Value::Number(number + 0.0))
+        Ok(YamlValue::Number(number + 0.0))
     }
 
-    fn visit_str<E: Error>(self, text: &str) -> Result<Value, E> {
-        Ok(Value::Text(text.to_owned()))
+    fn visit_str<E: Error>(self, text: &str) -> Result<YamlValue, E> {
+        Ok(YamlValue::Text(text.to_owned()))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<YamlValue, A::Error> {
         let mut list = Vec::new();
         while let Some(entry) = entries.next_element()? {
             list.push(entry);
         }
-        Ok(Value::List(list))
+        Ok(YamlValue::List(list))
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<YamlValue, A::Error> {
         let mut map = Vec::new();
         while let Some(entry) = entries.next_entry()? {
             map.push(entry);
         }
-        Ok(Value::Map(map))
+        Ok(YamlValue::Map(map))
     }
 }

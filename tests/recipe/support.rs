@@ -1,11 +1,11 @@
 //! Recipes with one fault, and what is said about it.
 
-use sheetlight::recipe::{Faults, Recipe, RecipeError};
+use sheetlight::recipe::{Recipe, RecipeError, YamlFaults};
 
 /// A recipe that is right, one key a line, so that the cases below can append to it.
 pub const GOOD: &str = "name: good\nsubject: wood\nclasses: {clear: {share: 1}}\n";
 
-pub fn faults(text: &str) -> Faults {
+pub fn faults(text: &str) -> YamlFaults {
     match Recipe::parse("bad.yaml", text) {
         Err(RecipeError::Faulty(faults)) => faults,
         Err(other) => panic!("{other}\n{text}"),

@@ -1,7 +1,7 @@
 //! Purpose: `transport` says the same in its short and its long form, and nothing that it says is without effect.
 
 use serde_json::{Value, json};
-use sheetlight::recipe::{Fault, Recipe, RecipeError, differences, reference_markdown, schema};
+use sheetlight::recipe::{Recipe, RecipeError, YamlFault, differences, reference_markdown, schema};
 use sheetlight::settings::{ThesisMethod, Transport, TransportName};
 
 /// The line of [`text`] that the key stands in.
@@ -15,7 +15,7 @@ fn recipe(transport: &str) -> Recipe {
     Recipe::parse("good.yaml", &text(transport)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn faults(transport: &str) -> Vec<Fault> {
+fn faults(transport: &str) -> Vec<YamlFault> {
     match Recipe::parse("bad.yaml", &text(transport)) {
         Err(RecipeError::Faulty(faults)) => faults.list,
         Err(other) => panic!("{other}"),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::recipe::distribution::Distribution;
 use crate::recipe::keys;
-use crate::yaml::walk::Walk;
+use crate::yaml::YamlReader;
 
 /// The parameters of a class, or of the top level where `prefix` is empty.
 pub(super) struct DrawBounds<'a> {
@@ -53,11 +53,11 @@ impl DrawBounds<'_> {
     }
 
     /// Notes a fault of `keys` together, once: at the class's key where a class changes one, else at the top level's.
-    pub fn fault(&self, walk: &mut Walk, keys: &[&str], problem: String, remedy: &str) {
+    pub fn fault(&self, yaml: &mut YamlReader, keys: &[&str], problem: String, remedy: &str) {
         if self.concerned(keys.iter().copied()) {
             let own = keys.iter().map(|key| format!("{}{key}", self.prefix));
             let places: Vec<_> = own.chain(keys.iter().map(|key| (*key).to_owned())).collect();
-            walk.joint_fault(&places, problem, remedy);
+            yaml.joint_fault(&places, problem, remedy);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::bounds::DrawBounds;
 use crate::frame::{Distortion, image_distance, scheimpflug};
 use crate::recipe::keys::settings::Settings;
 use crate::settings::{LensModel, Scheimpflug};
-use crate::yaml::walk::{Walk, shown};
+use crate::yaml::{YamlReader, number_text};
 
 /// Time that a sensor needs between two exposures: the real camera's 3 us [us].
 const READOUT_US: f64 = 3.0;
@@ -14,29 +14,33 @@ const MIN_RISE: f64 = 0.05;
 const MAX_STRAIN: f64 = 0.8;
 
 /// The settings of the camera together.
-pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
+pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
     if settings.camera.lens == LensModel::Pinhole && settings.camera.scheimpflug == Scheimpflug::Solved {
         let problem = "`pinhole` has no effect while `camera.scheimpflug` is `solved`: the laser plane is sharp anyway";
-        walk.joint_fault(&["camera.lens".to_owned()], problem.to_owned(), "give `given` there, or remove it");
+        yaml.joint_fault(&["camera.lens".to_owned()], problem.to_owned(), "give `given` there, or remove it");
     }
 }
 
 /// The numbers of a class together.
-pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
+pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {
     let keys = ["camera.focal_length_mm", "camera.distance_mm"];
     let (focal, distance) = (scene.most(keys[0]), scene.least(keys[1]));
     if focal >= distance / 2.0 {
-        let problem = format!("the focal length can be {} mm at a distance of {} mm", shown(focal), shown(distance));
+        let problem =
+            format!("the focal length can be {} mm at a distance of {} mm", number_text(focal), number_text(distance));
         let remedy = "it must stay below half the distance for an image smaller than the object";
-        scene.fault(walk, &keys, problem, remedy);
+        scene.fault(yaml, &keys, problem, remedy);
     }
     let optics = settings.optics();
     let keys = ["camera.focus_distance_mm", "camera.focal_length_mm"];
     let sharp = scene.least(keys[0]);
     if optics.scheimpflug == Scheimpflug::Given && focal >= sharp / 2.0 {
-        let problem =
-            format!("the lens can be sharp at {} mm with a focal length of {} mm", shown(sharp), shown(focal));
-        scene.fault(walk, &keys, problem, "it must stay above twice the focal length");
+        let problem = format!(
+            "the lens can be sharp at {} mm with a focal length of {} mm",
+            number_text(sharp),
+            number_text(focal)
+        );
+        scene.fault(yaml, &keys, problem, "it must stay above twice the focal length");
     }
 
     let keys = ["k1", "k2", "k3", "p1", "p2"].map(|name| format!("camera.distortion_{name}"));
@@ -55,25 +59,25 @@ pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
             "the distortion can bend the sensor's corner, {corner:.2} focal lengths from the axis, so far that directions meet"
         );
         let own = keys.into_iter().chain(["camera.focal_length_mm", "camera.pixel_um"]);
-        scene.fault(walk, &own.collect::<Vec<_>>(), problem, "make it smaller, or the field of view");
+        scene.fault(yaml, &own.collect::<Vec<_>>(), problem, "make it smaller, or the field of view");
     }
 
-    below_the_horizon(walk, settings, scene);
+    below_the_horizon(yaml, settings, scene);
     let keys = ["exposure.time_us", "motion.line_rate_hz"];
     let (time, rate) = (scene.most(keys[0]), scene.most(keys[1]));
     if rate > 0.0 && time > 1e6 / rate - READOUT_US {
         let problem = format!(
             "the exposure can take {} us, and a profile comes each {:.1} us and needs {READOUT_US} us to be read",
-            shown(time),
+            number_text(time),
             1e6 / rate
         );
-        scene.fault(walk, &keys, problem, "expose shorter, or lower motion.line_rate_hz");
+        scene.fault(yaml, &keys, problem, "expose shorter, or lower motion.line_rate_hz");
     }
 }
 
 /// The last row of the sensor must meet the laser plane below the lens: with the direction y / z = (cos b) s / (v + s sin b)
 /// of a place s on the sensor, sin a + cos a y / z > 0.
-fn below_the_horizon(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
+fn below_the_horizon(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {
     let (optics, size) = (settings.optics(), settings.size());
     let rows = 0.5 * size.rows as f64 + optics.offset_rows;
     let place = -rows * scene.most("camera.pixel_um") * 1e-3;
@@ -97,6 +101,6 @@ fn below_the_horizon(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
             ["camera.tilt_deg", "camera.pixel_um", "camera.focal_length_mm", "camera.rows", "camera.offset_rows"];
         let problem = "the last row of the sensor looks past the end of the laser plane".to_owned();
         let remedy = "tilt the camera more, or take fewer camera.rows, a smaller camera.offset_rows or a longer lens";
-        scene.fault(walk, &keys, problem, remedy);
+        scene.fault(yaml, &keys, problem, remedy);
     }
 }

@@ -13,7 +13,7 @@ use crate::recipe::keys::idle::{Idle, Wording};
 use crate::recipe::keys::settings::Settings;
 use crate::recipe::subject::Subject;
 use crate::settings::{Fan, Filter, Movement, Scheimpflug, Shape, Words};
-use crate::yaml::walk::Walk;
+use crate::yaml::YamlReader;
 
 /// What a parameter needs to have an effect.
 #[derive(Debug, Clone, Copy)]
@@ -99,7 +99,7 @@ const MIN_METAL_REFLECTANCE: f64 = 0.5;
 
 /// Notes parameters that have no effect, at the top level and in each class.
 pub(in crate::recipe) fn refuse(
-    walk: &mut Walk,
+    yaml: &mut YamlReader,
     subject: Option<Subject>,
     settings: &Settings,
     base: &BTreeMap<String, Distribution>,
@@ -121,12 +121,12 @@ pub(in crate::recipe) fn refuse(
             && scenes.iter().all(|scene| refusal(scene).is_some())
             && let Some((problem, remedy)) = refusal(&top).or_else(|| scenes.iter().find_map(refusal))
         {
-            walk.joint_fault(&[(*path).to_owned()], problem, remedy);
+            yaml.joint_fault(&[(*path).to_owned()], problem, remedy);
         }
         for (class, scene) in classes.iter().zip(&scenes) {
             let own = class.overrides.get(*path).filter(|own| **own != usual);
             if let (Some(_), Some((problem, remedy))) = (own, refusal(scene)) {
-                walk.joint_fault(&[format!("{}{path}", scene.prefix)], problem, remedy);
+                yaml.joint_fault(&[format!("{}{path}", scene.prefix)], problem, remedy);
             }
         }
     }

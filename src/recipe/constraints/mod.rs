@@ -17,7 +17,7 @@ use super::distribution::Distribution;
 use super::keys::settings::Settings;
 use super::subject::Subject;
 use crate::settings::{ScatterMode, SensorStack};
-use crate::yaml::walk::{Walk, shown};
+use crate::yaml::{YamlReader, number_text};
 
 /// Rows of the camera's window on one side of the peak and the peak itself [px]; 31 in all.
 const HALF_WINDOW: usize = 16;
@@ -42,22 +42,27 @@ pub(super) struct Object<'a> {
 }
 
 /// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
-pub(super) fn check(walk: &mut Walk, object: Object, parameters: &BTreeMap<String, Distribution>, classes: &[Class]) {
-    settings(walk, object.subject, object.settings);
-    scene(walk, object, &DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
+pub(super) fn check(
+    yaml: &mut YamlReader,
+    object: Object,
+    parameters: &BTreeMap<String, Distribution>,
+    classes: &[Class],
+) {
+    settings(yaml, object.subject, object.settings);
+    scene(yaml, object, &DrawBounds { prefix: "", base: parameters, overrides: &BTreeMap::new() });
     for class in classes {
         let prefix = format!("classes.{}.", class.name);
-        scene(walk, object, &DrawBounds { prefix: &prefix, base: parameters, overrides: &class.overrides });
+        scene(yaml, object, &DrawBounds { prefix: &prefix, base: parameters, overrides: &class.overrides });
     }
 }
 
 /// The settings together.
-fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
-    transport::check(walk, subject, settings);
-    laser::settings(walk, settings);
-    motion::settings(walk, subject, settings);
-    camera::settings(walk, settings);
-    postprocess::settings(walk, settings);
+fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
+    transport::check(yaml, subject, settings);
+    laser::settings(yaml, settings);
+    motion::settings(yaml, subject, settings);
+    camera::settings(yaml, settings);
+    postprocess::settings(yaml, settings);
     let size = settings.size();
     if size.columns * size.profiles > MAX_PIXELS {
         let problem = format!(
@@ -66,7 +71,7 @@ fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
             size.profiles,
             size.columns * size.profiles
         );
-        walk.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MAX_PIXELS}"));
+        yaml.joint_fault(&paths("scan", &["profiles", "columns"]), problem, format!("stay at or below {MAX_PIXELS}"));
     }
     let output = settings.output();
     for (name, bin, whole) in
@@ -77,7 +82,7 @@ fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
             let near =
                 (1..=whole).filter(|factor| whole.is_multiple_of(*factor)).min_by_key(|factor| factor.abs_diff(bin));
             let remedy = format!("the nearest factor of {whole} is {}", near.unwrap_or(1));
-            walk.joint_fault(&keys, format!("{bin} does not divide the {whole} {name} of the scan"), remedy);
+            yaml.joint_fault(&keys, format!("{bin} does not divide the {whole} {name} of the scan"), remedy);
         }
     }
     let every = match output.sensor_stack {
@@ -96,7 +101,7 @@ fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
         let least = (size.profiles * frame).div_ceil(MAX_FRAME_PIXELS);
         let remedy =
             format!("at most 4 GiB are kept: {{every: {least}}} or more, fewer camera.rows, or fewer profiles");
-        walk.joint_fault(&["output.sensor_stack".to_owned()], problem, remedy);
+        yaml.joint_fault(&["output.sensor_stack".to_owned()], problem, remedy);
     }
     let extraction = settings.extraction();
     let (offset, width) = (extraction.scatter_offset_rows, extraction.scatter_width_rows);
@@ -104,7 +109,7 @@ fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     if offset + width > HALF_WINDOW {
         let problem =
             format!("offset {offset} and width {width} reach {} rows, beyond the 31-row window", offset + width - 1);
-        walk.joint_fault(&keys, problem, format!("offset and width together are at most {HALF_WINDOW}"));
+        yaml.joint_fault(&keys, problem, format!("offset and width together are at most {HALF_WINDOW}"));
     }
     let summed = match extraction.scatter_mode {
         ScatterMode::Symmetric => 2 * width - usize::from(offset == 0),
@@ -116,23 +121,23 @@ fn settings(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
     if summed > fitting {
         let keys: Vec<_> = keys.into_iter().chain(paths("exposure", &["bits"])).collect();
         let problem = format!("{summed} rows of {bits} bits are summed");
-        walk.joint_fault(&keys, problem, format!("at most {fitting} fit in 16 bits"));
+        yaml.joint_fault(&keys, problem, format!("at most {fitting} fit in 16 bits"));
     }
     let splits = settings.splits();
     let sum = splits.train + splits.validation + splits.test;
     if (sum - 1.0).abs() > SUM_SLACK {
         let keys = paths("splits", &["train", "validation", "test"]);
-        walk.joint_fault(
+        yaml.joint_fault(
             &keys,
-            format!("train, validation and test sum to {}", shown((sum * 1e9).round() / 1e9)),
+            format!("train, validation and test sum to {}", number_text((sum * 1e9).round() / 1e9)),
             "make them sum to 1",
         );
     }
 }
 
 /// The parameters of a class together, or those of the top level that no class overrides.
-fn scene(walk: &mut Walk, object: Object, scene: &DrawBounds) {
-    camera::scene(walk, object.settings, scene);
+fn scene(yaml: &mut YamlReader, object: Object, scene: &DrawBounds) {
+    camera::scene(yaml, object.settings, scene);
     let keys = [
         "exposure.dark_noise_dn",
         "exposure.row_noise_dn",
@@ -144,25 +149,25 @@ fn scene(walk: &mut Walk, object: Object, scene: &DrawBounds) {
     let parts = [1, 2, 3, 4].map(|i| scene.most(keys[i]));
     let sum = parts.iter().map(|part| part * part).sum::<f64>() + ROUNDING;
     if sum > dark * dark {
-        let [row, pattern, column, dsnu] = parts.map(shown);
+        let [row, pattern, column, dsnu] = parts.map(number_text);
         let problem = format!(
             "the dark noise can be {} DN, below its parts: row noise {row}, row pattern {pattern}, column pattern \
              {column}, DSNU {dsnu} and rounding make {:.3} DN",
-            shown(dark),
+            number_text(dark),
             sum.sqrt(),
         );
-        scene.fault(walk, &keys, problem, "raise it or lower the parts");
+        scene.fault(yaml, &keys, problem, "raise it or lower the parts");
     }
 
-    motion::scene(walk, object.settings, scene);
-    laser::scene(walk, object.settings, scene);
-    postprocess::scene(walk, object.settings, scene);
+    motion::scene(yaml, object.settings, scene);
+    laser::scene(yaml, object.settings, scene);
+    postprocess::scene(yaml, object.settings, scene);
 
     match object.subject {
-        Some(Subject::Wood) => object::wood(walk, scene),
-        Some(Subject::Blister) => object::blister(walk, scene),
-        Some(Subject::Sawtooth) => object::sawtooth(walk, scene),
-        Some(Subject::Mesh) => object::mesh(walk, scene, object.mesh),
+        Some(Subject::Wood) => object::wood(yaml, scene),
+        Some(Subject::Blister) => object::blister(yaml, scene),
+        Some(Subject::Sawtooth) => object::sawtooth(yaml, scene),
+        Some(Subject::Mesh) => object::mesh(yaml, scene, object.mesh),
         None => {}
     }
 }

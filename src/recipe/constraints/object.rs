@@ -6,7 +6,7 @@ use procedural::{Mesh, Parameter};
 
 use super::bounds::DrawBounds;
 use crate::recipe::distribution::Distribution;
-use crate::yaml::walk::{Walk, shown};
+use crate::yaml::{YamlReader, number_text};
 
 /// What stands above the object.
 const STANDS: [&str; 3] = ["laser.fan_height_mm", "camera.distance_mm", "camera.tilt_deg"];
@@ -14,74 +14,78 @@ const STANDS: [&str; 3] = ["laser.fan_height_mm", "camera.distance_mm", "camera.
 const MIN_SIZE_MM: f64 = 0.01;
 
 /// Laser and camera stand above an object that can be `height` high, which follows from `keys` [mm].
-fn below_the_bench(scene: &DrawBounds, walk: &mut Walk, height: f64, keys: &[&str], noun: &str) {
+fn below_the_bench(scene: &DrawBounds, yaml: &mut YamlReader, height: f64, keys: &[&str], noun: &str) {
     for stand in ["laser.fan_height_mm", "camera.distance_mm"] {
         let tilt = if stand.starts_with("camera") { scene.most("camera.tilt_deg") } else { 0.0 };
         let lowest = scene.least(stand) * libm::cos(tilt.to_radians());
         if lowest <= height {
-            let problem =
-                format!("stands {} mm high, and the {noun} can be {} mm thick", shown(lowest), shown(rounded(height)));
+            let problem = format!(
+                "stands {} mm high, and the {noun} can be {} mm thick",
+                number_text(lowest),
+                number_text(rounded(height))
+            );
             let keys: Vec<_> = [stand].into_iter().chain(keys.iter().copied()).chain(["camera.tilt_deg"]).collect();
-            scene.fault(walk, &keys, problem, &format!("laser and camera must be above the {noun}"));
+            scene.fault(yaml, &keys, problem, &format!("laser and camera must be above the {noun}"));
         }
     }
 }
 
 /// A board.
-pub(super) fn wood(walk: &mut Walk, scene: &DrawBounds) {
+pub(super) fn wood(yaml: &mut YamlReader, scene: &DrawBounds) {
     let thickness = scene.most("board.thickness_mm");
-    below_the_bench(scene, walk, thickness, &["board.thickness_mm"], "board");
+    below_the_bench(scene, yaml, thickness, &["board.thickness_mm"], "board");
 
     let keys = ["rot.edge"];
     let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
     if !scene.distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
         let remedy = "give -1, 1 or {choice: {values: [-1, 1]}}";
-        scene.fault(walk, &keys, "can be something other than -1 and 1".to_owned(), remedy);
+        scene.fault(yaml, &keys, "can be something other than -1 and 1".to_owned(), remedy);
     }
 }
 
 /// A saw-tooth.
-pub(super) fn sawtooth(walk: &mut Walk, scene: &DrawBounds) {
+pub(super) fn sawtooth(yaml: &mut YamlReader, scene: &DrawBounds) {
     let keys = ["sawtooth.base_mm", "sawtooth.depth_mm"];
-    below_the_bench(scene, walk, scene.most(keys[0]) + scene.most(keys[1]), &keys, "piece");
-    material(walk, scene);
+    below_the_bench(scene, yaml, scene.most(keys[0]) + scene.most(keys[1]), &keys, "piece");
+    material(yaml, scene);
 }
 
 /// A part from a file.
-pub(super) fn mesh(walk: &mut Walk, scene: &DrawBounds, mesh: Option<&Mesh>) {
-    material(walk, scene);
+pub(super) fn mesh(yaml: &mut YamlReader, scene: &DrawBounds, mesh: Option<&Mesh>) {
+    material(yaml, scene);
     let keys = ["mesh.unit_mm", "mesh.lift_mm", "mesh.rotate_x_deg", "mesh.rotate_y_deg"];
     let Some(mesh) = mesh.filter(|_| scene.concerned(keys.into_iter().chain(STANDS))) else { return };
     let mut placing = Placing::from_values(&mut |parameter| scene.most(&parameter.path()));
     let fixed = keys[2..].iter().all(|turn| scene.least(turn) == scene.most(turn));
     // However it is turned, it is no higher than its box is long across.
     let height = if fixed { placing.extent(mesh).z } else { placing.extent(mesh).length() };
-    below_the_bench(scene, walk, height + placing.lift_mm, &keys, "part");
+    below_the_bench(scene, yaml, height + placing.lift_mm, &keys, "part");
     placing.unit_mm = scene.least(keys[0]);
     let size = placing.extent(mesh).max_element();
     if size < MIN_SIZE_MM {
-        let problem = format!("the part can be {} mm large", shown(size));
-        scene.fault(walk, &[keys[0]], problem, "give the length of a unit of the file in mm");
+        let problem = format!("the part can be {} mm large", number_text(size));
+        scene.fault(yaml, &[keys[0]], problem, "give the length of a unit of the file in mm");
     }
 }
 
 /// What a solid piece is made of.
-fn material(walk: &mut Walk, scene: &DrawBounds) {
+fn material(yaml: &mut YamlReader, scene: &DrawBounds) {
     let keys = ["material.matte", "material.gloss", "material.reflectance"];
     let thrown = scene.most(keys[0]) + scene.most(keys[1]) * scene.most(keys[2]);
     if thrown > 1.0 + 1e-9 {
-        let problem = format!("the surface can throw back {} of the light", shown(rounded(thrown)));
-        scene.fault(walk, &keys, problem, "matte plus gloss times reflectance is at most 1");
+        let problem = format!("the surface can throw back {} of the light", number_text(rounded(thrown)));
+        scene.fault(yaml, &keys, problem, "matte plus gloss times reflectance is at most 1");
     }
 }
 
 /// A blister pack.
-pub(super) fn blister(walk: &mut Walk, scene: &DrawBounds) {
+pub(super) fn blister(yaml: &mut YamlReader, scene: &DrawBounds) {
     let keys = ["tablet.band_mm", "tablet.thickness_mm"];
     let (band, thickness) = (scene.most(keys[0]), scene.least(keys[1]));
     if band > thickness {
-        let problem = format!("the band can be {} mm of a tablet that is {} mm thick", shown(band), shown(thickness));
-        scene.fault(walk, &keys, problem, "the straight side is at most the whole thickness");
+        let problem =
+            format!("the band can be {} mm of a tablet that is {} mm thick", number_text(band), number_text(thickness));
+        scene.fault(yaml, &keys, problem, "the straight side is at most the whole thickness");
     }
     let forming = Card::PARAMETERS.iter().chain(Pocket::PARAMETERS).chain(Tablet::PARAMETERS).chain(Web::PARAMETERS);
     let forming: Vec<_> = forming.map(Parameter::path).collect();
@@ -93,16 +97,16 @@ pub(super) fn blister(walk: &mut Walk, scene: &DrawBounds) {
     }
     let (room, height) = largest(scene);
     if scene.concerned(forming.iter().copied()) {
-        pockets_fit(walk, scene, room);
+        pockets_fit(yaml, scene, room);
     }
     // What makes most of the height first: the fault stands at the first that the recipe has.
     let first = ["defects.double", "tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm", "foil.thickness_mm"];
     let keys: Vec<_> = first.into_iter().chain(forming).collect();
-    below_the_bench(scene, walk, height, &keys, "pack");
+    below_the_bench(scene, yaml, height, &keys, "pack");
 }
 
 /// Pockets that have no room on the card would be left out, or moved apart.
-fn pockets_fit(walk: &mut Walk, scene: &DrawBounds, room: [f64; 2]) {
+fn pockets_fit(yaml: &mut YamlReader, scene: &DrawBounds, room: [f64; 2]) {
     let tablet =
         ["tablet.length_mm", "tablet.width_mm", "tablet.thickness_mm", "pocket.clearance_mm", "pocket.draft_deg"];
     for (way, room, pitch, count, size) in [
@@ -111,17 +115,20 @@ fn pockets_fit(walk: &mut Walk, scene: &DrawBounds, room: [f64; 2]) {
     ] {
         let keys: Vec<_> = [pitch].into_iter().chain(tablet).collect();
         if scene.most(count) > 1.0 && room > scene.least(pitch) {
-            let least = shown(scene.least(pitch));
-            let problem = format!("pockets can be {least} mm apart along {way}, and need {} mm", shown(rounded(room)));
-            scene.fault(walk, &keys, problem, "move them apart, or make them smaller or steeper");
+            let least = number_text(scene.least(pitch));
+            let problem =
+                format!("pockets can be {least} mm apart along {way}, and need {} mm", number_text(rounded(room)));
+            scene.fault(yaml, &keys, problem, "move them apart, or make them smaller or steeper");
         }
         let whole = (scene.most(count) - 1.0) * scene.most(pitch).max(room) + room + RIM_MM;
         let keys: Vec<_> = [size, count, pitch].into_iter().chain(tablet).collect();
         if whole > scene.least(size) {
-            let least = shown(scene.least(size));
-            let problem =
-                format!("the card can be {least} mm along {way}, and its pockets need {} mm", shown(rounded(whole)));
-            scene.fault(walk, &keys, problem, "make the card larger, or its pockets fewer, smaller or closer");
+            let least = number_text(scene.least(size));
+            let problem = format!(
+                "the card can be {least} mm along {way}, and its pockets need {} mm",
+                number_text(rounded(whole))
+            );
+            scene.fault(yaml, &keys, problem, "make the card larger, or its pockets fewer, smaller or closer");
         }
     }
 }

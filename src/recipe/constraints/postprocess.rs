@@ -4,7 +4,7 @@ use super::bounds::DrawBounds;
 use crate::optics::parameters::Speckle;
 use crate::recipe::keys::settings::Settings;
 use crate::settings::{Hdr, Order, Step};
-use crate::yaml::walk::Walk;
+use crate::yaml::YamlReader;
 
 /// Keys of the sensor that the scripts know nothing of; they must be 0 there, so that the recipe says what is made.
 const SENSOR: [&str; 10] = [
@@ -21,7 +21,7 @@ const SENSOR: [&str; 10] = [
 ];
 
 /// What the scripts take for granted of other settings.
-pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
+pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
     let order = settings.postprocess.order;
     let speckle = order.steps().contains(&Step::Speckle);
     if order == Order::Physical {
@@ -29,21 +29,21 @@ pub(super) fn settings(walk: &mut Walk, settings: &Settings) {
     }
     let idle = format!("has no effect on order `{}`", order.name());
     let law = "speckle.law";
-    if walk.has(law) && !speckle {
-        walk.joint_fault(&[law.to_owned()], &*idle, "remove it");
+    if yaml.has(law) && !speckle {
+        yaml.joint_fault(&[law.to_owned()], &*idle, "remove it");
     }
     if settings.exposure.hdr != Hdr::None {
-        walk.joint_fault(&["exposure.hdr".to_owned()], &*idle, "remove it, or give `order: physical`");
+        yaml.joint_fault(&["exposure.hdr".to_owned()], &*idle, "remove it, or give `order: physical`");
     }
     let (size, mask) = (settings.postprocess.pattern_px, settings.postprocess.mask_px);
     if speckle && 2 * mask > size {
         let keys = ["mask_px", "pattern_px"].map(|name| format!("postprocess.{name}"));
-        walk.joint_fault(&keys, format!("a disc of {mask} in a square of {size}"), "it is at most half as wide");
+        yaml.joint_fault(&keys, format!("a disc of {mask} in a square of {size}"), "it is at most half as wide");
     }
 }
 
 /// What the scripts take for granted of the parameters of a class or of the top level.
-pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
+pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {
     let order = settings.postprocess.order;
     if order == Order::Physical {
         return;
@@ -51,13 +51,13 @@ pub(super) fn scene(walk: &mut Walk, settings: &Settings, scene: &DrawBounds) {
     let name = order.name();
     for key in SENSOR.iter().filter(|key| scene.most(key) > 0.0) {
         let problem = format!("`{key}` can be above 0 and has no effect on order `{name}`");
-        scene.fault(walk, &[key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
+        scene.fault(yaml, &[key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
     }
     for parameter in Speckle::PARAMETERS {
         let path = parameter.path();
         if (scene.least(&path), scene.most(&path)) != (parameter.default, parameter.default) {
             let problem = format!("has no effect on order `{name}`, which has a pattern of its own");
-            scene.fault(walk, &[&path], problem, "remove it, or give `order: physical`");
+            scene.fault(yaml, &[&path], problem, "remove it, or give `order: physical`");
         }
     }
 }

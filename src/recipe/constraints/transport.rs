@@ -3,7 +3,7 @@
 use crate::recipe::keys::settings::Settings;
 use crate::recipe::subject::Subject;
 use crate::settings::TransportName;
-use crate::yaml::walk::Walk;
+use crate::yaml::YamlReader;
 
 /// Whether a model can spread light in such objects: those that need one medium without air know no pack, and all but the
 /// kernel ask for a height field, which a mesh need not be.
@@ -16,7 +16,7 @@ fn knows(model: TransportName, subject: Subject) -> bool {
 }
 
 /// The model that is chosen can spread light in the recipe's objects.
-pub(super) fn check(walk: &mut Walk, subject: Option<Subject>, settings: &Settings) {
+pub(super) fn check(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
     let model = settings.transport.model;
     if let Some(subject) = subject.filter(|subject| !knows(model, *subject)) {
         let keys = ["transport.model".to_owned(), "transport".to_owned()];
@@ -26,7 +26,7 @@ pub(super) fn check(walk: &mut Walk, subject: Option<Subject>, settings: &Settin
                 ("no film over air", "give `kernel`, or `path` for single profiles")
             }
         };
-        walk.joint_fault(
+        yaml.joint_fault(
             &keys,
             format!("`{}` knows {lack}, and the subject is `{}`", model.name(), subject.name()),
             remedy,

@@ -22,7 +22,7 @@ use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 
 /// A group of keys.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Section {
+pub(super) struct RecipeSection {
     /// Key path, for instance `camera` or `output.bin`.
     pub path: &'static str,
     /// What the group is about.
@@ -38,7 +38,7 @@ pub(super) struct Section {
 /// A section of parameters: of one subject, or of all with settings beside them.
 macro_rules! drawn {
     ($Group:ty, $subjects:expr, $settings:expr) => {
-        Section {
+        RecipeSection {
             path: <$Group>::GROUP,
             doc: <$Group>::DOC,
             subjects: $subjects,
@@ -55,8 +55,8 @@ macro_rules! drawn {
 }
 
 /// A section of settings alone.
-const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Setting]) -> Section {
-    Section { path, doc, subjects: &[], settings, parameters: &[] }
+const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Setting]) -> RecipeSection {
+    RecipeSection { path, doc, subjects: &[], settings, parameters: &[] }
 }
 
 /// Path of the section whose first setting can stand for all: `transport: path`.
@@ -75,7 +75,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [Section; 26] = [
+pub(super) const SECTIONS: [RecipeSection; 26] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(Motion, &[], MotionSettings::SETTINGS),
     drawn!(Laser, &[], LaserSettings::SETTINGS),
@@ -104,7 +104,7 @@ pub(super) const SECTIONS: [Section; 26] = [
     fixed("output.bin", "How many pixels are averaged into one of the written images.", BinSettings::SETTINGS),
 ];
 
-impl Section {
+impl RecipeSection {
     /// Whether recipes about `subject` have it; all have what is asked about while the subject is a fault itself.
     pub fn is_of(&self, subject: Option<Subject>) -> bool {
         self.subjects.is_empty() || subject.is_none_or(|subject| self.subjects.contains(&subject))
@@ -112,7 +112,7 @@ impl Section {
 }
 
 /// The sections of recipes about `subject`, in the order of [`SECTIONS`].
-pub(super) fn sections(subject: Option<Subject>) -> impl Iterator<Item = &'static Section> {
+pub(super) fn sections(subject: Option<Subject>) -> impl Iterator<Item = &'static RecipeSection> {
     SECTIONS.iter().filter(move |section| section.is_of(subject))
 }
 
@@ -150,16 +150,16 @@ pub(super) fn unit(name: &str) -> &'static str {
 
 /// Where a key that stands in the wrong section, or in a recipe about another subject, belongs.
 pub(super) fn home(subject: Option<Subject>, name: &str) -> Option<String> {
-    let has = |section: &&Section| {
+    let has = |section: &&RecipeSection| {
         section.parameters.iter().any(|p| p.name == name) || section.settings.iter().any(|s| s.name == name)
     };
-    let listed = |sections: Vec<&Section>| -> Option<String> {
+    let listed = |sections: Vec<&RecipeSection>| -> Option<String> {
         let paths: Vec<_> = sections.iter().map(|section| format!("`{}`", section.path)).collect();
         (!paths.is_empty()).then(|| format!("`{name}` belongs in {}", paths.join(" or ")))
     };
-    let foreign = |section: &&Section| !section.is_of(subject);
+    let foreign = |section: &&RecipeSection| !section.is_of(subject);
     // Each section that is not of this subject is of others.
-    let remedy = |section: &Section| {
+    let remedy = |section: &RecipeSection| {
         let names = |quote: &str| -> Vec<_> {
             section.subjects.iter().map(|subject| format!("{quote}{}`", subject.name())).collect()
         };

@@ -4,9 +4,7 @@ use serde_json::{Value as Json, json};
 
 use crate::asset::{Asset, BuiltIn, Files, Wanted};
 use crate::settings::{Channel, SensorStack, Words};
-use crate::yaml::fault::nearest;
-use crate::yaml::node::{Node, Value};
-use crate::yaml::walk::{Range, Walk, shown};
+use crate::yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
 /// The values that a setting may have.
 pub(in crate::recipe) trait SettingType {
@@ -14,10 +12,10 @@ pub(in crate::recipe) trait SettingType {
     type Value;
 
     /// Reads the value at `node`; faults are noted and give `None`.
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<Self::Value>;
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Self::Value>;
 
     /// Reads what of `value` lies in another file; faults are noted.
-    fn load(&self, _value: &mut Self::Value, _walk: &mut Walk, _path: &str, _files: &Files) {}
+    fn load(&self, _value: &mut Self::Value, _yaml: &mut YamlReader, _path: &str, _files: &Files) {}
 
     /// The value as JSON, which is how a recipe writes it too.
     fn json(&self, value: &Self::Value) -> Json;
@@ -53,17 +51,17 @@ fn object(properties: &Json, required: &str) -> Json {
 pub(in crate::recipe) struct Count(pub usize, pub usize, pub &'static str);
 
 impl Count {
-    fn range(&self) -> Range {
-        Range { min: self.0 as f64, max: self.1 as f64, whole: true, unit: self.2 }
+    fn range(&self) -> NumberRange {
+        NumberRange { min: self.0 as f64, max: self.1 as f64, whole: true, unit: self.2 }
     }
 }
 
 impl SettingType for Count {
     type Value = usize;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<usize> {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<usize> {
         // The range ends far below 2^53, so the number is exact.
-        walk.number_in(node, path, self.range()).map(|number| number as usize)
+        yaml.number_in(node, path, self.range()).map(|number| number as usize)
     }
 
     fn json(&self, value: &usize) -> Json {
@@ -91,8 +89,8 @@ pub(in crate::recipe) struct Number(pub f64, pub f64, pub &'static str);
 impl SettingType for Number {
     type Value = f64;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<f64> {
-        walk.number_in(node, path, Range { min: self.0, max: self.1, whole: false, unit: self.2 })
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<f64> {
+        yaml.number_in(node, path, NumberRange { min: self.0, max: self.1, whole: false, unit: self.2 })
     }
 
     fn json(&self, value: &f64) -> Json {
@@ -106,7 +104,7 @@ impl SettingType for Number {
     }
 
     fn unit_and_range(&self) -> Option<(&'static str, String)> {
-        Some((self.2, format!("{} to {}", shown(self.0), shown(self.1))))
+        Some((self.2, format!("{} to {}", number_text(self.0), number_text(self.1))))
     }
 
     fn schema(&self) -> Json {
@@ -134,14 +132,14 @@ impl Noun for Number {
 impl<T: Noun> SettingType for Auto<T> {
     type Value = Option<T::Value>;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<Option<T::Value>> {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Option<T::Value>> {
         match &node.value {
-            Value::Text(text) if text == "auto" => Some(None),
-            Value::Text(text) => {
-                walk.unknown_word(node.place, path, text, &["auto", T::NOUN]);
+            YamlValue::Text(text) if text == "auto" => Some(None),
+            YamlValue::Text(text) => {
+                yaml.unknown_word(node.place, path, text, &["auto", T::NOUN]);
                 None
             }
-            _ => self.0.read(walk, node, path).map(Some),
+            _ => self.0.read(yaml, node, path).map(Some),
         }
     }
 
@@ -164,12 +162,12 @@ pub(in crate::recipe) struct OneOf(pub &'static [usize]);
 impl SettingType for OneOf {
     type Value = usize;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<usize> {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<usize> {
         let allowed = self.allowed();
-        let number = walk.number(node, path, &allowed)?;
+        let number = yaml.number(node, path, &allowed)?;
         let found = self.0.iter().copied().find(|count| *count as f64 == number);
         if found.is_none() {
-            walk.fault(node.place, path, format!("{number} is not allowed"), format!("give {allowed}"));
+            yaml.fault(node.place, path, format!("{number} is not allowed"), format!("give {allowed}"));
         }
         found
     }
@@ -193,11 +191,11 @@ pub(in crate::recipe) struct Flag();
 impl SettingType for Flag {
     type Value = bool;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<bool> {
-        if let Value::Flag(flag) = node.value {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<bool> {
+        if let YamlValue::Flag(flag) = node.value {
             return Some(flag);
         }
-        walk.fault(node.place, path, format!("is {}", node.value.kind()), "give true or false");
+        yaml.fault(node.place, path, format!("is {}", node.value.kind()), "give true or false");
         None
     }
 
@@ -226,8 +224,8 @@ impl<T: Words> Word<T> {
 impl<T: Words> SettingType for Word<T> {
     type Value = T;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<T> {
-        walk.word(node, path, &self.names()).and_then(T::named)
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<T> {
+        yaml.word(node, path, &self.names()).and_then(T::named)
     }
 
     fn json(&self, value: &T) -> Json {
@@ -249,16 +247,16 @@ pub(in crate::recipe) struct Channels();
 impl SettingType for Channels {
     type Value = Vec<Channel>;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<Vec<Channel>> {
-        let Value::List(entries) = &node.value else {
-            walk.fault(node.place, path, format!("is {}", node.value.kind()), format!("give {}", self.allowed()));
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Vec<Channel>> {
+        let YamlValue::List(entries) = &node.value else {
+            yaml.fault(node.place, path, format!("is {}", node.value.kind()), format!("give {}", self.allowed()));
             return None;
         };
         let mut chosen = Vec::new();
         for entry in entries {
-            let channel = walk.word(entry, path, &Channel::NAMES).and_then(Channel::named)?;
+            let channel = yaml.word(entry, path, &Channel::NAMES).and_then(Channel::named)?;
             if chosen.contains(&channel) {
-                walk.fault(entry.place, path, format!("lists `{}` twice", channel.name()), "remove one of them");
+                yaml.fault(entry.place, path, format!("lists `{}` twice", channel.name()), "remove one of them");
             } else {
                 chosen.push(channel);
             }
@@ -294,27 +292,27 @@ impl Stack {
 impl SettingType for Stack {
     type Value = SensorStack;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<SensorStack> {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<SensorStack> {
         let remedy = "give none, all or {every: k}";
         let meant = match &node.value {
-            Value::Text(text) if text == "none" => return Some(SensorStack::None),
-            Value::Text(text) if text == "all" => return Some(SensorStack::All),
-            Value::Text(text) => nearest(text, ["none", "all", "every"]),
+            YamlValue::Text(text) if text == "none" => return Some(SensorStack::None),
+            YamlValue::Text(text) if text == "all" => return Some(SensorStack::All),
+            YamlValue::Text(text) => nearest_spelling(text, ["none", "all", "every"]),
             _ => None,
         };
-        if !matches!(node.value, Value::Map(_)) {
+        if !matches!(node.value, YamlValue::Map(_)) {
             let meant = meant.map(|word| format!("did you mean `{word}`? ")).unwrap_or_default();
-            walk.fault(node.place, path, format!("is {}", node.value.kind()), format!("{meant}{remedy}"));
+            yaml.fault(node.place, path, format!("is {}", node.value.kind()), format!("{meant}{remedy}"));
             return None;
         }
-        let mut map = walk.section(node, path);
-        let every = map.take(walk, "every");
+        let mut map = yaml.mapping(node, path);
+        let every = map.take(yaml, "every");
         let path = map.path_of("every");
         if every.is_none() && map.is_empty() {
-            walk.fault(node.place, &path, "is missing", remedy);
+            yaml.fault(node.place, &path, "is missing", remedy);
         }
-        map.close(walk, &["every"], &|_| None);
-        self.step().read(walk, every?, &path).map(SensorStack::Every)
+        map.close(yaml, &["every"], &|_| None);
+        self.step().read(yaml, every?, &path).map(SensorStack::Every)
     }
 
     fn json(&self, value: &SensorStack) -> Json {
@@ -364,10 +362,10 @@ impl NamedFile {
 }
 
 impl File {
-    fn name(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
-        let name = walk.text(node, path, &self.allowed())?;
+    fn name(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> {
+        let name = yaml.text(node, path, &self.allowed())?;
         if name.is_empty() {
-            walk.fault(node.place, path, "is empty", format!("give {}", self.allowed()));
+            yaml.fault(node.place, path, "is empty", format!("give {}", self.allowed()));
             return None;
         }
         Some(name.to_owned())
@@ -375,12 +373,12 @@ impl File {
 }
 
 /// A SHA-256 in hexadecimal.
-fn sha256(walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
+fn sha256(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> {
     let allowed = "64 digits of 0-9 and a-f, as `sha256sum` prints them";
-    let text = walk.text(node, path, allowed)?;
+    let text = yaml.text(node, path, allowed)?;
     let digits = text.len() == 64 && text.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'));
     if !digits {
-        walk.fault(node.place, path, "is no SHA-256", format!("give {allowed}"));
+        yaml.fault(node.place, path, "is no SHA-256", format!("give {allowed}"));
     }
     digits.then(|| text.to_owned())
 }
@@ -388,35 +386,35 @@ fn sha256(walk: &mut Walk, node: &Node, path: &str) -> Option<String> {
 impl SettingType for File {
     type Value = NamedFile;
 
-    fn read(&self, walk: &mut Walk, node: &Node, path: &str) -> Option<NamedFile> {
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<NamedFile> {
         match &node.value {
-            Value::Text(text) if text == NamedFile::NONE_NAME && self.1.is_empty() => return Some(NamedFile::NONE),
-            Value::Map(_) => {}
-            _ => return self.name(walk, node, path).map(|name| NamedFile::new(&name)),
+            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.1.is_empty() => return Some(NamedFile::NONE),
+            YamlValue::Map(_) => {}
+            _ => return self.name(yaml, node, path).map(|name| NamedFile::new(&name)),
         }
-        let mut map = walk.section(node, path);
-        let (name, sum) = (map.take(walk, "name"), map.take(walk, "sha256"));
+        let mut map = yaml.mapping(node, path);
+        let (name, sum) = (map.take(yaml, "name"), map.take(yaml, "sha256"));
         let (name_path, sum_path) = (map.path_of("name"), map.path_of("sha256"));
-        map.close(walk, &["name", "sha256"], &|_| None);
+        map.close(yaml, &["name", "sha256"], &|_| None);
         let Some(name) = name else {
-            walk.fault(node.place, &name_path, "is missing", format!("give {}", self.allowed()));
+            yaml.fault(node.place, &name_path, "is missing", format!("give {}", self.allowed()));
             return None;
         };
-        let name = self.name(walk, name, &name_path)?;
+        let name = self.name(yaml, name, &name_path)?;
         let sha256 = match sum {
-            Some(node) => Some(sha256(walk, node, &sum_path)?),
+            Some(node) => Some(sha256(yaml, node, &sum_path)?),
             None => None,
         };
         Some(NamedFile { name: Some(name), sha256, asset: None })
     }
 
-    fn load(&self, value: &mut NamedFile, walk: &mut Walk, path: &str, files: &Files) {
+    fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &Files) {
         let Some(name) = &value.name else { return };
         let Self(max_mb, built_in) = *self;
         let wanted = Wanted { key: path, name, sha256: value.sha256.as_deref(), most: max_mb << 20, built_in };
         match files.find(&wanted) {
             Ok(asset) => value.asset = Some(asset),
-            Err((problem, remedy)) => walk.joint_fault(&[path.to_owned()], problem, remedy),
+            Err((problem, remedy)) => yaml.joint_fault(&[path.to_owned()], problem, remedy),
         }
     }
 

@@ -15,8 +15,7 @@ use crate::settings::{
     Pattern, Peak, PeakMethodName, Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode,
     Scheimpflug, SensorStack, Shape, Size, SpeckleLaw, Splits, Step, ThesisMethod, Transport, TransportName, Words,
 };
-use crate::yaml::node::Node;
-use crate::yaml::walk::Walk;
+use crate::yaml::{YamlNode, YamlReader};
 
 /// Least sensor columns, which leave something to bin [px].
 const MIN_COLUMNS: usize = 8;
@@ -43,9 +42,9 @@ pub(in crate::recipe) struct Setting {
     /// What it needs to have an effect.
     pub needs: &'static [Needs],
     /// Reads a value at a path into the settings; `None` where it is at fault.
-    pub read: fn(&mut Settings, &mut Walk, &Node, &str) -> Option<()>,
+    pub read: fn(&mut Settings, &mut YamlReader, &YamlNode, &str) -> Option<()>,
     /// Reads what of its value lies in another file.
-    pub load: fn(&mut Settings, &mut Walk, &Files),
+    pub load: fn(&mut Settings, &mut YamlReader, &Files),
     /// The value in the canonical form; `None` where it is left out.
     pub canonical: fn(&Settings) -> Option<Json>,
     /// The file that it names.
@@ -139,13 +138,13 @@ macro_rules! settings {
                         words: || ($words).into_iter().map(Words::name).collect(),
                         chosen: |settings| settings.$section.$key.name(),
                     },)*],
-                    read: |settings, walk, node, path| {
-                        settings.$section.$name = ($Type $(::<$Of>)? ($($argument),*)).read(walk, node, path)?;
+                    read: |settings, yaml, node, path| {
+                        settings.$section.$name = ($Type $(::<$Of>)? ($($argument),*)).read(yaml, node, path)?;
                         Some(())
                     },
-                    load: |settings, walk, files| {
+                    load: |settings, yaml, files| {
                         let path = concat!($path, ".", stringify!($name));
-                        ($Type $(::<$Of>)? ($($argument),*)).load(&mut settings.$section.$name, walk, path, files);
+                        ($Type $(::<$Of>)? ($($argument),*)).load(&mut settings.$section.$name, yaml, path, files);
                     },
                     canonical: |settings| ($Type $(::<$Of>)? ($($argument),*)).canonical(&settings.$section.$name),
                     asset: |settings| ($Type $(::<$Of>)? ($($argument),*)).asset(&settings.$section.$name),
