@@ -5,7 +5,7 @@ use image::{Rgb, RgbImage};
 use super::distribution::{Distance, Sample};
 use super::{Comparison, Statistics};
 use crate::drawing::chart::{Axis, Chart, Series};
-use crate::drawing::{INK, MARGIN, Page};
+use crate::drawing::{Area, INK, MARGIN, Page};
 
 /// Size of a plot [px].
 const PLOT: (u32, u32) = (400, 270);
@@ -45,7 +45,7 @@ pub(super) fn page(comparison: &Comparison) -> RgbImage {
     for (i, chart) in charts.into_iter().enumerate() {
         let place = (MARGIN + i as u32 % 3 * (PLOT.0 + MARGIN), HEADING + i as u32 / 3 * (PLOT.1 + MARGIN));
         match chart {
-            Some(chart) => chart.draw(&mut page, place, PLOT),
+            Some(chart) => chart.draw(&mut page, Area { left: place.0, top: place.1, width: PLOT.0, height: PLOT.1 }),
             None => page.words(place.0, place.1 + 12, "(neither side has it)"),
         }
     }

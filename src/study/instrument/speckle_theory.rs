@@ -18,9 +18,9 @@ use std::f64::consts::PI;
 use crate::optics::parameters::Bench;
 
 /// Steps of the integrals over a pixel, and lags in a pixel and in all that are kept.
-const STEPS: usize = 120;
-const LAGS: usize = 20;
-const REACH: usize = 8;
+const PIXEL_STEPS: usize = 120;
+const LAGS_PER_PIXEL: usize = 20;
+const MAX_LAG_PX: usize = 8;
 
 /// Grain L over the pixel [1].
 pub fn grain_px(bench: &Bench) -> f64 {
@@ -72,23 +72,24 @@ pub fn boiled(grain: f64, s: f64) -> f64 {
 
 /// Correlation of the light in pixels along a row or a column.
 #[derive(Debug, Clone)]
-pub struct Correlation {
+pub struct PixelCorrelation {
     /// Covariance at lag 0, C^2, for light of mean 1 [1].
     pub variance: f64,
     /// Correlation at lags of 1/20 px [1].
     lags: Vec<f64>,
 }
 
-impl Correlation {
+impl PixelCorrelation {
     /// For grains of `grain` pixels.
     pub fn of(grain: f64) -> Self {
-        let lags: Vec<f64> = (0..=LAGS * REACH).map(|i| covariance(grain, i as f64 / LAGS as f64)).collect();
+        let lags: Vec<f64> =
+            (0..=LAGS_PER_PIXEL * MAX_LAG_PX).map(|i| covariance(grain, i as f64 / LAGS_PER_PIXEL as f64)).collect();
         Self { variance: lags[0], lags: lags.iter().map(|lag| lag / lags[0]).collect() }
     }
 
     /// At a lag [px]; 0 beyond eight.
     pub fn at(&self, lag: f64) -> f64 {
-        let place = lag.abs() * LAGS as f64;
+        let place = lag.abs() * LAGS_PER_PIXEL as f64;
         let (i, t) = (place as usize, place.fract());
         if i + 1 < self.lags.len() { self.lags[i] * (1.0 - t) + self.lags[i + 1] * t } else { 0.0 }
     }
@@ -101,7 +102,7 @@ impl Correlation {
     /// Its integral over all lags [px].
     pub fn length(&self) -> f64 {
         // Trapezoid; both sides.
-        2.0 / LAGS as f64 * (self.lags.iter().sum::<f64>() - 0.5)
+        2.0 / LAGS_PER_PIXEL as f64 * (self.lags.iter().sum::<f64>() - 0.5)
     }
 
     /// Closed form of the centre's spread for a line of standard deviation `sigma` [px].
@@ -112,11 +113,11 @@ impl Correlation {
 
 /// Covariance of two pixels `lag` apart along one axis [1].
 fn covariance(grain: f64, lag: f64) -> f64 {
-    let step = 2.0 / STEPS as f64;
+    let step = 2.0 / PIXEL_STEPS as f64;
     let mut sum = 0.0;
-    for i in 0..STEPS {
+    for i in 0..PIXEL_STEPS {
         let u = -1.0 + (i as f64 + 0.5) * step;
-        for j in 0..STEPS / 2 {
+        for j in 0..PIXEL_STEPS / 2 {
             let v = (j as f64 + 0.5) * step;
             let r = PI * libm::hypot(u + lag, v) / grain;
             let airy = if r < 1e-6 { 1.0 } else { 2.0 * libm::j1(r) / r };
@@ -128,24 +129,24 @@ fn covariance(grain: f64, lag: f64) -> f64 {
 
 /// The law of the light in one pixel of mean 1.
 #[derive(Debug, Clone)]
-pub struct Law {
+pub struct IntensityLaw {
     /// Shares of the independent exponential parts [1].
     shares: Vec<f64>,
-    /// Chance of less light than i / [`PARTS`] [1].
+    /// Chance of less light than i / [`LAW_POINTS`] [1].
     below: Vec<f64>,
 }
 
 /// Points of a law in a unit of light, and light up to which it is kept.
-const PARTS: usize = 40;
-const MOST: usize = 14;
+const LAW_POINTS: usize = 40;
+const MAX_LIGHT: usize = 14;
 
-impl Law {
+impl IntensityLaw {
     /// Of the mean of `patterns` independent patterns with grains of `grain` pixels.
     pub fn of(grain: f64, patterns: usize) -> Self {
         let parts = eigenvalues(covariances(grain));
         let share = |part: f64| vec![part / patterns as f64; patterns];
         let shares: Vec<f64> = parts.into_iter().filter(|part| *part > 1e-7).flat_map(share).collect();
-        let below = (0..=PARTS * MOST).map(|i| i as f64 / PARTS as f64);
+        let below = (0..=LAW_POINTS * MAX_LIGHT).map(|i| i as f64 / LAW_POINTS as f64);
         // Gil-Pelaez' (1951) inversion of the characteristic function 1 / prod(1 - i t share), by trapezoids.
         const STEP: f64 = 0.04;
         let waves: Vec<(f64, f64, f64)> = (1..20_000)
@@ -170,7 +171,7 @@ impl Law {
 
     /// Chance of less light than `x` [1].
     pub fn below(&self, x: f64) -> f64 {
-        let place = x.max(0.0) * PARTS as f64;
+        let place = x.max(0.0) * LAW_POINTS as f64;
         let (i, t) = (place as usize, place.fract());
         if i + 1 < self.below.len() { self.below[i] * (1.0 - t) + self.below[i + 1] * t } else { 1.0 }
     }
@@ -180,12 +181,12 @@ impl Law {
         let i = self.below.partition_point(|chance| *chance < below).clamp(1, self.below.len() - 1);
         let (low, high) = (self.below[i - 1], self.below[i]);
         let t = if high > low { (below - low) / (high - low) } else { 0.5 };
-        (i as f64 - 1.0 + t.clamp(0.0, 1.0)) / PARTS as f64
+        (i as f64 - 1.0 + t.clamp(0.0, 1.0)) / LAW_POINTS as f64
     }
 
     /// Its density at `x` [1].
     pub fn density(&self, x: f64) -> f64 {
-        let half = 1.0 / PARTS as f64;
+        let half = 1.0 / LAW_POINTS as f64;
         (self.below(x + half) - self.below((x - half).max(0.0))) / (half + half.min(x))
     }
 
@@ -243,7 +244,7 @@ mod tests {
         let pixels = [1.2, 2.4, 3.45, 4.8, 5.5, 6.0, 9.0, 12.0];
         let known = [0.867, 0.631, 0.487, 0.376, 0.335, 0.3115, 0.218, 0.168];
         for (pixel, contrast) in pixels.into_iter().zip(known) {
-            let found = Correlation::of(1.968 / pixel).contrast();
+            let found = PixelCorrelation::of(1.968 / pixel).contrast();
             assert!((found / contrast - 1.0).abs() < 4e-3, "{pixel} um: {found} against {contrast}");
         }
     }
@@ -252,14 +253,14 @@ mod tests {
     #[test]
     fn laws_have_goodmans_moments() {
         for grain in [0.328, 1.64] {
-            let (law, contrast) = (Law::of(grain, 1), Correlation::of(grain).contrast());
+            let (law, contrast) = (IntensityLaw::of(grain, 1), PixelCorrelation::of(grain).contrast());
             let moment = |n: i32| law.shares.iter().map(|share| share.powi(n)).sum::<f64>();
             assert!((moment(1) - 1.0).abs() < 1e-5, "{}", moment(1));
             assert!((moment(2).sqrt() / contrast - 1.0).abs() < 0.01, "{} {contrast}", moment(2).sqrt());
             // Never less skew than the gamma law.
             assert!(law.skewness() >= 2.0 * contrast * 0.99, "{}", law.skewness());
         }
-        let point = Law::of(60.0, 1);
+        let point = IntensityLaw::of(60.0, 1);
         for x in [0.1, 0.5, 1.0, 3.0] {
             assert!((point.below(x) - (1.0 - libm::exp(-x))).abs() < 2e-3, "{x}: {}", point.below(x));
         }

@@ -60,7 +60,7 @@ pub fn box_error(bench: &Bench) -> f64 {
     let size = Size { columns: 1, rows: 832, profiles: 1 };
     let bare = (0.5 * bench.laser.waist_mm * rows_per_mm(bench, &size, bench.laser.waist_height_mm)).powi(2)
         + lens_variance(bench, &size);
-    let below = |x: f64| super::chance::normal_below(x / bare.sqrt());
+    let below = |x: f64| super::significance::normal_below(x / bare.sqrt());
     let whole = bare + 1.0 / 12.0;
     let drawn = |x: f64| libm::exp(-0.5 * x * x / whole) / (2.0 * PI * whole).sqrt();
     let off = |i: i32| {
@@ -72,7 +72,7 @@ pub fn box_error(bench: &Bench) -> f64 {
 
 /// Height of the laser plane's point seen in a row that lies `up` rows above the middle [mm].
 fn height(bench: &Bench, up: f64) -> f64 {
-    let Plain { f, d, sin, cos, beta, pixel } = plain(bench);
+    let CameraGeometry { f, d, sin, cos, beta, pixel } = camera_geometry(bench);
     // Solved from row = c - v Yc / Zc / cos(beta) / pixel with y = 0.
     let s = up * pixel * libm::cos(beta);
     s * (d - f) / (f * sin + s * cos)
@@ -80,7 +80,7 @@ fn height(bench: &Bench, up: f64) -> f64 {
 
 /// Rows above the sensor's middle in which the laser plane's height `z` is seen [px].
 pub fn row_up(bench: &Bench, z: f64) -> f64 {
-    let Plain { f, d, sin, cos, beta, pixel } = plain(bench);
+    let CameraGeometry { f, d, sin, cos, beta, pixel } = camera_geometry(bench);
     let (yc, zc) = (z * sin, d - z * cos);
     let v = f * d / (d - f) / (1.0 - libm::tan(beta) * yc / zc);
     v * yc / zc / libm::cos(beta) / pixel
@@ -94,11 +94,11 @@ pub fn height_per_row(bench: &Bench, z: f64) -> f64 {
 
 /// Width of a column at height `z` [mm].
 pub fn column_width(bench: &Bench, z: f64) -> f64 {
-    let Plain { f, d, cos, pixel, .. } = plain(bench);
+    let CameraGeometry { f, d, cos, pixel, .. } = camera_geometry(bench);
     pixel * (d - f - z * cos) / f
 }
 
-struct Plain {
+struct CameraGeometry {
     f: f64,
     d: f64,
     sin: f64,
@@ -107,9 +107,9 @@ struct Plain {
     pixel: f64,
 }
 
-fn plain(bench: &Bench) -> Plain {
+fn camera_geometry(bench: &Bench) -> CameraGeometry {
     let camera = &bench.camera;
     let (f, d) = (camera.focal_length_mm, camera.distance_mm);
     let (sin, cos) = libm::sincos(camera.tilt_deg.to_radians());
-    Plain { f, d, sin, cos, beta: libm::atan(f / (d - f) * cos / sin), pixel: camera.pixel_um * 1e-3 }
+    CameraGeometry { f, d, sin, cos, beta: libm::atan(f / (d - f) * cos / sin), pixel: camera.pixel_um * 1e-3 }
 }

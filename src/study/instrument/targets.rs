@@ -12,7 +12,7 @@ use crate::pipeline;
 use crate::recipe::{Recipe, Scene};
 
 /// First profile that looks at nothing but the conveyor where the target is [`bare`].
-pub(super) const BARE: usize = 64;
+pub(super) const BARE_PROFILE: usize = 64;
 /// A metal plate: facets alone, so that light comes back from where it hits.
 const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.5, roughness: [0.45; 2], matte: 0.0 };
 
@@ -53,11 +53,11 @@ fn flat(medium: Medium, height_mm: f32, slope_x: f32, slope_y: f32) -> Body {
 }
 
 /// The radiance factor of the plate of metal for light along `light` seen along `view` [1].
-pub(super) fn shine(light: glam::Vec3, view: glam::Vec3) -> f64 {
+pub(super) fn metal_radiance_factor(light: glam::Vec3, view: glam::Vec3) -> f64 {
     f64::from(crate::transport::fresnel::gloss(&METAL, glam::Vec3::Z, light, view))
 }
 
-/// A speck of a plate: from profile [`BARE`] on there is the conveyor alone, an even white Lambertian plane at z = 0 where
+/// A speck of a plate: from profile [`BARE_PROFILE`] on there is the conveyor alone, an even white Lambertian plane at z = 0 where
 /// its reflectance is 1.
 pub(super) fn bare() -> Body {
     let medium = Medium::opaque(Gloss::NONE);
@@ -78,15 +78,15 @@ pub(super) fn gain(scene: &Scene) -> f64 {
 }
 
 /// Some profiles of a target, ready to be exposed.
-pub(super) struct Look {
+pub(super) struct TargetView {
     pub sensor: Sensor,
     band: Band,
     columns: usize,
 }
 
-impl Look {
+impl TargetView {
     /// At `profiles` of a scene with a target under its bench.
-    pub(super) fn at(scene: &Scene, body: Body, tiles: &Tiles, profiles: std::ops::Range<usize>) -> Self {
+    pub(super) fn new(scene: &Scene, body: Body, tiles: &Tiles, profiles: std::ops::Range<usize>) -> Self {
         let (sensor, specimen) = pipeline::set_up(scene, body, tiles);
         let band = sensor.band(&specimen, profiles, Band::default());
         Self { sensor, band, columns: scene.size.columns }
@@ -139,8 +139,8 @@ impl Look {
 }
 
 /// Sets the exposure time so that the middle column's greatest pixel holds `peak` [DN over dark].
-pub(super) fn expose_to(scene: &mut Scene, body: &Body, tiles: &Tiles, profile: usize, peak: f64) {
-    let look = Look::at(scene, body.clone(), tiles, profile..profile + 1);
+pub(super) fn expose_to_peak(scene: &mut Scene, body: &Body, tiles: &Tiles, profile: usize, peak: f64) {
+    let look = TargetView::new(scene, body.clone(), tiles, profile..profile + 1);
     let (light, columns) = (look.light(profile), scene.size.columns);
     let most = (0..ROWS).map(|k| light[k * columns + columns / 2]).fold(0.0, f64::max);
     scene.bench.exposure.time_us *= peak / (gain(scene) * most);

@@ -4,10 +4,10 @@
 
 use rand::RngExt;
 
-use super::pattern::{Correlation, Law};
+use super::speckle_theory::{IntensityLaw, PixelCorrelation};
 
 /// Variance of the centre of gravity of a line over `reach` rows beside its peak, to first order [px^2].
-pub fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, correlation: &Correlation) -> f64 {
+pub fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, correlation: &PixelCorrelation) -> f64 {
     let peak = (0..line.len()).max_by(|&a, &b| line[a].total_cmp(&line[b])).unwrap_or(0);
     let rows = peak.saturating_sub(reach)..(peak + reach + 1).min(line.len());
     let sum: f64 = line[rows.clone()].iter().sum();
@@ -23,7 +23,7 @@ pub fn spread(line: &[f64], reach: usize, still: f64, shot: f64, contrast: f64, 
 /// What the centre of gravity of a line spreads by, over what first order says, for rows with light `line` whose speckle
 /// is scaled by `strength`. Bright grains make the sum bright by which they are divided, so a skew law spreads less. Rows are
 /// drawn from the law as if they were independent; error of the result 0.1 %.
-pub fn beyond_first_order(line: &[f64], law: &Law, strength: f64) -> f64 {
+pub fn beyond_first_order(line: &[f64], law: &IntensityLaw, strength: f64) -> f64 {
     const DRAWS: usize = 400_000;
     let peak = line.iter().fold(0.0, |most: f64, light| most.max(*light));
     let lit: Vec<f64> = line.iter().copied().filter(|light| *light > 1e-3 * peak).collect();

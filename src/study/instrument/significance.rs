@@ -4,7 +4,7 @@
 //! law with Stephens' (1970) correction for samples of finite size. Tested against table values.
 
 /// Terms of a fraction; it needs some ten.
-const TERMS: usize = 500;
+const FRACTION_TERMS: usize = 500;
 
 /// Chance that Student's t with `freedom` degrees of freedom lies farther from 0 than `t` [1].
 pub fn student(t: f64, freedom: f64) -> f64 {
@@ -64,7 +64,7 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
 
 /// a1 / (b1 + a2 / (b2 + ...)) from its end.
 fn tail(fraction: impl Fn(usize) -> (f64, f64)) -> f64 {
-    (1..TERMS).rev().fold(0.0, |rest, i| {
+    (1..FRACTION_TERMS).rev().fold(0.0, |rest, i| {
         let (a, b) = fraction(i);
         a / (b + rest)
     })

@@ -9,7 +9,7 @@ pub(super) const TERMS: usize = 9;
 
 /// One observation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct Observation {
     /// Terms of the model.
     pub x: [f64; TERMS],
     /// What was counted.
@@ -22,7 +22,7 @@ type Matrix = [[f64; TERMS]; TERMS];
 
 /// Coefficients and their standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fit {
+pub(super) struct PoissonFit {
     /// Coefficients.
     pub b: [f64; TERMS],
     /// Standard errors.
@@ -30,10 +30,10 @@ pub(super) struct Fit {
 }
 
 /// Fits `rows` from a start; `None` where they do not determine the terms.
-pub(super) fn fit(rows: &[Row], start: [f64; TERMS]) -> Option<Fit> {
-    const ROUNDS: usize = 50;
+pub(super) fn fit(rows: &[Observation], start: [f64; TERMS]) -> Option<PoissonFit> {
+    const MAX_ROUNDS: usize = 50;
     let mut b = start;
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let (matrix, right) = normal_equations(rows, &b);
         let next = Cholesky::of(&matrix)?.solve(right);
         let step = (0..TERMS).map(|k| (next[k] - b[k]).abs()).fold(0.0, f64::max);
@@ -47,7 +47,7 @@ pub(super) fn fit(rows: &[Row], start: [f64; TERMS]) -> Option<Fit> {
     }
     let root = Cholesky::of(&normal_equations(rows, &b).0)?;
     let spread = moments(rows, |row| row.share * row.share * mean(&row.x, &b));
-    let pearson = |row: &Row| {
+    let pearson = |row: &Observation| {
         let m = mean(&row.x, &b);
         row.share * (row.y - m).powi(2) / m
     };
@@ -61,7 +61,7 @@ pub(super) fn fit(rows: &[Row], start: [f64; TERMS]) -> Option<Fit> {
         let variance: f64 = (0..TERMS).map(|i| (0..TERMS).map(|j| c[i] * spread[i][j] * c[j]).sum::<f64>()).sum();
         (dispersion * variance).sqrt()
     });
-    Some(Fit { b, error })
+    Some(PoissonFit { b, error })
 }
 
 fn mean(x: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
@@ -70,7 +70,7 @@ fn mean(x: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
 }
 
 /// Sum of weight x x^T over all rows.
-fn moments(rows: &[Row], weight: impl Fn(&Row) -> f64) -> Matrix {
+fn moments(rows: &[Observation], weight: impl Fn(&Observation) -> f64) -> Matrix {
     let mut matrix = [[0.0; TERMS]; TERMS];
     for row in rows {
         let w = weight(row);
@@ -84,9 +84,9 @@ fn moments(rows: &[Row], weight: impl Fn(&Row) -> f64) -> Matrix {
 }
 
 /// X^T W X and X^T W z of one round.
-fn normal_equations(rows: &[Row], b: &[f64; TERMS]) -> (Matrix, [f64; TERMS]) {
+fn normal_equations(rows: &[Observation], b: &[f64; TERMS]) -> (Matrix, [f64; TERMS]) {
     let mut right = [0.0; TERMS];
-    for Row { x, y, share } in rows {
+    for Observation { x, y, share } in rows {
         let m = mean(x, b);
         let z = (0..TERMS).map(|k| x[k] * b[k]).sum::<f64>() + (y - m) / m;
         for i in 0..TERMS {
