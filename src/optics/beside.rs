@@ -10,7 +10,7 @@ use super::film::{self, Second};
 use super::mirror::{self, Lit, Splat};
 use super::row::Row;
 use super::speckle::TILE;
-use crate::transport::kernel::layers::Covers;
+use crate::transport::kernel::layers::FilmStackKernel;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Rows from a window's edge within which a line's foot and its reading are cut off [px].
@@ -47,7 +47,7 @@ pub struct Room {
     /// For second lines.
     pub second: film::Room,
     /// What films do to light.
-    pub covers: Covers,
+    pub covers: FilmStackKernel,
     mirror: mirror::Room,
 }
 

@@ -7,7 +7,7 @@
 use multiversion::multiversion;
 
 use super::film::Second;
-use super::laser::Section;
+use super::laser::LineProfile;
 use super::moved::{self, Ahead};
 use super::overflow::Charge;
 use super::row::Row;
@@ -100,7 +100,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
     let first = &mut scratch.windows[0];
     match band.window(profile) {
         Some(window) => {
-            let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+            let line =
+                Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.line_profile() };
             lines(own, start, &line, load(&own.variance, start), first);
             let padded = window.len() / ROWS;
             for (k, row) in first.volume.iter_mut().enumerate() {
@@ -110,7 +111,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
         None => {
             let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
-            let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+            let line =
+                Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.line_profile() };
             spread(own, &neighbours, start, &line, first);
             if let Some(beside) = &own.beside {
                 arrange::arrange(beside, tile, scratch);
@@ -131,7 +133,7 @@ pub struct Line<'a> {
     /// Variance on top of the row's own [px^2].
     pub blur: f32,
     /// What it is across, where that is more than one Gaussian.
-    pub section: Option<&'a Section>,
+    pub section: Option<&'a LineProfile>,
 }
 
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
@@ -143,7 +145,7 @@ fn lines(own: &Row, start: usize, line: &Line<'_>, variance: &[f32; TILE], windo
     match line.section {
         None => one(&phase, variance, glare, exit, own.disc_of(start), &mut window.surface),
         Some(section) => {
-            let across = Across { own, start, section, level: section.level(None) };
+            let across = Across { own, start, section, level: section.mixture(None) };
             across.add(&phase, variance, glare, exit, &mut window.surface);
         }
     }
@@ -188,7 +190,7 @@ pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &Line<'_
         match line.section {
             None => one(&place, &wide, source, exit, own.disc_of(start), &mut window.volume),
             Some(section) => {
-                let across = Across { own, start, section, level: section.level(Some(j)) };
+                let across = Across { own, start, section, level: section.mixture(Some(j)) };
                 across.add(&place, &wide, source, exit, &mut window.volume);
             }
         }

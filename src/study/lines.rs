@@ -12,7 +12,7 @@ use super::{Progress, StudyReport, ask, describe, document_head, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::medium::Medium;
-use crate::transport::answer::{Answer, Estimate, Question, Side};
+use crate::transport::answer::{Answer, Estimate, LineSide, Question};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
 
@@ -131,10 +131,10 @@ fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
         let centre = answer.line.len() / 2;
         let rows = (from..=to.min(centre)).flat_map(|k| [answer.line[centre - k], answer.line[centre + k]]);
         let error = rows.map(|row| row.error * row.error).sum::<f64>().sqrt();
-        Estimate { value: answer.rows(from, to, Side::Both), error }
+        Estimate { value: answer.rows(from, to, LineSide::Both), error }
     };
     let near = sum(1, 8);
-    let (ahead, behind) = (answer.rows(1, 8, Side::Ahead), answer.rows(1, 8, Side::Behind));
+    let (ahead, behind) = (answer.rows(1, 8, LineSide::Ahead), answer.rows(1, 8, LineSide::Behind));
     let asymmetry = Estimate { value: (ahead - behind) / near.value, error: near.error / near.value };
     [r, lens, near, sum(7, 11), asymmetry]
 }

@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 
 use crate::medium::Medium;
 use crate::transport::answer::{Answer, Estimate};
-use crate::transport::model::{Model, Refusal};
+use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
 
 /// Result of a study.
@@ -51,7 +51,7 @@ pub enum StudyEvent<'a> {
 pub type Progress<'a> = &'a (dyn Fn(StudyEvent) + Sync);
 
 /// Asks a model, and reports how far it is.
-fn ask(model: Model, what: &str, medium: &Medium, effort: Effort, progress: Progress) -> Result<Answer, Refusal> {
+fn ask(model: Model, what: &str, medium: &Medium, effort: Effort, progress: Progress) -> Result<Answer, ModelError> {
     announce(model.name(), what, progress);
     model.ask(&medium.stack, &medium.question, effort, &|photons| progress(StudyEvent::Done(photons)))
 }

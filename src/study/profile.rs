@@ -10,7 +10,7 @@ use super::compared_model::ComparedModel;
 use super::{Progress, StudyEvent, StudyReport, announce, document_head};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, TILE, expose};
 use crate::pipeline;
 use crate::recipe::{Scene, Subject};
@@ -43,7 +43,7 @@ pub fn workload(effort: Effort) -> u64 {
 
 /// Asks every model about `profile` of `scene`.
 pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: Progress) -> StudyReport {
-    let tiles = Tiles::new(0);
+    let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();
     let mut look = |transport: Transport, repeat: u64| {

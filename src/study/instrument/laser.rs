@@ -32,7 +32,7 @@ use crate::drawing::chart::Axis;
 use crate::drawing::{Area, MARGIN, Page, viridis};
 use crate::optics::camera::rig;
 use crate::optics::parameters::Bench;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{CENTRE, ROWS};
 use crate::recipe::Scene;
 use crate::settings::Size;
@@ -93,7 +93,7 @@ struct LaserPlots {
 
 /// Makes the study.
 pub fn study(trials: Trials, progress: Progress) -> StudyReport {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
     let (figures, plots) = figures(&repeats, &tiles);
     let error = 100.0 * box_error(&plots.bench);
@@ -145,7 +145,7 @@ fn white_scene(columns: usize) -> Scene {
 }
 
 /// A scene over the metal plate at a height.
-fn metal_scene(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
+fn metal_scene(z: f64, tiles: &PatternCache) -> (Scene, procedural::Body) {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE_PROFILE + EXPOSURES);
     scene.bench.speckle.strength = 0.0;
     let body = plate(z as f32, 0.0, 0.0);
@@ -153,7 +153,7 @@ fn metal_scene(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
     (scene, body)
 }
 
-fn measure(trials: Trials, one: u64, tiles: &Tiles) -> LaserRepeat {
+fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> LaserRepeat {
     let own = stream("laser", trials, one);
     let (mut width, mut light) = (Vec::new(), Vec::new());
     for (i, z) in HEIGHTS_MM.into_iter().enumerate() {
@@ -181,7 +181,7 @@ fn measure(trials: Trials, one: u64, tiles: &Tiles) -> LaserRepeat {
 }
 
 /// The line on the white plane, exposed for a time that the sensor bears and told for the time of the scene [e-].
-fn white_line(scene: Scene, tiles: &Tiles) -> Vec<Vec<f64>> {
+fn white_line(scene: Scene, tiles: &PatternCache) -> Vec<Vec<f64>> {
     let mut short = scene.clone();
     expose_to_peak(&mut short, &bare(), tiles, BARE_PROFILE, PEAK_DN);
     let scale = scene.bench.exposure.time_us / short.bench.exposure.time_us;
@@ -216,7 +216,7 @@ fn bin_position(bin: usize, bench: &Bench) -> f64 {
     rig(bench, &size).along((bin * BIN_COLUMNS) as f64 + 0.5 * (BIN_COLUMNS as f64 - 1.0), 0.0)
 }
 
-fn figures(repeats: &[LaserRepeat], tiles: &Tiles) -> (Vec<Figure>, LaserPlots) {
+fn figures(repeats: &[LaserRepeat], tiles: &PatternCache) -> (Vec<Figure>, LaserPlots) {
     let bench = white_scene(SENSOR_COLUMNS).bench;
     let fit = |i: usize| per_repeat(repeats, |f| fit_beam(&f.width, bench.laser.wavelength_nm)[i]);
     let names = ["waist, half width at 1/e^2 [mm]", "height of the waist [mm]", "beam quality M^2 [1]"];
@@ -279,7 +279,7 @@ fn figures(repeats: &[LaserRepeat], tiles: &Tiles) -> (Vec<Figure>, LaserPlots) 
 const BIN_COLUMNS: usize = 40;
 
 /// Mean of some exposures less the same without light, a row of the window after another, `[ROWS][columns]` [e-].
-fn exposed_line(scene: &Scene, body: &procedural::Body, tiles: &Tiles) -> Vec<Vec<f64>> {
+fn exposed_line(scene: &Scene, body: &procedural::Body, tiles: &PatternCache) -> Vec<Vec<f64>> {
     let profiles = BARE_PROFILE..BARE_PROFILE + EXPOSURES;
     let mut dark = scene.clone();
     // As little light as there may be, other noise, the same fixed pattern.

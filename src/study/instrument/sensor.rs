@@ -26,7 +26,7 @@ use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_tria
 use crate::drawing::chart::Axis;
 use crate::drawing::{Area, INK, Page};
 use crate::optics::CENTRE;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
 use crate::settings::{Hdr, Readout};
 use crate::study::{Progress, StudyReport};
@@ -81,7 +81,7 @@ struct SensorPlots {
 
 /// Makes the study.
 pub fn study(trials: Trials, progress: Progress) -> StudyReport {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let patch = full_well_patch(&tiles);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &tiles));
     let (figures, plots) = figures(trials, &repeats, &patch, &tiles);
@@ -101,7 +101,7 @@ struct FullWellPatch {
     pub electrons: f64,
 }
 
-fn full_well_patch(tiles: &Tiles) -> FullWellPatch {
+fn full_well_patch(tiles: &PatternCache) -> FullWellPatch {
     let mut scene = scene(procedural::Stream::root(0), PATCH_COLUMNS, BARE_PROFILE + EXPOSURES);
     (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
     scene.bench.speckle.strength = 0.0;
@@ -112,7 +112,7 @@ fn full_well_patch(tiles: &Tiles) -> FullWellPatch {
     FullWellPatch { electrons: scene.bench.exposure.full_well_e, scene }
 }
 
-fn measure(trials: Trials, one: u64, patch: &FullWellPatch, tiles: &Tiles) -> SensorRepeat {
+fn measure(trials: Trials, one: u64, patch: &FullWellPatch, tiles: &PatternCache) -> SensorRepeat {
     let own = stream("sensor", trials, one);
     let level = |i: usize| {
         let mut scene = patch.scene.clone();
@@ -135,7 +135,7 @@ fn share(level: usize) -> f64 {
 }
 
 /// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
-fn patch_moments(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles) -> [f64; 2] {
+fn patch_moments(scene: &Scene, first: usize, exposures: usize, tiles: &PatternCache) -> [f64; 2] {
     let profiles = first..first + exposures;
     let look = TargetView::new(scene, bare(), tiles, profiles.clone());
     let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
@@ -145,7 +145,7 @@ fn patch_moments(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles) -
     sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
 }
 
-fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u16>> {
+fn dark_frames(scene: &mut Scene, rows: bool, tiles: &PatternCache) -> Vec<Vec<u16>> {
     (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
     if !rows {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
@@ -198,7 +198,7 @@ fn figures(
     trials: Trials,
     repeats: &[SensorRepeat],
     patch: &FullWellPatch,
-    tiles: &Tiles,
+    tiles: &PatternCache,
 ) -> (Vec<Figure>, SensorPlots) {
     let exposure = patch.scene.bench.exposure;
     let k = gain(&patch.scene);
@@ -304,7 +304,7 @@ struct SlopeMode {
 }
 
 /// Every mode.
-fn modes(patch: &FullWellPatch, tiles: &Tiles) -> Vec<SlopeMode> {
+fn modes(patch: &FullWellPatch, tiles: &PatternCache) -> Vec<SlopeMode> {
     Hdr::ALL.into_iter().map(|hdr| mode(patch, hdr, tiles)).collect()
 }
 
@@ -312,7 +312,7 @@ fn slope_light(level: usize) -> f64 {
     SLOPE_LIGHT[0] * libm::pow(SLOPE_LIGHT[1] / SLOPE_LIGHT[0], level as f64 / (SLOPE_LEVELS - 1) as f64)
 }
 
-fn mode(patch: &FullWellPatch, hdr: Hdr, tiles: &Tiles) -> SlopeMode {
+fn mode(patch: &FullWellPatch, hdr: Hdr, tiles: &PatternCache) -> SlopeMode {
     let exposure = patch.scene.bench.exposure;
     let one = |level: usize| {
         let mut scene = patch.scene.clone();
