@@ -57,7 +57,7 @@ pub fn digitise(
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let view = sensor.speckle.view(tile, place, way, number * ROWS);
+    let view = sensor.speckle.tile(tile, place, way, number * ROWS);
     let counter = tile as u32 * TILE as u32;
     let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
     let pair_of = |pair: usize| {
