@@ -1,6 +1,6 @@
 //! What encoding costs: `cargo bench --bench write`. Times by divan; sizes are printed first, in bytes and bytes/pixel.
 //!
-//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `src/shard/png.rs`, `exr.rs` and `size.rs`.
+//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `src/dataset/png.rs`, `exr.rs` and `size.rs`.
 
 #[path = "../tests/shard_support/mod.rs"]
 mod shard_support;
@@ -9,12 +9,12 @@ use divan::Bencher;
 use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
-use sheetlight::record::{Below, Record};
-use sheetlight::settings::{Output, SensorStack, Size};
-use sheetlight::shard::{
+use sheetlight::dataset::{
     DatasetFolder, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
     write_exr_as, write_png_as,
 };
+use sheetlight::record::{Below, Record};
+use sheetlight::settings::{Output, SensorStack, Size};
 
 const SIZE: Size = Size { columns: 2560, rows: 512, profiles: 500 };
 const PIXELS: usize = SIZE.columns * SIZE.profiles;

@@ -8,7 +8,7 @@ use std::time::Instant;
 use arrow_array::cast::AsArray;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use rayon::prelude::*;
-use sheetlight::shard::{read_exr, read_png};
+use sheetlight::dataset::{read_exr, read_png};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 

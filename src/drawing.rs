@@ -1,5 +1,6 @@
 //! Pictures for people: a page with words, lines, scales and colours.
 
+pub mod chart;
 mod classes;
 
 pub use classes::class_colour;
@@ -12,19 +13,19 @@ use embedded_graphics::text::Text;
 use image::{Rgb, RgbImage};
 
 /// Space around panels [px].
-pub(crate) const MARGIN: u32 = 14;
+pub const MARGIN: u32 = 14;
 /// Width of a letter [px].
-pub(crate) const LETTER: u32 = 7;
+pub const LETTER: u32 = 7;
 /// Colour of paper.
-pub(crate) const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
+pub const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
 /// Colour of words.
-pub(crate) const INK: Rgb<u8> = Rgb([30, 30, 30]);
+pub const INK: Rgb<u8> = Rgb([30, 30, 30]);
 
 /// A colour for a number in [0, 1].
-pub(crate) type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
+pub type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
 
 /// Viridis (van der Walt and Smith 2015) through nine of its colours.
-pub(crate) fn viridis(t: f32) -> Rgb<u8> {
+pub fn viridis(t: f32) -> Rgb<u8> {
     const STOPS: [[f32; 3]; 9] = [
         [68.0, 1.0, 84.0],
         [71.0, 44.0, 122.0],
@@ -42,7 +43,7 @@ pub(crate) fn viridis(t: f32) -> Rgb<u8> {
 }
 
 /// A picture that can be written and drawn on; what lies outside of it is left out.
-pub(crate) struct Page(pub RgbImage);
+pub struct Page(pub RgbImage);
 
 impl Page {
     /// A page of paper.

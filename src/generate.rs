@@ -12,13 +12,13 @@ use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION
 use rayon::prelude::*;
 
 use crate::asset::{Asset, Files, Kept};
+use crate::dataset::{
+    self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, differences, number_column,
+};
 use crate::effective;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Recipe;
-use crate::shard::{
-    self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, differences, number_column,
-};
 
 pub use self::again::{Again, declared};
 pub use self::estimate::Estimate;
@@ -119,7 +119,7 @@ pub fn recipe_of(folder: &DatasetFolder) -> Result<Recipe, String> {
 /// The head of the dataset that `order` describes.
 pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
     let per_shard =
-        order.samples_per_shard.unwrap_or_else(|| shard::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
+        order.samples_per_shard.unwrap_or_else(|| dataset::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
     let parameters = recipe.draw(order.seed, 0).values();
     let splits = recipe.splits();
     let subject = recipe.subject();
@@ -145,7 +145,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
         pixel_classes: files.pixel_classes(),
         label_values: files.label_values(),
         splits: SplitShares { train: splits.train, validation: splits.validation, test: splits.test },
-        images: shard::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
+        images: dataset::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),
         physics: effective::declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
     }
@@ -155,7 +155,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
 pub fn sample(recipe: &Recipe, seed: u64, index: u64, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Encoded {
     let scene = recipe.draw(seed, index);
     let record = pipeline::render(&scene, tiles, progress);
-    shard::encode(record, &scene.output)
+    dataset::encode(record, &scene.output)
 }
 
 /// Makes what is missing of a dataset. Runs on the current rayon pool.

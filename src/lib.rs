@@ -18,7 +18,7 @@
 //! - [`effective`]: a scene -> numbers that follow from its draws
 //! - [`pipeline`]: `Scene` -> `Record`, the spine
 //! - [`record`]: everything about one sample that leaves the simulator
-//! - [`shard`]: `Record` -> files
+//! - [`dataset`]: `Record` -> files of a dataset, and back
 //! - [`generate`]: a recipe and a number of samples -> a dataset folder
 //! - [`validate`]: files -> faults
 //! - [`preview`]: one sample -> a picture for a person
@@ -31,7 +31,6 @@
 //! - [`settings`]: what a recipe fixes for all samples
 //! - [`lanes`]: elementary functions for loops over columns
 //! - `quadrature`: nodes and weights of integrals
-//! - `whole`: a file that is there as a whole or not at all
 //! - [`cli`]: the command line
 //!
 //! Units: mm, mm^-1, rad, s, electrons, DN. Axes: x along the laser line, y along the scan, z up.
@@ -41,6 +40,7 @@ pub mod chance;
 pub mod check;
 pub mod cli;
 pub mod compare;
+pub mod dataset;
 pub mod drawing;
 pub mod effective;
 pub mod export;
@@ -60,10 +60,8 @@ pub mod recipe;
 pub mod record;
 pub mod report;
 pub mod settings;
-pub mod shard;
 pub mod specimen;
 pub mod study;
 pub mod transport;
 pub mod validate;
-mod whole;
 pub mod yaml;

@@ -7,7 +7,7 @@ use image::{Rgb, RgbImage};
 use procedural::Class;
 
 use self::classes::Legend;
-pub use self::exposure::{Exposure, exposure};
+pub use self::exposure::expose_profile;
 use crate::drawing::{LETTER, MARGIN, Page, Ramp, class_colour, viridis};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;

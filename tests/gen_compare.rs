@@ -51,7 +51,7 @@ fn formats_agree() {
     let folder = std::fs::read_dir(place.path("planks/exr/00000")).expect("EXR files are there");
     let named = |path: &std::path::Path| {
         let bytes = std::fs::read(path).expect("it can be read");
-        let text = sheetlight::shard::read_exr(&bytes).expect("it is whole").3;
+        let text = sheetlight::dataset::read_exr(&bytes).expect("it is whole").3;
         serde_json::from_str::<Value>(&text).expect("it is JSON")["index"] == 2
     };
     let exr = folder.flatten().map(|entry| entry.path()).find(|path| named(path)).expect("sample 2 is there");

@@ -4,8 +4,8 @@ mod gen_support;
 
 use gen_support::Place;
 use serde_json::Value;
+use sheetlight::dataset::read_exr;
 use sheetlight::icon::{Content, Light, Range, Scan, Scatter, Traits, open};
-use sheetlight::shard::read_exr;
 
 /// A dataset of two samples whose Range has a form.
 fn planks(range: &str, changes: &[[&str; 2]]) -> Place {

@@ -4,7 +4,7 @@
 mod gen_support;
 
 use gen_support::Place;
-use sheetlight::study::by::By;
+use sheetlight::study::compared_model::ComparedModel;
 use sheetlight::study::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
 use sheetlight::study::point::{PHOTONS, contour};
 use sheetlight::transport::model::Model;
@@ -21,7 +21,9 @@ fn ellipses_lie_along_the_fibre() {
     let many: Vec<f64> = (0..=12).map(|i| 7.5 * f64::from(i)).collect();
     for (model, azimuths) in [(Model::Path, few), (Model::Kernel, &many)] {
         for &azimuth in azimuths {
-            let light = By::Model(model).light(&CLEAR_WOOD.turned(azimuth), effort, &|_| ()).expect("it answers");
+            let light = ComparedModel::Model(model)
+                .point_light(&CLEAR_WOOD.turned(azimuth), effort, &|_| ())
+                .expect("it answers");
             let far = contour(&light, azimuth, 1.5).expect("an ellipse");
             println!("{} {azimuth}: {:?} {:?}", model.name(), far.aspect, far.off);
             assert!(far.off.value.abs() < 1.6, "{} at {azimuth}: {:?}", model.name(), far.off);
@@ -36,20 +38,20 @@ fn ellipses_lie_along_the_fibre() {
 /// sides. Its knot is round. The symmetric stencil follows the fibre within half a degree.
 #[test]
 fn pictures_of_the_thesis_are_pulled_to_the_diagonal() {
-    let far = |by: By, wood: &Wood| {
-        let light = by.light(wood, Effort { photons: 1, seed: 0 }, &|_| ()).expect("it answers");
+    let far = |by: ComparedModel, wood: &Wood| {
+        let light = by.point_light(wood, Effort { photons: 1, seed: 0 }, &|_| ()).expect("it answers");
         contour(&light, wood.azimuth, 1.5).expect("an ellipse")
     };
-    let thesis = [0.0, 22.5, 45.0, 67.5, 90.0].map(|azimuth| far(By::Thesis, &CLEAR_WOOD.turned(azimuth)));
+    let thesis = [0.0, 22.5, 45.0, 67.5, 90.0].map(|azimuth| far(ComparedModel::Thesis, &CLEAR_WOOD.turned(azimuth)));
     println!("{:?}", thesis.map(|found| (found.aspect.value, found.off.value)));
     for straight in [0, 2, 4] {
         assert!(thesis[straight].off.value.abs() < 1.0, "{:?}", thesis[straight].off);
     }
     let [up, down] = [thesis[1].off.value, -thesis[3].off.value];
     assert!((8.0..12.0).contains(&up) && (8.0..12.0).contains(&down), "{up} {down}");
-    let round = far(By::Thesis, &SOUND_KNOT).aspect.value;
+    let round = far(ComparedModel::Thesis, &SOUND_KNOT).aspect.value;
     assert!((round - 1.0).abs() < 0.05, "{round}");
-    let kept = far(By::Conservative, &CLEAR_WOOD.turned(22.5));
+    let kept = far(ComparedModel::Conservative, &CLEAR_WOOD.turned(22.5));
     println!("{round} {kept:?}");
     assert!(kept.off.value.abs() < 0.5, "{:?}", kept.off);
 }

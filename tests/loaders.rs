@@ -9,7 +9,7 @@ use std::fs;
 use gen_support::Place;
 use parquet::record::Field;
 use python_support::{IMAGES, Said, datasets, example, first, names, number, numbers, sum};
-use sheetlight::shard::read_exr;
+use sheetlight::dataset::read_exr;
 
 /// `datasets` has the splits, names and pixels; Range in mm is what scale and offset make of the PNG.
 #[test]

@@ -8,7 +8,7 @@ use std::fs;
 use gen_support::{Place, assert_same, mesh_recipe};
 use python_support::{datasets, example, first, python};
 use serde_json::{Value, json};
-use sheetlight::shard::read_exr;
+use sheetlight::dataset::read_exr;
 
 /// The hub's own reader takes the card's front matter, and every file of `configs` is there.
 #[test]

@@ -3,8 +3,8 @@
 mod shard_support;
 
 use shard_support::{SIZE, output, record};
+use sheetlight::dataset::{ExrChannel, Grey, Samples, encode, read_exr, read_png, write_exr, write_png};
 use sheetlight::settings::{Channel, Output};
-use sheetlight::shard::{ExrChannel, Grey, Samples, encode, read_exr, read_png, write_exr, write_png};
 
 fn exr(samples: Samples, cols: usize) -> ExrChannel {
     let channel = ExrChannel { name: "A".into(), samples };

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use shard_support::{SIZE, encoded, head, output, record, tree, write_dataset};
+use sheetlight::dataset::{DatasetFolder, ShardWriter, encode};
 use sheetlight::settings::{Channel, Output, SensorStack, Size};
-use sheetlight::shard::{DatasetFolder, ShardWriter, encode};
 
 /// Where the child of the test below writes.
 const CHILD: &str = "SHEETLIGHT_TEST_CHILD";

@@ -9,7 +9,7 @@ use std::thread;
 
 use output_schema::DatasetHead;
 use shard_support::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
-use sheetlight::shard::{DatasetFolder, ShardError, ShardWriter};
+use sheetlight::dataset::{DatasetFolder, ShardError, ShardWriter};
 
 fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {
     let mut other = head(&output(), &SIZE, 6);

@@ -5,8 +5,8 @@ mod shard_support;
 use std::fs;
 
 use shard_support::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
+use sheetlight::dataset::{DatasetFolder, ShardError, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
 use sheetlight::settings::{Output, SensorStack, Size};
-use sheetlight::shard::{DatasetFolder, ShardError, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
 
 fn names(tree: &[(String, Vec<u8>)]) -> Vec<&str> {
     tree.iter().map(|(name, _)| name.as_str()).collect()

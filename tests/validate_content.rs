@@ -6,8 +6,8 @@ mod validate_support;
 use procedural::Class;
 use serde_json::Value;
 use shard_support::{encoded, output, write_dataset};
+use sheetlight::dataset::{Encoded, ExrChannel, Grey, Samples, write_png};
 use sheetlight::settings::Channel;
-use sheetlight::shard::{Encoded, ExrChannel, Grey, Samples, write_png};
 use sheetlight::validate::{Code, Options, validate};
 use validate_support::{MANIFEST, after, check, edit_json, exr, png, with};
 

@@ -13,7 +13,7 @@ use output_schema::{AssetHead, DatasetHead};
 use serde_json::Value;
 use shard_support::{SIZE, head, output, write_dataset};
 use sheetlight::asset::Asset;
-use sheetlight::shard::DatasetFolder;
+use sheetlight::dataset::DatasetFolder;
 use sheetlight::validate::Code;
 use validate_support::{DATA, EXR, MANIFEST, after, agree, check, edit_json, rewrite};
 

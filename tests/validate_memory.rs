@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use shard_support::{head, output};
+use sheetlight::dataset::{DatasetFolder, ShardWriter};
 use sheetlight::settings::{Output, SensorStack, Size};
-use sheetlight::shard::{DatasetFolder, ShardWriter};
 use sheetlight::validate::{Options, validate};
 
 /// Names the folder that [`validates`] is to read in a process of its own.
@@ -22,7 +22,7 @@ fn write(path: &Path, samples: u64) {
     let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
     for index in 0..samples {
         let record = shard_support::record(index, &LARGE, &output);
-        writer.push(sheetlight::shard::encode(record, &output)).expect("it is written");
+        writer.push(sheetlight::dataset::encode(record, &output)).expect("it is written");
     }
     writer.finish().expect("it is finished");
     folder.complete().expect("the card is written");

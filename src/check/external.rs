@@ -15,7 +15,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::CheckError;
-use crate::shard::hex;
+use crate::dataset::hex;
 
 /// Bytes that are summed at once.
 const PIECE: usize = 1 << 20;

@@ -14,8 +14,8 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use super::CheckError;
 use super::cut::{Picture, Plane};
 use super::moot::deciders;
+use crate::dataset::{DatasetFolder, ExrChannel, read_exr};
 use crate::record::Split;
-use crate::shard::{DatasetFolder, ExrChannel, read_exr};
 
 mod rows;
 

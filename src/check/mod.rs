@@ -33,8 +33,8 @@ pub use report::{Report, Slice, Timing};
 pub use run::check;
 pub use worst::Wrong;
 
+use crate::dataset::ShardError;
 use crate::record::Split;
-use crate::shard::ShardError;
 use crate::yaml::fault::{Faults, nearest};
 
 /// What to check, and with what.

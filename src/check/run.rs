@@ -22,7 +22,7 @@ use super::sidecar::{Output, Sidecar, beside};
 use super::slices::{Point, groups};
 use super::worst::{Worst, Wrong, draw};
 use super::{BATCH, BATCH_BYTES, CheckError, Options, sliced};
-use crate::shard::hex;
+use crate::dataset::hex;
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
 const MOST: usize = 1 << 30;

@@ -12,8 +12,8 @@ use super::generate::threads;
 use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{CheckError, Options, Report, check};
+use crate::dataset::{DatasetFolder, Sums};
 use crate::record::Split;
-use crate::shard::{DatasetFolder, Sums};
 
 /// Name of the document in the folder of pictures.
 const DOCUMENT: &str = "check.json";

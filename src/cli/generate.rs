@@ -7,10 +7,10 @@ use output_schema::{MOST_SAMPLES, MOST_SHARDS};
 
 use super::progress::{Progress, bytes, counted, duration, say};
 use super::{Generate, Outcome, Usage, print};
+use crate::dataset::DatasetFolder;
 use crate::generate::{Estimate, Order, Summary, generate, head};
 use crate::recipe::Recipe;
 use crate::settings::Transport;
-use crate::shard::DatasetFolder;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MOST_THREADS: (usize, usize) = (4, 16);

@@ -22,9 +22,9 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
+use crate::dataset::DatasetFolder;
 use crate::preview;
 use crate::recipe::{self, Recipe};
-use crate::shard::DatasetFolder;
 use progress::say;
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.

@@ -11,12 +11,12 @@ use output_schema::file::DATASET;
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
+use crate::dataset::DatasetFolder;
 use crate::generate::{recipe_of, sample};
 use crate::optics::speckle::Tiles;
-use crate::preview::{Exposure, exposure};
-use crate::report::{Options, Render, Timing, report};
+use crate::preview::expose_profile;
+use crate::report::{ExposedProfile, Options, Render, Timing, report};
 use crate::settings::Transport;
-use crate::shard::DatasetFolder;
 
 /// Folder of kept results in the dataset's folder.
 const REPORTS: &str = "reports";
@@ -85,7 +85,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
         let tiles = &tiles;
         move |index: u64, along: f64| {
             let profiles = recipe.size().profiles;
-            exposure(&recipe.draw(seed, index), (along * profiles as f64) as usize, tiles)
+            expose_profile(&recipe.draw(seed, index), (along * profiles as f64) as usize, tiles)
         }
     });
     let measure = fast.filter(|_| !arguments.no_timing).map(|recipe| {
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
         samples: arguments.samples,
         frames: arguments.frames as usize,
         render: Render {
-            expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> Exposure + Sync)),
+            expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> ExposedProfile + Sync)),
             measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> Timing + Sync)),
         },
         watch: &|done, all| bar.show(done, all),

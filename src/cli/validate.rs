@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use super::generate::{threads, warn};
 use super::progress::{Samples, counted, say};
 use super::{Outcome, print, whole};
+use crate::dataset::{DatasetFolder, Sums};
 use crate::generate::Again;
-use crate::shard::{DatasetFolder, Sums};
 use crate::validate::{Declared, Derive, Expect, Options, Report, validate};
 
 /// Where `--save` keeps the report, in the dataset's folder.

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{Error, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
-use crate::whole;
+use crate::dataset::atomic_file;
 
 /// Writes `content` to `path`, which `--out` names.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {
@@ -18,7 +18,7 @@ pub(super) fn write_or(path: &Path, content: &[u8], remedy: &str) -> Result<(), 
         return Err(told(Error::from(ErrorKind::IsADirectory), "a folder has that name: "));
     };
     let partial = path.with_file_name(format!(".tmp-{}-{}", std::process::id(), name.to_string_lossy()));
-    whole::write(&partial, path, content).map_err(|refused| match refused.source.kind() {
+    atomic_file::write(&partial, path, content).map_err(|refused| match refused.source.kind() {
         ErrorKind::NotFound => told(refused.source, "make the folder first, or "),
         _ => told(refused.source, ""),
     })

@@ -13,7 +13,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::source::{error, exr_frame};
 use super::{Exposure, Frame, SourceError, Unit, to_eight_bits};
-use crate::shard::{DatasetFolder, frame_numbers, read_png};
+use crate::dataset::{DatasetFolder, frame_numbers, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
 const EXPOSURES: usize = 16;
@@ -30,7 +30,7 @@ impl Dataset {
     /// # Errors
     /// Where it holds no dataset that this program reads.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let told = |e: crate::shard::ShardError| error(path, e.to_string(), "name the folder of a dataset");
+        let told = |e: crate::dataset::ShardError| error(path, e.to_string(), "name the folder of a dataset");
         DatasetFolder::open(path).map(Self).map_err(told)
     }
 
@@ -56,7 +56,7 @@ impl Dataset {
         }
         let shard = index / head.samples_per_shard.max(1);
         let unfinished = || error(root, format!("sample {index} is not finished"), "run gen again to finish it");
-        let told = |e: crate::shard::ShardError| error(root, e.to_string(), CHECK);
+        let told = |e: crate::dataset::ShardError| error(root, e.to_string(), CHECK);
         let manifest = self.0.read_manifest(shard).map_err(told)?.ok_or_else(unfinished)?;
         self.frame_of(&manifest, index, true)
     }

@@ -4,8 +4,8 @@ use image::{Rgb, RgbImage};
 
 use super::distribution::{Distance, Sample};
 use super::{Comparison, Statistics};
+use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{INK, MARGIN, Page};
-use crate::study::chart::{Axis, Chart, Series};
 
 /// Size of a plot [px].
 const PLOT: (u32, u32) = (400, 270);

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use output_schema::file::DATASET;
 
 use super::{Dataset, Exposure, Frame, Unit, json_frame, to_eight_bits};
+use crate::dataset::{ExrChannel, read_exr};
 use crate::icon::{self, Content, Traits};
-use crate::shard::{ExrChannel, read_exr};
 
 /// What is wrong with a place where frames should be, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -14,8 +14,8 @@ use serde_json::json;
 use super::classes::{good, safe};
 use super::picture::Picture;
 use super::{ExportError, Out, Progress, Sample, Scalings, Show, Source, Summary};
+use crate::dataset::{Grey, write_png};
 use crate::record::Split;
-use crate::shard::{Grey, write_png};
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED: &str = "combined";

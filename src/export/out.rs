@@ -9,7 +9,7 @@ use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
 use super::{ExportError, Source};
-use crate::shard::GENERATOR_VERSION;
+use crate::dataset::GENERATOR_VERSION;
 
 /// What is exported, while it is not finished.
 const MARKER: &str = ".unfinished-export.json";
@@ -192,7 +192,7 @@ impl Out {
         let document = json!({"order": self.order, "files": files, "bytes": bytes, "result": result, "notes": notes});
         let path = self.root.join(DOCUMENT);
         let partial = self.root.join(temporary(DOCUMENT));
-        let written = crate::whole::write(&partial, &path, format!("{document:#}\n").as_bytes());
+        let written = crate::dataset::atomic_file::write(&partial, &path, format!("{document:#}\n").as_bytes());
         written.map_err(|e| refused(&path, &e.source))?;
         let marker = self.root.join(MARKER);
         fs::remove_file(&marker).map_err(|e| refused(&marker, &e))?;

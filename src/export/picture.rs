@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use super::scaling::meaning;
 use super::{ExportError, Sample, Scalings};
-use crate::shard::{Grey, write_png};
+use crate::dataset::{Grey, write_png};
 
 /// What a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,8 +9,8 @@ use output_schema::file::exr_path;
 use serde_json::{Map, Value};
 
 use super::{CHECK, ExportError, Source, key};
+use crate::dataset::{ExrChannel, Grey, Row, range_numbers, read_exr, read_png, rounded8, rounded16, write_png};
 use crate::record::Split;
-use crate::shard::{ExrChannel, Grey, Row, range_numbers, read_exr, read_png, rounded8, rounded16, write_png};
 
 /// One sample.
 #[derive(Debug)]

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::{CHECK, ExportError, Progress, Sample};
+use crate::dataset::{DatasetFolder, ShardError, Sums, read_rows};
 use crate::record::Split;
-use crate::shard::{DatasetFolder, ShardError, Sums, read_rows};
 
 pub(super) use part::Done;
 

@@ -4,11 +4,11 @@ use output_schema::DatasetHead;
 use procedural::Parameter;
 
 use super::{Order, head, recipe_of, sample};
+use crate::dataset::{DatasetFolder, Encoded};
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::{Distribution, Recipe};
 use crate::record::Split;
-use crate::shard::{DatasetFolder, Encoded};
 use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
 
 /// The recipe of a dataset, and what this program makes of it.

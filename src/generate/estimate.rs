@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::{Order, head, in_flight, sample};
+use crate::dataset::{self, DatasetFolder, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
 use crate::optics::speckle::Tiles;
 use crate::recipe::Recipe;
 use crate::settings::Transport;
-use crate::shard::{self, DatasetFolder, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
 
 /// Samples of each class in the whole dataset, in the recipe's order.
 fn classes(recipe: &Recipe, order: &Order) -> Vec<(String, u64)> {
@@ -84,7 +84,7 @@ impl Estimate {
             shards,
             sample_bytes: estimated_bytes_per_sample(&recipe.output(), &recipe.size()),
             sample_time: Duration::ZERO,
-            free: shard::free_bytes(&order.out),
+            free: dataset::free_bytes(&order.out),
             classes: Vec::new(),
         }
     }

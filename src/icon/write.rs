@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::form::{Form, Part};
 use super::{IconError, Light, Mark, Range, Scan, Scatter, SensorImage};
-use crate::whole;
+use crate::dataset::atomic_file;
 
 /// A scan that is being written. Without [`ScanWriter::finish`] nothing stays.
 #[derive(Debug)]
@@ -79,7 +79,7 @@ impl ScanWriter {
             return Err(IconError { place: self.data.display().to_string(), what, remedy: "write all rows".into() });
         }
         self.file.sync_all().map_err(|error| refused(&self.data, &error))?;
-        whole::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, &no.source))?;
+        atomic_file::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, &no.source))?;
         write_text(&self.data.with_extension("xml"), &self.form.write())
     }
 }
@@ -101,13 +101,13 @@ pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), IconError> {
         let what = format!("{} numbers are not {} rows of {}", image.dn.len(), image.rows, image.cols);
         return Err(IconError { place: data.display().to_string(), what, remedy: "give a whole image".into() });
     }
-    let told = |no: whole::Refused| refused(&data, &no.source);
-    whole::write(&partial(&data), &data, &image.dn).map_err(told)?;
+    let told = |no: atomic_file::Refused| refused(&data, &no.source);
+    atomic_file::write(&partial(&data), &data, &image.dn).map_err(told)?;
     write_text(&text, &Form::of_image(image.cols, image.rows, image.offset).write())
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), IconError> {
-    whole::write(&partial(path), path, text.as_bytes()).map_err(|no| refused(path, &no.source))
+    atomic_file::write(&partial(path), path, text.as_bytes()).map_err(|no| refused(path, &no.source))
 }
 
 /// `NAME.dat` and `NAME.xml`.

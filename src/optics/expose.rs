@@ -9,7 +9,7 @@ use multiversion::multiversion;
 use super::blooming::WindowSignal;
 use super::film::TransmittedLine;
 use super::gaussian_stepper::{CompositeLine, GaussianStepper, UNIT_EXIT, add_line};
-use super::laser::Section;
+use super::laser::LineProfile;
 use super::motion_blur::{self, NextProfile};
 use super::row::Row;
 use super::{Band, Sensor, TILE, ambient, compositing, streak};
@@ -101,7 +101,7 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
     match band.window(profile) {
         Some(window) => {
             let line =
-                LineShape { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+                LineShape { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.line_profile() };
             lines(own, start, &line, load(&own.variance, start), first);
             let padded = window.len() / ROWS;
             for (k, row) in first.volume.iter_mut().enumerate() {
@@ -112,7 +112,7 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
             let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             let line =
-                LineShape { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+                LineShape { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.line_profile() };
             spread(own, &neighbours, start, &line, first);
             if let Some(secondary) = &own.secondary {
                 compositing::composite(secondary, tile, scratch);
@@ -133,7 +133,7 @@ pub struct LineShape<'a> {
     /// Variance on top of the row's own [px^2].
     pub blur: f32,
     /// What it is across, where that is more than one Gaussian.
-    pub section: Option<&'a Section>,
+    pub section: Option<&'a LineProfile>,
 }
 
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
@@ -145,7 +145,7 @@ fn lines(own: &Row, start: usize, line: &LineShape<'_>, variance: &[f32; TILE], 
     match line.section {
         None => add_line(&phase, variance, glare, exit, own.defocus_radius_of(start), &mut window.surface),
         Some(section) => {
-            let across = CompositeLine { own, start, section, level: section.level(None) };
+            let across = CompositeLine { own, start, section, level: section.mixture(None) };
             across.add(&phase, variance, glare, exit, &mut window.surface);
         }
     }
@@ -190,7 +190,7 @@ pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineSha
         match line.section {
             None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &mut window.volume),
             Some(section) => {
-                let across = CompositeLine { own, start, section, level: section.level(Some(j)) };
+                let across = CompositeLine { own, start, section, level: section.mixture(Some(j)) };
                 across.add(&place, &wide, source, exit, &mut window.volume);
             }
         }

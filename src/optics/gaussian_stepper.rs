@@ -8,11 +8,11 @@
 //! ```
 //!
 //! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line lies.
-//! What is more than one Gaussian across the line is drawn strand by strand ([`Section`]). Neglected: that a pixel gathers
+//! What is more than one Gaussian across the line is drawn strand by strand ([`LineProfile`]). Neglected: that a pixel gathers
 //! over its box, where a Gaussian has the box's variance alone.
 
 use super::expose::{CENTRE, ROWS, load};
-use super::laser::{Level, Section};
+use super::laser::{GaussianMixture, LineProfile};
 use super::row::Row;
 use super::{TILE, circle_of_confusion};
 use crate::lanes::{exp, turn};
@@ -32,9 +32,9 @@ pub struct CompositeLine<'a> {
     /// First column of the tile.
     pub start: usize,
     /// What the line is across.
-    pub section: &'a Section,
+    pub section: &'a LineProfile,
     /// Its strands for one width.
-    pub level: &'a Level,
+    pub level: &'a GaussianMixture,
 }
 
 impl CompositeLine<'_> {
@@ -49,7 +49,7 @@ impl CompositeLine<'_> {
         out: &mut [[f32; TILE]; ROWS],
     ) {
         let unit = load(&self.own.profile_unit, self.start);
-        for (number, strand) in self.level.strands.iter().enumerate() {
+        for (number, strand) in self.level.components.iter().enumerate() {
             let (mut place, mut wide, mut light) = (*phase, *variance, *source);
             for c in 0..TILE {
                 place[c] += strand.offset * unit[c];

@@ -10,7 +10,7 @@ use std::ops::Range;
 use procedural::{Class, Medium, Stream};
 
 use super::film::RowView;
-use super::laser::spots::{Segment, Spots};
+use super::laser::segment_process::{Segment, SegmentProcess};
 use super::parameters::Laser;
 use super::row::Row;
 use super::secondary_light;
@@ -25,9 +25,9 @@ const MIN_FIBRE_ALONG: f32 = 0.5;
 #[derive(Debug, Clone, Copy)]
 pub struct Highlights {
     /// Fibres that guide light, with their width [mm] and mean share of the peak [1].
-    streaks: Option<(Spots, f32, f32)>,
+    streaks: Option<(SegmentProcess, f32, f32)>,
     /// Facets of metal, with their mean gain [1].
-    glints: Option<(Spots, f32)>,
+    glints: Option<(SegmentProcess, f32)>,
 }
 
 /// HighlightScratch in which they are found.
@@ -40,7 +40,7 @@ pub struct HighlightScratch {
 impl Highlights {
     /// Of a bench; `stream` belongs to the sample.
     pub fn new(bench: &Laser, stream: Stream) -> Self {
-        let spots = |per_mm, length, name| Spots::new(per_mm, length, stream.child(name));
+        let spots = |per_mm, length, name| SegmentProcess::new(per_mm, length, stream.child(name));
         Self {
             streaks: spots(bench.streaks_per_mm, bench.streak_length_mm, "streaks")
                 .map(|spots| (spots, (bench.streak_width_um * 1e-3) as f32, bench.streak_share as f32)),

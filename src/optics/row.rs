@@ -156,7 +156,7 @@ impl RowMaker {
         {
             field.resize(padded, 0.0);
         }
-        let section = camera.laser.section();
+        let section = camera.laser.line_profile();
         let own = if section.is_some() { padded } else { 0 };
         row.profile_unit.resize(own, 0.0);
         row.profile_node.resize(own, 0.0);

@@ -62,7 +62,7 @@ impl SecondLine {
         let middle = &row.hits[(from + TILE / 2).min(row.hits.len() - 1)];
         let disc = |y: f32| sensor.camera.off_plane(y, middle.surface.z);
         let blur = disc(self.offset as f32) - disc(0.0);
-        let line = LineShape { centre: &centre, blur, section: sensor.camera.laser.section() };
+        let line = LineShape { centre: &centre, blur, section: sensor.camera.laser.line_profile() };
         expose::spread(row, &neighbours, from, &line, spare);
         if *used == 1 && spare.first_row != windows[0].first_row {
             *used = 2;

@@ -1,4 +1,4 @@
-//! One exposure of a sample with the line that extraction finds in it, before any drawing.
+//! One exposure of a profile: the sensor frame around the laser line, and the line that extraction finds in it.
 
 use crate::extract::{Profile, extract};
 use crate::frame::Frame;
@@ -6,36 +6,14 @@ use crate::optics::Band;
 use crate::optics::speckle::Tiles;
 use crate::pipeline;
 use crate::recipe::Scene;
+use crate::report::ExposedProfile;
 use crate::settings::RangeForm;
 
 /// Sensor rows kept above and below the line [px].
-const AROUND: usize = 24;
+const MARGIN_ROWS: usize = 24;
 
-/// A sensor frame, cut to the rows around the line, and what extraction reads from it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Exposure {
-    /// Number of the profile in the scan.
-    pub profile: usize,
-    /// Profiles in the scan.
-    pub profiles: usize,
-    /// Where the profile lies along the scan [mm].
-    pub y_mm: f64,
-    /// Columns of the sensor [px].
-    pub cols: usize,
-    /// First sensor row of the cut [px].
-    pub first_row: usize,
-    /// Digital numbers `[rows, cols]`, row-major [DN].
-    pub dn: Vec<u16>,
-    /// Greatest digital number [DN].
-    pub most: u16,
-    /// Sensor row of the line in each column; NaN where none is found [px].
-    pub line: Vec<f32>,
-    /// Place along the laser line and height of each column; NaN where none is found [mm].
-    pub points: Vec<[f64; 2]>,
-}
-
-/// Exposes profile `profile` of a scene and reads it.
-pub fn exposure(scene: &Scene, profile: usize, tiles: &Tiles) -> Exposure {
+/// Exposes profile `profile` of a scene and extracts its line.
+pub fn expose_profile(scene: &Scene, profile: usize, tiles: &Tiles) -> ExposedProfile {
     let (columns, rows) = (scene.size.columns, scene.size.rows);
     let profile = profile.min(scene.size.profiles.saturating_sub(1));
     let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), tiles);
@@ -59,16 +37,19 @@ pub fn exposure(scene: &Scene, profile: usize, tiles: &Tiles) -> Exposure {
     let known = || line.iter().filter(|row| !row.is_nan());
     let first = known().copied().fold(f32::INFINITY, f32::min).min(rows as f32) as usize;
     let last = known().copied().fold(f32::NEG_INFINITY, f32::max).max(0.0) as usize;
-    let (first, end) =
-        if known().count() == 0 { (0, rows) } else { (first.saturating_sub(AROUND), (last + AROUND + 1).min(rows)) };
-    Exposure {
+    let (first, end) = if known().count() == 0 {
+        (0, rows)
+    } else {
+        (first.saturating_sub(MARGIN_ROWS), (last + MARGIN_ROWS + 1).min(rows))
+    };
+    ExposedProfile {
         profile,
         profiles: scene.size.profiles,
         y_mm: profile as f64 * scene.bench.motion.step_mm,
         cols: columns,
         first_row: first,
         dn: dn.get(first * columns..end * columns).unwrap_or_default().to_vec(),
-        most: scene.readout.most(),
+        max_dn: scene.readout.most(),
         line,
         points,
     }

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use output_schema::file::{data_path, manifest_path};
 use output_schema::{DatasetHead, Manifest};
 
+use crate::dataset::{DatasetFolder, ShardError};
 use crate::record::Split;
-use crate::shard::{DatasetFolder, ShardError};
 
 /// Most faults that the page lists; the others are counted.
 pub(super) const LISTED: usize = 40;

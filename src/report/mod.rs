@@ -11,6 +11,7 @@
 mod cells;
 mod colours;
 mod density;
+mod exposed_profile;
 mod folder;
 mod page;
 mod pick;
@@ -27,10 +28,10 @@ use self::density::Declared;
 use self::folder::Folder;
 use self::sample::Sample;
 use self::tally::{Place, Tally};
-use crate::preview::Exposure;
+use crate::dataset::{DatasetFolder, ShardError, Sums};
 use crate::recipe::Recipe;
-use crate::shard::{DatasetFolder, ShardError, Sums};
 
+pub use self::exposed_profile::ExposedProfile;
 pub use self::folder::Trouble;
 
 /// Bytes of pictures that the contact sheet may take; more samples have smaller pictures [bytes].
@@ -55,7 +56,7 @@ pub struct Timing {
 #[derive(Clone, Copy, Default)]
 pub struct Render<'a> {
     /// Exposes a sample at a place along its scan, 0 at the first profile and 1 at the last.
-    pub expose: Option<&'a (dyn Fn(u64, f64) -> Exposure + Sync)>,
+    pub expose: Option<&'a (dyn Fn(u64, f64) -> ExposedProfile + Sync)>,
     /// Renders a sample as a whole.
     pub measure: Option<&'a (dyn Fn(u64) -> Timing + Sync)>,
 }
@@ -92,7 +93,7 @@ struct Facts<'a> {
     folder: Folder,
     tally: Tally,
     samples: Vec<Sample>,
-    exposures: Vec<(usize, Exposure)>,
+    exposures: Vec<(usize, ExposedProfile)>,
     timing: Option<Timing>,
     recipe: &'a Result<&'a Recipe, String>,
     sums: Sums,
@@ -172,7 +173,12 @@ fn unreadable(root: &Path, error: &ShardError) -> String {
 }
 
 /// Exposes a profile of some samples, one a class as far as they go: through the most of what is no plain surface.
-fn exposures(samples: &[Sample], head: &DatasetHead, options: &Options, step: &dyn Fn(u64)) -> Vec<(usize, Exposure)> {
+fn exposures(
+    samples: &[Sample],
+    head: &DatasetHead,
+    options: &Options,
+    step: &dyn Fn(u64),
+) -> Vec<(usize, ExposedProfile)> {
     let Some(expose) = options.render.expose else { return Vec::new() };
     let mut chosen: Vec<usize> = Vec::new();
     for (i, sample) in samples.iter().enumerate() {

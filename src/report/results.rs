@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::shard::Sums;
+use crate::dataset::Sums;
 
 /// Folder of kept results in a dataset's folder.
 pub(super) const FOLDER: &str = "reports";

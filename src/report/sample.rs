@@ -14,7 +14,7 @@ use output_schema::file::exr_path;
 
 use super::folder::Table;
 use super::rows;
-use crate::shard::{ExrChannel, read_exr, read_png};
+use crate::dataset::{ExrChannel, read_exr, read_png};
 
 /// The maps in the order of panels.
 pub(super) const MAPS: [&str; 3] = ["range", "reflectance", "scatter"];

@@ -7,7 +7,7 @@ use output_schema::{DatasetHead, Generator, Manifest};
 
 use super::Expect;
 use super::report::{Code, Fault, Report};
-use crate::whole;
+use crate::dataset::atomic_file;
 
 /// Generator, recipe hash and seed.
 type Origin = (Generator, String, u64);
@@ -17,7 +17,7 @@ type Origin = (Generator, String, u64);
 /// One manifest alone is believed if the id of its first sample is not the one that `expect` draws for the head.
 pub(super) fn check(root: &Path, head: &mut DatasetHead, expect: Option<Expect>, report: &mut Report) -> bool {
     let read = |shard: u64| -> Option<Manifest> {
-        let text = whole::read(&root.join(manifest_path(shard))).ok()?;
+        let text = atomic_file::read(&root.join(manifest_path(shard))).ok()?;
         serde_json::from_slice(&text).ok()
     };
     let origin = |manifest: Manifest| -> Origin { (manifest.generator, manifest.recipe_hash, manifest.seed) };

@@ -6,8 +6,8 @@ use procedural::Instance;
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};
+use crate::dataset::differences;
 use crate::record::TrueRow;
-use crate::shard::differences;
 
 /// What the recipe draws for one sample, without rendering it.
 #[derive(Debug, Clone, PartialEq)]

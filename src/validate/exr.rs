@@ -8,8 +8,8 @@ use super::columns::StoredRow;
 use super::images::Decoded;
 use super::report::{Code, Fault, Report};
 use super::{pixels, true_rows};
+use crate::dataset::{ExrChannel, read_exr};
 use crate::record::TrueRow;
-use crate::shard::{ExrChannel, read_exr};
 
 /// Checks one EXR file against its declaration in the head and the images of its row; adds label and instance to the images where
 /// the row has none. `rows` is what the body shows in some rows.

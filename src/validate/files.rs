@@ -9,7 +9,7 @@ use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
 use super::report::{Code, Fault, Report};
-use crate::shard::hex;
+use crate::dataset::hex;
 
 /// Reads one file of a manifest, once; its bytes, where it is whole.
 pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut Report) -> Option<Vec<u8>> {

@@ -5,8 +5,8 @@ use output_schema::file::manifest_path;
 use super::alike;
 use super::report::{Code, Fault, PRINTED, Report};
 use super::shard::{Finding, Row};
+use crate::dataset::Counts;
 use crate::record::Split;
-use crate::shard::Counts;
 
 /// What some jobs found.
 #[derive(Default)]

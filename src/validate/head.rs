@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use super::files::unread;
 use super::report::{Code, Fault, Report};
-use crate::shard::document;
-use crate::whole;
+use crate::dataset::atomic_file;
+use crate::dataset::document;
 
 /// Reads the head; `None` where nothing else can be checked.
 pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
@@ -17,7 +17,7 @@ pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
         report.faults.push(Fault::new(code, DATASET, what));
         None
     };
-    let text = match whole::read(&folder.join(DATASET)) {
+    let text = match atomic_file::read(&folder.join(DATASET)) {
         Ok(text) => text,
         Err(e) => return fault(unread(&e, Code::DatasetMissing), format!("cannot be read: {e}")),
     };

@@ -5,7 +5,7 @@ use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
 use super::report::{Code, Fault, Report};
-use crate::shard::read_png;
+use crate::dataset::read_png;
 
 /// Decoded images by name.
 #[derive(Debug, Default)]

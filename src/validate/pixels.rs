@@ -5,7 +5,7 @@ use output_schema::{DatasetHead, PIXEL_CLASSES};
 use super::columns::StoredRow;
 use super::images::Decoded;
 use super::report::{Code, Fault, Report};
-use crate::shard::ExrChannel;
+use crate::dataset::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
 const GROUND: [&str; 3] = ["background", "clear", "flange"];

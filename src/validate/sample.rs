@@ -12,7 +12,7 @@ use super::report::{Code, Fault, Report};
 use super::tally::Seen;
 use super::task::Task;
 use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit};
-use crate::shard::{image_path, maps_sha256, row_batch};
+use crate::dataset::{image_path, maps_sha256, row_batch};
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
 /// need, where the row can be read.

@@ -11,9 +11,9 @@ use super::alike::Print;
 use super::report::{Code, Fault, Report};
 use super::task::Task;
 use super::{expected, files};
+use crate::dataset::atomic_file;
+use crate::dataset::{Counts, document};
 use crate::record::Split;
-use crate::shard::{Counts, document};
-use crate::whole;
 
 /// One shard whose manifest can be read.
 pub(super) struct Shard<'a> {
@@ -52,7 +52,7 @@ pub(super) struct Row {
 pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let mut found = Finding::default();
     let place = manifest_path(task.number);
-    let text = match whole::read(&task.root.join(&place)) {
+    let text = match atomic_file::read(&task.root.join(&place)) {
         Ok(text) => text,
         Err(e) => {
             found.hidden = (e.kind() != ErrorKind::NotFound).then_some(task.number);

@@ -15,8 +15,8 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use super::alike::sum;
 use super::report::{Code, Fault, Report};
 use super::task::Task;
+use crate::dataset::frame_numbers;
 use crate::record::StackFrame;
-use crate::shard::frame_numbers;
 
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
 pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {

@@ -7,8 +7,8 @@
 
 use super::images::Decoded;
 use super::report::{Code, Fault, Report};
+use crate::dataset::HEIGHT_STEPS;
 use crate::record::TrueRow;
-use crate::shard::HEIGHT_STEPS;
 
 /// Median distance of Range from the body that is a fault [mm].
 const FAR_MM: f32 = 2.0;

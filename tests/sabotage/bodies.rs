@@ -1,8 +1,8 @@
 //! What was taken away or moved in all files alike, so that they agree with each other and not with the recipe's bodies.
 
 use procedural::Class;
+use sheetlight::dataset::{Encoded, ExrChannel, Samples};
 use sheetlight::settings::Channel;
-use sheetlight::shard::{Encoded, ExrChannel, Samples};
 use sheetlight::validate::Code::*;
 
 use crate::place::{boards, exr, labels, png, relabel, with};

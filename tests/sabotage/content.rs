@@ -1,9 +1,9 @@
 //! Samples that are wrong in themselves, with every checksum right: numbers, images, labels, frames.
 
 use procedural::Class;
+use sheetlight::dataset::{Encoded, Grey, Samples, write_png};
 use sheetlight::record::Split;
 use sheetlight::settings::Channel;
-use sheetlight::shard::{Encoded, Grey, Samples, write_png};
 use sheetlight::validate::Code::*;
 
 use crate::place::{SIZE, boards, exr, labels, png, relabel, with};

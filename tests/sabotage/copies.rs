@@ -1,7 +1,7 @@
 //! Samples that are there twice: as they are, with a little more noise, darker, mirrored.
 
+use sheetlight::dataset::{Encoded, Samples};
 use sheetlight::settings::Channel;
-use sheetlight::shard::{Encoded, Samples};
 use sheetlight::validate::Code::*;
 use sheetlight::validate::Report;
 

@@ -4,8 +4,8 @@ use std::fs;
 
 use procedural::Stream;
 use rand::RngExt;
+use sheetlight::dataset::DatasetFolder;
 use sheetlight::generate::Again;
-use sheetlight::shard::DatasetFolder;
 
 use crate::gen_support::{FRAMES, Place};
 use crate::place::{compare, inspect};

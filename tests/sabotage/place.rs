@@ -6,11 +6,11 @@ use std::sync::OnceLock;
 use output_schema::DatasetHead;
 use procedural::Class;
 use serde_json::Value;
+use sheetlight::dataset::{DatasetFolder, Encoded, ExrChannel, Grey, Samples, ShardWriter};
+use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
 use sheetlight::generate::{Again, Order, head};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::Channel;
-use sheetlight::shard::{DatasetFolder, Encoded, ExrChannel, Grey, Samples, ShardWriter};
-use sheetlight::shard::{read_exr, read_png, write_exr, write_png};
 use sheetlight::validate::{Code, Derive, Expect, Options, Report, validate};
 use tempfile::TempDir;
 

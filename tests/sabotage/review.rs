@@ -6,7 +6,7 @@ use std::fs;
 use procedural::Class;
 use serde_json::json;
 use sheetlight::chance::Law;
-use sheetlight::shard::{DatasetFolder, Encoded};
+use sheetlight::dataset::{DatasetFolder, Encoded};
 use sheetlight::validate::Code::*;
 use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
 

@@ -6,10 +6,10 @@ mod damage;
 
 use std::path::Path;
 
-use sheetlight::settings::Channel;
-use sheetlight::shard::{
+use sheetlight::dataset::{
     DatasetFolder, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png,
 };
+use sheetlight::settings::Channel;
 use sheetlight::validate::{Code, Options, Report, validate};
 use tempfile::TempDir;
 

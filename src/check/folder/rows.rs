@@ -8,7 +8,7 @@ use output_schema::DatasetHead;
 use super::Facts;
 use crate::check::cut::Plane;
 use crate::check::moot::deciders;
-use crate::shard::{Grey, read_png};
+use crate::dataset::{Grey, read_png};
 
 /// What a row says; `numbers` are paths of drawn and derived numbers.
 pub(super) fn facts_of(row: &RecordBatch, head: &DatasetHead, numbers: &[String]) -> Result<Facts, String> {

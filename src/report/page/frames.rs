@@ -4,11 +4,10 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::super::Facts;
 use super::super::colours::frame_png;
+use super::super::{ExposedProfile, Facts};
 use super::words::{name, number};
 use super::{address, chart, keeps};
-use crate::preview::Exposure;
 use crate::record::Split;
 
 /// The section.
@@ -27,12 +26,12 @@ pub(super) fn section(facts: &Facts) -> Markup {
     }
 }
 
-fn frame(facts: &Facts, place: usize, exposure: &Exposure) -> Markup {
+fn frame(facts: &Facts, place: usize, exposure: &ExposedProfile) -> Markup {
     let sample = &facts.samples[place];
     let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
     let rows = exposure.dn.len() / exposure.cols.max(1);
     let picture =
-        frame_png(&exposure.dn, exposure.cols as u32, exposure.most).map_or(String::new(), |png| address(&png));
+        frame_png(&exposure.dn, exposure.cols as u32, exposure.max_dn).map_or(String::new(), |png| address(&png));
     let found = exposure.line.iter().filter(|row| !row.is_nan()).count();
     let line = exposure.line.iter().enumerate();
     let line =
@@ -56,7 +55,7 @@ fn frame(facts: &Facts, place: usize, exposure: &Exposure) -> Markup {
 }
 
 /// Height over the place along the laser line.
-fn profile(exposure: &Exposure) -> Markup {
+fn profile(exposure: &ExposedProfile) -> Markup {
     let known: Vec<[f64; 2]> =
         exposure.points.iter().filter(|[x, z]| x.is_finite() && z.is_finite()).copied().collect();
     let ends = |axis: usize| {

@@ -9,7 +9,7 @@ use super::super::folder::unfinished;
 use super::super::sample::MAPS;
 use super::keeps;
 use super::words::{bytes, count, number, word};
-use crate::shard::samples_per_shard;
+use crate::dataset::samples_per_shard;
 
 /// The head.
 pub(super) fn front(facts: &Facts) -> Markup {

@@ -6,8 +6,8 @@ use embedded_graphics::prelude::*;
 use embedded_graphics::text::Text;
 use image::Rgb;
 
+use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{INK, LETTER, MARGIN, Page};
-use crate::study::chart::{Axis, Chart, Series};
 
 /// Width and height of a chart [px].
 pub(super) const CHART: (u32, u32) = (560, 340);

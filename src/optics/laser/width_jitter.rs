@@ -1,33 +1,33 @@
-//! Uneven width along the line: a factor 1 + n(x), n normal with a standard deviation and a correlation length.
+//! Width jitter along the line: a factor 1 + n(x), n normal with a standard deviation and a correlation length.
 //!
-//! White normals on a grid along the line are drawn through a Gaussian, which gives the correlation exp(-d^2 / (2 l^2)),
-//! l at the conveyor's height. The laser's, not the object's: it stays while the object moves. An engineering model of lenses
-//! that are not quite even. Neglected: that width changes over height by itself.
+//! White noise on a grid along the line is filtered with a Gaussian, which gives the correlation exp(-d^2 / (2 l^2)),
+//! l at the conveyor's height. It belongs to the laser and stays while the object moves. An engineering model of imperfect
+//! line optics. Neglected: that width changes over height by itself.
 
 use procedural::Stream;
 
 use crate::lanes::normals;
 use crate::optics::parameters::Laser;
 
-/// Steps in a correlation length.
-const FINE: f64 = 8.0;
-/// Most steps along a line; a longer one has longer steps.
-const MOST: f64 = 131_072.0;
-/// Correlation lengths after which the Gaussian is left out.
-const REACH: f64 = 3.5;
-/// Narrowest line, over its mean width [1].
-const LEAST: f32 = 0.2;
+/// Grid steps per correlation length [1].
+const STEPS_PER_CORRELATION_LENGTH: f64 = 8.0;
+/// Most grid steps along a line; a longer line has longer steps.
+const MAX_STEPS: f64 = 131_072.0;
+/// Half length of the filter kernel, in correlation lengths [1].
+const KERNEL_REACH: f64 = 3.5;
+/// Least width of the line over its mean width [1].
+const MIN_WIDTH: f32 = 0.2;
 
-/// The factor at even steps along the line.
+/// The width over its mean, on an even grid along the line.
 #[derive(Debug, Clone)]
-pub(super) struct Jitter {
-    /// Where it starts [mm] and steps in a mm.
+pub(super) struct WidthJitter {
+    /// First position of the grid [mm], and steps per mm [1/mm].
     start: f32,
     per_mm: f32,
     factor: Vec<f32>,
 }
 
-impl Jitter {
+impl WidthJitter {
     /// Along a line that is 2 `half` long [mm]; `None` for an even one.
     pub fn new(bench: &Laser, half: f64, stream: Stream) -> Option<Self> {
         if bench.width_jitter == 0.0 {
@@ -35,8 +35,8 @@ impl Jitter {
         }
         // A little beyond the ends of the fan.
         let length = 2.4 * half;
-        let step = (bench.width_jitter_mm / FINE).max(length / MOST);
-        let reach = (REACH * bench.width_jitter_mm / step).ceil() as usize;
+        let step = (bench.width_jitter_mm / STEPS_PER_CORRELATION_LENGTH).max(length / MAX_STEPS);
+        let reach = (KERNEL_REACH * bench.width_jitter_mm / step).ceil() as usize;
         let tap = |i: usize| {
             let d = i as f64 * step / bench.width_jitter_mm;
             libm::exp(-d * d)
@@ -49,17 +49,17 @@ impl Jitter {
             (0..count + 2 * reach).map(|i| f64::from(normals(i as u32, [key as u32, (key >> 32) as u32]).0)).collect();
         let factor = (0..count).map(|i| {
             let sum: f64 = (0..=2 * reach).map(|k| half_taps[k.abs_diff(reach)] * white[i + k]).sum();
-            (1.0 + (bench.width_jitter * sum / norm) as f32).max(LEAST)
+            (1.0 + (bench.width_jitter * sum / norm) as f32).max(MIN_WIDTH)
         });
         Some(Self { start: (-0.5 * length) as f32, per_mm: (1.0 / step) as f32, factor: factor.collect() })
     }
 
-    /// The factor at a place along the line at the conveyor's height [1].
+    /// The factor at a position along the line at the conveyor's height [1].
     #[inline]
     pub fn at(&self, mm: f32) -> f32 {
-        let place = ((mm - self.start) * self.per_mm).clamp(0.0, (self.factor.len() - 2) as f32);
-        let left = place as usize;
-        self.factor[left] + (self.factor[left + 1] - self.factor[left]) * (place - left as f32)
+        let position = ((mm - self.start) * self.per_mm).clamp(0.0, (self.factor.len() - 2) as f32);
+        let left = position as usize;
+        self.factor[left] + (self.factor[left + 1] - self.factor[left]) * (position - left as f32)
     }
 }
 
@@ -72,12 +72,12 @@ mod tests {
     fn width_varies_as_asked_for() {
         let mut bench = Laser::from_values(&mut |p| p.default);
         (bench.width_jitter, bench.width_jitter_mm) = (0.05, 4.0);
-        let jitter = Jitter::new(&bench, 5000.0, Stream::root(1)).expect("an uneven line");
+        let jitter = WidthJitter::new(&bench, 5000.0, Stream::root(1)).expect("an uneven line");
         let at = |mm: f64| f64::from(jitter.at(mm as f32)) - 1.0;
-        let places = || (-5000..5000).map(f64::from);
-        let mean_product = |lag: f64| places().map(|mm| at(mm) * at(mm + lag)).sum::<f64>() / 1e4;
+        let positions = || (-5000..5000).map(f64::from);
+        let mean_product = |lag: f64| positions().map(|mm| at(mm) * at(mm + lag)).sum::<f64>() / 1e4;
         let variance = mean_product(0.0);
-        // The squared correlation's integral is sqrt(pi) 4 mm: about 1400 independent places.
+        // The squared correlation's integral is sqrt(pi) 4 mm: about 1400 independent positions.
         let error = (2.0f64 / 1400.0).sqrt();
         assert!((variance / 0.0025 - 1.0).abs() < 3.5 * error, "variance {variance}");
         for lag in [2.0, 4.0, 8.0, 16.0] {
@@ -85,6 +85,6 @@ mod tests {
             assert!((mean_product(lag) / 0.0025 - law).abs() < 3.5 * error, "{lag} mm: {}", mean_product(lag));
         }
         bench.width_jitter = 0.0;
-        assert!(Jitter::new(&bench, 5000.0, Stream::root(1)).is_none());
+        assert!(WidthJitter::new(&bench, 5000.0, Stream::root(1)).is_none());
     }
 }

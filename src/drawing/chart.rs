@@ -2,7 +2,7 @@
 
 use image::Rgb;
 
-use crate::drawing::{INK, LETTER, Page};
+use super::{INK, LETTER, Page};
 
 /// Space beside the plot for numbers, and above and below it for words [px].
 const LEFT: f64 = 48.0;
@@ -13,7 +13,7 @@ const GRID: Rgb<u8> = Rgb([225, 225, 220]);
 
 /// One direction of a chart.
 #[derive(Debug, Clone)]
-pub(crate) struct Axis {
+pub struct Axis {
     /// What it is, with its unit.
     pub words: String,
     /// Least number.
@@ -26,7 +26,7 @@ pub(crate) struct Axis {
 
 /// Numbers that belong together.
 #[derive(Debug, Clone)]
-pub(crate) struct Series {
+pub struct Series {
     /// Name in the legend; empty for none.
     pub name: String,
     /// Its colour.
@@ -39,7 +39,7 @@ pub(crate) struct Series {
 
 /// A chart.
 #[derive(Debug, Clone)]
-pub(crate) struct Chart {
+pub struct Chart {
     /// Words above it.
     pub title: String,
     /// To the right.

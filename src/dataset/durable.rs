@@ -8,7 +8,7 @@ use output_schema::file::temporary;
 use sha2::{Digest, Sha256};
 
 use super::ShardError;
-use crate::whole;
+use super::atomic_file;
 
 /// A file that knows its size and SHA-256 while it grows.
 #[derive(Debug)]
@@ -56,15 +56,15 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 
 /// Writes `root/relative` as a whole or not at all.
 pub(super) fn write_whole(root: &Path, relative: &str, content: &[u8]) -> Result<(), ShardError> {
-    Ok(whole::write(&root.join(temporary(relative)), &root.join(relative), content)?)
+    Ok(atomic_file::write(&root.join(temporary(relative)), &root.join(relative), content)?)
 }
 
 pub(super) fn rename(from: &Path, to: &Path) -> Result<(), ShardError> {
-    Ok(whole::rename(from, to)?)
+    Ok(atomic_file::rename(from, to)?)
 }
 
 pub(super) fn sync_directory(path: &Path) -> Result<(), ShardError> {
-    Ok(whole::sync_directory(path)?)
+    Ok(atomic_file::sync_directory(path)?)
 }
 
 pub(super) fn create_directory(path: &Path) -> Result<(), ShardError> {

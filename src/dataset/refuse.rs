@@ -7,7 +7,7 @@ use serde_json::Value;
 ///
 /// ```
 /// let (old, new) = (serde_json::json!({"laser": {"power_mw": 50}}), serde_json::json!({"laser": {"power_mw": 60}}));
-/// assert_eq!(sheetlight::shard::differences("recipe", &old, &new), ["recipe.laser.power_mw: 50 -> 60"]);
+/// assert_eq!(sheetlight::dataset::differences("recipe", &old, &new), ["recipe.laser.power_mw: 50 -> 60"]);
 /// ```
 pub fn differences(path: &str, old: &Value, new: &Value) -> Vec<String> {
     let below = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };

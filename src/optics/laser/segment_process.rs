@@ -1,8 +1,8 @@
-//! Places of the object that shine when the line stands on them: fibres that guide light, and facets that mirror it.
+//! Poisson segment process on the surface: fibres that guide light, and facets that mirror it.
 //!
-//! Segments along the motion are strewn over the object by Poisson's law with exponential lengths. A line across the motion
-//! meets per mm as many as are asked for, and what of a segment it meets reaches exponentially far on either side. They lie
-//! on the object: drawn cell by cell from the sample's stream, so each comes, stays and goes as it passes under the line.
+//! Segments along the motion form a Poisson process with exponential lengths. A line across the motion meets the given
+//! number per mm, and the parts of a segment on either side of the line have exponential lengths. Segments lie on the
+//! object: they are drawn cell by cell from the sample's stream, so each appears, stays and ends as it passes under the line.
 //! Segments longer than ten mean lengths are cut. An engineering model; that single tracheids guide light is known
 //! (Kienle et al. 2008), their number and brightness are estimates.
 
@@ -13,15 +13,16 @@ use rand::RngExt;
 
 use crate::lanes::ln;
 
-/// Side of a cell along the line [mm], and along the motion in mean lengths.
+/// Side of a cell along the line [mm].
 const CELL_MM: f64 = 1.0;
+/// Side of a cell along the motion, in mean lengths [1].
 const CELL_LENGTHS: f64 = 2.0;
-/// Cells behind the line's own in which segments start that reach it.
-const BACK: i64 = 5;
+/// Cells behind the line's own in which segments that reach it may start.
+const CELLS_BEHIND: i64 = 5;
 
-/// A law of segments.
+/// Density and mean length of the segments on an object.
 #[derive(Debug, Clone, Copy)]
-pub struct Spots {
+pub struct SegmentProcess {
     per_mm: f64,
     length: f64,
     stream: Stream,
@@ -30,15 +31,15 @@ pub struct Spots {
 /// A segment that the line meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// Along the line where it starts [mm].
+    /// Position along the line [mm].
     pub x: f32,
-    /// Along the motion from the line to its start, not above 0, and to its end [mm].
+    /// Its start, at most 0, and its end along the motion, from the line [mm].
     pub reach: [f32; 2],
-    /// A uniform number of its own, above 0 and up to 1.
+    /// A uniform random number of its own in (0, 1].
     pub draw: f32,
 }
 
-impl Spots {
+impl SegmentProcess {
     /// `per_mm` segments with the mean length `length` [mm]; `None` for none.
     pub fn new(per_mm: f64, length: f64, stream: Stream) -> Option<Self> {
         (per_mm > 0.0).then_some(Self { per_mm, length, stream })
@@ -51,17 +52,17 @@ impl Spots {
         let own = (y / side).floor() as i64;
         let none = libm::exp(-self.per_mm * CELL_MM * CELL_LENGTHS);
         for across in (x.start / CELL_MM).floor() as i64..=(x.end / CELL_MM).floor() as i64 {
-            for along in own - BACK..=own {
+            for along in own - CELLS_BEHIND..=own {
                 let mut rng = self.stream.index(across as u64).index(along as u64).rng();
                 // Poisson's law by products of uniform numbers (Knuth 1969).
                 let mut left = rng.random::<f64>();
                 while left > none {
-                    let [place, start, length, draw] = std::array::from_fn(|_| 1.0 - rng.random::<f64>());
+                    let [across_share, start, length, draw] = std::array::from_fn(|_| 1.0 - rng.random::<f64>());
                     left *= rng.random::<f64>();
                     let start = (along as f64 + 1.0 - start) * side - y;
                     let end = start - self.length * f64::from(ln(length as f32));
                     if start <= 0.0 && end > 0.0 {
-                        let x = (across as f64 + 1.0 - place) * CELL_MM;
+                        let x = (across as f64 + 1.0 - across_share) * CELL_MM;
                         found.push(Segment { x: x as f32, reach: [start as f32, end as f32], draw: draw as f32 });
                     }
                 }
@@ -79,12 +80,12 @@ mod tests {
     #[test]
     fn segments_are_as_many_and_as_long_as_asked_for() {
         let (per_mm, length) = (1.5, 0.4);
-        let spots = Spots::new(per_mm, length, Stream::root(3)).expect("some");
+        let process = SegmentProcess::new(per_mm, length, Stream::root(3)).expect("some");
         let (mut found, mut reach) = (Vec::new(), [Vec::new(), Vec::new()]);
         let lines = 200;
         for line in 0..lines {
             // So far apart that few segments are met twice.
-            spots.meet(f64::from(line) * 5.0, -50.0..49.999, &mut found);
+            process.meet(f64::from(line) * 5.0, -50.0..49.999, &mut found);
             for segment in &found {
                 reach[0].push(f64::from(-segment.reach[0]));
                 reach[1].push(f64::from(segment.reach[1]));
@@ -102,8 +103,8 @@ mod tests {
             assert!(off.fold(0.0, f64::max) < 1.95 / n.sqrt());
         }
         let (mut here, mut there) = (Vec::new(), Vec::new());
-        spots.meet(7.0, 0.0..20.0, &mut here);
-        spots.meet(7.05, 0.0..20.0, &mut there);
+        process.meet(7.0, 0.0..20.0, &mut here);
+        process.meet(7.05, 0.0..20.0, &mut there);
         let mut stay = 0;
         for segment in here.iter().filter(|segment| segment.reach[1] > 0.051) {
             let same = |other: &&Segment| other.x == segment.x;

@@ -10,12 +10,12 @@ use output_schema::file::{
 };
 use output_schema::{DatasetHead, Manifest, refuse_version};
 
+use super::atomic_file;
 use super::card::Counts;
 use super::durable::{create_directory, names, remove, write_whole};
 use super::lock::Lock;
 use super::{ShardError, card, croissant, refuse};
 use crate::record::Split;
-use crate::whole;
 
 /// An open dataset folder.
 #[derive(Debug, Clone)]
@@ -245,7 +245,7 @@ fn read_head(root: &Path) -> Result<Option<DatasetHead>, ShardError> {
 
 /// A document with format and version; `None` where there is none.
 fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static str) -> Result<Option<T>, ShardError> {
-    let text = match whole::read(path) {
+    let text = match atomic_file::read(path) {
         Ok(text) => text,
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
         Err(e) => return Err(ShardError::io("read", path, e)),

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
 
+use super::atomic_file::Refused;
 use super::durable::free_bytes;
-use crate::whole::Refused;
 
 /// Why a dataset folder or a shard cannot be written.
 #[derive(Debug, thiserror::Error)]

@@ -12,6 +12,7 @@
 //! What is in the files is declared in [`output_schema`]; bytes depend on records and output alone, never on threads,
 //! processes or the time.
 
+pub(crate) mod atomic_file;
 mod card;
 mod card_columns;
 mod croissant;
