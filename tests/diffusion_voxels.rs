@@ -3,12 +3,12 @@
 use glam::{DMat3, DVec2, DVec3};
 use procedural::flat::Flat;
 use procedural::{Body, Medium};
-use sheetlight::transport::diffusion::glow::{Settings, glow_with_account};
+use sheetlight::transport::diffusion::glow::{DiffusionSettings, glow_with_account};
 use sheetlight::transport::diffusion::solver::solve;
 use sheetlight::transport::diffusion::tensor::{Diffusive, uniaxial};
 use sheetlight::transport::diffusion::voxels::{Voxel, Voxels};
 use sheetlight::transport::fresnel::boundary_factor;
-use sheetlight::transport::line::LineOfLight;
+use sheetlight::transport::line::LineSource;
 use sheetlight::transport::stack::{Layer, Scattering};
 
 fn fibre(azimuth_deg: f64, dive_deg: f64) -> DVec3 {
@@ -31,8 +31,8 @@ fn plate(medium: Medium, slope_x: f32, slope_y: f32) -> Body {
 }
 
 /// A line over 1 mm of `body` with 1 W in it, which keeps away from its sides.
-fn line<'a>(body: &'a Body, x: &'a [f32], power: &'a [f32]) -> LineOfLight<'a> {
-    LineOfLight { body, y: 20.0, line_mm: 0.1, x, power, view: DVec3::Z, row_mm: 0.1, rows: 20 }
+fn line<'a>(body: &'a Body, x: &'a [f32], power: &'a [f32]) -> LineSource<'a> {
+    LineSource { body, y: 20.0, line_mm: 0.1, x, power, view: DVec3::Z, row_mm: 0.1, rows: 20 }
 }
 
 /// Purpose: total reflectance and line spread of a half space, with the error falling as the square of the pitch.
@@ -63,7 +63,7 @@ fn half_space_has_its_closed_form_and_converges() {
     let x: Vec<f32> = (0..10).map(|i| i as f32 * 0.1 - 0.45).collect();
     let power = [0.1f32; 10];
     let ask = |pitch: f64| {
-        let settings = Settings { voxel_mm: pitch, tolerance: 1e-9, ..Settings::default() };
+        let settings = DiffusionSettings { voxel_mm: pitch, tolerance: 1e-9, ..DiffusionSettings::default() };
         let (glow, account) = glow_with_account(&line(&body, &x, &power), &settings);
         assert!((account.left + account.lost + account.absorbed - 1.0).abs() < 1e-6, "{account:?}");
         let rows: Vec<f32> = glow.light.chunks_exact(10).map(|light| light.iter().sum()).collect();
@@ -79,8 +79,8 @@ fn half_space_has_its_closed_form_and_converges() {
     let rows = |pitch: f64| {
         let long: Vec<f32> = (0..60).map(|i| i as f32 * 0.1 - 2.95).collect();
         let power = [1.0f32; 60];
-        let settings = Settings { voxel_mm: pitch, tolerance: 1e-9, ..Settings::default() };
-        let line = LineOfLight { row_mm: width, ..line(&body, &long, &power) };
+        let settings = DiffusionSettings { voxel_mm: pitch, tolerance: 1e-9, ..DiffusionSettings::default() };
+        let line = LineSource { row_mm: width, ..line(&body, &long, &power) };
         let (glow, _) = glow_with_account(&line, &settings);
         (0..41).map(|j| f64::from(glow.light[j * 60 + 30])).collect::<Vec<_>>()
     };
@@ -245,7 +245,7 @@ fn slopes_cost_no_staircase() {
     let power = [0.1f32; 10];
     for slopes in [(0.0, 0.0), (0.5, 0.0), (0.3, -0.4)] {
         let body = plate(medium, slopes.0, slopes.1);
-        let settings = Settings { voxel_mm: 0.05, ..Settings::default() };
+        let settings = DiffusionSettings { voxel_mm: 0.05, ..DiffusionSettings::default() };
         let (_, account) = glow_with_account(&line(&body, &x, &power), &settings);
         let sine2 = 1.0 - 1.0 / (1.0 + f64::from(slopes.0 * slopes.0 + slopes.1 * slopes.1));
         let z0 = (1.0 - sine2 / 1.44).sqrt() / 8.0;
@@ -277,8 +277,9 @@ fn diving_fibres_shift_the_glow() {
         let expected = along * tilt.cos();
         // The source in the middle of a voxel: shared between two, it would favour the shallower one.
         let pitch = -h.z / tilt.cos() / 1.5;
-        let line = LineOfLight { rows: 40, ..line(&body, &x, &power) };
-        let (glow, account) = glow_with_account(&line, &Settings { voxel_mm: pitch, ..Settings::default() });
+        let line = LineSource { rows: 40, ..line(&body, &x, &power) };
+        let (glow, account) =
+            glow_with_account(&line, &DiffusionSettings { voxel_mm: pitch, ..DiffusionSettings::default() });
         let rows = || glow.light.chunks_exact(10).map(|light| light.iter().map(|&v| f64::from(v)).sum::<f64>());
         let mean = rows().enumerate().map(|(j, v)| v * (j as f64 - 40.0) * 0.1).sum::<f64>() / rows().sum::<f64>();
         println!("dive {dive} slope {slope}: {mean} against {expected}; {account:?}");

@@ -8,7 +8,7 @@ use sheetlight::transport::answer::Estimate;
 use sheetlight::transport::kernel::diffusion;
 use sheetlight::transport::path::walk::{Photon, meet};
 use sheetlight::transport::phase::{isotropic, uniform};
-use sheetlight::transport::stack::Turn;
+use sheetlight::transport::stack::CylinderPhase;
 
 /// Windows of a walk, and their length in mean free paths of the background, after which light forgets its direction.
 const WINDOWS: usize = 16;
@@ -29,7 +29,7 @@ fn walk(sigma_i: f64, k: f64, rng: &mut impl Rng) -> [f64; 2] {
         while free < left {
             photon.place += photon.way * free;
             left -= free;
-            meet(photon.way, sigma_i, k, rng, |_| DVec3::Z).apply(&mut photon, Turn::Cauchy(0.0), rng);
+            meet(photon.way, sigma_i, k, rng, |_| DVec3::Z).apply(&mut photon, CylinderPhase::Cauchy(0.0), rng);
             free = drawn(rng);
         }
         photon.place += photon.way * left;

@@ -6,7 +6,7 @@ use glam::DVec3;
 use procedural::Stream;
 use sheetlight::transport::answer::{Answer, Estimate, Question};
 use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Below, Layer, Scattering, Stack, Turn, WOOD_DISPERSION};
+use sheetlight::transport::stack::{CylinderPhase, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
 
 fn isotropic(mu_s: f64, g: f64) -> Scattering {
     Scattering::Isotropic { mu_s, g }
@@ -79,7 +79,7 @@ fn three_layers_of_mcml() {
         Layer::new(10.0 * thickness, 1.37, 0.1 * mu_a, isotropic(0.1 * mu_s, g))
     };
     let layers = vec![layer(1.0, 100.0, 0.9, 0.1), layer(1.0, 10.0, 0.0, 0.1), layer(2.0, 10.0, 0.7, 0.2)];
-    let a = ask("MCML", &Stack { above: 1.0, layers, below: Below::Index(1.0) }, 600_000);
+    let a = ask("MCML", &Stack { above: 1.0, layers, below: Substrate::Index(1.0) }, 600_000);
     assert!((a.specular - 0.024_372_9).abs() < 1e-6);
     agree("R", a.reflectance, 0.237_544, 4e-4);
     agree("T", a.transmittance, 0.096_489_6, 3e-4);
@@ -188,7 +188,9 @@ fn plane_half_space(albedo: f64, density: impl Fn(f64) -> f64) -> f64 {
 /// with albedo 0.9 (160 angles), and isotropic turns.
 #[test]
 fn cylinders_across_are_a_plane_problem() {
-    for (case, turn, truth) in [("mirror", Turn::Mirror, Some(0.505_17)), ("even", Turn::Cauchy(0.0), None)] {
+    for (case, turn, truth) in
+        [("mirror", CylinderPhase::Mirror, Some(0.505_17)), ("even", CylinderPhase::Cauchy(0.0), None)]
+    {
         let exact = plane_half_space(0.9, |turned| turn.density(turned.cos()));
         assert!(truth.is_none_or(|truth| (exact - truth).abs() < 2e-5), "{case}: {exact}");
         let fibres = Scattering::Fibres { sigma_i: 0.0, sigma_c: 0.9, turn, axis: DVec3::Y, dispersion: 0.0 };
@@ -204,7 +206,7 @@ fn cylinders_across_are_a_plane_problem() {
 fn wood(dive_deg: f64, azimuth_deg: f64) -> Stack {
     let ((up, flat), (x, y)) = (dive_deg.to_radians().sin_cos(), azimuth_deg.to_radians().sin_cos());
     let axis = DVec3::new(x * flat, y * flat, up);
-    let turn = Turn::Cauchy(0.0);
+    let turn = CylinderPhase::Cauchy(0.0);
     let fibres = Scattering::Fibres { sigma_i: 2.0, sigma_c: 10.0, turn, axis, dispersion: WOOD_DISPERSION };
     Stack::half_space(1.18, 0.08, fibres)
 }

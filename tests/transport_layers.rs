@@ -2,12 +2,12 @@
 
 use glam::{DVec3, Vec3};
 use procedural::{Film, Gloss, Medium, Stream};
-use sheetlight::transport::answer::{Answer, Estimate, Question, Side};
+use sheetlight::transport::answer::{Answer, Estimate, LineSide, Question};
 use sheetlight::transport::fresnel::gloss;
 use sheetlight::transport::kernel;
-use sheetlight::transport::kernel::layers::{Cover, Covers};
+use sheetlight::transport::kernel::layers::{FilmStack, FilmStackKernel};
 use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Below, Foil, Layer, Scattering, Stack};
+use sheetlight::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 
 const FOIL: Foil = Foil { reflectance: 0.9, roughness: [0.25, 0.12] };
 
@@ -21,12 +21,12 @@ fn film(sigma: f64, mu_a: f64, thickness: f64) -> Layer {
 
 fn over_tablet(film: Layer, gap: f64, coat: f64) -> Stack {
     let tablet = Layer::new(f64::INFINITY, 1.5, 0.005, Scattering::Isotropic { mu_s: 40.0, g: 0.0 });
-    Stack { above: 1.0, layers: vec![film, Layer::air(gap), Layer { coat, ..tablet }], below: Below::Index(1.0) }
+    Stack { above: 1.0, layers: vec![film, Layer::air(gap), Layer { coat, ..tablet }], below: Substrate::Index(1.0) }
 }
 
 fn over_foil(film: Layer, gap: Option<f64>) -> Stack {
     let layers = std::iter::once(film).chain(gap.map(Layer::air)).collect();
-    Stack { above: 1.0, layers, below: Below::Foil(ROUND) }
+    Stack { above: 1.0, layers, below: Substrate::Foil(ROUND) }
 }
 
 fn judge(case: &str, stack: &Stack, question: Question, photons: u64) -> Answer {
@@ -47,7 +47,7 @@ fn near(what: &str, value: Estimate, truth: f64, floor: f64) {
 /// between facets. Below a film that absorbs nothing a perfect mirror sends everything back.
 #[test]
 fn foil_reflects_its_reflectance() {
-    let air = |foil| Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Below::Foil(foil) };
+    let air = |foil| Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Substrate::Foil(foil) };
     for incidence in [Some(0.0), Some(0.7), None] {
         let question = Question { incidence, ..Question::default() };
         let a = judge("air", &air(FOIL), question, 2_000);
@@ -55,7 +55,7 @@ fn foil_reflects_its_reflectance() {
         near("absorbed", a.absorbed[0], 0.1, 1e-9);
     }
     let mut mirror = over_foil(film(12.0, 0.0, 0.12), Some(2.0));
-    mirror.below = Below::Foil(Foil { reflectance: 1.0, ..FOIL });
+    mirror.below = Substrate::Foil(Foil { reflectance: 1.0, ..FOIL });
     let a = judge("perfect mirror", &mirror, Question::default(), 5_000);
     // Roulette books single photons; with full weights there is none.
     assert!((a.reflectance.value + a.specular - 1.0).abs() < 1e-9, "{:?} and {}", a.reflectance, a.specular);
@@ -66,7 +66,7 @@ fn foil_reflects_its_reflectance() {
 #[test]
 fn foil_mirrors_by_its_law() {
     let metal = Gloss { share: 1.0, reflectance: 0.9, roughness: FOIL.roughness.map(|alpha| alpha as f32), matte: 0.0 };
-    let stack = Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Below::Foil(FOIL) };
+    let stack = Stack { above: 1.0, layers: vec![Layer::air(1.0)], below: Substrate::Foil(FOIL) };
     for view in
         [DVec3::new(0.0, -0.422_618, 0.906_308), DVec3::new(0.3, 0.0, 0.953_939), DVec3::new(0.2, 0.2, 0.959_166)]
     {
@@ -96,7 +96,7 @@ fn foil_mirrors_by_its_law() {
 #[test]
 fn layers_add_up() {
     let half = film(12.0, 0.5, 0.06);
-    let slab = |layers| Stack { above: 1.0, layers, below: Below::Index(1.0) };
+    let slab = |layers| Stack { above: 1.0, layers, below: Substrate::Index(1.0) };
     let one = judge("one", &slab(vec![film(12.0, 0.5, 0.12)]), Question::default(), 200_000);
     let two = judge("two", &slab(vec![half, half]), Question::default(), 200_000);
     for (what, a, b) in [("R", one.reflectance, two.reflectance), ("T", one.transmittance, two.transmittance)] {
@@ -104,7 +104,7 @@ fn layers_add_up() {
         assert!((a.value - b.value).abs() < 4.0 * error, "{what}: {a:?} and {b:?}");
     }
     let coated = Layer { coat: 0.8, ..Layer::air(1.0) };
-    let mirror = Below::Foil(Foil { reflectance: 1.0, ..FOIL });
+    let mirror = Substrate::Foil(Foil { reflectance: 1.0, ..FOIL });
     let a = judge("coat", &Stack { above: 1.0, layers: vec![coated], below: mirror }, Question::default(), 1_000);
     near("coat", a.reflectance, 0.64, 1e-9);
     let inner = Stack { above: 1.0, layers: vec![Layer::air(1.0), coated], below: mirror };
@@ -141,7 +141,7 @@ fn judged() -> [Stack; 8] {
 /// R, and both windows for all sides and for the lens.
 fn figures(answer: &Answer) -> [f64; 5] {
     let seen = Answer { line: answer.seen.clone(), ..answer.clone() };
-    let window = |answer: &Answer, from, to| answer.rows(from, to, Side::Both);
+    let window = |answer: &Answer, from, to| answer.rows(from, to, LineSide::Both);
     [answer.reflectance.value, window(answer, 1, 8), window(answer, 7, 11), window(&seen, 1, 8), window(&seen, 7, 11)]
 }
 
@@ -234,8 +234,9 @@ fn glints_stand_where_facets_bisect_laser_and_lens() {
         let glint = |light: Vec3| {
             let film = Film { thickness_mm: 0.1, gap_mm: Some(3.0), under, under_slope: [0.0; 2] };
             let medium = Medium::isotropic(0.001, 0.001, 1.53, Gloss::NONE);
-            let cover = Cover { medium, film, enter: 0.956, view_up: view.z, view, light };
-            Covers::new().spread(&cover).through.iter().sum::<f32>() / gloss(&under.gloss, Vec3::Z, light, view)
+            let cover = FilmStack { medium, film, enter: 0.956, view_up: view.z, view, light };
+            FilmStackKernel::new().spread(&cover).through.iter().sum::<f32>()
+                / gloss(&under.gloss, Vec3::Z, light, view)
         };
         let [above, aslant] = [Vec3::Z, Vec3::new(-0.14, 0.0, 1.0).normalize()].map(glint);
         assert!((above / aslant - 1.0).abs() < 0.05, "{above} of the lobe from above, {aslant} from aslant");
@@ -258,7 +259,7 @@ fn dark_films_reflect_what_the_judge_says() {
 fn sealed_films_know_their_foil() {
     for reflectance in [0.6, 0.75, 0.95] {
         let mut stack = over_foil(film(12.0, 0.05, 0.25), None);
-        stack.below = Below::Foil(Foil { reflectance, ..ROUND });
+        stack.below = Substrate::Foil(Foil { reflectance, ..ROUND });
         let (kernel, judge) = (ask(&stack), judge("sealed", &stack, Question::default(), 60_000));
         println!("{reflectance}: {} against {:?}", kernel.reflectance.value, judge.reflectance);
         near("sealed film", judge.reflectance, kernel.reflectance.value, 0.015);

@@ -5,9 +5,9 @@ use glam::Vec3;
 use procedural::blister::{Blister, Pack};
 use procedural::{Body, Instance, Stream};
 use sheetlight::transport::answer::{Estimate, Question};
-use sheetlight::transport::kernel::layers::{Cover, Covers};
+use sheetlight::transport::kernel::layers::{FilmStack, FilmStackKernel};
 use sheetlight::transport::kernel::{BASIS, SPREAD_MM};
-use sheetlight::transport::line::LineOfLight;
+use sheetlight::transport::line::LineSource;
 use sheetlight::transport::path::Effort;
 use sheetlight::transport::path::body::judge;
 
@@ -52,7 +52,7 @@ fn judged(pack: &Pack, columns: usize) -> Vec<Estimate> {
     let at = middle(pack);
     let (body, half) = (Body::Pack(Box::new(pack.clone())), columns / 2);
     let x: Vec<f32> = (0..columns).map(|i| (at.x_mm + 1.5 * (i as f64 - half as f64)) as f32).collect();
-    let line = LineOfLight {
+    let line = LineSource {
         body: &body,
         y: at.y_mm,
         line_mm: LINE_MM,
@@ -84,8 +84,8 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
     let film = matter.film.expect("film");
     let view = Question::default().view.as_vec3();
     let normal = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize();
-    let cover = Cover { medium: matter.medium, film, enter: 1.0, view_up: normal.dot(view), view, light: Vec3::Z };
-    let answer = Covers::new().spread(&cover);
+    let cover = FilmStack { medium: matter.medium, film, enter: 1.0, view_up: normal.dot(view), view, light: Vec3::Z };
+    let answer = FilmStackKernel::new().spread(&cover);
     // What comes from below is seen through the film nearer to the lens.
     let shift = f64::from(film.gap_mm.unwrap_or(0.0) * view.y / view.z);
     let row = |row: usize| {

@@ -2,8 +2,8 @@
 
 use sheetlight::optics::coherence::coherence_contrast;
 use sheetlight::study::media::{WOODS, Wood};
-use sheetlight::transport::answer::{Answer, Question, Side};
-use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread};
+use sheetlight::transport::answer::{Answer, LineSide, Question};
+use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
 use sheetlight::transport::path::{self, Effort};
 
 struct Case {
@@ -45,16 +45,16 @@ fn case(name: &str) -> Case {
 }
 
 fn figures(answer: &Answer) -> [f64; 6] {
-    let (ahead, behind) = (answer.rows(1, 8, Side::Ahead), answer.rows(1, 8, Side::Behind));
+    let (ahead, behind) = (answer.rows(1, 8, LineSide::Ahead), answer.rows(1, 8, LineSide::Behind));
     let reflectance = answer.reflectance.value;
     let lens = answer.towards_lens.unwrap().value;
     let beside = ahead + behind;
     [
         reflectance,
         lens / reflectance,
-        answer.rows(0, 0, Side::Both),
+        answer.rows(0, 0, LineSide::Both),
         beside,
-        answer.rows(7, 11, Side::Both),
+        answer.rows(7, 11, LineSide::Both),
         (ahead - behind) / beside,
     ]
 }
@@ -65,7 +65,7 @@ fn produced(case: &Case) -> [f64; 6] {
     // The end that dives points against the motion where the other one rises with it.
     let (sin_dive, sign) = (case.wood.dive.to_radians().sin() as f32, if case.wood.dive > 0.0 { -1.0 } else { 1.0 });
     let (x, y) = case.wood.azimuth.to_radians().sin_cos();
-    let texel = Texel {
+    let texel = SurfacePoint {
         mu_a,
         sigma_i,
         k,
@@ -78,7 +78,7 @@ fn produced(case: &Case) -> [f64; 6] {
         view_up: question.view.z as f32,
     };
     let mut spread = SpreadRow::new(1);
-    line_spread(&[texel], 0, &Shares::new(), &mut spread);
+    line_spread(&[texel], 0, &WidthShares::new(), &mut spread);
     let row = |k: i32| -> f64 {
         let width = |j: usize| {
             let sigma = f64::from(SPREAD_MM[j]).hypot(question.line_mm);

@@ -12,8 +12,8 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::CheckError;
-use super::cut::{Picture, Plane};
-use super::moot::deciders;
+use super::conditional::deciders;
+use super::window::{SampleMaps, StoredMap};
 use crate::dataset::{DatasetFolder, ExrChannel, read_exr};
 use crate::record::Split;
 
@@ -154,7 +154,7 @@ impl Folder {
         facts: &Facts,
         channels: &[String],
         labels: bool,
-    ) -> Result<Picture, CheckError> {
+    ) -> Result<SampleMaps, CheckError> {
         let is_png = |name: &str| self.head().images.png.iter().any(|png| png == name);
         let needed = channels.iter().map(String::as_str).chain(labels.then_some("label"));
         let exr = if needed.clone().all(is_png) { Vec::new() } else { self.exr(table, facts)? };
@@ -164,11 +164,11 @@ impl Folder {
             }
             let side = |name: &str| Ok::<_, String>(usize::try_from(number::<Int32Type>(batch, name)?).unwrap_or(0));
             let size = [side("rows")?, side("cols")?];
-            let plane = |name: &str| -> Result<Plane, String> {
+            let plane = |name: &str| -> Result<StoredMap, String> {
                 let found = exr.iter().find(|channel| channel.name.eq_ignore_ascii_case(name));
                 let plane = match found {
                     _ if is_png(name) => png_plane(batch, name),
-                    Some(channel) => Ok(Plane::Float(channel.numbers())),
+                    Some(channel) => Ok(StoredMap::Float(channel.numbers())),
                     None => Err(format!("no EXR channel `{name}`")),
                 };
                 let plane = plane.map_err(|what| format!("sample {}: {what}", facts.index))?;
@@ -180,11 +180,11 @@ impl Folder {
             let planes = channels.iter().map(|name| plane(name)).collect::<Result<_, _>>()?;
             let labels = match if labels { Some(plane("label")?) } else { None } {
                 None => Vec::new(),
-                Some(Plane::Eight(labels)) => labels,
-                Some(Plane::Float(labels)) => labels.into_iter().map(|label| label as u8).collect(),
-                Some(Plane::Sixteen { .. }) => return Err(format!("sample {}: labels have 16 bits", facts.index)),
+                Some(StoredMap::Eight(labels)) => labels,
+                Some(StoredMap::Float(labels)) => labels.into_iter().map(|label| label as u8).collect(),
+                Some(StoredMap::Sixteen { .. }) => return Err(format!("sample {}: labels have 16 bits", facts.index)),
             };
-            Ok(Picture { size, planes, labels })
+            Ok(SampleMaps { size, planes, labels })
         })
     }
 

@@ -1,7 +1,7 @@
 //! A film over something else, in the words of the camera: what the film itself sends out, and the second line, of light
 //! that comes through it from what lies below.
 //!
-//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`Covers`] say, and is seen at the film. What
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] say, and is seen at the film. What
 //! they say is seen through the film stands where the laser meets the surface below: lower, so in other rows, and at the
 //! camera's slant in other columns. There the line is drawn anew, linear between the places that neighbouring columns
 //! meet; where what lies below jumps (the edge of a tablet) it is broken, and what tablets hide from the lens is dark.
@@ -16,7 +16,7 @@ use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen, height_below};
 use crate::transport::fresnel;
-use crate::transport::kernel::layers::{Cover, CoverSpread, Covers};
+use crate::transport::kernel::layers::{FilmStack, FilmStackKernel, FilmStackSpread};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
@@ -93,7 +93,7 @@ struct TransmittedPoint {
     sealed: bool,
 }
 
-/// TransmissionScratch in which second lines are made.
+/// Buffers in which second lines are made.
 #[derive(Debug, Default)]
 pub struct TransmissionScratch {
     below: Vec<Option<TransmittedPoint>>,
@@ -108,7 +108,7 @@ pub struct TransmissionScratch {
 
 /// Share of light from `light` that enters a film of index `n` [1].
 pub fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
-    1.0 - fresnel::interface(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
+    1.0 - fresnel::fresnel_dielectric(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
 }
 
 /// How far along the motion the lens sees light leave a film beside where it leaves towards all sides [mm].
@@ -118,8 +118,14 @@ pub fn exit_shift(medium: &Medium, film: &Film, view: Vec3) -> f32 {
 }
 
 /// The film of `matter` in the production model.
-pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, covers: &mut Covers) -> CoverSpread {
-    let mut spread = covers.spread(&Cover {
+pub fn spread(
+    matter: &Matter,
+    film: &Film,
+    normal: Vec3,
+    sight: &Sight,
+    covers: &mut FilmStackKernel,
+) -> FilmStackSpread {
+    let mut spread = covers.spread(&FilmStack {
         medium: matter.medium,
         film: *film,
         enter: entering_share(matter.medium.n_eff, normal, -sight.light),
@@ -146,7 +152,7 @@ impl TransmissionScratch {
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`CoverSpread`] has it.
+    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`FilmStackSpread`] has it.
     pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], view: &RowView<'_>) {
         let z = height_below(&hit.surface, film);
         let light: f32 = through.iter().sum();

@@ -30,7 +30,7 @@ pub struct Highlights {
     glints: Option<(SegmentProcess, f32)>,
 }
 
-/// HighlightScratch in which they are found.
+/// Buffers in which they are found.
 #[derive(Debug, Default)]
 pub struct HighlightScratch {
     segments: Vec<Segment>,

@@ -1,6 +1,6 @@
 //! Light from below by a model that knows one line at a time (path, diffusion, thesis), put on the sensor.
 //!
-//! The model answers on cells of the body around the line, columns of the sensor times rows along the scan ([`Glow`]).
+//! The model answers on cells of the body around the line, columns of the sensor times rows along the scan ([`LineResponse`]).
 //! Each cell is laid on the sensor's rows where the body's surface there is seen, with the blur of lens and pixel; the
 //! laser's width is in the answer already. The lens blurs along the line too. Neglected: light stays in its column, and
 //! one direction of view serves the whole line, that of its middle.
@@ -15,7 +15,7 @@ use super::speckle::TILE;
 use crate::lanes::exp;
 use crate::settings::{ThesisMethod, Transport};
 use crate::specimen::Specimen;
-use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::path::{Effort, body};
 use crate::transport::{diffusion, thesis};
 
@@ -57,7 +57,7 @@ impl PerLine<'_> {
         let middle = self.camera.sight(0.0, height, 0.0);
         let line_mm = f64::from(middle.laser_variance.sqrt() / middle.rows_per_mm);
         let reach = ROWS as f64 / 2.0 / f64::from(middle.rows_per_mm) + 3.0 * line_mm;
-        let line = LineOfLight {
+        let line = LineSource {
             body: self.specimen.body(),
             y,
             line_mm,
@@ -73,19 +73,23 @@ impl PerLine<'_> {
                 let seed = self.stream.child("transport").index(profile).key();
                 body::glow(&line, Effort { photons, seed })
             }
-            Transport::Diffusion { voxel_mm } => {
-                diffusion::glow(&line, &diffusion::Settings { voxel_mm, ..diffusion::Settings::default() })
-            }
+            Transport::Diffusion { voxel_mm } => diffusion::glow(
+                &line,
+                &diffusion::DiffusionSettings { voxel_mm, ..diffusion::DiffusionSettings::default() },
+            ),
             Transport::Thesis { method, iterations, pixel_mm } => {
                 let method = thesis_method(method, iterations as u32);
-                thesis::glow(&line, &thesis::Settings { method, pitch_mm: pixel_mm, ..thesis::Settings::default() })
+                thesis::glow(
+                    &line,
+                    &thesis::ThesisSettings { method, pitch_mm: pixel_mm, ..thesis::ThesisSettings::default() },
+                )
             }
         };
         Some(self.project(&glow, row, &line))
     }
 
     /// Lays an answer on the sensor.
-    fn project(&self, glow: &Glow, row: &Row, of: &LineOfLight) -> Window {
+    fn project(&self, glow: &LineResponse, row: &Row, of: &LineSource) -> Window {
         let columns = glow.columns;
         let padded = columns.next_multiple_of(TILE);
         let mut window = vec![0.0; ROWS * padded];
@@ -122,12 +126,12 @@ impl PerLine<'_> {
     }
 }
 
-fn thesis_method(method: ThesisMethod, iterations: u32) -> thesis::Method {
+fn thesis_method(method: ThesisMethod, iterations: u32) -> thesis::SpreadMethod {
     match method {
-        ThesisMethod::LinearEquation => thesis::Method::LINEAR_EQUATION,
-        ThesisMethod::AntiAliased => thesis::Method::ANTI_ALIASED,
-        ThesisMethod::Bresenham => thesis::Method::BRESENHAM,
-        ThesisMethod::Diffusion => thesis::Method::diffusion(iterations),
-        ThesisMethod::Conservative => thesis::Method::conservative(iterations),
+        ThesisMethod::LinearEquation => thesis::SpreadMethod::LINEAR_EQUATION,
+        ThesisMethod::AntiAliased => thesis::SpreadMethod::ANTI_ALIASED,
+        ThesisMethod::Bresenham => thesis::SpreadMethod::BRESENHAM,
+        ThesisMethod::Diffusion => thesis::SpreadMethod::diffusion(iterations),
+        ThesisMethod::Conservative => thesis::SpreadMethod::conservative(iterations),
     }
 }

@@ -61,7 +61,7 @@ struct Landing {
 /// Sums of the images of one column: light, light times row, times row^2 and times variance.
 type ImageSums = [f64; 4];
 
-/// ReflectionScratch in which images are made.
+/// Buffers in which images are made.
 #[derive(Debug, Default)]
 pub struct ReflectionScratch {
     landings: Vec<Option<Landing>>,

@@ -23,7 +23,9 @@ use super::surface_point::surface_point;
 use crate::frame::Columns;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
-use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
+use crate::transport::kernel::{
+    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, exit_shift, line_spread,
+};
 
 /// What comes back of light that would cross a wall, which lets it out: less than nothing, since the wall takes of what
 /// stands near it too; from the judge's scatter beside a crack and at the side of a board [1].
@@ -78,7 +80,7 @@ impl Row {
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
 pub struct RowMaker {
-    shares: Shares,
+    shares: WidthShares,
     conveyor: Medium,
     conveyor_reflectance: f32,
     /// Where each column looks.
@@ -91,7 +93,7 @@ pub struct RowMaker {
 /// Room that one thread needs to make rows.
 #[derive(Debug)]
 pub struct RowScratch {
-    texels: Vec<Texel>,
+    texels: Vec<SurfacePoint>,
     spread: SpreadRow,
     electrons: Vec<f32>,
     line: Vec<f32>,
@@ -110,7 +112,7 @@ impl RowScratch {
     /// Room for `columns` columns.
     pub fn new(columns: usize) -> Self {
         Self {
-            texels: vec![Texel::BLACK; columns],
+            texels: vec![SurfacePoint::BLACK; columns],
             spread: SpreadRow::new(columns),
             electrons: vec![0.0; columns],
             line: Vec::new(),
@@ -133,7 +135,7 @@ impl RowMaker {
             columns: camera.rig.columns(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             highlights,
-            shares: Shares::new(),
+            shares: WidthShares::new(),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
         }
@@ -192,7 +194,7 @@ impl RowMaker {
             if bare {
                 row.surface_light[column] = reach * sight.view.z * self.conveyor_reflectance;
                 (scratch.electrons[column], row.entered_light[column]) = (0.0, 0.0);
-                scratch.texels[column] = Texel::BLACK;
+                scratch.texels[column] = SurfacePoint::BLACK;
                 scratch.albedo[column] = self.conveyor_reflectance;
                 continue;
             }
@@ -220,9 +222,9 @@ impl RowMaker {
             }
             let texel = surface_point(medium, normal, sight.view);
             row.entered_light[column] = white * texel.enter;
-            scratch.pull[column] = pull(&texel);
+            scratch.pull[column] = exit_shift(&texel);
             // A coat is passed both ways.
-            scratch.texels[column] = Texel { enter: texel.enter * medium.coat * medium.coat, ..texel };
+            scratch.texels[column] = SurfacePoint { enter: texel.enter * medium.coat * medium.coat, ..texel };
         }
         for j in 0..BASIS {
             for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
@@ -265,10 +267,10 @@ impl RowMaker {
             start += part.len();
         }
         spans(&row.hits[first..last], first, relief, &mut scratch.pieces);
-        let sideways = if relief { 1.0 } else { SIDEWAYS };
+        let sideways = if relief { 1.0 } else { SPREAD_ACROSS_OVER_ALONG };
         for j in 0..BASIS {
             for column in first..last {
-                // SecondaryLight the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
+                // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
                 let hit = &row.hits[column];
                 let inside = if hit.matter.class == Class::Background || !hit.seen { 0.0 } else { 1.0 };
                 row.exit[j][column] = scratch.spread.exit[j][column] * inside;

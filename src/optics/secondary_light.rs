@@ -10,7 +10,7 @@ use super::film::{self, TransmittedLine};
 use super::reflections::{LitRow, Reflection, ReflectionScratch};
 use super::row::Row;
 use super::speckle::TILE;
-use crate::transport::kernel::layers::Covers;
+use crate::transport::kernel::layers::FilmStackKernel;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Rows from a window's edge within which a line's foot and its reading are cut off [px].
@@ -41,13 +41,13 @@ pub enum WindowNeed {
     Two,
 }
 
-/// SecondaryScratch in which these are made.
+/// Buffers in which these are made.
 #[derive(Debug, Default)]
 pub struct SecondaryScratch {
     /// For second lines.
     pub transmission: film::TransmissionScratch,
     /// What films do to light.
-    pub covers: Covers,
+    pub covers: FilmStackKernel,
     reflections: ReflectionScratch,
 }
 

@@ -4,10 +4,10 @@ use glam::Vec3;
 use procedural::Medium;
 
 use crate::transport::fresnel;
-use crate::transport::kernel::Texel;
+use crate::transport::kernel::SurfacePoint;
 
 /// A point of the surface as the kernel asks for it.
-pub fn surface_point(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
+pub fn surface_point(medium: &Medium, normal: Vec3, view: Vec3) -> SurfacePoint {
     // The fibre's sign has no meaning: take the end that dives.
     let fibre = if medium.fibre.dot(normal) > 0.0 { -medium.fibre } else { medium.fibre };
     let sin_dive = (-fibre.dot(normal)).clamp(0.0, 1.0);
@@ -18,7 +18,7 @@ pub fn surface_point(medium: &Medium, normal: Vec3, view: Vec3) -> Texel {
     let own = fresnel::normal_reflectance(medium.n_eff);
     let facets = medium.gloss.reflectance > 1.01 * own;
     let thrown = if facets { medium.gloss.share * medium.gloss.reflectance } else { 0.0 } + medium.gloss.matte;
-    Texel {
+    SurfacePoint {
         mu_a: medium.mu_a,
         sigma_i: medium.sigma_i,
         k: medium.k,

@@ -11,7 +11,7 @@ use super::media::{WOODS, Wood};
 use super::{Report, Watch, ask, head, photons, told};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{MARGIN, Page};
-use crate::transport::answer::{Answer, Estimate, Question, Side};
+use crate::transport::answer::{Answer, Estimate, LineSide, Question};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
 
@@ -130,10 +130,10 @@ fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
         let centre = answer.line.len() / 2;
         let rows = (from..=to.min(centre)).flat_map(|k| [answer.line[centre - k], answer.line[centre + k]]);
         let error = rows.map(|row| row.error * row.error).sum::<f64>().sqrt();
-        Estimate { value: answer.rows(from, to, Side::Both), error }
+        Estimate { value: answer.rows(from, to, LineSide::Both), error }
     };
     let near = sum(1, 8);
-    let (ahead, behind) = (answer.rows(1, 8, Side::Ahead), answer.rows(1, 8, Side::Behind));
+    let (ahead, behind) = (answer.rows(1, 8, LineSide::Ahead), answer.rows(1, 8, LineSide::Behind));
     let asymmetry = Estimate { value: (ahead - behind) / near.value, error: near.error / near.value };
     [r, lens, near, sum(7, 11), asymmetry]
 }

@@ -23,7 +23,7 @@ use image::RgbImage;
 use serde_json::{Value, json};
 
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::model::{Model, Refusal};
+use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
 use crate::transport::stack::Stack;
 
@@ -57,7 +57,7 @@ fn ask(
     (stack, question): (&Stack, &Question),
     effort: Effort,
     watch: Watch,
-) -> Result<Answer, Refusal> {
+) -> Result<Answer, ModelError> {
     asks(model.name(), what, watch);
     model.ask(stack, question, effort, &|photons| watch(Step::Done(photons)))
 }

@@ -18,9 +18,9 @@ use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{LETTER, MARGIN, Page, viridis};
 use crate::transport::answer::{Estimate, Question};
 use crate::transport::kernel::diffusion;
-use crate::transport::model::Refusal;
+use crate::transport::model::ModelError;
 use crate::transport::path::Effort;
-use crate::transport::thesis::{self, Ground, Method};
+use crate::transport::thesis::{self, PixelGround, SpreadMethod};
 
 /// Photons for each map unless told otherwise.
 pub const PHOTONS: u64 = 1_000_000;
@@ -128,16 +128,18 @@ impl ComparedModel {
     ///
     /// # Errors
     /// Where the model refuses.
-    pub fn point_light(self, wood: &Wood, effort: Effort, watch: Watch) -> Result<Vec<Estimate>, Refusal> {
+    pub fn point_light(self, wood: &Wood, effort: Effort, watch: Watch) -> Result<Vec<Estimate>, ModelError> {
         let middle = DVec2::splat(CELLS as f64);
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (spot, method) = match self {
             Self::Model(model) => {
                 return Ok(ask(model, &what, (&wood.stack(), &question()), effort, watch)?.point);
             }
-            Self::Thesis if is_knot(&ground(wood)) => (thesis::Spot::thesis(middle), Method::ON_A_KNOT),
-            Self::Thesis => (thesis::Spot::thesis(middle), Method::ON_CLEAR_WOOD),
-            Self::Conservative => (thesis::Spot { at: middle, diameter: 1.0, deviation: 1.0 }, Method::CONSERVATIVE),
+            Self::Thesis if is_knot(&ground(wood)) => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
+            Self::Thesis => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),
+            Self::Conservative => {
+                (thesis::LaserPoint { at: middle, diameter: 1.0, deviation: 1.0 }, SpreadMethod::CONSERVATIVE)
+            }
         };
         asks(self.name(), &what, watch);
         Ok(thesis::point(&ground(wood), &spot, method).light.into_iter().map(Estimate::exact).collect())
@@ -145,13 +147,13 @@ impl ComparedModel {
 }
 
 /// The wood as the surface of a picture of the thesis' method.
-fn ground(wood: &Wood) -> Ground {
+fn ground(wood: &Wood) -> PixelGround {
     const SIDE: usize = 2 * CELLS + 1;
-    Ground::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
+    PixelGround::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
 }
 
 /// The thesis' rule: wood that absorbs is a knot.
-fn is_knot(ground: &Ground) -> bool {
+fn is_knot(ground: &PixelGround) -> bool {
     ground.map.alpha(0) < 1.0
 }
 

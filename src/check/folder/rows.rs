@@ -6,8 +6,8 @@ use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
 use output_schema::DatasetHead;
 
 use super::Facts;
-use crate::check::cut::Plane;
-use crate::check::moot::deciders;
+use crate::check::conditional::deciders;
+use crate::check::window::StoredMap;
 use crate::dataset::{Grey, read_png};
 
 /// What a row says; `numbers` are paths of drawn and derived numbers.
@@ -70,7 +70,7 @@ fn objects(list: &ArrayRef) -> Result<Vec<(usize, [i64; 2])>, String> {
 }
 
 /// The image `name` of a row.
-pub(super) fn png_plane(row: &RecordBatch, name: &str) -> Result<Plane, String> {
+pub(super) fn png_plane(row: &RecordBatch, name: &str) -> Result<StoredMap, String> {
     let bytes = structure(&column(row, name)?, name)?;
     let bytes = bytes.column_by_name("bytes").and_then(|bytes| bytes.as_binary_opt::<i32>());
     let bytes = bytes.filter(|bytes| bytes.is_valid(0)).ok_or_else(|| format!("`{name}` is empty"))?;
@@ -81,11 +81,11 @@ pub(super) fn png_plane(row: &RecordBatch, name: &str) -> Result<Plane, String> 
         number::<Float64Type>(row, &format!("range_{what}_{unit}"))
     };
     Ok(match grey {
-        Grey::Eight(pixels) => Plane::Eight(pixels),
+        Grey::Eight(pixels) => StoredMap::Eight(pixels),
         Grey::Sixteen(pixels) if name == "range" => {
-            Plane::Sixteen { pixels, offset: float("offset")?, scale: float("scale")? }
+            StoredMap::Sixteen { pixels, offset: float("offset")?, scale: float("scale")? }
         }
-        Grey::Sixteen(pixels) => Plane::Sixteen { pixels, offset: 0.0, scale: 1.0 },
+        Grey::Sixteen(pixels) => StoredMap::Sixteen { pixels, offset: 0.0, scale: 1.0 },
     })
 }
 

@@ -1,23 +1,25 @@
-//! From a model's numbers to a guess and how sure it is.
+//! Predicted class and its confidence, from the logits or probabilities that a model answers.
 
 use super::sidecar::Output;
 
-/// How far probabilities may miss 1 together: single precision, and sums that somebody rounded.
-const SLACK: f32 = 1e-3;
+/// How far probabilities may miss 1 together: single precision, and sums that somebody rounded [1].
+const PROBABILITY_TOLERANCE: f32 = 1e-3;
 
 /// The class of the largest probability, and that probability. One number is the second class of two.
 ///
 /// # Errors
 /// Where a number is not finite, or is no probability though it should be; what to do.
-pub fn guess(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
+pub fn predict(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
     if let Some(bad) = scores.iter().find(|score| !score.is_finite()) {
         return Err(format!(
             "it answers {bad}; hold mean, sd and missing of the channels against what it was trained with"
         ));
     }
     let sum: f32 = if scores.len() == 1 { 1.0 } else { scores.iter().sum() };
-    let is_probability = |p: &f32| (-SLACK..=1.0 + SLACK).contains(p);
-    if output == Output::Probabilities && (!scores.iter().all(is_probability) || (sum - 1.0).abs() > SLACK) {
+    let is_probability = |p: &f32| (-PROBABILITY_TOLERANCE..=1.0 + PROBABILITY_TOLERANCE).contains(p);
+    if output == Output::Probabilities
+        && (!scores.iter().all(is_probability) || (sum - 1.0).abs() > PROBABILITY_TOLERANCE)
+    {
         return Err("it answers numbers that are no probabilities; write `output: logits` in the sidecar".into());
     }
     if let [one] = scores {
@@ -55,26 +57,26 @@ mod tests {
     #[test]
     fn logits_become_probabilities() {
         let logits = [1.0_f32, 2.0, 5.0].map(f32::ln);
-        near(guess(&logits, Output::Logits).expect("finite"), (2, 0.625));
-        near(guess(&logits.map(|x| x + 10.0), Output::Logits).expect("finite"), (2, 0.625));
-        near(guess(&[-1e30, 1e30], Output::Logits).expect("finite"), (1, 1.0));
-        near(guess(&[3.0, 3.0], Output::Logits).expect("finite"), (0, 0.5));
+        near(predict(&logits, Output::Logits).expect("finite"), (2, 0.625));
+        near(predict(&logits.map(|x| x + 10.0), Output::Logits).expect("finite"), (2, 0.625));
+        near(predict(&[-1e30, 1e30], Output::Logits).expect("finite"), (1, 1.0));
+        near(predict(&[3.0, 3.0], Output::Logits).expect("finite"), (0, 0.5));
     }
 
     #[test]
     fn one_number_tells_two_classes_apart() {
-        near(guess(&[3.0_f32.ln()], Output::Logits).expect("finite"), (1, 0.75));
-        near(guess(&[-3.0_f32.ln()], Output::Logits).expect("finite"), (0, 0.75));
-        near(guess(&[0.2], Output::Probabilities).expect("finite"), (0, 0.8));
+        near(predict(&[3.0_f32.ln()], Output::Logits).expect("finite"), (1, 0.75));
+        near(predict(&[-3.0_f32.ln()], Output::Logits).expect("finite"), (0, 0.75));
+        near(predict(&[0.2], Output::Probabilities).expect("finite"), (0, 0.8));
     }
 
     #[test]
     fn what_is_no_answer_is_told() {
-        near(guess(&[0.1, 0.7, 0.2], Output::Probabilities).expect("they are"), (1, 0.7));
+        near(predict(&[0.1, 0.7, 0.2], Output::Probabilities).expect("they are"), (1, 0.7));
         for wrong in [&[0.4, 0.4][..], &[-1.0, 2.0], &[1.5]] {
-            assert!(guess(wrong, Output::Probabilities).expect_err("none").contains("output: logits"), "{wrong:?}");
+            assert!(predict(wrong, Output::Probabilities).expect_err("none").contains("output: logits"), "{wrong:?}");
         }
-        assert!(guess(&[1.0, f32::NAN], Output::Logits).expect_err("NaN").contains("NaN"));
-        assert!(guess(&[1.0, f32::INFINITY], Output::Logits).is_err());
+        assert!(predict(&[1.0, f32::NAN], Output::Logits).expect_err("NaN").contains("NaN"));
+        assert!(predict(&[1.0, f32::INFINITY], Output::Logits).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! From the folder to batches: images are decoded and windows cut on all cores while the model works on earlier ones.
+//! Batches of a model's input: images are decoded and windows cut on all cores while the model works on earlier batches.
 //!
 //! Batches come in the order of the tables whatever the number of threads, so that the same check gives the same report.
 
@@ -9,35 +9,35 @@ use procedural::Stream;
 use rayon::prelude::*;
 
 use super::CheckError;
-use super::cut::{Picture, Window, fill, truth};
+use super::evaluation_plan::{EvaluationPlan, SampleWindows};
 use super::folder::{Facts, Folder, Table};
-use super::plan::{Plan, Work};
-use super::sampler::{Inside, pixels};
+use super::sampling::{CentreRegion, draw_pixels};
 use super::sidecar::Sidecar;
+use super::window::{SampleMaps, Window, fill_input, truth};
 
 /// Most samples whose maps are in memory at once.
-const SAMPLES: usize = 4;
+const MAX_SAMPLES_IN_MEMORY: usize = 4;
 
-/// Numbers that one core cuts before it is worth to wake another.
-const ALONE: usize = 1 << 20;
+/// Numbers that one core cuts before it is worth waking another.
+const MIN_NUMBERS_PER_CORE: usize = 1 << 20;
 
-/// One question to the model.
+/// One window for the model, with its true class.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unit {
+pub struct LabelledWindow {
     /// Number of its sample in the order of the facts.
     pub sample: usize,
     /// Where it was cut.
     pub window: Window,
     /// What it is.
-    pub truth: Truth,
+    pub truth: WindowLabel,
 }
 
-/// What a window is.
+/// The truth about a window.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Truth {
+pub enum WindowLabel {
     /// Of one class.
     Class(usize),
-    /// The class of each cell, [`super::cut::NO_CLASS`] for none.
+    /// The class of each cell, [`super::window::NO_CLASS`] for none.
     Cells(Vec<u8>),
 }
 
@@ -45,13 +45,13 @@ pub enum Truth {
 #[derive(Debug, Default)]
 pub struct Batch {
     /// The questions.
-    pub units: Vec<Unit>,
+    pub units: Vec<LabelledWindow>,
     /// Their inputs, one behind the other.
     pub data: Vec<f32>,
 }
 
-/// What a feed reads and cuts.
-pub struct Feed<'a> {
+/// Reads a split and cuts the windows that the plan asks for.
+pub struct BatchReader<'a> {
     /// The split.
     pub folder: &'a Folder,
     /// What to cut.
@@ -59,25 +59,25 @@ pub struct Feed<'a> {
     /// What the rows say, by table.
     pub facts: &'a [Vec<Facts>],
     /// What is asked of each.
-    pub plan: &'a Plan,
+    pub plan: &'a EvaluationPlan,
     /// Seed of drawn pixels.
     pub seed: u64,
     /// Questions in a batch.
     pub batch: usize,
 }
 
-impl Feed<'_> {
+impl BatchReader<'_> {
     /// Sends every batch; ends early where nobody takes them any more. To call in the pool whose threads are to work.
     /// Memory of inputs that were asked comes back through `spare`: fresh pages cost more than filling them.
     ///
     /// # Errors
     /// Where the dataset is damaged.
     pub fn run(&self, batches: &SyncSender<Batch>, spare: &Receiver<Vec<f32>>) -> Result<(), CheckError> {
-        let labels = self.plan.work.iter().any(|work| matches!(work, Work::Pixels(_) | Work::Tiles));
+        let labels = self.plan.work.iter().any(|work| matches!(work, SampleWindows::Pixels(_) | SampleWindows::Tiles));
         let channels: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
         let mut names = channels.clone();
         names.extend(labels.then(|| "label".to_owned()));
-        let step = rayon::current_num_threads().clamp(1, SAMPLES);
+        let step = rayon::current_num_threads().clamp(1, MAX_SAMPLES_IN_MEMORY);
         let (mut batch, mut sample) = (Batch::default(), 0);
         for (table, facts) in self.folder.tables.iter().zip(self.facts) {
             let mut row = 0;
@@ -113,33 +113,39 @@ impl Feed<'_> {
         facts: &Facts,
         channels: &[String],
         labels: bool,
-    ) -> Result<Option<(Picture, Vec<Unit>)>, CheckError> {
-        let Some(work) = self.plan.work.get(sample).filter(|work| **work != Work::Nothing) else { return Ok(None) };
+    ) -> Result<Option<(SampleMaps, Vec<LabelledWindow>)>, CheckError> {
+        let Some(work) = self.plan.work.get(sample).filter(|work| **work != SampleWindows::Nothing) else {
+            return Ok(None);
+        };
         let picture = self.folder.picture(table, row, facts, channels, labels)?;
         let sidecar = self.sidecar;
         let units = match work {
-            Work::Nothing => Vec::new(),
-            Work::Windows(windows) => {
-                let unit = |&(window, class): &(Window, usize)| Unit { sample, window, truth: Truth::Class(class) };
+            SampleWindows::Nothing => Vec::new(),
+            SampleWindows::Windows(windows) => {
+                let unit = |&(window, class): &(Window, usize)| LabelledWindow {
+                    sample,
+                    window,
+                    truth: WindowLabel::Class(class),
+                };
                 windows.iter().map(unit).collect()
             }
-            Work::Pixels(wanted) => {
+            SampleWindows::Pixels(wanted) => {
                 let window = sidecar.window.unwrap_or(picture.size);
-                let inside = Inside::new(window, picture.size);
+                let inside = CentreRegion::new(window, picture.size);
                 let stream = Stream::root(self.seed).child("check").index(facts.index);
-                let found = pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
+                let found = draw_pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
                 let units = found.into_iter().enumerate().flat_map(|(class, places)| {
                     places.into_iter().map(move |place| {
                         let window = Window::around(place.map(|side| side as i64), window);
-                        Unit { sample, window, truth: Truth::Class(class) }
+                        LabelledWindow { sample, window, truth: WindowLabel::Class(class) }
                     })
                 });
                 units.collect()
             }
-            Work::Tiles => {
+            SampleWindows::Tiles => {
                 let unit = |&window: &Window| {
                     let cells = truth(&picture, window, sidecar.size, &sidecar.truth);
-                    Unit { sample, window, truth: Truth::Cells(cells) }
+                    LabelledWindow { sample, window, truth: WindowLabel::Cells(cells) }
                 };
                 self.plan.tiles.iter().map(unit).collect()
             }
@@ -150,8 +156,8 @@ impl Feed<'_> {
     /// Cuts the units out of their picture and sends every batch that is full; false where nobody takes it.
     fn cut(
         &self,
-        picture: &Picture,
-        units: Vec<Unit>,
+        picture: &SampleMaps,
+        units: Vec<LabelledWindow>,
         batch: &mut Batch,
         (batches, spare): (&SyncSender<Batch>, &Receiver<Vec<f32>>),
     ) -> bool {
@@ -168,9 +174,9 @@ impl Feed<'_> {
             let windows = batch.data[begin * each..]
                 .par_chunks_mut(each)
                 .zip(&batch.units[begin..])
-                .with_min_len(ALONE / each + 1);
+                .with_min_len(MIN_NUMBERS_PER_CORE / each + 1);
             windows.for_each(|(out, unit)| {
-                fill(out, picture, unit.window, &self.sidecar.channels, self.sidecar.size, self.sidecar.layout);
+                fill_input(out, picture, unit.window, &self.sidecar.channels, self.sidecar.size, self.sidecar.layout);
             });
             if batch.units.len() == self.batch && batches.send(std::mem::take(batch)).is_err() {
                 return false;

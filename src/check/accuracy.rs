@@ -1,4 +1,4 @@
-//! The share of right guesses and how surely it is known.
+//! Accuracy with its Wilson interval at 95 %, on an effective number of independent predictions.
 //!
 //! **Accuracy** is the share of right guesses. Its interval is Wilson's (1927) at 95 %,
 //!
@@ -26,11 +26,11 @@
 //! n_eff is m; so it is with one sample. Where every sample has an error nothing is cut. With one guess a sample n_eff is n.
 
 /// Quantile of the normal law for 95 % [1].
-const Z: f64 = 1.959_963_984_540_054;
+const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 
-/// Right guesses among guesses, and how they spread over samples.
+/// Right predictions among all, and how they spread over samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Share {
+pub struct Accuracy {
     /// Right guesses.
     pub right: u64,
     /// Guesses.
@@ -44,7 +44,7 @@ pub struct Share {
     showing: [u64; 2],
 }
 
-impl Share {
+impl Accuracy {
     /// Takes the guesses of one sample, all of them at once.
     pub fn add(&mut self, right: u64, of: u64) {
         if of == 0 {
@@ -80,24 +80,24 @@ impl Share {
         let effect = m / (m - 1.0) * spread.max(0.0) / (n * p * (1.0 - p));
         let known = n / effect.max(1.0);
         let [right, wrong] = self.showing;
-        let lost = student(self.samples - 1) / student(right.min(wrong).min(self.samples - 1));
+        let lost = student_quantile(self.samples - 1) / student_quantile(right.min(wrong).min(self.samples - 1));
         known.min((known * lost * lost).max(m))
     }
 
     /// The 95 % interval; all of [0, 1] without guesses.
     pub fn interval(&self) -> [f64; 2] {
-        self.value().map_or([0.0, 1.0], |p| wilson(p, self.effective()))
+        self.value().map_or([0.0, 1.0], |p| wilson_interval(p, self.effective()))
     }
 }
 
 /// 97.5 % quantile of Student's law with `freedom` degrees of freedom, at least 1: the first two in closed form, the others
 /// by its expansion in 1 / freedom (Abramowitz and Stegun 26.7.5), right to 0.002 of itself.
-fn student(freedom: u64) -> f64 {
+fn student_quantile(freedom: u64) -> f64 {
     match freedom {
         0 | 1 => 12.706_204_736,
         2 => 4.302_652_730,
         _ => {
-            let (z, v) = (Z, freedom as f64);
+            let (z, v) = (NORMAL_QUANTILE, freedom as f64);
             let [z3, z5, z7, z9] = [3, 5, 7, 9].map(|power| z.powi(power));
             z + (z3 + z) / (4.0 * v)
                 + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * v.powi(2))
@@ -108,9 +108,9 @@ fn student(freedom: u64) -> f64 {
 }
 
 /// Wilson's 95 % interval of a share `p` of `n` independent guesses.
-pub fn wilson(p: f64, n: f64) -> [f64; 2] {
-    let z2 = Z * Z / n;
-    let (middle, half) = (p + z2 / 2.0, Z * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt());
+pub fn wilson_interval(p: f64, n: f64) -> [f64; 2] {
+    let z2 = NORMAL_QUANTILE * NORMAL_QUANTILE / n;
+    let (middle, half) = (p + z2 / 2.0, NORMAL_QUANTILE * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt());
     [((middle - half) / (1.0 + z2)).max(0.0), ((middle + half) / (1.0 + z2)).min(1.0)]
 }
 
@@ -125,16 +125,16 @@ mod tests {
     /// Newcombe's (1998) worked example: 81 of 263 give 0.2553 to 0.3662; none of 20 gives 0 to 0.1611.
     #[test]
     fn intervals_are_the_published_ones() {
-        let [low, high] = wilson(81.0 / 263.0, 263.0);
+        let [low, high] = wilson_interval(81.0 / 263.0, 263.0);
         near(low, 0.2553, 5e-5);
         near(high, 0.3662, 5e-5);
-        let [low, high] = wilson(0.0, 20.0);
+        let [low, high] = wilson_interval(0.0, 20.0);
         near(low, 0.0, 1e-12);
         near(high, 0.1611, 5e-5);
     }
 
-    fn share(samples: &[(u64, u64)]) -> Share {
-        let mut share = Share::default();
+    fn share(samples: &[(u64, u64)]) -> Accuracy {
+        let mut share = Accuracy::default();
         samples.iter().for_each(|&(right, of)| share.add(right, of));
         share
     }
@@ -148,17 +148,17 @@ mod tests {
         near(share(&[(5, 10), (5, 10), (5, 10)]).effective(), 30.0, 1e-12);
         near(share(&[(10, 10), (10, 10)]).effective(), 2.0, 1e-12);
         near(share(&[(5, 10)]).effective(), 1.0, 1e-12);
-        assert_eq!(share(&[(0, 0)]), Share::default());
-        assert_eq!(Share::default().interval(), [0.0, 1.0]);
+        assert_eq!(share(&[(0, 0)]), Accuracy::default());
+        assert_eq!(Accuracy::default().interval(), [0.0, 1.0]);
     }
 
     /// Quantiles of published tables of Student's law.
     #[test]
     fn student_is_the_published_one() {
         for (freedom, wanted) in [(1, 12.7062), (2, 4.3027), (3, 3.1824), (5, 2.5706), (10, 2.2281), (120, 1.9799)] {
-            near(student(freedom) / wanted, 1.0, 0.002);
+            near(student_quantile(freedom) / wanted, 1.0, 0.002);
         }
-        near(student(u64::MAX), Z, 1e-9);
+        near(student_quantile(u64::MAX), NORMAL_QUANTILE, 1e-9);
     }
 
     /// By hand, 24 samples of six guesses: few errors cannot say whether errors come alone, so one of them leaves the

@@ -1,8 +1,8 @@
-//! Numbers that are drawn for every sample and mean nothing where it lacks the thing that they are of: the width of the
-//! knots of a board without knots.
+//! Conditional parameters: numbers that are drawn for every sample and mean something only where the sample has what they
+//! describe. The width of knots means nothing on a board without knots.
 
 /// Where a path begins so, the numbers that say whether the sample has the thing: it has none where all are 0.
-const OF: [(&str, &[&str]); 16] = [
+const CONDITIONS: [(&str, &[&str]); 16] = [
     ("knots.sound_count", &[]),
     ("knots.dead_count", &[]),
     ("knots.death_share", &["knots.dead_count"]),
@@ -18,11 +18,11 @@ const OF: [(&str, &[&str]); 16] = [
     ("laser.second_line_share", &["laser.second_line_mm"]),
     ("laser.streak_", &["laser.streaks_per_mm"]),
     ("laser.glint_", &["laser.glints_per_mm"]),
-    ("defects.severity", &DEFECTS),
+    ("defects.severity", &DEFECT_COUNTS),
 ];
 
 /// How many of each defect a pack has.
-const DEFECTS: [&str; 19] = [
+const DEFECT_COUNTS: [&str; 19] = [
     "defects.missing",
     "defects.broken",
     "defects.chipped",
@@ -46,7 +46,7 @@ const DEFECTS: [&str; 19] = [
 
 /// Paths of the numbers that say whether a sample has what the number `path` is of; none where every sample has it.
 pub fn deciders(path: &str) -> impl Iterator<Item = &'static str> {
-    let found = OF.iter().find(|(start, _)| path.starts_with(start));
+    let found = CONDITIONS.iter().find(|(start, _)| path.starts_with(start));
     found.map_or(&[][..], |(_, deciders)| deciders).iter().copied()
 }
 
@@ -70,14 +70,15 @@ mod tests {
         };
         Wood::from_values(&mut note);
         Blister::from_values(&mut note);
-        for (start, deciders) in OF {
+        for (start, deciders) in CONDITIONS {
             assert!(deciders.iter().all(|decider| known.iter().any(|path| path == decider)), "{start}");
             let elsewhere = start.starts_with("motion.") || start.starts_with("laser.");
-            let first = |path: &String| OF.iter().find(|(s, _)| path.starts_with(s)).is_some_and(|(s, _)| *s == start);
+            let first =
+                |path: &String| CONDITIONS.iter().find(|(s, _)| path.starts_with(s)).is_some_and(|(s, _)| *s == start);
             assert!(elsewhere || known.iter().any(first), "{start} begins nothing");
         }
         let counts = known.iter().filter(|path| path.starts_with("defects.") && *path != "defects.severity");
-        assert!(counts.eq(DEFECTS.iter()));
+        assert!(counts.eq(DEFECT_COUNTS.iter()));
     }
 
     #[test]
@@ -85,7 +86,7 @@ mod tests {
         let of = |path: &str| deciders(path).collect::<Vec<_>>();
         assert_eq!(of("knots.width_mm"), ["knots.sound_count", "knots.dead_count"]);
         assert_eq!(of("media.dead_knot_mu_a_ratio"), ["knots.dead_count"]);
-        assert_eq!(of("defects.severity").len(), DEFECTS.len());
+        assert_eq!(of("defects.severity").len(), DEFECT_COUNTS.len());
         for path in ["knots.dead_count", "rot.reach_mm", "laser.streaks_per_mm", "exposure.time_us", "film.n", ""] {
             assert!(of(path).is_empty(), "{path}");
         }

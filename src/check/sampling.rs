@@ -1,4 +1,4 @@
-//! Which pixels and objects a model is asked about: the same ones each time, and as many of each class as can be.
+//! Stratified sampling of pixels and objects: the same ones each time, and as many of each class as can be.
 //!
 //! For each class of the model `N = patches_per_class` places are wanted in the whole split. They are shared evenly among
 //! the samples that show the class: of S such samples number r, in the order of the tables (shards, then splits, then
@@ -14,19 +14,19 @@ use procedural::Stream;
 use rand::RngExt;
 
 /// How many places of `total` entry number `rank` of `count` gets.
-pub fn portion(total: u64, rank: u64, count: u64) -> u64 {
+pub fn even_share(total: u64, rank: u64, count: u64) -> u64 {
     let end = |r: u64| (u128::from(r) * u128::from(total) / u128::from(count.max(1))) as u64;
     end(rank + 1) - end(rank)
 }
 
 /// The part of an image in which windows may have their centres: first and end of rows and columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Inside {
+pub struct CentreRegion {
     rows: [usize; 2],
     cols: [usize; 2],
 }
 
-impl Inside {
+impl CentreRegion {
     /// For windows of `window` in images of `image`, both `[rows, columns]`.
     pub fn new(window: [usize; 2], image: [usize; 2]) -> Self {
         // A window of w begins w/2 before its centre.
@@ -37,10 +37,10 @@ impl Inside {
 
 /// Pixels `[row, column]` of each class, `wanted[class]` of them at most, in the order of the image. `classes` says the
 /// class of each label value, `stream` is the sample's.
-pub fn pixels(
+pub fn draw_pixels(
     labels: &[u8],
     cols: usize,
-    inside: Inside,
+    inside: CentreRegion,
     classes: &[Option<usize>],
     wanted: &[u64],
     stream: Stream,
@@ -61,7 +61,7 @@ pub fn pixels(
         }
     }
     let ranks: Vec<Vec<u64>> =
-        (0..wanted.len()).map(|class| ranks(counts[class], wanted[class], stream.index(class as u64))).collect();
+        (0..wanted.len()).map(|class| draw_ranks(counts[class], wanted[class], stream.index(class as u64))).collect();
     let (mut next, mut seen) = (vec![0; wanted.len()], vec![0_u64; wanted.len()]);
     let mut found = vec![Vec::new(); wanted.len()];
     for row in inside.rows[0]..inside.rows[1] {
@@ -78,7 +78,7 @@ pub fn pixels(
 }
 
 /// `wanted` different numbers below `count`, each set as likely as any other (Floyd 1987), in order.
-fn ranks(count: u64, wanted: u64, stream: Stream) -> Vec<u64> {
+fn draw_ranks(count: u64, wanted: u64, stream: Stream) -> Vec<u64> {
     let wanted = wanted.min(count);
     let mut rng = stream.rng();
     let mut chosen = std::collections::BTreeSet::new();
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn portions_add_up() {
         for (total, count) in [(1000, 7), (3, 5), (0, 4), (8, 8)] {
-            let all: Vec<u64> = (0..count).map(|rank| portion(total, rank, count)).collect();
+            let all: Vec<u64> = (0..count).map(|rank| even_share(total, rank, count)).collect();
             assert_eq!(all.iter().sum::<u64>(), total);
             assert!(all.iter().max().expect("some") - all.iter().min().expect("some") <= 1);
         }
@@ -110,8 +110,14 @@ mod tests {
     fn windows_stay_inside() {
         let labels = vec![1; 30 * 20];
         for window in [[1, 1], [4, 3], [5, 20], [30, 20]] {
-            let places =
-                pixels(&labels, 20, Inside::new(window, [30, 20]), &[None, Some(0)], &[10_000], Stream::root(0));
+            let places = draw_pixels(
+                &labels,
+                20,
+                CentreRegion::new(window, [30, 20]),
+                &[None, Some(0)],
+                &[10_000],
+                Stream::root(0),
+            );
             let (rows, cols) = (30 - window[0] + 1, 20 - window[1] + 1);
             assert_eq!(places[0].len(), rows * cols, "{window:?}");
             for [row, col] in &places[0] {
@@ -120,7 +126,8 @@ mod tests {
             }
         }
         for window in [[31, 1], [1, 21], [500, 500]] {
-            let places = pixels(&labels, 20, Inside::new(window, [30, 20]), &[None, Some(0)], &[9], Stream::root(0));
+            let places =
+                draw_pixels(&labels, 20, CentreRegion::new(window, [30, 20]), &[None, Some(0)], &[9], Stream::root(0));
             assert!(places[0].is_empty(), "{window:?}");
         }
     }
@@ -130,8 +137,8 @@ mod tests {
     fn draws_are_of_the_class_and_repeat() {
         let labels: Vec<u8> = (0..100 * 100).map(|i| (i % 3) as u8).collect();
         let draw = |seed| {
-            let inside = Inside::new([5, 5], [100, 100]);
-            pixels(&labels, 100, inside, &[None, Some(1), Some(0)], &[40, 7], Stream::root(seed))
+            let inside = CentreRegion::new([5, 5], [100, 100]);
+            draw_pixels(&labels, 100, inside, &[None, Some(1), Some(0)], &[40, 7], Stream::root(seed))
         };
         let found = draw(0);
         assert_eq!((found[0].len(), found[1].len()), (40, 7));
@@ -148,11 +155,11 @@ mod tests {
     fn draws_are_fair() {
         let mut hits = [0_u32; 10];
         for seed in 0..3000 {
-            ranks(10, 3, Stream::root(seed)).iter().for_each(|&rank| hits[rank as usize] += 1);
+            draw_ranks(10, 3, Stream::root(seed)).iter().for_each(|&rank| hits[rank as usize] += 1);
         }
         let square: f64 = hits.iter().map(|&h| (f64::from(h) - 900.0).powi(2) / 900.0).sum();
         assert!(square < 33.7, "{hits:?}");
-        assert_eq!(ranks(4, 9, Stream::root(0)), [0, 1, 2, 3]);
-        assert!(ranks(0, 9, Stream::root(0)).is_empty());
+        assert_eq!(draw_ranks(4, 9, Stream::root(0)), [0, 1, 2, 3]);
+        assert!(draw_ranks(0, 9, Stream::root(0)).is_empty());
     }
 }

@@ -1,13 +1,13 @@
-//! What will be asked of which sample: decided from the tables alone, before any image is read.
+//! Evaluation plan: which windows of which samples the model sees, decided from the tables before any image is read.
 
-use super::cut::Window;
 use super::folder::Facts;
-use super::sampler::portion;
+use super::sampling::even_share;
 use super::sidecar::{Sidecar, Task};
+use super::window::Window;
 
 /// What is asked of one sample.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Work {
+pub enum SampleWindows {
     /// Nothing.
     Nothing,
     /// These windows, each with its class.
@@ -20,9 +20,9 @@ pub enum Work {
 
 /// What is asked of a split.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Plan {
+pub struct EvaluationPlan {
     /// Of each sample, in the order of the facts.
-    pub work: Vec<Work>,
+    pub work: Vec<SampleWindows>,
     /// Windows that cover an image, where that is asked.
     pub tiles: Vec<Window>,
     /// Windows in all; of drawn pixels at most so many.
@@ -32,17 +32,19 @@ pub struct Plan {
 }
 
 /// Plans for samples with images of `image`, rows and columns [px].
-pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Plan {
+pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> EvaluationPlan {
     let class = |value: usize| sidecar.truth.get(value).copied().flatten();
     let whole = Window { first: [0, 0], size: image };
     let window = sidecar.window.unwrap_or(image);
     let (mut left_out, mut tiles) = (0, Vec::new());
-    let work: Vec<Work> = match sidecar.task {
+    let work: Vec<SampleWindows> = match sidecar.task {
         Task::Samples => {
             let cut = sidecar.window.map_or(whole, |size| Window::around(image.map(|side| side as i64 / 2), size));
             let known = facts.iter().map(|facts| class(facts.class));
             left_out = known.clone().filter(Option::is_none).count() as u64;
-            known.map(|class| class.map_or(Work::Nothing, |class| Work::Windows(vec![(cut, class)]))).collect()
+            known
+                .map(|class| class.map_or(SampleWindows::Nothing, |class| SampleWindows::Windows(vec![(cut, class)])))
+                .collect()
         }
         Task::Objects => {
             let mut totals = vec![0_u64; sidecar.classes.len()];
@@ -53,7 +55,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Plan {
                 let taken = class(state).filter(|&class| {
                     let rank = seen[class];
                     seen[class] += 1;
-                    portion(sidecar.patches_per_class.min(totals[class]), rank, totals[class]) > 0
+                    even_share(sidecar.patches_per_class.min(totals[class]), rank, totals[class]) > 0
                 });
                 left_out += u64::from(taken.is_none());
                 taken
@@ -62,7 +64,11 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Plan {
                 let cut = |(state, middle): &(usize, [i64; 2])| Some((Window::around(*middle, window), take(*state)?));
                 facts.objects.iter().filter_map(cut).collect::<Vec<_>>()
             });
-            windows.map(|windows| if windows.is_empty() { Work::Nothing } else { Work::Windows(windows) }).collect()
+            windows
+                .map(
+                    |windows| if windows.is_empty() { SampleWindows::Nothing } else { SampleWindows::Windows(windows) },
+                )
+                .collect()
         }
         Task::Pixels => {
             let shows = |facts: &Facts, wanted: usize| {
@@ -72,26 +78,28 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Plan {
             for class in 0..sidecar.classes.len() {
                 let showing: Vec<usize> = (0..facts.len()).filter(|&i| shows(facts[i], class)).collect();
                 for (rank, &i) in showing.iter().enumerate() {
-                    work[i][class] = portion(sidecar.patches_per_class, rank as u64, showing.len() as u64);
+                    work[i][class] = even_share(sidecar.patches_per_class, rank as u64, showing.len() as u64);
                 }
             }
             let asked = |wanted: &Vec<u64>| wanted.iter().any(|&n| n > 0);
-            work.into_iter().map(|wanted| if asked(&wanted) { Work::Pixels(wanted) } else { Work::Nothing }).collect()
+            work.into_iter()
+                .map(|wanted| if asked(&wanted) { SampleWindows::Pixels(wanted) } else { SampleWindows::Nothing })
+                .collect()
         }
         Task::Segment => {
             let firsts = |side: usize| (0..image[side]).step_by(window[side]).map(|first| first as i64);
             tiles
                 .extend(firsts(0).flat_map(|row| firsts(1).map(move |col| Window { first: [row, col], size: window })));
-            facts.iter().map(|_| Work::Tiles).collect()
+            facts.iter().map(|_| SampleWindows::Tiles).collect()
         }
     };
     let units = work.iter().map(|work| match work {
-        Work::Nothing => 0,
-        Work::Windows(windows) => windows.len() as u64,
-        Work::Pixels(wanted) => wanted.iter().sum(),
-        Work::Tiles => tiles.len() as u64,
+        SampleWindows::Nothing => 0,
+        SampleWindows::Windows(windows) => windows.len() as u64,
+        SampleWindows::Pixels(wanted) => wanted.iter().sum(),
+        SampleWindows::Tiles => tiles.len() as u64,
     });
-    Plan { units: units.sum(), work, tiles, left_out }
+    EvaluationPlan { units: units.sum(), work, tiles, left_out }
 }
 
 #[cfg(test)]
@@ -120,7 +128,7 @@ mod tests {
         Facts { index: 0, id: String::new(), class, area: area.to_vec(), objects, numbers: Vec::new() }
     }
 
-    fn planned(sidecar: &Sidecar, all: &[Facts]) -> Plan {
+    fn planned(sidecar: &Sidecar, all: &[Facts]) -> EvaluationPlan {
         plan(sidecar, &all.iter().collect::<Vec<_>>(), [30, 40])
     }
 
@@ -129,9 +137,9 @@ mod tests {
         let all = [facts(0, [0; 4], &[]), facts(2, [0; 4], &[]), facts(9, [0; 4], &[])];
         let whole = planned(&sidecar(Task::Samples, None, 9), &all);
         assert_eq!((whole.units, whole.left_out), (1, 2));
-        assert_eq!(whole.work[1], Work::Windows(vec![(Window { first: [0, 0], size: [30, 40] }, 0)]));
+        assert_eq!(whole.work[1], SampleWindows::Windows(vec![(Window { first: [0, 0], size: [30, 40] }, 0)]));
         let middle = planned(&sidecar(Task::Samples, Some([10, 10]), 9), &all);
-        assert_eq!(middle.work[1], Work::Windows(vec![(Window { first: [10, 15], size: [10, 10] }, 0)]));
+        assert_eq!(middle.work[1], SampleWindows::Windows(vec![(Window { first: [10, 15], size: [10, 10] }, 0)]));
     }
 
     /// Objects keep their order; of too many of a class every so-many-th is taken.
@@ -142,7 +150,14 @@ mod tests {
         assert_eq!((plan.units, plan.left_out), (3, 3));
         let window = Window { first: [8, 18], size: [4, 4] };
         // Of the first class numbers 1 and 3 of four.
-        assert_eq!(plan.work, [Work::Windows(vec![(window, 1)]), Work::Windows(vec![(window, 0); 2]), Work::Nothing]);
+        assert_eq!(
+            plan.work,
+            [
+                SampleWindows::Windows(vec![(window, 1)]),
+                SampleWindows::Windows(vec![(window, 0); 2]),
+                SampleWindows::Nothing
+            ]
+        );
     }
 
     /// Each class is wanted as often, from the samples that show it.
@@ -150,7 +165,10 @@ mod tests {
     fn pixels_are_balanced() {
         let all = [facts(0, [5, 1, 0, 0], &[]), facts(0, [0, 0, 1, 1], &[]), facts(0, [9, 0, 0, 0], &[])];
         let plan = planned(&sidecar(Task::Pixels, Some([4, 4]), 7), &all);
-        assert_eq!(plan.work, [Work::Pixels(vec![3, 0]), Work::Pixels(vec![4, 7]), Work::Nothing]);
+        assert_eq!(
+            plan.work,
+            [SampleWindows::Pixels(vec![3, 0]), SampleWindows::Pixels(vec![4, 7]), SampleWindows::Nothing]
+        );
         assert_eq!(plan.units, 14);
     }
 
@@ -158,6 +176,6 @@ mod tests {
     fn tiles_cover_the_image() {
         let plan = planned(&sidecar(Task::Segment, Some([16, 40]), 1), &[facts(0, [1; 4], &[])]);
         let tile = |row| Window { first: [row, 0], size: [16, 40] };
-        assert_eq!((plan.work, plan.tiles, plan.units), (vec![Work::Tiles], vec![tile(0), tile(16)], 2));
+        assert_eq!((plan.work, plan.tiles, plan.units), (vec![SampleWindows::Tiles], vec![tile(0), tile(16)], 2));
     }
 }

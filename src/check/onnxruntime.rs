@@ -1,4 +1,4 @@
-//! Where onnxruntime is, and loading it: a library that is found when `gen` runs, never when it is built.
+//! The onnxruntime library: found and loaded when `gen` runs, never when it is built.
 //!
 //! 1. the file that `ORT_DYLIB_PATH` names, and then nothing else;
 //! 2. the package `onnxruntime` of a Python environment: the active one, then `.venv` in this folder or above it, then
@@ -14,9 +14,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ort::environment::Environment;
 
 /// The environment variable.
-pub const VARIABLE: &str = "ORT_DYLIB_PATH";
+pub const LIBRARY_VARIABLE: &str = "ORT_DYLIB_PATH";
 /// What to do without the library.
-const REMEDY: &str =
+const INSTALL_REMEDY: &str =
     "install it with `make venv` or `pip install onnxruntime`, or set ORT_DYLIB_PATH to libonnxruntime.so";
 
 /// onnxruntime allows one environment in a process and ort keeps the library for as long: so do we.
@@ -31,7 +31,7 @@ pub fn load() -> Result<Environment, String> {
     if let Some(environment) = loaded.as_ref() {
         return Ok(environment.clone());
     }
-    let asked = var_os(VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
+    let asked = var_os(LIBRARY_VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
     let tried = match &asked {
         Some(path) => vec![std::path::absolute(path).ok().filter(|path| path.exists()).unwrap_or(path.clone())],
         None => {
@@ -57,8 +57,10 @@ pub fn load() -> Result<Environment, String> {
     }
     let reasons = reasons.join("; ");
     Err(match asked {
-        Some(_) => format!("{VARIABLE} names no onnxruntime library ({reasons}); correct or unset it, or {REMEDY}"),
-        None => format!("onnxruntime is not found ({reasons}); {REMEDY}"),
+        Some(_) => format!(
+            "{LIBRARY_VARIABLE} names no onnxruntime library ({reasons}); correct or unset it, or {INSTALL_REMEDY}"
+        ),
+        None => format!("onnxruntime is not found ({reasons}); {INSTALL_REMEDY}"),
     })
 }
 
