@@ -1,13 +1,13 @@
 //! Light about the holes of a part.
 
-use sheetlight::optics::speckle::Tiles;
+use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, ROWS, Scratch, TILE, expose};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
 
 /// Light of every pixel about the line of `profile`, worked out in the band `profiles` [e-].
 fn light(scene: &Scene, profiles: std::ops::Range<usize>, profile: usize) -> Vec<u32> {
-    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), &Tiles::new(0));
+    let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), &PatternCache::new(0));
     let band = sensor.band(&specimen, profiles, Band::default());
     let mut scratch = Scratch::default();
     let mut light = Vec::new();

@@ -1,7 +1,7 @@
 //! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/compare.md).
 
 use sheetlight::compare::{Frame, Statistics, Tally};
-use sheetlight::optics::speckle::Tiles;
+use sheetlight::optics::speckle::PatternCache;
 use sheetlight::pipeline;
 use sheetlight::recipe::Recipe;
 
@@ -20,7 +20,7 @@ const ALONG: std::ops::RangeInclusive<f64> = 0.38..=0.55;
 fn statistics() -> Statistics {
     let mut scene = Recipe::load("recipes/real/plastic-tray.yaml").expect("the recipe loads").draw(0, 0);
     scene.size.profiles = 300;
-    let record = pipeline::render(&scene, &Tiles::new(0), &|_| ());
+    let record = pipeline::render(&scene, &PatternCache::new(0), &|_| ());
     let frame = Frame {
         cols: record.cols,
         rows: record.rows,

@@ -2,7 +2,7 @@
 //!
 //! Of what is above the full well a share flows on, half of it up and half down, and fills the room of the pixels that it
 //! meets until it is used up; the rest goes down the drain. Phenomenology of an anti-blooming drain that is too weak
-//! (Janesick 2001); a pixel that overflows still reads full. WindowSignal that flows on makes photon noise where it arrives. What
+//! (Janesick 2001); a pixel that overflows still reads full. Charge that flows on makes photon noise where it arrives. What
 //! leaves the window of the line is lost.
 
 use super::TILE;

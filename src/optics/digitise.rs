@@ -57,7 +57,7 @@ pub fn digitise(
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
     let keys = sensor.chain.keys(NOISE_STREAMS[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let view = sensor.speckle.view(tile, place, way, number * ROWS);
+    let view = sensor.speckle.tile(tile, place, way, number * ROWS);
     let counter = tile as u32 * TILE as u32;
     let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
     let pair_of = |pair: usize| {
@@ -173,7 +173,7 @@ fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> RowPair<u16> {
     })
 }
 
-/// FixedPattern with a response and an offset of their own, and slopes.
+/// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], sensor: &Sensor) -> RowPair<u16> {
     let steps = sensor.chain.steps();

@@ -26,17 +26,17 @@ const MAX_COPIED_RUNS: usize = 12;
 /// The pixels of one sensor.
 #[derive(Debug, Clone)]
 pub struct FixedPattern {
-    /// CodeSteps of response and of offset, `[tiles][rows]`.
+    /// Codes of response and of offset, `[tiles][rows]`.
     codes: Vec<PixelCodes>,
     rows: usize,
     /// What a step is.
     pub steps: CodeSteps,
 }
 
-/// CodeSteps of response and of offset in a row of a tile.
+/// Codes of response and of offset in a row of a tile.
 pub type PixelCodes = [[i8; TILE]; 2];
 
-/// FixedPattern that are all alike.
+/// Pixels that are all alike.
 pub const UNIFORM_CODES: PixelCodes = [[0; TILE]; 2];
 
 /// A step of response [1], a step of offset [DN].

@@ -50,8 +50,7 @@ use self::postprocess::Scripts;
 use self::row::RowMaker;
 use self::second_line::SecondLine;
 use self::signal_chain::SignalChain;
-use self::speckle::Tiles;
-use self::speckle::anchor::{Ground, Speckle};
+use self::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use crate::frame::{Calibration, Frame};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
 use crate::specimen::{Hit, Specimen, turned::Turn};
@@ -76,7 +75,7 @@ pub struct Sensor {
     chain: SignalChain,
     /// The thesis' scripts in place of speckle and noise.
     scripts: Option<Scripts>,
-    speckle: Speckle,
+    speckle: AnchoredSpeckle,
     /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
     away: [f64; ROWS],
     neighbours: [isize; ROWS],
@@ -104,7 +103,7 @@ impl Sensor {
         size: Size,
         height: f64,
         clear: &Medium,
-        (law, tiles): (SpeckleLaw, &Tiles),
+        (law, tiles): (SpeckleLaw, &PatternCache),
         stream: Stream,
     ) -> Self {
         let camera = Camera::new(bench, &size, line, stream);
@@ -118,11 +117,11 @@ impl Sensor {
         let step = bench.motion.step_mm;
         let profiles_per_row = 1.0 / (rows_per_mm * step);
         let way = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
-        let ground = Ground { grain, rows_per_mm, height, paths, way: way / profiles_per_row };
+        let ground = SpeckleConditions { grain, rows_per_mm, height, paths, travel: way / profiles_per_row };
         let away: [f64; ROWS] = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
         let neighbours = away.map(|away| looks(away / step));
         Self {
-            speckle: Speckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
+            speckle: AnchoredSpeckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
             away,
             neighbours,
             profiles_per_row,

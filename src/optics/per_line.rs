@@ -104,7 +104,7 @@ impl PerLine<'_> {
                 if electrons == 0.0 {
                     continue;
                 }
-                // The window's middle row holds the centre. SecondaryLight the body light is seen as if the line's height went on.
+                // The window's middle row holds the centre. Beside the body light is seen as if the line's height went on.
                 let first = row.centre[column].floor() - CENTRE as f32;
                 let (place, z) = match cut.surface(of.x[column]) {
                     Some(surface) => (self.camera.place(of.x[column], y as f32, surface.z)[1] - first, surface.z),

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::{Report, Step, Watch, asks};
 use crate::drawing::{MARGIN, Page, viridis};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Plan, Recipe, Scene};
 use crate::record::Record;
@@ -76,7 +76,7 @@ pub fn work() -> u64 {
 
 /// Renders the packs of `recipe`; what is wrong where it is about something else.
 pub fn study(recipe: &Recipe, seed: u64, watch: Watch) -> Result<Report, String> {
-    let tiles = Tiles::new(seed);
+    let tiles = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
     for (number, (name, change)) in PACKS.into_iter().enumerate() {
         asks("kernel", name, watch);

@@ -10,7 +10,7 @@ use super::compared_model::ComparedModel;
 use super::{Report, Step, Watch, asks, head};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{MARGIN, Page};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, TILE, expose};
 use crate::pipeline;
 use crate::recipe::{Scene, Subject};
@@ -43,7 +43,7 @@ pub fn work(effort: Effort) -> u64 {
 
 /// Asks every model about `profile` of `scene`.
 pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Report {
-    let tiles = Tiles::new(0);
+    let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();
     let mut look = |transport: Transport, repeat: u64| {

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use procedural::{Body, Medium, Parameter, flat::Flat};
 use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
-use sheetlight::optics::speckle::Tiles;
+use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Sensor};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
@@ -46,9 +46,9 @@ pub fn plate(medium: Medium, height_mm: f32, slope_x: f32, slope_y: f32) -> Body
 }
 
 /// Speckle patterns of seed 0, made once.
-pub fn tiles() -> &'static Tiles {
-    static TILES: OnceLock<Tiles> = OnceLock::new();
-    TILES.get_or_init(|| Tiles::new(0))
+pub fn tiles() -> &'static PatternCache {
+    static TILES: OnceLock<PatternCache> = OnceLock::new();
+    TILES.get_or_init(|| PatternCache::new(0))
 }
 
 /// Renders a body in a scene.

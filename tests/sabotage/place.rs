@@ -41,7 +41,7 @@ pub fn boards() -> &'static Boards {
         let text = text.replacen(shares[0], shares[1], 1);
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let order = Order { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
-        let tiles = sheetlight::optics::speckle::Tiles::new(order.seed);
+        let tiles = sheetlight::optics::speckle::PatternCache::new(order.seed);
         let sample = |index| sheetlight::generate::sample(&recipe, order.seed, index, &tiles, &|_| ());
         Boards { head: head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
     })

@@ -30,7 +30,7 @@ use crate::drawing::chart::Axis;
 use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::camera::rig;
 use crate::optics::parameters::Bench;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{CENTRE, ROWS};
 use crate::recipe::Scene;
 use crate::settings::Size;
@@ -91,7 +91,7 @@ struct Seen {
 
 /// Makes the study.
 pub fn study(trials: Trials, watch: Watch) -> Report {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let found = repeat(trials, watch, |one| found(trials, one, &tiles));
     let (figures, seen) = figures(&found, &tiles);
     let error = 100.0 * box_error(&seen.bench);
@@ -143,7 +143,7 @@ fn white(columns: usize) -> Scene {
 }
 
 /// A scene over the metal plate at a height.
-fn at_height(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
+fn at_height(z: f64, tiles: &PatternCache) -> (Scene, procedural::Body) {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
     scene.bench.speckle.strength = 0.0;
     let body = plate(z as f32, 0.0, 0.0);
@@ -151,7 +151,7 @@ fn at_height(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
     (scene, body)
 }
 
-fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
+fn found(trials: Trials, one: u64, tiles: &PatternCache) -> Found {
     let own = stream("laser", trials, one);
     let (mut width, mut light) = (Vec::new(), Vec::new());
     for (i, z) in HEIGHTS.into_iter().enumerate() {
@@ -179,7 +179,7 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
 }
 
 /// The line on the white plane, exposed for a time that the sensor bears and told for the time of the scene [e-].
-fn exposed(scene: Scene, tiles: &Tiles) -> Vec<Vec<f64>> {
+fn exposed(scene: Scene, tiles: &PatternCache) -> Vec<Vec<f64>> {
     let mut short = scene.clone();
     expose_to(&mut short, &bare(), tiles, BARE, PEAK);
     let scale = scene.bench.exposure.time_us / short.bench.exposure.time_us;
@@ -214,7 +214,7 @@ fn place(bin: usize, bench: &Bench) -> f64 {
     rig(bench, &size).along((bin * BIN) as f64 + 0.5 * (BIN as f64 - 1.0), 0.0)
 }
 
-fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
+fn figures(found: &[Found], tiles: &PatternCache) -> (Vec<Figure>, Seen) {
     let bench = white(SENSOR).bench;
     let fit = |i: usize| each(found, |f| beam(&f.width, bench.laser.wavelength_nm)[i]);
     let names = ["waist, half width at 1/e^2 [mm]", "height of the waist [mm]", "beam quality M^2 [1]"];
@@ -277,7 +277,7 @@ fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
 const BIN: usize = 40;
 
 /// Mean of some exposures less the same without light, a row of the window after another, `[ROWS][columns]` [e-].
-fn line(scene: &Scene, body: &procedural::Body, tiles: &Tiles) -> Vec<Vec<f64>> {
+fn line(scene: &Scene, body: &procedural::Body, tiles: &PatternCache) -> Vec<Vec<f64>> {
     let profiles = BARE..BARE + EXPOSURES;
     let mut dark = scene.clone();
     // As little light as there may be, other noise, the same fixed pattern.

@@ -26,7 +26,7 @@ use super::{Figure, Trials, chance, document, each, moments, repeat, table};
 use crate::drawing::chart::Axis;
 use crate::drawing::{INK, Page};
 use crate::optics::CENTRE;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
 use crate::settings::{Hdr, Readout};
 use crate::study::{Report, Watch};
@@ -81,7 +81,7 @@ struct Seen {
 
 /// Makes the study.
 pub fn study(trials: Trials, watch: Watch) -> Report {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let full = full(&tiles);
     let found = repeat(trials, watch, |one| found(trials, one, &full, &tiles));
     let (figures, seen) = figures(trials, &found, &full, &tiles);
@@ -101,7 +101,7 @@ struct Full {
     pub electrons: f64,
 }
 
-fn full(tiles: &Tiles) -> Full {
+fn full(tiles: &PatternCache) -> Full {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
     (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
     scene.bench.speckle.strength = 0.0;
@@ -111,7 +111,7 @@ fn full(tiles: &Tiles) -> Full {
     Full { electrons: scene.bench.exposure.full_well_e, scene }
 }
 
-fn found(trials: Trials, one: u64, full: &Full, tiles: &Tiles) -> Found {
+fn found(trials: Trials, one: u64, full: &Full, tiles: &PatternCache) -> Found {
     let own = stream("sensor", trials, one);
     let level = |i: usize| {
         let mut scene = full.scene.clone();
@@ -134,7 +134,7 @@ fn share(level: usize) -> f64 {
 }
 
 /// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
-fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles) -> [f64; 2] {
+fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &PatternCache) -> [f64; 2] {
     let profiles = first..first + exposures;
     let look = Look::at(scene, bare(), tiles, profiles.clone());
     let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
@@ -144,7 +144,7 @@ fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles) -> [f64; 
     sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
 }
 
-fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u16>> {
+fn dark_frames(scene: &mut Scene, rows: bool, tiles: &PatternCache) -> Vec<Vec<u16>> {
     (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
     if !rows {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
@@ -193,7 +193,7 @@ fn line(levels: impl Iterator<Item = (f64, f64, f64)>) -> [f64; 2] {
     [(s[2] - slope * s[1]) / s[0], slope]
 }
 
-fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<Figure>, Seen) {
+fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &PatternCache) -> (Vec<Figure>, Seen) {
     let exposure = full.scene.bench.exposure;
     let k = gain(&full.scene);
     let electrons = |i: usize| share(i) * full.electrons;
@@ -297,7 +297,7 @@ struct Mode {
 }
 
 /// Every mode.
-fn modes(full: &Full, tiles: &Tiles) -> Vec<Mode> {
+fn modes(full: &Full, tiles: &PatternCache) -> Vec<Mode> {
     Hdr::ALL.into_iter().map(|hdr| mode(full, hdr, tiles)).collect()
 }
 
@@ -305,7 +305,7 @@ fn slope_light(level: usize) -> f64 {
     SLOPE_LIGHT[0] * libm::pow(SLOPE_LIGHT[1] / SLOPE_LIGHT[0], level as f64 / (SLOPE_LEVELS - 1) as f64)
 }
 
-fn mode(full: &Full, hdr: Hdr, tiles: &Tiles) -> Mode {
+fn mode(full: &Full, hdr: Hdr, tiles: &PatternCache) -> Mode {
     let exposure = full.scene.bench.exposure;
     let one = |level: usize| {
         let mut scene = full.scene.clone();

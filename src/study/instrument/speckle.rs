@@ -1,7 +1,7 @@
 //! Speckle as production makes it, against the theory of [`super::pattern`].
 //!
 //! - Contrast in frames of an evenly lit white plane without noise, for eight pixels from 1.2 to 12 um.
-//! - The law of one pixel, read off the pattern itself ([`Tiles`]) at pixels far enough apart to be independent: distance of
+//! - The law of one pixel, read off the pattern itself ([`PatternCache`]) at pixels far enough apart to be independent: distance of
 //!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a pattern are its own.
 //! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j shows
 //!   that of profile n moved by j step rows/mm rows, and less of it, since it boils.
@@ -25,8 +25,8 @@ use super::setup::{BARE, Look, bare, expose_to, gain, quiet, scene, stream};
 use super::{Figure, Trials, chance, document, each, moments, repeat, table};
 use crate::drawing::chart::Axis;
 use crate::drawing::{Page, viridis};
-use crate::optics::speckle::field::Pupil;
-use crate::optics::speckle::{Stack, TILE, Tiles};
+use crate::optics::speckle::Pupil;
+use crate::optics::speckle::{PatternCache, PatternStack, TILE};
 use crate::optics::{CENTRE, ROWS};
 use crate::pipeline;
 use crate::recipe::Scene;
@@ -115,7 +115,7 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
 
 fn found(trials: Trials, one: u64) -> Found {
     let own = stream("speckle", trials, one);
-    let tiles = Tiles::new(own.key());
+    let tiles = PatternCache::new(own.key());
     let (lags, profiles) = correlations(own.child("correlation"), &tiles);
     let grain = grain_px(&white(own, PIXELS[OWN]).bench);
     let lines = |(i, waist): (usize, &f64)| {
@@ -136,7 +136,7 @@ fn found(trials: Trials, one: u64) -> Found {
 
 fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
     let own = stream("speckle", trials, 0);
-    let tiles = Tiles::new(own.key());
+    let tiles = PatternCache::new(own.key());
     let bench = white(own, PIXELS[OWN]).bench;
     let grain = grain_px(&bench);
     let theory = |pixel: f64| Correlation::of(grain * PIXELS[OWN] / pixel);
@@ -243,7 +243,7 @@ fn white(own: Stream, pixel_um: f64) -> Scene {
 }
 
 /// The same lit by a broad line, so that many rows are alike.
-fn broad(own: Stream, pixel_um: f64, tiles: &Tiles) -> Scene {
+fn broad(own: Stream, pixel_um: f64, tiles: &PatternCache) -> Scene {
     let mut scene = white(own, pixel_um);
     scene.bench.laser.waist_mm = BROAD_MM;
     // Exponential light is seven times its mean once in a thousand.
@@ -263,7 +263,7 @@ fn shades(scene: &Scene, look: &Look, light: &[f64], profile: usize) -> Vec<f64>
 }
 
 /// Contrast of the pattern over a whole round, less what rounding and the least noise add [1].
-fn contrast(own: Stream, pixel_um: f64, tiles: &Tiles) -> f64 {
+fn contrast(own: Stream, pixel_um: f64, tiles: &PatternCache) -> f64 {
     let scene = broad(own, pixel_um, tiles);
     let k = gain(&scene);
     let (mut sum, mut squares, mut noise, mut n) = (0.0, 0.0, 0.0, 0.0);
@@ -283,7 +283,7 @@ fn contrast(own: Stream, pixel_um: f64, tiles: &Tiles) -> f64 {
 }
 
 /// Correlations along the pattern and between profiles, of the sensor's own pixel.
-fn correlations(own: Stream, tiles: &Tiles) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
+fn correlations(own: Stream, tiles: &PatternCache) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
     let scene = broad(own, PIXELS[OWN], tiles);
     let last = BARE + ROUND + APART;
     let look = Look::at(&scene, bare(), tiles, BARE..last);
@@ -316,19 +316,19 @@ fn correlations(own: Stream, tiles: &Tiles) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
 }
 
 /// Patterns for grains of about `grain` pixels: one of light from the surface, four of light from below.
-fn stack(tiles: &Tiles, grain: f64) -> Arc<Stack> {
+fn stack(tiles: &PatternCache, grain: f64) -> Arc<PatternStack> {
     tiles.get(grain, SpeckleLaw::Exponential, [1.0, BELOW as f64])
 }
 
 /// Pixels of a pattern `apart` pixels from each other, of mean 1.
-fn law(tiles: &Tiles, grain: f64, which: usize, apart: usize) -> Vec<f64> {
+fn law(tiles: &PatternCache, grain: f64, which: usize, apart: usize) -> Vec<f64> {
     let stack = stack(tiles, grain);
     let rows = (0..stack.rows()).step_by(apart * stack.fine());
     rows.flat_map(|row| stack.row(0, row as i64)[which].iter().step_by(apart).map(|v| 1.0 + f64::from(*v))).collect()
 }
 
 /// Correlation of neighbouring columns of a pattern [1].
-fn neighbours(tiles: &Tiles, grain: f64) -> f64 {
+fn neighbours(tiles: &PatternCache, grain: f64) -> f64 {
     let pattern = law(tiles, grain, 0, 1);
     let pairs = pattern.chunks(TILE).flat_map(|row| row.windows(2).map(|pair| (pair[0] - 1.0) * (pair[1] - 1.0)));
     let squares = pattern.iter().map(|v| (v - 1.0).powi(2)).sum::<f64>();
@@ -336,7 +336,7 @@ fn neighbours(tiles: &Tiles, grain: f64) -> f64 {
 }
 
 /// A plane of speckle alone under a line of half width `waist`; its contrast `strength` times the developed one.
-fn lined(own: Stream, waist: f64, strength: f64, tiles: &Tiles) -> Scene {
+fn lined(own: Stream, waist: f64, strength: f64, tiles: &PatternCache) -> Scene {
     let mut scene = white(own, PIXELS[OWN]);
     scene.size.profiles = BARE + 2 * ROUND;
     (scene.bench.laser.waist_mm, scene.bench.laser.waist_height_mm) = (waist, 0.0);
@@ -349,7 +349,7 @@ fn lined(own: Stream, waist: f64, strength: f64, tiles: &Tiles) -> Scene {
 }
 
 /// Spread of the line's centre, rounding and the least noise taken off [px].
-fn centre(scene: &Scene, tiles: &Tiles) -> f64 {
+fn centre(scene: &Scene, tiles: &PatternCache) -> f64 {
     let record = pipeline::render_body(scene, bare(), tiles, &|_| ());
     let range = record.maps.range[BARE * TILE..].iter().map(|&z| f64::from(z));
     let variance = moments(range).1 / height_per_row(&scene.bench, 0.0).powi(2);
@@ -357,13 +357,13 @@ fn centre(scene: &Scene, tiles: &Tiles) -> f64 {
 }
 
 /// Light of the middle column before noise [DN].
-fn middle_line(scene: &Scene, tiles: &Tiles) -> Vec<f64> {
+fn middle_line(scene: &Scene, tiles: &PatternCache) -> Vec<f64> {
     let light = Look::at(scene, bare(), tiles, BARE..BARE + 1).light(BARE);
     (0..ROWS).map(|k| gain(scene) * light[k * TILE + TILE / 2]).collect()
 }
 
 /// What the sum over rows says of the centre's variance; without contrast that of rounding, in rows that have light [px^2].
-fn sum_of_line(scene: &Scene, contrast: f64, tiles: &Tiles) -> f64 {
+fn sum_of_line(scene: &Scene, contrast: f64, tiles: &PatternCache) -> f64 {
     let line = middle_line(scene, tiles);
     let correlation = Correlation::of(grain_px(&scene.bench));
     if contrast > 0.0 {
@@ -406,7 +406,7 @@ fn stack_found(own: Stream) -> StackFound {
     let pupil = Pupil::new([STACK_SIDE; 2], STACK_GRAIN, own);
     let light = |shift: usize| -> Vec<f64> {
         let mut light = vec![0.0f32; STACK_SIDE * STACK_SIDE];
-        pupil.half(shift).rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
+        pupil.row_transform(shift).rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
         let mean = light.iter().map(|v| f64::from(*v)).sum::<f64>() / light.len() as f64;
         light.iter().map(|v| f64::from(*v) / mean - 1.0).collect()
     };

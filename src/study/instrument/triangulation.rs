@@ -29,7 +29,7 @@ use crate::drawing::chart::Axis;
 use crate::drawing::{MARGIN, Page};
 use crate::optics::ROWS;
 use crate::optics::parameters::Bench;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::Scheimpflug;
@@ -94,7 +94,7 @@ struct Seen {
 
 /// Makes the study.
 pub fn study(trials: Trials, watch: Watch) -> Report {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let found = repeat(trials, watch, |one| found(trials, one, &tiles));
     let (figures, seen) = figures(trials, &found, &tiles);
     let table = table("Triangulation", trials, &figures, &[]);
@@ -108,7 +108,7 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
-fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Scene {
+fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &PatternCache) -> Scene {
     let edge = if speckle { CERAMIC_EDGE } else { EDGE };
     let mut scene = scene(own, COLUMNS, edge + PROFILES);
     if !speckle {
@@ -119,7 +119,7 @@ fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Sc
 }
 
 /// Range less truth away from the front edge, `[profiles, columns]` [um].
-fn errors(scene: &Scene, body: Body, edge: usize, tiles: &Tiles, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
+fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
     let record = pipeline::render_body(scene, body, tiles, &|_| ());
     let (bench, middle) = (&scene.bench, 0.5 * (COLUMNS as f64 - 1.0));
     let (mut errors, mut over, mut under) = (Vec::new(), 0.0, 0.0);
@@ -140,16 +140,16 @@ fn errors(scene: &Scene, body: Body, edge: usize, tiles: &Tiles, plane: (f64, DV
     (errors, if under > 0.0 { over / under } else { 1.0 })
 }
 
-fn told(scene: &Scene, body: Body, tiles: &Tiles, plane: (f64, DVec2)) -> Plate {
+fn told(scene: &Scene, body: Body, tiles: &PatternCache, plane: (f64, DVec2)) -> Plate {
     let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
     let (error, variance) = moments(errors.iter().copied());
     Plate { error, spread: variance.sqrt(), scale }
 }
 
-fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
+fn found(trials: Trials, one: u64, tiles: &PatternCache) -> Found {
     let own = stream("triangulation", trials, one);
     // Other repeats lie on other patterns of speckle.
-    let patterns = Tiles::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
+    let patterns = PatternCache::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
     let metal = |slope: usize, i: usize| {
         let (x, y) = SLOPES[slope];
         let body = plate(HEIGHTS[i] as f32, x as f32, y as f32);
@@ -174,7 +174,7 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
 }
 
 /// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug [um].
-fn bent(own: procedural::Stream, tiles: &Tiles) -> f64 {
+fn bent(own: procedural::Stream, tiles: &PatternCache) -> f64 {
     let body = plate(HEIGHTS[SHOWN[1]] as f32, 0.0, 0.0);
     let mut scene = scene(own, COLUMNS, EDGE + PROFILES);
     scene.bench.speckle.strength = 0.0;
@@ -187,7 +187,7 @@ fn bent(own: procedural::Stream, tiles: &Tiles) -> f64 {
 }
 
 /// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
-fn centre(scene: &Scene, body: Body, tiles: &Tiles) -> f64 {
+fn centre(scene: &Scene, body: Body, tiles: &PatternCache) -> f64 {
     let look = Look::at(scene, body, tiles, EDGE..EDGE + 8);
     let dark = scene.bench.exposure.dark_level_dn;
     let (mut sum, mut moment) = (0.0, 0.0);
@@ -206,7 +206,7 @@ fn centre(scene: &Scene, body: Body, tiles: &Tiles) -> f64 {
 }
 
 /// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out [um].
-fn expected(scene: &Scene, body: &Body, tiles: &Tiles, contrast: f64, correlation: &Correlation) -> f64 {
+fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, correlation: &Correlation) -> f64 {
     let profile = scene.size.profiles - PROFILES / 2;
     let look = Look::at(scene, body.clone(), tiles, profile..profile + 1);
     let (k, exposure) = (gain(scene), &scene.bench.exposure);
@@ -219,7 +219,7 @@ fn expected(scene: &Scene, body: &Body, tiles: &Tiles, contrast: f64, correlatio
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
+fn figures(trials: Trials, found: &[Found], tiles: &PatternCache) -> (Vec<Figure>, Seen) {
     let own = stream("triangulation", trials, 0);
     let bench = scene(own, COLUMNS, 1).bench;
     let correlation = Correlation::of(super::pattern::grain_px(&bench));
