@@ -11,7 +11,7 @@
 //! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
 //! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
 //! of a clipped normal. Pixels are alike here: what stays with
-//! them is no noise in time, and tests/sensor_chain.rs holds it.
+//! them is no noise in time, and tests/optics/sensor_chain.rs holds it.
 
 use std::f64::consts::PI;
 
