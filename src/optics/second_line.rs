@@ -8,14 +8,14 @@
 //! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images
 //! and lines through films; what falls outside of both windows.
 
-use super::beside::apart;
-use super::expose::{self, Line, ROWS, Scratch};
+use super::expose::{self, LineShape, ROWS, Scratch};
 use super::parameters::Laser;
 use super::row::Row;
-use super::{Band, Sensor, TILE, arrange};
+use super::secondary_light::without_overlap;
+use super::{Band, Sensor, TILE, compositing};
 
 /// Rows beyond those that even steps would ask for, for steps that are not.
-pub const SPARE: usize = 4;
+pub const SPARE_ROWS: usize = 4;
 
 /// The second line.
 #[derive(Debug, Clone, Copy)]
@@ -39,14 +39,14 @@ impl SecondLine {
 
     /// Rows before and behind a profile's own that it stands on.
     pub fn reach(&self) -> [usize; 2] {
-        let ahead = self.ahead.unsigned_abs() + SPARE;
-        if self.ahead < 0 { [ahead, SPARE] } else { [SPARE, ahead] }
+        let ahead = self.ahead.unsigned_abs() + SPARE_ROWS;
+        if self.ahead < 0 { [ahead, SPARE_ROWS] } else { [SPARE_ROWS, ahead] }
     }
 
     /// Adds it to the windows of a tile.
     pub fn add(&self, sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
         let here = sensor.position(profile) + self.offset;
-        let spare = SPARE as isize;
+        let spare = SPARE_ROWS as isize;
         let off = |ahead: isize| here - sensor.position_of(profile as isize + ahead);
         let rows = self.ahead - spare..=self.ahead + spare;
         let ahead = rows.min_by(|&a, &b| off(a).abs().total_cmp(&off(b).abs())).unwrap_or(self.ahead);
@@ -62,15 +62,16 @@ impl SecondLine {
         let middle = &row.hits[(from + TILE / 2).min(row.hits.len() - 1)];
         let disc = |y: f32| sensor.camera.off_plane(y, middle.surface.z);
         let blur = disc(self.offset as f32) - disc(0.0);
-        let line = Line { centre: &centre, blur, section: sensor.camera.laser.line_profile() };
+        let line = LineShape { centre: &centre, blur, section: sensor.camera.laser.line_profile() };
         expose::spread(row, &neighbours, from, &line, spare);
         if *used == 1 && spare.first_row != windows[0].first_row {
             *used = 2;
             windows[1].darken();
-            let places: [i32; TILE] = std::array::from_fn(|c| apart(spare.first_row[c], windows[0].first_row[c]));
+            let places: [i32; TILE] =
+                std::array::from_fn(|c| without_overlap(spare.first_row[c], windows[0].first_row[c]));
             windows[1].first_row = places;
         }
-        arrange::shift(spare, &mut windows[..*used], &[], self.ratio);
+        compositing::add_shifted(spare, &mut windows[..*used], &[], self.ratio);
     }
 
     /// First of the columns of the lit row that are seen in the columns `start..` of the sensor.

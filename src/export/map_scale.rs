@@ -1,34 +1,34 @@
-//! Measured maps in 8 bits: one scale for a whole dataset, never for an image, and written down so that it can be undone.
+//! Grey scale of measured maps in 8 bits: one for a whole dataset, never for an image, written down so that it can be undone.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::{ExportError, Progress, Sample, Source};
+use super::{ExportError, ExportProgress, Sample, Source};
 
 /// Samples that a scale is found from.
-const SAMPLES: u64 = 64;
+const MAX_SCALE_SAMPLES: u64 = 64;
 /// Share of pixels that lie beyond each end of a scale that was found [1].
-const BEYOND: f64 = 0.001;
+const CLIPPED_SHARE: f64 = 0.001;
 /// Heights are counted in hundredths [1/mm or 1/px].
 const BINS_PER_UNIT: f64 = 100.0;
 /// Grey levels of a map with 8 bits that mean something: 0 means missing.
-const LEVELS: f64 = 254.0;
+const GREY_LEVELS: f64 = 254.0;
 
 /// What grey levels of one map mean: `offset + scale * g` for g of 1 to 255; 0 is missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scaling {
+pub struct MapScale {
     /// Value at grey level 0 of the line [mm, px or DN].
     pub offset: f64,
     /// A step [mm, px or DN].
     pub scale: f64,
 }
 
-impl Scaling {
+impl MapScale {
     /// From `low` at level 1 to `high` at level 255.
     pub fn between([low, high]: [f64; 2]) -> Self {
         // A map of one value still has steps.
-        let scale = if high > low { (high - low) / LEVELS } else { 1.0 };
+        let scale = if high > low { (high - low) / GREY_LEVELS } else { 1.0 };
         Self { offset: low - scale, scale }
     }
 
@@ -41,12 +41,12 @@ impl Scaling {
 
 /// The scales of a dataset.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scalings {
+pub struct MapScales {
     /// The maps that are shown, in the order of channels, each with its scale.
-    maps: Vec<(&'static str, Scaling)>,
+    maps: Vec<(&'static str, MapScale)>,
 }
 
-impl Scalings {
+impl MapScales {
     /// The scales that the user gave, else from 64 finished samples spread over all that are, whatever is exported: from
     /// the thousandth smallest to the thousandth largest value of pixels that show the object. Reflectance has 8 bits as a
     /// rule and then stays as it is.
@@ -58,7 +58,7 @@ impl Scalings {
         maps: &'static [&'static str],
         range: Option<[f64; 2]>,
         scatter: Option<[f64; 2]>,
-        progress: Progress,
+        progress: ExportProgress,
     ) -> Result<Self, ExportError> {
         let unknown: Vec<&str> = [("range", range), ("scatter", scatter)]
             .into_iter()
@@ -79,7 +79,7 @@ impl Scalings {
                     bins.into_iter().for_each(|(bin, count)| *counts.entry(bin).or_default() += count);
                 }
             };
-            source.spread(SAMPLES, &images, work, take, progress)?;
+            source.spread(MAX_SCALE_SAMPLES, &images, work, take, progress)?;
         }
         let scaling = |name: &'static str| {
             let found = |unit: f64| {
@@ -95,19 +95,19 @@ impl Scalings {
                 "scatter" => scatter.map_or_else(|| found(1.0), Ok)?,
                 _ => [1.0, f64::from(source.head().images.most_dn()).max(255.0)],
             };
-            Ok((name, Scaling::between(ends)))
+            Ok((name, MapScale::between(ends)))
         };
         Ok(Self { maps: maps.iter().copied().map(scaling).collect::<Result<_, ExportError>>()? })
     }
 
     /// The scales, channel by channel.
-    pub(super) fn channels(&self) -> impl Iterator<Item = (&'static str, Scaling)> + '_ {
+    pub(super) fn channels(&self) -> impl Iterator<Item = (&'static str, MapScale)> + '_ {
         self.maps.iter().copied()
     }
 
     /// For documents: what grey levels of the maps mean.
     pub(super) fn json(&self, range_unit: &str) -> Value {
-        let one = |(map, Scaling { offset, scale }): (&str, Scaling)| {
+        let one = |(map, MapScale { offset, scale }): (&str, MapScale)| {
             let unit = if map == "range" { range_unit } else { "DN" };
             json!({"map": map, "offset": offset, "scale": scale, "unit": unit, "missing": 0})
         };
@@ -116,13 +116,13 @@ impl Scalings {
 }
 
 /// What numbers of a stored map mean: `offset + scale * n`.
-pub(super) fn meaning(sample: &Sample, map: &str) -> Result<[f64; 2], ExportError> {
+pub(super) fn physical_scale(sample: &Sample, map: &str) -> Result<[f64; 2], ExportError> {
     if map == "range" { sample.range_scale() } else { Ok([0.0, 1.0]) }
 }
 
 /// How many pixels that show the object have each value of a map: whole DN, hundredths of a millimetre or of a row.
 fn histogram(sample: &Sample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(i64, u64)>, ExportError> {
-    let [offset, scale] = meaning(sample, map)?;
+    let [offset, scale] = physical_scale(sample, map)?;
     let numbers = sample.grey(map)?.numbers();
     let mut pixels = vec![0_u64; 1 << 16];
     match labels {
@@ -150,10 +150,10 @@ fn is_past(passed: &mut u64, count: u64, beyond: u64) -> bool {
     *passed > beyond
 }
 
-/// The values with a share of [`BEYOND`] below the one and above the other.
+/// The values with a share of [`CLIPPED_SHARE`] below the one and above the other.
 fn ends(counts: &BTreeMap<i64, u64>) -> Option<[f64; 2]> {
     let all: u64 = counts.values().sum();
-    let beyond = (BEYOND * all as f64) as u64;
+    let beyond = (CLIPPED_SHARE * all as f64) as u64;
     let mut passed = 0;
     let low = counts.iter().find(|(_, count)| is_past(&mut passed, **count, beyond))?;
     passed = 0;
@@ -168,14 +168,14 @@ mod tests {
     /// Levels are undone to half a step, ends are ends, and 0 stays free for missing.
     #[test]
     fn a_scale_can_be_undone() {
-        let scaling = Scaling::between([20.0, 30.0]);
+        let scaling = MapScale::between([20.0, 30.0]);
         for value in [20.0, 20.01, 24.3, 29.99, 30.0] {
             let level = scaling.level(value);
             let back = scaling.offset + scaling.scale * f64::from(level);
             assert!(level > 0 && (back - value).abs() <= 0.5 * scaling.scale + 1e-12, "{value}: {level}, {back}");
         }
         assert_eq!([19.0, 31.0].map(|value| scaling.level(value)), [1, 255]);
-        let same = Scaling::between([1.0, 255.0]);
+        let same = MapScale::between([1.0, 255.0]);
         assert!((1..=255).all(|n: u8| same.level(f64::from(n)) == n), "a scale of 1 changes nothing");
     }
 

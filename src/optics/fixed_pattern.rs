@@ -13,56 +13,59 @@ use super::speckle::TILE;
 use crate::lanes::{hash, normals};
 use crate::settings::Size;
 
-/// Steps in a standard deviation.
-const STEPS: f64 = 20.0;
+/// CodeSteps in a standard deviation.
+const CODES_PER_SIGMA: f64 = 20.0;
 /// The code of a defect.
-const DEFECT: i8 = i8::MIN;
+const DEFECT_CODE: i8 = i8::MIN;
 /// What an always full pixel adds [DN], far above any converter's end.
-const FULL: f32 = 1e6;
+const ALWAYS_FULL_DN: f32 = 1e6;
 
 /// Most runs of columns that are copied whole; more are looked up column by column.
-const COPIED: usize = 12;
+const MAX_COPIED_RUNS: usize = 12;
 
 /// The pixels of one sensor.
 #[derive(Debug, Clone)]
-pub struct Pixels {
-    /// Steps of response and of offset, `[tiles][rows]`.
-    codes: Vec<Codes>,
+pub struct FixedPattern {
+    /// Codes of response and of offset, `[tiles][rows]`.
+    codes: Vec<PixelCodes>,
     rows: usize,
     /// What a step is.
-    pub steps: Steps,
+    pub steps: CodeSteps,
 }
 
-/// Steps of response and of offset in a row of a tile.
-pub type Codes = [[i8; TILE]; 2];
+/// Codes of response and of offset in a row of a tile.
+pub type PixelCodes = [[i8; TILE]; 2];
 
 /// Pixels that are all alike.
-pub const ALIKE: Codes = [[0; TILE]; 2];
+pub const UNIFORM_CODES: PixelCodes = [[0; TILE]; 2];
 
 /// A step of response [1], a step of offset [DN].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Steps([f32; 2]);
+pub struct CodeSteps([f32; 2]);
 
-impl Steps {
+impl CodeSteps {
     /// Response [1] and offset [DN] of column `c` of a tile's row.
     #[inline(always)]
-    pub fn shown(self, codes: &Codes, c: usize) -> (f32, f32) {
+    pub fn decode(self, codes: &PixelCodes, c: usize) -> (f32, f32) {
         let [response, offset] = [codes[0][c], codes[1][c]];
         let responds = (1.0 + self.0[0] * f32::from(response)).max(0.0);
         let shifts = self.0[1] * f32::from(offset);
-        (if response == DEFECT { 0.0 } else { responds }, if offset == DEFECT { FULL } else { shifts })
+        (
+            if response == DEFECT_CODE { 0.0 } else { responds },
+            if offset == DEFECT_CODE { ALWAYS_FULL_DN } else { shifts },
+        )
     }
 }
 
 /// Neighbouring columns of a tile whose windows begin in the same row of the sensor.
 #[derive(Debug)]
-pub struct Runs {
+pub struct WindowRuns {
     /// First column and first row of each, one more at the end.
     starts: [(usize, i32); TILE + 1],
     count: usize,
 }
 
-impl Runs {
+impl WindowRuns {
     /// Of windows that begin at `first_row` in each column.
     pub fn new(first_row: &[i32; TILE]) -> Self {
         let (mut starts, mut count) = ([(TILE, 0); TILE + 1], 0);
@@ -76,7 +79,7 @@ impl Runs {
     }
 }
 
-impl Pixels {
+impl FixedPattern {
     /// The pixels of a sensor of `size` whose numbers are `scale` times those of 8 bits; `None` where all are alike.
     pub fn new(exposure: &Exposure, scale: f64, size: &Size, stream: Stream) -> Option<Self> {
         let offset = (exposure.dsnu_dn.powi(2) + exposure.column_pattern_dn.powi(2)).sqrt();
@@ -89,8 +92,9 @@ impl Pixels {
         };
         let (pixel, column, defect) = (keys("noise"), keys("column"), keys("defect")[0]);
         // Shares of a standard deviation of the offset.
-        let parts = [exposure.dsnu_dn, exposure.column_pattern_dn].map(|part| (STEPS * part / offset.max(1e-9)) as f32);
-        let response = if exposure.prnu > 0.0 { STEPS as f32 } else { 0.0 };
+        let parts = [exposure.dsnu_dn, exposure.column_pattern_dn]
+            .map(|part| (CODES_PER_SIGMA * part / offset.max(1e-9)) as f32);
+        let response = if exposure.prnu > 0.0 { CODES_PER_SIGMA as f32 } else { 0.0 };
         let half = (0.5 * exposure.defect_share * f64::from(u32::MAX)) as u32;
         let code = |steps: f32| steps.round().clamp(-127.0, 127.0) as i8;
         let mut codes = Vec::with_capacity(size.columns.div_ceil(TILE) * size.rows);
@@ -98,33 +102,34 @@ impl Pixels {
             let first = (tile * TILE) as u32;
             let columns: [f32; TILE] = std::array::from_fn(|c| parts[1] * normals(first + c as u32, column).0);
             for row in 0..size.rows as u32 {
-                let mut line = ALIKE;
+                let mut line = UNIFORM_CODES;
                 for (c, own) in columns.iter().enumerate() {
                     let counter = row << 14 | (first + c as u32);
                     let (a, b) = normals(counter, pixel);
                     let drawn = hash(counter ^ defect);
-                    line[0][c] = if drawn < half { DEFECT } else { code(response * a) };
-                    line[1][c] = if drawn > u32::MAX - half { DEFECT } else { code(parts[0] * b + own) };
+                    line[0][c] = if drawn < half { DEFECT_CODE } else { code(response * a) };
+                    line[1][c] = if drawn > u32::MAX - half { DEFECT_CODE } else { code(parts[0] * b + own) };
                 }
                 codes.push(line);
             }
         }
-        let steps = Steps([exposure.prnu / STEPS, offset * scale / STEPS].map(|step| step as f32));
+        let steps =
+            CodeSteps([exposure.prnu / CODES_PER_SIGMA, offset * scale / CODES_PER_SIGMA].map(|step| step as f32));
         Some(Self { codes, rows: size.rows, steps })
     }
 
     /// A row of a tile; rows beyond the edge take the edge's.
-    fn row(&self, tile: usize, row: i32) -> &Codes {
+    fn row(&self, tile: usize, row: i32) -> &PixelCodes {
         &self.codes[tile * self.rows + row.clamp(0, self.rows as i32 - 1) as usize]
     }
 
     /// Row `k` of windows in a tile.
-    pub fn line(&self, tile: usize, runs: &Runs, k: usize) -> Codes {
-        let mut line = ALIKE;
+    pub fn window_row(&self, tile: usize, runs: &WindowRuns, k: usize) -> PixelCodes {
+        let mut line = UNIFORM_CODES;
         let starts = &runs.starts[..=runs.count];
         for (&(start, first_row), &(end, _)) in starts.iter().zip(&starts[1..]) {
             let [responses, offsets] = self.row(tile, first_row + k as i32);
-            if runs.count <= COPIED {
+            if runs.count <= MAX_COPIED_RUNS {
                 line[0][start..end].copy_from_slice(&responses[start..end]);
                 line[1][start..end].copy_from_slice(&offsets[start..end]);
             } else {
@@ -136,7 +141,7 @@ impl Pixels {
 
     /// Response [1] and offset [DN] of the pixel in a row and column of the sensor.
     pub fn at(&self, row: usize, column: usize) -> (f32, f32) {
-        self.steps.shown(self.row(column / TILE, row as i32), column % TILE)
+        self.steps.decode(self.row(column / TILE, row as i32), column % TILE)
     }
 }
 
@@ -148,10 +153,10 @@ mod tests {
 
     const SIZE: Size = Size { columns: 512, rows: 400, profiles: 1 };
 
-    fn pixels(set: impl Fn(&mut Exposure)) -> Option<Pixels> {
+    fn pixels(set: impl Fn(&mut Exposure)) -> Option<FixedPattern> {
         let mut exposure = Exposure::from_values(&mut |p: &'static Parameter| p.default);
         set(&mut exposure);
-        Pixels::new(&exposure, 1.0, &SIZE, Stream::root(3))
+        FixedPattern::new(&exposure, 1.0, &SIZE, Stream::root(3))
     }
 
     fn moments(values: impl Iterator<Item = f32> + Clone) -> (f64, f64) {
@@ -166,7 +171,7 @@ mod tests {
         assert!(pixels(|_| ()).is_none());
         // 204 800 pixels: a spread is known to 0.16 %, four of which.
         let near = |found: f64, set: f64| (found - set).abs() <= 0.0064 * set;
-        let all = |p: &Pixels| {
+        let all = |p: &FixedPattern| {
             (0..SIZE.rows * SIZE.columns).map(|i| p.at(i / SIZE.columns, i % SIZE.columns)).collect::<Vec<_>>()
         };
         let found = all(&pixels(|e| e.prnu = 0.01).expect("pixels differ"));
@@ -180,7 +185,7 @@ mod tests {
         let found = all(&pixels(|e| e.defect_share = 0.01).expect("pixels differ"));
         let count = |defect: &dyn Fn(&(f32, f32)) -> bool| found.iter().filter(|v| defect(v)).count() as f64;
         // 1024 of each expected, standard deviation 32.
-        for n in [count(&|v| v.0 == 0.0), count(&|v| v.1 == FULL)] {
+        for n in [count(&|v| v.0 == 0.0), count(&|v| v.1 == ALWAYS_FULL_DN)] {
             assert!((n - 1024.0).abs() < 128.0, "{n} defects");
         }
     }
@@ -190,8 +195,8 @@ mod tests {
     fn windows_lie_on_the_sensor() {
         let pixels = pixels(|e| (e.prnu, e.dsnu_dn, e.column_pattern_dn) = (0.01, 0.25, 0.1)).expect("pixels differ");
         let line = |tile: usize, first: &[i32; TILE], k: usize| {
-            let codes = pixels.line(tile, &Runs::new(first), k);
-            std::array::from_fn::<_, TILE, _>(|c| pixels.steps.shown(&codes, c))
+            let codes = pixels.window_row(tile, &WindowRuns::new(first), k);
+            std::array::from_fn::<_, TILE, _>(|c| pixels.steps.decode(&codes, c))
         };
         // A slope, a step, and a level line.
         for first in [|c| c as i32 - 20, |c| 100 + (c / 50) as i32, |_| 7] {

@@ -1,7 +1,7 @@
 //! Frames of the whole sensor: what recipes keep, and what the thesis' scripts work on.
 
 use super::postprocess::Picture;
-use super::{Band, ROWS, Scratch, Sensor, TILE, expose, lamps};
+use super::{Band, ROWS, Scratch, Sensor, TILE, ambient, expose};
 use crate::frame::Frame;
 use crate::lanes;
 
@@ -50,9 +50,9 @@ impl Sensor {
             .map(|pixel| {
                 let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                let ambient = self.chain.gain * lamps::pixel(self, band, profile, column, row);
+                let ambient = self.chain.gain * ambient::pixel(self, band, profile, column, row);
                 let (response, shift) = self.chain.pixels.as_ref().map_or((1.0, 0.0), |pixels| pixels.at(row, column));
-                let (level, noisy) = self.chain.slopes.bend(response * ambient);
+                let (level, noisy) = self.chain.slopes.respond(response * ambient);
                 self.chain.digitise(level, noisy, normal, offsets[row] + shift)
             })
             .collect();

@@ -1,19 +1,19 @@
-//! How the numbers of a file lie: its planes in order, from XML and to XML.
+//! iCon file layout: the planes of a file in order, read from XML and written to XML.
 
 use super::traits::Traits;
-use super::xml::{Fault, Node};
+use super::xml::{XmlFault, XmlNode};
 use super::{Light, Range, Scan, Scatter};
 
 /// Type of a plane's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum NumberType {
     Byte,
     Word,
     Int,
     Float,
 }
 
-impl Kind {
+impl NumberType {
     const ALL: [(Self, &'static str, usize); 4] =
         [(Self::Byte, "BYTE", 1), (Self::Word, "WORD", 2), (Self::Int, "INT", 4), (Self::Float, "FLOAT", 4)];
 
@@ -30,7 +30,7 @@ impl Kind {
 
 /// What a plane holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum PlaneContent {
     Range,
     Intensity,
     Reflectance,
@@ -41,7 +41,7 @@ pub(super) enum Part {
     Other,
 }
 
-impl Part {
+impl PlaneContent {
     const NAMES: [(Self, &'static str); 7] = [
         (Self::Range, "Range"),
         (Self::Range, "Range R"),
@@ -64,13 +64,13 @@ impl Part {
     }
 
     /// The kinds that it may have.
-    fn kinds(self) -> &'static [Kind] {
+    fn kinds(self) -> &'static [NumberType] {
         match self {
-            Self::Range => &[Kind::Word, Kind::Float],
-            Self::Scatter => &[Kind::Byte, Kind::Word],
-            Self::Intensity | Self::Reflectance | Self::Image => &[Kind::Byte],
-            Self::Mark => &[Kind::Int],
-            Self::Other => &[Kind::Byte, Kind::Word, Kind::Int, Kind::Float],
+            Self::Range => &[NumberType::Word, NumberType::Float],
+            Self::Scatter => &[NumberType::Byte, NumberType::Word],
+            Self::Intensity | Self::Reflectance | Self::Image => &[NumberType::Byte],
+            Self::Mark => &[NumberType::Int],
+            Self::Other => &[NumberType::Byte, NumberType::Word, NumberType::Int, NumberType::Float],
         }
     }
 }
@@ -78,8 +78,8 @@ impl Part {
 /// One subcomponent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Plane {
-    pub part: Part,
-    pub kind: Kind,
+    pub part: PlaneContent,
+    pub kind: NumberType,
     /// Numbers in a row.
     pub width: usize,
     /// Bytes of one row of all planes before it.
@@ -95,7 +95,7 @@ impl Plane {
 
 /// A component that can be read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Subject {
+pub(super) enum Component {
     Scan(Traits),
     /// Rows, offset and plane of a sensor image.
     Image(usize, [u32; 2], Plane),
@@ -103,8 +103,8 @@ pub(super) enum Subject {
 
 /// Everything that the XML says.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Form {
-    pub subject: Subject,
+pub(super) struct FileLayout {
+    pub subject: Component,
     /// Planes of the component that is read, in order.
     pub planes: Vec<Plane>,
     /// Bytes of one row of all planes of all components.
@@ -113,54 +113,54 @@ pub(super) struct Form {
     pub planar: bool,
 }
 
-impl Form {
-    /// The form of a scan.
+impl FileLayout {
+    /// The layout of a scan.
     pub fn of(scan: &Scan) -> Self {
         let mut list = vec![match &scan.range {
-            Range::Steps(_) => (Part::Range, Kind::Word, scan.width),
-            Range::World(_) => (Part::Range, Kind::Float, scan.width),
+            Range::Steps(_) => (PlaneContent::Range, NumberType::Word, scan.width),
+            Range::World(_) => (PlaneContent::Range, NumberType::Float, scan.width),
         }];
         list.extend(scan.light.as_ref().map(|light| match light {
-            Light::Intensity(_) => (Part::Intensity, Kind::Byte, scan.width),
-            Light::Reflectance(_) => (Part::Reflectance, Kind::Byte, scan.width),
+            Light::Intensity(_) => (PlaneContent::Intensity, NumberType::Byte, scan.width),
+            Light::Reflectance(_) => (PlaneContent::Reflectance, NumberType::Byte, scan.width),
         }));
         list.extend(scan.scatter.as_ref().map(|scatter| match scatter {
-            Scatter::Byte(_) => (Part::Scatter, Kind::Byte, scan.width),
-            Scatter::Word(_) => (Part::Scatter, Kind::Word, scan.width),
+            Scatter::Byte(_) => (PlaneContent::Scatter, NumberType::Byte, scan.width),
+            Scatter::Word(_) => (PlaneContent::Scatter, NumberType::Word, scan.width),
         }));
-        list.extend(scan.marks.as_ref().map(|_| (Part::Mark, Kind::Int, 5)));
+        list.extend(scan.marks.as_ref().map(|_| (PlaneContent::Mark, NumberType::Int, 5)));
         let mut line = 0;
         let mut planes = Vec::new();
         for (part, kind, width) in list {
             planes.push(Plane { part, kind, width, before: line });
             line += width * kind.bytes();
         }
-        Self { subject: Subject::Scan(scan.traits), planes, line, planar: true }
+        Self { subject: Component::Scan(scan.traits), planes, line, planar: true }
     }
 
-    /// The form of a sensor image.
+    /// The layout of a sensor image.
     pub fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
-        let plane = Plane { part: Part::Image, kind: Kind::Byte, width: cols, before: 0 };
-        Self { subject: Subject::Image(rows, offset, plane), planes: vec![plane], line: cols, planar: false }
+        let plane = Plane { part: PlaneContent::Image, kind: NumberType::Byte, width: cols, before: 0 };
+        Self { subject: Component::Image(rows, offset, plane), planes: vec![plane], line: cols, planar: false }
     }
 
     /// Columns: planes of pixels all have as many.
     pub fn width(&self) -> usize {
-        let wide = |plane: &&Plane| matches!(plane.part, Part::Range | Part::Image);
+        let wide = |plane: &&Plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image);
         self.planes.iter().find(wide).map_or(0, |plane| plane.width)
     }
 
     /// As XML.
     pub fn write(&self) -> String {
-        let parameter = |name: &str, count: usize| Node::parameter(name, &count.to_string());
-        let layout = Node::parameter("layout", if self.planar { "SUBCOMPONENT" } else { "SCAN" });
-        let words = self.planes.iter().any(|plane| plane.part == Part::Range && plane.kind == Kind::Word);
+        let parameter = |name: &str, count: usize| XmlNode::parameter(name, &count.to_string());
+        let layout = XmlNode::parameter("layout", if self.planar { "SUBCOMPONENT" } else { "SCAN" });
+        let words = self.planes.iter().any(|plane| plane.part == PlaneContent::Range && plane.kind == NumberType::Word);
         let (root, size, height, mut inner, component) = match &self.subject {
-            Subject::Scan(traits) => {
+            Component::Scan(traits) => {
                 let component = [("valuetype", "Hi3D"), ("name", "Ranger3Range")];
                 ([("valuetype", ""), ("name", "")], self.line, 1, traits.nodes(self.width(), words), component)
             }
-            Subject::Image(rows, offset, _) => {
+            Component::Image(rows, offset, _) => {
                 let traits = vec![
                     parameter("size x", self.width()),
                     parameter("size y", *rows),
@@ -169,23 +169,23 @@ impl Form {
                 ];
                 let component = [("valuetype", "image"), ("name", "Ranger3Image")];
                 let root = [("valuetype", "IMAGE"), ("name", "IMAGE")];
-                (root, self.line * rows, *rows, vec![Node::new("imagetraits", &[], traits)], component)
+                (root, self.line * rows, *rows, vec![XmlNode::new("imagetraits", &[], traits)], component)
             }
         };
         inner.extend(self.planes.iter().map(|plane| {
             let attributes = [("valuetype", plane.kind.entry().1), ("name", plane.part.name())];
             let children = vec![parameter("size", plane.line()), parameter("width", plane.width)];
-            Node::new("subcomponent", &attributes, children)
+            XmlNode::new("subcomponent", &attributes, children)
         }));
         let mut children = vec![parameter("size", self.line), parameter("height", height)];
         children.append(&mut inner);
-        let component = Node::new("component", &component, children);
-        let children = vec![parameter("size", size), Node::parameter("version", "1"), layout, component];
-        Node::new("icon_data_format", &root, children).write()
+        let component = XmlNode::new("component", &component, children);
+        let children = vec![parameter("size", size), XmlNode::parameter("version", "1"), layout, component];
+        XmlNode::new("icon_data_format", &root, children).write()
     }
 
     /// From the root element.
-    pub fn read(root: &Node) -> Result<Self, Fault> {
+    pub fn read(root: &XmlNode) -> Result<Self, XmlFault> {
         if root.name != "icon_data_format" {
             return Err(root.fault(format!("its root is <{}>, not <icon_data_format>", root.name)));
         }
@@ -200,17 +200,17 @@ impl Form {
             other => return Err(layout.fault(format!("its layout is '{other}', neither SUBCOMPONENT nor SCAN"))),
         };
         let mut line = 0;
-        let mut found: Option<(&Node, Vec<Plane>)> = None;
+        let mut found: Option<(&XmlNode, Vec<Plane>)> = None;
         for component in root.children.iter().filter(|child| child.name == "component") {
             let planes = planes(component, &mut line)?;
-            let holds = planes.iter().any(|plane| matches!(plane.part, Part::Range | Part::Image));
+            let holds = planes.iter().any(|plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image));
             if holds && found.is_none() {
                 found = Some((component, planes));
             }
         }
         let none = || root.fault("no component has a subcomponent 'Range' or 'Image'".into());
         let (component, planes) = found.ok_or_else(none)?;
-        let image = planes.iter().find(|plane| plane.part == Part::Image);
+        let image = planes.iter().find(|plane| plane.part == PlaneContent::Image);
         let subject = match image {
             Some(plane) => image_subject(component, *plane)?,
             None => {
@@ -219,31 +219,32 @@ impl Form {
                     let what = format!("it says {} bytes a row, but its subcomponents take {line}", size.text);
                     return Err(size.fault(what));
                 }
-                let width = planes.iter().find(|plane| plane.part == Part::Range).map_or(0, |plane| plane.width);
-                Subject::Scan(Traits::read(component, width)?)
+                let width =
+                    planes.iter().find(|plane| plane.part == PlaneContent::Range).map_or(0, |plane| plane.width);
+                Component::Scan(Traits::read(component, width)?)
             }
         };
         Ok(Self { subject, planes, line, planar })
     }
 }
 
-fn image_subject(component: &Node, plane: Plane) -> Result<Subject, Fault> {
+fn image_subject(component: &XmlNode, plane: Plane) -> Result<Component, XmlFault> {
     let height = component.get("height")?.count()?;
     let traits = component.child("imagetraits");
     let offset = |name| {
         let Some(node) = traits.and_then(|traits| traits.find(name)) else { return Ok(0) };
         u32::try_from(node.count()?).map_err(|_| node.fault(format!("'{name}' is beyond any sensor")))
     };
-    Ok(Subject::Image(height, [offset("offset x")?, offset("offset y")?], plane))
+    Ok(Component::Image(height, [offset("offset x")?, offset("offset y")?], plane))
 }
 
 /// The subcomponents of a component; `line` grows by their bytes.
-fn planes(component: &Node, line: &mut usize) -> Result<Vec<Plane>, Fault> {
+fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault> {
     let mut planes: Vec<Plane> = Vec::new();
     for node in component.children.iter().filter(|child| child.name == "subcomponent") {
         let (name, kind) = (node.attribute("name"), node.attribute("valuetype"));
-        let part = Part::named(name);
-        let known = Kind::ALL.into_iter().find(|(_, known, _)| *known == kind).map(|(kind, ..)| kind);
+        let part = PlaneContent::named(name);
+        let known = NumberType::ALL.into_iter().find(|(_, known, _)| *known == kind).map(|(kind, ..)| kind);
         let kind = known.ok_or_else(|| node.fault(format!("'{name}' is {kind}, not BYTE, WORD, INT or FLOAT")))?;
         if !part.kinds().contains(&kind) {
             return Err(node.fault(format!("'{name}' is {}, which it never is", kind.entry().1)));
@@ -252,17 +253,17 @@ fn planes(component: &Node, line: &mut usize) -> Result<Vec<Plane>, Fault> {
         if width == 0 || width.checked_mul(kind.bytes()) != Some(size) {
             return Err(node.fault(format!("'{name}' has {width} numbers of {} bytes in {size} bytes", kind.bytes())));
         }
-        if part == Part::Mark && !matches!(width, 2 | 5) {
+        if part == PlaneContent::Mark && !matches!(width, 2 | 5) {
             return Err(node.fault(format!("'{name}' has {width} numbers, neither 2 nor 5")));
         }
-        if part != Part::Other && planes.iter().any(|plane| plane.part == part) {
+        if part != PlaneContent::Other && planes.iter().any(|plane| plane.part == part) {
             return Err(node.fault(format!("'{name}' is there twice")));
         }
         planes.push(Plane { part, kind, width, before: *line });
         *line = line.checked_add(size).ok_or_else(|| node.fault("its rows are beyond any memory".into()))?;
     }
-    let wide = planes.iter().find(|plane| matches!(plane.part, Part::Range | Part::Image));
-    let mut pixels = planes.iter().filter(|plane| !matches!(plane.part, Part::Mark | Part::Other));
+    let wide = planes.iter().find(|plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image));
+    let mut pixels = planes.iter().filter(|plane| !matches!(plane.part, PlaneContent::Mark | PlaneContent::Other));
     if let Some(wide) = wide
         && let Some(other) = pixels.find(|other| other.width != wide.width)
     {

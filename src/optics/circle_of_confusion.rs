@@ -15,12 +15,12 @@ use std::sync::LazyLock;
 use super::TILE;
 
 /// Radius in standard deviations of the rest below which the disc is taken by its variance: its peak is off by 0.2 %.
-const SMALL: f32 = 0.7;
+const MIN_RADIUS_SIGMAS: f32 = 0.7;
 /// Most strands; wider discs than a window are torn apart.
-const MOST: usize = 33;
+const MAX_COMPONENTS: usize = 33;
 
 /// Nodes in units of the radius, and weights, for each odd number of them.
-static LAWS: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| {
+static QUADRATURES: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| {
     let law = |n: usize| {
         let part = std::f64::consts::PI / (n as f64 + 1.0);
         let point = |k: usize| {
@@ -29,24 +29,24 @@ static LAWS: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| {
         };
         (1..=n).map(point).collect()
     };
-    (0..=MOST / 2).map(|half| law(2 * half + 1)).collect()
+    (0..=MAX_COMPONENTS / 2).map(|half| law(2 * half + 1)).collect()
 });
 
 /// Nodes in units of the radius, and weights, for lines of the variance `wide` with the disc's in it, out of focus by
 /// discs of the radius `disc`; empty where they are Gaussian enough.
-pub fn strands(disc: &[f32; TILE], wide: &[f32; TILE]) -> &'static [[f32; 2]] {
+pub fn components(disc: &[f32; TILE], wide: &[f32; TILE]) -> &'static [[f32; 2]] {
     let mut most = 0.0f32;
     for c in 0..TILE {
-        let rest = (wide[c] - 0.25 * disc[c] * disc[c]).max(super::walk::LEAST);
+        let rest = (wide[c] - 0.25 * disc[c] * disc[c]).max(super::gaussian_stepper::MIN_VARIANCE);
         most = most.max(disc[c] * disc[c] / rest);
     }
     let ratio = most.sqrt();
-    if ratio < SMALL {
+    if ratio < MIN_RADIUS_SIGMAS {
         return &[];
     }
     // pi R / (n + 1) <= 1.6 sigma.
     let half = (0.5 * (std::f32::consts::PI / 1.6 * ratio - 1.0)).ceil().max(1.0) as usize;
-    &LAWS[half.min(MOST / 2)]
+    &QUADRATURES[half.min(MAX_COMPONENTS / 2)]
 }
 
 #[cfg(test)]
@@ -56,7 +56,7 @@ mod tests {
     /// Moments of the semicircle: 1, 0, 1/4, 0, 1/8; and a blurred one against the integral.
     #[test]
     fn strands_stand_for_a_disc() {
-        for law in LAWS.iter().skip(1) {
+        for law in QUADRATURES.iter().skip(1) {
             let moment = |power: i32| law.iter().map(|[x, w]| f64::from(*w) * f64::from(*x).powi(power)).sum::<f64>();
             for (power, truth) in [(0, 1.0), (1, 0.0), (2, 0.25), (3, 0.0), (4, 0.125)] {
                 assert!(
@@ -68,7 +68,7 @@ mod tests {
             }
         }
         for radius in [0.8f64, 2.0, 6.0, 10.0] {
-            let law = strands(&[radius as f32; TILE], &[(0.5 + 0.25 * radius * radius) as f32; TILE]);
+            let law = components(&[radius as f32; TILE], &[(0.5 + 0.25 * radius * radius) as f32; TILE]);
             let gauss = |x: f64| (-x * x).exp() / std::f64::consts::PI.sqrt();
             let steps = 20_000;
             let peak = 2.0 / std::f64::consts::PI / radius;

@@ -1,14 +1,15 @@
-//! Masks as runs, as COCO's own tools exchange them: column after column, zeros first; and the string that packs the runs.
+//! COCO run-length encoding of masks: column after column, zeros first, and the string that packs the runs.
+
+use super::Region;
 
 /// Lengths of runs of zeros and ones in turn, beginning with zeros [px].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Runs(Vec<u32>);
+pub struct RunLengthMask(Vec<u32>);
 
-impl Runs {
-    /// The mask of a picture of `rows` x `cols` that is 0 outside the box (first column, first row, columns, rows) and
-    /// `is_set(row, col)` inside.
-    pub fn of(rows: usize, cols: usize, bbox: [usize; 4], is_set: impl Fn(usize, usize) -> bool) -> Self {
-        let [left, top, width, height] = bbox;
+impl RunLengthMask {
+    /// The mask of a picture of `rows` x `cols` that is 0 outside `bbox` and `is_set(row, col)` inside.
+    pub fn of(rows: usize, cols: usize, bbox: Region, is_set: impl Fn(usize, usize) -> bool) -> Self {
+        let Region { top, left, rows: height, cols: width } = bbox;
         let mut runs = Self(vec![0]);
         let mut at = 0;
         for col in left..left + width {
@@ -71,17 +72,21 @@ impl Runs {
 mod tests {
     use super::*;
 
+    fn bbox(left: usize, top: usize, cols: usize, rows: usize) -> Region {
+        Region { top, left, rows, cols }
+    }
+
     /// Runs by hand: columns first, zeros first, whatever touches the edges.
     #[test]
     fn runs_go_down_the_columns() {
         // 0 1 1
         // 0 1 0
         let mask = [[false, true, true], [false, true, false]];
-        let runs = |bbox| Runs::of(2, 3, bbox, |row, col| mask[row][col]);
-        assert_eq!((runs([0, 0, 3, 2]).counts(), runs([1, 0, 2, 2])), (&[2, 3, 1][..], runs([0, 0, 3, 2])));
-        assert_eq!(Runs::of(2, 2, [0, 0, 2, 2], |_, _| true).counts(), [0, 4]);
+        let runs = |bbox| RunLengthMask::of(2, 3, bbox, |row, col| mask[row][col]);
+        assert_eq!((runs(bbox(0, 0, 3, 2)).counts(), runs(bbox(1, 0, 2, 2))), (&[2, 3, 1][..], runs(bbox(0, 0, 3, 2))));
+        assert_eq!(RunLengthMask::of(2, 2, bbox(0, 0, 2, 2), |_, _| true).counts(), [0, 4]);
         assert_eq!(
-            (Runs::of(2, 2, [0, 1, 1, 1], |_, _| true).counts(), runs([0, 0, 3, 2]).area()),
+            (RunLengthMask::of(2, 2, bbox(0, 1, 1, 1), |_, _| true).counts(), runs(bbox(0, 0, 3, 2)).area()),
             (&[1, 1, 2][..], 3)
         );
     }
@@ -89,7 +94,7 @@ mod tests {
     /// As pycocotools 2.0.11 packs the same runs.
     #[test]
     fn packing_is_that_of_the_tools() {
-        assert_eq!(Runs(vec![2, 3, 1]).packed(), "231");
-        assert_eq!(Runs(vec![6, 1, 40, 4, 5, 4, 5, 4, 21]).packed(), "61X13mN000`0");
+        assert_eq!(RunLengthMask(vec![2, 3, 1]).packed(), "231");
+        assert_eq!(RunLengthMask(vec![6, 1, 40, 4, 5, 4, 5, 4, 21]).packed(), "61X13mN000`0");
     }
 }

@@ -10,7 +10,7 @@ use super::expose::ROWS;
 
 /// Signals of one tile's window: what is read, and the part of it that makes photon noise [DN over dark].
 #[derive(Debug, Clone)]
-pub struct Charge {
+pub struct WindowSignal {
     /// What is read `[ROWS][TILE]`.
     pub level: Box<[[f32; TILE]; ROWS]>,
     /// What of it is noisy `[ROWS][TILE]`.
@@ -19,16 +19,16 @@ pub struct Charge {
     pub offset: Box<[[f32; TILE]; ROWS]>,
 }
 
-impl Default for Charge {
+impl Default for WindowSignal {
     fn default() -> Self {
         let rows = || Box::new([[0.0; TILE]; ROWS]);
         Self { level: rows(), noisy: rows(), offset: rows() }
     }
 }
 
-impl Charge {
+impl WindowSignal {
     /// Lets `share` of what is above `full` flow on.
-    pub fn overflow(&mut self, full: f32, share: f32) {
+    pub fn bloom(&mut self, full: f32, share: f32) {
         let over: Vec<[f32; TILE]> =
             self.level.iter().map(|row| row.map(|v| 0.5 * share * (v - full).max(0.0))).collect();
         for c in 0..TILE {
@@ -61,23 +61,23 @@ mod tests {
         let full = 240.0f32;
         let light = |k: usize| 1200.0 * (-0.5 * ((k as f32 - 21.3) / 1.4).powi(2)).exp();
         for share in [0.0f32, 0.1, 0.5, 1.0] {
-            let mut charge = Charge::default();
+            let mut signal = WindowSignal::default();
             for k in 0..ROWS {
-                charge.level[k] = [light(k); TILE];
-                charge.noisy[k] = [light(k); TILE];
+                signal.level[k] = [light(k); TILE];
+                signal.noisy[k] = [light(k); TILE];
             }
-            charge.overflow(full, share);
+            signal.bloom(full, share);
             let held = |level: f32| f64::from(level.min(full));
             let before: f64 = (0..ROWS).map(|k| held(light(k))).sum();
-            let after: f64 = (0..ROWS).map(|k| held(charge.level[k][5])).sum();
+            let after: f64 = (0..ROWS).map(|k| held(signal.level[k][5])).sum();
             let over: f64 = (0..ROWS).map(|k| f64::from((light(k) - full).max(0.0))).sum();
             assert!(
                 (after - before - f64::from(share) * over).abs() < 1e-3 * over,
                 "{share}: {before} to {after} of {over}"
             );
-            let noisy: f64 = (0..ROWS).map(|k| f64::from(charge.noisy[k][5] - light(k))).sum();
+            let noisy: f64 = (0..ROWS).map(|k| f64::from(signal.noisy[k][5] - light(k))).sum();
             assert!((noisy - f64::from(share) * over).abs() < 1e-3 * over, "noise of {noisy}");
-            let full_rows: Vec<usize> = (0..ROWS).filter(|&k| charge.level[k][5] >= full).collect();
+            let full_rows: Vec<usize> = (0..ROWS).filter(|&k| signal.level[k][5] >= full).collect();
             let (first, last) = (full_rows[0], full_rows[full_rows.len() - 1]);
             assert_eq!(full_rows.len(), last - first + 1, "full pixels are together");
             if share == 1.0 {
@@ -90,9 +90,9 @@ mod tests {
     /// Columns that are not full stay as they are.
     #[test]
     fn columns_with_room_stay() {
-        let mut charge = Charge::default();
-        (charge.level[20][3], charge.level[20][4]) = (500.0, 100.0);
-        charge.overflow(240.0, 1.0);
-        assert_eq!((charge.level[20][4], charge.level[19][4], charge.level[21][3]), (100.0, 0.0, 130.0));
+        let mut signal = WindowSignal::default();
+        (signal.level[20][3], signal.level[20][4]) = (500.0, 100.0);
+        signal.bloom(240.0, 1.0);
+        assert_eq!((signal.level[20][4], signal.level[19][4], signal.level[21][3]), (100.0, 0.0, 130.0));
     }
 }

@@ -9,35 +9,35 @@ use std::ops::Range;
 
 use procedural::{Class, Medium, Stream};
 
-use super::beside;
-use super::film::Watch;
+use super::film::RowView;
 use super::laser::segment_process::{Segment, SegmentProcess};
 use super::parameters::Laser;
 use super::row::Row;
+use super::secondary_light;
 use super::streak::{self, Streak};
 use crate::lanes::ln;
 use crate::specimen::Hit;
 
 /// Fibres that run straighter across the motion than this guide no light along it [1].
-const ALONG: f32 = 0.5;
+const MIN_FIBRE_ALONG: f32 = 0.5;
 
 /// What shines on an object.
 #[derive(Debug, Clone, Copy)]
-pub struct Shine {
+pub struct Highlights {
     /// Fibres that guide light, with their width [mm] and mean share of the peak [1].
     streaks: Option<(SegmentProcess, f32, f32)>,
     /// Facets of metal, with their mean gain [1].
     glints: Option<(SegmentProcess, f32)>,
 }
 
-/// Room in which they are found.
+/// Buffers in which they are found.
 #[derive(Debug, Default)]
-pub struct Room {
+pub struct HighlightScratch {
     segments: Vec<Segment>,
     glints: Vec<(usize, f32)>,
 }
 
-impl Shine {
+impl Highlights {
     /// Of a bench; `stream` belongs to the sample.
     pub fn new(bench: &Laser, stream: Stream) -> Self {
         let spots = |per_mm, length, name| SegmentProcess::new(per_mm, length, stream.child(name));
@@ -50,54 +50,54 @@ impl Shine {
     }
 
     /// Adds what shines to a row that is worked out otherwise.
-    pub fn add(&self, watch: Watch<'_>, row: &mut Row, room: &mut Room) {
-        self.glint(watch, row, room);
-        self.streaks(watch, row, room);
+    pub fn add(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
+        self.glint(view, row, scratch);
+        self.streaks(view, row, scratch);
     }
 
     /// Lets facets of metal shine that mirror light into the lens.
-    fn glint(&self, watch: Watch<'_>, row: &mut Row, room: &mut Room) {
+    fn glint(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
         let Some((spots, gain)) = &self.glints else { return };
-        spots.meet(f64::from(watch.y), ends(&row.hits), &mut room.segments);
-        for segment in &room.segments {
+        spots.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
+        for segment in &scratch.segments {
             let (column, hit) = at(&row.hits, segment.x);
             let gloss = &hit.matter.medium.gloss;
             if !gloss.is_metal() {
                 continue;
             }
             // An exponential law of brightness, as of facets that lie more or less right.
-            let light = gain * -ln(segment.draw) * row.glare[column];
+            let light = gain * -ln(segment.draw) * row.surface_light[column];
             let off =
-                watch.camera.place(hit.x, 0.0, hit.surface.z)[0] - watch.camera.place(segment.x, 0.0, hit.surface.z)[0];
-            for (side, part) in streak::columns(-off, watch.camera.blur_variance + streak::PIXEL) {
+                view.camera.place(hit.x, 0.0, hit.surface.z)[0] - view.camera.place(segment.x, 0.0, hit.surface.z)[0];
+            for (side, part) in streak::columns(-off, view.camera.blur_variance + streak::PIXEL) {
                 let there = column.wrapping_add_signed(side);
                 if let Some(hit) = row.hits.get(there)
                     && hit.matter.class != Class::Background
                 {
-                    room.glints.push((there, part * light));
+                    scratch.glints.push((there, part * light));
                 }
             }
         }
-        for (column, light) in room.glints.drain(..) {
-            row.glare[column] += light;
+        for (column, light) in scratch.glints.drain(..) {
+            row.surface_light[column] += light;
         }
     }
 
     /// Notes the fibres that guide light out of the line.
-    fn streaks(&self, watch: Watch<'_>, row: &mut Row, room: &mut Room) {
+    fn streaks(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
         row.streaks.clear();
         let Some((spots, width, share)) = &self.streaks else { return };
-        spots.meet(f64::from(watch.y), ends(&row.hits), &mut room.segments);
-        for segment in &room.segments {
+        spots.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
+        for segment in &scratch.segments {
             let (column, hit) = at(&row.hits, segment.x);
             let Some(lean) = lean(&hit.matter.medium) else { continue };
             if hit.matter.class == Class::Background || !hit.seen {
                 continue;
             }
             let x = segment.x - segment.reach[0] * lean;
-            let place = watch.camera.place(x, 0.0, hit.surface.z)[0];
+            let place = view.camera.place(x, 0.0, hit.surface.z)[0];
             let rate = row.rows_per_mm[column];
-            let column_mm = watch.camera.sight(hit.x, hit.surface.z, 0.0).column_mm;
+            let column_mm = view.camera.sight(hit.x, hit.surface.z, 0.0).column_mm;
             let wide = width / column_mm;
             // Even between a third and five thirds of the mean.
             let bright = share * (1.0 / 3.0 + 4.0 / 3.0 * segment.draw);
@@ -106,11 +106,8 @@ impl Shine {
                 centre: row.centre[column],
                 lean: -lean / column_mm / rate,
                 rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
-                electrons: bright * wide * beside::line_peak(row, column),
-                variance: [
-                    watch.camera.blur_variance + streak::PIXEL + wide * wide / 12.0,
-                    watch.camera.lens_variance(),
-                ],
+                electrons: bright * wide * secondary_light::line_peak(row, column),
+                variance: [view.camera.blur_variance + streak::PIXEL + wide * wide / 12.0, view.camera.lens_variance()],
             });
         }
         row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));
@@ -120,7 +117,7 @@ impl Shine {
 /// dx/dy of the fibres of a medium; `None` where it has none that guide light along the motion.
 fn lean(medium: &Medium) -> Option<f32> {
     let fibre = medium.fibre;
-    (medium.k > 0.0 && fibre.y.abs() > ALONG).then(|| fibre.x / fibre.y)
+    (medium.k > 0.0 && fibre.y.abs() > MIN_FIBRE_ALONG).then(|| fibre.x / fibre.y)
 }
 
 /// Where a row of columns starts and ends [mm].

@@ -29,17 +29,17 @@ use super::parameters::{Bench, Camera};
 /// Effective index of a filter's layers [M] [1].
 const FILTER_INDEX: f64 = 1.9;
 /// Standard deviation of a filter's edges in units of its width [M] [1].
-const EDGE: f64 = 0.04;
+const FILTER_EDGE: f64 = 0.04;
 /// Band of wavelengths that reaches a silicon sensor without a filter [M] [nm].
 const OPEN_BAND_NM: f64 = 450.0;
 /// Full width at half maximum of a normal law in standard deviations.
-const FULL_WIDTH: f64 = 2.354_820_045;
+const FWHM_SIGMAS: f64 = 2.354_820_045;
 /// Steps of the table of transmission.
-const STEPS: usize = 256;
+const FILTER_TABLE_STEPS: usize = 256;
 
 /// Share of the light that passes mounts and filter, over the square of the tangent of its angle to the axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct Vignetting {
     /// What mounts take by tangent^2 [1].
     loss: f32,
     /// Transmission of the filter for the laser, from tangent^2 = 0 on; empty without a filter.
@@ -48,14 +48,14 @@ pub struct Field {
     scale: f32,
 }
 
-impl Field {
+impl Vignetting {
     /// The field of a bench whose sensor ends at the tangents `edge` (half its width) and `corner` (its farthest corner).
     pub fn new(bench: &Bench, edge: f64, corner: f64) -> Self {
         let loss = (bench.camera.vignetting / (edge * edge)) as f32;
-        let scale = STEPS as f64 / (1.1 * corner * corner);
+        let scale = FILTER_TABLE_STEPS as f64 / (1.1 * corner * corner);
         let filter = match bench.optics.filter {
             Filter::None => Vec::new(),
-            Filter::BandPass => (0..=STEPS)
+            Filter::BandPass => (0..=FILTER_TABLE_STEPS)
                 .map(|i| {
                     passes(&bench.camera, i as f64 / scale, bench.laser.wavelength_nm, bench.laser.linewidth_nm) as f32
                 })
@@ -82,7 +82,7 @@ impl Field {
         if self.filter.is_empty() {
             return mounts;
         }
-        let place = (tangent2 * self.scale).min(STEPS as f32 - 1e-3);
+        let place = (tangent2 * self.scale).min(FILTER_TABLE_STEPS as f32 - 1e-3);
         let i = place as usize;
         mounts * (self.filter[i] + (self.filter[i + 1] - self.filter[i]) * (place - i as f32))
     }
@@ -92,7 +92,7 @@ impl Field {
 fn passes(camera: &Camera, tangent2: f64, wavelength: f64, linewidth: f64) -> f64 {
     let sin2 = tangent2 / (1.0 + tangent2);
     let straight = wavelength / (1.0 - sin2 / (FILTER_INDEX * FILTER_INDEX)).sqrt();
-    let (edge, line) = (EDGE * camera.filter_width_nm, linewidth / FULL_WIDTH);
+    let (edge, line) = (FILTER_EDGE * camera.filter_width_nm, linewidth / FWHM_SIGMAS);
     let soft = (edge * edge + line * line).sqrt() * std::f64::consts::SQRT_2;
     let half = 0.5 * camera.filter_width_nm;
     let off = straight - camera.filter_centre_nm;

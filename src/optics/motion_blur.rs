@@ -15,13 +15,13 @@
 
 use multiversion::multiversion;
 
-use super::beside::{apart, outside};
 use super::expose::{self, ROWS, Scratch, Window};
+use super::secondary_light::{needs_own_window, without_overlap};
 use super::{Band, Sensor, TILE};
 
 /// The light of a profile to come.
 #[derive(Debug, Clone, Default)]
-pub struct Ahead {
+pub struct NextProfile {
     /// Whose light it is: sensor, rows of the band, how often they were made, profile and tile.
     of: Option<[usize; 5]>,
     light: Scratch,
@@ -33,31 +33,31 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
         let (sensor, rows) = (std::ptr::from_ref(sensor).addr(), band.rows.as_ptr().addr());
         Some([sensor, rows, band.made, profile, tile])
     };
-    let mut ahead = scratch.ahead.take().unwrap_or_default();
-    if ahead.of == name(profile) {
+    let mut next = scratch.next.take().unwrap_or_default();
+    if next.of == name(profile) {
         // What is kept becomes this profile's; its room takes the next one's.
-        std::mem::swap(&mut scratch.windows, &mut ahead.light.windows);
-        (scratch.used, scratch.columns) = (ahead.light.used, ahead.light.columns);
+        std::mem::swap(&mut scratch.windows, &mut next.light.windows);
+        (scratch.used, scratch.columns) = (next.light.used, next.light.columns);
     } else {
         expose::still(sensor, band, profile, tile, scratch);
     }
-    expose::still(sensor, band, profile + 1, tile, &mut ahead.light);
-    ahead.of = name(profile + 1);
-    blend(scratch, &ahead.light, 0.5 * sensor.way, sensor.faint);
-    scratch.ahead = Some(ahead);
+    expose::still(sensor, band, profile + 1, tile, &mut next.light);
+    next.of = name(profile + 1);
+    blend(scratch, &next.light, 0.5 * sensor.way, sensor.faint);
+    scratch.next = Some(next);
 }
 
 /// Takes `share` of the next light into `own`; lines that stand apart and are brighter than `faint` get a window.
 fn blend(own: &mut Scratch, next: &Scratch, share: f32, faint: f32) {
     if own.used == 1 {
-        let torn = torn(&own.windows[0], next, faint);
-        if torn.iter().any(Option::is_some) {
+        let separate = needing_windows(&own.windows[0], next, faint);
+        if separate.iter().any(Option::is_some) {
             own.used = 2;
             let [first, second] = &mut own.windows;
             second.darken();
             for c in 0..TILE {
-                let stand = torn[c].unwrap_or(first.first_row[c] - ROWS as i32);
-                second.first_row[c] = apart(stand, first.first_row[c]);
+                let stand = separate[c].unwrap_or(first.first_row[c] - ROWS as i32);
+                second.first_row[c] = without_overlap(stand, first.first_row[c]);
             }
         }
     }
@@ -72,10 +72,11 @@ fn blend(own: &mut Scratch, next: &Scratch, share: f32, faint: f32) {
 }
 
 /// Where the next light of each column stands, if it does not fit the one window there is and is bright enough.
-fn torn(own: &Window, next: &Scratch, faint: f32) -> [Option<i32>; TILE] {
+fn needing_windows(own: &Window, next: &Scratch, faint: f32) -> [Option<i32>; TILE] {
     std::array::from_fn(|c| {
         let bright = |from: &&Window| (0..ROWS).any(|k| from.volume[k][c] + from.surface[k][c] > faint);
-        let beyond = next.windows[..next.used].iter().filter(|from| outside(from.first_row[c], own.first_row[c]));
+        let beyond =
+            next.windows[..next.used].iter().filter(|from| needs_own_window(from.first_row[c], own.first_row[c]));
         beyond.filter(bright).map(|from| from.first_row[c]).next()
     })
 }

@@ -4,19 +4,19 @@
 //! shape nearly, at a cost that does not grow with the width.
 
 /// Difference of variances along a line from which on it is blurred twice [px^2].
-const UNLIKE: f32 = 0.05;
+const VARYING_PX2: f32 = 0.05;
 
 /// Blurs a line by a variance that is `own` more in each column, none where `own` is empty: at the least and at the
 /// greatest of them, blended so that each column has its variance [px^2].
-pub fn blur_unlike(line: &mut [f32], variance: f32, own: &[f32], side: f32, room: &mut Vec<f32>) {
+pub fn blur_varying(line: &mut [f32], variance: f32, own: &[f32], side: f32, buffer: &mut Vec<f32>) {
     let low = own.iter().copied().fold(f32::INFINITY, f32::min);
     let high = own.iter().copied().fold(0.0, f32::max);
-    if own.is_empty() || high - low < UNLIKE {
-        return blur(line, variance + 0.5 * (low.min(high) + high), side, room);
+    if own.is_empty() || high - low < VARYING_PX2 {
+        return blur(line, variance + 0.5 * (low.min(high) + high), side, buffer);
     }
     let mut wide = line.to_vec();
-    blur(line, variance + low, side, room);
-    blur(&mut wide, variance + high, side, room);
+    blur(line, variance + low, side, buffer);
+    blur(&mut wide, variance + high, side, buffer);
     for ((narrow, wide), own) in line.iter_mut().zip(wide).zip(own) {
         *narrow += (wide - *narrow) * (own - low) / (high - low);
     }
@@ -25,7 +25,7 @@ pub fn blur_unlike(line: &mut [f32], variance: f32, own: &[f32], side: f32, room
 /// Blurs a line by a kernel of the given variance [px^2]: two boxes with fractional ends (extended box filter, Gwosdek
 /// et al. 2011). What crosses an end is folded back times `side`: 1 keeps all light, less loses some of it there, negative
 /// values lose what stands near it too.
-pub fn blur(line: &mut [f32], variance: f32, side: f32, room: &mut Vec<f32>) {
+pub fn blur(line: &mut [f32], variance: f32, side: f32, buffer: &mut Vec<f32>) {
     let n = line.len();
     let v = 0.5 * f64::from(variance);
     // Widest whole box of at most the wanted variance h (h + 1) / 3; the fold reaches no further than the line itself.
@@ -36,11 +36,11 @@ pub fn blur(line: &mut [f32], variance: f32, side: f32, room: &mut Vec<f32>) {
     let reach = h as usize;
     for _ in 0..2 {
         // The line between what is folded back at its ends.
-        room.clear();
-        room.extend((0..=reach).rev().map(|i| side * line[i.min(n - 1)]));
-        room.extend_from_slice(line);
-        room.extend((0..=reach).map(|i| side * line[(n - 1).saturating_sub(i)]));
-        let at = |i: usize| f64::from(room[i]);
+        buffer.clear();
+        buffer.extend((0..=reach).rev().map(|i| side * line[i.min(n - 1)]));
+        buffer.extend_from_slice(line);
+        buffer.extend((0..=reach).map(|i| side * line[(n - 1).saturating_sub(i)]));
+        let at = |i: usize| f64::from(buffer[i]);
         let mut sum: f64 = (1..=2 * reach + 1).map(at).sum();
         for (i, out) in line.iter_mut().enumerate() {
             *out = ((sum + end * (at(i) + at(i + 2 * reach + 2))) * scale) as f32;

@@ -27,17 +27,17 @@
 
 use procedural::{Stream, normal};
 
+use super::fixed_pattern::{CodeSteps, FixedPattern};
 use super::parameters::Exposure;
-use super::pixels::{Pixels, Steps};
 use crate::lanes;
 use crate::settings::{Hdr, Readout, Size};
 
 /// The barrier over the full well [1].
-const BARRIER: f64 = 0.5;
+const BARRIER_SHARE: f64 = 0.5;
 
 /// The chain of one sensor.
 #[derive(Debug, Clone)]
-pub struct Chain {
+pub struct SignalChain {
     /// Digital numbers per electron [DN/e-].
     pub gain: f32,
     /// Mean digital number without light [DN].
@@ -47,7 +47,7 @@ pub struct Chain {
     /// Photon noise's variance over the signal [DN].
     pub shot: f32,
     /// Where pixels differ; `None` where all are alike.
-    pub pixels: Option<Pixels>,
+    pub pixels: Option<FixedPattern>,
     /// The knee.
     pub slopes: Slopes,
     /// Signal at which a pixel is full [DN over dark].
@@ -55,7 +55,7 @@ pub struct Chain {
     /// Share of the charge above that which flows on [1].
     pub blooming: f32,
     /// Greatest digital number [DN].
-    most: f32,
+    max_dn: f32,
     /// Fixed offsets of the rows [DN].
     pattern: Vec<f32>,
     /// Standard deviation of the rows' offsets that change [DN].
@@ -80,20 +80,20 @@ impl Slopes {
         if hdr == Hdr::None {
             return Self { knee: f32::INFINITY, barrier: 0.0, second: 0.0 };
         }
-        let rest = (1.0 - BARRIER) / hdr.gain();
-        let barrier = BARRIER * full;
+        let rest = (1.0 - BARRIER_SHARE) / hdr.gain();
+        let barrier = BARRIER_SHARE * full;
         Self { knee: (barrier / (1.0 - rest)) as f32, barrier: barrier as f32, second: rest as f32 }
     }
 
     /// What is read of `signal`, and the part of it that makes photon noise [DN].
     #[inline(always)]
-    pub fn bend(&self, signal: f32) -> (f32, f32) {
+    pub fn respond(&self, signal: f32) -> (f32, f32) {
         let late = self.second * signal;
         if signal > self.knee { (self.barrier + late, late) } else { (signal, signal) }
     }
 }
 
-impl Chain {
+impl SignalChain {
     /// The chain of a sensor of `size`; `stream` belongs to the sample.
     pub fn new(exposure: &Exposure, readout: Readout, size: &Size, stream: Stream) -> Self {
         let scale = readout.scale();
@@ -113,11 +113,11 @@ impl Chain {
             dark_level: (exposure.dark_level_dn * scale + gain * gathered) as f32,
             read_variance: (read + exposure.shot_noise * gain * gain * gathered) as f32,
             shot: (exposure.shot_noise * gain) as f32,
-            pixels: Pixels::new(exposure, scale, size, stream.child("pixel")),
+            pixels: FixedPattern::new(exposure, scale, size, stream.child("pixel")),
             slopes: Slopes::new(readout.hdr, full),
             full: full as f32,
             blooming: exposure.blooming as f32,
-            most: f32::from(readout.most()),
+            max_dn: f32::from(readout.most()),
             pattern: (0..size.rows).map(|_| row(&mut rng)).collect(),
             row_noise: (exposure.row_noise_dn * scale) as f32,
             stream,
@@ -130,12 +130,12 @@ impl Chain {
     }
 
     /// What pixels' codes mean.
-    pub fn steps(&self) -> Steps {
-        self.pixels.as_ref().map_or(Steps::default(), |pixels| pixels.steps)
+    pub fn steps(&self) -> CodeSteps {
+        self.pixels.as_ref().map_or(CodeSteps::default(), |pixels| pixels.steps)
     }
 
     /// Offsets of every row in exposure `profile`, dark level included [DN].
-    pub fn rows(&self, profile: usize, offsets: &mut Vec<f32>) {
+    pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
         let keys = self.keys("row_noise", profile);
         offsets.clear();
         offsets.extend(self.pattern.iter().enumerate().map(|(row, fixed)| {
@@ -155,9 +155,9 @@ impl Chain {
     #[inline(always)]
     pub fn digitise(&self, level: f32, noisy: f32, normal: f32, offset: f32) -> u16 {
         let noise = (self.read_variance + self.shot * noisy).sqrt() * normal;
-        let floor = if level < self.most - self.dark_level { 0.0 } else { self.most };
+        let floor = if level < self.max_dn - self.dark_level { 0.0 } else { self.max_dn };
         // Rounding to even at halves, as the sum with 1.5 * 2^23 does it; the clamp keeps it in range.
-        let level = (level + noise + offset).clamp(0.0, self.most);
+        let level = (level + noise + offset).clamp(0.0, self.max_dn);
         // A full pixel reads the greatest number; a choice between two numbers, so that the loop stays vector code.
         let level = level.max(floor);
         ((level + 12_582_912.0).to_bits() & 0xffff) as u16
@@ -175,16 +175,16 @@ mod tests {
         let full = 243.4;
         for hdr in [Hdr::Soft, Hdr::Medium, Hdr::Aggressive] {
             let slopes = Slopes::new(hdr, full);
-            let below = slopes.bend(slopes.knee * (1.0 - 1e-6)).0;
-            let above = slopes.bend(slopes.knee * (1.0 + 1e-6)).0;
+            let below = slopes.respond(slopes.knee * (1.0 - 1e-6)).0;
+            let above = slopes.respond(slopes.knee * (1.0 + 1e-6)).0;
             assert!((above - below).abs() < 1e-3, "{hdr:?}: {below} and {above} at the knee");
-            assert_eq!(slopes.bend(50.0), (50.0, 50.0));
+            assert_eq!(slopes.respond(50.0), (50.0, 50.0));
             let most = (hdr.gain() * full) as f32;
-            let (level, noisy) = slopes.bend(most);
+            let (level, noisy) = slopes.respond(most);
             assert!((f64::from(level) / full - 1.0).abs() < 1e-5, "{hdr:?}: {level} at {most}");
             // Half of the full well came after the barrier.
             assert!((f64::from(noisy) / full - 0.5).abs() < 1e-5, "{hdr:?}: {noisy} is noisy at {most}");
         }
-        assert_eq!(Slopes::new(Hdr::None, full).bend(1e6), (1e6, 1e6));
+        assert_eq!(Slopes::new(Hdr::None, full).respond(1e6), (1e6, 1e6));
     }
 }

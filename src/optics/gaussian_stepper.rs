@@ -14,19 +14,19 @@
 use super::expose::{CENTRE, ROWS, load};
 use super::laser::{GaussianMixture, LineProfile};
 use super::row::Row;
-use super::{TILE, disc};
+use super::{TILE, circle_of_confusion};
 use crate::lanes::{exp, turn};
 
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
-const REACH: f32 = 6.5;
+const REACH_SIGMAS: f32 = 6.5;
 /// Variance over which a Gaussian on whole rows sums to 1 within 1e-4 [px^2].
-const NARROW: f32 = 0.5;
+const NARROW_VARIANCE: f32 = 0.5;
 /// Exponent at which a Gaussian is too faint to be stepped from there.
-const FAINT: f32 = 60.0;
+const MAX_EXPONENT: f32 = 60.0;
 
 /// The line of a tile that is more than one Gaussian.
 #[derive(Debug, Clone, Copy)]
-pub struct Across<'a> {
+pub struct CompositeLine<'a> {
     /// The lit row.
     pub own: &'a Row,
     /// First column of the tile.
@@ -37,7 +37,7 @@ pub struct Across<'a> {
     pub level: &'a GaussianMixture,
 }
 
-impl Across<'_> {
+impl CompositeLine<'_> {
     /// Adds all strands of a line whose middle has `phase` and `variance`.
     #[inline(always)]
     pub fn add<'a>(
@@ -48,7 +48,7 @@ impl Across<'_> {
         exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
         out: &mut [[f32; TILE]; ROWS],
     ) {
-        let unit = load(&self.own.unit, self.start);
+        let unit = load(&self.own.profile_unit, self.start);
         for (number, strand) in self.level.components.iter().enumerate() {
             let (mut place, mut wide, mut light) = (*phase, *variance, *source);
             for c in 0..TILE {
@@ -57,14 +57,14 @@ impl Across<'_> {
                 light[c] *= strand.weight;
             }
             if self.level.varies() {
-                let node = load(&self.own.node, self.start);
+                let node = load(&self.own.profile_node, self.start);
                 for c in 0..TILE {
                     light[c] = source[c] * self.level.weight(number, node[c]);
                 }
             }
-            match self.own.disc_of(self.start) {
-                None => anywhere(&place, &wide, &light, exit, out),
-                Some(disc) => over(disc, &place, &wide, &light, exit, out),
+            match self.own.defocus_radius_of(self.start) {
+                None => add_placed(&place, &wide, &light, exit, out),
+                Some(disc) => add_defocused(disc, &place, &wide, &light, exit, out),
             }
         }
     }
@@ -72,7 +72,7 @@ impl Across<'_> {
 
 /// Adds a line that is one Gaussian, but for the disc that it is out of focus by.
 #[inline(always)]
-pub fn one<'a>(
+pub fn add_line<'a>(
     phase: &[f32; TILE],
     variance: &[f32; TILE],
     source: &[f32; TILE],
@@ -81,13 +81,13 @@ pub fn one<'a>(
     out: &mut [[f32; TILE]; ROWS],
 ) {
     match disc {
-        None => Walk::new(phase, variance).add(source, exit, out),
-        Some(disc) => over(disc, phase, variance, source, exit, out),
+        None => GaussianStepper::new(phase, variance).add(source, exit, out),
+        Some(disc) => add_defocused(disc, phase, variance, source, exit, out),
     }
 }
 
 /// Adds Gaussians blurred by discs, whose variance they have.
-fn over<'a>(
+fn add_defocused<'a>(
     disc: &[f32; TILE],
     phase: &[f32; TILE],
     variance: &[f32; TILE],
@@ -95,9 +95,9 @@ fn over<'a>(
     exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
     out: &mut [[f32; TILE]; ROWS],
 ) {
-    let strands = disc::strands(disc, variance);
+    let strands = circle_of_confusion::components(disc, variance);
     if strands.is_empty() {
-        return anywhere(phase, variance, source, exit, out);
+        return add_placed(phase, variance, source, exit, out);
     }
     for [node, weight] in strands {
         let (mut place, mut rest, mut light) = (*phase, *variance, *source);
@@ -106,27 +106,27 @@ fn over<'a>(
             rest[c] -= 0.25 * disc[c] * disc[c];
             light[c] *= weight;
         }
-        anywhere(&place, &rest, &light, exit, out);
+        add_placed(&place, &rest, &light, exit, out);
     }
 }
 
-/// Adds Gaussians whose middles may lie anywhere.
+/// Adds Gaussians whose middles may lie add_placed.
 #[inline(always)]
-fn anywhere<'a>(
+fn add_placed<'a>(
     phase: &[f32; TILE],
     variance: &[f32; TILE],
     source: &[f32; TILE],
     exit: impl Fn(usize) -> &'a [f32; TILE],
     out: &mut [[f32; TILE]; ROWS],
 ) {
-    match Walk::about(phase, variance) {
-        Some(walk) => walk.add(source, exit, out),
-        None => scattered(phase, variance, source, exit, out),
+    match GaussianStepper::about(phase, variance) {
+        Some(stepper) => stepper.add(source, exit, out),
+        None => add_by_rows(phase, variance, source, exit, out),
     }
 }
 
-/// Gaussians whose middles lie too far apart for one walk, row by row.
-fn scattered<'a>(
+/// Gaussians whose middles lie too far apart for one stepper, row by row.
+fn add_by_rows<'a>(
     phase: &[f32; TILE],
     variance: &[f32; TILE],
     source: &[f32; TILE],
@@ -137,22 +137,22 @@ fn scattered<'a>(
         let exit = exit(k);
         for c in 0..TILE {
             let d = phase[c] + k as f32 - CENTRE as f32;
-            let v = variance[c].max(LEAST);
-            let sum = if v < NARROW { on_rows(d, v) } else { 1.0 };
+            let v = variance[c].max(MIN_VARIANCE);
+            let sum = if v < NARROW_VARIANCE { row_sum(d, v) } else { 1.0 };
             row[c] += source[c] * exit[c] * 0.398_942_3 / (v.sqrt() * sum) * exp(-0.5 * d * d / v);
         }
     }
 }
 
 /// The exit of light that the surface throws back.
-pub const EVERYWHERE: [f32; TILE] = [1.0; TILE];
+pub const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
 
 /// Least variance that is drawn [px^2].
-pub const LEAST: f32 = 0.05;
+pub const MIN_VARIANCE: f32 = 0.05;
 
 /// Gaussians of one tile, stepped from row to row.
 #[derive(Debug)]
-pub struct Walk {
+pub struct GaussianStepper {
     middle: [f32; TILE],
     up: [f32; TILE],
     down: [f32; TILE],
@@ -162,11 +162,11 @@ pub struct Walk {
     reach: usize,
 }
 
-impl Walk {
+impl GaussianStepper {
     /// `phase` is the distance from the line's centre to the window's middle row [px].
     #[inline(always)]
     pub fn new(phase: &[f32; TILE], variance: &[f32; TILE]) -> Self {
-        let mut walk = Self {
+        let mut stepper = Self {
             middle: [0.0; TILE],
             up: [0.0; TILE],
             down: [0.0; TILE],
@@ -174,45 +174,45 @@ impl Walk {
             from: CENTRE,
             reach: 0,
         };
-        let (mut widest, mut narrowest) = (0.0f32, NARROW);
+        let (mut widest, mut narrowest) = (0.0f32, NARROW_VARIANCE);
         for c in 0..TILE {
-            let v = variance[c].max(LEAST);
+            let v = variance[c].max(MIN_VARIANCE);
             let half = 0.5 / v;
             let d = phase[c];
             // 1 / sqrt(2 pi v)
-            walk.middle[c] = 0.398_942_3 / v.sqrt() * exp(-d * d * half);
-            walk.up[c] = exp(-(2.0 * d + 1.0) * half);
-            walk.down[c] = exp((2.0 * d - 1.0) * half);
-            walk.ratio[c] = exp(-2.0 * half);
+            stepper.middle[c] = 0.398_942_3 / v.sqrt() * exp(-d * d * half);
+            stepper.up[c] = exp(-(2.0 * d + 1.0) * half);
+            stepper.down[c] = exp((2.0 * d - 1.0) * half);
+            stepper.ratio[c] = exp(-2.0 * half);
             (widest, narrowest) = (widest.max(v), narrowest.min(v));
         }
-        if narrowest < NARROW {
+        if narrowest < NARROW_VARIANCE {
             for c in 0..TILE {
-                walk.middle[c] /= on_rows(phase[c], variance[c].max(LEAST));
+                stepper.middle[c] /= row_sum(phase[c], variance[c].max(MIN_VARIANCE));
             }
         }
-        walk.reach = (REACH * widest.sqrt() + 1.0).min(CENTRE as f32) as usize;
-        walk
+        stepper.reach = (REACH_SIGMAS * widest.sqrt() + 1.0).min(CENTRE as f32) as usize;
+        stepper
     }
 
-    /// The same for lines whose centres lie anywhere; `None` where they lie too far apart.
+    /// The same for lines whose centres lie add_placed; `None` where they lie too far apart.
     #[inline(always)]
     fn about(phase: &[f32; TILE], variance: &[f32; TILE]) -> Option<Self> {
         let (mut least, mut most, mut narrowest) = (f32::MAX, f32::MIN, f32::MAX);
         for c in 0..TILE {
             (least, most) = (least.min(phase[c]), most.max(phase[c]));
-            narrowest = narrowest.min(variance[c].max(LEAST));
+            narrowest = narrowest.min(variance[c].max(MIN_VARIANCE));
         }
         let from = (CENTRE as f32 - (0.5 * (least + most)).round()).clamp(0.0, ROWS as f32 - 1.0);
         let moved = from - CENTRE as f32;
         let far = (least + moved).abs().max((most + moved).abs());
-        if 0.5 * far * far > FAINT * narrowest {
+        if 0.5 * far * far > MAX_EXPONENT * narrowest {
             return None;
         }
-        let mut walk = Self::new(&phase.map(|phase| phase + moved), variance);
-        walk.from = from as usize;
-        walk.reach = (walk.reach + far.ceil() as usize).min(ROWS);
-        Some(walk)
+        let mut stepper = Self::new(&phase.map(|phase| phase + moved), variance);
+        stepper.from = from as usize;
+        stepper.reach = (stepper.reach + far.ceil() as usize).min(ROWS);
+        Some(stepper)
     }
 
     /// Adds source x Gaussian x exit to every row of the window in reach.
@@ -249,7 +249,7 @@ impl Walk {
 
 /// Sum over whole rows of a Gaussian of variance `v` that lies `d` beside one of them [1].
 #[inline(always)]
-fn on_rows(d: f32, v: f32) -> f32 {
+fn row_sum(d: f32, v: f32) -> f32 {
     const TWO_PI2: f32 = 19.739_209;
     let (cos, _) = turn(d - d.floor().min(d));
     let first = exp(-TWO_PI2 * v);

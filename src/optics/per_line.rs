@@ -7,7 +7,7 @@
 
 use procedural::Stream;
 
-use super::blur::blur_unlike;
+use super::box_filter::blur_varying;
 use super::camera::Camera;
 use super::expose::{CENTRE, ROWS};
 use super::row::Row;
@@ -22,14 +22,14 @@ use crate::transport::{diffusion, thesis};
 /// Pitch of the answer along the scan, about half a sensor row [mm].
 const ROW_MM: f64 = 0.05;
 /// Standard deviations of lens and pixel beyond which light is left out.
-const REACH: f32 = 5.0;
+const REACH_SIGMAS: f32 = 5.0;
 
 /// Electrons from below in the window of every column of a profile, `[ROWS][columns]`, columns padded to whole tiles.
 pub type Window = Vec<f32>;
 
-/// What a slow model needs of the bench.
+/// What a line model needs of the bench.
 #[derive(Debug, Clone, Copy)]
-pub struct Slow<'a> {
+pub struct PerLine<'a> {
     /// The body under camera and laser.
     pub specimen: &'a Specimen,
     /// Camera and laser.
@@ -40,7 +40,7 @@ pub struct Slow<'a> {
     pub stream: Stream,
 }
 
-impl Slow<'_> {
+impl PerLine<'_> {
     /// The window of `profile`, which stands at scan position `y` [mm] and whose row of the specimen is `row`; `None`
     /// where the kernel answers.
     pub fn window(&self, row: &Row, profile: u64, y: f64) -> Option<Window> {
@@ -50,7 +50,7 @@ impl Slow<'_> {
         let mut x: Vec<f32> = Vec::with_capacity(columns);
         for (column, hit) in row.hits.iter().enumerate() {
             let bare = self.camera.rig.along(column as f64, f64::from(height)) as f32;
-            let own = if row.power[column] > 0.0 { hit.x } else { bare };
+            let own = if row.entered_light[column] > 0.0 { hit.x } else { bare };
             let floor = x.last().map_or(f32::NEG_INFINITY, |last| last + 1e-3);
             x.push(own.max(floor));
         }
@@ -62,7 +62,7 @@ impl Slow<'_> {
             y,
             line_mm,
             x: &x,
-            power: &row.power,
+            power: &row.entered_light,
             view: middle.view.as_dvec3(),
             row_mm: ROW_MM,
             rows: (reach / ROW_MM).ceil() as usize,
@@ -93,11 +93,11 @@ impl Slow<'_> {
         let columns = glow.columns;
         let padded = columns.next_multiple_of(TILE);
         let mut window = vec![0.0; ROWS * padded];
-        let (mut line, mut room) = (vec![0.0; columns], Vec::new());
+        let (mut line, mut buffer) = (vec![0.0; columns], Vec::new());
         let defocus: Vec<f32> = row.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
         for (i, light) in glow.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
-            blur_unlike(&mut line, self.camera.blur_variance, &defocus, 1.0, &mut room);
+            blur_varying(&mut line, self.camera.blur_variance, &defocus, 1.0, &mut buffer);
             let y = (i as f64 - glow.rows as f64) * ROW_MM;
             let cut = of.body.slice((of.y + y) as f32);
             for (column, &electrons) in line.iter().enumerate() {
@@ -114,7 +114,7 @@ impl Slow<'_> {
                 };
                 let variance = self.camera.lens_variance() + self.camera.defocus(y as f32, z)[1];
                 let scale = 0.398_942_3 / variance.sqrt() * electrons;
-                let reach = REACH * variance.sqrt();
+                let reach = REACH_SIGMAS * variance.sqrt();
                 let (low, high) = ((place - reach).ceil().max(0.0), (place + reach).floor().min(ROWS as f32 - 1.0));
                 for k in low as usize..(high + 1.0).max(0.0) as usize {
                     let d = k as f32 - place;

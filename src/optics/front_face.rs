@@ -16,7 +16,7 @@ impl Row {
     /// otherwise: a hole lets out what comes from behind it, and nothing of what comes from before it.
     pub fn face(&mut self, next: &Row) {
         let bare = |hit: &Hit| hit.matter.class == Class::Background;
-        let beyond = next.faced.as_deref().unwrap_or(&next.exit);
+        let beyond = next.front_exit.as_deref().unwrap_or(&next.exit);
         let lets = |column: usize| bare(&self.hits[column]) && beyond.iter().any(|exit| exit[column] != 0.0);
         if !(0..self.hits.len()).any(lets) {
             return;
@@ -27,14 +27,14 @@ impl Row {
                 own[column] = next[column];
             }
         }
-        self.faced = Some(faced);
+        self.front_exit = Some(faced);
     }
 
     /// Factors by which width `j` leaves here in the tile that begins at column `start`, for light from `behind` this row
     /// or from before it [sqrt(1)].
     #[inline(always)]
     pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
-        let exit = self.faced.as_deref().filter(|_| behind).unwrap_or(&self.exit);
+        let exit = self.front_exit.as_deref().filter(|_| behind).unwrap_or(&self.exit);
         load(&exit[j], start)
     }
 }

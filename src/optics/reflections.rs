@@ -11,26 +11,26 @@
 
 use glam::Vec3;
 
-use super::film::{Watch, enters};
+use super::film::{RowView, entering_share};
 use crate::specimen::Hit;
 use crate::transport::kernel::{BASIS, SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
-const STEEP2: f32 = 0.65;
+const MIN_SLOPE2: f32 = 0.65;
 /// Farthest way of mirrored light [mm].
-const REACH_MM: f32 = 25.0;
+const MAX_WAY_MM: f32 = 25.0;
 /// Places on the sensor of neighbouring columns' light that count as torn apart [px].
-const TORN_PX: f32 = 40.0;
+const MAX_GAP_PX: f32 = 40.0;
 /// Images of one column that are kept apart.
-const SLOTS: usize = 4;
+const MAX_IMAGES: usize = 4;
 /// Rows within which images are one [px].
-const TOGETHER_PX: f64 = 1.5;
+const MERGED_PX: f64 = 1.5;
 /// Fixed widths that an image is seen with: up to 0.32 mm.
-const NARROW: usize = 5;
+const NARROW_WIDTHS: usize = 5;
 
 /// Light on the sensor: a Gaussian along the rows of one column.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Splat {
+pub struct Reflection {
     /// Sensor column [px].
     pub column: usize,
     /// Sensor row of its centre [px].
@@ -41,7 +41,7 @@ pub struct Splat {
     pub electrons: f32,
 }
 
-impl Splat {
+impl Reflection {
     /// Light in its brightest row [e-].
     pub fn peak(&self) -> f32 {
         0.398_942_3 * self.electrons / self.variance.sqrt()
@@ -59,38 +59,38 @@ struct Landing {
 }
 
 /// Sums of the images of one column: light, light times row, times row^2 and times variance.
-type Slot = [f64; 4];
+type ImageSums = [f64; 4];
 
-/// Room in which images are made.
+/// Buffers in which images are made.
 #[derive(Debug, Default)]
-pub struct Room {
+pub struct ReflectionScratch {
     landings: Vec<Option<Landing>>,
-    slots: Vec<[Slot; SLOTS]>,
+    slots: Vec<[ImageSums; MAX_IMAGES]>,
 }
 
 /// A row under the laser, as far as its mirror images ask for it.
 #[derive(Debug, Clone, Copy)]
-pub struct Lit<'a> {
+pub struct LitRow<'a> {
     /// What looks at it.
-    pub watch: Watch<'a>,
+    pub view: RowView<'a>,
     /// What each column sees.
     pub hits: &'a [Hit],
     /// What the films of the row do to light.
     pub spread: &'a SpreadRow,
 }
 
-impl Room {
-    /// Fills `splats` with the mirror images of a row, by rising column.
-    pub fn images(&mut self, lit: &Lit<'_>, splats: &mut Vec<Splat>) {
+impl ReflectionScratch {
+    /// Fills `reflections` with the mirror images of a row, by rising column.
+    pub fn images(&mut self, lit: &LitRow<'_>, reflections: &mut Vec<Reflection>) {
         self.landings.clear();
         self.landings.extend((0..lit.hits.len()).map(|column| lit.landing(column)));
-        self.draw(lit.watch.faint, splats);
+        self.draw(lit.view.faint, reflections);
     }
 
     /// Spreads the light of all landings over the columns.
-    fn draw(&mut self, faint: f32, splats: &mut Vec<Splat>) {
-        splats.clear();
-        self.slots.resize(self.landings.len(), [[0.0; 4]; SLOTS]);
+    fn draw(&mut self, faint: f32, reflections: &mut Vec<Reflection>) {
+        reflections.clear();
+        self.slots.resize(self.landings.len(), [[0.0; 4]; MAX_IMAGES]);
         let (mut first, mut last) = (usize::MAX, 0);
         for column in 0..self.landings.len() {
             let Some(own) = self.landings[column] else { continue };
@@ -109,9 +109,9 @@ impl Room {
                 }
                 let (row, row2) = (row / electrons, row2 / electrons);
                 let variance = (variance / electrons + (row2 - row * row).max(0.0)) as f32;
-                let splat = Splat { column, row: row as f32, variance, electrons: electrons as f32 };
-                if splat.peak() > faint {
-                    splats.push(splat);
+                let reflection = Reflection { column, row: row as f32, variance, electrons: electrons as f32 };
+                if reflection.peak() > faint {
+                    reflections.push(reflection);
                 }
             }
         }
@@ -142,10 +142,10 @@ impl Room {
 }
 
 /// Adds light to the slot that holds its rows, to a free one, or to the nearest.
-fn add(slots: &mut [Slot; SLOTS], electrons: f32, row: f32, variance: f32) {
+fn add(slots: &mut [ImageSums; MAX_IMAGES], electrons: f32, row: f32, variance: f32) {
     let (electrons, row, variance) = (f64::from(electrons), f64::from(row), f64::from(variance));
-    let off = |slot: &Slot| if slot[0] > 0.0 { (slot[1] / slot[0] - row).abs() } else { TOGETHER_PX };
-    let nearest = (0..SLOTS).min_by(|&a, &b| off(&slots[a]).total_cmp(&off(&slots[b]))).unwrap_or(0);
+    let off = |slot: &ImageSums| if slot[0] > 0.0 { (slot[1] / slot[0] - row).abs() } else { MERGED_PX };
+    let nearest = (0..MAX_IMAGES).min_by(|&a, &b| off(&slots[a]).total_cmp(&off(&slots[b]))).unwrap_or(0);
     let slot = &mut slots[nearest];
     for (sum, value) in slot.iter_mut().zip([1.0, row, row * row, variance]) {
         *sum += electrons * value;
@@ -155,26 +155,26 @@ fn add(slots: &mut [Slot; SLOTS], electrons: f32, row: f32, variance: f32) {
 impl Landing {
     /// Whether light between this column and its neighbour lands between their places.
     fn joins(&self, other: &Self) -> bool {
-        (0..2).all(|i| (self.place[i] - other.place[i]).abs() < TORN_PX)
+        (0..2).all(|i| (self.place[i] - other.place[i]).abs() < MAX_GAP_PX)
     }
 }
 
-impl Lit<'_> {
+impl LitRow<'_> {
     /// Where the mirrored light of a column is seen.
     fn landing(&self, column: usize) -> Option<Landing> {
         let hit = &self.hits[column];
         let slope2 = hit.surface.slope_x * hit.surface.slope_x + hit.surface.slope_y * hit.surface.slope_y;
         let gloss = &hit.matter.medium.gloss;
-        if slope2 < STEEP2 || !hit.lit || hit.matter.film.is_none() || gloss.share == 0.0 {
+        if slope2 < MIN_SLOPE2 || !hit.lit || hit.matter.film.is_none() || gloss.share == 0.0 {
             return None;
         }
-        let Watch { specimen, camera, y, .. } = self.watch;
-        let source = self.watch.sight(hit.x, &hit.surface);
+        let RowView { specimen, camera, y, .. } = self.view;
+        let source = self.view.sight(hit.x, &hit.surface);
         let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
-        let thrown = gloss.share * (1.0 - enters(hit.matter.medium.n_eff, normal, -source.light));
+        let thrown = gloss.share * (1.0 - entering_share(hit.matter.medium.n_eff, normal, -source.light));
         let way = source.light - normal * (2.0 * source.light.dot(normal));
         let from = Vec3::new(hit.x, y, hit.surface.z);
-        let (at, surface, _) = specimen.lands(from, way, REACH_MM, y).filter(|(.., seen)| *seen)?;
+        let (at, surface, _) = specimen.lands(from, way, MAX_WAY_MM, y).filter(|(.., seen)| *seen)?;
         let place = camera.place(at.x, at.y - y, at.z);
         let sight = camera.sight(at.x, at.z, surface.slope_y);
         let facing = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize().dot(sight.view).max(0.0);
@@ -193,7 +193,7 @@ impl Lit<'_> {
     /// What a film answers to light with, and the variance of where it comes out [mm^2].
     fn answer(&self, column: usize) -> (f32, f32) {
         let (mut sum, mut moment) = (0.0, 0.0);
-        for j in 0..NARROW.min(BASIS) {
+        for j in 0..NARROW_WIDTHS.min(BASIS) {
             let weight = self.spread.enter[j][column] * self.spread.exit[j][column];
             sum += weight;
             moment += weight * SPREAD_MM[j] * SPREAD_MM[j];
@@ -217,24 +217,24 @@ mod tests {
                 (column < 200 && column % 50 != 49).then_some(landing)
             })
             .collect();
-        let mut room = Room { landings, ..Room::default() };
+        let mut scratch = ReflectionScratch { landings, ..ReflectionScratch::default() };
         let sums = |of: &mut dyn Iterator<Item = [f32; 3]>| {
             of.fold([0.0f64; 3], |sum, [electrons, column, row]| {
                 let e = f64::from(electrons);
                 [sum[0] + e, sum[1] + e * f64::from(column), sum[2] + e * f64::from(row)]
             })
         };
-        let sent = sums(&mut room.landings.iter().flatten().map(|l| [l.electrons, l.place[0], l.place[1]]));
-        let mut splats = Vec::new();
-        room.draw(0.0, &mut splats);
-        let seen = sums(&mut splats.iter().map(|s| [s.electrons, s.column as f32, s.row]));
+        let sent = sums(&mut scratch.landings.iter().flatten().map(|l| [l.electrons, l.place[0], l.place[1]]));
+        let mut reflections = Vec::new();
+        scratch.draw(0.0, &mut reflections);
+        let seen = sums(&mut reflections.iter().map(|s| [s.electrons, s.column as f32, s.row]));
         assert!((seen[0] / sent[0] - 1.0).abs() < 1e-4, "light {seen:?} of {sent:?}");
         let middle = [1, 2].map(|i| seen[i] / seen[0] - sent[i] / sent[0]);
         assert!(middle[0].abs() < 1.0 && middle[1].abs() < 0.1, "its middle moved by {middle:?} px");
-        assert!(splats.windows(2).all(|pair| pair[0].column <= pair[1].column), "columns rise");
-        // A second row of the same room starts dark.
-        room.landings.fill(None);
-        room.draw(0.0, &mut splats);
-        assert_eq!(splats, []);
+        assert!(reflections.windows(2).all(|pair| pair[0].column <= pair[1].column), "columns rise");
+        // A second row of the same scratch starts dark.
+        scratch.landings.fill(None);
+        scratch.draw(0.0, &mut reflections);
+        assert_eq!(reflections, []);
     }
 }

@@ -23,7 +23,7 @@ use crate::settings::Way;
 use crate::specimen::turned::Turn;
 
 /// Largest jitter over the smallest step [1].
-const LARGEST: f64 = 0.45;
+const MAX_JITTER_SHARE: f64 = 0.45;
 
 /// Where an object turns; `None` for a straight way.
 pub fn turn(motion: &Motion, way: Way) -> Option<Turn> {
@@ -33,7 +33,7 @@ pub fn turn(motion: &Motion, way: Way) -> Option<Turn> {
 
 /// The places of the profiles of one sample.
 #[derive(Debug, Clone)]
-pub struct Travel {
+pub struct Encoder {
     step: f64,
     jitter: f64,
     /// Where jitter is cut [mm].
@@ -44,7 +44,7 @@ pub struct Travel {
     keys: [u32; 2],
 }
 
-impl Travel {
+impl Encoder {
     /// For one sample, to which `stream` belongs.
     pub fn new(motion: &Motion, stream: Stream) -> Self {
         use rand::RngExt;
@@ -53,7 +53,7 @@ impl Travel {
         Self {
             step: motion.step_mm,
             jitter: 1e-3 * motion.encoder_jitter_um,
-            cut: LARGEST * motion.step_mm * (1.0 - wow * turn_per_mm).max(0.0),
+            cut: MAX_JITTER_SHARE * motion.step_mm * (1.0 - wow * turn_per_mm).max(0.0),
             wow,
             turn_per_mm,
             phase: TAU * stream.child("wow").rng().random::<f64>(),
@@ -62,7 +62,7 @@ impl Travel {
     }
 
     /// Place of a profile, which may lie before the first [mm].
-    pub fn place(&self, profile: isize) -> f64 {
+    pub fn position(&self, profile: isize) -> f64 {
         let even = profile as f64 * self.step;
         let mut place = even;
         if self.wow > 0.0 {
@@ -82,8 +82,8 @@ impl Travel {
 
     /// The profile nearest to `away` [mm] behind `profile`, as an offset within `most` either way.
     pub fn nearest(&self, profile: isize, away: f64, most: isize) -> isize {
-        let wanted = self.place(profile) + away;
-        let miss = |offset: isize| (self.place(profile + offset) - wanted).abs();
+        let wanted = self.position(profile) + away;
+        let miss = |offset: isize| (self.position(profile + offset) - wanted).abs();
         let mut offset = ((away / self.step).round() as isize).clamp(-most, most);
         // Places are in order, so the way there is downhill.
         while offset < most && miss(offset + 1) < miss(offset) {
@@ -115,8 +115,8 @@ mod tests {
     fn jitter_is_new_each_profile_and_keeps_the_order() {
         let mut motion = motion();
         motion.encoder_jitter_um = 2.0;
-        let travel = Travel::new(&motion, Stream::root(1));
-        let off: Vec<f64> = (0..4000).map(|n| 1e3 * (travel.place(n) - n as f64 * 0.068)).collect();
+        let encoder = Encoder::new(&motion, Stream::root(1));
+        let off: Vec<f64> = (0..4000).map(|n| 1e3 * (encoder.position(n) - n as f64 * 0.068)).collect();
         let n = off.len() as f64;
         let mean = off.iter().sum::<f64>() / n;
         let variance = off.iter().map(|v| v * v).sum::<f64>() / n;
@@ -126,8 +126,8 @@ mod tests {
         assert!((variance.sqrt() / 2.0 - 1.0).abs() < 4.0 / (2.0 * n).sqrt(), "deviation {} um", variance.sqrt());
         assert!(alike.abs() < 4.0 / n.sqrt(), "neighbours {alike}");
         (motion.encoder_jitter_um, motion.wow_um, motion.wow_period_mm) = (1000.0, 500.0, 10.0);
-        let wild = Travel::new(&motion, Stream::root(1));
-        assert!((-50..4000).all(|n| wild.place(n + 1) > wild.place(n)), "profiles change places");
+        let wild = Encoder::new(&motion, Stream::root(1));
+        assert!((-50..4000).all(|n| wild.position(n + 1) > wild.position(n)), "profiles change places");
     }
 
     /// The periodic error alone: amplitude and period as asked for, and the nearest profile is the nearest.
@@ -135,20 +135,21 @@ mod tests {
     fn wow_comes_again_and_the_nearest_profile_is_found() {
         let mut motion = motion();
         (motion.wow_um, motion.wow_period_mm) = (300.0, 6.8);
-        let travel = Travel::new(&motion, Stream::root(2));
-        let off: Vec<f64> = (0..300).map(|n| travel.place(n) - n as f64 * 0.068).collect();
+        let encoder = Encoder::new(&motion, Stream::root(2));
+        let off: Vec<f64> = (0..300).map(|n| encoder.position(n) - n as f64 * 0.068).collect();
         let most = off.iter().fold(0.0f64, |most, v| most.max(v.abs()));
         assert!((most - 0.3).abs() < 1e-3, "{most}");
         assert!(off.iter().zip(&off[100..]).all(|(a, b)| (a - b).abs() < 1e-9), "not periodic");
         motion.encoder_jitter_um = 15.0;
-        let travel = Travel::new(&motion, Stream::root(2));
+        let encoder = Encoder::new(&motion, Stream::root(2));
         for profile in [0, 40, 71] {
             for k in -22..=22 {
                 let away = 0.1 * f64::from(k);
-                let miss = |offset: isize| (travel.place(profile + offset) - travel.place(profile) - away).abs();
+                let miss =
+                    |offset: isize| (encoder.position(profile + offset) - encoder.position(profile) - away).abs();
                 let best = (-64..=64).min_by(|a, b| miss(*a).total_cmp(&miss(*b)));
-                assert_eq!(Some(travel.nearest(profile, away, 64)), best, "{profile} {away}");
-                assert!(best.is_some_and(|best| best.unsigned_abs() <= travel.within(2.2)), "{best:?}");
+                assert_eq!(Some(encoder.nearest(profile, away, 64)), best, "{profile} {away}");
+                assert!(best.is_some_and(|best| best.unsigned_abs() <= encoder.within(2.2)), "{best:?}");
             }
         }
     }

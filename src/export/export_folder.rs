@@ -1,4 +1,4 @@
-//! The folder of an export: marked as unfinished until its last file is there, each file whole or not at all.
+//! Export folder: marked as unfinished until its last file is there, each file whole or not at all.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Error, ErrorKind, Write};
@@ -12,13 +12,13 @@ use super::{ExportError, Source};
 use crate::dataset::GENERATOR_VERSION;
 
 /// What is exported, while it is not finished.
-const MARKER: &str = ".unfinished-export.json";
+const UNFINISHED_MARKER: &str = ".unfinished-export.json";
 /// What was exported, with counts and scales.
-const DOCUMENT: &str = "export.json";
+const EXPORT_DOCUMENT: &str = "export.json";
 
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Summary {
+pub struct ExportSummary {
     /// Files.
     pub files: u64,
     /// Their size [bytes].
@@ -31,7 +31,7 @@ pub struct Summary {
 
 /// The folder of an export that is being written.
 #[derive(Debug)]
-pub struct Out {
+pub struct ExportFolder {
     root: PathBuf,
     order: Value,
     /// Holds the lock on the marker until it is closed.
@@ -42,27 +42,27 @@ pub struct Out {
 
 /// A file of an export that grows; it has its name when it is finished.
 #[derive(Debug)]
-pub struct Growing {
+pub struct GrowingFile {
     partial: PathBuf,
     path: PathBuf,
     file: BufWriter<File>,
 }
 
-impl Out {
+impl ExportFolder {
     /// Has `fill` write an export of `source` into its folder; does nothing where it is finished already.
     ///
     /// # Errors
-    /// As [`Out::open`], and where `fill` fails.
+    /// As [`ExportFolder::open`], and where `fill` fails.
     pub(super) fn write(
         root: &Path,
         format: &str,
         options: Value,
         source: &Source,
-        fill: impl FnOnce(Self) -> Result<Summary, ExportError>,
-    ) -> Result<Summary, ExportError> {
+        fill: impl FnOnce(Self) -> Result<ExportSummary, ExportError>,
+    ) -> Result<ExportSummary, ExportError> {
         match Self::open(root, format, options, source.told())? {
             Some(out) => fill(out),
-            None => Ok(Summary { nothing_to_do: true, ..Summary::default() }),
+            None => Ok(ExportSummary { nothing_to_do: true, ..ExportSummary::default() }),
         }
     }
 
@@ -72,9 +72,9 @@ impl Out {
     /// Where the folder holds anything else, or cannot be written.
     pub fn open(root: &Path, format: &str, options: Value, source: Value) -> Result<Option<Self>, ExportError> {
         let order = json!({"format": format, "program": GENERATOR_VERSION, "options": options, "source": source});
-        let path = root.join(MARKER);
+        let path = root.join(UNFINISHED_MARKER);
         fs::create_dir_all(root).map_err(|e| refused(root, &e))?;
-        if let Ok(text) = fs::read(root.join(DOCUMENT)) {
+        if let Ok(text) = fs::read(root.join(EXPORT_DOCUMENT)) {
             let found: Value = serde_json::from_slice(&text).unwrap_or_default();
             if found.get("order") != Some(&order) {
                 let what = "it holds another export, or one of another state of the dataset";
@@ -90,10 +90,10 @@ impl Out {
         if !path.exists() {
             let mut entries = fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten();
             // A marker that was being begun is all that a stopped run may have left.
-            if entries.any(|entry| entry.file_name() != *temporary(MARKER)) {
+            if entries.any(|entry| entry.file_name() != *temporary(UNFINISHED_MARKER)) {
                 return Err(ExportError::at(root, "it is not empty and holds no export", "choose an empty folder"));
             }
-            let partial = root.join(temporary(MARKER));
+            let partial = root.join(temporary(UNFINISHED_MARKER));
             let made = fs::write(&partial, format!("{order:#}\n")).and_then(|()| fs::rename(&partial, &path));
             made.map_err(|e| refused(&path, &e))?;
         }
@@ -101,7 +101,8 @@ impl Out {
         let begun = fs::read(&path).ok().and_then(|text| serde_json::from_slice::<Value>(&text).ok());
         if begun.as_ref().is_none_or(|begun| !is_alike(begun, &order)) {
             let what = "it holds an unfinished export of another kind";
-            let remedy = format!("repeat the command that began it ({MARKER} names it), or remove the folder");
+            let remedy =
+                format!("repeat the command that began it ({UNFINISHED_MARKER} names it), or remove the folder");
             return Err(ExportError::at(root, what, &remedy));
         }
         if begun.as_ref() != Some(&order) {
@@ -156,18 +157,18 @@ impl Out {
     ///
     /// # Errors
     /// Where it cannot be made.
-    pub fn create(&self, relative: &str) -> Result<Growing, ExportError> {
+    pub fn create(&self, relative: &str) -> Result<GrowingFile, ExportError> {
         let (partial, path) = (self.beside(relative)?, self.root.join(relative));
         let file = File::create(&partial).map_err(|e| refused(&path, &e))?;
-        Ok(Growing { partial, path, file: BufWriter::new(file) })
+        Ok(GrowingFile { partial, path, file: BufWriter::new(file) })
     }
 
     /// Syncs a file that grew and gives it its name: after a loss of power too the name stands for all of it.
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub fn finish_file(&self, growing: Growing) -> Result<(), ExportError> {
-        let Growing { partial, path, file } = growing;
+    pub fn finish_file(&self, growing: GrowingFile) -> Result<(), ExportError> {
+        let GrowingFile { partial, path, file } = growing;
         let file = file.into_inner().map_err(|e| refused(&path, e.error()))?;
         let bytes = file.sync_all().and_then(|()| file.metadata()).map_err(|e| refused(&path, &e))?.len();
         fs::rename(&partial, &path).map_err(|e| refused(&path, &e))?;
@@ -185,26 +186,27 @@ impl Out {
     ///
     /// # Errors
     /// Where that cannot be written.
-    pub fn finish(self, result: &Value, notes: Vec<String>) -> Result<Summary, ExportError> {
+    pub fn finish(self, result: &Value, notes: Vec<String>) -> Result<ExportSummary, ExportError> {
         let synced = File::open(&self.root).and_then(|folder| Ok(rustix::fs::syncfs(folder)?));
         synced.map_err(|e| refused(&self.root, &e))?;
         let (files, bytes) = (self.files.into_inner(), self.bytes.into_inner());
         let document = json!({"order": self.order, "files": files, "bytes": bytes, "result": result, "notes": notes});
-        let path = self.root.join(DOCUMENT);
-        let partial = self.root.join(temporary(DOCUMENT));
+        let path = self.root.join(EXPORT_DOCUMENT);
+        let partial = self.root.join(temporary(EXPORT_DOCUMENT));
         let written = crate::dataset::atomic_file::write(&partial, &path, format!("{document:#}\n").as_bytes());
         written.map_err(|e| refused(&path, &e.source))?;
-        let marker = self.root.join(MARKER);
+        let marker = self.root.join(UNFINISHED_MARKER);
         fs::remove_file(&marker).map_err(|e| refused(&marker, &e))?;
-        Ok(Summary { files, bytes, nothing_to_do: false, notes })
+        Ok(ExportSummary { files, bytes, nothing_to_do: false, notes })
     }
 
     /// The same error, after the marker was taken away where nothing else was written: the folder is free again.
     pub(super) fn withdrawn(&self, error: ExportError) -> ExportError {
-        let is_marker = |entry: io::Result<fs::DirEntry>| entry.is_ok_and(|entry| entry.file_name() == *MARKER);
+        let is_marker =
+            |entry: io::Result<fs::DirEntry>| entry.is_ok_and(|entry| entry.file_name() == *UNFINISHED_MARKER);
         if fs::read_dir(&self.root).is_ok_and(|mut entries| entries.all(is_marker)) {
             // The first error is the one to tell.
-            let _ = fs::remove_file(self.root.join(MARKER));
+            let _ = fs::remove_file(self.root.join(UNFINISHED_MARKER));
         }
         error
     }
@@ -218,7 +220,7 @@ impl Out {
     }
 }
 
-impl Growing {
+impl GrowingFile {
     /// Appends bytes.
     ///
     /// # Errors

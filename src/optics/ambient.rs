@@ -1,6 +1,6 @@
 //! Light of lamps and windows that gets past the filter: an even glow on whatever a pixel looks at.
 //!
-//! [`super::field`] has the equation. A place throws back as much of it as of an even light from above, which is the sum
+//! [`super::vignetting`] has the equation. A place throws back as much of it as of an even light from above, which is the sum
 //! of all widths of its spread, and what its surface throws back; the pixel of a sensor row sees the place that the row
 //! looks at, as the light from below does. It has no speckle (its band is broad) and photon noise like all light.
 //! Neglected: shadows that the object throws on itself and on the conveyor; a place that is hidden has its own
@@ -43,7 +43,8 @@ pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &
     for window in &mut windows[..*used] {
         let Window { ambient, first_row, .. } = window;
         ambient.resize(ROWS, [0.0; TILE]);
-        let at_the_line = first_row.iter().zip(centre).all(|(&first, &row)| first == super::beside::about(row));
+        let at_the_line =
+            first_row.iter().zip(centre).all(|(&first, &row)| first == super::secondary_light::window_start(row));
         for (k, line) in ambient.iter_mut().enumerate() {
             if at_the_line {
                 line.copy_from_slice(&band.neighbour(profile, sensor.neighbours[k]).ambient[start..start + TILE]);
