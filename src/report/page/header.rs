@@ -3,20 +3,20 @@
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
-use super::super::Facts;
-use super::super::cells::Extent;
-use super::super::folder::unfinished;
-use super::super::sample::MAPS;
-use super::keeps;
-use super::words::{bytes, count, number, word};
+use super::elements::keeps_image;
+use super::format::{bytes, count, number, shell_word};
 use crate::dataset::samples_per_shard;
+use crate::report::folder::unfinished;
+use crate::report::histogram::RunningRange;
+use crate::report::page_data::PageData;
+use crate::report::sheet_sample::MAPS;
 
 /// The head.
-pub(super) fn front(facts: &Facts) -> Markup {
+pub(super) fn header(facts: &PageData) -> Markup {
     let (head, folder) = (facts.head, &facts.folder);
     let missing = unfinished(head, folder);
     let images = &head.images;
-    let [rows, cols] = &facts.tally.field;
+    let [rows, cols] = &facts.counts.field;
     let splits = head.splits.named().map(|(name, share)| format!("{name} {}", number(share)));
     html! {
         header.front {
@@ -34,7 +34,7 @@ pub(super) fn front(facts: &Facts) -> Markup {
                     span.badge.bad { @if missing > 0 { "unfinished" } @else { "damaged" } }
                 }
                 " " (count(folder.finished)) " of " (count(head.shards)) " shards finished, "
-                (count(facts.tally.total())) " of " (count(head.samples)) " samples read, "
+                (count(facts.counts.total())) " of " (count(head.samples)) " samples read, "
                 (bytes(folder.bytes() as f64)) " on disk"
             }
             dl.facts {
@@ -57,26 +57,26 @@ pub(super) fn front(facts: &Facts) -> Markup {
 }
 
 /// The command that makes the dataset again, with the size of its shards where the recipe alone gives another.
-fn again(facts: &Facts) -> String {
+fn again(facts: &PageData) -> String {
     let head = facts.head;
     let own = facts.recipe.as_ref().ok().map(|recipe| samples_per_shard(&recipe.output(), &recipe.size()) as u64);
     let shards = match own {
         Some(own) if own == head.samples_per_shard => String::new(),
         _ => format!(" --samples-per-shard {}", head.samples_per_shard),
     };
-    format!("gen --recipe {} --seed {} --n {}{shards} --out again", word(facts.root), head.seed, head.samples)
+    format!("gen --recipe {} --seed {} --n {}{shards} --out again", shell_word(facts.root), head.seed, head.samples)
 }
 
 /// The lowest and the highest, where they differ as they are written.
-fn span(extent: &Extent) -> String {
+fn span(extent: &RunningRange) -> String {
     let (low, high) = (number(extent.min), number(extent.max));
     if low == high { low } else { format!("{low} to {high}") }
 }
 
 /// Which maps the dataset keeps, and whether labels with them: the end of a sentence.
 fn holds(head: &DatasetHead) -> String {
-    let labels = if keeps(head, "label") { "with pixel-exact labels" } else { "without labels" };
-    let maps: Vec<&str> = MAPS.into_iter().filter(|map| keeps(head, map)).collect();
+    let labels = if keeps_image(head, "label") { "with pixel-exact labels" } else { "without labels" };
+    let maps: Vec<&str> = MAPS.into_iter().filter(|map| keeps_image(head, map)).collect();
     match &maps[..] {
         [] => format!(", {labels}."),
         [map] => format!(": {map} as a line-laser profiler measures it, {labels}."),
@@ -101,7 +101,7 @@ fn list(names: &[String]) -> String {
 }
 
 /// What is missing or cannot be read; nothing where all is well.
-pub(super) fn troubles(facts: &Facts) -> Markup {
+pub(super) fn troubles(facts: &PageData) -> Markup {
     let folder = &facts.folder;
     html! {
         @if !folder.troubles.is_empty() {

@@ -1,4 +1,4 @@
-//! Numbers and paths as words.
+//! Formatting of numbers, sizes, times and paths.
 
 use std::path::Path;
 
@@ -57,7 +57,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// A path as a word of a command in a shell.
-pub(super) fn word(path: &Path) -> String {
+pub(super) fn shell_word(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=".contains(c);
     if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
@@ -114,6 +114,6 @@ mod tests {
     #[test]
     fn paths_are_quoted() {
         let cases = [("out/planks", "out/planks"), ("my planks", "'my planks'"), ("it's; $x", "'it'\\''s; $x'")];
-        cases.iter().for_each(|(path, text)| assert_eq!(word(Path::new(path)), *text));
+        cases.iter().for_each(|(path, text)| assert_eq!(shell_word(Path::new(path)), *text));
     }
 }

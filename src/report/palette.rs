@@ -1,4 +1,4 @@
-//! Colours of maps, labels and classes, and PNG images with a palette.
+//! Palettes of maps, labels and classes, and PNG images with a palette.
 
 use image::Rgb;
 use output_schema::DatasetHead;
@@ -8,15 +8,15 @@ use super::folder::Trouble;
 use crate::drawing::{class_colour, viridis};
 
 /// Colours of a map; number 0 stands for a missing value.
-pub(super) const LEVELS: u8 = 128;
+pub(super) const MAP_LEVELS: u8 = 128;
 /// Colour of what is missing.
-const MISSING: [u8; 3] = [70, 110, 190];
+const MISSING_COLOUR: [u8; 3] = [70, 110, 190];
 /// Opacity of the labels inside and along their borders, of 255.
-const INSIDE: u8 = 78;
+const INSIDE_OPACITY: u8 = 78;
 
 /// How numbers become colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ramp {
+pub(super) enum ColourMap {
     /// From violet over green to yellow.
     Viridis,
     /// From black to white.
@@ -25,7 +25,7 @@ pub(super) enum Ramp {
     Inferno,
 }
 
-impl Ramp {
+impl ColourMap {
     /// The colour of a number in [0, 1].
     pub fn at(self, t: f32) -> [u8; 3] {
         match self {
@@ -55,10 +55,10 @@ fn inferno(t: f32) -> [u8; 3] {
 }
 
 /// A map as PNG: level 0 is missing, 1 to 127 go from `low` to `high`.
-pub(super) fn map_png(map: &[f32], width: u32, (low, high): (f32, f32), ramp: Ramp) -> Result<Vec<u8>, Trouble> {
-    let most = f32::from(LEVELS - 2);
-    let mut palette = MISSING.to_vec();
-    (1..LEVELS).for_each(|level| palette.extend(ramp.at(f32::from(level - 1) / most)));
+pub(super) fn map_png(map: &[f32], width: u32, (low, high): (f32, f32), ramp: ColourMap) -> Result<Vec<u8>, Trouble> {
+    let most = f32::from(MAP_LEVELS - 2);
+    let mut palette = MISSING_COLOUR.to_vec();
+    (1..MAP_LEVELS).for_each(|level| palette.extend(ramp.at(f32::from(level - 1) / most)));
     let level = |&value: &f32| {
         if value.is_nan() { 0 } else { 1 + ((value - low) / (high - low).max(1e-9) * most).clamp(0.0, most) as u8 }
     };
@@ -71,7 +71,7 @@ pub(super) fn labels_png(labels: &[u8], width: u32, plain: &[u8]) -> Result<Vec<
     let (mut palette, mut opacity) = (Vec::new(), Vec::new());
     let most = labels.iter().copied().max().unwrap_or(0).min(126);
     for class in 0..=most {
-        for alpha in [if plain.contains(&class) { 0 } else { INSIDE }, 255] {
+        for alpha in [if plain.contains(&class) { 0 } else { INSIDE_OPACITY }, 255] {
             palette.extend(class_colour(class).0);
             opacity.push(alpha);
         }

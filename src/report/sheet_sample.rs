@@ -21,7 +21,7 @@ pub(super) const MAPS: [&str; 3] = ["range", "reflectance", "scatter"];
 
 /// A sample.
 #[derive(Debug, Clone)]
-pub(super) struct Sample {
+pub(super) struct SheetSample {
     /// Number in the dataset.
     pub index: u64,
     /// Name.
@@ -62,7 +62,7 @@ pub(super) struct RangeFigures {
 }
 
 /// Drawn numbers that tell an engineer most, where the dataset varies them.
-const TOLD: [&str; 4] = ["exposure.time_us", "laser.waist_mm", "laser.power_mw", "camera.tilt_deg"];
+const CARD_NUMBERS: [&str; 4] = ["exposure.time_us", "laser.waist_mm", "laser.power_mw", "camera.tilt_deg"];
 
 /// Reads row `row` of a table; pictures get about `pixels` pixels.
 ///
@@ -74,9 +74,9 @@ pub(super) fn read(
     (table, row): (&Table, usize),
     class: usize,
     pixels: f64,
-) -> Result<Sample, String> {
+) -> Result<SheetSample, String> {
     let wanted = |name: &str| {
-        let drawn = TOLD.iter().any(|path| path.split_once('.').is_some_and(|(group, _)| group == name));
+        let drawn = CARD_NUMBERS.iter().any(|path| path.split_once('.').is_some_and(|(group, _)| group == name));
         let known = ["index", "id", "cols", "rows", "row_mm", "col_mm", "objects", "label"].contains(&name);
         known || drawn || name.starts_with("range_") || MAPS.contains(&name)
     };
@@ -93,7 +93,7 @@ fn of_row(
     batch: &RecordBatch,
     (index, class): (u64, usize),
     pixels: f64,
-) -> Result<Sample, String> {
+) -> Result<SheetSample, String> {
     let id = rows::column(batch, "id")?.as_string_opt::<i32>().ok_or("`id` is no text")?.value(0).to_owned();
     if id.contains(['/', '\\']) {
         return Err(format!("`{id}` is no id"));
@@ -108,7 +108,7 @@ fn of_row(
     // No finer than the finer of its pitches, no more pixels than asked for, no thinner than a strip that can be seen.
     let mm = pitch[0].min(pitch[1]).max((extent[0] * extent[1] / pixels).sqrt());
     let shown = extent.map(|mm_long| ((mm_long / mm).round().max(8.0) as usize).min(2000));
-    let grid = Grid { size, shown };
+    let grid = PictureGrid { size, shown };
 
     let mut exr: Option<Vec<ExrChannel>> = None;
     let mut plane = |name: &str| -> Result<Option<Vec<f32>>, String> {
@@ -145,7 +145,7 @@ fn of_row(
         }
         maps[place] = Some(grid.mean(&map));
     }
-    Ok(Sample {
+    Ok(SheetSample {
         index,
         id: id.clone(),
         class,
@@ -186,12 +186,12 @@ fn median(values: &mut [f32]) -> Option<f32> {
 }
 
 /// A map and its picture, both `[rows, columns]`.
-struct Grid {
+struct PictureGrid {
     size: [usize; 2],
     shown: [usize; 2],
 }
 
-impl Grid {
+impl PictureGrid {
     /// Gives `take` the pixels of the map behind each pixel of the picture.
     fn each<T>(&self, take: impl Fn(&mut dyn Iterator<Item = usize>) -> T) -> Vec<T> {
         let span = |place: usize, axis: usize| {
@@ -263,7 +263,7 @@ fn numbers(batch: &RecordBatch, head: &DatasetHead) -> Vec<(String, f64, String)
         let value = rows::field::<Float64Type>(rows::structure(batch, &column.group).ok()?, &column.key).ok()?;
         Some((column.path(), rows::known(value, 0), column.unit.clone()))
     };
-    TOLD.iter().filter_map(one).collect()
+    CARD_NUMBERS.iter().filter_map(one).collect()
 }
 
 #[cfg(test)]
@@ -277,7 +277,7 @@ mod tests {
         let map = [1.0, 9.0, 1.0, 9.0, 1.0, 1.0, 1.0, 2.0, nan, 1.0, 9.0, nan, 9.0, 1.0, 1.0, nan];
         let told = figures(&map, map[..14].to_vec());
         assert_eq!((told.median, told.missing, told.missing_of_all), (Some(1.0), Some(2.0 / 14.0), 3.0 / 16.0));
-        let picture = Grid { size: [4, 4], shown: [2, 2] }.mean(&map);
+        let picture = PictureGrid { size: [4, 4], shown: [2, 2] }.mean(&map);
         assert!(picture.iter().all(|value| *value > 2.0), "{picture:?}");
         assert_eq!(figures(&map, vec![4.0, 1.0, nan, 3.0, 2.0]).median, Some(2.5));
         let told = figures(&map, Vec::new());

@@ -3,27 +3,29 @@
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
-use super::super::Facts;
-use super::super::colours::{Ramp, class_hex, labels_png, map_png};
-use super::super::sample::{MAPS, Sample};
-use super::words::{count, name, number, percent, with_unit};
-use super::{address, chart, keeps, plain};
+use super::elements::{data_url, keeps_image, plain_classes};
+use super::format::{count, name, number, percent, with_unit};
+use super::svg;
 use crate::record::Split;
+use crate::report::page_data::PageData;
+use crate::report::palette::{ColourMap, class_hex, labels_png, map_png};
+use crate::report::sheet_sample::{MAPS, SheetSample};
 
 /// Titles and colours of the maps.
-const PANELS: [(&str, Ramp); 3] = [("Range", Ramp::Viridis), ("Reflectance", Ramp::Grey), ("Scatter", Ramp::Inferno)];
+const PANELS: [(&str, ColourMap); 3] =
+    [("Range", ColourMap::Viridis), ("Reflectance", ColourMap::Grey), ("Scatter", ColourMap::Inferno)];
 
 /// The colours of a map: what is taken off each sample, and the ends of the scale.
-struct Scale {
+struct ColourScale {
     relative: bool,
     low: f32,
     high: f32,
 }
 
 /// The section.
-pub(super) fn section(facts: &Facts) -> Markup {
-    let scales: Vec<Option<Scale>> = (0..MAPS.len()).map(|map| scale(&facts.samples, map)).collect();
-    let (plain, labelled) = (plain(facts.head), keeps(facts.head, "label"));
+pub(super) fn section(facts: &PageData) -> Markup {
+    let scales: Vec<Option<ColourScale>> = (0..MAPS.len()).map(|map| scale(&facts.samples, map)).collect();
+    let (plain, labelled) = (plain_classes(facts.head), keeps_image(facts.head, "label"));
     html! {
         p {
             (shown(facts)) " "
@@ -43,13 +45,13 @@ pub(super) fn section(facts: &Facts) -> Markup {
                                 _ => { "[DN], sum beside the peak, dark level included" }
                             }
                         }
-                        (chart::scale(*ramp, scale.low.into(), scale.high.into(), if map == 0 { facts.head.range_unit() } else { "DN" }))
+                        (svg::scale(*ramp, scale.low.into(), scale.high.into(), if map == 0 { facts.head.range_unit() } else { "DN" }))
                     }
                 }
             }
         }
         ul.key aria-label=(if labelled { "Pixel classes" } else { "Colours" }) {
-            @for kind in facts.tally.kinds.iter().filter(|kind| labelled && (kind.pixels > 0 || kind.value == 0)) {
+            @for kind in facts.counts.kinds.iter().filter(|kind| labelled && (kind.pixels > 0 || kind.value == 0)) {
                 li { span.swatch style={ "background:" (class_hex(kind.value)) } {} (name(&kind.name))
                     @if plain.contains(&(kind.value as u8)) { span.dim { " (not tinted)" } } }
             }
@@ -63,8 +65,8 @@ pub(super) fn section(facts: &Facts) -> Markup {
 }
 
 /// Which samples are shown, in words.
-fn shown(facts: &Facts) -> String {
-    let (shown, total) = (facts.samples.len() as u64, facts.tally.total());
+fn shown(facts: &PageData) -> String {
+    let (shown, total) = (facts.samples.len() as u64, facts.counts.total());
     match (shown, total) {
         (_, 0) => "No sample can be read.".into(),
         (1, 1) => "The only sample.".into(),
@@ -77,18 +79,18 @@ fn shown(facts: &Facts) -> String {
     }
 }
 
-fn controls(facts: &Facts) -> Markup {
+fn controls(facts: &PageData) -> Markup {
     let classes = facts.head.classes.iter().enumerate();
     html! {
         div.controls {
             div.needs-js {
                 fieldset {
                     legend { "Class" }
-                    label.chip { input type="radio" name="class" value="" checked; span { "all " small { (count(facts.tally.total())) } } }
+                    label.chip { input type="radio" name="class" value="" checked; span { "all " small { (count(facts.counts.total())) } } }
                     @for (class, title) in classes {
                         label class={ "chip c" (class) } {
                             input type="radio" name="class" value=(title) data-c=(class);
-                            span { i.dot {} (name(title)) " " small { (count(facts.tally.of_class(class))) } }
+                            span { i.dot {} (name(title)) " " small { (count(facts.counts.of_class(class))) } }
                         }
                     }
                 }
@@ -98,7 +100,7 @@ fn controls(facts: &Facts) -> Markup {
                     @for (place, split) in Split::ALL.iter().enumerate() {
                         label.chip {
                             input type="radio" name="split" value=(split.name());
-                            span { (split.name()) " " small { (count(facts.tally.samples.iter().map(|splits| splits[place]).sum())) } }
+                            span { (split.name()) " " small { (count(facts.counts.samples.iter().map(|splits| splits[place]).sum())) } }
                         }
                     }
                 }
@@ -106,17 +108,17 @@ fn controls(facts: &Facts) -> Markup {
                     span.dim { " · the address keeps the filter" } }
             }
             noscript { p.note { "Scripts are off: every sample is shown, and filters do not work." } }
-            @if keeps(facts.head, "label") { label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" } }
+            @if keeps_image(facts.head, "label") { label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" } }
         }
     }
 }
 
-fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) -> Markup {
+fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], plain: &[u8]) -> Markup {
     let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
-    let on = if keeps(facts.head, "label") { "on the object" } else { "of all pixels" };
+    let on = if keeps_image(facts.head, "label") { "on the object" } else { "of all pixels" };
     let figures = figures(sample, facts.head);
     let overlay = labels_png(&sample.labels, sample.width, plain).ok().filter(|_| !sample.labels.is_empty());
-    let style = overlay.map(|png| format!("--labels:url({})", address(&png)));
+    let style = overlay.map(|png| format!("--labels:url({})", data_url(&png)));
     let seen: Vec<String> = sample.objects.iter().map(|(value, n)| format!("{n} {}", kind(facts, *value))).collect();
     html! {
         article.card id={ "s" (sample.index) } data-class=(class) data-split=(Split::ALL[sample.split].name()) {
@@ -154,11 +156,11 @@ fn card(facts: &Facts, sample: &Sample, scales: &[Option<Scale>], plain: &[u8]) 
 }
 
 /// What a card says of the whole maps: of the pixels on the object, or of all pixels without labels.
-fn figures(sample: &Sample, head: &DatasetHead) -> Vec<String> {
+fn figures(sample: &SheetSample, head: &DatasetHead) -> Vec<String> {
     let range = sample.range.as_ref();
     let median = range.and_then(|range| range.median).map(|median| number(median.into()));
     let missing = range.and_then(|range| {
-        let of_all = if keeps(head, "label") {
+        let of_all = if keeps_image(head, "label") {
             format!(" ({} of all pixels)", percent(range.missing_of_all))
         } else {
             String::new()
@@ -174,23 +176,23 @@ fn figures(sample: &Sample, head: &DatasetHead) -> Vec<String> {
 }
 
 /// Whether a drawn number differs between samples.
-fn varies(facts: &Facts, path: &str) -> bool {
-    facts.tally.numbers.iter().any(|number| number.cells.is_some() && number.column.path() == path)
+fn varies(facts: &PageData, path: &str) -> bool {
+    facts.counts.numbers.iter().any(|number| number.cells.is_some() && number.column.path() == path)
 }
 
 /// A map in its colours.
-fn painted(values: &[f32], sample: &Sample, scale: &Scale, ramp: Ramp) -> String {
+fn painted(values: &[f32], sample: &SheetSample, scale: &ColourScale, ramp: ColourMap) -> String {
     let off = if scale.relative { middle(sample) } else { 0.0 };
     let values: Vec<f32> = values.iter().map(|value| value - off).collect();
-    map_png(&values, sample.width, (scale.low, scale.high), ramp).map_or(String::new(), |png| address(&png))
+    map_png(&values, sample.width, (scale.low, scale.high), ramp).map_or(String::new(), |png| data_url(&png))
 }
 
-fn kind(facts: &Facts, value: usize) -> String {
+fn kind(facts: &PageData, value: usize) -> String {
     facts.head.pixel_classes.get(value).map_or_else(|| value.to_string(), |title| name(title))
 }
 
 /// The numbers of a map where there is an object, sorted.
-fn on_object(sample: &Sample, map: usize) -> Vec<f32> {
+fn on_object(sample: &SheetSample, map: usize) -> Vec<f32> {
     let values = sample.maps[map].as_deref().unwrap_or_default().iter().enumerate();
     let on = |i: usize| sample.labels.get(i).is_none_or(|class| *class > 0);
     let mut values: Vec<f32> = values.filter(|(i, value)| !value.is_nan() && on(*i)).map(|(_, value)| *value).collect();
@@ -204,13 +206,13 @@ fn quantile(sorted: &[f32], share: f64) -> Option<f32> {
 }
 
 /// Median of Range on the object [mm or px]; 0 where nothing was measured.
-fn middle(sample: &Sample) -> f32 {
+fn middle(sample: &SheetSample) -> f32 {
     sample.range.and_then(|range| range.median).unwrap_or(0.0)
 }
 
 /// One scale for all samples: from the first to the 99th percentile of what they show on objects. Range is told from the
 /// sample's median where samples differ in height more than their surfaces do.
-fn scale(samples: &[Sample], map: usize) -> Option<Scale> {
+fn scale(samples: &[SheetSample], map: usize) -> Option<ColourScale> {
     let sorted = samples.iter().map(|sample| (on_object(sample, map), middle(sample)));
     let sorted: Vec<(Vec<f32>, f32)> = sorted.filter(|(values, _)| !values.is_empty()).collect();
     let mut spans: Vec<f32> =
@@ -228,5 +230,5 @@ fn scale(samples: &[Sample], map: usize) -> Option<Scale> {
     all.sort_unstable_by(f32::total_cmp);
     let (low, high) = (quantile(&all, 0.01)?, quantile(&all, 0.99)?);
     let low = if map == 1 { 0.0 } else { low };
-    Some(Scale { relative, low, high: high.max(low + 1e-3) })
+    Some(ColourScale { relative, low, high: high.max(low + 1e-3) })
 }

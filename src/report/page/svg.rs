@@ -1,29 +1,29 @@
-//! Small drawings in SVG: histograms, bars of colour, polylines.
+//! SVG drawings: histograms, bars of colour, polylines.
 
 use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::super::cells::{Axis, Cells};
-use super::super::colours::Ramp;
-use super::words::number;
+use super::format::number;
+use crate::report::histogram::{Histogram, HistogramAxis};
+use crate::report::palette::ColourMap;
 
 /// Size of a histogram's drawing, and of its bars.
-const WIDTH: f64 = 200.0;
-const HEIGHT: f64 = 60.0;
+const HISTOGRAM_WIDTH: f64 = 200.0;
+const HISTOGRAM_HEIGHT: f64 = 60.0;
 
 /// Bars stacked by class, a curve of what is expected, a line for what is declared, and the ends of the axis.
-pub(super) fn histogram(cells: &Cells, curve: &[f64], declared: Option<(f64, f64)>, title: &str) -> Markup {
-    let n = cells.axis.cells();
+pub(super) fn histogram(cells: &Histogram, curve: &[f64], declared: Option<(f64, f64)>, title: &str) -> Markup {
+    let n = cells.axis.bins();
     let most = curve.iter().copied().fold(cells.most().max(1) as f64, |a, b| if b < 2.0 * a { a.max(b) } else { a });
-    let scale = HEIGHT / most;
-    let step = WIDTH / n as f64;
+    let scale = HISTOGRAM_HEIGHT / most;
+    let step = HISTOGRAM_WIDTH / n as f64;
     let mut below = vec![0u64; n];
     let mut paths = Vec::new();
     for (class, counts) in cells.counts.iter().enumerate() {
         let mut path = String::new();
         for (cell, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-            let (top, high) = (HEIGHT - (below[cell] + count) as f64 * scale, count as f64 * scale);
+            let (top, high) = (HISTOGRAM_HEIGHT - (below[cell] + count) as f64 * scale, count as f64 * scale);
             // A bar, half a unit apart from the next one.
             let _ = write!(
                 path,
@@ -36,14 +36,19 @@ pub(super) fn histogram(cells: &Cells, curve: &[f64], declared: Option<(f64, f64
         }
         paths.push((class, path));
     }
-    let x = |value: f64| (cells.axis.place(value) * WIDTH).clamp(0.0, WIDTH);
+    let x = |value: f64| (cells.axis.place(value) * HISTOGRAM_WIDTH).clamp(0.0, HISTOGRAM_WIDTH);
     let line = curve.iter().enumerate().fold(String::new(), |mut line, (i, value)| {
-        let x = i as f64 / (curve.len() - 1).max(1) as f64 * WIDTH;
-        let _ = write!(line, "{}{x:.1} {:.1}", if i == 0 { "M" } else { "L" }, (HEIGHT - value * scale).max(-4.0));
+        let x = i as f64 / (curve.len() - 1).max(1) as f64 * HISTOGRAM_WIDTH;
+        let _ = write!(
+            line,
+            "{}{x:.1} {:.1}",
+            if i == 0 { "M" } else { "L" },
+            (HISTOGRAM_HEIGHT - value * scale).max(-4.0)
+        );
         line
     });
     let (left, right) = match cells.axis {
-        Axis::Linear(min, max) | Axis::Log(min, max) | Axis::Whole(min, max) => (min, max),
+        HistogramAxis::Linear(min, max) | HistogramAxis::Log(min, max) | HistogramAxis::Whole(min, max) => (min, max),
     };
     html! {
         svg.histogram viewBox="0 -4 200 86" role="img" aria-label=(title) {
@@ -57,13 +62,13 @@ pub(super) fn histogram(cells: &Cells, curve: &[f64], declared: Option<(f64, f64
             @if !line.is_empty() { path.curve d=(line) {} }
             text x="0" y="78" { (number(left)) }
             text x="200" y="78" text-anchor="end" { (number(right)) }
-            @if matches!(cells.axis, Axis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" { "logarithmic" } }
+            @if matches!(cells.axis, HistogramAxis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" { "logarithmic" } }
         }
     }
 }
 
 /// A bar of colours with about five round numbers below it.
-pub(super) fn scale(ramp: Ramp, low: f64, high: f64, unit: &str) -> Markup {
+pub(super) fn scale(ramp: ColourMap, low: f64, high: f64, unit: &str) -> Markup {
     let place = |value: f64| 4.0 + (value - low) / (high - low) * 252.0;
     html! {
         svg.scale viewBox="0 0 260 34" role="img" aria-label={ "Colours from " (number(low)) " to " (number(high)) " " (unit) } {

@@ -4,21 +4,22 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::super::colours::frame_png;
-use super::super::{ExposedProfile, Facts};
-use super::words::{name, number};
-use super::{address, chart, keeps};
+use super::elements::{data_url, keeps_image};
+use super::format::{name, number};
+use super::svg;
 use crate::record::Split;
+use crate::report::palette::frame_png;
+use crate::report::{ExposedProfile, PageData};
 
 /// The section.
-pub(super) fn section(facts: &Facts) -> Markup {
+pub(super) fn section(facts: &PageData) -> Markup {
     html! {
         @if facts.exposures.is_empty() {
             p.note { "No frame was exposed: the recipe cannot be read, its model of transport is a slow one, or nothing was asked for." }
         } @else {
             p {
                 "One exposure of each of " (facts.exposures.len()) " samples, made again from recipe, seed and index "
-                @if keeps(facts.head, "label") { "through the part with most to see: " } @else { "through the middle: " }
+                @if keeps_image(facts.head, "label") { "through the part with most to see: " } @else { "through the middle: " }
                 "the square root of digital numbers, the line that extraction finds, and below it the heights that it stands for."
             }
             div.frames { @for (sample, exposure) in &facts.exposures { (frame(facts, *sample, exposure)) } }
@@ -26,12 +27,12 @@ pub(super) fn section(facts: &Facts) -> Markup {
     }
 }
 
-fn frame(facts: &Facts, place: usize, exposure: &ExposedProfile) -> Markup {
+fn frame(facts: &PageData, place: usize, exposure: &ExposedProfile) -> Markup {
     let sample = &facts.samples[place];
     let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
     let rows = exposure.dn.len() / exposure.cols.max(1);
     let picture =
-        frame_png(&exposure.dn, exposure.cols as u32, exposure.max_dn).map_or(String::new(), |png| address(&png));
+        frame_png(&exposure.dn, exposure.cols as u32, exposure.max_dn).map_or(String::new(), |png| data_url(&png));
     let found = exposure.line.iter().filter(|row| !row.is_nan()).count();
     let line = exposure.line.iter().enumerate();
     let line =
@@ -71,11 +72,11 @@ fn profile(exposure: &ExposedProfile) -> Markup {
     let line = polyline(exposure.points.iter().map(|p| [x(p[0]), z(p[1])]), 1);
     html! {
         svg.profile viewBox="0 0 400 136" role="img" aria-label="Profile: height over place along the laser line" {
-            @for tick in chart::ticks(low, high) {
+            @for tick in svg::ticks(low, high) {
                 line.grid x1="44" x2="394" y1=(format!("{:.1}", z(tick))) y2=(format!("{:.1}", z(tick))) {}
                 text x="40" y=(format!("{:.1}", z(tick) + 3.0)) text-anchor="end" { (number(tick)) }
             }
-            @for tick in chart::ticks(left, right) {
+            @for tick in svg::ticks(left, right) {
                 line.axis x1=(format!("{:.1}", x(tick))) x2=(format!("{:.1}", x(tick))) y1="104" y2="108" {}
                 text x=(format!("{:.1}", x(tick))) y="119" text-anchor="middle" { (number(tick)) }
             }

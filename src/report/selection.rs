@@ -1,4 +1,4 @@
-//! Which samples the page shows: as many of each class as of any other, spread over its samples.
+//! Stratified selection of the samples that the page shows: as many of each class as of any other, evenly spaced.
 
 /// How many samples of each class are shown, of `most` in all; `counts` are the samples that each has.
 pub(super) fn quotas(counts: &[u64], most: u64) -> Vec<u64> {

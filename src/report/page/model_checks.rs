@@ -5,16 +5,16 @@ use std::path::Path;
 use maud::{Markup, html};
 use serde_json::Value;
 
-use super::super::Facts;
-use super::super::results::{Kept, checks, picture};
-use super::words::{count, name, number, percent, word};
-use super::{address, staleness};
+use super::elements::{data_url, staleness};
+use super::format::{count, name, number, percent, shell_word};
+use crate::report::kept_documents::{KeptDocument, checks, picture};
+use crate::report::page_data::PageData;
 
 /// Wrong answers that are shown.
-const WORST: usize = 24;
+const MAX_MISCLASSIFIED: usize = 24;
 
 /// The section.
-pub(super) fn section(facts: &Facts) -> Markup {
+pub(super) fn section(facts: &PageData) -> Markup {
     let kept = checks(facts.root, &facts.sums);
     html! {
         @if kept.is_empty() { p.note { "No check of a model is kept. Make one: " code { (again(facts, &Value::Null)) } } }
@@ -23,16 +23,16 @@ pub(super) fn section(facts: &Facts) -> Markup {
 }
 
 /// The command that checks the model of a document again, as far as it names model, split and seed.
-fn again(facts: &Facts, document: &Value) -> String {
-    let quoted = |value: &Value| value.as_str().map(|text| word(Path::new(text)));
+fn again(facts: &PageData, document: &Value) -> String {
+    let quoted = |value: &Value| value.as_str().map(|text| shell_word(Path::new(text)));
     let model = quoted(&document["model"]["path"]).unwrap_or("MODEL.onnx".into());
     let split = quoted(&document["split"]).map_or(String::new(), |split| format!(" --split {split}"));
     let seed =
         document["seed"].as_u64().filter(|seed| *seed > 0).map_or(String::new(), |seed| format!(" --seed {seed}"));
-    format!("gen check {} --model {model}{split}{seed} --save", word(facts.root))
+    format!("gen check {} --model {model}{split}{seed} --save", shell_word(facts.root))
 }
 
-fn one(facts: &Facts, kept: &Kept) -> Markup {
+fn one(facts: &PageData, kept: &KeptDocument) -> Markup {
     let title = kept.name.trim_start_matches("check-").trim_end_matches(".json");
     html! {
         article.model {
@@ -142,12 +142,12 @@ fn slices(document: &Value) -> Markup {
     }
 }
 
-fn worst(facts: &Facts, document: &Value) -> Markup {
+fn worst(facts: &PageData, document: &Value) -> Markup {
     html! {
-        div.worst { @for wrong in list(&document["worst"]).iter().take(WORST) {
+        div.worst { @for wrong in list(&document["worst"]).iter().take(MAX_MISCLASSIFIED) {
             figure {
                 @if let Some(png) = wrong["picture"].as_str().and_then(|name| picture(facts.root, name)) {
-                    img loading="lazy" alt={ "What the model saw of sample " (whole(&wrong["index"])) } src=(address(&png));
+                    img loading="lazy" alt={ "What the model saw of sample " (whole(&wrong["index"])) } src=(data_url(&png));
                 }
                 figcaption {
                     "sample " (whole(&wrong["index"])) ", row " (whole(&wrong["first"][0])) ", column " (whole(&wrong["first"][1])) ": "

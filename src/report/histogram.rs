@@ -1,16 +1,16 @@
-//! Histograms with a fixed number of cells, one count for each class of the recipe.
+//! Histograms with a fixed number of bins, one count for each class of the recipe.
 
-/// Cells of a histogram.
-pub(super) const CELLS: usize = 24;
+/// Bins of a histogram.
+pub(super) const MAX_BINS: usize = 24;
 
 /// Drawn numbers that are no farther apart, of the larger one, differ by rounding alone [1].
-pub(super) const DRAWN: f64 = 1e-9;
+pub(super) const DRAWN_ROUNDING: f64 = 1e-9;
 /// The same of derived numbers, which are sums of up to thousands of terms in single precision [1].
-pub(super) const DERIVED: f64 = 1e-5;
+pub(super) const DERIVED_ROUNDING: f64 = 1e-5;
 
-/// What is known of a number before its cells are counted.
+/// What is known of a number before its bins are counted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Extent {
+pub(super) struct RunningRange {
     /// Smallest.
     pub min: f64,
     /// Largest.
@@ -25,13 +25,13 @@ pub(super) struct Extent {
     pub whole: bool,
 }
 
-impl Default for Extent {
+impl Default for RunningRange {
     fn default() -> Self {
         Self { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, count: 0, missing: 0, whole: true }
     }
 }
 
-impl Extent {
+impl RunningRange {
     /// Takes a number; what is not finite counts as missing.
     pub fn add(&mut self, value: f64) {
         if !value.is_finite() {
@@ -49,7 +49,7 @@ impl Extent {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Whether there is one value alone, but for `rounding`, as [`DRAWN`] or [`DERIVED`] numbers have it [1].
+    /// Whether there is one value alone, but for `rounding`, as [`DRAWN_ROUNDING`] or [`DERIVED_ROUNDING`] numbers have it [1].
     pub fn is_constant(&self, rounding: f64) -> bool {
         self.count > 0 && self.max - self.min <= rounding * self.min.abs().max(self.max.abs())
     }
@@ -57,19 +57,19 @@ impl Extent {
 
 /// How numbers are laid along a histogram.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Axis {
+pub(super) enum HistogramAxis {
     /// Evenly.
     Linear(f64, f64),
     /// Evenly in the logarithm.
     Log(f64, f64),
-    /// A cell for each whole number, or for as many of them as it takes.
+    /// A bin for each whole number, or for as many of them as it takes.
     Whole(f64, f64),
 }
 
-impl Axis {
+impl HistogramAxis {
     /// For numbers from `min` to `max`.
     pub fn new(min: f64, max: f64, whole: bool, log: bool) -> Self {
-        if whole && max - min < CELLS as f64 {
+        if whole && max - min < MAX_BINS as f64 {
             Self::Whole(min, max)
         } else if log && min > 0.0 {
             Self::Log(min, max)
@@ -78,11 +78,11 @@ impl Axis {
         }
     }
 
-    /// Cells of a histogram.
-    pub fn cells(self) -> usize {
+    /// Bins of a histogram.
+    pub fn bins(self) -> usize {
         match self {
             Self::Whole(min, max) => (max - min) as usize + 1,
-            _ => CELLS,
+            _ => MAX_BINS,
         }
     }
 
@@ -108,17 +108,17 @@ impl Axis {
 
 /// A histogram.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Cells {
+pub(super) struct Histogram {
     /// Along it.
-    pub axis: Axis,
-    /// Counts `[classes, cells]`.
+    pub axis: HistogramAxis,
+    /// Counts `[classes, bins]`.
     pub counts: Vec<Vec<u64>>,
 }
 
-impl Cells {
+impl Histogram {
     /// An empty one for so many classes.
-    pub fn new(axis: Axis, classes: usize) -> Self {
-        Self { axis, counts: vec![vec![0; axis.cells()]; classes.max(1)] }
+    pub fn new(axis: HistogramAxis, classes: usize) -> Self {
+        Self { axis, counts: vec![vec![0; axis.bins()]; classes.max(1)] }
     }
 
     /// Takes a number of a sample of `class`; what is not finite is left out.
@@ -126,7 +126,7 @@ impl Cells {
         if !value.is_finite() {
             return;
         }
-        let n = self.axis.cells();
+        let n = self.axis.bins();
         let cell = ((self.axis.place(value) * n as f64).max(0.0) as usize).min(n - 1);
         if let Some(counts) = self.counts.get_mut(class) {
             counts[cell] += 1;
@@ -135,7 +135,7 @@ impl Cells {
 
     /// Highest column.
     pub fn most(&self) -> u64 {
-        (0..self.axis.cells()).map(|cell| self.counts.iter().map(|c| c[cell]).sum()).max().unwrap_or(0)
+        (0..self.axis.bins()).map(|cell| self.counts.iter().map(|c| c[cell]).sum()).max().unwrap_or(0)
     }
 }
 
@@ -147,12 +147,12 @@ mod tests {
     #[test]
     fn rounding_is_no_variety() {
         let within = |values: &[f64], rounding: f64| {
-            let mut extent = Extent::default();
+            let mut extent = RunningRange::default();
             values.iter().for_each(|value| extent.add(*value));
             extent.is_constant(rounding)
         };
-        let of = |values: &[f64]| within(values, DRAWN);
-        assert!(within(&[185.6003, 185.6011], DERIVED) && !within(&[185.6003, 185.61], DERIVED));
+        let of = |values: &[f64]| within(values, DRAWN_ROUNDING);
+        assert!(within(&[185.6003, 185.6011], DERIVED_ROUNDING) && !within(&[185.6003, 185.61], DERIVED_ROUNDING));
         assert!(of(&[185.6, 185.6 + 2e-14, 185.6 - 2e-14]) && of(&[0.0, 0.0]) && of(&[-3.0, -3.0 - 1e-15, f64::NAN]));
         assert!(!of(&[185.6, 185.600_01]) && !of(&[0.0, 1e-12]) && !of(&[-1.0, 1.0]) && !of(&[f64::NAN]));
     }
@@ -160,9 +160,9 @@ mod tests {
     /// Every number lands in the cell whose ends enclose it, the largest in the last one.
     #[test]
     fn numbers_land_in_their_cells() {
-        for axis in [Axis::Linear(-2.0, 3.0), Axis::Log(0.1, 40.0), Axis::Whole(2.0, 6.0)] {
-            let n = axis.cells();
-            let mut cells = Cells::new(axis, 2);
+        for axis in [HistogramAxis::Linear(-2.0, 3.0), HistogramAxis::Log(0.1, 40.0), HistogramAxis::Whole(2.0, 6.0)] {
+            let n = axis.bins();
+            let mut cells = Histogram::new(axis, 2);
             for cell in 0..n {
                 cells.add(1, axis.value((cell as f64 + 0.5) / n as f64));
             }
