@@ -14,17 +14,25 @@ pub(super) enum NumberType {
 }
 
 impl NumberType {
-    const ALL: [(Self, &'static str, usize); 4] =
-        [(Self::Byte, "BYTE", 1), (Self::Word, "WORD", 2), (Self::Int, "INT", 4), (Self::Float, "FLOAT", 4)];
+    const ALL: [Self; 4] = [Self::Byte, Self::Word, Self::Int, Self::Float];
 
-    fn entry(self) -> (Self, &'static str, usize) {
-        // Every kind stands in the list.
-        Self::ALL.into_iter().find(|(kind, ..)| *kind == self).unwrap_or(Self::ALL[0])
+    /// Value type in XML.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Byte => "BYTE",
+            Self::Word => "WORD",
+            Self::Int => "INT",
+            Self::Float => "FLOAT",
+        }
     }
 
     /// Bytes of one number.
     pub fn bytes(self) -> usize {
-        self.entry().2
+        match self {
+            Self::Byte => 1,
+            Self::Word => 2,
+            Self::Int | Self::Float => 4,
+        }
     }
 }
 
@@ -97,8 +105,12 @@ impl Plane {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Component {
     Scan(Traits),
-    /// Rows, offset and plane of a sensor image.
-    Image(usize, [u32; 2], Plane),
+    SensorImage {
+        rows: usize,
+        /// Where the region begins on the sensor: column, row [px].
+        offset: [u32; 2],
+        plane: Plane,
+    },
 }
 
 /// Everything that the XML says.
@@ -141,7 +153,7 @@ impl FileLayout {
     /// The layout of a sensor image.
     pub fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
         let plane = Plane { part: PlaneContent::Image, kind: NumberType::Byte, width: cols, before: 0 };
-        Self { subject: Component::Image(rows, offset, plane), planes: vec![plane], line: cols, planar: false }
+        Self { subject: Component::SensorImage { rows, offset, plane }, planes: vec![plane], line: cols, planar: false }
     }
 
     /// Columns: planes of pixels all have as many.
@@ -160,7 +172,7 @@ impl FileLayout {
                 let component = [("valuetype", "Hi3D"), ("name", "Ranger3Range")];
                 ([("valuetype", ""), ("name", "")], self.line, 1, traits.nodes(self.width(), words), component)
             }
-            Component::Image(rows, offset, _) => {
+            Component::SensorImage { rows, offset, .. } => {
                 let traits = vec![
                     parameter("size x", self.width()),
                     parameter("size y", *rows),
@@ -173,7 +185,7 @@ impl FileLayout {
             }
         };
         inner.extend(self.planes.iter().map(|plane| {
-            let attributes = [("valuetype", plane.kind.entry().1), ("name", plane.part.name())];
+            let attributes = [("valuetype", plane.kind.name()), ("name", plane.part.name())];
             let children = vec![parameter("size", plane.line()), parameter("width", plane.width)];
             XmlNode::new("subcomponent", &attributes, children)
         }));
@@ -229,13 +241,13 @@ impl FileLayout {
 }
 
 fn image_subject(component: &XmlNode, plane: Plane) -> Result<Component, XmlFault> {
-    let height = component.get("height")?.count()?;
+    let rows = component.get("height")?.count()?;
     let traits = component.child("imagetraits");
     let offset = |name| {
         let Some(node) = traits.and_then(|traits| traits.find(name)) else { return Ok(0) };
         u32::try_from(node.count()?).map_err(|_| node.fault(format!("'{name}' is beyond any sensor")))
     };
-    Ok(Component::Image(height, [offset("offset x")?, offset("offset y")?], plane))
+    Ok(Component::SensorImage { rows, offset: [offset("offset x")?, offset("offset y")?], plane })
 }
 
 /// The subcomponents of a component; `line` grows by their bytes.
@@ -244,10 +256,10 @@ fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault>
     for node in component.children.iter().filter(|child| child.name == "subcomponent") {
         let (name, kind) = (node.attribute("name"), node.attribute("valuetype"));
         let part = PlaneContent::named(name);
-        let known = NumberType::ALL.into_iter().find(|(_, known, _)| *known == kind).map(|(kind, ..)| kind);
+        let known = NumberType::ALL.into_iter().find(|known| known.name() == kind);
         let kind = known.ok_or_else(|| node.fault(format!("'{name}' is {kind}, not BYTE, WORD, INT or FLOAT")))?;
         if !part.kinds().contains(&kind) {
-            return Err(node.fault(format!("'{name}' is {}, which it never is", kind.entry().1)));
+            return Err(node.fault(format!("'{name}' is {}, which it never is", kind.name())));
         }
         let (size, width) = (node.get("size")?.count()?, node.get("width")?.count()?);
         if width == 0 || width.checked_mul(kind.bytes()) != Some(size) {

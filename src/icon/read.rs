@@ -61,7 +61,7 @@ pub fn open(path: &Path) -> Result<Content, IconError> {
     let mut data = DataFile { layout, rows, file, path: data };
     match subject {
         Component::Scan(traits) => Ok(Content::Scan(ScanReader { traits, data })),
-        Component::Image(height, offset, plane) => {
+        Component::SensorImage { rows: height, offset, plane } => {
             if height != rows {
                 let what = format!("it has {rows} rows of {whole} bytes, its XML says {height}");
                 return Err(fault(&data.path, what, COPY_AGAIN));
