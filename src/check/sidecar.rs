@@ -44,18 +44,18 @@ pub enum Task {
     Segment,
 }
 
-/// Names of the tasks in sidecars.
-const TASKS: [(&str, Task); 4] = [
-    ("classify_samples", Task::Samples),
-    ("classify_objects", Task::Objects),
-    ("classify_pixels", Task::Pixels),
-    ("segment", Task::Segment),
-];
-
 impl Task {
+    /// Every task.
+    pub const ALL: [Self; 4] = [Self::Samples, Self::Objects, Self::Pixels, Self::Segment];
+
     /// Name in sidecars.
     pub fn name(self) -> &'static str {
-        TASKS.iter().find(|(_, task)| *task == self).map_or("", |(name, _)| name)
+        match self {
+            Self::Samples => "classify_samples",
+            Self::Objects => "classify_objects",
+            Self::Pixels => "classify_pixels",
+            Self::Segment => "segment",
+        }
     }
 
     /// What is counted, in words.
@@ -188,9 +188,10 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
         return None;
     }
     let mut top = yaml.mapping(root, "");
-    let task = required(yaml, &mut top, "task", &format!("one of {}", TASKS.map(|(name, _)| name).join(", ")));
-    let task = task.and_then(|node| yaml.word(node, "task", &TASKS.map(|(name, _)| name)));
-    let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
+    let names = Task::ALL.map(Task::name);
+    let task = required(yaml, &mut top, "task", &format!("one of {}", names.join(", ")));
+    let task = task.and_then(|node| yaml.word(node, "task", &names));
+    let task = task.and_then(|name| Task::ALL.into_iter().find(|task| task.name() == name));
     let channels = required(yaml, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
     let channels = channels.and_then(|node| read_channels(yaml, node, head));
     let bits = number(yaml, &mut top, "bits", NumberRange { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);

@@ -90,7 +90,7 @@ fn lines_out_of_focus_have_the_shape_of_discs() {
         let [light, centre, rest] = middle(&hole, body());
         let (sensor, band) = expose(&level, body(), 100..101);
         let row = band.row(100);
-        let radius = f64::from(row.disc[128]);
+        let radius = f64::from(row.defocus_radius[128]);
         assert!(radius_px.contains(&radius), "sharp at {focus_mm} mm: a disc of {radius} px");
         let mut scratch = Scratch::default();
         window(&sensor, &band, 100, 1, &mut scratch);

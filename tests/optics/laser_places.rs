@@ -176,13 +176,13 @@ fn glints_of_metal_add_their_light() {
     let metal = Medium::opaque(Gloss { share: 1.0, reflectance: 0.9, roughness: [0.45; 2], matte: 0.0 });
     let mut scene = scene(400);
     scene.size.columns = 2560;
-    let plain = expose(&scene, plate(metal, 0.0, 0.0, 0.0), 0..1).1.row(0).glare.clone();
+    let plain = expose(&scene, plate(metal, 0.0, 0.0, 0.0), 0..1).1.row(0).surface_light.clone();
     let laser = &mut scene.bench.laser;
     (laser.glints_per_mm, laser.glint_gain, laser.glint_length_mm) = (0.5, 6.0, 0.1);
     let (sensor, band) = expose(&scene, plate(metal, 0.0, 0.0, 0.0), 0..400);
     // A mean length is 1.5 profiles: 20 profiles apart nothing is met twice.
     let more = (0..400).step_by(20).map(|p| {
-        let glare = &band.row(p).glare;
+        let glare = &band.row(p).surface_light;
         (0..2560).map(|c| f64::from(glare[c] / plain[c]) - 1.0).sum::<f64>() / 2560.0
     });
     let (mean, sd) = moments(more.collect::<Vec<_>>().into_iter());

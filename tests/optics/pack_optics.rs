@@ -132,8 +132,8 @@ fn walls_mirror_the_line_onto_the_film_at_their_feet() {
             let light = f64::from(sight.electrons) * 0.5 * (s * s + p * p) * facing * answer(column.round() as usize);
             sums = [sums[0] + light, sums[1] + light * column, sums[2] + light * row];
         }
-        let beside = band.row(profile).beside.as_ref().expect("a pack has mirror images");
-        let seen = beside.splats.iter().fold([0.0f64; 3], |sum, splat| {
+        let beside = band.row(profile).secondary.as_ref().expect("a pack has mirror images");
+        let seen = beside.reflections.iter().fold([0.0f64; 3], |sum, splat| {
             let light = f64::from(splat.electrons);
             [sum[0] + light, sum[1] + light * splat.column as f64, sum[2] + light * f64::from(splat.row)]
         });

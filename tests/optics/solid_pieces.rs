@@ -118,8 +118,8 @@ fn flanks_are_hidden_where_their_angles_say() {
                 }
                 assert_eq!((hit.lit, hit.seen), (lit, seen), "{rise_share}: {hit:?}");
                 // Light of a grazing flank stands in many rows: too faint to be read.
-                let peak =
-                    f64::from(row.glare[column]) / (std::f64::consts::TAU * f64::from(row.variance[column])).sqrt();
+                let peak = f64::from(row.surface_light[column])
+                    / (std::f64::consts::TAU * f64::from(row.variance[column])).sqrt();
                 let faint = peak * gain < 1.2 * scene.extraction.threshold_dn;
                 if lit && seen && faint {
                     unread += 1;
