@@ -18,7 +18,7 @@ use procedural::{Body, Class, Film, Matter, Medium, Surface};
 use self::rays::{LEAVE_MM, Rays};
 use self::relief::Relief;
 use self::turned::{Pose, Turn};
-use crate::frame::{Columns, Rig, Sightline};
+use crate::frame::{Rig, Sightline, Sightlines};
 
 /// What one sensor column sees at one position of the scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,7 +111,7 @@ impl Specimen {
     }
 
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
-    pub fn look(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
+    pub fn look(&self, y: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
         if let Some(turn) = &self.turn {
             return self.look_turned(turn, y, columns, conveyor, hits);

@@ -3,7 +3,8 @@
 use procedural::Stream;
 use rand::RngExt;
 use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::{Calibration, Distortion, Frame, Rig, image_distance, scheimpflug};
+use sheetlight::frame::{Calibration, Frame, Rig};
+use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
 
 const ROWS: usize = 44;

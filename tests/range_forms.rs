@@ -6,7 +6,8 @@ mod columns;
 use bench::{ceramic, plate, render, scene};
 use columns::rig;
 use sheetlight::extract::{Grid, rectify};
-use sheetlight::frame::{Calibration, Distortion, Locator, Rig, image_distance, scheimpflug};
+use sheetlight::frame::{Calibration, Locator, Rig};
+use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Scene;
 use sheetlight::record::Record;
 use sheetlight::settings::RangeForm;
@@ -40,8 +41,8 @@ fn locator_is_exact_to_a_tenth_of_a_micrometre() {
     const ROWS: usize = 832;
     for (name, rig) in rigs() {
         let rig = Rig { centre_row: 0.5 * (ROWS as f64 - 1.0), ..rig };
-        let reading = rig.reading();
-        let locator = Locator::new(2560, ROWS, |col, row| reading.locate(col, row));
+        let back = rig.back_projection();
+        let locator = Locator::new(2560, ROWS, |col, row| back.locate(col, row));
         let mut worst = 0.0f64;
         for step in 0..=160 {
             let row = 5.1875 * f64::from(step);
@@ -51,7 +52,7 @@ fn locator_is_exact_to_a_tenth_of_a_micrometre() {
                 locator.heights(first, &mut heights);
                 locator.alongs(first, &mut alongs);
                 for c in 0..128 {
-                    let [x, z] = reading.locate((first + c) as f64, row);
+                    let [x, z] = back.locate((first + c) as f64, row);
                     worst = worst.max((f64::from(alongs[c]) - x).abs()).max((f64::from(heights[c]) - z).abs());
                 }
             }

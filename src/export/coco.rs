@@ -13,7 +13,7 @@ use super::classes::categories;
 use super::out::Growing;
 use super::picture::Picture;
 use super::{ExportError, Out, Progress, Sample, Scalings, Show, Source, Summary};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Which pixels the mask of an object holds that others lie in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

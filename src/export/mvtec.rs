@@ -15,7 +15,7 @@ use super::classes::{good, safe};
 use super::picture::Picture;
 use super::{ExportError, Out, Progress, Sample, Scalings, Show, Source, Summary};
 use crate::dataset::{Grey, write_png};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED: &str = "combined";

@@ -14,7 +14,7 @@ use super::out::Growing;
 use super::picture::colour_png;
 use super::{ExportError, Out, Progress, Sample, Source, Summary};
 use crate::drawing::class_colour;
-use crate::record::Split;
+use crate::split::Split;
 
 /// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -18,7 +18,7 @@ use super::png::chosen;
 use super::source::Done;
 use super::tars::{END, finished};
 use super::{ExportError, Out, Progress, Sample, Source, Summary};
-use crate::record::Split;
+use crate::split::Split;
 
 /// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -18,8 +18,9 @@ use self::image::Image;
 use super::field::{self, Field};
 use super::focus::Focus;
 use super::laser::Laser;
-use super::parameters::Bench;
-use crate::frame::{Distortion, Rig};
+use crate::frame::Rig;
+use crate::lens::Distortion;
+use crate::parameters::Bench;
 use crate::settings::{LensModel, Line, Scheimpflug, Size};
 
 pub use self::rig::rig;

@@ -22,7 +22,6 @@ pub mod laser;
 pub mod mirror;
 mod moved;
 pub mod overflow;
-pub mod parameters;
 mod pieces;
 pub mod pixels;
 pub mod postprocess;
@@ -43,7 +42,6 @@ use procedural::{Medium, Stream};
 use self::band::looks;
 use self::camera::Camera;
 use self::digitise::{Shot, digitise};
-use self::parameters::{Bench, Exposure};
 use self::postprocess::Scripts;
 use self::row::RowMaker;
 use self::second::SecondLine;
@@ -52,6 +50,7 @@ use self::shine::Shine;
 use self::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
+use crate::parameters::{Bench, ExposureParameters};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
 use crate::specimen::{Hit, Specimen, turned::Turn};
 use crate::transport::fresnel;
@@ -71,7 +70,7 @@ const FAINT_DN: f32 = 0.05;
 #[derive(Debug)]
 pub struct Sensor {
     camera: Camera,
-    exposure: Exposure,
+    exposure: ExposureParameters,
     chain: Chain,
     /// The thesis' scripts in place of speckle and noise.
     scripts: Option<Scripts>,

@@ -24,8 +24,8 @@ use rand::RngExt;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex32;
 
-use super::parameters::Bench;
 use crate::lanes;
+use crate::parameters::Bench;
 use crate::settings::{Postprocess, Readout, SpeckleLaw, Step};
 
 /// Standard deviations to which the blur reaches.

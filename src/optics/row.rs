@@ -20,7 +20,7 @@ use super::shine::{self, Shine};
 use super::speckle::TILE;
 use super::streak::Streak;
 use super::texel::texel;
-use crate::frame::Columns;
+use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
 use crate::transport::kernel::{
@@ -84,7 +84,7 @@ pub struct RowMaker {
     conveyor: Medium,
     conveyor_reflectance: f32,
     /// Where each column looks.
-    columns: Columns,
+    columns: Sightlines,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
     shine: Shine,
@@ -132,7 +132,7 @@ impl RowMaker {
     pub fn new(conveyor_reflectance: f64, camera: &Camera, shine: Shine, columns: usize, top: f64) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
-            columns: camera.rig.columns(columns, top),
+            columns: camera.rig.sightlines(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             shine,
             shares: WidthShares::new(),

@@ -12,10 +12,10 @@ use procedural::{Class, Medium, Stream};
 use super::beside;
 use super::film::Watch;
 use super::laser::segment_process::{Segment, SegmentProcess};
-use super::parameters::Laser;
 use super::row::Row;
 use super::streak::{self, Streak};
 use crate::lanes::ln;
+use crate::parameters::LaserParameters;
 use crate::specimen::Hit;
 
 /// Fibres that run straighter across the motion than this guide no light along it [1].
@@ -39,7 +39,7 @@ pub struct Room {
 
 impl Shine {
     /// Of a bench; `stream` belongs to the sample.
-    pub fn new(bench: &Laser, stream: Stream) -> Self {
+    pub fn new(bench: &LaserParameters, stream: Stream) -> Self {
         let spots = |per_mm, length, name| SegmentProcess::new(per_mm, length, stream.child(name));
         Self {
             streaks: spots(bench.streaks_per_mm, bench.streak_length_mm, "streaks")

@@ -13,7 +13,7 @@ use procedural::Surface;
 
 use super::turned::Pose;
 use super::{Hit, Specimen, lens};
-use crate::frame::{Columns, Sightline};
+use crate::frame::{Sightline, Sightlines};
 
 /// Least rise of a surface normal: facets steeper than 88.9 degrees are taken for that steep, and so are overhangs [1].
 const UPRIGHT: f32 = 0.02;
@@ -51,7 +51,7 @@ impl Specimen {
     pub(super) fn look_at_triangles(
         &self,
         pose: &Pose,
-        columns: &Columns,
+        columns: &Sightlines,
         conveyor: impl Fn(f32) -> Hit,
         hits: &mut Vec<Hit>,
     ) {

@@ -15,7 +15,7 @@ use glam::{Vec2, Vec3};
 use procedural::{Class, Matter, Medium, Surface};
 
 use super::{Hit, Specimen, lens};
-use crate::frame::Columns;
+use crate::frame::Sightlines;
 
 /// Where a body turns.
 #[derive(Debug, Clone, Copy)]
@@ -77,7 +77,14 @@ impl Pose {
 
 impl Specimen {
     /// What `columns` see after a way [mm] at the table's radius; fills `hits`, one a column.
-    pub(super) fn look_turned(&self, turn: &Turn, way: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
+    pub(super) fn look_turned(
+        &self,
+        turn: &Turn,
+        way: f32,
+        columns: &Sightlines,
+        conveyor: Medium,
+        hits: &mut Vec<Hit>,
+    ) {
         let pose = turn.pose(f64::from(way));
         let stands = [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|place| pose.into_body(place));
         let bare = |x: f32| {

@@ -3,7 +3,8 @@
 #![allow(dead_code, reason = "each test uses its own part of this")]
 
 use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::{Calibration, Distortion, Frame, Rig, image_distance, scheimpflug};
+use sheetlight::frame::{Calibration, Frame, Rig};
+use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::{Extraction, Method, RangeForm};
 

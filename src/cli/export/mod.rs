@@ -14,7 +14,7 @@ use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
 use crate::export::{ExportError, Progress, Selection, Show, Source, Summary, coco, icon, mvtec, png, webdataset};
-use crate::record::Split;
+use crate::split::Split;
 
 pub(super) fn run(format: &Format) -> Outcome {
     let common = format.common();

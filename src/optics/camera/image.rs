@@ -1,7 +1,7 @@
 //! Where points are imaged, how sharp they are, and how bright lamps make them.
 
 use super::Camera;
-use crate::frame::Bent;
+use crate::lens::DistortedDirection;
 
 /// Where a point is imaged, and how the image runs about it.
 pub(super) struct Image {
@@ -99,7 +99,7 @@ impl Camera {
         };
         let [x, yc, zc, dyc, dzc] = [x, yc, zc, dyc, dzc].map(f64::from);
         let (xn, yn) = (x / zc, yc / zc);
-        let Bent { to: [xd, yd], slopes: [a, b, c] } = bent.bend(xn, yn);
+        let DistortedDirection { direction: [xd, yd], slopes: [a, b, c] } = bent.distort(xn, yn);
         let turn = b * (-xn * dzc / zc) + c * (dyc - yn * dzc) / zc;
         let (scale, lean) = (f64::from(scale), f64::from(tan_beta));
         let flat = 1.0 - lean * yd;

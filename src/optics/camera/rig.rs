@@ -1,7 +1,8 @@
 //! Geometry of lens and sensor from the numbers of a bench.
 
-use crate::frame::{Distortion, Rig, image_distance, scheimpflug};
-use crate::optics::parameters::Bench;
+use crate::frame::Rig;
+use crate::lens::{Distortion, image_distance, scheimpflug};
+use crate::parameters::Bench;
 use crate::settings::{Scheimpflug, Size};
 
 /// Geometry of rig and sensor for a bench.

@@ -1,7 +1,7 @@
 use procedural::Parameter;
 
-use super::super::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 use super::*;
+use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
 use crate::settings::{Order, Pattern};
 
 const ROWS: usize = 120;
@@ -10,11 +10,11 @@ const COLUMNS: usize = 400;
 fn bench() -> Bench {
     let default = &mut |p: &'static Parameter| p.default;
     Bench {
-        motion: Motion::from_values(default),
-        laser: Laser::from_values(default),
-        camera: Camera::from_values(default),
-        exposure: Exposure::from_values(default),
-        speckle: Speckle::from_values(default),
+        motion: MotionParameters::from_values(default),
+        laser: LaserParameters::from_values(default),
+        camera: CameraParameters::from_values(default),
+        exposure: ExposureParameters::from_values(default),
+        speckle: SpeckleParameters::from_values(default),
         optics: crate::settings::Optics::default(),
     }
 }

@@ -7,7 +7,7 @@ use super::super::cells::DRAWN;
 use super::super::colours::class_hex;
 use super::chart;
 use super::words::{count, name, number, percent};
-use crate::record::Split;
+use crate::split::Split;
 
 /// The section.
 pub(super) fn section(facts: &Facts) -> Markup {

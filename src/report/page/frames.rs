@@ -8,7 +8,7 @@ use super::super::colours::frame_png;
 use super::super::{ExposedProfile, Facts};
 use super::words::{name, number};
 use super::{address, chart, keeps};
-use crate::record::Split;
+use crate::split::Split;
 
 /// The section.
 pub(super) fn section(facts: &Facts) -> Markup {

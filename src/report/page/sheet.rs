@@ -8,7 +8,7 @@ use super::super::colours::{Ramp, class_hex, labels_png, map_png};
 use super::super::sample::{MAPS, Sample};
 use super::words::{count, name, number, percent, with_unit};
 use super::{address, chart, keeps, plain};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Titles and colours of the maps.
 const PANELS: [(&str, Ramp); 3] = [("Range", Ramp::Viridis), ("Reflectance", Ramp::Grey), ("Scatter", Ramp::Inferno)];
