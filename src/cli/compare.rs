@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::progress::say;
 use super::{Outcome, print, whole};
-use crate::compare::{Comparison, Source, SourceError, Statistics, Tally};
+use crate::compare::{Comparison, ScanSource, SourceError, Statistics, StatisticsBuilder};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
     if let Some(out) = &arguments.out {
         whole::check(out)?;
     }
-    let sources = [&arguments.sim, &arguments.real].map(|path| Source::open(path, arguments.scans));
+    let sources = [&arguments.sim, &arguments.real].map(|path| ScanSource::open(path, arguments.scans));
     let [sim, real] = sources;
     let [sim, real] = [statistics(&sim?, &arguments.sim)?, statistics(&real?, &arguments.real)?];
     if let (Some(ours), Some(theirs)) = (sim.unit, real.unit)
@@ -66,8 +66,8 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn statistics(source: &Source, path: &Path) -> Result<Statistics, SourceError> {
-    let mut tally = Tally::new(source.name());
+fn statistics(source: &ScanSource, path: &Path) -> Result<Statistics, SourceError> {
+    let mut builder = StatisticsBuilder::new(source.name());
     let mut unit = None;
     for i in 0..source.len() {
         let frame = source.frame(i)?;
@@ -77,9 +77,9 @@ fn statistics(source: &Source, path: &Path) -> Result<Statistics, SourceError> {
                 (frame.name, "it has sensor rows where other scans have heights, or the other way round");
             return Err(SourceError { place, what: what.into(), remedy: "compare scans of one kind".into() });
         }
-        tally.add(&frame);
+        builder.add(&frame);
     }
-    let found = tally.statistics();
+    let found = builder.statistics();
     if found.missing == Some(1.0) {
         let place = path.display().to_string();
         let what = "no height was measured in any scan".into();

@@ -11,12 +11,11 @@ use output_schema::file::{data_path, exr_path, stack_path};
 use output_schema::{DatasetHead, Images, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::source::{error, exr_frame};
-use super::{Exposure, Frame, SourceError, Unit, to_eight_bits};
+use super::{RangeUnit, ScanMaps, SensorFrame, SourceError, exr_frame, to_eight_bits};
 use crate::dataset::{DatasetFolder, frame_numbers, read_png};
 
 /// Most sensor frames of a sample that are read: the middle ones.
-const EXPOSURES: usize = 16;
+const MAX_SENSOR_FRAMES: usize = 16;
 /// What to do about a damaged dataset.
 const CHECK: &str = "`gen validate` says what is damaged";
 
@@ -30,7 +29,7 @@ impl Dataset {
     /// # Errors
     /// Where it holds no dataset that this program reads.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let told = |e: crate::dataset::ShardError| error(path, e.to_string(), "name the folder of a dataset");
+        let told = |e: crate::dataset::ShardError| SourceError::at(path, e.to_string(), "name the folder of a dataset");
         DatasetFolder::open(path).map(Self).map_err(told)
     }
 
@@ -48,15 +47,16 @@ impl Dataset {
     ///
     /// # Errors
     /// Where it is not there, not finished, damaged, or has no heights.
-    pub fn frame(&self, index: u64) -> Result<Frame, SourceError> {
+    pub fn frame(&self, index: u64) -> Result<ScanMaps, SourceError> {
         let (head, root) = (self.0.head(), self.0.root());
         if index >= head.samples {
             let what = format!("there is no sample {index}");
-            return Err(error(root, what, &format!("give --index 0 to {}", head.samples.saturating_sub(1))));
+            return Err(SourceError::at(root, what, &format!("give --index 0 to {}", head.samples.saturating_sub(1))));
         }
         let shard = index / head.samples_per_shard.max(1);
-        let unfinished = || error(root, format!("sample {index} is not finished"), "run gen again to finish it");
-        let told = |e: crate::dataset::ShardError| error(root, e.to_string(), CHECK);
+        let unfinished =
+            || SourceError::at(root, format!("sample {index} is not finished"), "run gen again to finish it");
+        let told = |e: crate::dataset::ShardError| SourceError::at(root, e.to_string(), CHECK);
         let manifest = self.0.read_manifest(shard).map_err(told)?.ok_or_else(unfinished)?;
         self.frame_of(&manifest, index, true)
     }
@@ -65,22 +65,23 @@ impl Dataset {
     ///
     /// # Errors
     /// Where it is not there, damaged, or has no heights.
-    pub fn frame_of(&self, manifest: &Manifest, index: u64, exposed: bool) -> Result<Frame, SourceError> {
+    pub fn frame_of(&self, manifest: &Manifest, index: u64, exposed: bool) -> Result<ScanMaps, SourceError> {
         let (head, root) = (self.0.head(), self.0.root());
         let shard = index / head.samples_per_shard.max(1);
         let listed = manifest.samples.iter().find(|sample| sample.index == index && !sample.id.contains('/'));
-        let listed = listed.ok_or_else(|| error(root, format!("no manifest names sample {index}"), CHECK))?;
+        let listed = listed.ok_or_else(|| SourceError::at(root, format!("no manifest names sample {index}"), CHECK))?;
         let has = |images: &[String]| images.iter().any(|image| image == "range");
         let mut frame = if has(&head.images.exr) {
             let path = root.join(exr_path(shard, &listed.id));
-            let bytes = fs::read(&path).map_err(|e| error(&path, format!("it cannot be read: {e}"), CHECK))?;
-            exr_frame(&path, &bytes)?
+            let bytes =
+                fs::read(&path).map_err(|e| SourceError::at(&path, format!("it cannot be read: {e}"), CHECK))?;
+            exr_frame::frame(&path, &bytes)?
         } else if has(&head.images.png) {
             let before = manifest.samples.iter().filter(|sample| sample.split == listed.split && sample.index < index);
             guarded(&root.join(data_path(&listed.split, shard)), |path| row(path, head, before.count(), index))?
         } else {
             let remedy = "set `output: {exr: [range, reflectance]}` in the recipe and make it anew";
-            return Err(error(root, "it was made without range images".into(), remedy));
+            return Err(SourceError::at(root, "it was made without range images", remedy));
         };
         frame.name = format!("sample {index}");
         frame.bits = head.images.bits;
@@ -95,7 +96,9 @@ impl Dataset {
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
 fn guarded<T>(path: &Path, read: impl FnOnce(&Path) -> Result<T, String>) -> Result<T, SourceError> {
     let result = catch_unwind(AssertUnwindSafe(|| read(path)));
-    result.unwrap_or_else(|_| Err("the reader gave up on its content".into())).map_err(|what| error(path, what, CHECK))
+    result
+        .unwrap_or_else(|_| Err("the reader gave up on its content".into()))
+        .map_err(|what| SourceError::at(path, what, CHECK))
 }
 
 /// The rows `first` to `first + count` of a table.
@@ -125,7 +128,7 @@ fn is_index(batch: &RecordBatch, row: usize, index: u64) -> bool {
 }
 
 /// The maps of a row that holds images.
-fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Frame, String> {
+fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<ScanMaps, String> {
     let batches = batches(path, place, 1)?;
     let batch = batches.iter().find(|batch| batch.num_rows() > 0).ok_or("it has too few rows")?;
     if !is_index(batch, 0, index) {
@@ -163,29 +166,29 @@ fn row(path: &Path, head: &DatasetHead, place: usize, index: u64) -> Result<Fram
     let binned = head.images.sensor_cols as f64 / cols.max(1) as f64;
     let on_columns = |centre: f64| (0.5 * (binned - 1.0) - centre) * col_mm / binned;
     let first = of_rig("x_first_mm").or_else(|| of_rig("centre_col_px").map(on_columns));
-    Ok(Frame {
+    Ok(ScanMaps {
         cols,
         rows,
-        unit: if unit == "px" { Unit::Px { sensor_rows: head.images.sensor_rows as u32 } } else { Unit::Mm },
+        unit: if unit == "px" { RangeUnit::Px { sensor_rows: head.images.sensor_rows as u32 } } else { RangeUnit::Mm },
         first_mm: first,
         col_mm: Some(col_mm),
         row_mm: Some(number("row_mm")?),
         range: steps.iter().map(height).collect(),
         reflectance: map("reflectance")?,
         scatter: map("scatter")?,
-        ..Frame::default()
+        ..ScanMaps::default()
     })
 }
 
 /// Sensor frames of a sample: each sample of a shard has as many, in order.
-fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> Result<Vec<Exposure>, String> {
+fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> Result<Vec<SensorFrame>, String> {
     let scale = to_eight_bits(images.bits);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let rows = manifest.files.iter().find(|file| file.path.ends_with(name.as_ref()) && file.path.starts_with("stacks"));
     let rows = rows.and_then(|file| file.rows).ok_or("the manifest does not count its rows")?;
     let each = (rows / manifest.samples.len().max(1) as u64) as usize;
     let before = manifest.samples.iter().filter(|sample| sample.index < index).count() * each;
-    let take = each.min(EXPOSURES);
+    let take = each.min(MAX_SENSOR_FRAMES);
     let mut found = Vec::new();
     for batch in batches(path, before + (each - take) / 2, take)? {
         let frames = batch.column_by_name("frame").and_then(|column| column.as_fixed_size_list_opt());
@@ -197,7 +200,7 @@ fn exposures(path: &Path, manifest: &Manifest, index: u64, images: &Images) -> R
             let pixels = frames.value(row);
             let dn = frame_numbers(&pixels).ok_or("the frames are neither uint8 nor uint16")?;
             let dn = dn.into_iter().map(|dn| (scale * f32::from(dn)).round() as u8).collect();
-            found.push(Exposure { cols: images.sensor_cols as usize, dn });
+            found.push(SensorFrame { cols: images.sensor_cols as usize, dn });
         }
     }
     Ok(found)

@@ -4,51 +4,51 @@
 //! looks at the rows around its own. Exposure runs over tiles of [`TILE`] columns, so that the window of rows stays in
 //! the cache while the profiles of a band pass by.
 
-mod arrange;
+mod ambient;
 mod band;
-pub mod beside;
-mod blur;
+pub mod blooming;
+mod box_filter;
 pub mod camera;
+mod circle_of_confusion;
 pub mod coherence;
+mod compositing;
 mod digitise;
-mod disc;
+pub mod encoder;
 pub mod expose;
-mod face;
-mod field;
 pub mod film;
+pub mod fixed_pattern;
 mod focus;
-mod lamps;
+mod front_face;
+mod full_frame;
+mod gaussian_stepper;
+mod highlights;
 pub mod laser;
-pub mod mirror;
-mod moved;
-pub mod overflow;
-mod pieces;
-pub mod pixels;
+mod motion_blur;
+pub mod per_line;
 pub mod postprocess;
+pub mod reflections;
 pub mod row;
-mod second;
-pub mod sensor;
-mod shine;
-pub mod slow;
+mod second_line;
+pub mod secondary_light;
+pub mod signal_chain;
+mod spans;
 pub mod speckle;
 pub mod streak;
-mod texel;
-pub mod travel;
-mod walk;
-mod whole_frame;
+mod surface_point;
+mod vignetting;
 
 use procedural::{Medium, Stream};
 
 use self::band::looks;
 use self::camera::Camera;
-use self::digitise::{Shot, digitise};
+use self::digitise::{TileExposure, digitise};
+use self::encoder::Encoder;
+use self::highlights::Highlights;
 use self::postprocess::Scripts;
 use self::row::RowMaker;
-use self::second::SecondLine;
-use self::sensor::Chain;
-use self::shine::Shine;
+use self::second_line::SecondLine;
+use self::signal_chain::SignalChain;
 use self::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
-use self::travel::Travel;
 use crate::frame::{Calibration, Frame};
 use crate::parameters::{Bench, ExposureParameters};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
@@ -61,7 +61,7 @@ pub use self::speckle::TILE;
 
 /// Most rows of the specimen that a profile looks at before or behind its own; for steps under 0.035 mm the light that
 /// leaves further away is let out by the last of them.
-const FARTHEST: usize = 64;
+const MAX_NEIGHBOURS: usize = 64;
 
 /// Light in one pixel that is left out where it lies beside the line [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
@@ -71,7 +71,7 @@ const FAINT_DN: f32 = 0.05;
 pub struct Sensor {
     camera: Camera,
     exposure: ExposureParameters,
-    chain: Chain,
+    chain: SignalChain,
     /// The thesis' scripts in place of speckle and noise.
     scripts: Option<Scripts>,
     speckle: AnchoredSpeckle,
@@ -85,7 +85,7 @@ pub struct Sensor {
     second: Option<SecondLine>,
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
-    travel: Travel,
+    encoder: Encoder,
     turn: Option<Turn>,
     size: Size,
     transport: Transport,
@@ -111,8 +111,8 @@ impl Sensor {
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
-        let travel = Travel::new(&bench.motion, stream.child("travel"));
-        let chain = Chain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
+        let encoder = Encoder::new(&bench.motion, stream.child("travel"));
+        let chain = SignalChain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
         let step = bench.motion.step_mm;
         let profiles_per_row = 1.0 / (rows_per_mm * step);
         let way = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
@@ -131,14 +131,14 @@ impl Sensor {
             maker: RowMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
-                Shine::new(&bench.laser, stream.child("shining")),
+                Highlights::new(&bench.laser, stream.child("shining")),
                 size.columns,
                 height,
             ),
             second: SecondLine::new(&bench.laser, step),
             faint: FAINT_DN / chain.gain,
             exposure: bench.exposure,
-            travel,
+            encoder,
             turn: None,
             chain,
             scripts: None,
@@ -151,7 +151,7 @@ impl Sensor {
         if readout == Readout::PLAIN {
             return self;
         }
-        let chain = Chain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
+        let chain = SignalChain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
         Self { chain, ..self }
     }
 
@@ -200,7 +200,7 @@ impl Sensor {
     }
 
     fn position_of(&self, profile: isize) -> f64 {
-        self.travel.place(profile)
+        self.encoder.position(profile)
     }
 
     /// What each column sees in `profile`, without light; fills `hits`, `[columns]`.
@@ -210,7 +210,7 @@ impl Sensor {
 
     /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.
     pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
-        self.chain.rows(profile, offsets);
+        self.chain.row_offsets(profile, offsets);
     }
 
     /// Exposes columns `tile * TILE ..` of `profile`; `offsets` come from [`Self::row_offsets`]. The second frame has no
@@ -229,10 +229,10 @@ impl Sensor {
         let place = [hits[scratch.columns / 2].x, usual_height(hits)].map(f64::from);
         // Speckle moves as far as the object does here.
         let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
-        let shot = Shot { profile, tile, columns: scratch.columns, place, way, offsets };
+        let exposure = TileExposure { profile, tile, columns: scratch.columns, place, way, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
-            digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
+            digitise(self, &exposure, number, &scratch.windows[number], &mut scratch.signal, &mut frames[number]);
         }
     }
 }

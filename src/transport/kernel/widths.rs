@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     /// A single Gaussian, rows of 0.101 mm under the line: each row's share within 3 % of the centre's, and within 10 %
-    /// between the two widest widths. The sum over a medium's paths is far nearer: tests/transport_table.rs.
+    /// between the two widest widths. The sum over a medium's paths is far nearer: tests/reference/table.rs.
     #[test]
     fn gaussians_are_sums_of_the_fixed_ones() {
         let shares = WidthShares::new();
