@@ -171,17 +171,17 @@ fn sight_follows_the_bent_lens() {
 fn discs_out_of_focus_match_published_numbers() {
     let solved = camera_of(&bench());
     for (y, um) in [(0.5, 1.7), (1.0, 3.3), (2.0, 6.7), (5.0, 16.7)] {
-        let c = 1e3 * solved.confusion(y, 0.0);
+        let c = 1e3 * solved.circle_of_confusion(y, 0.0);
         assert!((c - um).abs() < 0.06, "{y} mm off the plane: {c} um, published {um}");
     }
     for z in [-60.0, 0.0, 50.0] {
-        assert!(solved.confusion(0.0, z) < 2e-5, "the plane itself: {} mm", solved.confusion(0.0, z));
+        assert!(solved.circle_of_confusion(0.0, z) < 2e-5, "the plane itself: {} mm", solved.circle_of_confusion(0.0, z));
     }
     let mut b = bench();
     b.optics.scheimpflug = Scheimpflug::Given;
     let level = camera_of(&b);
     for (z, um) in [(5.0, 6.5), (10.0, 13.1), (20.0, 26.8)] {
-        let c = 1e3 * level.confusion(0.0, z);
+        let c = 1e3 * level.circle_of_confusion(0.0, z);
         assert!((c - um).abs() < 0.1, "{z} mm high: {c} um, published {um}");
     }
     // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the rows.
