@@ -72,7 +72,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Speci
         .with_turn(turn)
         .with_readout(scene.readout)
         .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
-    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).turned(turn);
+    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     (sensor, specimen)
 }
 
@@ -117,7 +117,7 @@ impl Scan {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
         // A slow model takes so long for a line that work and progress go profile by profile.
         let length = match scene.transport {
-            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.has_relief()).min(profiles),
+            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_occlude_itself()).min(profiles),
             _ => 1,
         };
         let calibration = sensor.calibration();

@@ -20,14 +20,14 @@ use procedural::Stream;
 use crate::lanes;
 use crate::parameters::MotionParameters;
 use crate::settings::Way;
-use crate::specimen::turned::Turn;
+use crate::specimen::turntable::Turntable;
 
 /// Largest jitter over the smallest step [1].
 const MAX_JITTER_SHARE: f64 = 0.45;
 
 /// Where an object turns; `None` for a straight way.
-pub fn turn(motion: &MotionParameters, way: Way) -> Option<Turn> {
-    let turn = Turn { axis: [motion.turn_axis_x_mm, motion.turn_axis_y_mm], radius: motion.turn_radius_mm };
+pub fn turn(motion: &MotionParameters, way: Way) -> Option<Turntable> {
+    let turn = Turntable { axis: [motion.turn_axis_x_mm, motion.turn_axis_y_mm], radius: motion.turn_radius_mm };
     (way == Way::Turntable).then_some(turn)
 }
 

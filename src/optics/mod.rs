@@ -22,7 +22,6 @@ mod front_face;
 mod full_frame;
 mod gaussian_stepper;
 mod highlights;
-mod defocus;
 pub mod laser;
 mod motion_blur;
 pub mod per_line;
@@ -53,7 +52,7 @@ use self::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use crate::frame::{Calibration, Frame};
 use crate::parameters::{Bench, ExposureParameters};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
-use crate::specimen::{Hit, Specimen, turned::Turn};
+use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use crate::transport::fresnel;
 
 pub use self::band::Band;
@@ -87,7 +86,7 @@ pub struct Sensor {
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
     encoder: Encoder,
-    turn: Option<Turn>,
+    turn: Option<Turntable>,
     size: Size,
     transport: Transport,
     stream: Stream,
@@ -162,7 +161,7 @@ impl Sensor {
     }
 
     /// The same under an object that turns: light is let out by the matter of its own line.
-    pub fn with_turn(self, turn: Option<Turn>) -> Self {
+    pub fn with_turn(self, turn: Option<Turntable>) -> Self {
         let (away, neighbours) = if turn.is_some() { ([0.0; ROWS], [0; ROWS]) } else { (self.away, self.neighbours) };
         Self { turn, away, neighbours, ..self }
     }

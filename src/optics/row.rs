@@ -162,7 +162,7 @@ impl RowMaker {
         let own = if section.is_some() { padded } else { 0 };
         row.profile_unit.resize(own, 0.0);
         row.profile_node.resize(own, 0.0);
-        let relief = specimen.has_relief();
+        let relief = specimen.can_occlude_itself();
         if relief {
             row.secondary.get_or_insert_default();
             scratch.secondary.transmission.clear(columns);
