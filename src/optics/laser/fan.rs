@@ -15,7 +15,7 @@ use procedural::Stream;
 use rand::RngExt;
 
 use super::texture::LineTexture;
-use crate::lanes::turn;
+use crate::lanes::cos_sin_turns;
 use crate::parameters::LaserParameters;
 use crate::settings::{self, Line};
 
@@ -105,7 +105,7 @@ impl Ripple {
         let side = 0.5 + 0.5 * t / self.half;
         let wave = |[amplitude, periods, phase]: &[f64; 3]| {
             let turns = periods * side + phase;
-            amplitude * f64::from(turn((turns - turns.floor()).min(1.0 - 1e-7) as f32).0)
+            amplitude * f64::from(cos_sin_turns((turns - turns.floor()).min(1.0 - 1e-7) as f32).0)
         };
         1.0 + self.waves.iter().map(wave).sum::<f64>()
     }
