@@ -263,7 +263,8 @@ impl Specimen {
     ) {
         let (low, high) = (self.triangles.low, self.triangles.high);
         let [sky, ground] = [high.z + 1.0, low.z.min(0.0) - LEAVE_MM];
-        let [fan, lens] = [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|from| pose.point_into_body(from));
+        let [fan, lens] =
+            [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|from| pose.point_into_body(from));
         for column in 0..columns.len() {
             let line = columns.of(column);
             let at = |z: f32| pose.point_into_body(Vec3::new(line.at(z), PLANE_OFFSET_MM, z));
@@ -303,16 +304,10 @@ impl Specimen {
     }
 
     /// [`Specimen::look`] on a turntable after a travel [mm] of the points at its radius.
-    fn look_turned(
-        &self,
-        table: &Turntable,
-        travel: f32,
-        columns: &Sightlines,
-        conveyor: Medium,
-        hits: &mut Vec<Hit>,
-    ) {
+    fn look_turned(&self, table: &Turntable, travel: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
         let pose = table.pose(f64::from(travel));
-        let stands = [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|point| pose.point_into_body(point));
+        let stands =
+            [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|point| pose.point_into_body(point));
         let bare = |x: f32| {
             let point = pose.point_into_body(Vec3::new(x, 0.0, 0.0));
             let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };

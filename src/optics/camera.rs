@@ -13,7 +13,7 @@ mod slant;
 use glam::Vec3;
 use procedural::Stream;
 
-use self::projection::Projection;
+use self::projection::{PIXEL_VARIANCE, Projection};
 use self::slant::Slant;
 use super::defocus::Defocus;
 use super::laser::Laser;
@@ -27,8 +27,6 @@ use crate::settings::{LensModel, Line, Scheimpflug, Size};
 const PLANCK_TIMES_LIGHT_SPEED: f64 = 1.986_445_86e-25;
 /// Standard deviation of the Gaussian that stands for the core of Airy's disc, in units of lambda N' [1].
 const AIRY_SIGMA: f64 = 0.42;
-/// Variance of a box of one pixel [px^2].
-const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
 
 /// The camera over the laser plane, with everything that does not change during a scan.
 #[derive(Debug, Clone)]
@@ -191,7 +189,8 @@ impl Camera {
         let slope_y = slope[1];
         let Projection { sin, cos, tan_beta, distance, .. } = self.projection;
         let (yc, zc) = (z * sin, distance - z * cos);
-        let PointImage { row, rows_per_mm, pixel_mm } = self.point_image(x, [yc, zc], [cos + slope_y * sin, sin - slope_y * cos]);
+        let PointImage { row, rows_per_mm, pixel_mm } =
+            self.point_image(x, [yc, zc], [cos + slope_y * sin, sin - slope_y * cos]);
         let rows_per_mm = rows_per_mm.max(1e-3);
         let slant = Slant::new(&self.projection, &self.laser, [x, z], slope, pixel_mm);
         let rows_per_mm = rows_per_mm * (1.0 + slant.rate / rows_per_mm).clamp(0.5, 2.0);

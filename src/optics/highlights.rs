@@ -69,7 +69,7 @@ impl Highlights {
             let light = gain * -ln(segment.draw) * row.surface_light[column];
             let off =
                 view.camera.place(hit.x, 0.0, hit.surface.z)[0] - view.camera.place(segment.x, 0.0, hit.surface.z)[0];
-            for (side, part) in streak::columns(-off, view.camera.blur_variance + streak::PIXEL) {
+            for (side, part) in streak::columns(-off, view.camera.lens_variance()) {
                 let there = column.wrapping_add_signed(side);
                 if let Some(hit) = row.hits.get(there)
                     && hit.matter.class != Class::Background
@@ -107,7 +107,7 @@ impl Highlights {
                 lean: -lean / column_mm / rate,
                 rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
                 electrons: bright * wide * secondary_light::line_peak(row, column),
-                variance: [view.camera.blur_variance + streak::PIXEL + wide * wide / 12.0, view.camera.lens_variance()],
+                variance: [view.camera.lens_variance() + wide * wide / 12.0, view.camera.lens_variance()],
             });
         }
         row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));

@@ -44,7 +44,7 @@ use self::camera::Camera;
 use self::digitise::{TileExposure, digitise};
 use self::encoder::Encoder;
 use self::highlights::Highlights;
-use self::postprocess::Scripts;
+use self::postprocess::ThesisScripts;
 use self::row::RowMaker;
 use self::second_line::SecondLine;
 use self::signal_chain::SignalChain;
@@ -73,7 +73,7 @@ pub struct Sensor {
     exposure: ExposureParameters,
     chain: SignalChain,
     /// The thesis' scripts in place of speckle and noise.
-    scripts: Option<Scripts>,
+    scripts: Option<ThesisScripts>,
     speckle: AnchoredSpeckle,
     /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
     away: [f64; ROWS],
@@ -169,7 +169,7 @@ impl Sensor {
     /// The same with the thesis' scripts in place of speckle and noise, where the order is not `physical`.
     pub fn with_postprocess(self, bench: &Bench, readout: Readout, postprocess: Postprocess) -> Self {
         let stream = self.stream.child("postprocess");
-        let make = || Scripts::new(postprocess, bench, readout, stream);
+        let make = || ThesisScripts::new(postprocess, bench, readout, stream);
         let scripts = (postprocess.order != Order::Physical).then(make);
         Self { scripts, ..self }
     }

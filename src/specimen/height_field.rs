@@ -173,7 +173,10 @@ mod tests {
         let field = wall();
         let from = Vec3::new(5.0, 11.5, 5.0);
         let direction = Vec3::new(-0.5, 0.0, -0.75f32.sqrt());
-        assert!(field.first_hit(from, direction, 30.0).is_some_and(|at| at.distance(from) < 0.21), "it starts on the level top");
+        assert!(
+            field.first_hit(from, direction, 30.0).is_some_and(|at| at.distance(from) < 0.21),
+            "it starts on the level top"
+        );
         let from = Vec3::new(5.0, 4.0, 1.0);
         let met = field.first_hit(from, Vec3::new(0.0, 1.0, 0.3).normalize(), 30.0).expect("it meets the wall");
         // 1 + 0.3 (y - 4) = 1 + 4 (y - 10)

@@ -6,6 +6,9 @@
 //! Zc = d + y sin a - z cos a,    Yc = y cos a + z sin a,    row = c_row - scale Yc / (Zc - tan(beta) Yc)
 //! ```
 
+/// Variance of a pixel's box along rows or columns [px^2].
+pub const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+
 /// Coefficients of the projection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projection {

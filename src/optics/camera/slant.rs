@@ -15,8 +15,7 @@
 //! the line's middle comes from other heights. Held by tests/reference/expose_parts.rs. Neglected: distortion of the lens;
 //! walls that end within a column, and what they smear beyond [`MAX_SMEAR_ROWS`].
 
-use super::PIXEL_VARIANCE;
-use super::projection::Projection;
+use super::projection::{PIXEL_VARIANCE, Projection};
 use crate::optics::laser::Laser;
 
 /// Least foreshortening along the line of a surface that rises away from the lens [1].

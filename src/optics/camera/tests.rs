@@ -175,7 +175,11 @@ fn discs_out_of_focus_match_published_numbers() {
         assert!((c - um).abs() < 0.06, "{y} mm off the plane: {c} um, published {um}");
     }
     for z in [-60.0, 0.0, 50.0] {
-        assert!(solved.circle_of_confusion(0.0, z) < 2e-5, "the plane itself: {} mm", solved.circle_of_confusion(0.0, z));
+        assert!(
+            solved.circle_of_confusion(0.0, z) < 2e-5,
+            "the plane itself: {} mm",
+            solved.circle_of_confusion(0.0, z)
+        );
     }
     let mut b = bench();
     b.optics.scheimpflug = Scheimpflug::Given;
