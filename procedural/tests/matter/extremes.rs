@@ -1,8 +1,6 @@
 //! Anything that the ranges of the recipe allow gives a sane board.
 
-mod common;
-
-use common::grow;
+use crate::boards::grow;
 use procedural::wood::parameters::Wood;
 use procedural::{Class, Stream};
 use rand::RngExt;

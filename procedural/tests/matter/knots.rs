@@ -1,8 +1,6 @@
 //! Knots as a scan of the upper face sees them: all there, in their size and class, with fibres that dive.
 
-mod common;
-
-use common::{dive_deg, face, grow, is_knot, wood};
+use crate::boards::{dive_deg, face, grow, is_knot, wood};
 use procedural::Class;
 
 #[test]

@@ -1,8 +1,6 @@
 //! Boards from outside: determinism, the surface, the hull, rot, and that every parameter does something.
 
-mod common;
-
-use common::{face, grow, wood};
+use crate::boards::{face, grow, wood};
 use procedural::wood::Plank;
 use procedural::wood::parameters::Wood;
 use procedural::{Class, Parameter};

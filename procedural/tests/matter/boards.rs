@@ -1,7 +1,5 @@
 //! Scenes and scans that the black-box tests share.
 
-#![allow(dead_code, reason = "each test file uses its own part")]
-
 use procedural::wood::Plank;
 use procedural::wood::parameters::Wood;
 use procedural::{Class, Matter, Stream};
