@@ -122,7 +122,7 @@ kernel-table: ## measure the kernel's table anew: half an hour on two cores; goe
 	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl src/transport/kernel/table.bin
 
 film-table: ## measure the table of films anew: three minutes on two cores
-	cargo run --release --locked --example film_table -- src/transport/kernel/layers/film.bin
+	cargo run --release --locked --example film_table -- src/transport/kernel/film_stack/film.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)
 	BLESS=1 cargo test $(ALL) --test recipe_schema --test dictionary

@@ -1,4 +1,4 @@
-//! What the light of a picture walks on: a map for the thesis' methods, coefficients of diffusion for the right one.
+//! Matter below the pixels of a picture: a map for the thesis' methods, coefficients of diffusion for the right one.
 //!
 //! From media to a map: direction is the fibre's track in the surface; fibres steeper than 84 degrees have none. Alpha is
 //! the reflectance of the medium over that of clear wood with fibres in the surface, both from the closed form of
@@ -18,10 +18,10 @@ use crate::transport::kernel::diffusion;
 /// Alpha from which wood counts as clear [1].
 pub const CLEAR_FROM: f64 = 0.8;
 /// What alpha is relative to: clear spruce with fibres in the surface.
-const CLEAR: Medium =
+const CLEAR_WOOD: Medium =
     Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
 /// Length of the track of a unit vector along the fibre below which it has no direction.
-const UPRIGHT: f64 = 0.1;
+const MIN_TRACK: f64 = 0.1;
 
 /// How light walks below one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,7 +72,7 @@ impl PlanarDiffusion {
 
 /// Alpha of a map for a medium that returns this share of what enters, by the rule above [1].
 pub fn alpha(reflectance: f64, boundary: &BoundaryTable) -> f64 {
-    let ratio = reflectance / PlanarDiffusion::new(&CLEAR, boundary).reflectance();
+    let ratio = reflectance / PlanarDiffusion::new(&CLEAR_WOOD, boundary).reflectance();
     if ratio >= CLEAR_FROM { 1.0 } else { ratio }
 }
 
@@ -101,7 +101,7 @@ impl PixelGround {
         let paint = |(medium, walk): (&Option<Medium>, &Option<PlanarDiffusion>)| match (medium, walk) {
             (Some(medium), Some(walk)) => {
                 let track = medium.fibre.as_dvec3().truncate();
-                let direction = (track.length() > UPRIGHT).then_some(track);
+                let direction = (track.length() > MIN_TRACK).then_some(track);
                 DirectionMap::colour(direction, alpha(walk.reflectance(), &boundary))
             }
             _ => [0; 4],

@@ -1,8 +1,8 @@
-//! The production model for a film over air and tablet, or over foil: layers joined by the adding method.
+//! Adding method for a film over air and tablet, or over foil, as production uses it.
 //!
-//! Each layer answers for itself ([`table`]: films, measured with the judge; the half space's own table: tablets), and
+//! Each layer answers for itself ([`table`]: films, measured by Monte Carlo; the half space's own table: tablets), and
 //! light that passes from one to the next loses its direction: it leaves by Lambert's law. In the space of frequencies q
-//! along the motion (`waves`) spreads one after the other are products, and all bounces between film and what lies below
+//! along the motion (`spectrum`) spreads one after the other are products, and all bounces between film and what lies below
 //! are a geometric series (van de Hulst 1980). With T0 the straight light that a film lets through, R and T what it
 //! reflects and lets through turned (small letters: of Lambert light), h and g the spread of light from the film and of
 //! Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
@@ -19,22 +19,22 @@
 //! walls of pockets, tilt of film against tablet, direction of light after its first bounce, light that meets foil more
 //! than once in a clear film sealed to it, the change of exit angles with distance.
 
-mod plane;
+mod answer;
+mod spectrum;
 pub mod table;
-mod under;
-mod waves;
+mod underlayer;
 
 use glam::Vec3;
 use multiversion::multiversion;
 use procedural::{Film, Medium};
 
-pub(super) use self::plane::solve;
-use self::table::Films;
-use self::under::Under;
-use self::waves::{Back, Lambert, Place, WAVES, Wave};
+pub(super) use self::answer::solve;
+use self::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, WidthFit};
+use self::table::FilmTable;
+use self::underlayer::Underlayer;
 use super::widths::BASIS;
 use crate::transport::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
-use crate::transport::path;
+use crate::transport::stack;
 
 /// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
 const NEAR_MM: f32 = 0.5;
@@ -55,9 +55,9 @@ pub struct FilmStack {
     pub enter: f32,
     /// Cosine of the view against the film's normal [1].
     pub view_up: f32,
-    /// Unit vector to the lens; x along the line, y along the motion, z up.
+    /// UnitSpectrum vector to the lens; x along the line, y along the motion, z up.
     pub view: Vec3,
-    /// Unit vector to the laser.
+    /// UnitSpectrum vector to the laser.
     pub light: Vec3,
 }
 
@@ -77,23 +77,23 @@ pub struct FilmStackSpread {
 /// bit of an answer.
 #[derive(Debug, Clone)]
 pub struct FilmStackKernel {
-    films: Films,
-    under: Under,
-    lambert: Lambert,
-    back: Back,
+    films: FilmTable,
+    under: Underlayer,
+    lambert: LambertTransfer,
+    back: WidthFit,
 }
 
 /// Where a line's light goes, as transforms; shares of what arrived.
 #[derive(Debug, Clone, Copy)]
-struct Flow {
+struct FilmFlow {
     /// Leaves upwards, turned by the film on its last way through [1].
-    film: Wave,
+    film: Spectrum,
     /// The same times its radiance factor towards the lens [1].
-    towards: Wave,
+    towards: Spectrum,
     /// Radiance factor of what lies below as seen through the film [1].
-    through: Wave,
+    through: Spectrum,
     /// Leaves upwards in any way [1].
-    all: Wave,
+    all: Spectrum,
     /// Never comes back from what lies below [1].
     sunk: f32,
 }
@@ -102,7 +102,12 @@ impl FilmStackKernel {
     /// Ready for any cover.
     pub fn new() -> Self {
         let medium = Medium::isotropic(0.0, 1.0, 1.53, procedural::Gloss::NONE);
-        Self { films: Films::of(medium.n_eff), under: Under::of(&medium), lambert: Lambert::new(), back: Back::new() }
+        Self {
+            films: FilmTable::of(medium.n_eff),
+            under: Underlayer::of(&medium),
+            lambert: LambertTransfer::new(),
+            back: WidthFit::new(),
+        }
     }
 
     /// What `cover` does to a line of light.
@@ -113,10 +118,10 @@ impl FilmStackKernel {
 
     fn remember(&mut self, cover: &FilmStack) {
         if self.films.n() != cover.medium.n_eff {
-            self.films = Films::of(cover.medium.n_eff);
+            self.films = FilmTable::of(cover.medium.n_eff);
         }
         if *self.under.medium() != cover.film.under {
-            self.under = Under::of(&cover.film.under);
+            self.under = Underlayer::of(&cover.film.under);
         }
     }
 }
@@ -141,10 +146,10 @@ fn spread(covers: &FilmStackKernel, cover: &FilmStack) -> FilmStackSpread {
 /// Each meeting keeps `reflectance` of it, and the film sends [`RETURNED`] of that to the next: r / (1 - s r). Film in air
 /// is one more known place, since its lower side throws back the share 1 - (1 - r_d) / n^2 of diffuse light inside.
 #[inline(always)]
-fn other_foil(sealed: Wave, back: Wave, n: f32, reflectance: f32) -> Wave {
+fn other_foil(sealed: Spectrum, back: Spectrum, n: f32, reflectance: f32) -> Spectrum {
     let met = |kept: f32| kept / (1.0 - RETURNED * kept);
     let air = met(1.0 - (1.0 - DIFFUSE) / (n * n));
-    let part = (met(reflectance) - air) / (met(path::film::SEALED.reflectance as f32) - air);
+    let part = (met(reflectance) - air) / (met(table::SEALED.reflectance as f32) - air);
     std::array::from_fn(|i| back[i] + (sealed[i] - back[i]) * part)
 }
 
@@ -157,13 +162,13 @@ fn inside(n: f32, way: Vec3) -> Vec3 {
 
 /// Follows a line's light through film and gap and back.
 #[inline(always)]
-fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> Flow {
+fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> FilmFlow {
     let (medium, film, enter) = (&cover.medium, &cover.film, cover.enter);
     let n = medium.n_eff;
     let (thickness, foil) = (film.thickness_mm, film.under.gloss.is_metal());
     let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
     let of = covers.films.at(turns, absorbed);
-    let place = Place::new(thickness, table::LOWEST as f32);
+    let place = LengthInterpolation::new(thickness, table::LOWEST as f32);
     let laws = of.laws(cover.view_up);
     // Straight light: what is left after one way through, and Fresnel's law on both sides.
     let extinction = turns / (1.0 - PIGMENT_G) + absorbed;
@@ -183,10 +188,10 @@ fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> Flow {
             enter * left * out * gloss(&under.gloss, normal, inside(n, cover.light), inside(n, cover.view)) / (n * n);
         let all = sealed.map(|part| enter * (part + of.sealed_straight()));
         let rest = (enter - all[0]).max(0.0);
-        return Flow {
+        return FilmFlow {
             film: sealed.map(|part| enter * part),
             towards: sealed.map(|part| enter * laws[2] * part),
-            through: [glint; WAVES],
+            through: [glint; FREQUENCY_COUNT],
             all,
             sunk: rest,
         };
@@ -196,9 +201,12 @@ fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> Flow {
     let (diffuse_back, diffuse_on) = (place.read(&of.diffuse_back()), place.read(&of.diffuse_on()));
     let slopes = of.slopes();
     let lowest = table::LOWEST as f32;
-    let (h1, h2) = (Place::new(gap, lowest).read(&slopes), Place::new(2.0 * gap, lowest).read(&slopes));
+    let (h1, h2) = (
+        LengthInterpolation::new(gap, lowest).read(&slopes),
+        LengthInterpolation::new(2.0 * gap, lowest).read(&slopes),
+    );
     let (g1, g2) = (covers.lambert.over(gap), covers.lambert.over(2.0 * gap));
-    let lobe = if foil { covers.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; WAVES] };
+    let lobe = if foil { covers.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; FREQUENCY_COUNT] };
     let (body, [mirrors, mirrors_straight]) = (covers.under.body(), covers.under.mirrors());
     let glint = if foil {
         gloss(&under.gloss, normal, cover.light, cover.view)
@@ -210,9 +218,14 @@ fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> Flow {
     // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
     let near = NEAR_MM * NEAR_MM / (NEAR_MM * NEAR_MM + gap * gap);
     let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
-    let mut out =
-        Flow { film: [0.0; WAVES], towards: [0.0; WAVES], through: [0.0; WAVES], all: [0.0; WAVES], sunk: 0.0 };
-    for i in 0..WAVES {
+    let mut out = FilmFlow {
+        film: [0.0; FREQUENCY_COUNT],
+        towards: [0.0; FREQUENCY_COUNT],
+        through: [0.0; FREQUENCY_COUNT],
+        all: [0.0; FREQUENCY_COUNT],
+        sunk: 0.0,
+    };
+    for i in 0..FREQUENCY_COUNT {
         let scattered = (1.0 - mirrors) * body[i];
         let turn = scattered * g1[i] * g1[i] + mirrors * g2[i];
         let mirror = mirrors_straight * straight * lobe[i];
@@ -240,7 +253,7 @@ fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> Flow {
 }
 
 /// Mean cosine of the pigment of films [1].
-const PIGMENT_G: f32 = path::film::PIGMENT_G as f32;
+const PIGMENT_G: f32 = stack::PIGMENT_G as f32;
 
 /// Sine and cosine inside a film of index `n` of light that leaves it under cosine `up` [1].
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Light along lines: three ways to find the pixels of a line, as the thesis tried them.
+//! Line drawing: three ways to find the pixels of a line, as the thesis tried them.
 //!
 //! From every lit pixel a line runs both ways in the direction of the map. The thesis does not say what each
 //! pixel of it gets; here the light of the lit pixel is shared evenly (by coverage for smooth lines), so that nothing is

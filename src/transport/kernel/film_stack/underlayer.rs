@@ -1,4 +1,4 @@
-//! What lies below a film: what of the light that arrives it sends out again, and how far from where it arrived.
+//! Reflection by what lies below a film: what of the light that arrives it sends out again, and how far from where it arrived.
 //!
 //! A tablet mirrors Fresnel's share at its surface. The rest enters, and its transform is that of the half space's table:
 //! sum of w exp(-q^2 v / 2) over the table's Gaussians with weight w and variance v. A coat takes its share twice. Foil
@@ -10,39 +10,39 @@
 use procedural::Medium;
 
 use super::super::kept;
-use super::super::table::{BINS, Table, VIEWS};
+use super::super::table::{BINS, HalfSpaceTable, VIEWS};
 use super::super::view::View;
-use super::waves::{WAVES, Wave, frequency};
+use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
 use crate::lanes::exp;
 use crate::transport::fresnel::{fresnel_dielectric, normal_reflectance};
 
 /// Steps of the mean of Fresnel's law over Lambert light.
-const STEPS: usize = 32;
+const FRESNEL_STEPS: usize = 32;
 
 /// What lies below, ready to be asked.
 #[derive(Debug, Clone)]
-pub(super) struct Under {
+pub(super) struct Underlayer {
     medium: Medium,
-    body: Wave,
+    body: Spectrum,
     mirrors: [f32; 2],
     views: [f32; VIEWS],
 }
 
-impl Under {
+impl Underlayer {
     pub fn of(medium: &Medium) -> Self {
         if medium.gloss.is_metal() {
             let mirrors = [medium.gloss.reflectance; 2];
-            return Self { medium: *medium, body: [0.0; WAVES], mirrors, views: [0.0; VIEWS] };
+            return Self { medium: *medium, body: [0.0; FREQUENCY_COUNT], mirrors, views: [0.0; VIEWS] };
         }
-        let node = Table::get().between(medium.n_eff, 1.0, 0.0);
+        let node = HalfSpaceTable::get().between(medium.n_eff, 1.0, 0.0);
         let free = 1.0 / medium.sigma_i.max(1e-3);
-        let waves: Wave = std::array::from_fn(|i| frequency(i) as f32);
-        let mut body = [0.0; WAVES];
+        let waves: Spectrum = std::array::from_fn(|i| frequency(i) as f32);
+        let mut body = [0.0; FREQUENCY_COUNT];
         for l in 0..BINS {
             let (left, narrower) = kept(medium.mu_a * free * node.path()[l]);
             let weight = medium.coat * medium.coat * node.weight()[l] * left;
             let half = -0.25 * free * free * narrower * (node.variance_along()[l] + node.variance_across()[l]);
-            for i in 0..WAVES {
+            for i in 0..FREQUENCY_COUNT {
                 body[i] += weight * exp((half * waves[i] * waves[i]).max(-80.0));
             }
         }
@@ -57,7 +57,7 @@ impl Under {
 
     /// Of light that entered, what leaves again [1].
     #[inline(always)]
-    pub fn body(&self) -> &Wave {
+    pub fn body(&self) -> &Spectrum {
         &self.body
     }
 
@@ -78,6 +78,6 @@ impl Under {
 /// Share of Lambert light in air that a surface of index `n` throws back [1].
 fn diffuse_reflectance(n: f32) -> f32 {
     // Even in the square of the cosine, as Lambert light is.
-    let at = |i: usize| fresnel_dielectric(1.0, n.into(), ((i as f64 + 0.5) / STEPS as f64).sqrt()).0;
-    ((0..STEPS).map(at).sum::<f64>() / STEPS as f64) as f32
+    let at = |i: usize| fresnel_dielectric(1.0, n.into(), ((i as f64 + 0.5) / FRESNEL_STEPS as f64).sqrt()).0;
+    ((0..FRESNEL_STEPS).map(at).sum::<f64>() / FRESNEL_STEPS as f64) as f32
 }

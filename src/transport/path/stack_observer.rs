@@ -1,21 +1,22 @@
-//! Counting: what a batch of photons did, and what all batches together say.
+//! Observer of photons in plane layers: what a batch did, and the answer of all batches together.
 
 use glam::DVec3;
 use procedural::normal;
 use rand::Rng;
 
-use super::towards::Lens;
-use super::walk::{Photon, Prepared, Tally, Walk};
+use super::next_event::LensEstimator;
+use super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
+use super::tracker::Photon;
 use crate::transport::answer::{AngleBin, Answer, Estimate, Question};
 use crate::transport::stack::Stack;
 
 /// Half angle of the cone about the lens whose light is counted [rad].
-const CONE: f64 = 0.087_266_462_599_716_48;
+const CONE_HALF_ANGLE: f64 = 0.087_266_462_599_716_48;
 
 /// One batch's counts, in units of a photon's energy.
 #[derive(Debug, Clone)]
-pub(super) struct Count {
-    lens: Option<Lens>,
+pub(super) struct StackCounts {
+    lens: Option<LensEstimator>,
     view: DVec3,
     inside: f64,
     row_mm: f64,
@@ -43,14 +44,14 @@ pub(super) struct Count {
     point: Vec<f64>,
 }
 
-impl Count {
-    pub(super) fn new(walk: &Walk, stack: &Stack, question: &Question) -> Self {
+impl StackCounts {
+    pub(super) fn new(walk: &StackGeometry, stack: &Stack, question: &Question) -> Self {
         let (rows, cells) = (question.rows as i64, question.cells as i64);
         let side = if cells > 0 { 2 * question.cells + 1 } else { 0 };
         Self {
-            lens: Lens::new(walk, question.view),
+            lens: LensEstimator::new(walk, question.view),
             view: question.view,
-            inside: libm::cos(CONE),
+            inside: libm::cos(CONE_HALF_ANGLE),
             ring: ring(stack, question),
             row_mm: question.row_mm,
             rows,
@@ -82,7 +83,7 @@ impl Count {
     }
 }
 
-impl Count {
+impl StackCounts {
     /// The row of a photon that leaves at `y` [mm], if it is among them.
     fn row(&self, y: f64) -> Option<usize> {
         let row = ((y + self.beside) / self.row_mm).round() as i64 + self.rows;
@@ -95,25 +96,25 @@ impl Count {
 fn ring(stack: &Stack, question: &Question) -> Option<([f64; 2], DVec3)> {
     let view = question.view;
     let tilt = libm::acos(view.z.clamp(-1.0, 1.0));
-    let fits = view.z > 0.0 && tilt > 1.5 * CONE && tilt + CONE < std::f64::consts::FRAC_PI_2;
+    let fits = view.z > 0.0 && tilt > 1.5 * CONE_HALF_ANGLE && tilt + CONE_HALF_ANGLE < std::f64::consts::FRAC_PI_2;
     let azimuth = DVec3::new(view.x, view.y, 0.0).normalize_or_zero();
-    let cosines = [libm::cos(tilt + CONE), libm::cos(tilt - CONE)];
+    let cosines = [libm::cos(tilt + CONE_HALF_ANGLE), libm::cos(tilt - CONE_HALF_ANGLE)];
     (fits && stack.is_round() && question.incidence == Some(0.0)).then_some((cosines, azimuth))
 }
 
 /// y of where a photon leaves, once all is turned about the normal so that it leaves at `azimuth` [mm].
 fn turned_to(azimuth: DVec3, photon: &Photon) -> Option<f64> {
-    let (place, way) = (photon.place, photon.way);
-    let flat = (way.x * way.x + way.y * way.y).sqrt();
+    let (position, direction) = (photon.position, photon.direction);
+    let flat = (direction.x * direction.x + direction.y * direction.y).sqrt();
     // Sine and cosine of the turn from the photon's azimuth to the lens's.
-    let cos = (way.x * azimuth.x + way.y * azimuth.y) / flat;
-    let sin = (way.x * azimuth.y - way.y * azimuth.x) / flat;
-    (flat > 0.0).then_some(place.x * sin + place.y * cos)
+    let cos = (direction.x * azimuth.x + direction.y * azimuth.y) / flat;
+    let sin = (direction.x * azimuth.y - direction.y * azimuth.x) / flat;
+    (flat > 0.0).then_some(position.x * sin + position.y * cos)
 }
 
-impl Tally for Count {
+impl StackObserver for StackCounts {
     #[inline]
-    fn collide(&mut self, photon: &Photon, layer: &Prepared, rng: &mut impl Rng) {
+    fn collide(&mut self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) {
         if let Some(lens) = &self.lens {
             self.towards += lens.estimate(photon, layer, rng);
         }
@@ -125,22 +126,22 @@ impl Tally for Count {
     }
 
     fn leave(&mut self, photon: &Photon) {
-        let (weight, up) = (photon.weight, photon.way.z > 0.0);
+        let (weight, up) = (photon.weight, photon.direction.z > 0.0);
         let scattered = photon.turned + photon.guided > 0;
         let bins = self.up.len() as f64;
-        let bin = libm::acos(photon.way.z.abs().min(1.0)) / std::f64::consts::FRAC_PI_2 * bins;
+        let bin = libm::acos(photon.direction.z.abs().min(1.0)) / std::f64::consts::FRAC_PI_2 * bins;
         let angles = if up { &mut self.up } else { &mut self.down };
         if scattered && let Some(angle) = angles.get_mut(bin as usize) {
             *angle += weight;
         }
-        let in_cone = scattered && photon.way.dot(self.view) > self.inside;
+        let in_cone = scattered && photon.direction.dot(self.view) > self.inside;
         self.cone += if in_cone { weight } else { 0.0 };
         let seen = match self.ring {
             Some(([low, high], azimuth)) => {
-                let inside = scattered && (low..high).contains(&photon.way.z);
+                let inside = scattered && (low..high).contains(&photon.direction.z);
                 inside.then(|| turned_to(azimuth, photon)).flatten()
             }
-            None => in_cone.then_some(photon.place.y),
+            None => in_cone.then_some(photon.position.y),
         };
         if let Some(row) = seen.and_then(|y| self.row(y)) {
             self.seen[row] += weight;
@@ -151,11 +152,11 @@ impl Tally for Count {
             return;
         }
         self.reflected += weight;
-        if let Some(row) = self.row(photon.place.y) {
+        if let Some(row) = self.row(photon.position.y) {
             self.line[row] += weight;
         }
         let cell = |v: f64| (v / self.cell_mm).round() as i64 + self.cells;
-        let (x, y, side) = (cell(photon.place.x), cell(photon.place.y), 2 * self.cells + 1);
+        let (x, y, side) = (cell(photon.position.x), cell(photon.position.y), 2 * self.cells + 1);
         if self.cells > 0 && (0..side).contains(&x) && (0..side).contains(&y) {
             self.point[(y * side + x) as usize] += weight;
         }
@@ -163,9 +164,9 @@ impl Tally for Count {
 }
 
 /// What all batches of `each` photons say together.
-pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Question) -> Answer {
+pub(super) fn answer(counts: &[StackCounts], each: u64, stack: &Stack, question: &Question) -> Answer {
     let each = each as f64;
-    let mean = |pick: &dyn Fn(&Count) -> f64| Estimate::of(counts.iter().map(|count| pick(count) / each));
+    let mean = |pick: &dyn Fn(&StackCounts) -> f64| Estimate::of(counts.iter().map(|count| pick(count) / each));
     let bins = question.angles;
     let angles = (0..bins).map(|bin| {
         let edge = |b: usize| std::f64::consts::FRAC_PI_2 * b as f64 / bins as f64;
@@ -177,7 +178,7 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
             transmitted: mean(&|count| count.down[bin] / solid),
         }
     });
-    let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE));
+    let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE_HALF_ANGLE));
     let factor = std::f64::consts::PI / (solid * question.view.z.abs());
     let cone = mean(&|count| count.cone * factor);
     // Against Lambert's law, which sends a share cos^2 to cos^2 between two tilts.

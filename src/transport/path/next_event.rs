@@ -1,6 +1,6 @@
 //! Next-event estimation: the light that a collision would send straight to the lens.
 //!
-//! A lens far away in direction v sees radiance L = sum of w p(way -> v') exp(-depth) T dOmega'/dOmega / cos(v) per
+//! A lens far away in direction v sees radiance L = sum of w p(w -> v') exp(-depth) T dOmega'/dOmega / cos(v) per
 //! photon, with v' the direction inside that refraction turns into v, depth the optical depth on the way up, T the
 //! transmittance of the planes passed and dOmega'/dOmega = n^2 cos(v) / (n'^2 cos(v')) (n outside, n' at the collision).
 //! The radiance factor is pi L / E.
@@ -10,24 +10,25 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rand::Rng;
 
-use super::walk::{Photon, Prepared, Walk};
+use super::plane_layers::{PreparedLayer, StackGeometry};
+use super::tracker::Photon;
 use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::phase::{cylinder_towards, henyey_greenstein_density};
 use crate::transport::stack::{Scattering, Substrate};
 
 /// Steps of the mean over fibre dispersion, in tilt and around.
-const TILTS: usize = 64;
-const TURNS: usize = 32;
+const TILT_NODES: usize = 64;
+const TURN_NODES: usize = 32;
 
-/// The way to the lens from each layer.
+/// The path to the lens from each layer.
 #[derive(Debug, Clone)]
-pub(super) struct Lens(Vec<Out>);
+pub(super) struct LensEstimator(Vec<LensPath>);
 
-/// The way to the lens from inside one layer.
+/// The path to the lens from inside one layer.
 #[derive(Debug, Clone, Copy)]
-struct Out {
+struct LensPath {
     /// Unit vector inside towards the lens.
-    way: DVec3,
+    direction: DVec3,
     /// The layer's plane that it leaves through [mm].
     edge: f64,
     /// Mean extinction along it, null collisions left out [mm^-1].
@@ -36,11 +37,11 @@ struct Out {
     factor: f64,
 }
 
-impl Lens {
+impl LensEstimator {
     /// A lens far away in direction `view`: above, or below the last layer where `view.z < 0`.
     ///
-    /// `None` where planes inside reflect: they send light to the lens along ways that no collision looks along.
-    pub(super) fn new(walk: &Walk, view: DVec3) -> Option<Self> {
+    /// `None` where planes inside reflect: they send light to the lens along paths that no collision looks along.
+    pub(super) fn new(walk: &StackGeometry, view: DVec3) -> Option<Self> {
         let up = view.z > 0.0;
         if walk.mirrors_inside(up) {
             return None;
@@ -51,7 +52,7 @@ impl Lens {
             Substrate::Foil(_) => return None,
         };
         let (mut index, mut through) = (outside, 1.0);
-        let mut outs: Vec<Out> = Vec::new();
+        let mut outs: Vec<LensPath> = Vec::new();
         let count = walk.layers.len();
         for passed in 0..count {
             let layer = &walk.layers[if up { passed } else { count - 1 - passed }];
@@ -64,10 +65,10 @@ impl Lens {
                 through *= layer.layer.coat;
             }
             index = n;
-            let way = DVec3::new(x, y, cosine.copysign(view.z));
+            let direction = DVec3::new(x, y, cosine.copysign(view.z));
             let factor = if cosine > 0.0 { PI * through * ratio * ratio / cosine } else { 0.0 };
-            let extinction = extinction(layer, way);
-            outs.push(Out { way, edge: if up { layer.top } else { layer.bottom }, extinction, factor });
+            let extinction = extinction(layer, direction);
+            outs.push(LensPath { direction, edge: if up { layer.top } else { layer.bottom }, extinction, factor });
             through *= libm::exp(-extinction * (layer.top - layer.bottom) / cosine.max(1e-12));
             if !up {
                 through *= layer.layer.coat;
@@ -81,46 +82,46 @@ impl Lens {
 
     /// Radiance factor that a collision adds, per photon [1].
     #[inline]
-    pub(super) fn estimate(&self, photon: &Photon, layer: &Prepared, rng: &mut impl Rng) -> f64 {
+    pub(super) fn estimate(&self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) -> f64 {
         let [turned, guided] = self.estimates(photon, layer, rng);
         turned + guided
     }
 
     /// The same, by light that the collision turns anywhere and by light that a cylinder turns [1].
     #[inline]
-    pub(super) fn estimates(&self, photon: &Photon, layer: &Prepared, rng: &mut impl Rng) -> [f64; 2] {
+    pub(super) fn estimates(&self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) -> [f64; 2] {
         let out = &self.0[photon.layer];
         if out.factor == 0.0 {
             return [0.0; 2];
         }
-        let depth = (out.edge - photon.place.z) / out.way.z * out.extinction;
+        let depth = (out.edge - photon.position.z) / out.direction.z * out.extinction;
         if depth > 40.0 {
             return [0.0; 2];
         }
-        let scale = photon.weight / layer.extinction(photon.way) * libm::exp(-depth) * out.factor;
+        let scale = photon.weight / layer.extinction(photon.direction) * libm::exp(-depth) * out.factor;
         match layer.layer.scattering {
             Scattering::Isotropic { mu_s, g } => {
-                [scale * mu_s * henyey_greenstein_density(photon.way.dot(out.way), g), 0.0]
+                [scale * mu_s * henyey_greenstein_density(photon.direction.dot(out.direction), g), 0.0]
             }
             Scattering::Tensor { mu_s, g } => {
-                let mu_s = mu_s.dot(photon.way * photon.way);
-                [scale * mu_s * henyey_greenstein_density(photon.way.dot(out.way), g), 0.0]
+                let mu_s = mu_s.dot(photon.direction * photon.direction);
+                [scale * mu_s * henyey_greenstein_density(photon.direction.dot(out.direction), g), 0.0]
             }
             Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
-                let cylinders = cylinder_towards(photon.way, out.way, axis, turn, dispersion, rng);
+                let cylinders = cylinder_towards(photon.direction, out.direction, axis, turn, dispersion, rng);
                 [scale * sigma_i / (4.0 * PI), scale * sigma_c * cylinders]
             }
         }
     }
 }
 
-/// Mean extinction of a layer in direction `way`, without null collisions [mm^-1].
-fn extinction(layer: &Prepared, way: DVec3) -> f64 {
+/// Mean extinction of a layer along `direction`, without null collisions [mm^-1].
+fn extinction(layer: &PreparedLayer, direction: DVec3) -> f64 {
     match layer.layer.scattering {
         Scattering::Fibres { sigma_i, sigma_c, axis, dispersion, .. } => {
-            layer.layer.mu_a + sigma_i + sigma_c * mean_sine(way.dot(axis), dispersion)
+            layer.layer.mu_a + sigma_i + sigma_c * mean_sine(direction.dot(axis), dispersion)
         }
-        _ => layer.extinction(way),
+        _ => layer.extinction(direction),
     }
 }
 
@@ -128,16 +129,16 @@ fn extinction(layer: &Prepared, way: DVec3) -> f64 {
 pub(super) fn mean_sine(along: f64, dispersion: f64) -> f64 {
     let across = (1.0 - along * along).max(0.0).sqrt();
     let mut sum = 0.0;
-    for i in 0..TILTS {
+    for i in 0..TILT_NODES {
         // Even steps in the chance of Rayleigh's law.
-        let chance = (i as f64 + 0.5) / TILTS as f64;
+        let chance = (i as f64 + 0.5) / TILT_NODES as f64;
         let (sin, cos) = libm::sincos(dispersion * (-2.0 * libm::log(chance)).sqrt());
-        for j in 0..TURNS {
+        for j in 0..TURN_NODES {
             // Half a turn holds all cosines.
-            let turn = libm::cos(PI * (j as f64 + 0.5) / TURNS as f64);
+            let turn = libm::cos(PI * (j as f64 + 0.5) / TURN_NODES as f64);
             let fibre = along * cos + across * sin * turn;
             sum += (1.0 - fibre * fibre).max(0.0).sqrt();
         }
     }
-    sum / (TILTS * TURNS) as f64
+    sum / (TILT_NODES * TURN_NODES) as f64
 }

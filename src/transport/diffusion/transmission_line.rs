@@ -1,4 +1,4 @@
-//! Waves in plane layers: the transmission line behind [`super::slab`], whose head has the equations.
+//! Transmission line of waves in plane layers, behind [`super::slab`], whose head has the equations.
 //!
 //! Potential Phi / n^2, current J, stiffness n^2 D_zz. All functions are those of q t, and none divides by q, so that a
 //! wave without loss is no exception.
@@ -11,7 +11,7 @@ use crate::transport::stack::{Stack, Substrate};
 
 /// Where a share of the light begins to diffuse.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Source {
+pub(super) struct DiffuseSource {
     /// Share of the incident light [1].
     pub share: f64,
     /// Its layer.
@@ -24,7 +24,7 @@ pub(super) struct Source {
 
 /// A layer of the transmission line.
 #[derive(Debug, Clone)]
-pub(super) struct Sheet {
+pub(super) struct LineSection {
     pub medium: Diffusive,
     pub thickness: f64,
     /// What is left of the tensor in the plane [mm].
@@ -37,8 +37,8 @@ pub(super) struct Sheet {
 
 /// Layers ready for waves.
 #[derive(Debug, Clone)]
-pub(super) struct Line {
-    pub sheets: Vec<Sheet>,
+pub(super) struct TransmissionLine {
+    pub sections: Vec<LineSection>,
     /// z_e above the first and below the last layer [mm].
     pub ends: [f64; 2],
     /// Refractive index below [1].
@@ -51,54 +51,54 @@ fn tanh_over(q: f64, t: f64) -> f64 {
     if x < 1e-6 { t } else { libm::tanh(x) / q }
 }
 
-impl Line {
+impl TransmissionLine {
     pub fn new(stack: &Stack) -> Result<Self, DiffusionError> {
-        let mut sheets: Vec<Sheet> = Vec::new();
+        let mut sections: Vec<LineSection> = Vec::new();
         for (index, layer) in stack.layers.iter().enumerate() {
             if layer.coat < 1.0 {
                 return Err(DiffusionError::Coat { layer: index });
             }
             let medium = Diffusive::new(layer, index)?;
-            let resistance = sheets.last().map_or(0.0, |above| resistance(above.medium.n, layer.n));
+            let resistance = sections.last().map_or(0.0, |above| resistance(above.medium.n, layer.n));
             let stiffness = layer.n * layer.n * medium.d.z_axis.z;
             let plane = medium.sheared();
-            sheets.push(Sheet { medium, plane, thickness: layer.thickness, stiffness, resistance });
+            sections.push(LineSection { medium, plane, thickness: layer.thickness, stiffness, resistance });
             if layer.thickness.is_infinite() {
                 break;
             }
         }
         let Substrate::Index(below) = stack.below else { return Err(DiffusionError::Foil) };
-        let (Some(first), Some(last)) = (sheets.first(), sheets.last()) else { return Err(DiffusionError::Empty) };
+        let (Some(first), Some(last)) = (sections.first(), sections.last()) else { return Err(DiffusionError::Empty) };
         let ends = [first.medium.extrapolation(stack.above), last.medium.extrapolation(below)];
-        Ok(Self { sheets, ends, below })
+        Ok(Self { sections, ends, below })
     }
 
-    /// Wave number across the layers of each one for the wave `k`, and the impedance Phi / (n^2 J) seen from its top
+    /// LayerWave number across the layers of each one for the wave `k`, and the impedance Phi / (n^2 J) seen from its top
     /// upwards and from its bottom downwards.
-    pub fn wave(&self, k: DVec2, waves: &mut Vec<Wave>) {
+    pub fn wave(&self, k: DVec2, waves: &mut Vec<LayerWave>) {
         waves.clear();
-        for sheet in &self.sheets {
-            let medium = &sheet.medium;
-            let loss = k.dot(sheet.plane * k) + medium.mu_a;
+        for section in &self.sections {
+            let medium = &section.medium;
+            let loss = k.dot(section.plane * k) + medium.mu_a;
             let q = (loss / medium.d.z_axis.z).max(1e-24).sqrt();
-            waves.push(Wave { q, up: 0.0, down: 0.0 });
+            waves.push(LayerWave { q, up: 0.0, down: 0.0 });
         }
         let last = waves.len() - 1;
-        waves[0].up = tanh_over(waves[0].q, self.ends[0]) / self.sheets[0].stiffness;
+        waves[0].up = tanh_over(waves[0].q, self.ends[0]) / self.sections[0].stiffness;
         for i in 1..=last {
-            waves[i].up = self.through(i - 1, waves[i - 1].q, self.sheets[i - 1].thickness, waves[i - 1].up)
-                + self.sheets[i].resistance;
+            waves[i].up = self.through(i - 1, waves[i - 1].q, self.sections[i - 1].thickness, waves[i - 1].up)
+                + self.sections[i].resistance;
         }
-        waves[last].down = tanh_over(waves[last].q, self.ends[1]) / self.sheets[last].stiffness;
+        waves[last].down = tanh_over(waves[last].q, self.ends[1]) / self.sections[last].stiffness;
         for i in (0..last).rev() {
-            waves[i].down = self.through(i + 1, waves[i + 1].q, self.sheets[i + 1].thickness, waves[i + 1].down)
-                + self.sheets[i + 1].resistance;
+            waves[i].down = self.through(i + 1, waves[i + 1].q, self.sections[i + 1].thickness, waves[i + 1].down)
+                + self.sections[i + 1].resistance;
         }
     }
 
     /// Impedance in front of `t` mm of layer `i`, behind which it is `end`.
     fn through(&self, i: usize, q: f64, t: f64, end: f64) -> f64 {
-        let stiffness = self.sheets[i].stiffness;
+        let stiffness = self.sections[i].stiffness;
         if t.is_infinite() {
             return 1.0 / (stiffness * q);
         }
@@ -108,41 +108,41 @@ impl Line {
 
     /// Share of a flux that is left after `t` mm of layer `i` with the impedance `end` behind it.
     fn left(&self, i: usize, q: f64, t: f64, end: f64) -> f64 {
-        1.0 / (libm::cosh(q * t) + end * self.sheets[i].stiffness * q * libm::sinh(q * t))
+        1.0 / (libm::cosh(q * t) + end * self.sections[i].stiffness * q * libm::sinh(q * t))
     }
 
     /// Fluxes that leave a source upwards and downwards, of a unit source.
-    fn split(&self, source: &Source, waves: &[Wave]) -> [f64; 2] {
+    fn split(&self, source: &DiffuseSource, waves: &[LayerWave]) -> [f64; 2] {
         let (i, wave) = (source.layer, waves[source.layer]);
         let up = self.through(i, wave.q, source.depth, wave.up);
-        let down = self.through(i, wave.q, self.sheets[i].thickness - source.depth, wave.down);
+        let down = self.through(i, wave.q, self.sections[i].thickness - source.depth, wave.down);
         [down / (up + down), up / (up + down)]
     }
 
     /// Share of a unit source that leaves at the top, without the phase.
-    pub fn exit(&self, source: &Source, waves: &[Wave]) -> f64 {
+    pub fn exit(&self, source: &DiffuseSource, waves: &[LayerWave]) -> f64 {
         let [up, _] = self.split(source, waves);
         let mut depth = source.depth;
         let mut flux = up;
         for i in (0..=source.layer).rev() {
             flux *= self.left(i, waves[i].q, depth, waves[i].up);
-            depth = if i > 0 { self.sheets[i - 1].thickness } else { 0.0 };
+            depth = if i > 0 { self.sections[i - 1].thickness } else { 0.0 };
         }
         flux
     }
 
     /// What a unit source sends out at the top and the bottom, and what each layer absorbs.
-    pub fn energy(&self, source: &Source, waves: &[Wave]) -> (f64, f64, Vec<f64>) {
+    pub fn energy(&self, source: &DiffuseSource, waves: &[LayerWave]) -> (f64, f64, Vec<f64>) {
         let [mut up, mut down] = self.split(source, waves);
-        let mut absorbed = vec![0.0; self.sheets.len()];
+        let mut absorbed = vec![0.0; self.sections.len()];
         for i in (0..=source.layer).rev() {
-            let t = if i == source.layer { source.depth } else { self.sheets[i].thickness };
+            let t = if i == source.layer { source.depth } else { self.sections[i].thickness };
             let left = up * self.left(i, waves[i].q, t, waves[i].up);
             absorbed[i] += up - left;
             up = left;
         }
-        for i in source.layer..self.sheets.len() {
-            let t = self.sheets[i].thickness - if i == source.layer { source.depth } else { 0.0 };
+        for i in source.layer..self.sections.len() {
+            let t = self.sections[i].thickness - if i == source.layer { source.depth } else { 0.0 };
             let left = if t.is_infinite() { 0.0 } else { down * self.left(i, waves[i].q, t, waves[i].down) };
             absorbed[i] += down - left;
             down = left;
@@ -153,7 +153,7 @@ impl Line {
 
 /// A wave in one layer.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wave {
+pub(super) struct LayerWave {
     pub q: f64,
     up: f64,
     down: f64,

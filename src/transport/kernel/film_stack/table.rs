@@ -1,11 +1,11 @@
-//! The table of what films do to light, measured with the judge and kept beside this file as `film.bin`.
+//! Table of reflection and transmission of films, measured by Monte Carlo and kept beside this file as `film.bin`.
 //!
 //! Three axes: index, reduced scattering times thickness, absorption times thickness. Lengths are in thicknesses,
 //! frequencies in 1 / thickness. Transmitted light is kept times 1 + 3/4 of the scattering, which leaves little to
 //! interpolate (the two-stream law). `make film-table` makes it anew.
 
-use super::waves::{RATIO_LN, Unit};
-use crate::transport::path::film::{DIRECTIONS, FREQUENCIES, Fate, Side};
+use super::spectrum::{RATIO_LN, UnitSpectrum};
+use crate::transport::stack::Foil;
 
 /// Refractive indices of the table [1].
 pub const N: [f64; 2] = [1.45, 1.58];
@@ -15,56 +15,31 @@ pub const TURNS: [f64; 15] =
 /// Absorption times thickness [1].
 pub const ABSORBED: [f64; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 10.0];
 /// Path of light in a film about which interpolation over absorption is exact [thicknesses].
-const PATH: f32 = 4.0;
+const TYPICAL_PATH: f32 = 4.0;
 /// Lowest frequency of a transform [1 / thickness].
 pub const LOWEST: f64 = 0.02;
+/// Frequencies of a transform.
+pub const TABLE_FREQUENCIES: usize = 20;
+/// Bins of directions of exit, even in the square of the sine.
+pub const EXIT_BINS: usize = 8;
 /// Transforms kept of a film.
 const TRANSFORMS: usize = 6;
 /// Laws of exit kept of a film.
-const LAWS: usize = 3;
-/// Numbers kept of a film.
-pub const NODE: usize = TRANSFORMS * FREQUENCIES + LAWS * DIRECTIONS + 2;
+const EXIT_LAWS: usize = 3;
+/// Numbers kept of a film: transforms, laws of exit, and the shares of Lambert light that passes unturned and of straight
+/// light that leaves a sealed film as the foil mirrored it.
+pub const NODE: usize = TRANSFORMS * TABLE_FREQUENCIES + EXIT_LAWS * EXIT_BINS + 2;
+/// Foil below the sealed films of the table.
+pub const SEALED: Foil = Foil { reflectance: 0.9, roughness: [0.2, 0.2] };
 
 /// Frequencies of the transforms [1 / thickness].
-pub fn frequencies() -> [f64; FREQUENCIES] {
+pub fn frequencies() -> [f64; TABLE_FREQUENCIES] {
     std::array::from_fn(|i| LOWEST * libm::exp(i as f64 * RATIO_LN))
 }
 
-/// How much larger transmitted light is kept.
-fn scale(turns: f64) -> f64 {
+/// How much larger the table keeps transmitted light [1].
+pub fn transmission_scale(turns: f64) -> f64 {
     1.0 + 0.75 * turns
-}
-
-/// What the table keeps of a film that the judge measured under straight light, Lambert light, and sealed to foil.
-pub fn condense(turns: f64, straight: &Fate, lambert: &Fate, sealed: &Fate) -> [f32; NODE] {
-    let scale = scale(turns);
-    let down = straight.down;
-    // A clear film turns nothing; then it does not matter how.
-    let slopes = if down.total > 1e-6 { down.slopes.map(|slope| slope / down.total) } else { [1.0; FREQUENCIES] };
-    let transforms = [
-        straight.up.spread,
-        down.spread.map(|part| part * scale),
-        lambert.up.spread.map(|part| part + lambert.straight_up),
-        lambert.down.spread.map(|part| part * scale),
-        sealed.up.spread,
-        slopes,
-    ];
-    // Radiance factor of each bin, against Lambert's law.
-    let law = |side: &Side| {
-        let even = side.total / DIRECTIONS as f64;
-        if side.total > 1e-6 { side.directions.map(|part| part / even) } else { [1.0; DIRECTIONS] }
-    };
-    let laws = [law(&straight.up), law(&lambert.down), law(&sealed.up)];
-    let mut node = [0.0; NODE];
-    let values = transforms
-        .into_iter()
-        .flatten()
-        .chain(laws.into_iter().flatten())
-        .chain([lambert.straight_down, sealed.straight_up]);
-    for (kept, value) in node.iter_mut().zip(values) {
-        *kept = value as f32;
-    }
-    node
 }
 
 /// `film.bin`: f32, little-endian.
@@ -75,13 +50,13 @@ const PER_INDEX: usize = TURNS.len() * ABSORBED.len();
 
 /// Films of one index, `[TURNS][ABSORBED]`.
 #[derive(Debug, Clone)]
-pub struct Films {
+pub struct FilmTable {
     n: f32,
     nodes: Vec<[f32; NODE]>,
     absorbed: [f32; ABSORBED.len()],
 }
 
-impl Films {
+impl FilmTable {
     /// Films of index `n`, clamped to [1.4, 1.65] [1].
     pub fn of(n: f32) -> Self {
         let word = |i: usize| f32::from_le_bytes(BYTES.as_chunks().0[i]);
@@ -89,7 +64,7 @@ impl Films {
         let f = ((n - low) / (high - low)).clamp(-0.4, 1.55);
         let value = |i: usize| word(i) * (1.0 - f) + word(i + PER_INDEX * NODE) * f;
         let nodes = (0..PER_INDEX).map(|film| std::array::from_fn(|i| value(film * NODE + i))).collect();
-        Self { n, nodes, absorbed: ABSORBED.map(|a| kept(a as f32)) }
+        Self { n, nodes, absorbed: ABSORBED.map(|a| absorption_axis(a as f32)) }
     }
 
     /// Their index [1].
@@ -99,9 +74,9 @@ impl Films {
 
     /// The film with this reduced scattering and absorption times thickness, clamped to the table's ends.
     #[inline(always)]
-    pub fn at(&self, turns: f32, absorbed: f32) -> Film {
+    pub fn at(&self, turns: f32, absorbed: f32) -> FilmNode {
         let (rows, along) = rows(turns);
-        let (j, g) = between(&self.absorbed, kept(absorbed));
+        let (j, g) = between(&self.absorbed, absorption_axis(absorbed));
         let mut node = [0.0f32; NODE];
         for (row, weight) in rows.into_iter().zip(along) {
             let first = row * ABSORBED.len() + j;
@@ -110,7 +85,7 @@ impl Films {
                 node[l] += weight * ((1.0 - g) * less[l] + g * more[l]);
             }
         }
-        Film { node, scale: 1.0 / scale(f64::from(turns)) as f32 }
+        FilmNode { node, scale: 1.0 / transmission_scale(f64::from(turns)) as f32 }
     }
 }
 
@@ -134,8 +109,8 @@ fn rows(turns: f32) -> ([usize; 4], [f32; 4]) {
 
 /// The axis of absorption: what is left after a typical path, rising with absorption [1].
 #[inline(always)]
-fn kept(absorbed: f32) -> f32 {
-    -crate::lanes::exp(-PATH * absorbed)
+fn absorption_axis(absorbed: f32) -> f32 {
+    -crate::lanes::exp(-TYPICAL_PATH * absorbed)
 }
 
 /// The place of `x` among rising values: the one below it, and how far it is on the way to the next.
@@ -147,56 +122,56 @@ fn between(values: &[f32], x: f32) -> (usize, f32) {
 
 /// What one film does. All shares but `sealed` are of a film in air.
 #[derive(Debug, Clone, Copy)]
-pub struct Film {
+pub struct FilmNode {
     node: [f32; NODE],
     scale: f32,
 }
 
-impl Film {
+impl FilmNode {
     /// Straight light that entered from one side and leaves on it, turned.
     #[inline(always)]
-    pub fn back(&self) -> Unit<FREQUENCIES> {
+    pub fn back(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(0, 1.0)
     }
 
     /// Straight light that entered and leaves on the other side, turned.
     #[inline(always)]
-    pub fn on(&self) -> Unit<FREQUENCIES> {
+    pub fn on(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(1, self.scale)
     }
 
     /// Lambert light that arrived and leaves on the same side, turned or not.
     #[inline(always)]
-    pub fn diffuse_back(&self) -> Unit<FREQUENCIES> {
+    pub fn diffuse_back(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(2, 1.0)
     }
 
     /// Lambert light that arrived and leaves on the other side, turned.
     #[inline(always)]
-    pub fn diffuse_on(&self) -> Unit<FREQUENCIES> {
+    pub fn diffuse_on(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(3, self.scale)
     }
 
     /// Straight light that entered a film sealed to foil and leaves turned by the film.
     #[inline(always)]
-    pub fn sealed(&self) -> Unit<FREQUENCIES> {
+    pub fn sealed(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(4, 1.0)
     }
 
     /// Slopes of the directions of [`Self::on`], frequencies in 1 / slope.
     #[inline(always)]
-    pub fn slopes(&self) -> Unit<FREQUENCIES> {
+    pub fn slopes(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(5, 1.0)
     }
 
     /// Radiance factors, against light that leaves by Lambert's law, under cosine `up`: of [`Self::back`],
     /// [`Self::diffuse_on`] and [`Self::sealed`] [1].
     #[inline(always)]
-    pub fn laws(&self, up: f32) -> [f32; LAWS] {
-        let place = ((1.0 - up * up) * DIRECTIONS as f32 - 0.5).clamp(0.0, (DIRECTIONS - 1) as f32 - 1e-3);
+    pub fn laws(&self, up: f32) -> [f32; EXIT_LAWS] {
+        let place = ((1.0 - up * up) * EXIT_BINS as f32 - 0.5).clamp(0.0, (EXIT_BINS - 1) as f32 - 1e-3);
         let (bin, f) = (place as usize, place - place.floor());
         std::array::from_fn(|law| {
-            let at = TRANSFORMS * FREQUENCIES + law * DIRECTIONS + bin;
+            let at = TRANSFORMS * TABLE_FREQUENCIES + law * EXIT_BINS + bin;
             self.node[at] * (1.0 - f) + self.node[at + 1] * f
         })
     }
@@ -212,7 +187,7 @@ impl Film {
     }
 
     #[inline(always)]
-    fn transform(&self, i: usize, scale: f32) -> Unit<FREQUENCIES> {
-        Unit(std::array::from_fn(|l| self.node[i * FREQUENCIES + l] * scale))
+    fn transform(&self, i: usize, scale: f32) -> UnitSpectrum<TABLE_FREQUENCIES> {
+        UnitSpectrum(std::array::from_fn(|l| self.node[i * TABLE_FREQUENCIES + l] * scale))
     }
 }

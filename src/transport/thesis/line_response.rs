@@ -1,4 +1,4 @@
-//! A laser line on a body and a laser point on a map, spread as pictures.
+//! Line response of the thesis' method: a laser line on a body, and a laser point on a map, spread as pictures.
 //!
 //! The body around the line is cut into square pixels. Each column's power is laid evenly over the width it stands for
 //! and as a Gaussian across the line, spread, and collected again by overlap of areas, so that resampling keeps light. All
@@ -46,7 +46,7 @@ fn edges(x: &[f32], alone: f64) -> Vec<f64> {
 }
 
 /// The model's answer for a line on a body.
-pub fn glow(line: &LineSource, settings: &ThesisSettings) -> LineResponse {
+pub fn line_response(line: &LineSource, settings: &ThesisSettings) -> LineResponse {
     let (columns, side) = (line.x.len(), 2 * line.rows + 1);
     if columns == 0 {
         return LineResponse { columns, rows: line.rows, light: Vec::new(), error: Vec::new() };
@@ -69,7 +69,7 @@ pub fn glow(line: &LineSource, settings: &ThesisSettings) -> LineResponse {
     let mut picture = Picture::dark(ys.count, xs.count);
     for (row, light) in picture.light.chunks_mut(xs.count).enumerate() {
         let low = pitch * (row as f64 - half - 0.5);
-        let share = normal_share(low, low + pitch, line.line_mm);
+        let share = gaussian_share(low, low + pitch, line.line_mm);
         light.iter_mut().zip(&entering).for_each(|(light, power)| *light = share * power);
     }
 
@@ -94,7 +94,7 @@ pub fn glow(line: &LineSource, settings: &ThesisSettings) -> LineResponse {
 }
 
 /// Share of a normal law of this standard deviation between two places.
-fn normal_share(low: f64, high: f64, deviation: f64) -> f64 {
+fn gaussian_share(low: f64, high: f64, deviation: f64) -> f64 {
     let scale = std::f64::consts::FRAC_1_SQRT_2 / deviation.max(1e-9);
     0.5 * (libm::erf(high * scale) - libm::erf(low * scale))
 }

@@ -1,45 +1,31 @@
-//! The judge on bodies of any shape and matter: Monte Carlo of the transport equation below a line of light.
+//! Response of a body to a line of light by Monte Carlo of the transport equation.
 //!
-//! Model: radiance in a body whose absorption, scattering and fibre direction change from place to place
-//! ([`Medium`](procedural::Medium), cylinders that turn light evenly about themselves), below a relief with cracks, sides
-//! and bottom (`relief`), with Fresnel's law wherever light meets a surface (`roam`). Matter is the same within cells of
-//! 0.1 mm (`voxels`). Light enters vertically at every place of the line, tilted or not.
+//! Bodies of any shape and matter are tracked as [`body`](super::body) says, packs as [`pack`](super::pack) says. Light enters vertically everywhere on
+//! the line, whatever the tilt of the surface.
 //!
 //! Photons are spread over the columns by power, evenly within a column and by the line's normal law across it. Batch b
 //! draws from stream (seed, b) and results are added in the order of batches, so an answer is the same for any number
 //! of threads. Within a batch photons are stratified along the line.
-//!
-//! Source: Woodcock et al. 1965 for free paths; the rest as in the module above. Neglected: refraction on entry, bending
-//! of light where the index changes inside, roughness finer than 0.1 mm, cracks narrower than 0.2 mm, light beyond 20 mm
-//! from the line's grid (it is booked as astray), light to the lens through sides and walls of cracks.
-
-mod relief;
-mod roam;
-#[cfg(test)]
-mod tests;
-mod voxels;
 
 use glam::DVec3;
 use procedural::{Body, Stream, normal};
 use rand::Rng;
 use rayon::prelude::*;
 
-use self::relief::Relief;
-use self::roam::Roam;
-pub(super) use self::roam::{Fate, Ledger};
-use self::voxels::Voxels;
-use super::walk::Photon;
-use super::{BATCHES, Effort, pack};
+use super::body::BodyGeometry;
+use super::pack::PackGeometry;
+use super::tracker::{Fate, LineObserver, Target};
+use super::{BATCHES, Effort};
 use crate::transport::answer::Estimate;
 use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::phase::uniform;
 
 /// Batches that are in memory at once.
-const TOGETHER: u64 = 16;
+const BATCHES_AT_ONCE: u64 = 16;
 
 /// Where a line's light went; shares of the light that entered, which sum to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Books {
+pub struct EnergyBalance {
     /// Absorbed inside [1].
     pub absorbed: Estimate,
     /// Into the sky [1].
@@ -47,65 +33,50 @@ pub struct Books {
     /// Onto the conveyor, through the bottom or from the sides [1].
     pub dropped: Estimate,
     /// Too far to follow, or aimed beside the body [1].
-    pub astray: Estimate,
+    pub lost: Estimate,
     /// Light towards the lens from everywhere, within the grid or not, in units of what entered [1].
     pub seen: Estimate,
 }
 
-/// What a line of light falls on.
-pub(super) trait Ground: Sync {
-    /// Sends a photon in at (x, y) [mm] from above, and follows it to its end.
-    fn light(&self, x: f64, y: f64, ledger: &mut impl Ledger, rng: &mut impl Rng);
-}
-
-impl Ground for Roam<'_> {
-    fn light(&self, x: f64, y: f64, ledger: &mut impl Ledger, rng: &mut impl Rng) {
-        match self.voxels.relief().above(DVec3::new(x, y, 0.0)) {
-            Some(z) => {
-                let (place, way) = (DVec3::new(x, y, z), DVec3::NEG_Z);
-                let photon = Photon { place, way, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
-                self.follow(photon, ledger, rng);
-            }
-            None => ledger.book(Fate::Astray, 1.0),
-        }
-    }
-}
-
 /// What the lens sees of a line of light on a body.
-pub fn glow(line: &LineSource, effort: Effort) -> LineResponse {
-    judge(line, effort).0
+pub fn line_response(line: &LineSource, effort: Effort) -> LineResponse {
+    line_response_with_balance(line, effort).0
 }
 
 /// The same, and where all light went.
-pub fn judge(line: &LineSource, effort: Effort) -> (LineResponse, Books) {
-    if let Body::Pack(pack) = line.body {
-        return light(line, effort, &pack::Roam::in_pack(pack, line));
+pub fn line_response_with_balance(line: &LineSource, effort: Effort) -> (LineResponse, EnergyBalance) {
+    match line.body {
+        Body::Pack(pack) => illuminate_target(line, effort, &PackGeometry::in_pack(pack, line)),
+        _ => illuminate_target(line, effort, &BodyGeometry::about(line)),
     }
-    let (relief, cuts) = Relief::new(line);
-    light(line, effort, &Roam::new(Voxels::new(relief, cuts), line.view))
 }
 
-/// The same on `ground`.
-pub(super) fn light(line: &LineSource, effort: Effort, ground: &impl Ground) -> (LineResponse, Books) {
-    let aim = Aim::new(line);
+/// The same on `target`.
+pub(super) fn illuminate_target(
+    line: &LineSource,
+    effort: Effort,
+    target: &impl Target,
+) -> (LineResponse, EnergyBalance) {
+    let sampler = LineSampler::new(line);
     let cells = (2 * line.rows + 1) * line.x.len();
-    let mut glow =
+    let mut response =
         LineResponse { columns: line.x.len(), rows: line.rows, light: vec![0.0; cells], error: vec![0.0; cells] };
-    let total = aim.total();
+    let total = sampler.total();
     if total <= 0.0 {
         let none = Estimate::exact(0.0);
-        return (glow, Books { absorbed: none, left: none, dropped: none, astray: none, seen: none });
+        return (response, EnergyBalance { absorbed: none, left: none, dropped: none, lost: none, seen: none });
     }
     let each = effort.photons.div_ceil(BATCHES).max(1);
     // Sum and sum of squares over batches, a share of the power each.
     let mut sums = vec![[0.0f64; 2]; cells];
     let mut shares: Vec<[f64; 5]> = Vec::new();
-    for first in (0..BATCHES).step_by(TOGETHER as usize) {
+    for first in (0..BATCHES).step_by(BATCHES_AT_ONCE as usize) {
         let batch = |batch: u64| {
             let mut rng = Stream::root(effort.seed).child("transport").child("body").index(batch).rng();
-            aim.shoot(ground, each, &mut rng)
+            sampler.shoot(target, each, &mut rng)
         };
-        let counts: Vec<Count> = (first..(first + TOGETHER).min(BATCHES)).into_par_iter().map(batch).collect();
+        let counts: Vec<LineCounts> =
+            (first..(first + BATCHES_AT_ONCE).min(BATCHES)).into_par_iter().map(batch).collect();
         for count in counts {
             for (sum, light) in sums.iter_mut().zip(&count.light) {
                 let light = light / each as f64;
@@ -117,17 +88,17 @@ pub(super) fn light(line: &LineSource, effort: Effort, ground: &impl Ground) -> 
     let n = BATCHES as f64;
     for (cell, [sum, squares]) in sums.into_iter().enumerate() {
         let mean = sum / n;
-        glow.light[cell] = (total * mean) as f32;
-        glow.error[cell] = (total * ((squares / n - mean * mean).max(0.0) / (n - 1.0)).sqrt()) as f32;
+        response.light[cell] = (total * mean) as f32;
+        response.error[cell] = (total * ((squares / n - mean * mean).max(0.0) / (n - 1.0)).sqrt()) as f32;
     }
-    let [absorbed, left, dropped, astray, seen] =
+    let [absorbed, left, dropped, lost, seen] =
         std::array::from_fn(|share| Estimate::of(shares.iter().map(|batch| batch[share])));
-    (glow, Books { absorbed, left, dropped, astray, seen })
+    (response, EnergyBalance { absorbed, left, dropped, lost, seen })
 }
 
-/// Where light is sent in, and how places become cells.
+/// Where light is sent in, and how points become cells.
 #[derive(Debug)]
-struct Aim<'a> {
+struct LineSampler<'a> {
     line: &'a LineSource<'a>,
     /// Ends of the columns, one more than them [mm].
     ends: Vec<f64>,
@@ -137,14 +108,14 @@ struct Aim<'a> {
 
 /// What a batch saw, in units of a photon.
 #[derive(Debug)]
-struct Count<'a> {
-    aim: &'a Aim<'a>,
+struct LineCounts<'a> {
+    sampler: &'a LineSampler<'a>,
     light: Vec<f64>,
-    /// Absorbed, left, dropped, astray, seen.
+    /// Absorbed, left, dropped, lost, seen.
     shares: [f64; 5],
 }
 
-impl<'a> Aim<'a> {
+impl<'a> LineSampler<'a> {
     fn new(line: &'a LineSource<'a>) -> Self {
         let x: Vec<f64> = line.x.iter().map(|&x| f64::from(x)).collect();
         let mut ends: Vec<f64> = x.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
@@ -168,34 +139,37 @@ impl<'a> Aim<'a> {
     }
 
     /// Sends `photons` in and counts what becomes of them.
-    fn shoot(&self, ground: &impl Ground, photons: u64, rng: &mut impl Rng) -> Count<'_> {
-        let mut count =
-            Count { aim: self, light: vec![0.0; (2 * self.line.rows + 1) * self.line.x.len()], shares: [0.0; 5] };
+    fn shoot(&self, target: &impl Target, photons: u64, rng: &mut impl Rng) -> LineCounts<'_> {
+        let mut count = LineCounts {
+            sampler: self,
+            light: vec![0.0; (2 * self.line.rows + 1) * self.line.x.len()],
+            shares: [0.0; 5],
+        };
         for photon in 0..photons {
             let share = (photon as f64 + 1.0 - uniform(rng)) / photons as f64 * self.total();
             let column = self.power.partition_point(|&sum| sum <= share).min(self.power.len() - 1);
             let x = self.ends[column] + (1.0 - uniform(rng)) * (self.ends[column + 1] - self.ends[column]);
             let y = self.line.y + self.line.line_mm * normal(rng);
-            ground.light(x, y, &mut count, rng);
+            target.illuminate(x, y, &mut count, rng);
         }
         count
     }
 
-    /// The cell of a place on the surface, if it is in the grid.
+    /// The cell of a point on the surface, if it is in the grid.
     #[inline]
-    fn cell(&self, place: DVec3) -> Option<usize> {
-        let row = ((place.y - self.line.y) / self.line.row_mm).round() + self.line.rows as f64;
-        let column = self.ends.partition_point(|&end| end <= place.x);
+    fn cell(&self, position: DVec3) -> Option<usize> {
+        let row = ((position.y - self.line.y) / self.line.row_mm).round() + self.line.rows as f64;
+        let column = self.ends.partition_point(|&end| end <= position.x);
         let inside = row >= 0.0 && row <= 2.0 * self.line.rows as f64 && (1..self.ends.len()).contains(&column);
         inside.then(|| row as usize * self.line.x.len() + column - 1)
     }
 }
 
-impl Ledger for Count<'_> {
+impl LineObserver for LineCounts<'_> {
     #[inline]
-    fn see(&mut self, place: DVec3, light: f64) {
+    fn see(&mut self, position: DVec3, light: f64) {
         self.shares[4] += light;
-        if let Some(cell) = self.aim.cell(place) {
+        if let Some(cell) = self.sampler.cell(position) {
             self.light[cell] += light;
         }
     }
@@ -206,7 +180,7 @@ impl Ledger for Count<'_> {
             Fate::Absorbed => 0,
             Fate::Left => 1,
             Fate::Dropped => 2,
-            Fate::Astray => 3,
+            Fate::Lost => 3,
         };
         self.shares[share] += weight;
     }

@@ -9,45 +9,46 @@ use glam::DVec3;
 use procedural::Medium;
 use procedural::body::Slice;
 
-use super::relief::{Cell, Relief};
+use super::height_field::{CellIndex, HeightField};
 
 /// Cells along a block's edge: blocks are only there where light has been.
-const BLOCK: usize = 4;
+const BLOCK_CELLS: usize = 4;
 
 type Block = Box<[OnceLock<Medium>]>;
 
 /// The media about a line of light.
 #[derive(Debug)]
-pub(super) struct Voxels<'a> {
-    relief: Relief,
+pub(super) struct MediumCache<'a> {
+    heights: HeightField,
     cuts: Vec<Slice<'a>>,
     blocks: Vec<OnceLock<Block>>,
     /// Blocks along x and y.
     side: [usize; 2],
 }
 
-impl<'a> Voxels<'a> {
+impl<'a> MediumCache<'a> {
     /// No medium is known yet.
-    pub fn new(relief: Relief, cuts: Vec<Slice<'a>>) -> Self {
-        let [nx, ny, nz] = relief.cells.map(|cells| cells.div_ceil(BLOCK));
-        Self { relief, cuts, blocks: (0..nx * ny * nz).map(|_| OnceLock::new()).collect(), side: [nx, ny] }
+    pub fn new(heights: HeightField, cuts: Vec<Slice<'a>>) -> Self {
+        let [nx, ny, nz] = heights.cells.map(|cells| cells.div_ceil(BLOCK_CELLS));
+        Self { heights, cuts, blocks: (0..nx * ny * nz).map(|_| OnceLock::new()).collect(), side: [nx, ny] }
     }
 
     /// The shape of the body.
     #[inline(always)]
-    pub fn relief(&self) -> &Relief {
-        &self.relief
+    pub fn heights(&self) -> &HeightField {
+        &self.heights
     }
 
     /// The medium of a cell.
     #[inline(always)]
-    pub fn at(&self, cell: Cell) -> &Medium {
-        let [bx, by, bz] = cell.map(|c| c / BLOCK);
-        let [x, y, z] = cell.map(|c| c % BLOCK);
+    pub fn at(&self, cell: CellIndex) -> &Medium {
+        let [bx, by, bz] = cell.map(|c| c / BLOCK_CELLS);
+        let [x, y, z] = cell.map(|c| c % BLOCK_CELLS);
         let block = &self.blocks[(bz * self.side[1] + by) * self.side[0] + bx];
-        let block = block.get_or_init(|| (0..BLOCK * BLOCK * BLOCK).map(|_| OnceLock::new()).collect());
-        block[(z * BLOCK + y) * BLOCK + x].get_or_init(|| {
-            let middle = self.relief.middle(cell);
+        let block =
+            block.get_or_init(|| (0..BLOCK_CELLS * BLOCK_CELLS * BLOCK_CELLS).map(|_| OnceLock::new()).collect());
+        block[(z * BLOCK_CELLS + y) * BLOCK_CELLS + x].get_or_init(|| {
+            let middle = self.heights.middle(cell);
             self.cuts[cell[1]].matter(middle.x as f32, middle.z as f32).medium
         })
     }

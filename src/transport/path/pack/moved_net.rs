@@ -33,8 +33,8 @@ fn lay_triangle([a, b, c]: [DVec3; 3], size: [usize; 2], heights: &mut [f64]) {
             if i >= size[0] || j >= size[1] {
                 continue;
             }
-            let place = DVec2::new(i as f64, j as f64) - a.truncate();
-            let (s, t) = (place.perp_dot(v) / area, u.perp_dot(place) / area);
+            let position = DVec2::new(i as f64, j as f64) - a.truncate();
+            let (s, t) = (position.perp_dot(v) / area, u.perp_dot(position) / area);
             // Nodes on a seam belong to both sides.
             if s >= -1e-9 && t >= -1e-9 && s + t <= 1.0 + 2e-9 {
                 let height = a.z + s * (b.z - a.z) + t * (c.z - a.z);

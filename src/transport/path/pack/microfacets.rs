@@ -1,6 +1,6 @@
 //! Rough metal: microfacets of the GGX law (Walter et al. 2007) that light meets as it sees them.
 //!
-//! Model: light from direction l meets a facet whose normal is drawn among those it sees (Heitz 2018), and the facet
+//! Model: light from l meets a facet whose normal is drawn among those it sees (Heitz 2018), and the facet
 //! throws it back like a mirror; what would go on into the surface goes up instead, as after a second facet. So the
 //! share thrown back is the facets' reflectance, under every angle, and the density towards v is
 //! D(h) / (2 (cos_l + sqrt(a_x^2 l_x^2 + a_y^2 l_y^2 + cos_l^2))), once for v and once for its image below.
@@ -30,7 +30,7 @@ pub(super) fn bottom(medium: &Medium) -> Gloss {
 
 /// A piece of rough metal.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Facets {
+pub(super) struct Microfacets {
     /// Tangents nearest to x and y, and the normal.
     frame: [DVec3; 3],
     roughness: [f64; 2],
@@ -38,7 +38,7 @@ pub(super) struct Facets {
     pub reflectance: f64,
 }
 
-impl Facets {
+impl Microfacets {
     pub fn new(gloss: &Gloss, normal: DVec3) -> Self {
         let along = (DVec3::X - normal * normal.x).normalize();
         Self {
@@ -48,14 +48,14 @@ impl Facets {
         }
     }
 
-    fn local(&self, way: DVec3) -> DVec3 {
-        DVec3::from(self.frame.map(|axis| axis.dot(way)))
+    fn local(&self, direction: DVec3) -> DVec3 {
+        DVec3::from(self.frame.map(|axis| axis.dot(direction)))
     }
 
-    /// Direction into which light that travels along `way` is thrown back.
-    pub fn sample(&self, way: DVec3, rng: &mut impl Rng) -> DVec3 {
+    /// Direction into which light that travels along `direction` is thrown back.
+    pub fn sample(&self, direction: DVec3, rng: &mut impl Rng) -> DVec3 {
         let [ax, ay] = self.roughness;
-        let light = -self.local(way);
+        let light = -self.local(direction);
         // The half ball that the facets become when stretched, seen from the light.
         let seen = DVec3::new(ax * light.x, ay * light.y, light.z).normalize();
         let flat = seen.x * seen.x + seen.y * seen.y;
@@ -71,9 +71,9 @@ impl Facets {
     }
 
     /// Density of that direction towards `view` [sr^-1].
-    pub fn density(&self, way: DVec3, view: DVec3) -> f64 {
+    pub fn density(&self, direction: DVec3, view: DVec3) -> f64 {
         let [ax, ay] = self.roughness;
-        let (light, view) = (-self.local(way), self.local(view));
+        let (light, view) = (-self.local(direction), self.local(view));
         if view.z <= 0.0 || light.z <= 0.0 {
             return 0.0;
         }

@@ -1,7 +1,7 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
-//! Films over something are answered by [`super::layers`].
+//! Films over something are answered by [`super::film_stack`].
 
-use super::table::{BINS, CONE, Table};
+use super::table::{BINS, CONE, HalfSpaceTable};
 use super::view::View;
 use super::{SurfacePoint, kept};
 use crate::transport::answer::{Answer, Estimate, Question};
@@ -57,7 +57,7 @@ pub enum KernelError {
 /// The Gaussians of a texel.
 pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
-    let node = Table::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
+    let node = HalfSpaceTable::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (cone, rest) = view.factors(node.views());
     let cone = libm::exp(f64::from(cone));
@@ -85,7 +85,7 @@ pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
 pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
     let foil = matches!(stack.below, Substrate::Foil(_));
     if stack.layers.len() > 1 || foil {
-        return super::layers::solve(stack, question);
+        return super::film_stack::solve(stack, question);
     }
     let (texel, track) = texel(stack, question)?;
     let mut all = gaussians(&texel);

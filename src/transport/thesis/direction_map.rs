@@ -1,4 +1,4 @@
-//! Colours that say along which line light spreads, and how much of it is absorbed.
+//! Direction map: colours that say along which line light spreads, and how much of it is absorbed.
 //!
 //! Kihl and Källberg 2021, section 3.2.3 and Figure 3.9: between red and green the slope is R / G, ascending; between
 //! blue and green it is -B / G, descending; alpha is what is left of the light, 1 in clear wood and 0.5 in knots. Green

@@ -6,16 +6,15 @@
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
 
-use super::super::infinite::{Gaussian, KernelError, point, seen_from_above, share};
+use super::super::half_space::{Gaussian, KernelError, point, seen_from_above, share};
 use super::super::widths::{BASIS, SPREAD_MM};
 use super::{FilmStack, FilmStackKernel, flow};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::fresnel::fresnel_dielectric;
-use crate::transport::path::film::PIGMENT_G;
-use crate::transport::stack::{Layer, Scattering, Stack, Substrate};
+use crate::transport::stack::{Layer, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// How far a pigment's mean cosine may be from the table's [1].
-const COSINE: f64 = 0.05;
+const MAX_COSINE_DIFFERENCE: f64 = 0.05;
 
 /// Asks about a film over something.
 ///
@@ -83,7 +82,7 @@ fn cover(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
     seen_from_above(stack, question)?;
     if let Scattering::Isotropic { mu_s, g } = top.scattering
         && mu_s > 0.0
-        && (g - PIGMENT_G).abs() > COSINE
+        && (g - PIGMENT_G).abs() > MAX_COSINE_DIFFERENCE
     {
         return Err(KernelError::Pigment);
     }

@@ -1,6 +1,6 @@
-//! Transforms of line spreads on fixed frequencies, and the way back to the fixed widths.
+//! Fourier transforms of line spreads on fixed frequencies, and the fit of the fixed widths to them.
 //!
-//! A line spread f(y) is kept as F(q) = int f(y) cos(q y) dy at [`WAVES`] frequencies with a constant ratio: there
+//! A line spread f(y) is kept as F(q) = int f(y) cos(q y) dy at [`FREQUENCY_COUNT`] frequencies with a constant ratio: there
 //! spreads one after the other are products. A transform that is known for a unit length on the same ratios is shifted by
 //! ln(length) to be read, with the same four cubic weights for all frequencies.
 //!
@@ -15,13 +15,13 @@
 use super::super::widths::{BASIS, SPREAD_MM, line_mm2};
 
 /// Number of frequencies.
-pub const WAVES: usize = 16;
+pub const FREQUENCY_COUNT: usize = 16;
 /// Lowest frequency [mm^-1].
 pub const LOWEST: f64 = 0.05;
 /// Logarithm of the ratio between neighbouring frequencies: ln(1000) / 15.
 pub const RATIO_LN: f64 = 0.460_517_018_598_809_13;
 /// A transform on the fixed frequencies [1].
-pub type Wave = [f32; WAVES];
+pub type Spectrum = [f32; FREQUENCY_COUNT];
 
 /// Gaussians that the way back is made for, and the largest standard deviation among them [mm].
 const GAUSSIANS: usize = 120;
@@ -36,7 +36,7 @@ const PITCH: f64 = 0.101;
 /// Share of the brightest row under which a row counts no more [1].
 const FLOOR: f64 = 3e-3;
 /// Steps of the fits with weights that are not negative.
-const STEPS: usize = 400;
+const FIT_SWEEPS: usize = 400;
 
 /// Frequency number `i` [mm^-1].
 pub fn frequency(i: usize) -> f64 {
@@ -45,16 +45,16 @@ pub fn frequency(i: usize) -> f64 {
 
 /// A transform of a spread of unit size, with its ends repeated beyond them.
 #[derive(Debug, Clone, Copy)]
-pub struct Unit<const N: usize>(pub [f32; N]);
+pub struct UnitSpectrum<const N: usize>(pub [f32; N]);
 
-/// Where to read a [`Unit`] for a length: first place, and the weights of four neighbours.
+/// Where to read a [`UnitSpectrum`] for a length: first place, and the weights of four neighbours.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct LengthInterpolation {
     first: i32,
     weights: [f32; 4],
 }
 
-impl Place {
+impl LengthInterpolation {
     /// For a spread of size `length` [mm], of a unit whose lowest frequency is `lowest`.
     #[inline(always)]
     pub fn new(length: f32, lowest: f32) -> Self {
@@ -73,8 +73,8 @@ impl Place {
 
     /// The transform at the fixed frequencies.
     #[inline(always)]
-    pub fn read<const N: usize>(&self, unit: &Unit<N>) -> Wave {
-        let mut near = [0.0f32; WAVES + 3];
+    pub fn read<const N: usize>(&self, unit: &UnitSpectrum<N>) -> Spectrum {
+        let mut near = [0.0f32; FREQUENCY_COUNT + 3];
         for (i, value) in near.iter_mut().enumerate() {
             *value = unit.0[(self.first + i as i32).clamp(0, N as i32 - 1) as usize];
         }
@@ -82,25 +82,25 @@ impl Place {
     }
 }
 
-/// Places of [`Lambert`]'s transform.
+/// Places of [`LambertTransfer`]'s transform.
 const GAP: usize = 32;
 /// Their lowest frequency [1].
 const GAP_LOWEST: f64 = 0.001;
 
 /// Light from a plane to another one, by Lambert's law.
 #[derive(Debug, Clone)]
-pub struct Lambert(Unit<GAP>);
+pub struct LambertTransfer(UnitSpectrum<GAP>);
 
-impl Lambert {
+impl LambertTransfer {
     /// The transform x K1(x).
     pub fn new() -> Self {
-        Self(Unit(std::array::from_fn(|i| lambert(GAP_LOWEST * libm::exp(i as f64 * RATIO_LN)) as f32)))
+        Self(UnitSpectrum(std::array::from_fn(|i| lambert(GAP_LOWEST * libm::exp(i as f64 * RATIO_LN)) as f32)))
     }
 
     /// Over a distance [mm].
     #[inline(always)]
-    pub fn over(&self, distance: f32) -> Wave {
-        Place::new(distance, GAP_LOWEST as f32).read(&self.0)
+    pub fn over(&self, distance: f32) -> Spectrum {
+        LengthInterpolation::new(distance, GAP_LOWEST as f32).read(&self.0)
     }
 }
 
@@ -114,25 +114,26 @@ fn lambert(x: f64) -> f64 {
     x * STEP * (0.5 * at(0) + (1..400).map(at).sum::<f64>())
 }
 
-/// The way from transforms to weights of the fixed widths, `[WAVES][BASIS]`.
+/// The way from transforms to weights of the fixed widths, `[FREQUENCY_COUNT][BASIS]`.
 #[derive(Debug, Clone)]
-pub struct Back([[f32; BASIS]; WAVES]);
+pub struct WidthFit([[f32; BASIS]; FREQUENCY_COUNT]);
 
-impl Back {
+impl WidthFit {
     /// Makes the matrix.
     pub fn new() -> Self {
         let wide = |i: usize| NARROWEST * libm::pow(WIDEST / NARROWEST, (i - 1) as f64 / (GAUSSIANS - 2) as f64);
         let variances: [f64; GAUSSIANS] = std::array::from_fn(|i| if i == 0 { 0.0 } else { wide(i) * wide(i) });
         let columns = SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
-        let (mut normal, mut right) = ([[0.0; WAVES]; WAVES], [[0.0; BASIS]; WAVES]);
+        let (mut normal, mut right) = ([[0.0; FREQUENCY_COUNT]; FREQUENCY_COUNT], [[0.0; BASIS]; FREQUENCY_COUNT]);
         for variance in variances {
             let rows = rows(variance);
             let target = weights(&columns, &rows);
-            let wave: [f64; WAVES] = std::array::from_fn(|i| libm::exp(-0.5 * variance * frequency(i) * frequency(i)));
+            let wave: [f64; FREQUENCY_COUNT] =
+                std::array::from_fn(|i| libm::exp(-0.5 * variance * frequency(i) * frequency(i)));
             // Each Gaussian counts by its light in the rows.
             let count = 1.0 / rows.iter().sum::<f64>().max(0.02);
-            for i in 0..WAVES {
-                for j in 0..WAVES {
+            for i in 0..FREQUENCY_COUNT {
+                for j in 0..FREQUENCY_COUNT {
                     normal[i][j] += count * count * wave[i] * wave[j];
                 }
                 for j in 0..BASIS {
@@ -149,7 +150,7 @@ impl Back {
 
     /// Weights of the fixed widths, none negative.
     #[inline(always)]
-    pub fn weights(&self, wave: &Wave) -> [f32; BASIS] {
+    pub fn weights(&self, wave: &Spectrum) -> [f32; BASIS] {
         let mut weights = [0.0f32; BASIS];
         for (value, row) in wave.iter().zip(&self.0) {
             for (weight, part) in weights.iter_mut().zip(row) {
@@ -178,7 +179,7 @@ fn weights(columns: &[[f64; ROWS]; BASIS], rows: &[f64; ROWS]) -> [f64; BASIS] {
     let gram: [[f64; BASIS]; BASIS] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&columns[i], &columns[j])));
     let right: [f64; BASIS] = std::array::from_fn(|i| dot(&columns[i], rows));
     let mut weights = [0.0f64; BASIS];
-    for _ in 0..STEPS {
+    for _ in 0..FIT_SWEEPS {
         for i in 0..BASIS {
             let others: f64 = (0..BASIS).filter(|&j| j != i).map(|j| gram[i][j] * weights[j]).sum();
             weights[i] = ((right[i] - others) / gram[i][i]).max(0.0);
@@ -188,15 +189,15 @@ fn weights(columns: &[[f64; ROWS]; BASIS], rows: &[f64; ROWS]) -> [f64; BASIS] {
 }
 
 /// Solves in place with a positive definite matrix: Gauss without pivots.
-fn solve(matrix: &mut [[f64; WAVES]; WAVES], right: &mut [[f64; BASIS]; WAVES]) {
-    for i in 0..WAVES {
+fn solve(matrix: &mut [[f64; FREQUENCY_COUNT]; FREQUENCY_COUNT], right: &mut [[f64; BASIS]; FREQUENCY_COUNT]) {
+    for i in 0..FREQUENCY_COUNT {
         let (pivot, values) = (matrix[i], right[i]);
-        for k in 0..WAVES {
+        for k in 0..FREQUENCY_COUNT {
             if k == i {
                 continue;
             }
             let factor = matrix[k][i] / pivot[i];
-            for j in 0..WAVES {
+            for j in 0..FREQUENCY_COUNT {
                 matrix[k][j] -= factor * pivot[j];
             }
             for j in 0..BASIS {
@@ -204,7 +205,7 @@ fn solve(matrix: &mut [[f64; WAVES]; WAVES], right: &mut [[f64; BASIS]; WAVES]) 
             }
         }
     }
-    for i in 0..WAVES {
+    for i in 0..FREQUENCY_COUNT {
         let pivot = matrix[i][i];
         right[i].iter_mut().for_each(|value| *value /= pivot);
     }
@@ -220,10 +221,10 @@ mod tests {
         for (x, k1) in [(0.1, 9.853_845), (0.5, 1.656_441), (1.0, 0.601_907), (2.0, 0.139_866), (5.0, 0.004_044_613)] {
             assert!((lambert(x) - x * k1).abs() < 2e-6 * x * k1 + 1e-9, "{} against {}", lambert(x), x * k1);
         }
-        let gap = Lambert::new();
+        let gap = LambertTransfer::new();
         for distance in [0.02f32, 0.13, 0.5, 1.7, 6.0] {
             let wave = gap.over(distance);
-            for i in 0..WAVES {
+            for i in 0..FREQUENCY_COUNT {
                 let truth = lambert(frequency(i) * f64::from(distance));
                 assert!((f64::from(wave[i]) - truth).abs() < 4e-3, "{distance} mm, {i}: {} against {truth}", wave[i]);
             }
@@ -234,7 +235,7 @@ mod tests {
     /// rows 1 to 8 within 4 %, rows 7 to 11 within 6 %, for gaps from 0.2 to 10 mm.
     #[test]
     fn spreads_come_back_as_widths() {
-        let (gap, back) = (Lambert::new(), Back::new());
+        let (gap, back) = (LambertTransfer::new(), WidthFit::new());
         let columns = SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
         for distance in [0.2, 0.5, 1.0, 2.0, 5.0, 10.0] {
             let weights = back.weights(&gap.over(distance as f32));

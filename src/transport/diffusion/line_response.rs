@@ -1,23 +1,102 @@
-//! The voxels around a laser line on a body: their size, their matter, and light from columns to voxels and back.
+//! Line response of a body by diffusion on voxels.
 //!
-//! [`super::glow`] says by which rules.
+//! The light of each column enters along the refracted laser and begins to diffuse at the end of the persistence vector
+//! of the medium at the surface; across the line it has the laser's Gaussian. Light that begins above the middle of the
+//! uppermost voxel is shared, as the resistances on either side say, between that voxel and the way straight out, so
+//! shallow sources are right on coarse voxels too. What leaves at the surface is resampled by overlap to the columns and
+//! rows asked for; it leaves as Lambert's law says.
+//!
+//! Voxel and row blur the answer by about pitch^2 / 12 each in variance. The size of the grid: eight decay lengths
+//! of the lit media downwards and to each side, but no more than [`DiffusionSettings`] say and no fewer than eight voxels.
+//! Exits of directions (cone light of fibres), gloss and light that crosses air from one part of the surface to another
+//! are left out.
 
 use glam::{DMat3, DVec3};
 use procedural::Medium;
 use procedural::body::Slice;
 
-use super::glow::{Account, DiffusionSettings};
+use super::solver::{self, Solution};
 use super::tensor::{Diffusive, refracted, uniaxial};
 use super::voxels::{Voxel, Voxels};
 use crate::transport::fresnel::BoundaryTable;
 use crate::transport::kernel::diffusion;
-use crate::transport::line::LineSource;
+use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::stack::{Layer, Scattering};
 
 /// Decay lengths of the fluence that the grid holds.
-const DECAYS: f64 = 8.0;
+const DECAY_LENGTHS: f64 = 8.0;
 /// Fewest voxels downwards and to each side.
-const FEWEST: f64 = 8.0;
+const MIN_VOXELS: f64 = 8.0;
+
+/// Grid and solver of [`line_response`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiffusionSettings {
+    /// Edge of a voxel [mm].
+    pub voxel_mm: f64,
+    /// Greatest depth below the surface [mm].
+    pub depth_mm: f64,
+    /// Greatest distance to each side of the lit places [mm].
+    pub reach_mm: f64,
+    /// Residual over source at which the solver ends [1].
+    pub tolerance: f64,
+    /// Most steps of the solver.
+    pub iterations: usize,
+}
+
+impl Default for DiffusionSettings {
+    /// Voxels of 0.1 mm, 6 mm deep and 8 mm to each side, to 1e-6: 9 million voxels and 0.7 GB for a board of 94 mm.
+    fn default() -> Self {
+        Self { voxel_mm: 0.1, depth_mm: 6.0, reach_mm: 8.0, tolerance: 1e-6, iterations: 2000 }
+    }
+}
+
+/// Where the light of a line went, and what it took to find out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolverReport {
+    /// Light that entered [unit of power].
+    pub entered: f64,
+    /// Leaves at the surface, in or beside the rows and columns of the answer [unit of power].
+    pub left: f64,
+    /// Leaves through sides and bottom or the ends of the grid, or entered beside matter [unit of power].
+    pub lost: f64,
+    /// Absorbed [unit of power].
+    pub absorbed: f64,
+    /// Voxels of the grid.
+    pub voxels: usize,
+    /// Steps of the solver.
+    pub iterations: usize,
+    /// Residual over source [1].
+    pub residual: f64,
+}
+
+/// Light that comes out around a line; see the head of the file.
+pub fn line_response(line: &LineSource, settings: &DiffusionSettings) -> LineResponse {
+    line_response_with_report(line, settings).0
+}
+
+/// [`line_response`], and where all light went.
+pub fn line_response_with_report(line: &LineSource, settings: &DiffusionSettings) -> (LineResponse, SolverReport) {
+    let rows = 2 * line.rows + 1;
+    let columns = line.x.len();
+    let mut light = vec![0.0; rows * columns];
+    let mut report =
+        SolverReport { entered: 0.0, left: 0.0, lost: 0.0, absorbed: 0.0, voxels: 0, iterations: 0, residual: 0.0 };
+    if let Some(grid) = VoxelGrid::new(line, settings) {
+        let voxels = grid.voxels(line);
+        let mut exits = vec![0.0; grid.shape[0] * grid.shape[1]];
+        let source = grid.source(line, &voxels, &mut exits, &mut report);
+        let Solution { phi, iterations, residual } =
+            solver::solve(&voxels, source, settings.tolerance, settings.iterations);
+        exits.iter_mut().zip(voxels.exits(&phi)).for_each(|(sum, own)| *sum += own);
+        report.left = exits.iter().sum();
+        report.lost += voxels.drained(&phi);
+        report.absorbed = voxels.absorbed(&phi);
+        (report.voxels, report.iterations, report.residual) = (voxels.len(), iterations, residual);
+        grid.resample(line, &exits, &mut light);
+    }
+    let light = light.into_iter().map(|v| v as f32).collect();
+    (LineResponse { columns, rows: line.rows, light, error: Vec::new() }, report)
+}
 
 /// Edges of the columns: half way between neighbours, as far beyond the ends; a lone one is a voxel wide [mm].
 fn edges(x: &[f32], alone: f64) -> Vec<f64> {
@@ -40,7 +119,7 @@ fn diffusive(medium: &Medium) -> Option<Diffusive> {
 }
 
 /// Place and size of the voxels around a line.
-pub(super) struct Grid {
+pub(super) struct VoxelGrid {
     /// Lowest x and y of the grid [mm].
     origin: [f64; 2],
     pub shape: [usize; 3],
@@ -48,7 +127,7 @@ pub(super) struct Grid {
     edges: Vec<f64>,
 }
 
-impl Grid {
+impl VoxelGrid {
     /// `None` where no light enters.
     pub fn new(line: &LineSource, settings: &DiffusionSettings) -> Option<Self> {
         let pitch = settings.voxel_mm;
@@ -67,8 +146,8 @@ impl Grid {
         if low > high {
             return None;
         }
-        let fewest = FEWEST * pitch;
-        let far = |length: f64, most: f64| (DECAYS * length).min(most).max(fewest);
+        let fewest = MIN_VOXELS * pitch;
+        let far = |length: f64, most: f64| (DECAY_LENGTHS * length).min(most).max(fewest);
         let sideways = far(lengths.x, settings.reach_mm);
         let window = (line.rows as f64 + 0.5) * line.row_mm + pitch;
         let along = far(lengths.y, settings.reach_mm).max(window);
@@ -102,7 +181,7 @@ impl Grid {
             let medium = slices[j].matter(self.centre(0, i) as f32, z as f32).medium;
             let (along, across) = diffusion(f64::from(medium.sigma_i).max(1e-3), medium.k.into());
             let d = uniaxial(along, across, medium.fibre.as_dvec3());
-            let map = flat(top.slope_x.into(), top.slope_y.into());
+            let map = flattening(top.slope_x.into(), top.slope_y.into());
             let d = map * d * map.transpose();
             Some(Voxel { mu_a: medium.mu_a.into(), d, leak: 0.5 / f64::from(table.at(medium.n_eff)) })
         };
@@ -114,7 +193,7 @@ impl Grid {
     }
 
     /// Power that begins to diffuse in each voxel; what goes straight out is added to `exits`.
-    pub fn source(&self, line: &LineSource, voxels: &Voxels, exits: &mut [f64], account: &mut Account) -> Vec<f64> {
+    pub fn source(&self, line: &LineSource, voxels: &Voxels, exits: &mut [f64], report: &mut SolverReport) -> Vec<f64> {
         let mut source = vec![0.0; voxels.len()];
         let slice = line.body.slice(line.y as f32);
         for (column, (&x, &power)) in line.x.iter().zip(line.power).enumerate() {
@@ -122,9 +201,9 @@ impl Grid {
             if power <= 0.0 {
                 continue;
             }
-            account.entered += power;
-            let Some((shift, depth)) = begin(&slice, x, self.pitch) else {
-                account.lost += power;
+            report.entered += power;
+            let Some((shift, depth)) = diffusion_start(&slice, x, self.pitch) else {
+                report.lost += power;
                 continue;
             };
             let mut placed = 0.0;
@@ -138,7 +217,7 @@ impl Grid {
                     }
                 }
             }
-            account.lost += power - placed;
+            report.lost += power - placed;
         }
         source
     }
@@ -204,12 +283,12 @@ impl Grid {
 }
 
 /// J of the map that makes a surface with these slopes flat and counts depth downwards.
-fn flat(slope_x: f64, slope_y: f64) -> DMat3 {
+fn flattening(slope_x: f64, slope_y: f64) -> DMat3 {
     DMat3::from_cols(DVec3::new(1.0, 0.0, slope_x), DVec3::new(0.0, 1.0, slope_y), DVec3::new(0.0, 0.0, -1.0))
 }
 
 /// Where light that comes down at `x` begins to diffuse: place beside the entry and depth [mm].
-fn begin(slice: &Slice, x: f32, pitch: f64) -> Option<(DVec3, f64)> {
+fn diffusion_start(slice: &Slice, x: f32, pitch: f64) -> Option<(DVec3, f64)> {
     let surface = slice.surface(x)?;
     let (sx, sy) = (f64::from(surface.slope_x), f64::from(surface.slope_y));
     let medium = diffusive(&slice.matter(x, surface.z - 0.5 * pitch as f32).medium)?;

@@ -1,12 +1,12 @@
-//! The shape of a body as light walks it: a height field on square cells, and straight ways through it.
+//! Height field of a body on square cells, and rays through it.
 //!
 //! Model: heights at the nodes of a grid, bilinear between them (a hyperbolic paraboloid a cell), 0 beside the body; the
 //! body is what lies between the conveyor and that surface. So the walls of cracks and the body's sides are surface like
 //! the rest, upright but for one cell's width, and stand on average where they should: nodes lie half a cell off the
 //! body's border.
 //!
-//! A way is followed from cell to cell, and within each the crossing with the paraboloid is the root of a quadratic
-//! equation. Nothing is skipped, however long the way: no gap that the grid holds can be jumped. Gaps under two cells
+//! A direction is followed from cell to cell, and within each the crossing with the paraboloid is the root of a quadratic
+//! equation. Nothing is skipped, however long the direction: no gap that the grid holds can be jumped. Gaps under two cells
 //! are not held.
 
 use glam::DVec3;
@@ -15,50 +15,50 @@ use procedural::body::Slice;
 use crate::transport::line::LineSource;
 
 /// Cells are as near to this size as divides the body evenly [mm].
-const PITCH_MM: f64 = 0.1;
+const TARGET_PITCH_MM: f64 = 0.1;
 /// The region goes on so far beyond the line's rows and columns [mm].
-const REACH_MM: f64 = 20.0;
+const MARGIN_MM: f64 = 20.0;
 /// Cells over which slopes are averaged for light towards the lens.
-const LEAN: usize = 10;
+const LEAN_CELLS: usize = 10;
 
-/// Cell numbers along x, y, z.
-pub(super) type Cell = [usize; 3];
+/// CellIndex numbers along x, y, z.
+pub(super) type CellIndex = [usize; 3];
 
 /// The height field about a line of light.
 #[derive(Debug)]
-pub(super) struct Relief {
+pub(super) struct HeightField {
     /// Place of the first node, on the conveyor [mm].
     low: DVec3,
     /// Size of cells [mm].
     pub pitch: DVec3,
     /// Cells along x, y, z.
-    pub cells: Cell,
+    pub cells: CellIndex,
     /// Heights of nodes, x fastest [mm].
     height: Vec<f64>,
     /// Lowest node of each cell [mm].
     floor: Vec<f64>,
     /// Highest node [mm].
     top: f64,
-    /// Mean normals over squares of [`LEAN`] cells.
+    /// Mean normals over squares of [`LEAN_CELLS`] cells.
     lean: Vec<DVec3>,
     /// Highest node within one square of each square [mm].
     around: Vec<f64>,
 }
 
-/// What ended a way, and its length [mm].
+/// What ended a direction, and its length [mm].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Stop {
+pub(super) enum FlightEnd {
     /// The visitor.
     Taken(f64),
     /// The surface of this cell.
-    Surface(f64, Cell),
+    Surface(f64, CellIndex),
     /// The conveyor.
     Ground(f64),
     /// The region's end, or the open sky.
     Beyond(f64),
 }
 
-impl Relief {
+impl HeightField {
     /// The region about `line`, and the body's cuts through the middle of its cells, one for each along y.
     pub fn new<'a>(line: &LineSource<'a>) -> (Self, Vec<Slice<'a>>) {
         let (low, high) = line.body.bounds();
@@ -67,18 +67,18 @@ impl Relief {
         let rows = line.row_mm * (line.rows as f64 + 0.5);
         // One node beyond the body on each side closes it.
         let along = |low: f64, high: f64, from: f64, to: f64| {
-            let count = ((high - low) / PITCH_MM).round().max(1.0);
+            let count = ((high - low) / TARGET_PITCH_MM).round().max(1.0);
             let pitch = (high - low) / count;
             let node = |v: f64| ((v - low) / pitch).floor().clamp(-1.0, count);
-            let (first, last) = (node(from - REACH_MM), node(to + REACH_MM));
+            let (first, last) = (node(from - MARGIN_MM), node(to + MARGIN_MM));
             (low + (first + 0.5) * pitch, pitch, (last - first).max(1.0) as usize)
         };
         let (x, px, nx) = along(low.x, high.x, f64::from(ends.0), f64::from(ends.1));
         let (y, py, ny) = along(low.y, high.y, line.y - rows, line.y + rows);
-        let mut relief = Self {
+        let mut heights = Self {
             low: DVec3::new(x, y, 0.0),
-            pitch: DVec3::new(px, py, PITCH_MM),
-            cells: [nx, ny, (high.z / PITCH_MM).ceil().max(1.0) as usize + 1],
+            pitch: DVec3::new(px, py, TARGET_PITCH_MM),
+            cells: [nx, ny, (high.z / TARGET_PITCH_MM).ceil().max(1.0) as usize + 1],
             height: Vec::with_capacity((nx + 1) * (ny + 1)),
             floor: Vec::with_capacity(nx * ny),
             top: 0.0,
@@ -90,24 +90,24 @@ impl Relief {
             let slice = line.body.slice((y + j as f64 * py) as f32);
             for i in 0..=nx {
                 let surface = slice.surface((x + i as f64 * px) as f32);
-                relief.height.push(surface.map_or(0.0, |s| f64::from(s.z).max(0.0)));
+                heights.height.push(surface.map_or(0.0, |s| f64::from(s.z).max(0.0)));
                 slopes.push(surface.map(|s| [f64::from(s.slope_x), f64::from(s.slope_y)]));
             }
         }
-        relief.top = relief.height.iter().copied().fold(0.0, f64::max);
+        heights.top = heights.height.iter().copied().fold(0.0, f64::max);
         for cell in 0..nx * ny {
-            relief.floor.push(relief.corners(cell % nx, cell / nx).into_iter().fold(f64::INFINITY, f64::min));
+            heights.floor.push(heights.corners(cell % nx, cell / nx).into_iter().fold(f64::INFINITY, f64::min));
         }
-        relief.summarise(&slopes);
+        heights.summarise(&slopes);
         let cuts = (0..ny).map(|j| line.body.slice((y + (j as f64 + 0.5) * py) as f32)).collect();
-        (relief, cuts)
+        (heights, cuts)
     }
 
     /// Mean normals and heights over squares; walls, which the body's own slopes do not hold, do not count.
     fn summarise(&mut self, slopes: &[Option<[f64; 2]>]) {
         let [nx, ny, _] = self.cells;
-        let (sx, sy) = (nx / LEAN + 1, ny / LEAN + 1);
-        let nodes = |s: usize, n: usize| s * LEAN..=((s + 1) * LEAN).min(n);
+        let (sx, sy) = (nx / LEAN_CELLS + 1, ny / LEAN_CELLS + 1);
+        let nodes = |s: usize, n: usize| s * LEAN_CELLS..=((s + 1) * LEAN_CELLS).min(n);
         let mut tops = Vec::with_capacity(sx * sy);
         for square in 0..sx * sy {
             let (mut sum, mut count, mut top) = ([0.0; 2], 0.0, 0f64);
@@ -138,38 +138,38 @@ impl Relief {
         [self.height[at], self.height[at + 1], self.height[at + row], self.height[at + row + 1]]
     }
 
-    /// The cell that holds a place; the nearest one outside the region.
+    /// The cell that holds a point; the nearest one outside the region.
     #[inline]
-    pub fn cell(&self, place: DVec3) -> Cell {
-        let local = (place - self.low) / self.pitch;
+    pub fn cell(&self, position: DVec3) -> CellIndex {
+        let local = (position - self.low) / self.pitch;
         // Casts of negative numbers give 0.
         std::array::from_fn(|axis| (local[axis] as usize).min(self.cells[axis] - 1))
     }
 
     /// Middle of a cell [mm].
-    pub fn middle(&self, cell: Cell) -> DVec3 {
+    pub fn middle(&self, cell: CellIndex) -> DVec3 {
         self.low + (DVec3::new(cell[0] as f64, cell[1] as f64, cell[2] as f64) + 0.5) * self.pitch
     }
 
-    fn square(&self, cell: Cell) -> usize {
-        (cell[1] / LEAN) * (self.cells[0] / LEAN + 1) + cell[0] / LEAN
+    fn square(&self, cell: CellIndex) -> usize {
+        (cell[1] / LEAN_CELLS) * (self.cells[0] / LEAN_CELLS + 1) + cell[0] / LEAN_CELLS
     }
 
     /// Normal of the body's own surface, averaged over about a mm.
     #[inline]
-    pub fn lean(&self, cell: Cell) -> DVec3 {
+    pub fn lean(&self, cell: CellIndex) -> DVec3 {
         self.lean[self.square(cell)]
     }
 
     /// Highest surface within a mm or more [mm].
     #[inline]
-    pub fn around(&self, cell: Cell) -> f64 {
+    pub fn around(&self, cell: CellIndex) -> f64 {
         self.around[self.square(cell)]
     }
 
-    /// Surface above a place [mm]; `None` beside the body or the region.
-    pub fn above(&self, place: DVec3) -> Option<f64> {
-        let local = (place - self.low) / self.pitch;
+    /// Surface above a point [mm]; `None` beside the body or the region.
+    pub fn above(&self, position: DVec3) -> Option<f64> {
+        let local = (position - self.low) / self.pitch;
         let inside = |axis: usize| local[axis] >= 0.0 && local[axis] < self.cells[axis] as f64;
         if !inside(0) || !inside(1) {
             return None;
@@ -181,45 +181,45 @@ impl Relief {
         (height > 0.0).then_some(height)
     }
 
-    /// Outward normal of a cell's surface above a place.
-    pub fn normal(&self, cell: Cell, place: DVec3) -> DVec3 {
-        let local = (place - self.low) / self.pitch;
+    /// Outward normal of a cell's surface above a point.
+    pub fn normal(&self, cell: CellIndex, position: DVec3) -> DVec3 {
+        let local = (position - self.low) / self.pitch;
         let (u, v) = (local.x - cell[0] as f64, local.y - cell[1] as f64);
         let [h, x, y, xy] = self.corners(cell[0], cell[1]);
         let twist = h + xy - x - y;
         DVec3::new(-((x - h) + twist * v) / self.pitch.x, -((y - h) + twist * u) / self.pitch.y, 1.0).normalize()
     }
 
-    /// Follows a way from `place`, `inside` the body or through the air, until it meets the surface, ends, or `visit`
+    /// Follows a ray from `position`, `inside` the body or through the air, until it meets the surface, ends, or `visit`
     /// takes it: that is told of each cell and the length in it [mm], and may answer how far on it stops [mm].
     #[inline(always)]
     pub fn march(
         &self,
-        place: DVec3,
-        way: DVec3,
+        position: DVec3,
+        direction: DVec3,
         inside: bool,
-        mut visit: impl FnMut(Cell, f64) -> Option<f64>,
-    ) -> Stop {
-        let start = place - self.low;
+        mut visit: impl FnMut(CellIndex, f64) -> Option<f64>,
+    ) -> FlightEnd {
+        let start = position - self.low;
         let local = start / self.pitch;
         // Rounding down without a call.
         let mut cell: [i64; 3] =
             std::array::from_fn(|axis| local[axis] as i64 - i64::from(local[axis] < (local[axis] as i64) as f64));
-        let ahead = |axis: usize| i64::from(way[axis] > 0.0);
-        let mut next: [f64; 3] = std::array::from_fn(|axis| match way[axis] {
+        let ahead = |axis: usize| i64::from(direction[axis] > 0.0);
+        let mut next: [f64; 3] = std::array::from_fn(|axis| match direction[axis] {
             0.0 => f64::INFINITY,
             along => ((cell[axis] + ahead(axis)) as f64 * self.pitch[axis] - start[axis]) / along,
         });
-        let step: [f64; 3] = std::array::from_fn(|axis| (self.pitch[axis] / way[axis]).abs());
+        let step: [f64; 3] = std::array::from_fn(|axis| (self.pitch[axis] / direction[axis]).abs());
         let mut gone = 0.0;
         loop {
             if cell[2] < 0 {
-                return Stop::Ground(gone);
+                return FlightEnd::Ground(gone);
             }
-            let height = start.z + way.z * gone;
+            let height = start.z + direction.z * gone;
             let out = |axis: usize| cell[axis] < 0 || cell[axis] >= self.cells[axis] as i64;
-            if out(0) || out(1) || (!inside && way.z >= 0.0 && height > self.top) {
-                return Stop::Beyond(gone);
+            if out(0) || out(1) || (!inside && direction.z >= 0.0 && height > self.top) {
+                return FlightEnd::Beyond(gone);
             }
             let axis =
                 if next[0] < next[1] { 2 * usize::from(next[2] < next[0]) } else { 1 + usize::from(next[2] < next[1]) };
@@ -228,16 +228,16 @@ impl Relief {
             let mut length = end - gone;
             let floor = self.floor[here[1] * self.cells[0] + here[0]];
             let mut met = false;
-            if height.max(start.z + way.z * end) >= floor {
-                let hit = self.crossing(here, start + way * gone, way, inside);
+            if height.max(start.z + direction.z * end) >= floor {
+                let hit = self.crossing(here, start + direction * gone, direction, inside);
                 met = hit <= length;
                 length = length.min(hit);
             }
             if inside && let Some(taken) = visit(here, length) {
-                return Stop::Taken(gone + taken);
+                return FlightEnd::Taken(gone + taken);
             }
             if met {
-                return Stop::Surface(gone + length, here);
+                return FlightEnd::Surface(gone + length, here);
             }
             gone = end;
             cell[axis] += 2 * ahead(axis) - 1;
@@ -245,18 +245,18 @@ impl Relief {
         }
     }
 
-    /// Length from `start` (against the first node) to where a way leaves the body in this cell, or enters it from
+    /// Length from `start` (against the first node) to where a direction leaves the body in this cell, or enters it from
     /// outside; infinite if it does not [mm].
     #[inline]
-    fn crossing(&self, cell: Cell, start: DVec3, way: DVec3, inside: bool) -> f64 {
+    fn crossing(&self, cell: CellIndex, start: DVec3, direction: DVec3, inside: bool) -> f64 {
         let [h, x, y, xy] = self.corners(cell[0], cell[1]);
         let (u, v) = (start.x / self.pitch.x - cell[0] as f64, start.y / self.pitch.y - cell[1] as f64);
-        let (du, dv) = (way.x / self.pitch.x, way.y / self.pitch.y);
+        let (du, dv) = (direction.x / self.pitch.x, direction.y / self.pitch.y);
         let (rise_x, rise_y, twist) = (x - h, y - h, h + xy - x - y);
-        // Height over the surface along the way: a t^2 + b t + c; it rises through 0 where light leaves.
+        // Height over the surface along the direction: a t^2 + b t + c; it rises through 0 where light leaves.
         let side = if inside { 1.0 } else { -1.0 };
         let a = side * -twist * du * dv;
-        let b = side * (way.z - rise_x * du - rise_y * dv - twist * (u * dv + v * du));
+        let b = side * (direction.z - rise_x * du - rise_y * dv - twist * (u * dv + v * du));
         let c = side * (start.z - h - rise_x * u - rise_y * v - twist * u * v);
         if c >= 0.0 && b > 0.0 {
             // On the surface, or beyond it by rounding.
