@@ -13,7 +13,7 @@ use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{CheckError, CheckOptions, CheckReport, check};
 use crate::dataset::{DatasetFolder, Sums};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Name of the document in the folder of pictures.
 const DOCUMENT: &str = "check.json";

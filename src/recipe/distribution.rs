@@ -19,7 +19,7 @@ use procedural::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};
 
 use super::keys::unit;
-use crate::chance::{Law, normal_below};
+use crate::chance::{DrawLaw, normal_below};
 use crate::yaml::{Mapping, NumberRange, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, number_text};
 
 /// Cut of normal and lognormal [standard deviations].
@@ -253,10 +253,10 @@ impl Distribution {
     ///
     /// A draw is a sample, rounded where the parameter is a count, that was made again until it lay within the bounds: so
     /// the law is that of the samples, cut at the bounds.
-    pub fn law(&self, parameter: &Parameter) -> Law {
+    pub fn law(&self, parameter: &Parameter) -> DrawLaw {
         let (min, max) = self.bounds(parameter);
         if min >= max {
-            return Law::Fixed(min);
+            return DrawLaw::Fixed(min);
         }
         // The bounds of a truncated distribution are its own: what is cut is the one inside.
         let of = match self {
@@ -273,7 +273,7 @@ impl Distribution {
             None => {
                 let (of, inside) = (of.clone(), of.mass(min, max, 0.0));
                 let below = Box::new(move |x: f64| (of.mass(min, x, 0.0) / inside).clamp(0.0, 1.0));
-                return Law::Continuous { min, max, below };
+                return DrawLaw::Continuous { min, max, cdf: below };
             }
         };
         // The sum takes the sign from -0.
@@ -289,8 +289,8 @@ impl Distribution {
         });
         let sum: f64 = cells.iter().map(|cell| cell.1).sum();
         match cells.as_slice() {
-            [(value, _)] => Law::Fixed(*value),
-            _ => Law::Discrete(cells.into_iter().map(|(value, chance)| (value, chance / sum)).collect()),
+            [(value, _)] => DrawLaw::Fixed(*value),
+            _ => DrawLaw::Discrete(cells.into_iter().map(|(value, chance)| (value, chance / sum)).collect()),
         }
     }
 

@@ -22,9 +22,9 @@ use procedural::{Mesh, Stream};
 
 use self::keys::settings::Settings;
 use crate::asset::{Asset, Files};
-use crate::optics::parameters::Bench;
-use crate::record::Split;
+use crate::parameters::Bench;
 use crate::settings::{Extraction, Line, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
+use crate::split::Split;
 
 pub use self::canonical::differences;
 pub use self::class::Class;

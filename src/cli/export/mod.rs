@@ -16,7 +16,7 @@ use super::{Outcome, Usage, whole};
 use crate::export::{
     ExportError, ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
 };
-use crate::record::Split;
+use crate::split::Split;
 
 pub(super) fn run(format: &Format) -> Outcome {
     let common = format.common();

@@ -1,7 +1,7 @@
 //! Constraints between camera, exposure and movement.
 
 use super::bounds::DrawBounds;
-use crate::frame::{Distortion, image_distance, scheimpflug};
+use crate::lens::{Distortion, image_distance, scheimpflug};
 use crate::recipe::keys::settings::Settings;
 use crate::settings::{LensModel, Scheimpflug};
 use crate::yaml::{YamlReader, number_text};

@@ -1,7 +1,7 @@
 //! Constraints between the order of the thesis' scripts and the sensor that they know nothing of.
 
 use super::bounds::DrawBounds;
-use crate::optics::parameters::Speckle;
+use crate::parameters::SpeckleParameters;
 use crate::recipe::keys::settings::Settings;
 use crate::settings::{Hdr, Order, Step};
 use crate::yaml::YamlReader;
@@ -53,7 +53,7 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
         let problem = format!("`{key}` can be above 0 and has no effect on order `{name}`");
         scene.fault(yaml, &[key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
     }
-    for parameter in Speckle::PARAMETERS {
+    for parameter in SpeckleParameters::PARAMETERS {
         let path = parameter.path();
         if (scene.least(&path), scene.most(&path)) != (parameter.default, parameter.default) {
             let problem = format!("has no effect on order `{name}`, which has a pattern of its own");

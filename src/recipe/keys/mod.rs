@@ -18,7 +18,7 @@ use self::settings::{
     OutputSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings, SplitSettings, TransportSettings,
 };
 use super::subject::Subject;
-use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
+use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
 
 /// A group of keys.
 #[derive(Debug, Clone, Copy)]
@@ -77,11 +77,11 @@ has no effect on is a fault.";
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
 pub(super) const SECTIONS: [RecipeSection; 26] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
-    drawn!(Motion, &[], MotionSettings::SETTINGS),
-    drawn!(Laser, &[], LaserSettings::SETTINGS),
-    drawn!(Camera, &[], CameraSettings::SETTINGS),
-    drawn!(Exposure, &[], ExposureSettings::SETTINGS),
-    drawn!(Speckle, &[], SpeckleSettings::SETTINGS),
+    drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
+    drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
+    drawn!(CameraParameters, &[], CameraSettings::SETTINGS),
+    drawn!(ExposureParameters, &[], ExposureSettings::SETTINGS),
+    drawn!(SpeckleParameters, &[], SpeckleSettings::SETTINGS),
     drawn!(Board, &[Subject::Wood]),
     drawn!(Log, &[Subject::Wood]),
     drawn!(Knots, &[Subject::Wood]),

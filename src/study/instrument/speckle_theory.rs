@@ -15,7 +15,7 @@
 
 use std::f64::consts::PI;
 
-use crate::optics::parameters::Bench;
+use crate::parameters::Bench;
 
 /// Steps of the integrals over a pixel, and lags in a pixel and in all that are kept.
 const PIXEL_STEPS: usize = 120;

@@ -28,8 +28,8 @@ use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_tria
 use crate::drawing::chart::Axis;
 use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::ROWS;
-use crate::optics::parameters::Bench;
 use crate::optics::speckle::PatternCache;
+use crate::parameters::Bench;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::Scheimpflug;
