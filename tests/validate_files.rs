@@ -13,7 +13,7 @@ use output_schema::{AssetHead, DatasetHead};
 use serde_json::Value;
 use shard_support::{SIZE, head, output, write_dataset};
 use sheetlight::asset::Asset;
-use sheetlight::dataset::DatasetFolder;
+use sheetlight::dataset::Dataset;
 use sheetlight::validate::Code;
 use validate_support::{DATA, EXR, MANIFEST, after, agree, check, edit_json, rewrite};
 
@@ -144,7 +144,7 @@ fn tables() {
 fn an_unfinished_dataset_says_which_shards_are_missing() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());
-    DatasetFolder::open_or_create(place.path(), head(&output(), &SIZE, 12)).expect("it opens");
+    Dataset::open_or_create(place.path(), head(&output(), &SIZE, 12)).expect("it opens");
     let report = check(&place);
     assert_eq!(report.codes(), [Code::ManifestMissing]);
     assert_eq!(report.faults.len(), 2);
@@ -158,7 +158,7 @@ fn an_unfinished_dataset_says_which_shards_are_missing() {
 fn parts_that_were_put_together() {
     let [place, part] = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
     write_dataset(place.path(), 12, &output());
-    DatasetFolder::open_or_create(part.path(), head(&output(), &SIZE, 12)).expect("it opens");
+    Dataset::open_or_create(part.path(), head(&output(), &SIZE, 12)).expect("it opens");
     for name in ["README.md", "croissant.json"] {
         fs::copy(part.path().join(name), place.path().join(name)).expect("copied");
     }

@@ -4,16 +4,16 @@
 
 use std::sync::mpsc::{Receiver, SyncSender};
 
-use arrow_array::RecordBatch;
 use procedural::Stream;
 use rayon::prelude::*;
 
 use super::CheckError;
 use super::cut::{Picture, Window, fill, truth};
-use super::folder::{Facts, Folder, Table};
+use super::folder::{Facts, Folder};
 use super::plan::{Plan, Work};
 use super::sampler::{Inside, pixels};
 use super::sidecar::Sidecar;
+use crate::dataset::{RowBatch, Table};
 
 /// Most samples whose maps are in memory at once.
 const SAMPLES: usize = 4;
@@ -83,9 +83,9 @@ impl Feed<'_> {
             let mut row = 0;
             for rows in self.folder.images(table, &names, step)? {
                 let rows = rows?;
-                let here = (0..rows.num_rows()).map(|i| (rows.slice(i, 1), sample + i, facts.get(row + i)));
-                let here: Vec<(RecordBatch, usize, Option<&Facts>)> = here.collect();
-                let read = |(rows, sample, facts): &(RecordBatch, usize, Option<&Facts>)| match facts {
+                let here = (0..rows.len()).map(|i| (rows.row(i), sample + i, facts.get(row + i)));
+                let here: Vec<(RowBatch, usize, Option<&Facts>)> = here.collect();
+                let read = |(rows, sample, facts): &(RowBatch, usize, Option<&Facts>)| match facts {
                     Some(facts) => self.sample(table, rows, *sample, facts, &channels, labels),
                     None => Ok(None),
                 };
@@ -95,7 +95,7 @@ impl Feed<'_> {
                         return Ok(());
                     }
                 }
-                (row, sample) = (row + rows.num_rows(), sample + rows.num_rows());
+                (row, sample) = (row + rows.len(), sample + rows.len());
             }
         }
         if !batch.units.is_empty() {
@@ -108,7 +108,7 @@ impl Feed<'_> {
     fn sample(
         &self,
         table: &Table,
-        row: &RecordBatch,
+        row: &RowBatch,
         sample: usize,
         facts: &Facts,
         channels: &[String],

@@ -22,7 +22,7 @@ use super::sidecar::{Output, Sidecar, beside};
 use super::slices::{Point, groups};
 use super::worst::{Worst, Wrong, draw};
 use super::{BATCH, BATCH_BYTES, CheckError, Options, sliced};
-use crate::dataset::hex;
+use crate::dataset::{Fault, hex};
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
 const MOST: usize = 1 << 30;
@@ -163,7 +163,7 @@ impl<'a> Judge<'a> {
             let place = format!("{} on sample {}", self.options.model.display(), facts.index);
             let (what, remedy) =
                 what.split_once("; ").map_or((what.clone(), ""), |(what, remedy)| (what.into(), remedy));
-            CheckError::Place { place, what, remedy: remedy.into() }
+            CheckError::from(Fault::new(place, what, remedy.to_owned()))
         };
         let guesses = guesses(scores, i, output).map_err(told)?;
         let (right, of) = &mut self.rights[sample];

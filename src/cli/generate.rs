@@ -7,7 +7,7 @@ use output_schema::{MOST_SAMPLES, MOST_SHARDS};
 
 use super::progress::{Progress, bytes, counted, duration, say};
 use super::{Generate, Outcome, Usage, print};
-use crate::dataset::DatasetFolder;
+use crate::dataset::Dataset;
 use crate::generate::{Estimate, Order, Summary, generate, head};
 use crate::recipe::Recipe;
 use crate::settings::Transport;
@@ -89,11 +89,11 @@ fn samples(arguments: &Generate) -> Result<u64, Usage> {
 }
 
 /// The dataset that the order continues: the folder that stands for its recipe, unless it is to go elsewhere.
-fn continued(arguments: &Generate) -> Option<DatasetFolder> {
+fn continued(arguments: &Generate) -> Option<Dataset> {
     let root = arguments.recipe.as_deref().map(Path::new).filter(|root| root.is_dir())?;
     let place = |path: &Path| path.canonicalize().ok();
     let same = arguments.out.as_deref().is_none_or(|out| place(out).is_some() && place(out) == place(root));
-    DatasetFolder::open(root).ok().filter(|_| same)
+    Dataset::open(root).ok().filter(|_| same)
 }
 
 fn order(arguments: &Generate, recipe: &Recipe, samples: u64) -> Result<Order, Usage> {

@@ -11,7 +11,7 @@ use output_schema::file::DATASET;
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
-use crate::dataset::DatasetFolder;
+use crate::dataset::Dataset;
 use crate::generate::{recipe_of, sample};
 use crate::optics::speckle::Tiles;
 use crate::preview::expose_profile;
@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
         return Err(Usage(format!("--out {}: {what}", out.display())).into());
     }
     whole::check(&out)?;
-    let folder = DatasetFolder::open(root);
+    let folder = Dataset::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
     let tiles = Tiles::new(seed);

@@ -19,7 +19,7 @@ pub mod spectrum;
 mod statistics;
 pub mod width;
 
-pub use dataset::Dataset;
+pub use dataset::frame_of;
 pub use report::Comparison;
 pub use source::{Source, SourceError};
 pub use statistics::{Statistics, Tally};

@@ -1,13 +1,12 @@
 //! Where frames come from: a dataset, files of the real camera, EXR or JSON, alone or in a folder.
 
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{Dataset, Exposure, Frame, Unit, json_frame, to_eight_bits};
-use crate::dataset::{ExrChannel, read_exr};
+use super::{Exposure, Frame, Unit, dataset, json_frame, to_eight_bits};
+use crate::dataset::{Dataset, ExrChannel, ExrMaps, Fault};
 use crate::icon::{self, Content, Traits};
 
 /// What is wrong with a place where frames should be, and what to do.
@@ -47,7 +46,7 @@ impl Source {
         let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
         if path.join(DATASET).is_file() {
             let dataset = Dataset::open(path)?;
-            let chosen = evenly(dataset.samples(), most);
+            let chosen = evenly(dataset.head().samples, most);
             return Ok(Self { name, kind: Kind::Dataset(Box::new(dataset), chosen) });
         }
         if !path.is_dir() {
@@ -92,7 +91,7 @@ impl Source {
     /// Where it is damaged, or holds no heights.
     pub fn frame(&self, i: usize) -> Result<Frame, SourceError> {
         match &self.kind {
-            Kind::Dataset(dataset, chosen) => dataset.frame(chosen[i]),
+            Kind::Dataset(dataset, chosen) => Ok(dataset::frame(dataset, chosen[i])?),
             Kind::Files(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {
@@ -116,32 +115,34 @@ pub(super) fn error(path: &Path, what: String, remedy: &str) -> SourceError {
     SourceError { place: path.display().to_string(), what, remedy: remedy.into() }
 }
 
+impl From<Fault> for SourceError {
+    fn from(Fault { place, what, remedy, .. }: Fault) -> Self {
+        Self { place, what, remedy: remedy.into() }
+    }
+}
+
 fn exr_file(path: &Path) -> Result<Frame, SourceError> {
     let bytes = fs::read(path).map_err(|e| error(path, format!("it cannot be read: {e}"), "allow it"))?;
-    exr_frame(path, &bytes)
+    let maps = ExrMaps::decode(path, &bytes);
+    Ok(exr_frame(&maps.map_err(|what| error(path, what, "copy it again, or have it made again"))?)?)
 }
 
 /// The maps of an EXR file.
-pub(super) fn exr_frame(path: &Path, bytes: &[u8]) -> Result<Frame, SourceError> {
-    let whole = "copy it again, or have it made again";
-    // Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
-    let read = catch_unwind(AssertUnwindSafe(|| read_exr(bytes)));
-    let read = read.unwrap_or_else(|_| Err("the reader gave up on its content".into()));
-    let (cols, rows, channels, text) = read.map_err(|what| error(path, what, whole))?;
-    let find = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
-    let missing =
-        || error(path, "it has no channel Range".into(), "set `output: {exr: [range, reflectance]}` in the recipe");
+pub(super) fn exr_frame(maps: &ExrMaps) -> Result<Frame, Fault> {
+    let find = |name: &str| maps.channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
+    let remedy = "set `output: {exr: [range, reflectance]}` in the recipe";
+    let missing = || Fault::at(&maps.path, "it has no channel Range", remedy);
     let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();
     let seen = |map: Vec<f32>| map.into_iter().map(|v| if v.is_nan() { 0.0 } else { v }).collect::<Vec<f32>>();
-    let description: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let description: serde_json::Value = serde_json::from_str(&maps.description).unwrap_or_default();
+    let name = maps.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let bits = description["bits"].as_u64().unwrap_or(0);
     let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
     let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
     Ok(Frame {
         name,
-        cols,
-        rows,
+        cols: maps.cols,
+        rows: maps.rows,
         bits,
         unit: if description["units"]["Range"] == "px" { Unit::Px { sensor_rows } } else { Unit::Mm },
         first_mm: description["calibration"]["x_first_mm"].as_f64(),

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::out::refused;
 use super::{ExportError, Out, Progress, Source, Summary, key};
-use crate::compare::{Dataset, Frame, Unit};
+use crate::compare::{Frame, Unit, frame_of};
 use crate::icon::{
     IconError, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
     write_image,
@@ -33,13 +33,12 @@ pub struct Options {
 /// # Errors
 /// Where the dataset is damaged or holds what no camera writes, or the folder cannot be written.
 pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress) -> Result<Summary, ExportError> {
-    let dataset = Dataset::open(source.root())?;
     let images = &source.head().images;
     if images.bits > 8 {
         let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);
         return Err(ExportError::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
     }
-    if source.head().range_unit() == "px" && dataset.binned_columns() > 1 {
+    if source.head().range_unit() == "px" && images.binned_columns() > 1 {
         let what = "its sensor rows are means of several columns, which no camera writes";
         return Err(ExportError::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
     }
@@ -54,7 +53,7 @@ pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress
             let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
             // The description comes last.
             if !files[1].exists() {
-                let frame = dataset.frame_of(manifest, index, options.sensor)?;
+                let frame = frame_of(&source.dataset, manifest, index, options.sensor)?;
                 match options.sensor {
                     true => sensor(&name, &frame)?,
                     false => scan(&name, &frame, options)?,

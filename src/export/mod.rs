@@ -35,6 +35,7 @@ pub use source::{Selection, Source};
 use std::path::Path;
 
 use crate::compare::SourceError;
+use crate::dataset::Fault;
 use crate::icon::IconError;
 
 /// What to do about a damaged dataset.
@@ -55,6 +56,12 @@ pub struct ExportError {
 impl ExportError {
     fn at(place: &Path, what: impl Into<String>, remedy: &str) -> Self {
         Self { place: place.display().to_string(), what: what.into(), remedy: remedy.into() }
+    }
+}
+
+impl From<Fault> for ExportError {
+    fn from(Fault { place, what, remedy, .. }: Fault) -> Self {
+        Self { place, what, remedy: remedy.into() }
     }
 }
 

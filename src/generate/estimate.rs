@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::{Order, head, in_flight, sample};
-use crate::dataset::{self, DatasetFolder, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
+use crate::dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
 use crate::optics::speckle::Tiles;
 use crate::recipe::Recipe;
 use crate::settings::Transport;
@@ -68,7 +68,7 @@ impl Estimate {
     /// Counts what is to be made; size from the recipe's channels, no time and no classes.
     pub fn count(recipe: &Recipe, order: &Order) -> Self {
         let (part, parts) = order.part;
-        let folder = DatasetFolder::open(&order.out).ok();
+        let folder = Dataset::open(&order.out).ok();
         let head = head(recipe, order);
         // A shard that the folder's head ends early is made again.
         let missing = |&shard: &u64| {

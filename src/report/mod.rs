@@ -16,7 +16,6 @@ mod folder;
 mod page;
 mod pick;
 mod results;
-mod rows;
 mod sample;
 mod tally;
 
@@ -28,7 +27,7 @@ use self::density::Declared;
 use self::folder::Folder;
 use self::sample::Sample;
 use self::tally::{Place, Tally};
-use crate::dataset::{DatasetFolder, ShardError, Sums};
+use crate::dataset::{Dataset, DatasetSums, Fault};
 use crate::recipe::Recipe;
 
 pub use self::exposed_profile::ExposedProfile;
@@ -96,12 +95,12 @@ struct Facts<'a> {
     exposures: Vec<(usize, ExposedProfile)>,
     timing: Option<Timing>,
     recipe: &'a Result<&'a Recipe, String>,
-    sums: Sums,
+    sums: DatasetSums,
 }
 
 /// Makes the page of the dataset in `root`; one that cannot be opened has a page that says why.
 pub fn report(root: &Path, options: &Options) -> Report {
-    let folder = match DatasetFolder::open(root) {
+    let folder = match Dataset::open(root) {
         Ok(folder) => folder,
         Err(error) => return Report { html: unreadable(root, &error), shown: 0, troubles: 1 },
     };
@@ -139,7 +138,7 @@ pub fn report(root: &Path, options: &Options) -> Report {
     let mut samples: Vec<Sample> = Vec::new();
     for place in places {
         let table = found.tables[place.table].clone();
-        match sample::read(root, head, (&table, place.row), place.class, pixels) {
+        match sample::read(&folder, (&table, place.row), place.class, pixels) {
             Ok(sample) => samples.push(sample),
             Err(what) => found.trouble(table.relative, what, "`gen validate` says what is damaged"),
         }
@@ -158,7 +157,7 @@ pub fn report(root: &Path, options: &Options) -> Report {
         exposures,
         timing,
         recipe: &options.recipe,
-        sums: Sums::of(root, head.shards),
+        sums: folder.sums(),
     };
     Report {
         html: page::page(&facts).into_string(),
@@ -168,7 +167,7 @@ pub fn report(root: &Path, options: &Options) -> Report {
 }
 
 /// A page that says why there is no other.
-fn unreadable(root: &Path, error: &ShardError) -> String {
+fn unreadable(root: &Path, error: &Fault) -> String {
     page::unreadable(&root.display().to_string(), &error.to_string()).into_string()
 }
 
