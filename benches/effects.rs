@@ -4,7 +4,7 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use sheetlight::frame::Frame;
-use sheetlight::optics::speckle::Tiles;
+use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
@@ -81,7 +81,7 @@ impl Set {
         let mut scene = recipe.draw(0, 0);
         let (_, change) = EFFECTS.iter().find(|(known, _)| *known == name).expect("a name of the table");
         change(&mut scene);
-        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &Tiles::new(0));
+        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &PatternCache::new(0));
         Self { scene, sensor, specimen }
     }
 

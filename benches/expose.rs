@@ -7,7 +7,7 @@ use procedural::Body;
 use procedural::blister::{Blister, Pack};
 use sheetlight::extract::{Profile, extract};
 use sheetlight::frame::{Calibration, Frame};
-use sheetlight::optics::speckle::Tiles;
+use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
@@ -33,7 +33,7 @@ impl Bench {
             .map(|i| recipe.draw(0, i))
             .find(|s| s.plan.wood().is_some_and(|wood| wood.knots.sound_count >= 2.0))
             .expect("some board has knots");
-        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &Tiles::new(0));
+        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &PatternCache::new(0));
         let calibration = sensor.calibration();
         Self { scene, sensor, calibration, specimen, start: 1500 }
     }
@@ -132,7 +132,7 @@ fn read(bencher: Bencher, name: &str) {
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn sample(bencher: Bencher) {
     let bench = Bench::new();
-    let tiles = Tiles::new(0);
+    let tiles = PatternCache::new(0);
     bencher
         .counter(ItemsCount::new(bench.scene.size.profiles))
         .bench(|| pipeline::render(&bench.scene, &tiles, &|_| ()));
@@ -147,7 +147,7 @@ fn pack(bencher: Bencher, film_sigma_per_mm: f64) {
     let mut blister = Blister::from_values(&mut |parameter| parameter.default);
     blister.web.sigma_per_mm = film_sigma_per_mm;
     let body = Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), &blister)));
-    let tiles = Tiles::new(0);
+    let tiles = PatternCache::new(0);
     bencher
         .counter(ItemsCount::new(scene.size.profiles))
         .bench(|| pipeline::render_body(&scene, body.clone(), &tiles, &|_| ()));

@@ -4,7 +4,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
-use sheetlight::transport::kernel::layers::{Cover, Covers};
+use sheetlight::transport::kernel::layers::{FilmStack, FilmStackKernel};
 
 /// Texels of a row.
 const TEXELS: usize = 2560;
@@ -18,10 +18,10 @@ fn row(bencher: Bencher, change: f32) {
     let cover = |i: usize| {
         let under = Medium::isotropic(0.005 + change * i as f32, 40.0, 1.5, Gloss::NONE);
         let film = Film { thickness_mm: 0.1 + 1e-5 * i as f32, gap_mm: Some(0.5), under, under_slope: [0.0; 2] };
-        Cover { medium, film, enter: 0.95, view_up: 0.9, view: Vec3::new(0.0, -0.435_89, 0.9), light: Vec3::Z }
+        FilmStack { medium, film, enter: 0.95, view_up: 0.9, view: Vec3::new(0.0, -0.435_89, 0.9), light: Vec3::Z }
     };
-    let covers: Vec<Cover> = (0..TEXELS).map(cover).collect();
-    let mut kernel = Covers::new();
+    let covers: Vec<FilmStack> = (0..TEXELS).map(cover).collect();
+    let mut kernel = FilmStackKernel::new();
     bencher
         .counter(ItemsCount::new(TEXELS))
         .bench_local(|| covers.iter().map(|cover| kernel.spread(cover).through[0]).sum::<f32>());

@@ -8,7 +8,7 @@ use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sheetlight::transport::answer::Question;
-use sheetlight::transport::line::LineOfLight;
+use sheetlight::transport::line::LineSource;
 use sheetlight::transport::path::{Effort, body, solve};
 use sheetlight::transport::stack::{Scattering, Stack};
 
@@ -47,7 +47,7 @@ fn plate(bencher: Bencher) {
     let flat = Flat { height_mm: 15.0, slope_x: 0.0, slope_y: 0.0, width_mm: 100.0, length_mm: 60.0, medium: CLEAR };
     let (body, view): (_, DVec3) = (Body::Flat(flat), Question::default().view);
     let (x, power) = ([-20.0, 0.0, 20.0], [0.0, 1.0, 0.0]);
-    let line = LineOfLight { body: &body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm: 0.1, rows: 40 };
+    let line = LineSource { body: &body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm: 0.1, rows: 40 };
     let (pool, effort) = (one_core(), Effort { photons: 12_800, seed: 0 });
     bencher.counter(ItemsCount::new(effort.walked())).bench(|| pool.install(|| body::judge(&line, effort)));
 }

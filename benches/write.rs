@@ -2,9 +2,6 @@
 //!
 //! One sample of 2560 x 500 with the noise of a scan: the numbers behind `src/dataset/png.rs`, `exr.rs` and `size.rs`.
 
-#[path = "../tests/shard_support/mod.rs"]
-mod shard_support;
-
 use divan::Bencher;
 use divan::counter::BytesCount;
 use exr::prelude::Compression;
@@ -15,16 +12,17 @@ use sheetlight::dataset::{
 };
 use sheetlight::record::{Below, Record};
 use sheetlight::settings::{Output, SensorStack, Size};
+use test_support::records;
 
 const SIZE: Size = Size { columns: 2560, rows: 512, profiles: 500 };
 const PIXELS: usize = SIZE.columns * SIZE.profiles;
 
 fn output() -> Output {
-    Output { sensor_stack: SensorStack::None, ..shard_support::output() }
+    Output { sensor_stack: SensorStack::None, ..records::output() }
 }
 
 fn record() -> Record {
-    shard_support::record(1, &SIZE, &output())
+    records::record(1, &SIZE, &output())
 }
 
 const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "instance"];
@@ -179,11 +177,11 @@ fn whole_sample(bencher: Bencher) {
 
 /// Sensor frames of dark noise through Parquet: ten of 2560 x 512.
 fn sensor_frames() {
-    let output = Output { png: vec![], exr: vec![], sensor_stack: SensorStack::Every(50), ..shard_support::output() };
-    let sample = encode(shard_support::record(0, &SIZE, &output), &output);
+    let output = Output { png: vec![], exr: vec![], sensor_stack: SensorStack::Every(50), ..records::output() };
+    let sample = encode(records::record(0, &SIZE, &output), &output);
     let (frames, pixels) = (sample.stack.len(), sample.stack.len() * SIZE.columns * SIZE.rows);
     let place = tempfile::tempdir().expect("a folder");
-    let folder = Dataset::open_or_create(place.path(), shard_support::head(&output, &SIZE, 1)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), records::head(&output, &SIZE, 1)).expect("it opens");
     let mut writer =
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     let start = std::time::Instant::now();

@@ -4,10 +4,10 @@
 
 use std::iter;
 
-use sheetlight::transport::answer::{Answer, Estimate, Question, Side};
+use sheetlight::transport::answer::{Answer, Estimate, LineSide, Question};
 use sheetlight::transport::kernel;
 use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Below, Foil, Layer, Scattering, Stack};
+use sheetlight::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 
 const FOIL: Foil = Foil { reflectance: 0.9, roughness: [0.2, 0.2] };
 
@@ -17,12 +17,12 @@ fn film(sigma: f64, thickness: f64) -> Layer {
 
 fn over_tablet(film: Layer, gap: f64, coat: f64) -> Stack {
     let tablet = Layer::new(f64::INFINITY, 1.5, 0.005, Scattering::Isotropic { mu_s: 40.0, g: 0.0 });
-    Stack { above: 1.0, layers: vec![film, Layer::air(gap), Layer { coat, ..tablet }], below: Below::Index(1.0) }
+    Stack { above: 1.0, layers: vec![film, Layer::air(gap), Layer { coat, ..tablet }], below: Substrate::Index(1.0) }
 }
 
 fn over_foil(film: Layer, gap: Option<f64>) -> Stack {
     let layers = iter::once(film).chain(gap.map(Layer::air)).collect();
-    Stack { above: 1.0, layers, below: Below::Foil(FOIL) }
+    Stack { above: 1.0, layers, below: Substrate::Foil(FOIL) }
 }
 
 /// Rows `from..=to` on both sides of light to all sides, or of what the lens sees, with the standard error.
@@ -31,7 +31,7 @@ fn window(answer: &Answer, seen: bool, from: usize, to: usize) -> Estimate {
     let middle = line.len() / 2;
     let rows = (from..=to).flat_map(|row| [line[middle - row], line[middle + row]]);
     let error = rows.map(|row| row.error * row.error).sum::<f64>().sqrt();
-    let value = Answer { line: line.clone(), ..answer.clone() }.rows(from, to, Side::Both);
+    let value = Answer { line: line.clone(), ..answer.clone() }.rows(from, to, LineSide::Both);
     Estimate { value, error }
 }
 

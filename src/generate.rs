@@ -16,7 +16,7 @@ use crate::dataset::{
     self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column,
 };
 use crate::effective;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::Recipe;
 
@@ -152,7 +152,13 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
 }
 
 /// Renders and encodes one sample.
-pub fn sample(recipe: &Recipe, seed: u64, index: u64, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Encoded {
+pub fn sample(
+    recipe: &Recipe,
+    seed: u64,
+    index: u64,
+    tiles: &PatternCache,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Encoded {
     let scene = recipe.draw(seed, index);
     let record = pipeline::render(&scene, tiles, progress);
     dataset::encode(record, &scene.output)
@@ -174,7 +180,7 @@ pub fn generate(recipe: &Recipe, order: &Order, watch: &(dyn Fn(Event) + Sync)) 
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
     watch(Event::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
 
-    let tiles = Tiles::new(order.seed);
+    let tiles = PatternCache::new(order.seed);
     let mut summary = Summary { total: head.samples, ..Summary::default() };
     for shard in remaining {
         let mut writer = match ShardWriter::claim(&folder, shard)? {

@@ -15,8 +15,8 @@ use crate::effective::{calibration_numbers, effective, typical};
 use crate::extract::{Grid, Profile, extract, rectify};
 use crate::frame::{Calibration, Frame};
 use crate::labels;
-use crate::optics::speckle::Tiles;
-use crate::optics::travel::turn;
+use crate::optics::encoder::turn;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, Scratch, Sensor, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
@@ -35,7 +35,7 @@ const BAND_PROFILES: (usize, usize) = (32, 512);
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
 /// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
-pub fn render(scene: &Scene, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
+pub fn render(scene: &Scene, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
     render_body(scene, body(scene), tiles, progress)
 }
 
@@ -54,7 +54,7 @@ pub fn body(scene: &Scene) -> Body {
 }
 
 /// [`render`] for any body.
-pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(u64) + Sync)) -> Record {
+pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
     let (sensor, specimen) = set_up(scene, body, tiles);
     let mut scan = Scan::new(scene);
     scan.expose(scene, &sensor, &specimen, progress);
@@ -62,7 +62,7 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &Tiles, progress: &(dyn Fn(
 }
 
 /// Puts a body under a scene's bench.
-pub fn set_up(scene: &Scene, body: Body, tiles: &Tiles) -> (Sensor, Specimen) {
+pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
     let speckle = (scene.speckle_law, tiles);

@@ -9,7 +9,7 @@ use procedural::Class;
 use self::classes::Legend;
 pub use self::exposure::expose_profile;
 use crate::drawing::{LETTER, MARGIN, Page, Ramp, class_colour, viridis};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene, Subject};
 use crate::record::Record;
@@ -29,7 +29,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
     // One exposure of the middle of the scan; the images as the camera has them.
     scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
     (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
-    let record = pipeline::render(&scene, &Tiles::new(seed), &|_| ());
+    let record = pipeline::render(&scene, &PatternCache::new(seed), &|_| ());
     draw(&scene, &record)
 }
 

@@ -19,7 +19,7 @@ fn recipes() -> Vec<(String, String)> {
 #[test]
 fn every_recipe_loads_and_is_embedded() {
     let recipes = recipes();
-    // Those of the thesis lie in a folder of their own: tests/recipe_thesis.rs.
+    // Those of the thesis lie in a folder of their own: tests/recipe/thesis.rs.
     assert_eq!(recipes.len(), Recipe::embedded().filter(|name| !name.contains('/')).count());
     for (path, text) in recipes {
         let recipe = Recipe::load(&path).unwrap_or_else(|error| panic!("{error}"));

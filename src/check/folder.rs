@@ -4,8 +4,8 @@ use std::path::Path;
 
 use output_schema::DatasetHead;
 
-use super::cut::{Picture, Plane};
-use super::moot::deciders;
+use super::conditional::deciders;
+use super::window::{SampleMaps, StoredMap};
 use crate::dataset::{Dataset, ExrMaps, Fault, FinishedTables, Grey, RowBatch, RowQuery, Table};
 use crate::record::Split;
 
@@ -100,7 +100,7 @@ impl Folder {
         facts: &Facts,
         channels: &[String],
         labels: bool,
-    ) -> Result<Picture, Fault> {
+    ) -> Result<SampleMaps, Fault> {
         let is_png = |name: &str| self.head().images.png.iter().any(|png| png == name);
         let needed = channels.iter().map(String::as_str).chain(labels.then_some("label"));
         let of_sample = |fault: Fault| fault.of_part(format!("sample {}", facts.index));
@@ -115,7 +115,7 @@ impl Folder {
         }
         let side = |name: &str| one(name).map(|side| usize::try_from(side).unwrap_or(0)).map_err(damaged);
         let size = [side("rows")?, side("cols")?];
-        let plane = |name: &str| -> Result<Plane, Fault> {
+        let plane = |name: &str| -> Result<StoredMap, Fault> {
             let plane = if is_png(name) { self.png_plane(row, name) } else { exr_plane(exr.as_ref(), name) };
             let plane = plane.map_err(damaged)?;
             if plane.len() != size[0] * size[1] {
@@ -126,32 +126,32 @@ impl Folder {
         let planes = channels.iter().map(|name| plane(name)).collect::<Result<_, _>>()?;
         let labels = match if labels { Some(plane("label")?) } else { None } {
             None => Vec::new(),
-            Some(Plane::Eight(labels)) => labels,
-            Some(Plane::Float(labels)) => labels.into_iter().map(|label| label as u8).collect(),
-            Some(Plane::Sixteen { .. }) => return Err(damaged("labels have 16 bits".into())),
+            Some(StoredMap::Eight(labels)) => labels,
+            Some(StoredMap::Float(labels)) => labels.into_iter().map(|label| label as u8).collect(),
+            Some(StoredMap::Sixteen { .. }) => return Err(damaged("labels have 16 bits".into())),
         };
-        Ok(Picture { size, planes, labels })
+        Ok(SampleMaps { size, planes, labels })
     }
 
     /// The image `name` of the one row of `row`.
-    fn png_plane(&self, row: &RowBatch, name: &str) -> Result<Plane, String> {
+    fn png_plane(&self, row: &RowBatch, name: &str) -> Result<StoredMap, String> {
         let number = |what: &str| {
             let name = format!("range_{what}_{}", self.head().range_unit());
             first(row.numbers(&name)?, &name)
         };
         Ok(match row.image(0, name)?.grey {
-            Grey::Eight(pixels) => Plane::Eight(pixels),
+            Grey::Eight(pixels) => StoredMap::Eight(pixels),
             Grey::Sixteen(pixels) if name == "range" => {
-                Plane::Sixteen { pixels, offset: number("offset")?, scale: number("scale")? }
+                StoredMap::Sixteen { pixels, offset: number("offset")?, scale: number("scale")? }
             }
-            Grey::Sixteen(pixels) => Plane::Sixteen { pixels, offset: 0.0, scale: 1.0 },
+            Grey::Sixteen(pixels) => StoredMap::Sixteen { pixels, offset: 0.0, scale: 1.0 },
         })
     }
 }
 
-fn exr_plane(exr: Option<&ExrMaps>, name: &str) -> Result<Plane, String> {
+fn exr_plane(exr: Option<&ExrMaps>, name: &str) -> Result<StoredMap, String> {
     let channel = exr.and_then(|exr| exr.channel(name)).ok_or_else(|| format!("no EXR channel `{name}`"))?;
-    Ok(Plane::Float(channel.numbers()))
+    Ok(StoredMap::Float(channel.numbers()))
 }
 
 fn first<T>(values: Vec<T>, name: &str) -> Result<T, String> {

@@ -1,13 +1,14 @@
-//! From truth and guesses to figures: confusion, precision and recall, calibration.
+//! Classification metrics: confusion matrix, precision, recall, F1, intersection over union and calibration error.
 //!
 //! **Calibration**: guesses go to ten bins by confidence; the expected calibration error is the mean distance of a bin's
 //! accuracy from its mean confidence, weighted by its guesses (Naeini 2015, Guo 2017).
 
 /// Bins of confidence.
-pub const BINS: usize = 10;
-/// Guesses of like confidence.
+pub const CONFIDENCE_BINS: usize = 10;
+
+/// Predictions of like confidence: a bin of the reliability diagram.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Bin {
+pub struct CalibrationBin {
     /// Guesses.
     pub count: u64,
     /// Right ones.
@@ -18,7 +19,7 @@ pub struct Bin {
 
 /// Figures of one class.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ClassFigures {
+pub struct ClassMetrics {
     /// How often it was true.
     pub support: u64,
     /// How often it was guessed.
@@ -33,25 +34,25 @@ pub struct ClassFigures {
     pub iou: Option<f64>,
 }
 
-/// Guesses as they come in.
+/// Confusion matrix and reliability bins, filled prediction by prediction.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tally {
+pub struct ClassificationMetrics {
     classes: usize,
     confusion: Vec<u64>,
-    bins: [Bin; BINS],
+    bins: [CalibrationBin; CONFIDENCE_BINS],
 }
 
-impl Tally {
+impl ClassificationMetrics {
     /// For so many classes.
     pub fn new(classes: usize) -> Self {
-        Self { classes, confusion: vec![0; classes * classes], bins: [Bin::default(); BINS] }
+        Self { classes, confusion: vec![0; classes * classes], bins: [CalibrationBin::default(); CONFIDENCE_BINS] }
     }
 
     /// Takes one guess; both classes are below the number of classes.
     pub fn add(&mut self, truth: usize, guess: usize, confidence: f64) {
         self.confusion[truth * self.classes + guess] += 1;
         // A bin owns its lower end: of two classes 0.5 is the least that the better one can have.
-        let bin = ((confidence * BINS as f64) as usize).min(BINS - 1);
+        let bin = ((confidence * CONFIDENCE_BINS as f64) as usize).min(CONFIDENCE_BINS - 1);
         let bin = &mut self.bins[bin];
         bin.count += 1;
         bin.right += u64::from(truth == guess);
@@ -64,7 +65,7 @@ impl Tally {
     }
 
     /// Bins by confidence, from 0 to 1.
-    pub fn bins(&self) -> &[Bin; BINS] {
+    pub fn bins(&self) -> &[CalibrationBin; CONFIDENCE_BINS] {
         &self.bins
     }
 
@@ -74,13 +75,13 @@ impl Tally {
     }
 
     /// The figures of every class.
-    pub fn classes(&self) -> Vec<ClassFigures> {
+    pub fn classes(&self) -> Vec<ClassMetrics> {
         let ratio = |right: u64, of: u64| (of > 0).then(|| right as f64 / of as f64);
         let figures = |class: usize| {
             let right = self.confusion[class * self.classes + class];
             let support = self.confusion[class * self.classes..][..self.classes].iter().sum();
             let guessed = (0..self.classes).map(|truth| self.confusion[truth * self.classes + class]).sum();
-            ClassFigures {
+            ClassMetrics {
                 support,
                 guessed,
                 precision: ratio(right, guessed),
@@ -105,7 +106,7 @@ impl Tally {
     /// Expected calibration error; `None` without guesses.
     pub fn calibration_error(&self) -> Option<f64> {
         let n = self.count();
-        let off = |bin: &Bin| (bin.right as f64 - bin.confidence).abs();
+        let off = |bin: &CalibrationBin| (bin.right as f64 - bin.confidence).abs();
         (n > 0).then(|| self.bins.iter().map(off).sum::<f64>() / n as f64)
     }
 }
@@ -126,12 +127,12 @@ mod tests {
     /// By hand: 3 clear, 2 knot, 1 rot.
     #[test]
     fn figures_of_classes_are_those_by_hand() {
-        let mut tally = Tally::new(3);
+        let mut metrics = ClassificationMetrics::new(3);
         for (truth, guess) in [(0, 0), (0, 0), (0, 1), (1, 1), (1, 2), (2, 1)] {
-            tally.add(truth, guess, 0.5);
+            metrics.add(truth, guess, 0.5);
         }
-        assert_eq!(tally.confusion(), [[2, 1, 0], [0, 1, 1], [0, 1, 0]]);
-        let [clear, knot, rot] = tally.classes().try_into().expect("three classes");
+        assert_eq!(metrics.confusion(), [[2, 1, 0], [0, 1, 1], [0, 1, 0]]);
+        let [clear, knot, rot] = metrics.classes().try_into().expect("three classes");
         assert_eq!(
             (clear.precision, clear.recall, clear.f1, clear.iou),
             (Some(1.0), Some(2.0 / 3.0), Some(0.8), Some(2.0 / 3.0))
@@ -141,32 +142,32 @@ mod tests {
             (Some(1.0 / 3.0), Some(0.5), Some(0.4), Some(0.25))
         );
         assert_eq!((rot.support, rot.guessed, rot.precision, rot.f1), (1, 1, Some(0.0), Some(0.0)));
-        near(tally.balanced_accuracy().expect("classes"), (2.0 / 3.0 + 0.5) / 3.0, 1e-15);
-        near(tally.mean_iou().expect("classes"), (2.0 / 3.0 + 0.25) / 3.0, 1e-15);
+        near(metrics.balanced_accuracy().expect("classes"), (2.0 / 3.0 + 0.5) / 3.0, 1e-15);
+        near(metrics.mean_iou().expect("classes"), (2.0 / 3.0 + 0.25) / 3.0, 1e-15);
     }
 
     /// A class that never was true nor guessed has no figures and does not pull the means down.
     #[test]
     fn absent_classes_have_no_figures() {
-        let mut tally = Tally::new(3);
-        tally.add(0, 0, 1.0);
-        let last = tally.classes()[2];
+        let mut metrics = ClassificationMetrics::new(3);
+        metrics.add(0, 0, 1.0);
+        let last = metrics.classes()[2];
         assert_eq!((last.precision, last.recall, last.f1, last.iou), (None, None, None, None));
-        assert_eq!((tally.balanced_accuracy(), tally.mean_iou()), (Some(1.0), Some(1.0)));
-        let none = Tally::new(2);
+        assert_eq!((metrics.balanced_accuracy(), metrics.mean_iou()), (Some(1.0), Some(1.0)));
+        let none = ClassificationMetrics::new(2);
         assert_eq!((none.balanced_accuracy(), none.calibration_error()), (None, None));
     }
 
     /// By hand: two guesses at 0.95 of which one is right, two at 0.6 (lower end of its bin) both right.
     #[test]
     fn calibration_is_that_by_hand() {
-        let mut tally = Tally::new(2);
+        let mut metrics = ClassificationMetrics::new(2);
         for (guess, confidence) in [(0, 0.95), (1, 0.95), (0, 0.6), (0, 0.6)] {
-            tally.add(0, guess, confidence);
+            metrics.add(0, guess, confidence);
         }
-        assert_eq!((tally.bins()[9].count, tally.bins()[9].right, tally.bins()[6].count), (2, 1, 2));
-        near(tally.calibration_error().expect("guesses"), 0.5 * 0.45 + 0.5 * 0.4, 1e-12);
-        tally.add(1, 1, 1.0);
-        assert_eq!(tally.bins()[9].count, 3);
+        assert_eq!((metrics.bins()[9].count, metrics.bins()[9].right, metrics.bins()[6].count), (2, 1, 2));
+        near(metrics.calibration_error().expect("guesses"), 0.5 * 0.45 + 0.5 * 0.4, 1e-12);
+        metrics.add(1, 1, 1.0);
+        assert_eq!(metrics.bins()[9].count, 3);
     }
 }

@@ -1,37 +1,39 @@
 //! What a model makes of a dataset: any ONNX classifier or segmenter over a split, held to the labels.
 //!
 //! ```text
-//! sidecar + tables -> Plan -> Feed (decode, cut, normalise) -> Model -> guesses -> Tally, slices, worst -> Report
+//! Sidecar + tables -> EvaluationPlan -> BatchReader (decode, cut, normalise) -> Model -> predictions
+//!     -> ClassificationMetrics, slices, misclassifications -> CheckReport
 //! ```
 //!
-//! [`share`], [`metrics`], [`slices`], [`moot`], [`sampler`], [`cut`], [`answer`] and [`plan`] are plain functions of numbers; [`model`]
-//! and [`library`] alone know onnxruntime, [`external`] what files a model names, [`folder`] those of a dataset. docs/check.md says what is measured.
+//! [`accuracy`], [`metrics`], [`slices`], [`conditional`], [`sampling`], [`window`], [`prediction`] and [`evaluation_plan`]
+//! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, [`external_data`] knows the files
+//! that a model names, and [`folder`] those of a dataset. docs/check.md says what is measured.
 
-pub mod answer;
-pub mod cut;
-pub mod external;
-mod feed;
+pub mod accuracy;
+mod batches;
+pub mod conditional;
+pub mod evaluation_plan;
+pub mod external_data;
 pub mod folder;
-pub mod library;
 pub mod metrics;
+mod misclassified;
 pub mod model;
-pub mod moot;
-pub mod plan;
+pub mod onnxruntime;
+pub mod prediction;
 mod report;
 mod run;
-pub mod sampler;
-pub mod share;
+pub mod sampling;
 pub mod sidecar;
 pub mod slices;
-mod worst;
+pub mod window;
 
 use std::path::{Path, PathBuf};
 
 use output_schema::DatasetHead;
 
-pub use report::{Report, Slice, Timing};
+pub use misclassified::Misclassification;
+pub use report::{AccuracySlice, CheckReport, CheckTiming};
 pub use run::check;
-pub use worst::Wrong;
 
 use crate::dataset::Fault;
 use crate::record::Split;
@@ -39,7 +41,7 @@ use crate::yaml::fault::{Faults, nearest};
 
 /// What to check, and with what.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct CheckOptions {
     /// The dataset.
     pub dir: PathBuf,
     /// The ONNX file.
@@ -48,9 +50,9 @@ pub struct Options {
     pub sidecar: Option<PathBuf>,
     /// One split; `None` for all.
     pub split: Option<Split>,
-    /// Numbers to slice by; empty for those of [`SLICES`] that the dataset varies.
+    /// Numbers to slice by; empty for those of [`DEFAULT_SLICES`] that the dataset varies.
     pub slices: Vec<String>,
-    /// Windows in a batch; `None` for as many as fit [`BATCH_BYTES`], at most [`BATCH`].
+    /// Windows in a batch; `None` for as many as fit [`DEFAULT_BATCH_BYTES`], at most [`MAX_DEFAULT_BATCH`].
     pub batch: Option<usize>,
     /// Threads of the model, and as many for reading.
     pub threads: usize,
@@ -63,11 +65,11 @@ pub struct Options {
 }
 
 /// Sliced by where nobody says otherwise: knot width, film pigment, exposure time.
-pub const SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];
+pub const DEFAULT_SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];
 /// Most windows in a batch where nobody says otherwise.
-pub const BATCH: usize = 64;
+pub const MAX_DEFAULT_BATCH: usize = 64;
 /// Size of a batch's input where nobody says otherwise [bytes].
-pub const BATCH_BYTES: usize = 64 << 20;
+pub const DEFAULT_BATCH_BYTES: usize = 64 << 20;
 
 /// Why a check cannot be done.
 #[derive(Debug, thiserror::Error)]
@@ -93,12 +95,12 @@ impl CheckError {
 }
 
 /// Paths of the numbers to slice by, as tables have them.
-fn sliced(asked: &[String], head: &DatasetHead) -> Result<Vec<String>, CheckError> {
+fn slice_paths(asked: &[String], head: &DatasetHead) -> Result<Vec<String>, CheckError> {
     let drawn = head.parameters.iter().map(|number| number.path());
     let known: Vec<String> =
         drawn.chain(head.physics.iter().map(|number| format!("physics.{}", number.path()))).collect();
     if asked.is_empty() {
-        return Ok(SLICES
+        return Ok(DEFAULT_SLICES
             .iter()
             .filter(|path| known.iter().any(|k| k == *path))
             .map(|&path| path.to_owned())

@@ -1,4 +1,5 @@
-//! A model in onnxruntime: opened, held to what its sidecar says, asked batch by batch. The only file that names ort.
+//! ONNX model in onnxruntime: opened, held to what its sidecar says, run batch by batch. Only this file and
+//! `onnxruntime.rs` name ort.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use ort::session::Session;
 use ort::value::{Outlet, TensorElementType, TensorRef, ValueType};
 
 use super::sidecar::{Layout, Sidecar, Task};
-use super::{CheckError, library};
+use super::{CheckError, onnxruntime};
 
 /// An open model that takes and gives what its sidecar says.
 #[derive(Debug)]
@@ -17,12 +18,12 @@ pub struct Model {
     output: String,
     /// Samples in a batch where the model takes no other number.
     fixed: Option<usize>,
-    shape: Shape,
+    shape: ModelShape,
 }
 
 /// What goes in and comes out, for one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Shape {
+struct ModelShape {
     /// Without the batch.
     input: [usize; 3],
     classes: usize,
@@ -41,7 +42,7 @@ pub struct Scores {
     /// Answers of a sample.
     pub cells: usize,
     /// Whether the numbers of an answer lie side by side.
-    pub together: bool,
+    pub side_by_side: bool,
 }
 
 impl Scores {
@@ -49,7 +50,7 @@ impl Scores {
     pub fn answer(&self, i: usize, cell: usize, out: &mut Vec<f32>) {
         let sample = &self.values[i * self.classes * self.cells..][..self.classes * self.cells];
         out.clear();
-        if self.together {
+        if self.side_by_side {
             out.extend_from_slice(&sample[cell * self.classes..][..self.classes]);
         } else {
             out.extend(sample.iter().skip(cell).step_by(self.cells));
@@ -67,26 +68,26 @@ impl Model {
         if !path.is_file() {
             return Err(CheckError::at(path, "there is no such model".into(), "name an ONNX file with --model"));
         }
-        let environment = library::load().map_err(CheckError::Library)?;
+        let environment = onnxruntime::load().map_err(CheckError::Library)?;
         let session = guarded(path, || -> ort::Result<Session> {
             let builder = Session::builder(&environment)?;
             // Threads that spin while they wait take the cores from those that decode the next pictures.
             let builder = builder.with_intra_threads(threads)?.with_intra_op_spinning(false)?;
             builder.with_inter_threads(1)?.commit_from_file(path)
         });
-        let session =
-            session?.map_err(|e| CheckError::at(path, format!("it is no usable model: {}", said(&e)), damaged))?;
+        let session = session?
+            .map_err(|e| CheckError::at(path, format!("it is no usable model: {}", message_of(&e)), damaged))?;
         let [rows, cols] = sidecar.size;
         let planes = sidecar.channels.len();
-        let shape = Shape {
+        let shape = ModelShape {
             input: if sidecar.layout == Layout::Nchw { [planes, rows, cols] } else { [rows, cols, planes] },
             classes: sidecar.classes.len(),
             cells: (sidecar.task == Task::Segment).then_some(sidecar.size),
             layout: sidecar.layout,
         };
-        let fixed = input(session.inputs(), shape).map_err(|(what, remedy)| CheckError::at(path, what, &remedy))?;
-        let output = output(session.outputs(), sidecar.output_name.as_deref());
-        let output = output.map_err(|(what, remedy)| CheckError::at(path, what, &remedy))?;
+        let fixed = check_input(session.inputs(), shape).map_err(|mismatch| mismatch.of(path))?;
+        let output = choose_output(session.outputs(), sidecar.output_name.as_deref());
+        let output = output.map_err(|mismatch| mismatch.of(path))?;
         Ok(Self { path: path.into(), session, output, fixed, shape })
     }
 
@@ -111,9 +112,9 @@ impl Model {
         let [a, b, c] = self.shape.input;
         let (path, name) = (&self.path, &self.output);
         let session = &mut self.session;
-        let told = |e: &ort::Error| {
+        let failure = |e: &ort::Error| {
             let remedy = "hold the sidecar's channels, size_px and layout against the model's input";
-            CheckError::at(path, format!("it fails on a batch of {all} x {:?}: {}", [a, b, c], said(e)), remedy)
+            CheckError::at(path, format!("it fails on a batch of {all} x {:?}: {}", [a, b, c], message_of(e)), remedy)
         };
         let answer = guarded(path, || -> ort::Result<(Vec<i64>, Vec<f32>)> {
             let outputs = session.run(ort::inputs![TensorRef::from_array_view(([all, a, b, c], batch.as_slice()))?])?;
@@ -121,12 +122,12 @@ impl Model {
             let (shape, values) = value.try_extract_tensor::<f32>()?;
             Ok((shape.to_vec(), values.to_vec()))
         });
-        let (shape, mut values) = answer?.map_err(|e| told(&e))?;
-        let (classes, together) =
-            answers(&shape, all, self.shape).map_err(|(what, remedy)| CheckError::at(&self.path, what, &remedy))?;
+        let (shape, mut values) = answer?.map_err(|e| failure(&e))?;
+        let (classes, side_by_side) =
+            answer_layout(&shape, all, self.shape).map_err(|mismatch| mismatch.of(&self.path))?;
         let cells = self.shape.cells.map_or(1, |[rows, cols]| rows * cols);
         values.truncate(n * classes * cells);
-        Ok(Scores { values, classes, cells, together })
+        Ok(Scores { values, classes, cells, side_by_side })
     }
 }
 
@@ -137,30 +138,45 @@ fn guarded<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CheckError> {
 }
 
 /// What onnxruntime says, in a line.
-fn said(error: &ort::Error) -> String {
-    const LONGEST: usize = 300;
+fn message_of(error: &ort::Error) -> String {
+    const MAX_LETTERS: usize = 300;
     let line = error.message().lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("no reason is given");
-    let clean: String = line.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
-    if line.chars().count() > LONGEST { clean + "..." } else { clean }
+    let clean: String = line.chars().take(MAX_LETTERS).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if line.chars().count() > MAX_LETTERS { clean + "..." } else { clean }
 }
 
-/// What is wrong and what to do.
-type Wrong = (String, String);
+/// How a model differs from what its sidecar says.
+#[derive(Debug, PartialEq)]
+struct Mismatch {
+    what: String,
+    remedy: String,
+}
+
+impl Mismatch {
+    fn new(what: String, remedy: impl Into<String>) -> Self {
+        Self { what, remedy: remedy.into() }
+    }
+
+    fn of(self, model: &Path) -> CheckError {
+        CheckError::at(model, self.what, &self.remedy)
+    }
+}
 
 /// Holds the model's inputs to `shape`; gives the fixed batch.
-fn input(inputs: &[Outlet], shape: Shape) -> Result<Option<usize>, Wrong> {
+fn check_input(inputs: &[Outlet], shape: ModelShape) -> Result<Option<usize>, Mismatch> {
     let [one] = inputs else {
         let names: Vec<&str> = inputs.iter().map(Outlet::name).collect();
         let what =
             format!("it has {} inputs ({}), and one image is all there is to give", inputs.len(), names.join(", "));
-        return Err((what, "export it with a single input".into()));
+        return Err(Mismatch::new(what, "export it with a single input"));
     };
     let ValueType::Tensor { ty, shape: dims, .. } = one.dtype() else {
-        return Err((format!("its input `{}` is no tensor", one.name()), "export it with an image as input".into()));
+        let what = format!("its input `{}` is no tensor", one.name());
+        return Err(Mismatch::new(what, "export it with an image as input"));
     };
     if *ty != TensorElementType::Float32 {
         let what = format!("its input `{}` is of type {ty}, not float32", one.name());
-        return Err((what, "export it with a float32 input".into()));
+        return Err(Mismatch::new(what, "export it with a float32 input"));
     }
     let fits = |dim: i64, n: usize| dim < 0 || dim == n as i64;
     if dims.len() != 4 || !dims[1..].iter().zip(shape.input).all(|(&dim, n)| fits(dim, n)) || dims[0] == 0 {
@@ -172,38 +188,41 @@ fn input(inputs: &[Outlet], shape: Shape) -> Result<Option<usize>, Wrong> {
         let what = format!(
             "its input `{}` takes {}, the sidecar gives {} ({layout})",
             one.name(),
-            shown(dims),
-            shown(&[-1, shape.input[0] as i64, shape.input[1] as i64, shape.input[2] as i64])
+            describe_shape(dims),
+            describe_shape(&[-1, shape.input[0] as i64, shape.input[1] as i64, shape.input[2] as i64])
         );
-        return Err((what, "correct channels, size_px or layout in the sidecar".into()));
+        return Err(Mismatch::new(what, "correct channels, size_px or layout in the sidecar"));
     }
     Ok(usize::try_from(dims[0]).ok())
 }
 
 /// The output to read.
-fn output(outputs: &[Outlet], asked: Option<&str>) -> Result<String, Wrong> {
+fn choose_output(outputs: &[Outlet], asked: Option<&str>) -> Result<String, Mismatch> {
     let names: Vec<&str> = outputs.iter().map(Outlet::name).collect();
     let found = match (asked, outputs) {
         (Some(name), _) => outputs.iter().find(|output| output.name() == name).ok_or_else(|| {
-            (format!("it has no output `{name}`"), format!("give one of {} as output_name", names.join(", ")))
+            Mismatch::new(
+                format!("it has no output `{name}`"),
+                format!("give one of {} as output_name", names.join(", ")),
+            )
         })?,
         (None, [one]) => one,
         (None, _) => {
             let what = format!("it has {} outputs: {}", names.len(), names.join(", "));
-            return Err((what, "name the one with the classes as output_name in the sidecar".into()));
+            return Err(Mismatch::new(what, "name the one with the classes as output_name in the sidecar"));
         }
     };
     match found.dtype().tensor_type() {
         Some(TensorElementType::Float32) => Ok(found.name().to_owned()),
         _ => {
             let what = format!("its output `{}` is no tensor of float32", found.name());
-            Err((what, "export it with the scores of the classes as output (no ZipMap, no ArgMax)".into()))
+            Err(Mismatch::new(what, "export it with the scores of the classes as output (no ZipMap, no ArgMax)"))
         }
     }
 }
 
 /// Numbers of an answer, and whether they lie side by side, in an output of this shape for `n` samples.
-fn answers(dims: &[i64], n: usize, shape: Shape) -> Result<(usize, bool), Wrong> {
+fn answer_layout(dims: &[i64], n: usize, shape: ModelShape) -> Result<(usize, bool), Mismatch> {
     let given = |wanted: &[usize]| dims.iter().map(|&dim| dim as usize).eq(wanted.iter().copied());
     // A single number tells two classes apart.
     for classes in [shape.classes, 1] {
@@ -231,18 +250,18 @@ fn answers(dims: &[i64], n: usize, shape: Shape) -> Result<(usize, bool), Wrong>
     };
     let what = format!(
         "it answers in the shape {}, not {}",
-        shown(dims),
+        describe_shape(dims),
         wanted.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
     );
     let remedy = match shape.cells {
         Some(_) => "list as many classes as it has, set layout, and let it answer at the size of its input",
         None => "list as many classes in the sidecar as the model has",
     };
-    Err((what, remedy.into()))
+    Err(Mismatch::new(what, remedy))
 }
 
 /// A shape in words; `any` for a free side.
-fn shown(dims: &[i64]) -> String {
+fn describe_shape(dims: &[i64]) -> String {
     let side = |&dim: &i64| if dim < 0 { "any".to_owned() } else { dim.to_string() };
     dims.iter().map(side).collect::<Vec<_>>().join(" x ")
 }
@@ -251,37 +270,37 @@ fn shown(dims: &[i64]) -> String {
 mod tests {
     use super::*;
 
-    fn shape(classes: usize, cells: Option<[usize; 2]>, layout: Layout) -> Shape {
-        Shape { input: [1, 4, 6], classes, cells, layout }
+    fn shape(classes: usize, cells: Option<[usize; 2]>, layout: Layout) -> ModelShape {
+        ModelShape { input: [1, 4, 6], classes, cells, layout }
     }
 
     #[test]
     fn shapes_of_answers_are_told_apart() {
         let whole = shape(3, None, Layout::Nchw);
-        assert_eq!(answers(&[5, 3], 5, whole), Ok((3, true)));
-        assert_eq!(answers(&[5, 3, 1, 1], 5, whole), Ok((3, true)));
+        assert_eq!(answer_layout(&[5, 3], 5, whole), Ok((3, true)));
+        assert_eq!(answer_layout(&[5, 3, 1, 1], 5, whole), Ok((3, true)));
         for wrong in [&[5, 4][..], &[3, 5], &[5, 3, 2], &[5], &[5, 1], &[], &[15]] {
-            assert!(answers(wrong, 5, whole).is_err(), "{wrong:?}");
+            assert!(answer_layout(wrong, 5, whole).is_err(), "{wrong:?}");
         }
         for one in [&[5][..], &[5, 1]] {
-            assert_eq!(answers(one, 5, shape(2, None, Layout::Nchw)), Ok((1, true)), "{one:?}");
+            assert_eq!(answer_layout(one, 5, shape(2, None, Layout::Nchw)), Ok((1, true)), "{one:?}");
         }
         let cells = |classes, layout| shape(classes, Some([4, 6]), layout);
-        assert_eq!(answers(&[5, 3, 4, 6], 5, cells(3, Layout::Nchw)), Ok((3, false)));
-        assert_eq!(answers(&[5, 4, 6, 3], 5, cells(3, Layout::Nhwc)), Ok((3, true)));
-        assert_eq!(answers(&[5, 4, 6], 5, cells(2, Layout::Nchw)), Ok((1, false)));
+        assert_eq!(answer_layout(&[5, 3, 4, 6], 5, cells(3, Layout::Nchw)), Ok((3, false)));
+        assert_eq!(answer_layout(&[5, 4, 6, 3], 5, cells(3, Layout::Nhwc)), Ok((3, true)));
+        assert_eq!(answer_layout(&[5, 4, 6], 5, cells(2, Layout::Nchw)), Ok((1, false)));
         for wrong in [&[5, 3, 6, 4][..], &[5, 4, 6, 3], &[5, 3, 2, 3], &[5, 4, 6]] {
-            assert!(answers(wrong, 5, cells(3, Layout::Nchw)).is_err(), "{wrong:?}");
+            assert!(answer_layout(wrong, 5, cells(3, Layout::Nchw)).is_err(), "{wrong:?}");
         }
     }
 
     #[test]
     fn answers_are_taken_from_both_orders() {
         let mut answer = Vec::new();
-        let planes = Scores { values: (0..12).map(|i| i as f32).collect(), classes: 2, cells: 3, together: false };
+        let planes = Scores { values: (0..12).map(|i| i as f32).collect(), classes: 2, cells: 3, side_by_side: false };
         planes.answer(1, 2, &mut answer);
         assert_eq!(answer, [8.0, 11.0]);
-        Scores { together: true, ..planes }.answer(1, 2, &mut answer);
+        Scores { side_by_side: true, ..planes }.answer(1, 2, &mut answer);
         assert_eq!(answer, [10.0, 11.0]);
     }
 }

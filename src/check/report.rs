@@ -1,38 +1,38 @@
-//! What a check found, as a table for people and as JSON for programs.
+//! Report of a check: a table for people and JSON for programs.
 
 use std::fmt::Write;
 
 use output_schema::DatasetHead;
 use serde_json::{Value, json};
 
-use super::Options;
-use super::metrics::{BINS, Tally};
-use super::share::Share;
+use super::CheckOptions;
+use super::accuracy::Accuracy;
+use super::metrics::{CONFIDENCE_BINS, ClassificationMetrics};
+use super::misclassified::Misclassification;
 use super::sidecar::{Sidecar, Task};
-use super::slices::Group;
-use super::worst::Wrong;
+use super::slices::SliceGroup;
 
 /// Value of `format` in the document.
-const FORMAT: &str = "sheetlight-check";
+const DOCUMENT_FORMAT: &str = "sheetlight-check";
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
 /// Wrong answers that the table lists.
-const LISTED: usize = 5;
+const MAX_LISTED_ERRORS: usize = 5;
 /// Longest name of a class in the table [letters].
-const NAME: usize = 18;
+const MAX_NAME_LETTERS: usize = 18;
 
 /// Accuracy by one number.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Slice {
+pub struct AccuracySlice {
     /// Path of the number.
     pub path: String,
     /// Its groups, by number.
-    pub groups: Vec<Group>,
+    pub groups: Vec<SliceGroup>,
 }
 
 /// How long it took.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Timing {
+pub struct CheckTiming {
     /// All of it but loading the model [s].
     pub seconds: f64,
     /// Within the model [s].
@@ -43,9 +43,9 @@ pub struct Timing {
 
 /// What a check found.
 #[derive(Debug, Clone)]
-pub struct Report {
+pub struct CheckReport {
     /// What was asked for.
-    pub options: Options,
+    pub options: CheckOptions,
     /// The dataset.
     pub head: DatasetHead,
     /// What the model takes and answers.
@@ -59,18 +59,18 @@ pub struct Report {
     /// Shards that are not finished.
     pub unfinished: u64,
     /// Right guesses.
-    pub share: Share,
+    pub share: Accuracy,
     /// Every count.
-    pub tally: Tally,
+    pub metrics: ClassificationMetrics,
     /// Accuracy by numbers.
-    pub slices: Vec<Slice>,
+    pub slices: Vec<AccuracySlice>,
     /// The most confidently wrong answers.
-    pub worst: Vec<Wrong>,
+    pub worst: Vec<Misclassification>,
     /// How long it took.
-    pub timing: Timing,
+    pub timing: CheckTiming,
 }
 
-impl Report {
+impl CheckReport {
     /// Share of right guesses [1].
     pub fn accuracy(&self) -> f64 {
         self.share.value().unwrap_or(0.0)
@@ -88,27 +88,27 @@ impl Report {
 
     /// The document; `pictures` are the names of the files of the worst answers.
     pub fn json(&self, pictures: &[String]) -> Value {
-        let share = |share: &Share| {
+        let share = |share: &Accuracy| {
             json!({
                 "accuracy": share.value(), "low": share.interval()[0], "high": share.interval()[1], "right": share.right,
                 "of": share.of, "samples": share.samples, "effective": share.effective(),
             })
         };
         let names = self.sidecar.classes.iter();
-        let classes = names.zip(self.tally.classes()).map(|(name, class)| {
+        let classes = names.zip(self.metrics.classes()).map(|(name, class)| {
             json!({
                 "name": name, "support": class.support, "guessed": class.guessed, "precision": class.precision,
                 "recall": class.recall, "f1": class.f1, "iou": class.iou,
             })
         });
-        let bins = self.tally.bins().iter().enumerate().map(|(i, bin)| {
+        let bins = self.metrics.bins().iter().enumerate().map(|(i, bin)| {
             let mean = |sum: f64| (bin.count > 0).then(|| sum / bin.count as f64);
             json!({
-                "low": i as f64 / BINS as f64, "high": (i + 1) as f64 / BINS as f64, "count": bin.count,
+                "low": i as f64 / CONFIDENCE_BINS as f64, "high": (i + 1) as f64 / CONFIDENCE_BINS as f64, "count": bin.count,
                 "confidence": mean(bin.confidence), "accuracy": mean(bin.right as f64),
             })
         });
-        let group = |group: &Group| {
+        let group = |group: &SliceGroup| {
             let mut value = share(&group.share);
             value["from"] = json!(group.span.map(|span| span[0]));
             value["to"] = json!(group.span.map(|span| span[1]));
@@ -127,7 +127,7 @@ impl Report {
         });
         let (head, [model, sidecar]) = (&self.head, &self.sums);
         json!({
-            "format": FORMAT,
+            "format": DOCUMENT_FORMAT,
             "schema_version": SCHEMA_VERSION,
             "model": { "path": self.options.model.display().to_string(), "sha256": model, "sidecar_sha256": sidecar },
             "dataset": {
@@ -142,11 +142,11 @@ impl Report {
             "samples": self.samples,
             "left_out": self.left_out,
             "accuracy": share(&self.share),
-            "balanced_accuracy": self.tally.balanced_accuracy(),
-            "mean_iou": self.tally.mean_iou(),
+            "balanced_accuracy": self.metrics.balanced_accuracy(),
+            "mean_iou": self.metrics.mean_iou(),
             "classes": classes.collect::<Vec<_>>(),
-            "confusion": self.tally.confusion(),
-            "calibration": { "error": self.tally.calibration_error(), "bins": bins.collect::<Vec<_>>() },
+            "confusion": self.metrics.confusion(),
+            "calibration": { "error": self.metrics.calibration_error(), "bins": bins.collect::<Vec<_>>() },
             "slices": slices.collect::<Vec<_>>(),
             "worst": worst.collect::<Vec<_>>(),
             "timing": {
@@ -182,46 +182,52 @@ impl Report {
         let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.4}"));
         line(format!(
             "mean recall {}, calibration error {}",
-            number(self.tally.balanced_accuracy()),
-            number(self.tally.calibration_error())
+            number(self.metrics.balanced_accuracy()),
+            number(self.metrics.calibration_error())
         ));
         if self.sidecar.task == Task::Segment {
-            line(format!("mean intersection over union {}", number(self.tally.mean_iou())));
+            line(format!("mean intersection over union {}", number(self.metrics.mean_iou())));
         }
         line(String::new());
-        let name = |name: &str| name.chars().take(NAME).collect::<String>();
+        let name = |name: &str| name.chars().take(MAX_NAME_LETTERS).collect::<String>();
         line(format!(
-            "{:NAME$} {:>10} {:>10} {:>9} {:>9} {:>9} {:>9}",
+            "{:MAX_NAME_LETTERS$} {:>10} {:>10} {:>9} {:>9} {:>9} {:>9}",
             "class", "true", "guessed", "precision", "recall", "F1", "IoU"
         ));
-        for (class, figures) in self.sidecar.classes.iter().zip(self.tally.classes()) {
+        for (class, figures) in self.sidecar.classes.iter().zip(self.metrics.classes()) {
             let shares = [figures.precision, figures.recall, figures.f1, figures.iou].map(number);
             let [precision, recall, f1, iou] = shares;
             let counts = format!("{:>10} {:>10}", figures.support, figures.guessed);
-            line(format!("{:NAME$} {counts} {precision:>9} {recall:>9} {f1:>9} {iou:>9}", name(class)));
+            line(format!("{:MAX_NAME_LETTERS$} {counts} {precision:>9} {recall:>9} {f1:>9} {iou:>9}", name(class)));
         }
         line(String::new());
         line("rows are the truth, columns the guesses".into());
-        let mut header = format!("{:NAME$}", "");
+        let mut header = format!("{:MAX_NAME_LETTERS$}", "");
         // Writing to a string cannot fail.
         self.sidecar.classes.iter().for_each(|class| _ = write!(header, " {:>10.10}", class));
         line(header);
-        for (class, counts) in self.sidecar.classes.iter().zip(self.tally.confusion()) {
-            let mut row = format!("{:NAME$}", name(class));
+        for (class, counts) in self.sidecar.classes.iter().zip(self.metrics.confusion()) {
+            let mut row = format!("{:MAX_NAME_LETTERS$}", name(class));
             counts.iter().for_each(|count| _ = write!(row, " {count:>10}"));
             line(row);
         }
         line(String::new());
-        line(format!("{:NAME$} {:>10} {:>10} {:>10}", "confidence", "count", "mean", "accuracy"));
-        for (i, bin) in self.tally.bins().iter().enumerate().filter(|(_, bin)| bin.count > 0) {
-            let span = format!("{:.1} to {:.1}", i as f64 / BINS as f64, (i + 1) as f64 / BINS as f64);
+        line(format!("{:MAX_NAME_LETTERS$} {:>10} {:>10} {:>10}", "confidence", "count", "mean", "accuracy"));
+        for (i, bin) in self.metrics.bins().iter().enumerate().filter(|(_, bin)| bin.count > 0) {
+            let span =
+                format!("{:.1} to {:.1}", i as f64 / CONFIDENCE_BINS as f64, (i + 1) as f64 / CONFIDENCE_BINS as f64);
             let n = bin.count as f64;
-            line(format!("{span:NAME$} {:>10} {:>10.4} {:>10.4}", bin.count, bin.confidence / n, bin.right as f64 / n));
+            line(format!(
+                "{span:MAX_NAME_LETTERS$} {:>10} {:>10.4} {:>10.4}",
+                bin.count,
+                bin.confidence / n,
+                bin.right as f64 / n
+            ));
         }
         for slice in &self.slices {
             line(String::new());
             line(format!("{:28} {:>8} {:>10} {:>10}  95 %", slice.path, "samples", self.counted(), "accuracy"));
-            for Group { span, share } in &slice.groups {
+            for SliceGroup { span, share } in &slice.groups {
                 let span = span.map_or("none".into(), |[from, to]| format!("{} to {}", short(from), short(to)));
                 let [low, high] = share.interval();
                 let accuracy = number(share.value());
@@ -232,7 +238,7 @@ impl Report {
             line(String::new());
             line("most confidently wrong".into());
         }
-        for wrong in self.worst.iter().take(LISTED) {
+        for wrong in self.worst.iter().take(MAX_LISTED_ERRORS) {
             let [truth, guess] = [wrong.truth, wrong.guess].map(|class| &self.sidecar.classes[class]);
             let [row, col] = wrong.window.first;
             line(format!(

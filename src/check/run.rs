@@ -1,4 +1,4 @@
-//! The check itself: a thread reads and cuts, this one asks the model and counts.
+//! Evaluation of a model on a split: one thread reads and cuts windows, this one runs the model and counts.
 
 use std::fs;
 use std::sync::mpsc::{channel, sync_channel};
@@ -8,43 +8,43 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use super::answer::guess;
-use super::cut::NO_CLASS;
-use super::external::sum;
-use super::feed::{Batch, Feed, Truth};
+use super::accuracy::Accuracy;
+use super::batches::{Batch, BatchReader, WindowLabel};
+use super::evaluation_plan::plan;
+use super::external_data::sum;
 use super::folder::{Facts, Folder};
-use super::metrics::Tally;
+use super::metrics::ClassificationMetrics;
+use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
 use super::model::{Model, Scores};
-use super::plan::plan;
-use super::report::{Report, Slice, Timing};
-use super::share::Share;
+use super::prediction::predict;
+use super::report::{AccuracySlice, CheckReport, CheckTiming};
 use super::sidecar::{Output, Sidecar, beside};
-use super::slices::{Point, groups};
-use super::worst::{Worst, Wrong, draw};
-use super::{BATCH, BATCH_BYTES, CheckError, Options, sliced};
+use super::slices::{SlicePoint, group_by_quantiles};
+use super::window::{NO_CLASS, Window};
+use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
 use crate::dataset::{Fault, hex};
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
-const MOST: usize = 1 << 30;
-/// Batches that wait for the model.
-const WAITING: usize = 2;
+const MAX_NUMBERS: usize = 1 << 30;
+/// Batches that may wait for the model.
+const MAX_WAITING_BATCHES: usize = 2;
 
 /// Checks the model on the dataset; `progress` takes windows done and windows in all.
 ///
 /// # Errors
 /// Where dataset, sidecar, model or library are not as they should be; each error says where, what and what to do.
-pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, CheckError> {
+pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<CheckReport, CheckError> {
     let folder = Folder::open(&options.dir, options.split)?;
     let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
     let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
-    let numbers = sliced(&options.slices, folder.head())?;
+    let numbers = slice_paths(&options.slices, folder.head())?;
     let mut model = Model::open(&options.model, &sidecar, options.threads)?;
     let model_sum = sum(&options.model)?;
     let begun = Instant::now();
     let facts = folder.facts(&numbers)?;
     let all: Vec<&Facts> = facts.iter().flatten().collect();
     let images = &folder.head().images;
-    if images.rows.saturating_mul(images.cols) > MOST as u64 {
+    if images.rows.saturating_mul(images.cols) > MAX_NUMBERS as u64 {
         let what = format!("it claims images of {} x {} pixels", images.cols, images.rows);
         return Err(CheckError::at(&options.dir, what, "`gen validate` says what is damaged"));
     }
@@ -54,7 +54,7 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         let what = format!("it has no {} of the model's classes", sidecar.task.units());
         return Err(CheckError::at(&options.dir, what, "correct `classes` in the sidecar, or give another --split"));
     }
-    let fitting = (BATCH_BYTES / (4 * model.input_len()).max(1)).clamp(1, BATCH);
+    let fitting = (DEFAULT_BATCH_BYTES / (4 * model.input_len()).max(1)).clamp(1, MAX_DEFAULT_BATCH);
     let batch = match (model.fixed_batch(), options.batch) {
         (Some(fixed), Some(asked)) if asked != fixed => {
             return Err(CheckError::Argument(format!(
@@ -64,20 +64,21 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         (Some(fixed), _) => fixed,
         (None, asked) => asked.unwrap_or(fitting).max(1),
     };
-    if batch.saturating_mul(model.input_len()) > MOST {
+    if batch.saturating_mul(model.input_len()) > MAX_NUMBERS {
         let what = format!("a batch of {batch} windows takes more than 4 GiB; give a smaller --batch or size_px");
         return Err(CheckError::Argument(what));
     }
-    let feed = Feed { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
-    let mut judge = Judge::new(&all, &sidecar, options, image);
+    let reader =
+        BatchReader { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
+    let mut scorer = Scorer::new(&all, &sidecar, options, image);
     let mut asked = Duration::ZERO;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
     let pool = pool.map_err(|e| CheckError::Argument(format!("threads do not start: {e}; give fewer --threads")))?;
     thread::scope(|scope| {
-        let (sender, batches) = sync_channel(WAITING);
+        let (sender, batches) = sync_channel(MAX_WAITING_BATCHES);
         let (used, spare) = channel();
-        let (feed, pool) = (&feed, &pool);
-        let reading = scope.spawn(move || pool.install(move || feed.run(&sender, &spare)));
+        let (reader, pool) = (&reader, &pool);
+        let reading = scope.spawn(move || pool.install(move || reader.run(&sender, &spare)));
         let mut done = 0;
         let asking = || {
             for Batch { units, mut data } in batches {
@@ -86,7 +87,7 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
                 asked += start.elapsed();
                 for (i, unit) in units.into_iter().enumerate() {
                     let input = &data[i * model.input_len()..][..model.input_len()];
-                    judge.take(unit.sample, unit.window, &unit.truth, (&scores, i), input)?;
+                    scorer.take(unit.sample, unit.window, &unit.truth, (&scores, i), input)?;
                 }
                 done += scores.values.len() as u64 / (scores.classes * scores.cells) as u64;
                 progress(done, plan.units);
@@ -101,17 +102,17 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
             reading.join().unwrap_or_else(|_| Err(CheckError::at(&options.dir, "reading stopped".into(), "report it")));
         answered.and(read)
     })?;
-    let timing = Timing { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
+    let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
     let sums = [model_sum, fs::read(&sidecar_path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default()];
-    let slices = judge.slices(&numbers, options.slices.is_empty());
-    let Judge { tally, rights, worst, left_out, .. } = judge;
-    let mut share = Share::default();
+    let slices = scorer.slices(&numbers, options.slices.is_empty());
+    let Scorer { metrics, rights, worst, left_out, .. } = scorer;
+    let mut share = Accuracy::default();
     rights.iter().for_each(|&(right, of)| share.add(right, of));
     if share.of == 0 {
         let what = format!("no {} of it lie inside the images and have a class of the model", sidecar.task.units());
         return Err(CheckError::at(&options.dir, what, "correct `classes` or give a smaller window_px in the sidecar"));
     }
-    Ok(Report {
+    Ok(CheckReport {
         options: options.clone(),
         head: folder.head().clone(),
         sidecar,
@@ -120,54 +121,63 @@ pub fn check(options: &Options, progress: &dyn Fn(u64, u64)) -> Result<Report, C
         left_out: plan.left_out + left_out,
         unfinished: folder.unfinished,
         share,
-        tally,
+        metrics,
         slices,
         worst: worst.into_list(),
         timing,
     })
 }
 
-/// Counts guesses.
-struct Judge<'a> {
+/// Compares predictions with the truth and keeps the counts.
+struct Scorer<'a> {
     facts: &'a [&'a Facts],
     sidecar: &'a Sidecar,
-    options: &'a Options,
+    options: &'a CheckOptions,
     /// Rows and columns of an image [px].
     image: [usize; 2],
-    tally: Tally,
+    metrics: ClassificationMetrics,
     /// Right guesses and guesses of each sample.
     rights: Vec<(u64, u64)>,
     /// Cells inside an image that are of no class of the model.
     left_out: u64,
-    worst: Worst,
+    worst: WorstMisclassifications,
 }
 
-impl<'a> Judge<'a> {
-    fn new(facts: &'a [&'a Facts], sidecar: &'a Sidecar, options: &'a Options, image: [usize; 2]) -> Self {
-        let (tally, rights) = (Tally::new(sidecar.classes.len()), vec![(0, 0); facts.len()]);
-        Self { facts, sidecar, options, image, tally, rights, left_out: 0, worst: Worst::new(options.worst) }
+impl<'a> Scorer<'a> {
+    fn new(facts: &'a [&'a Facts], sidecar: &'a Sidecar, options: &'a CheckOptions, image: [usize; 2]) -> Self {
+        let (metrics, rights) = (ClassificationMetrics::new(sidecar.classes.len()), vec![(0, 0); facts.len()]);
+        Self {
+            facts,
+            sidecar,
+            options,
+            image,
+            metrics,
+            rights,
+            left_out: 0,
+            worst: WorstMisclassifications::new(options.worst),
+        }
     }
 
     /// Takes what the model says of unit `i` of a batch.
     fn take(
         &mut self,
         sample: usize,
-        window: super::cut::Window,
-        truth: &Truth,
+        window: Window,
+        truth: &WindowLabel,
         (scores, i): (&Scores, usize),
         input: &[f32],
     ) -> Result<(), CheckError> {
         let output = self.sidecar.output;
         let facts = self.facts[sample];
-        let told = |what: String| {
+        let fault = |what: String| {
             let place = format!("{} on sample {}", self.options.model.display(), facts.index);
             let (what, remedy) =
                 what.split_once("; ").map_or((what.clone(), ""), |(what, remedy)| (what.into(), remedy));
             CheckError::from(Fault::new(place, what, remedy.to_owned()))
         };
-        let guesses = guesses(scores, i, output).map_err(told)?;
+        let guesses = predictions(scores, i, output).map_err(fault)?;
         let (right, of) = &mut self.rights[sample];
-        let mut wrong = Wrong {
+        let mut wrong = Misclassification {
             index: facts.index,
             id: facts.id.clone(),
             window,
@@ -177,9 +187,9 @@ impl<'a> Judge<'a> {
             picture: None,
         };
         let cells = match truth {
-            Truth::Class(class) => {
+            WindowLabel::Class(class) => {
                 let (guess, confidence) = guesses[0];
-                self.tally.add(*class, guess, confidence);
+                self.metrics.add(*class, guess, confidence);
                 (*right, *of) = (*right + u64::from(guess == *class), *of + 1);
                 if guess == *class {
                     return Ok(());
@@ -187,7 +197,7 @@ impl<'a> Judge<'a> {
                 (wrong.truth, wrong.guess, wrong.confidence) = (*class, guess, confidence);
                 None
             }
-            Truth::Cells(cells) => {
+            WindowLabel::Cells(cells) => {
                 let classes = self.sidecar.classes.len();
                 let (mut count, mut weights) = (0_u64, vec![0.0; classes * classes]);
                 for (&class, &(guess, confidence)) in cells.iter().zip(&guesses) {
@@ -195,7 +205,7 @@ impl<'a> Judge<'a> {
                         continue;
                     }
                     let class = usize::from(class);
-                    self.tally.add(class, guess, confidence);
+                    self.metrics.add(class, guess, confidence);
                     (*right, *of, count) = (*right + u64::from(guess == class), *of + 1, count + 1);
                     if guess != class {
                         weights[class * classes + guess] += confidence;
@@ -209,32 +219,33 @@ impl<'a> Judge<'a> {
                 Some(cells)
             }
         };
-        let picture = |wrong: &Wrong| {
+        let picture = |wrong: &Misclassification| {
             let answer: Vec<u8> = guesses.iter().map(|(guess, _)| *guess as u8).collect();
             let maps = cells.map(|cells| [cells.as_slice(), answer.as_slice()]);
-            self.options.pictures.then(|| draw(wrong, input, maps, self.sidecar))
+            self.options.pictures.then(|| draw_panels(wrong, input, maps, self.sidecar))
         };
         self.worst.add(wrong, picture);
         Ok(())
     }
 
     /// Accuracy by each number; of `chosen` ones those that differ between samples.
-    fn slices(&self, numbers: &[String], chosen: bool) -> Vec<Slice> {
-        let points = |number: usize| -> Vec<Point> {
+    fn slices(&self, numbers: &[String], chosen: bool) -> Vec<AccuracySlice> {
+        let points = |number: usize| -> Vec<SlicePoint> {
             let point =
-                |(facts, &(right, of)): (&&Facts, &(u64, u64))| Point { value: facts.numbers[number], right, of };
+                |(facts, &(right, of)): (&&Facts, &(u64, u64))| SlicePoint { value: facts.numbers[number], right, of };
             self.facts.iter().zip(&self.rights).map(point).collect()
         };
-        let slice = |(i, path): (usize, &String)| Slice { path: path.clone(), groups: groups(&points(i)) };
+        let slice =
+            |(i, path): (usize, &String)| AccuracySlice { path: path.clone(), groups: group_by_quantiles(&points(i)) };
         numbers.iter().enumerate().map(slice).filter(|slice| !chosen || slice.groups.len() > 1).collect()
     }
 }
 
 /// Class and confidence of every answer of unit `i`.
-fn guesses(scores: &Scores, i: usize, output: Output) -> Result<Vec<(usize, f64)>, String> {
+fn predictions(scores: &Scores, i: usize, output: Output) -> Result<Vec<(usize, f64)>, String> {
     let one = |numbers: &mut Vec<f32>, cell: usize| {
         scores.answer(i, cell, numbers);
-        guess(numbers, output)
+        predict(numbers, output)
     };
     if scores.cells == 1 {
         return Ok(vec![one(&mut Vec::new(), 0)?]);

@@ -3,26 +3,33 @@
 //! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with line,
 //! key and remedy like any other. docs/check.md explains every key.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use output_schema::DatasetHead;
 
 use super::CheckError;
-use crate::yaml::fault::Faults;
+use crate::yaml::fault::{Faults, nearest};
 use crate::yaml::node::{self, Node, Value};
 use crate::yaml::text;
-use crate::yaml::walk::{Range, Section, Walk};
-
-mod beside;
-mod channels;
-mod classes;
-
-pub use beside::{ENDINGS, beside};
+use crate::yaml::walk::{Range, Section, Walk, clipped};
 
 /// What faults call the file.
 const NOUN: &str = "sidecar";
 /// Largest side of a window or of a model's input [px].
-const LARGEST: f64 = 16384.0;
+const MAX_SIDE_PX: f64 = 16384.0;
+
+/// Endings of a sidecar beside its model.
+pub const ENDINGS: [&str; 3] = ["yaml", "yml", "json"];
+
+/// Keys of a channel.
+const CHANNEL_KEYS: [&str; 6] = ["name", "unit", "mean", "sd", "missing", "relative"];
+/// Maps that a channel may name.
+const CHANNEL_NAMES: [&str; 3] = ["range", "reflectance", "scatter"];
+/// Units that a channel may name.
+const UNITS: [&str; 3] = ["mm", "px", "DN"];
+
+/// Most classes of a model: 255 stands for none.
+const MAX_CLASSES: usize = 254;
 
 /// What a model is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,6 +127,15 @@ pub struct Sidecar {
     pub truth: Vec<Option<usize>>,
 }
 
+/// Classes of a model and what they are in the dataset.
+struct ClassMapping {
+    /// Names of the model's classes, in the order of its outputs.
+    names: Vec<String>,
+    /// The model's class of each class of the dataset.
+    truth: Vec<Option<usize>>,
+}
+
+/// Keys of a sidecar.
 const KEYS: [&str; 10] = [
     "task",
     "channels",
@@ -176,7 +192,7 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
     let task = task.and_then(|node| walk.word(node, "task", &TASKS.map(|(name, _)| name)));
     let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
     let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
-    let channels = channels.and_then(|node| channels::read(walk, node, head));
+    let channels = channels.and_then(|node| read_channels(walk, node, head));
     let bits = number(walk, &mut top, "bits", Range { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
     let is_counted = |channel: &Channel| channel.name != "range";
     if let Some(bits) = bits.filter(|_| channels.iter().flatten().any(is_counted))
@@ -226,11 +242,11 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         (_, None) => Some(1000.0),
     };
     let classes = required(walk, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
-    let classes = classes.and_then(|node| classes::read(walk, node, task?, head));
+    let classes = classes.and_then(|node| read_classes(walk, node, task?, head));
     top.close(walk, &KEYS, &|name| {
-        channels::KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
+        CHANNEL_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
     });
-    let (classes, truth) = classes?;
+    let ClassMapping { names: classes, truth } = classes?;
     Some(Sidecar {
         task: task?,
         channels: channels?,
@@ -243,6 +259,176 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         classes,
         truth,
     })
+}
+
+/// Reads `channels`.
+fn read_channels(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec<Channel>> {
+    let entries = match &node.value {
+        Value::List(entries) if !entries.is_empty() => entries,
+        other => {
+            let problem = if let Value::List(_) = other { "is empty" } else { "is no list" };
+            walk.fault(node.place, "channels", problem, "list the model's input maps in order");
+            return None;
+        }
+    };
+    let read: Vec<_> = entries.iter().enumerate().map(|(i, entry)| read_channel(walk, entry, i, head)).collect();
+    read.into_iter().collect()
+}
+
+fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option<Channel> {
+    let path = format!("channels[{i}]");
+    let short = matches!(node.value, Value::Text(_));
+    let mut map = if short { None } else { Some(walk.section(node, &path)) };
+    let name = match &mut map {
+        None => Some(node),
+        Some(map) => required(walk, map, "name", &format!("one of {}", CHANNEL_NAMES.join(", "))),
+    };
+    let found = name.and_then(|node| walk.word(node, &path, &CHANNEL_NAMES));
+    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(head, name)) {
+        let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
+        walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
+    }
+    let Some(mut map) = map else {
+        check_unit(walk, node, (found?, None), &path, head);
+        return Some(Channel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
+    };
+    let any = Range { min: -1e9, max: 1e9, whole: false, unit: "" };
+    let unit =
+        map.take(walk, "unit").map_or(Some(None), |node| walk.word(node, &map.path_of("unit"), &UNITS).map(Some));
+    if let Some((name, unit)) = found.zip(unit) {
+        check_unit(walk, node, (name, unit), &path, head);
+    }
+    let mean = number(walk, &mut map, "mean", any, 0.0);
+    let sd = number(walk, &mut map, "sd", Range { min: 1e-9, ..any }, 1.0);
+    let missing = number(walk, &mut map, "missing", any, 0.0);
+    let relative = map.take(walk, "relative").map_or(Some(false), |node| match node.value {
+        Value::Flag(flag) => Some(flag),
+        _ => {
+            walk.fault(node.place, &map.path_of("relative"), format!("is {}", node.value.kind()), "give true or false");
+            None
+        }
+    });
+    map.close(walk, &CHANNEL_KEYS, &|_| None);
+    Some(Channel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
+}
+
+/// Faults a channel whose numbers the dataset has in another unit than the model takes.
+fn check_unit(walk: &mut Walk, node: &Node, (name, given): (&str, Option<&str>), path: &str, head: &DatasetHead) {
+    let (usual, found) = if name == "range" { ("mm", head.range_unit()) } else { ("DN", "DN") };
+    let wanted = given.unwrap_or(usual);
+    if wanted != found {
+        let problem = format!("the model takes `{name}` in {wanted}, the dataset has it in {found}");
+        let remedy = match found {
+            "px" => "make a dataset whose recipe says `extraction: {range: calibrated}`, or write `unit: px` here where the model was trained on sensor rows".into(),
+            _ => format!("write `unit: {found}` here where the model was trained on that, or name another dataset"),
+        };
+        walk.fault(node.place, path, problem, remedy);
+    }
+}
+
+/// Reads `classes`.
+fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) -> Option<ClassMapping> {
+    let entries = match &node.value {
+        Value::List(entries) if (2..=MAX_CLASSES).contains(&entries.len()) => entries,
+        Value::List(entries) => {
+            let problem = format!("has {} entries", entries.len());
+            walk.fault(node.place, "classes", problem, format!("list 2 to {MAX_CLASSES} classes"));
+            return None;
+        }
+        other => {
+            walk.fault(node.place, "classes", format!("is {}", other.kind()), "list the model's classes in order");
+            return None;
+        }
+    };
+    let known: Vec<(usize, &str)> = match task {
+        Task::Samples => head.classes.iter().map(String::as_str).enumerate().collect(),
+        _ => head.shown_classes().collect(),
+    };
+    let last = known.iter().map(|(value, _)| *value).max().unwrap_or(0);
+    let (mut names, mut truth) = (Vec::new(), vec![None; last + 1]);
+    let mut whole = true;
+    for (class, entry) in entries.iter().enumerate() {
+        let path = format!("classes[{class}]");
+        let Some((name, of)) = read_class(walk, entry, &path) else {
+            whole = false;
+            continue;
+        };
+        if names.contains(&name) {
+            walk.fault(
+                entry.place,
+                &path,
+                format!("`{}` stands here twice", clipped(&name)),
+                "give each class its own name",
+            );
+        }
+        names.push(name);
+        for node in of {
+            let Some(text) = walk.text(node, &path, "the name of a class of the dataset") else { continue };
+            let Some((value, _)) = known.iter().find(|(_, known)| *known == text) else {
+                let all: Vec<&str> = known.iter().map(|(_, name)| *name).collect();
+                let kind = if task == Task::Samples { "samples" } else { "pixels" };
+                let hint =
+                    nearest(text, all.iter().copied()).map_or(String::new(), |m| format!("did you mean `{m}`? "));
+                let remedy = format!("{hint}its classes of {kind} are {}; `of: []` for none", all.join(", "));
+                walk.fault(node.place, &path, format!("the dataset has no class `{}`", clipped(text)), remedy);
+                continue;
+            };
+            if let Some(other) = truth[*value].replace(class).filter(|&other| other != class) {
+                let problem = format!("`{text}` belongs to classes[{other}] already");
+                walk.fault(node.place, &path, problem, "name it under one class");
+            }
+        }
+    }
+    whole.then_some(ClassMapping { names, truth })
+}
+
+/// Name of a class and the nodes that name classes of the dataset; a plain text is both.
+fn read_class<'n>(walk: &mut Walk, entry: &'n Node, path: &str) -> Option<(String, Vec<&'n Node>)> {
+    if let Value::Text(name) = &entry.value {
+        return Some((name.clone(), vec![entry]));
+    }
+    let mut map = walk.section(entry, path);
+    let name = required(walk, &mut map, "name", "the name of the class");
+    let name = name.and_then(|node| walk.text(node, &map.path_of("name"), "the name of the class"));
+    let of = map.take(walk, "of").map(|node| match &node.value {
+        Value::List(entries) => Some(entries.iter().collect()),
+        Value::Text(_) => Some(vec![node]),
+        other => {
+            let remedy = "list the classes of the dataset that it is, `of: [sound_knot, dead_knot]`";
+            walk.fault(node.place, &map.path_of("of"), format!("is {}", other.kind()), remedy);
+            None
+        }
+    });
+    if of.is_none() {
+        let remedy = "list the classes of the dataset that it is, `of: [sound_knot, dead_knot]`";
+        walk.fault(map.place(), &map.path_of("of"), "is missing", remedy);
+    }
+    map.close(walk, &["name", "of"], &|_| None);
+    Some((name?.to_owned(), of??))
+}
+
+/// The sidecar beside a model.
+///
+/// # Errors
+/// Where there is none, or more than one.
+pub fn beside(model: &Path) -> Result<PathBuf, CheckError> {
+    let all = ENDINGS.map(|ending| model.with_extension(ending));
+    let shown = |paths: &[PathBuf], and: &str| {
+        paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(and)
+    };
+    let mut found = all.clone().to_vec();
+    found.retain(|path| path.exists());
+    match found.as_slice() {
+        [one] => Ok(one.clone()),
+        [] => {
+            let remedy = "write one as docs/check.md says, or name it with --sidecar";
+            Err(CheckError::at(model, format!("there is no sidecar beside it ({})", shown(&all, ", ")), remedy))
+        }
+        several => {
+            let what = format!("{} lie beside it", shown(several, " and "));
+            Err(CheckError::at(model, what, "name the one that is its sidecar with --sidecar"))
+        }
+    }
 }
 
 /// Whether the dataset has images of that name, in its tables or as EXR.
@@ -273,7 +459,7 @@ fn number(walk: &mut Walk, map: &mut Section, name: &str, range: Range, default:
 
 /// `[rows, columns]`, or one number for both.
 fn sides(walk: &mut Walk, node: &Node, path: &str) -> Option<[usize; 2]> {
-    let range = Range { min: 1.0, max: LARGEST, whole: true, unit: "px" };
+    let range = Range { min: 1.0, max: MAX_SIDE_PX, whole: true, unit: "px" };
     match &node.value {
         Value::List(entries) if entries.len() == 2 => {
             let sides = [walk.number_in(&entries[0], path, range), walk.number_in(&entries[1], path, range)];

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::generate::threads;
 use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
-use crate::check::{CheckError, Options, Report, check};
+use crate::check::{CheckError, CheckOptions, CheckReport, check};
 use crate::dataset::{Dataset, DatasetSums};
 use crate::record::Split;
 
@@ -120,7 +120,7 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         prepare(out)?;
     }
     let before = if arguments.save { tried(&arguments.dir)? } else { None };
-    let options = Options {
+    let options = CheckOptions {
         dir: arguments.dir.clone(),
         model: arguments.model.clone(),
         sidecar: arguments.sidecar.clone(),
@@ -195,7 +195,7 @@ fn sums(dir: &Path) -> Option<DatasetSums> {
 }
 
 /// Keeps the report in the dataset's folder, with the sums of what it was made from.
-fn save(dir: &Path, model: &Path, before: DatasetSums, report: &Report) -> Result<(), String> {
+fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport) -> Result<(), String> {
     let reports = dir.join(REPORTS);
     fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED}", reports.display()))?;
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();
@@ -234,7 +234,7 @@ fn save(dir: &Path, model: &Path, before: DatasetSums, report: &Report) -> Resul
 }
 
 /// Names of the pictures of the worst answers.
-fn names(before: &str, report: &Report) -> Vec<String> {
+fn names(before: &str, report: &CheckReport) -> Vec<String> {
     let drawn = report.worst.iter().enumerate().filter(|(_, wrong)| wrong.picture.is_some());
     drawn.map(|(i, wrong)| format!("{before}wrong-{:03}-sample-{}.png", i + 1, wrong.index)).collect()
 }
@@ -244,7 +244,7 @@ fn write(
     folder: &Path,
     (file, document): (&str, &Value),
     before: &str,
-    report: &Report,
+    report: &CheckReport,
     remedy: &str,
 ) -> Result<(), String> {
     let names = names(before, report);

@@ -13,7 +13,7 @@ use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
 use crate::dataset::Dataset;
 use crate::generate::{recipe_of, sample};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::preview::expose_profile;
 use crate::report::{ExposedProfile, Options, Render, Timing, report};
 use crate::settings::Transport;
@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
     let folder = Dataset::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
-    let tiles = Tiles::new(seed);
+    let tiles = PatternCache::new(seed);
     // A slow model takes minutes for a line.
     let fast = recipe.as_ref().ok().filter(|recipe| recipe.transport() == Transport::Kernel);
     let expose = fast.map(|recipe| {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
 use crate::medium::Medium;
-use crate::transport::answer::{Answer, Estimate, Side};
+use crate::transport::answer::{Answer, Estimate, LineSide};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
 
@@ -111,7 +111,7 @@ fn summary(answer: &Answer) -> String {
     if let Some(towards) = answer.towards_lens {
         line("radiance factor to lens", towards);
     }
-    line("central row of a line", Estimate::exact(answer.rows(0, 0, Side::Both)));
-    line("rows 1 to 8, both sides", Estimate::exact(answer.rows(1, 8, Side::Both)));
+    line("central row of a line", Estimate::exact(answer.rows(0, 0, LineSide::Both)));
+    line("rows 1 to 8, both sides", Estimate::exact(answer.rows(1, 8, LineSide::Both)));
     text
 }

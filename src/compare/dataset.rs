@@ -2,8 +2,7 @@
 
 use output_schema::{Manifest, ManifestSample};
 
-use super::source::exr_frame;
-use super::{Exposure, Frame, Unit, to_eight_bits};
+use super::{RangeUnit, ScanMaps, SensorFrame, exr_frame, to_eight_bits};
 use crate::dataset::{Dataset, Fault, RowBatch};
 
 /// Most sensor frames of a sample that are read: the middle ones.
@@ -13,7 +12,7 @@ const MAX_SENSOR_FRAMES: usize = 16;
 ///
 /// # Errors
 /// Where it is not there, not finished, damaged, or has no heights.
-pub(super) fn frame(dataset: &Dataset, index: u64) -> Result<Frame, Fault> {
+pub(super) fn frame(dataset: &Dataset, index: u64) -> Result<ScanMaps, Fault> {
     let (head, root) = (dataset.head(), dataset.root());
     if index >= head.samples {
         let remedy = format!("give --index 0 to {}", head.samples.saturating_sub(1));
@@ -28,13 +27,13 @@ pub(super) fn frame(dataset: &Dataset, index: u64) -> Result<Frame, Fault> {
 ///
 /// # Errors
 /// Where it is not there, damaged, or has no heights.
-pub fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, exposed: bool) -> Result<Frame, Fault> {
+pub fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, exposed: bool) -> Result<ScanMaps, Fault> {
     let (head, root) = (dataset.head(), dataset.root());
     let listed = manifest.samples.iter().find(|sample| sample.index == index);
     let listed = listed.ok_or_else(|| Fault::damaged(root, format!("no manifest names sample {index}")))?;
     let has = |images: &[String]| images.iter().any(|image| image == "range");
     let mut frame = if has(&head.images.exr) {
-        exr_frame(&dataset.exr(dataset.shard_of(index), &listed.id)?)?
+        exr_frame::frame(&dataset.exr(dataset.shard_of(index), &listed.id)?)?
     } else if has(&head.images.png) {
         table_frame(dataset, manifest, listed)?
     } else {
@@ -48,13 +47,14 @@ pub fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, exposed: boo
         let eight = |dn: u16| (scale * f32::from(dn)).round() as u8;
         let frames = dataset.sensor_frames(manifest, index, MAX_SENSOR_FRAMES)?.into_iter();
         let cols = head.images.sensor_cols as usize;
-        frame.exposures = frames.map(|kept| Exposure { cols, dn: kept.dn.into_iter().map(eight).collect() }).collect();
+        frame.exposures =
+            frames.map(|kept| SensorFrame { cols, dn: kept.dn.into_iter().map(eight).collect() }).collect();
     }
     Ok(frame)
 }
 
 /// The maps of a row that holds images.
-fn table_frame(dataset: &Dataset, manifest: &Manifest, listed: &ManifestSample) -> Result<Frame, Fault> {
+fn table_frame(dataset: &Dataset, manifest: &Manifest, listed: &ManifestSample) -> Result<ScanMaps, Fault> {
     let wanted = |name: &str| {
         let known = ["index", "col_mm", "row_mm", "calibration", "range", "reflectance", "scatter"].contains(&name);
         known || name.starts_with("range_offset_") || name.starts_with("range_scale_")
@@ -63,7 +63,7 @@ fn table_frame(dataset: &Dataset, manifest: &Manifest, listed: &ManifestSample) 
     row_frame(dataset, &row).map_err(|what| row.damaged(what))
 }
 
-fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<Frame, String> {
+fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<ScanMaps, String> {
     let images = &dataset.head().images;
     let number = |path: &str| row.numbers(path)?.first().copied().ok_or_else(|| format!("`{path}` is missing"));
     let range = row.image(0, "range")?;
@@ -88,16 +88,16 @@ fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<Frame, String> {
     let binned = images.sensor_cols as f64 / cols.max(1) as f64;
     let on_columns = |centre: f64| (0.5 * (binned - 1.0) - centre) * col_mm / binned;
     let first = of_rig("x_first_mm").or_else(|| of_rig("centre_col_px").map(on_columns));
-    Ok(Frame {
+    Ok(ScanMaps {
         cols,
         rows,
-        unit: if unit == "px" { Unit::Px { sensor_rows: images.sensor_rows as u32 } } else { Unit::Mm },
+        unit: if unit == "px" { RangeUnit::Px { sensor_rows: images.sensor_rows as u32 } } else { RangeUnit::Mm },
         first_mm: first,
         col_mm: Some(col_mm),
         row_mm: Some(number("row_mm")?),
         range: range.grey.numbers().into_iter().map(height).collect(),
         reflectance: map("reflectance")?,
         scatter: map("scatter")?,
-        ..Frame::default()
+        ..ScanMaps::default()
     })
 }

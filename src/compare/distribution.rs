@@ -1,4 +1,4 @@
-//! Two samples of numbers: quantiles and distances that take ties for what they are.
+//! Empirical distributions: quantiles and distances of two samples, exact with ties.
 //!
 //! Digitised numbers repeat. Quantiles are those of the mid-distribution F(x) - p(x)/2, linear between the values that
 //! occur (Ma, Genton and Parzen 2011, "Asymptotic properties of sample quantiles of discrete distributions"): a step of
@@ -9,9 +9,9 @@
 //! that law errs on the safe side (Noether 1963), and it holds for independent numbers, so neighbours that share pixels
 //! or noise make it too small. Wasserstein-1 is the area between the two functions, in the unit of the numbers.
 
-/// A sample in order of size.
+/// A sample of numbers in order of size.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sample(Vec<f32>);
+pub struct EmpiricalDistribution(Vec<f32>);
 
 /// How far two samples lie apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ pub struct Distance {
     pub wasserstein: f64,
 }
 
-impl Sample {
+impl EmpiricalDistribution {
     /// Puts numbers in order; NaN and infinities are left out.
     pub fn new(mut numbers: Vec<f32>) -> Self {
         numbers.retain(|x| x.is_finite());
@@ -58,7 +58,7 @@ impl Sample {
         last.map(|(_, value)| value)
     }
 
-    /// Share of the mid-distribution below a number, the inverse of [`Sample::quantile`]; 0 where there are no numbers.
+    /// Share of the mid-distribution below a number, the inverse of [`EmpiricalDistribution::quantile`]; 0 where there are no numbers.
     pub fn share(&self, number: f64) -> f64 {
         let numbers = &self.0;
         let n = numbers.len() as f64;
@@ -142,20 +142,20 @@ mod tests {
         name: &str,
         n: usize,
         mut draw: impl FnMut(&mut dyn FnMut() -> f64, &mut dyn FnMut() -> f64) -> f64,
-    ) -> Sample {
+    ) -> EmpiricalDistribution {
         let stream = Stream::root(7).child(name);
         let (mut even, mut bell) = (stream.child("even").rng(), stream.child("bell").rng());
         let mut numbers = Vec::new();
         for _ in 0..n {
             numbers.push(draw(&mut || even.random::<f64>(), &mut || normal(&mut bell)) as f32);
         }
-        Sample::new(numbers)
+        EmpiricalDistribution::new(numbers)
     }
 
     /// Quantiles by hand: the middle of ties, between them on a line, and beyond the ends the ends.
     #[test]
     fn quantiles_stand_in_the_middle_of_ties() {
-        let s = Sample::new(vec![3.0, 1.0, 1.0, f32::NAN, 2.0]);
+        let s = EmpiricalDistribution::new(vec![3.0, 1.0, 1.0, f32::NAN, 2.0]);
         // Mid-distribution: 1 at 1/4, 2 at 5/8, 3 at 7/8.
         for (share, value) in [(0.0, 1.0), (0.25, 1.0), (0.4375, 1.5), (0.625, 2.0), (0.875, 3.0), (1.0, 3.0)] {
             assert!((s.quantile(share).expect("there are numbers") - value).abs() < 1e-12, "{share}");
@@ -163,7 +163,10 @@ mod tests {
         for (value, share) in [(0.9, 0.0), (1.0, 0.25), (1.5, 0.4375), (2.0, 0.625), (2.5, 0.75), (3.0, 1.0)] {
             assert!((s.share(value) - share).abs() < 1e-12, "{value}");
         }
-        assert_eq!((Sample::new(vec![]).quantile(0.5), Sample::default().robust_deviation()), (None, None));
+        assert_eq!(
+            (EmpiricalDistribution::new(vec![]).quantile(0.5), EmpiricalDistribution::default().robust_deviation()),
+            (None, None)
+        );
     }
 
     /// The robust deviation of a rounded normal law is what the mid-distribution of that law makes it, near 1 for
@@ -191,7 +194,9 @@ mod tests {
     #[test]
     fn distances_by_hand() {
         let of = |a: &[f32], b: &[f32]| {
-            let d = Sample::new(a.to_vec()).distance(&Sample::new(b.to_vec())).expect("there are numbers");
+            let d = EmpiricalDistribution::new(a.to_vec())
+                .distance(&EmpiricalDistribution::new(b.to_vec()))
+                .expect("there are numbers");
             (d.ks, d.wasserstein)
         };
         assert_eq!(of(&[1.0, 1.0, 2.0], &[1.0, 2.0, 1.0]), (0.0, 0.0), "a tie is no distance");
@@ -199,7 +204,7 @@ mod tests {
         assert_eq!(of(&[0.0, 1.0], &[0.0, 2.0]), (0.5, 0.5));
         // F - G: 1/2 - 1/4 on [1, 2), 1/2 - 3/4 on [2, 3).
         assert_eq!(of(&[1.0, 3.0], &[1.0, 2.0, 2.0, 3.0]), (0.25, 0.5));
-        assert_eq!(Sample::default().distance(&Sample::new(vec![1.0])), None);
+        assert_eq!(EmpiricalDistribution::default().distance(&EmpiricalDistribution::new(vec![1.0])), None);
     }
 
     /// A shift moves Wasserstein-1 by itself and the distance of uniform laws by its share; a scale, half of it times
@@ -236,7 +241,7 @@ mod tests {
         let alarms = |step: f64, name: &str| {
             let mut rng = Stream::root(3).child(name).rng();
             let draw = |rng: &mut dyn FnMut() -> f64| {
-                Sample::new(
+                EmpiricalDistribution::new(
                     (0..n).map(|_| if step > 0.0 { (rng() / step).round() * step } else { rng() } as f32).collect(),
                 )
             };

@@ -9,28 +9,28 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde::Deserialize;
 
-use super::source::error;
-use super::{Frame, SourceError};
+use super::ScanMaps;
+use crate::dataset::Fault;
 
 /// Longest file that is read [bytes].
-const LONGEST: u64 = 2 << 30;
+const MAX_FILE_BYTES: u64 = 2 << 30;
 
 #[derive(Deserialize)]
-struct Entry {
+struct JsonEntry {
     class: String,
     data: serde_json::Value,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
-struct Image {
-    pixel_size: Triple,
-    origin: Triple,
-    data: Grid,
+struct JsonImage {
+    pixel_size: Point,
+    origin: Point,
+    data: PixelArray,
 }
 
 #[derive(Deserialize)]
-struct Triple {
+struct Point {
     x: f64,
     y: f64,
     z: f64,
@@ -38,37 +38,38 @@ struct Triple {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "PascalCase")]
-struct Grid {
+struct PixelArray {
     image_type: String,
     width: usize,
     height: usize,
-    pixels: Pixels,
+    pixels: EncodedPixels,
 }
 
 #[derive(Deserialize)]
-struct Pixels {
+struct EncodedPixels {
     endian: String,
     data: String,
 }
 
 /// Reads a file.
-pub(super) fn read(path: &Path) -> Result<Frame, SourceError> {
+pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
     let whole = "give a JSON file with a range image and a reflectance image as docs/compare.md describes";
-    let refused = |e: std::io::Error| error(path, format!("it cannot be read: {e}"), "allow it");
-    if fs::metadata(path).map_err(refused)?.len() > LONGEST {
-        return Err(error(path, "it is longer than any frame".into(), whole));
+    let refused = |e: std::io::Error| Fault::at(path, format!("it cannot be read: {e}"), "allow it");
+    if fs::metadata(path).map_err(refused)?.len() > MAX_FILE_BYTES {
+        return Err(Fault::at(path, "it is longer than any frame", whole));
     }
     let text = fs::read(path).map_err(refused)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    frame(&name, &text).map_err(|what| error(path, what, whole))
+    frame(&name, &text).map_err(|what| Fault::at(path, what, whole))
 }
 
 /// A frame of the text of a file.
-fn frame(name: &str, text: &[u8]) -> Result<Frame, String> {
-    let entries: Vec<Entry> = serde_json::from_slice(text).map_err(|e| e.to_string())?;
+fn frame(name: &str, text: &[u8]) -> Result<ScanMaps, String> {
+    let entries: Vec<JsonEntry> = serde_json::from_slice(text).map_err(|e| e.to_string())?;
     let mut images = Vec::new();
     for entry in entries.into_iter().filter(|entry| entry.class == "Image") {
-        images.push(serde_json::from_value::<Image>(entry.data).map_err(|e| format!("an image is not whole: {e}"))?);
+        images
+            .push(serde_json::from_value::<JsonImage>(entry.data).map_err(|e| format!("an image is not whole: {e}"))?);
     }
     let mut images = images.into_iter();
     let range = images.next().ok_or("it holds no image")?;
@@ -87,7 +88,7 @@ fn frame(name: &str, text: &[u8]) -> Result<Frame, String> {
         }
         Some(image) => Some(image.data.numbers("uint8", 1)?.into_iter().map(f32::from).collect()),
     };
-    Ok(Frame {
+    Ok(ScanMaps {
         name: name.into(),
         cols,
         rows,
@@ -95,11 +96,11 @@ fn frame(name: &str, text: &[u8]) -> Result<Frame, String> {
         row_mm: Some(size.y),
         range: wide.iter().map(height).collect(),
         reflectance: light,
-        ..Frame::default()
+        ..ScanMaps::default()
     })
 }
 
-impl Grid {
+impl PixelArray {
     fn numbers(&self, kind: &str, bytes: usize) -> Result<Vec<u16>, String> {
         if self.image_type != kind {
             return Err(format!("an image holds {}, not {kind}", self.image_type));

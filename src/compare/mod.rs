@@ -1,32 +1,33 @@
 //! Simulated and real scans side by side: the same statistics of both, how far they lie apart, and a page of plots.
 //!
 //! ```text
-//! path --Source::open--> Source --frame by frame--> Tally --Statistics--> Comparison --> table, JSON, page
+//! path --ScanSource::open--> ScanSource --scan by scan--> StatisticsBuilder --> Statistics --> Comparison --> table, JSON, page
 //! ```
 //!
 //! It knows files and numbers, and nothing of how a scan came to be: both sides take the same way. Each statistic is a
 //! function of a frame in a file of its own, which says what it takes for granted.
 
+mod comparison;
 mod dataset;
 pub mod distribution;
+mod exr_frame;
 mod json_frame;
+pub mod line_width;
 pub mod noise;
-mod page;
-pub mod patch;
-mod report;
+mod plots;
+pub mod power_spectrum;
 mod source;
-pub mod spectrum;
+pub mod speckle;
 mod statistics;
-pub mod width;
 
+pub use comparison::Comparison;
 pub use dataset::frame_of;
-pub use report::Comparison;
-pub use source::{Source, SourceError};
-pub use statistics::{Statistics, Tally};
+pub use source::ScanSource;
+pub use statistics::{Statistics, StatisticsBuilder};
 
 /// One exposure of the sensor.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Exposure {
+pub struct SensorFrame {
     /// Columns [px].
     pub cols: usize,
     /// Digital numbers `[rows, cols]`, row-major [DN of 8 bits].
@@ -35,7 +36,7 @@ pub struct Exposure {
 
 /// What the numbers of Range are.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Unit {
+pub enum RangeUnit {
     /// Heights [mm].
     #[default]
     Mm,
@@ -46,7 +47,7 @@ pub enum Unit {
     },
 }
 
-impl Unit {
+impl RangeUnit {
     /// Name of its thousandth, in which noise is told.
     pub fn thousandth(self) -> &'static str {
         match self {
@@ -58,7 +59,7 @@ impl Unit {
 
 /// One scan, whatever file it came from.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Frame {
+pub struct ScanMaps {
     /// What it is called.
     pub name: String,
     /// Columns.
@@ -70,7 +71,7 @@ pub struct Frame {
     /// Distance between two profiles, where the file says it [mm].
     pub row_mm: Option<f64>,
     /// What Range is.
-    pub unit: Unit,
+    pub unit: RangeUnit,
     /// Place along the line of the middle of column 0, where columns are evenly apart and the file says it [mm].
     pub first_mm: Option<f64>,
     /// Heights, or sensor rows of uncalibrated scans, `[rows, cols]`, row-major [mm or px]; NaN where missing. In double precision, so that differences of steps of
@@ -81,7 +82,7 @@ pub struct Frame {
     /// Sum of digital numbers beside the peak `[rows, cols]` [DN of 8 bits]; 0 where missing.
     pub scatter: Option<Vec<f32>>,
     /// Exposures that were kept.
-    pub exposures: Vec<Exposure>,
+    pub exposures: Vec<SensorFrame>,
     /// Bits of the numbers in the file, 0 where it does not say; here all are on the scale of 8 bits.
     pub bits: u64,
 }

@@ -1,35 +1,51 @@
-//! Noise of heights, without knowing the surface: second differences.
+//! Noise of heights from second differences, without knowing the surface.
 //!
 //! z[i-1] - 2 z[i] + z[i+1] takes away every plane; of white noise with deviation s it has the deviation sqrt(6) s. What
 //! is left of a curved surface, and of noise that is alike in neighbours, is in it too: noise with the correlations r1
-//! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond [`EDGE`] robust deviations are
+//! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond [`EDGE_DEVIATIONS`] robust deviations are
 //! edges of the object, and counted apart.
 //!
 //! The correlation along one direction is that of second differences across the other: such a difference mixes no
 //! neighbours along the first, so the surface goes and the correlation stays.
 
-use super::Frame;
-use super::distribution::Sample;
+use super::ScanMaps;
+use super::distribution::EmpiricalDistribution;
 
 /// From how many robust deviations a second difference is an edge.
-pub const EDGE: f64 = 4.0;
+pub const EDGE_DEVIATIONS: f64 = 4.0;
 /// Lags of correlations [px].
-pub const LAGS: usize = 9;
+pub const NOISE_LAGS: usize = 9;
 /// Most second differences of a frame that enter its sample; more are left out evenly.
-const MOST: usize = 200_000;
+const MAX_SAMPLED_DIFFERENCES: usize = 200_000;
 
 /// A direction of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
+pub enum Direction {
     /// Along the laser line: from column to column.
     Along,
     /// Across profiles: from row to row.
     Across,
 }
 
-impl Way {
+impl Direction {
     /// Both.
     pub const BOTH: [Self; 2] = [Self::Along, Self::Across];
+
+    /// Key in documents.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Along => "along",
+            Self::Across => "across",
+        }
+    }
+
+    /// In words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Along => "along the line",
+            Self::Across => "across profiles",
+        }
+    }
 
     /// Index step to the next pixel.
     pub(super) fn step(self, cols: usize) -> usize {
@@ -42,24 +58,24 @@ impl Way {
 
 /// Second differences of one frame in one direction.
 #[derive(Debug, Clone)]
-pub struct Second {
+pub struct SecondDifferences {
     /// One for each pixel `[rows, cols]`, divided by sqrt(6) [um]; NaN where a neighbour is missing.
     pub map: Vec<f32>,
     /// Some of them, no two from the same pixel.
-    pub sample: Sample,
+    pub sample: EmpiricalDistribution,
     /// Middle of the sample [um].
     pub middle: f32,
     /// Robust deviation of the sample [um].
     pub deviation: f32,
 }
 
-impl Second {
+impl SecondDifferences {
     /// Of a frame; NaN deviation where it has no three neighbours.
-    pub fn new(frame: &Frame, way: Way) -> Self {
-        let (cols, rows, step) = (frame.cols, frame.rows, way.step(frame.cols));
-        let inner = |x: usize, y: usize| match way {
-            Way::Along => x > 0 && x + 1 < cols,
-            Way::Across => y > 0 && y + 1 < rows,
+    pub fn new(frame: &ScanMaps, direction: Direction) -> Self {
+        let (cols, rows, step) = (frame.cols, frame.rows, direction.step(frame.cols));
+        let inner = |x: usize, y: usize| match direction {
+            Direction::Along => x > 0 && x + 1 < cols,
+            Direction::Across => y > 0 && y + 1 < rows,
         };
         let scale = 1000.0 / 6.0_f64.sqrt();
         let mut map = vec![f32::NAN; cols * rows];
@@ -73,14 +89,14 @@ impl Second {
                 let i = y * cols + x;
                 let second = (scale * (frame.range[i - step] - 2.0 * frame.range[i] + frame.range[i + step])) as f32;
                 map[i] = second;
-                let place = if way == Way::Along { x } else { y };
+                let place = if direction == Direction::Along { x } else { y };
                 if place % 3 == 1 && second.is_finite() {
                     apart.push(second);
                 }
             }
         }
-        let keep = apart.len().div_ceil(MOST).max(1);
-        let sample = Sample::new(apart.into_iter().step_by(keep).collect());
+        let keep = apart.len().div_ceil(MAX_SAMPLED_DIFFERENCES).max(1);
+        let sample = EmpiricalDistribution::new(apart.into_iter().step_by(keep).collect());
         let middle = sample.quantile(0.5).map_or(f32::NAN, |q| q as f32);
         let deviation = sample.robust_deviation().map_or(f32::NAN, |q| q as f32);
         Self { map, sample, middle, deviation }
@@ -88,27 +104,27 @@ impl Second {
 
     /// Whether a second difference is noise: there, and no edge.
     pub fn is_noise(&self, second: f32) -> bool {
-        (second - self.middle).abs() <= EDGE as f32 * self.deviation
+        (second - self.middle).abs() <= EDGE_DEVIATIONS as f32 * self.deviation
     }
 }
 
-/// Sums for correlations at lags 0 to [`LAGS`] - 1, over pairs of which both are noise.
+/// Sums for correlations at lags 0 to [`NOISE_LAGS`] - 1, over pairs of which both are noise.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Correlation([[f64; 3]; LAGS]);
+pub struct NoiseCorrelation([[f64; 3]; NOISE_LAGS]);
 
-impl Correlation {
-    /// Adds the pairs along `way` of second differences across the other direction.
-    pub fn add(&mut self, frame: &Frame, second: &Second, way: Way) {
+impl NoiseCorrelation {
+    /// Adds the pairs along `direction` of second differences across the other direction.
+    pub fn add(&mut self, frame: &ScanMaps, second: &SecondDifferences, direction: Direction) {
         let value = |i: usize| second.map[i] - second.middle;
         for (lag, sums) in self.0.iter_mut().enumerate() {
-            let (to_x, to_y) = match way {
-                Way::Along => (frame.cols.saturating_sub(lag), frame.rows),
-                Way::Across => (frame.cols, frame.rows.saturating_sub(lag)),
+            let (to_x, to_y) = match direction {
+                Direction::Along => (frame.cols.saturating_sub(lag), frame.rows),
+                Direction::Across => (frame.cols, frame.rows.saturating_sub(lag)),
             };
             for y in 0..to_y {
                 for x in 0..to_x {
                     let i = y * frame.cols + x;
-                    let j = i + lag * way.step(frame.cols);
+                    let j = i + lag * direction.step(frame.cols);
                     if second.is_noise(second.map[i]) && second.is_noise(second.map[j]) {
                         let (a, b) = (f64::from(value(i)), f64::from(value(j)));
                         sums[0] += a * b;
@@ -134,7 +150,7 @@ mod tests {
     use super::*;
 
     /// A tilted, gently curved surface under noise of one deviation [mm] that is a moving sum along the line.
-    fn frame(name: &str, deviation: f64, weight: f64) -> Frame {
+    fn frame(name: &str, deviation: f64, weight: f64) -> ScanMaps {
         let (cols, rows) = (300, 200);
         let mut rng = Stream::root(11).child(name).rng();
         let mut range = Vec::new();
@@ -147,13 +163,13 @@ mod tests {
                 range.push(0.02 * x as f64 - 0.05 * y as f64 + 1e-6 * (x * x) as f64 + deviation * noise);
             }
         }
-        Frame { name: name.into(), cols, rows, range, ..Frame::default() }
+        ScanMaps { name: name.into(), cols, rows, range, ..ScanMaps::default() }
     }
 
-    fn correlation(frame: &Frame, way: Way) -> Correlation {
-        let other = if way == Way::Along { Way::Across } else { Way::Along };
-        let mut correlation = Correlation::default();
-        correlation.add(frame, &Second::new(frame, other), way);
+    fn correlation(frame: &ScanMaps, direction: Direction) -> NoiseCorrelation {
+        let other = if direction == Direction::Along { Direction::Across } else { Direction::Along };
+        let mut correlation = NoiseCorrelation::default();
+        correlation.add(frame, &SecondDifferences::new(frame, other), direction);
         correlation
     }
 
@@ -161,20 +177,20 @@ mod tests {
     #[test]
     fn white_noise_is_found() {
         let frame = frame("white", 0.015, 0.0);
-        for way in Way::BOTH {
-            let second = Second::new(&frame, way);
+        for direction in Direction::BOTH {
+            let second = SecondDifferences::new(&frame, direction);
             // The interquartile range of n numbers has a relative standard error of 1.167 / sqrt(n); alpha 1e-4.
             let n = second.sample.numbers().len() as f64;
             let error = 3.9 * 1.167 / n.sqrt();
-            assert!((f64::from(second.deviation) / 15.0 - 1.0).abs() < error, "{way:?}: {}", second.deviation);
-            let found = correlation(&frame, way);
+            assert!((f64::from(second.deviation) / 15.0 - 1.0).abs() < error, "{direction:?}: {}", second.deviation);
+            let found = correlation(&frame, direction);
             assert!((found.at(0).expect("there is noise") - 1.0).abs() < 1e-12);
-            for lag in 1..LAGS {
+            for lag in 1..NOISE_LAGS {
                 // Second differences of one column are alike (-2/3, 1/6): 1 + 2 (4/9 + 1/36) = 35/18 times the variance
                 // 1/n of the mean of n products.
                 let error = 3.9 * (35.0 / 18.0_f64 / (300.0 * 200.0)).sqrt() * 1.02;
                 let r = found.at(lag).expect("there is noise");
-                assert!(r.abs() < error, "{way:?}, lag {lag}: {r} +- {error}");
+                assert!(r.abs() < error, "{direction:?}, lag {lag}: {r} +- {error}");
             }
         }
     }
@@ -187,13 +203,13 @@ mod tests {
         let r1 = w / (1.0 + w * w);
         let frame = frame("moving", 0.01, w);
         let error = 3.9 * (35.0 / 18.0_f64 * 2.0 / (300.0 * 200.0)).sqrt();
-        let along = correlation(&frame, Way::Along);
+        let along = correlation(&frame, Direction::Along);
         let (one, two) = (along.at(1).expect("there is noise"), along.at(2).expect("there is noise"));
         assert!((one - r1).abs() < error && two.abs() < error, "{one} and {two} +- {error}");
-        let across = correlation(&frame, Way::Across).at(1).expect("there is noise");
+        let across = correlation(&frame, Direction::Across).at(1).expect("there is noise");
         assert!(across.abs() < error, "{across} +- {error}");
         let expected = 10.0 * (1.0 - 4.0 * r1 / 3.0).sqrt();
-        let found = f64::from(Second::new(&frame, Way::Along).deviation);
+        let found = f64::from(SecondDifferences::new(&frame, Direction::Along).deviation);
         assert!((found / expected - 1.0).abs() < 3.9 * 1.167 * 1.5 / 20_000_f64.sqrt(), "{found}, not {expected}");
     }
 
@@ -201,7 +217,7 @@ mod tests {
     #[test]
     fn edges_and_gaps_stay_out() {
         let mut frame = frame("edges", 0.015, 0.0);
-        let plain = f64::from(Second::new(&frame, Way::Along).deviation);
+        let plain = f64::from(SecondDifferences::new(&frame, Direction::Along).deviation);
         for (i, z) in frame.range.iter_mut().enumerate() {
             match i % 300 {
                 100..150 => *z += 5.0,
@@ -209,13 +225,13 @@ mod tests {
                 _ => {}
             }
         }
-        let second = Second::new(&frame, Way::Along);
+        let second = SecondDifferences::new(&frame, Direction::Along);
         assert!((f64::from(second.deviation) / plain - 1.0).abs() < 0.05, "{} for {plain}", second.deviation);
         assert!(!second.is_noise(second.map[100]) && !second.is_noise(second.map[200]) && second.map[200].is_nan());
-        let r = correlation(&frame, Way::Along).at(1).expect("there is noise");
+        let r = correlation(&frame, Direction::Along).at(1).expect("there is noise");
         assert!(r.abs() < 0.04, "{r}");
-        let empty = Frame { range: vec![f64::NAN; 60_000], ..frame };
-        assert!(Second::new(&empty, Way::Along).deviation.is_nan());
-        assert_eq!(correlation(&empty, Way::Along).at(1), None);
+        let empty = ScanMaps { range: vec![f64::NAN; 60_000], ..frame };
+        assert!(SecondDifferences::new(&empty, Direction::Along).deviation.is_nan());
+        assert_eq!(correlation(&empty, Direction::Along).at(1), None);
     }
 }

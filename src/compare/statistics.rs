@@ -1,20 +1,22 @@
-//! Everything that is told about one side of a comparison, over all of its frames.
+//! Statistics of one side of a comparison, over all of its scans.
 
-use super::distribution::Sample;
-use super::noise::{Correlation, LAGS, Second, Way};
-use super::patch::{CONTRAST_SIDE, GRAIN_LAGS, GRAIN_SIDE, Grain, SATURATED, contrast, patches};
-use super::spectrum::Spectrum;
-use super::width::{deviation, width};
-use super::{Frame, Unit};
+use super::distribution::EmpiricalDistribution;
+use super::line_width::{full_width, line_deviation};
+use super::noise::{Direction, NOISE_LAGS, NoiseCorrelation, SecondDifferences};
+use super::power_spectrum::PowerSpectrum;
+use super::speckle::{
+    CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SPECKLE_LAGS, SpeckleCorrelation, contrast, patches,
+};
+use super::{RangeUnit, ScanMaps};
 
 /// Most columns of an exposure whose line is measured; more are left out evenly.
-const WIDTHS: usize = 4096;
+const MAX_MEASURED_COLUMNS: usize = 4096;
 
 /// How often each digital number occurs.
 #[derive(Clone)]
-struct Counts([u64; 256]);
+struct DnHistogram([u64; 256]);
 
-impl Default for Counts {
+impl Default for DnHistogram {
     fn default() -> Self {
         Self([0; 256])
     }
@@ -22,21 +24,21 @@ impl Default for Counts {
 
 /// Sums over frames.
 #[derive(Clone, Default)]
-pub struct Tally {
+pub struct StatisticsBuilder {
     name: String,
     frames: u64,
-    unit: Option<Unit>,
+    unit: Option<RangeUnit>,
     sizes: Vec<(usize, usize)>,
     pixels: u64,
     missing: u64,
     measured: u64,
     edges: [[u64; 2]; 2],
-    light: Counts,
+    light: DnHistogram,
     noise: [Vec<f32>; 2],
-    correlation: [Correlation; 2],
+    correlation: [NoiseCorrelation; 2],
     contrast: Vec<f32>,
-    grain: [Grain; 2],
-    spectrum: [Spectrum; 2],
+    grain: [SpeckleCorrelation; 2],
+    spectrum: [PowerSpectrum; 2],
     widths: Vec<f32>,
     sigmas: Vec<f32>,
 }
@@ -49,7 +51,7 @@ pub struct Statistics {
     /// Scans.
     pub frames: u64,
     /// What Range is in the first scan; `None` where there is none. Noise is told in thousandths of it [um or mpx].
-    pub unit: Option<Unit>,
+    pub unit: Option<RangeUnit>,
     /// Columns and profiles of the first scan; 0 where there is none.
     pub size: (usize, usize),
     /// Share of pixels without a height [1].
@@ -75,25 +77,25 @@ pub struct Statistics {
     /// Power of heights: frequency [cycles/px], power [um^2 or mpx^2, per cycle/px].
     pub spectrum: [Vec<(f64, f64)>; 2],
     /// Second differences along the line, as deviations, edges left out [um or mpx].
-    pub noise_sample: Sample,
+    pub noise_sample: EmpiricalDistribution,
     /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
-    pub light_sample: Sample,
+    pub light_sample: EmpiricalDistribution,
     /// Contrast of each patch [1].
-    pub contrast_sample: Sample,
+    pub contrast_sample: EmpiricalDistribution,
     /// Full width of the laser line, column by column [px].
-    pub width_sample: Sample,
+    pub width_sample: EmpiricalDistribution,
     /// Its standard deviation, column by column [px].
-    pub sigma_sample: Sample,
+    pub sigma_sample: EmpiricalDistribution,
 }
 
-impl Tally {
+impl StatisticsBuilder {
     /// For frames that have a name together.
     pub fn new(name: &str) -> Self {
         Self { name: name.into(), ..Self::default() }
     }
 
     /// Adds a frame.
-    pub fn add(&mut self, frame: &Frame) {
+    pub fn add(&mut self, frame: &ScanMaps) {
         for exposure in &frame.exposures {
             self.exposure(exposure.cols, &exposure.dn);
         }
@@ -111,7 +113,7 @@ impl Tally {
                 self.measured += 1;
             }
         }
-        let seconds = Way::BOTH.map(|way| Second::new(frame, way));
+        let seconds = Direction::BOTH.map(|direction| SecondDifferences::new(frame, direction));
         for (i, second) in seconds.iter().enumerate() {
             let all = second.sample.numbers();
             let noise: Vec<f32> = all.iter().copied().filter(|&d| second.is_noise(d)).collect();
@@ -119,24 +121,27 @@ impl Tally {
             self.edges[i][1] += all.len() as u64;
             self.noise[i].extend(noise);
             // Along the line by differences across, and the other way round.
-            self.correlation[1 - i].add(frame, second, Way::BOTH[1 - i]);
+            self.correlation[1 - i].add(frame, second, Direction::BOTH[1 - i]);
         }
-        self.contrast.extend(patches(frame, &seconds, CONTRAST_SIDE).iter().map(|patch| contrast(patch)));
-        for patch in patches(frame, &seconds, GRAIN_SIDE) {
-            Way::BOTH.into_iter().zip(&mut self.grain).for_each(|(way, grain)| grain.add(&patch, way));
+        self.contrast.extend(patches(frame, &seconds, CONTRAST_SIDE_PX).iter().map(|patch| contrast(patch)));
+        for patch in patches(frame, &seconds, CORRELATION_SIDE_PX) {
+            Direction::BOTH
+                .into_iter()
+                .zip(&mut self.grain)
+                .for_each(|(direction, correlation)| correlation.add(&patch, direction));
         }
-        for ((way, spectrum), second) in Way::BOTH.into_iter().zip(&mut self.spectrum).zip(&seconds) {
-            spectrum.add(frame, way, second);
+        for ((direction, spectrum), second) in Direction::BOTH.into_iter().zip(&mut self.spectrum).zip(&seconds) {
+            spectrum.add(frame, direction, second);
         }
     }
 
     fn exposure(&mut self, cols: usize, dn: &[u8]) {
         let rows = dn.len() / cols.max(1);
-        for x in (0..cols).step_by(cols.div_ceil(WIDTHS).max(1)) {
+        for x in (0..cols).step_by(cols.div_ceil(MAX_MEASURED_COLUMNS).max(1)) {
             let column: Vec<u8> = (0..rows).map(|y| dn[y * cols + x]).collect();
-            if let Some(width) = width(&column) {
+            if let Some(width) = full_width(&column) {
                 self.widths.push(width);
-                self.sigmas.extend(deviation(&column, width));
+                self.sigmas.extend(line_deviation(&column, width));
             }
         }
     }
@@ -144,14 +149,15 @@ impl Tally {
     /// What the sums say.
     pub fn statistics(self) -> Statistics {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
-        let three = |sample: &Sample| {
+        let three = |sample: &EmpiricalDistribution| {
             let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| sample.quantile(share));
             Some([low?, middle?, high?])
         };
         let least = self.light.0.iter().enumerate().skip(1).find(|(_, count)| **count > 0);
-        let saturated = share(self.light.0[SATURATED as usize], self.measured);
-        let [along, across] = self.noise.map(Sample::new);
-        let [contrast_sample, width_sample, sigma_sample] = [self.contrast, self.widths, self.sigmas].map(Sample::new);
+        let saturated = share(self.light.0[SATURATED_DN as usize], self.measured);
+        let [along, across] = self.noise.map(EmpiricalDistribution::new);
+        let [contrast_sample, width_sample, sigma_sample] =
+            [self.contrast, self.widths, self.sigmas].map(EmpiricalDistribution::new);
         Statistics {
             name: self.name,
             frames: self.frames,
@@ -162,9 +168,9 @@ impl Tally {
             saturated,
             noise: [along.robust_deviation(), across.robust_deviation()],
             edges: self.edges.map(|[edges, all]| share(edges, all)),
-            noise_correlation: self.correlation.map(|sums| (0..LAGS).map_while(|lag| sums.at(lag)).collect()),
+            noise_correlation: self.correlation.map(|sums| (0..NOISE_LAGS).map_while(|lag| sums.at(lag)).collect()),
             contrast: three(&contrast_sample),
-            grain: self.grain.map(|sums| (0..GRAIN_LAGS).map_while(|lag| sums.at(lag)).collect()),
+            grain: self.grain.map(|sums| (0..SPECKLE_LAGS).map_while(|lag| sums.at(lag)).collect()),
             line_width_px: three(&width_sample),
             line_sigma_px: three(&sigma_sample),
             spectrum: self.spectrum.map(|spectrum| spectrum.points()),
@@ -178,11 +184,11 @@ impl Tally {
 }
 
 /// Unsaturated reflectance as a sample of at most ten thousand numbers.
-fn light_sample(counts: &[u64; 256]) -> Sample {
-    const MOST: u64 = 10_000;
-    let counts = &counts[1..SATURATED as usize];
+fn light_sample(counts: &[u64; 256]) -> EmpiricalDistribution {
+    const MAX_SAMPLE: u64 = 10_000;
+    let counts = &counts[1..SATURATED_DN as usize];
     let all: u64 = counts.iter().sum();
-    let keep = all.div_ceil(MOST).max(1);
+    let keep = all.div_ceil(MAX_SAMPLE).max(1);
     let mut passed = 0;
     let mut numbers = Vec::new();
     for (dn, count) in (1_u16..).zip(counts) {
@@ -190,13 +196,13 @@ fn light_sample(counts: &[u64; 256]) -> Sample {
         passed += count;
         numbers.extend((before..passed / keep).map(|_| f32::from(dn)));
     }
-    Sample::new(numbers)
+    EmpiricalDistribution::new(numbers)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::spectrum::FREQUENCIES;
+    use crate::compare::power_spectrum::FREQUENCIES;
 
     /// Shares by hand: two of eight missing, one of six saturated, the least number that has a height.
     #[test]
@@ -205,10 +211,10 @@ mod tests {
         range[0] = f64::NAN;
         range[5] = f64::NAN;
         let reflectance = Some(vec![9.0, 255.0, 30.0, 21.0, 254.0, 0.0, 22.0, 254.4]);
-        let frame = Frame { cols: 4, rows: 2, range, reflectance, ..Frame::default() };
-        let mut tally = Tally::new("by hand");
-        tally.add(&frame);
-        let found = tally.statistics();
+        let frame = ScanMaps { cols: 4, rows: 2, range, reflectance, ..ScanMaps::default() };
+        let mut builder = StatisticsBuilder::new("by hand");
+        builder.add(&frame);
+        let found = builder.statistics();
         assert_eq!(
             (found.missing, found.saturated, found.least_reflectance),
             (Some(0.25), Some(1.0 / 6.0), Some(21.0))
@@ -225,12 +231,12 @@ mod tests {
         let range: Vec<f64> = (0..96 * 80).map(height).collect();
         let reflectance = Some((0..96 * 80).map(light).collect());
         let column = [0, 0, 0, 0, 50, 100, 50, 0, 0, 0];
-        let exposures = vec![crate::compare::Exposure { cols: 1, dn: column.to_vec() }];
-        let frame = Frame { cols: 96, rows: 80, range, reflectance, exposures, ..Frame::default() };
+        let exposures = vec![crate::compare::SensorFrame { cols: 1, dn: column.to_vec() }];
+        let frame = ScanMaps { cols: 96, rows: 80, range, reflectance, exposures, ..ScanMaps::default() };
         let of = |times: usize| {
-            let mut tally = Tally::new("n");
-            (0..times).for_each(|_| tally.add(&frame));
-            tally.statistics()
+            let mut builder = StatisticsBuilder::new("n");
+            (0..times).for_each(|_| builder.add(&frame));
+            builder.statistics()
         };
         let (once, twice) = (of(1), of(2));
         assert_eq!((twice.frames, twice.missing, twice.saturated), (2, Some(0.0), Some(0.0)));
@@ -244,7 +250,7 @@ mod tests {
             for (a, b) in once.spectrum[way].iter().zip(&twice.spectrum[way]) {
                 assert!(same(a.1, b.1));
             }
-            assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (LAGS, FREQUENCIES));
+            assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (NOISE_LAGS, FREQUENCIES));
         }
         assert_eq!(of(0), Statistics { name: "n".into(), ..Statistics::default() });
     }

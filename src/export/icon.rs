@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::out::refused;
 use super::{ExportError, Out, Progress, Source, Summary, key};
-use crate::compare::{Frame, Unit, frame_of};
+use crate::compare::{RangeUnit, ScanMaps, frame_of};
 use crate::icon::{
     IconError, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
     write_image,
@@ -77,7 +77,7 @@ fn mark(profile: usize, row_mm: f64, rate: f64) -> Mark {
     Mark { encoder, timestamp, ..Mark::default() }
 }
 
-fn scan(out: &Path, frame: &Frame, options: &Options) -> Result<(), IconError> {
+fn scan(out: &Path, frame: &ScanMaps, options: &Options) -> Result<(), IconError> {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
@@ -85,12 +85,12 @@ fn scan(out: &Path, frame: &Frame, options: &Options) -> Result<(), IconError> {
     let width = frame.cols as f64 * col_mm;
     let left = frame.first_mm.map_or(-width / 2.0, |first| first - col_mm / 2.0);
     let traits = match frame.unit {
-        Unit::Mm => {
+        RangeUnit::Mm => {
             Traits::World(WorldTraits { lower: [left, low], upper: [left + width, high], row_mm: frame.row_mm })
         }
-        Unit::Px { sensor_rows } => Traits::Sensor(SensorTraits::new(sensor_rows, [0.0, 0.0])),
+        RangeUnit::Px { sensor_rows } => Traits::Sensor(SensorTraits::new(sensor_rows, [0.0, 0.0])),
     };
-    let words = options.words || frame.unit != Unit::Mm;
+    let words = options.words || frame.unit != RangeUnit::Mm;
     let rows = |from: usize, to: usize| {
         let pixels = from * frame.cols..to * frame.cols;
         let heights = &frame.range[pixels.clone()];
@@ -130,7 +130,7 @@ fn written(height: f32) -> f32 {
     }
 }
 
-fn sensor(out: &Path, frame: &Frame) -> Result<(), ExportError> {
+fn sensor(out: &Path, frame: &ScanMaps) -> Result<(), ExportError> {
     let Some(exposure) = frame.exposures.get(frame.exposures.len() / 2) else {
         let remedy = super::CHECK.into();
         return Err(ExportError { place: frame.name.clone(), what: "it has no sensor frame".into(), remedy });

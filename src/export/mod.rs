@@ -34,7 +34,6 @@ pub use source::{Selection, Source};
 
 use std::path::Path;
 
-use crate::compare::SourceError;
 use crate::dataset::Fault;
 use crate::icon::IconError;
 
@@ -67,12 +66,6 @@ impl From<Fault> for ExportError {
 
 impl From<IconError> for ExportError {
     fn from(error: IconError) -> Self {
-        Self { place: error.place, what: error.what, remedy: error.remedy }
-    }
-}
-
-impl From<SourceError> for ExportError {
-    fn from(error: SourceError) -> Self {
         Self { place: error.place, what: error.what, remedy: error.remedy }
     }
 }

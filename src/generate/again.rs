@@ -5,7 +5,7 @@ use procedural::Parameter;
 
 use super::{Order, head, recipe_of, sample};
 use crate::dataset::{Dataset, Encoded};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Distribution, Recipe};
 use crate::record::Split;
@@ -14,7 +14,7 @@ use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
 /// The recipe of a dataset, and what this program makes of it.
 pub struct Again {
     recipe: Recipe,
-    tiles: Tiles,
+    tiles: PatternCache,
     head: DatasetHead,
 }
 
@@ -33,7 +33,7 @@ impl Again {
             part: (0, 1),
             samples_per_shard: Some(found.samples_per_shard),
         };
-        Ok(Self { tiles: Tiles::new(found.seed), head: head(&recipe, &order), recipe })
+        Ok(Self { tiles: PatternCache::new(found.seed), head: head(&recipe, &order), recipe })
     }
 
     /// The recipe.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Order, head, in_flight, sample};
 use crate::dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::recipe::Recipe;
 use crate::settings::Transport;
 
@@ -51,7 +51,7 @@ impl Estimate {
 
     /// Renders the first samples to see what one takes, and counts.
     pub fn measure(recipe: &Recipe, order: &Order) -> Self {
-        let tiles = Tiles::new(order.seed);
+        let tiles = PatternCache::new(order.seed);
         let together = Self::trial(recipe, order);
         if together > 1 {
             // Tables are filled before the clock runs; a sample so large that it flies alone hides them.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::read::{number, range};
-use crate::transport::stack::{Layer, Scattering, Turn, WOOD_DISPERSION};
+use crate::transport::stack::{CylinderPhase, Layer, Scattering, WOOD_DISPERSION};
 use crate::yaml::node::{Node, Value};
 use crate::yaml::walk::{Range, Section, Walk};
 
@@ -88,9 +88,9 @@ fn fibres(walk: &mut Walk, map: &mut Section) -> Option<Scattering> {
             walk.fault(node.place, &map.path_of("turn"), problem, "a mirror has no g2: remove one of them");
             None
         }
-        (Some(node), None) => walk.number_in(node, &map.path_of("g2"), COSINE).map(Turn::Cauchy),
-        (None, Some(node)) => walk.word(node, &map.path_of("turn"), &["mirror"]).map(|_| Turn::Mirror),
-        (None, None) => Some(Turn::Cauchy(0.0)),
+        (Some(node), None) => walk.number_in(node, &map.path_of("g2"), COSINE).map(CylinderPhase::Cauchy),
+        (None, Some(node)) => walk.word(node, &map.path_of("turn"), &["mirror"]).map(|_| CylinderPhase::Mirror),
+        (None, None) => Some(CylinderPhase::Cauchy(0.0)),
     };
     let azimuth = number(walk, map, "azimuth_deg", AZIMUTH, Some(0.0));
     let dive = number(walk, map, "dive_deg", DIVE, Some(0.0));

@@ -3,7 +3,7 @@
 use super::layer::{self, INDEX};
 use super::{Medium, question};
 use crate::transport::answer::Question;
-use crate::transport::stack::{Below, Foil, Layer, Stack};
+use crate::transport::stack::{Foil, Layer, Stack, Substrate};
 use crate::yaml::fault::Faults;
 use crate::yaml::node::{self, Node, Value};
 use crate::yaml::walk::{Range, Section, Walk};
@@ -57,10 +57,10 @@ fn medium(walk: &mut Walk, root: &Node) -> Option<Medium> {
 }
 
 /// What the last layer lies on: an index, or foil.
-fn below(walk: &mut Walk, top: &mut Section) -> Option<Below> {
+fn below(walk: &mut Walk, top: &mut Section) -> Option<Substrate> {
     let index = top.take(walk, "n_below").map(|node| (node, walk.number_in(node, "n_below", INDEX)));
     let Some(node) = top.take(walk, "below") else {
-        return index.map_or(Some(1.0), |(_, n)| n).map(Below::Index);
+        return index.map_or(Some(1.0), |(_, n)| n).map(Substrate::Index);
     };
     if let Some((node, _)) = index {
         walk.fault(node.place, "n_below", "stands beside `below`", "foil has no index: remove one of them");
@@ -78,7 +78,7 @@ fn below(walk: &mut Walk, top: &mut Section) -> Option<Below> {
     let reflectance = number(walk, &mut map, "reflectance", range(0.0, 1.0, ""), None);
     let roughness = layer::numbers(walk, &mut map, "roughness", "two numbers, [along x, along y]", ROUGHNESS);
     map.close(walk, &["reflectance", "roughness"], &|_| None);
-    Some(Below::Foil(Foil { reflectance: reflectance?, roughness: roughness? }))
+    Some(Substrate::Foil(Foil { reflectance: reflectance?, roughness: roughness? }))
 }
 
 fn list(walk: &mut Walk, node: &Node) -> Option<Vec<Layer>> {

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::Medium;
 use crate::transport::answer::Question;
-use crate::transport::stack::{Below, Foil, Layer, Scattering, Turn};
+use crate::transport::stack::{CylinderPhase, Foil, Layer, Scattering, Substrate};
 
 impl Medium {
     /// Everything that the medium means; JSON is YAML, so it is a medium file itself.
@@ -14,8 +14,8 @@ impl Medium {
             "layers": self.stack.layers.iter().map(layer).collect::<Vec<_>>(),
         });
         match self.stack.below {
-            Below::Index(n) => shown["n_below"] = json!(n),
-            Below::Foil(Foil { reflectance, roughness }) => {
+            Substrate::Index(n) => shown["n_below"] = json!(n),
+            Substrate::Foil(Foil { reflectance, roughness }) => {
                 shown["below"] = json!({ "foil": { "reflectance": reflectance, "roughness": roughness } });
             }
         }
@@ -39,8 +39,8 @@ fn layer(layer: &Layer) -> Value {
         Scattering::Tensor { mu_s, g } => ("tensor", json!({ "mu_s_per_mm": mu_s.to_array(), "g": g })),
         Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
             let (name, turn) = match turn {
-                Turn::Cauchy(g2) => ("g2", json!(g2)),
-                Turn::Mirror => ("turn", json!("mirror")),
+                CylinderPhase::Cauchy(g2) => ("g2", json!(g2)),
+                CylinderPhase::Mirror => ("turn", json!("mirror")),
             };
             let fibres = json!({
                 "sigma_i_per_mm": sigma_i,

@@ -1,8 +1,8 @@
 //! The rows of the specimen that some profiles look at.
 
-use super::film::Watch;
+use super::film::RowView;
 use super::row::{Row, RowScratch};
-use super::{FARTHEST, ROWS, Sensor, slow};
+use super::{MAX_NEIGHBOURS, ROWS, Sensor, per_line};
 use crate::specimen::Specimen;
 
 /// Rows of the specimen around some profiles of the scan.
@@ -15,8 +15,8 @@ pub struct Band {
     /// Rows before the first profile.
     pub(super) halo: usize,
     pub(super) rows: Vec<Row>,
-    /// Light from below by a slow model, a profile; empty where the kernel answers.
-    pub(super) windows: Vec<slow::Window>,
+    /// Light from below by a per_line model, a profile; empty where the kernel answers.
+    pub(super) windows: Vec<per_line::Window>,
     /// Offsets of the rows that let light out, a profile, for each row of the window [profiles]; empty where steps are even.
     pub(super) offsets: Vec<[isize; ROWS]>,
 }
@@ -39,7 +39,7 @@ impl Band {
 
 /// Whole profiles, within the farthest that is looked at.
 pub(super) fn looks(profiles: f64) -> isize {
-    (profiles.round() as isize).clamp(-(FARTHEST as isize), FARTHEST as isize)
+    (profiles.round() as isize).clamp(-(MAX_NEIGHBOURS as isize), MAX_NEIGHBOURS as isize)
 }
 
 impl Sensor {
@@ -52,14 +52,14 @@ impl Sensor {
 
     /// Most profiles between one and another whose row lets its light out.
     fn most(&self) -> isize {
-        self.travel.within(self.away[0].max(-self.away[ROWS - 1])).min(FARTHEST) as isize
+        self.encoder.within(self.away[0].max(-self.away[ROWS - 1])).min(MAX_NEIGHBOURS) as isize
     }
 
     /// Offsets of the rows that let light out in the profiles of a band and the next one.
     fn offsets(&self, band: &Band) -> Vec<[isize; ROWS]> {
-        let nearest = |profile: usize| self.away.map(|away| self.travel.nearest(profile as isize, away, self.most()));
+        let nearest = |profile: usize| self.away.map(|away| self.encoder.nearest(profile as isize, away, self.most()));
         let profiles = band.profiles.start..band.profiles.end + 1;
-        if self.travel.even() { Vec::new() } else { profiles.map(nearest).collect() }
+        if self.encoder.even() { Vec::new() } else { profiles.map(nearest).collect() }
     }
 
     /// Profiles from its own to the one that a profile looks at `rows` above its line, as far as a band has rows.
@@ -81,16 +81,17 @@ impl Sensor {
         for (place, row) in band.rows.iter_mut().enumerate() {
             let profile = (band.profiles.start + place) as isize - band.halo as isize;
             let y = self.position_of(profile) as f32;
-            let watch = Watch { specimen, camera: &self.camera, y, profile, faint: self.faint };
-            self.maker.make(watch, &mut scratch, row);
+            let view = RowView { specimen, camera: &self.camera, y, profile, faint: self.faint };
+            self.maker.make(view, &mut scratch, row);
         }
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);
             before[place - 1].face(&from[0]);
         }
         band.offsets = self.offsets(&band);
-        let slow = slow::Slow { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
-        let window = |profile: usize| slow.window(band.row(profile), profile as u64, self.position(profile));
+        let per_line =
+            per_line::PerLine { specimen, camera: &self.camera, transport: self.transport, stream: self.stream };
+        let window = |profile: usize| per_line.window(band.row(profile), profile as u64, self.position(profile));
         // The light that a moving object has in the next profile counts too.
         let last = band.profiles.end + usize::from(self.way > 0.0);
         band.windows = (band.profiles.start..last).map_while(window).collect();

@@ -15,10 +15,10 @@ use glam::Vec3;
 use procedural::Stream;
 
 use self::image::Image;
-use super::field::{self, Field};
 use super::focus::Focus;
 use super::laser::Laser;
 use super::parameters::Bench;
+use super::vignetting::{self, Vignetting};
 use crate::frame::{Distortion, Rig};
 use crate::settings::{LensModel, Line, Scheimpflug, Size};
 
@@ -58,7 +58,7 @@ pub struct Camera {
     /// Whether the lens is a thin one.
     thin: bool,
     /// What mounts and filter take; `None` where they take nothing.
-    field: Option<Field>,
+    field: Option<Vignetting>,
     /// Electrons of ambient light that a pixel on the axis sees of a white surface [e-].
     ambient: f32,
 }
@@ -74,7 +74,7 @@ pub struct Sight {
     pub variance: f32,
     /// The laser's part of it, without lobes and skirt [px^2].
     pub laser_variance: f32,
-    /// Unit of the laser's [`super::laser::Section`] along the rows [px].
+    /// Unit of the laser's [`super::laser::LineProfile`] along the rows [px].
     pub unit: f32,
     /// Variance along the line of a point that is out of focus [px^2].
     pub defocus: f32,
@@ -122,8 +122,8 @@ impl Camera {
         let (across, along) =
             (far(bench.optics.offset_columns, size.columns), far(bench.optics.offset_rows, size.rows));
         let edge = 0.5 * size.columns as f64 * rig.pixel / v0;
-        let field = Field::new(bench, edge, (across * across + along * along).sqrt());
-        let [middle, band] = field::ambient_band(camera, &bench.optics, laser.wavelength_nm);
+        let field = Vignetting::new(bench, edge, (across * across + along * along).sqrt());
+        let [middle, band] = vignetting::ambient_band(camera, &bench.optics, laser.wavelength_nm);
         // [W/m^2] of the object times pixel [m^2] times the lens's solid angle over pi.
         let ambient = camera.ambient_w_per_m2_nm
             * band

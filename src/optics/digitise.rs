@@ -5,25 +5,25 @@
 
 use multiversion::multiversion;
 
+use super::blooming::WindowSignal;
 use super::expose::{CENTRE, ROWS, Window};
-use super::overflow::Charge;
-use super::pixels::{ALIKE, Codes, Runs, Steps};
-use super::sensor::Chain;
+use super::fixed_pattern::{CodeSteps, PixelCodes, UNIFORM_CODES, WindowRuns};
+use super::signal_chain::SignalChain;
 use super::{Sensor, TILE};
 use crate::frame::Frame;
 use crate::lanes::normals;
 
 /// Largest number of columns of a sensor, for counters of noise.
-const COUNTER_COLUMNS: u32 = 1 << 14;
+const MAX_COLUMNS: u32 = 1 << 14;
 /// Names of the noise of the first and of the second window.
-const NOISE: [&str; 2] = ["pixels", "pixels_beside"];
+const NOISE_STREAMS: [&str; 2] = ["pixels", "pixels_beside"];
 
 /// No light.
 const DARK: [f32; TILE] = [0.0; TILE];
 
 /// One exposure of one tile.
 #[derive(Debug, Clone, Copy)]
-pub struct Shot<'a> {
+pub struct TileExposure<'a> {
     /// Which profile.
     pub profile: usize,
     /// Which tile of columns.
@@ -38,16 +38,16 @@ pub struct Shot<'a> {
     pub offsets: &'a [f32],
 }
 
-/// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `charge` is room to work in.
+/// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is room to work in.
 pub fn digitise(
     sensor: &Sensor,
-    shot: &Shot<'_>,
+    exposure: &TileExposure<'_>,
     number: usize,
     window: &Window,
-    charge: &mut Charge,
+    signal: &mut WindowSignal,
     frame: &mut Frame,
 ) {
-    let Shot { profile, tile, columns, place, way, offsets } = *shot;
+    let TileExposure { profile, tile, columns, place, way, offsets } = *exposure;
     frame.cols = columns;
     frame.rows = ROWS;
     frame.first_col = tile * TILE;
@@ -55,9 +55,9 @@ pub fn digitise(
     frame.first_row.extend_from_slice(&window.first_row[..columns]);
     frame.dn.resize(ROWS * columns, 0);
     let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
-    let keys = sensor.chain.keys(NOISE[number], profile);
+    let keys = sensor.chain.keys(NOISE_STREAMS[number], profile);
     // Another part of the pattern for the second window, which stands elsewhere.
-    let view = sensor.speckle.view(tile, place, way, number * ROWS);
+    let view = sensor.speckle.tile(tile, place, way, number * ROWS);
     let counter = tile as u32 * TILE as u32;
     let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
     let pair_of = |pair: usize| {
@@ -68,7 +68,7 @@ pub fn digitise(
             patterns,
             ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
             shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
-            counter: pair as u32 * COUNTER_COLUMNS + counter,
+            counter: pair as u32 * MAX_COLUMNS + counter,
             keys,
         }
     };
@@ -82,25 +82,26 @@ pub fn digitise(
         (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), sensor)));
         return;
     }
-    let runs = Runs::new(&window.first_row);
+    let runs = WindowRuns::new(&window.first_row);
     for pair in 0..ROWS / 2 {
         let own = pair_of(pair);
-        let codes = rows_of(pair).map(|k| chain.pixels.as_ref().map_or(ALIKE, |pixels| pixels.line(tile, &runs, k)));
+        let codes = rows_of(pair)
+            .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
         if chain.blooming == 0.0 {
             out(&mut frame.dn, pair, unlike(&own, &codes, sensor));
             continue;
         }
         let developed = develop(&own, &codes, sensor);
         for (row, k) in rows_of(pair).into_iter().enumerate() {
-            (charge.level[k], charge.noisy[k], charge.offset[k]) =
+            (signal.level[k], signal.noisy[k], signal.offset[k]) =
                 (developed[0][row], developed[1][row], developed[2][row]);
         }
     }
     if chain.blooming > 0.0 {
-        charge.overflow(chain.full, chain.blooming);
+        signal.bloom(chain.full, chain.blooming);
         for pair in 0..ROWS / 2 {
-            let own = PairOfRows { shades: rows_of(pair).map(|k| charge.offset[k]), ..pair_of(pair) };
-            let [level, noisy] = [&charge.level, &charge.noisy].map(|field| rows_of(pair).map(|k| field[k]));
+            let own = PairOfRows { shades: rows_of(pair).map(|k| signal.offset[k]), ..pair_of(pair) };
+            let [level, noisy] = [&signal.level, &signal.noisy].map(|field| rows_of(pair).map(|k| field[k]));
             out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
         }
     }
@@ -122,13 +123,13 @@ struct PairOfRows<'a> {
     /// Light without speckle of both rows [e-].
     ambient: [&'a [f32; TILE]; 2],
     /// Offsets of both rows, a column [DN].
-    shades: Rows<f32>,
+    shades: RowPair<f32>,
     counter: u32,
     keys: [u32; 2],
 }
 
 /// Two rows of a tile.
-type Rows<T> = [[T; TILE]; 2];
+type RowPair<T> = [[T; TILE]; 2];
 
 impl PairOfRows<'_> {
     /// Light of a pixel with its speckle [e-].
@@ -141,16 +142,16 @@ impl PairOfRows<'_> {
 
     /// Level, the part of it that makes photon noise, and offset of a pixel [DN over dark, DN, DN].
     #[inline(always)]
-    fn developed(&self, codes: &[Codes; 2], steps: Steps, sensor: &Sensor, row: usize, c: usize) -> [f32; 3] {
-        let (response, shift) = steps.shown(&codes[row], c);
+    fn developed(&self, codes: &[PixelCodes; 2], steps: CodeSteps, sensor: &Sensor, row: usize, c: usize) -> [f32; 3] {
+        let (response, shift) = steps.decode(&codes[row], c);
         let light = self.light(sensor.speckle.scale(), row, c);
-        let (level, noisy) = sensor.chain.slopes.bend((sensor.chain.gain * response * light).max(0.0));
+        let (level, noisy) = sensor.chain.slopes.respond((sensor.chain.gain * response * light).max(0.0));
         [level, noisy, self.shades[row][c] + shift]
     }
 
     /// Digital numbers of level, noisy part and offset.
     #[inline(always)]
-    fn numbers(&self, chain: &Chain, developed: impl Fn(usize, usize) -> [f32; 3]) -> Rows<u16> {
+    fn numbers(&self, chain: &SignalChain, developed: impl Fn(usize, usize) -> [f32; 3]) -> RowPair<u16> {
         let mut out = [[0u16; TILE]; 2];
         for c in 0..TILE {
             let (first, second) = normals(self.counter + c as u32, self.keys);
@@ -165,7 +166,7 @@ impl PairOfRows<'_> {
 
 /// Gain and noise alone.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> Rows<u16> {
+fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> RowPair<u16> {
     pixels.numbers(&sensor.chain, |row, c| {
         let signal = (sensor.chain.gain * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
         [signal, signal, pixels.shades[row][c]]
@@ -174,14 +175,14 @@ fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> Rows<u16> {
 
 /// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn unlike(pixels: &PairOfRows<'_>, codes: &[Codes; 2], sensor: &Sensor) -> Rows<u16> {
+fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], sensor: &Sensor) -> RowPair<u16> {
     let steps = sensor.chain.steps();
     pixels.numbers(&sensor.chain, |row, c| pixels.developed(codes, steps, sensor, row, c))
 }
 
 /// The same without noise, for charge to overflow.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn develop(pixels: &PairOfRows<'_>, codes: &[Codes; 2], sensor: &Sensor) -> [Rows<f32>; 3] {
+fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], sensor: &Sensor) -> [RowPair<f32>; 3] {
     let (steps, mut out) = (sensor.chain.steps(), [[[0.0; TILE]; 2]; 3]);
     for row in 0..2 {
         for c in 0..TILE {
@@ -193,6 +194,6 @@ fn develop(pixels: &PairOfRows<'_>, codes: &[Codes; 2], sensor: &Sensor) -> [Row
 
 /// The noise of what has overflown.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn read(pixels: &PairOfRows<'_>, [level, noisy]: [&Rows<f32>; 2], chain: &Chain) -> Rows<u16> {
+fn read(pixels: &PairOfRows<'_>, [level, noisy]: [&RowPair<f32>; 2], chain: &SignalChain) -> RowPair<u16> {
     pixels.numbers(chain, |row, c| [level[row][c], noisy[row][c], pixels.shades[row][c]])
 }

@@ -1,18 +1,18 @@
 //! The inner loops: one tile of columns in one exposure.
 //!
 //! For each fixed width j the line spread along the rows is source_j(column) G_j(row) exit_j(column, row), where the
-//! source stands under the laser and the exit in the row of the specimen that this sensor row looks at (`super::walk`).
+//! source stands under the laser and the exit in the row of the specimen that this sensor row looks at (`super::gaussian_stepper`).
 //! docs/performance.md counts operations and bytes.
 
 use multiversion::multiversion;
 
-use super::film::Second;
-use super::laser::Section;
-use super::moved::{self, Ahead};
-use super::overflow::Charge;
+use super::blooming::WindowSignal;
+use super::film::TransmittedLine;
+use super::gaussian_stepper::{CompositeLine, GaussianStepper, UNIT_EXIT, add_line};
+use super::laser::LineProfile;
+use super::motion_blur::{self, NextProfile};
 use super::row::Row;
-use super::walk::{Across, EVERYWHERE, Walk, one};
-use super::{Band, Sensor, TILE, arrange, lamps, streak};
+use super::{Band, Sensor, TILE, ambient, compositing, streak};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Rows of the window around the line.
@@ -27,7 +27,7 @@ pub struct Window {
     pub volume: Box<[[f32; TILE]; ROWS]>,
     /// Light from the surface `[ROWS][TILE]` [e-].
     pub surface: Box<[[f32; TILE]; ROWS]>,
-    /// Light of lamps and windows `[ROWS][TILE]`; empty without [e-].
+    /// Light of ambient and windows `[ROWS][TILE]`; empty without [e-].
     pub ambient: Vec<[f32; TILE]>,
     /// Sensor row of the window's first row, a column [px].
     pub first_row: [i32; TILE],
@@ -63,9 +63,9 @@ pub struct Scratch {
     /// Room for a line in a window of its own.
     pub spare: Window,
     /// Room for signals on their way to numbers.
-    pub charge: Charge,
+    pub signal: WindowSignal,
     /// The next profile's light, where the object moves while it is exposed.
-    pub ahead: Option<Box<Ahead>>,
+    pub next: Option<Box<NextProfile>>,
 }
 
 impl Scratch {
@@ -84,11 +84,11 @@ pub fn load(values: &[f32], start: usize) -> &[f32; TILE] {
 /// Fills `scratch` with the electrons of one tile, as they are when the shutter closes.
 pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
     if sensor.way > 0.0 {
-        moved::window(sensor, band, profile, tile, scratch);
+        motion_blur::window(sensor, band, profile, tile, scratch);
     } else {
         still(sensor, band, profile, tile, scratch);
     }
-    lamps::add(sensor, band, profile, tile, scratch);
+    ambient::add(sensor, band, profile, tile, scratch);
 }
 
 /// The same of an object that stands still under the laser alone.
@@ -100,7 +100,8 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
     let first = &mut scratch.windows[0];
     match band.window(profile) {
         Some(window) => {
-            let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+            let line =
+                LineShape { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.line_profile() };
             lines(own, start, &line, load(&own.variance, start), first);
             let padded = window.len() / ROWS;
             for (k, row) in first.volume.iter_mut().enumerate() {
@@ -110,10 +111,11 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
         None => {
             let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.neighbours);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
-            let line = Line { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.section() };
+            let line =
+                LineShape { centre: load(&own.centre, start), blur: 0.0, section: sensor.camera.laser.line_profile() };
             spread(own, &neighbours, start, &line, first);
-            if let Some(beside) = &own.beside {
-                arrange::arrange(beside, tile, scratch);
+            if let Some(secondary) = &own.secondary {
+                compositing::composite(secondary, tile, scratch);
             }
             streak::draw(streak::of_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
             if let Some(second) = &sensor.second {
@@ -125,25 +127,25 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
 
 /// How the line of a row is drawn.
 #[derive(Debug, Clone, Copy)]
-pub struct Line<'a> {
+pub struct LineShape<'a> {
     /// Sensor row of its middle, a column of the tile [px].
     pub centre: &'a [f32; TILE],
     /// Variance on top of the row's own [px^2].
     pub blur: f32,
     /// What it is across, where that is more than one Gaussian.
-    pub section: Option<&'a Section>,
+    pub section: Option<&'a LineProfile>,
 }
 
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
 #[inline(always)]
-fn lines(own: &Row, start: usize, line: &Line<'_>, variance: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
+fn lines(own: &Row, start: usize, line: &LineShape<'_>, variance: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
     let phase = place(line.centre, window);
-    let glare = load(&own.glare, start);
-    let exit = |_| &EVERYWHERE;
+    let glare = load(&own.surface_light, start);
+    let exit = |_| &UNIT_EXIT;
     match line.section {
-        None => one(&phase, variance, glare, exit, own.disc_of(start), &mut window.surface),
+        None => add_line(&phase, variance, glare, exit, own.defocus_radius_of(start), &mut window.surface),
         Some(section) => {
-            let across = Across { own, start, section, level: section.level(None) };
+            let across = CompositeLine { own, start, section, level: section.mixture(None) };
             across.add(&phase, variance, glare, exit, &mut window.surface);
         }
     }
@@ -165,7 +167,7 @@ fn place(centre: &[f32; TILE], window: &mut Window) -> [f32; TILE] {
 
 /// Draws the line of `own` and what `neighbours`, a row of the window each, let out of its light.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &Line<'_>, window: &mut Window) {
+pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape<'_>, window: &mut Window) {
     let rows_per_mm = load(&own.rows_per_mm, start);
     let mut variance = *load(&own.variance, start);
     for c in 0..TILE {
@@ -186,9 +188,9 @@ pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &Line<'_
         }
         let exit = |k: usize| neighbours[k].leaves(j, start, k > CENTRE);
         match line.section {
-            None => one(&place, &wide, source, exit, own.disc_of(start), &mut window.volume),
+            None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &mut window.volume),
             Some(section) => {
-                let across = Across { own, start, section, level: section.level(Some(j)) };
+                let across = CompositeLine { own, start, section, level: section.mixture(Some(j)) };
                 across.add(&place, &wide, source, exit, &mut window.volume);
             }
         }
@@ -197,7 +199,7 @@ pub fn spread(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &Line<'_
 
 /// Draws the line that is seen through a film in a window of its own.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn through(second: &Second, start: usize, window: &mut Window) {
+pub fn through(second: &TransmittedLine, start: usize, window: &mut Window) {
     let phase = place(load(&second.centre, start), window);
     let (rows_per_mm, variance) = (load(&second.rows_per_mm, start), load(&second.variance, start));
     for j in 0..BASIS {
@@ -210,6 +212,6 @@ pub fn through(second: &Second, start: usize, window: &mut Window) {
             let sigma = SPREAD_MM[j] * rows_per_mm[c];
             wide[c] += sigma * sigma;
         }
-        Walk::new(&phase, &wide).add(source, |_| &EVERYWHERE, &mut window.volume);
+        GaussianStepper::new(&phase, &wide).add(source, |_| &UNIT_EXIT, &mut window.volume);
     }
 }

@@ -1,7 +1,7 @@
 //! A film over something else, in the words of the camera: what the film itself sends out, and the second line, of light
 //! that comes through it from what lies below.
 //!
-//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`Covers`] say, and is seen at the film. What
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] say, and is seen at the film. What
 //! they say is seen through the film stands where the laser meets the surface below: lower, so in other rows, and at the
 //! camera's slant in other columns. There the line is drawn anew, linear between the places that neighbouring columns
 //! meet; where what lies below jumps (the edge of a tablet) it is broken, and what tablets hide from the lens is dark.
@@ -11,24 +11,24 @@
 use glam::Vec3;
 use procedural::{Film, Matter, Medium, Surface};
 
-use super::blur::blur_unlike;
+use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen, height_below};
 use crate::transport::fresnel;
-use crate::transport::kernel::layers::{Cover, CoverSpread, Covers};
+use crate::transport::kernel::layers::{FilmStack, FilmStackKernel, FilmStackSpread};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
 const JUMP_MM: f32 = 0.5;
 /// Greatest radiance factor of a width that is believed [1].
-const MOST: f32 = 2.0;
+const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
-const RUN: f32 = 1.3;
+const ESCAPE_FREE_PATHS: f32 = 1.3;
 
 /// The line that is seen through a film, structure of arrays over sensor columns, padded to whole tiles.
 #[derive(Debug, Clone, Default)]
-pub struct Second {
+pub struct TransmittedLine {
     /// Sensor row of the line's centre [px].
     pub centre: Vec<f32>,
     /// Rows per mm along the motion [px/mm].
@@ -45,7 +45,7 @@ pub struct Second {
 
 /// What looks at a row.
 #[derive(Debug, Clone, Copy)]
-pub struct Watch<'a> {
+pub struct RowView<'a> {
     /// The body.
     pub specimen: &'a Specimen,
     /// The camera.
@@ -58,7 +58,7 @@ pub struct Watch<'a> {
     pub faint: f32,
 }
 
-impl Watch<'_> {
+impl RowView<'_> {
     /// What becomes of the light at `x` on a surface.
     #[inline]
     pub fn sight(&self, x: f32, surface: &Surface) -> Sight {
@@ -82,7 +82,7 @@ impl Watch<'_> {
 
 /// What the laser meets below a film, by the column that looks at the film above it.
 #[derive(Debug, Clone, Copy)]
-struct Below {
+struct TransmittedPoint {
     /// Sensor column where it is seen [px].
     column: f32,
     z: f32,
@@ -93,43 +93,49 @@ struct Below {
     sealed: bool,
 }
 
-/// Room in which second lines are made.
+/// Buffers in which second lines are made.
 #[derive(Debug, Default)]
-pub struct Room {
-    below: Vec<Option<Below>>,
+pub struct TransmissionScratch {
+    below: Vec<Option<TransmittedPoint>>,
     /// Height of the surface drawn in each column [mm].
     height: Vec<f32>,
     /// Whether the film is sealed to it: light does not creep from there into a pocket.
     sealed: Vec<bool>,
     /// Variance along the line of what is out of focus, a column [px^2].
     defocus: Vec<f32>,
-    line: Vec<f32>,
+    buffer: Vec<f32>,
 }
 
 /// Share of light from `light` that enters a film of index `n` [1].
-pub fn enters(n: f32, normal: Vec3, light: Vec3) -> f32 {
-    1.0 - fresnel::interface(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
+pub fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
+    1.0 - fresnel::fresnel_dielectric(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
 }
 
 /// How far along the motion the lens sees light leave a film beside where it leaves towards all sides [mm].
-pub fn pull(medium: &Medium, film: &Film, view: Vec3) -> f32 {
-    let run = (RUN / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
+pub fn exit_shift(medium: &Medium, film: &Film, view: Vec3) -> f32 {
+    let run = (ESCAPE_FREE_PATHS / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
     run * view.y / medium.n_eff
 }
 
 /// The film of `matter` in the production model.
-pub fn spread(matter: &Matter, film: &Film, normal: Vec3, sight: &Sight, covers: &mut Covers) -> CoverSpread {
-    let mut spread = covers.spread(&Cover {
+pub fn spread(
+    matter: &Matter,
+    film: &Film,
+    normal: Vec3,
+    sight: &Sight,
+    covers: &mut FilmStackKernel,
+) -> FilmStackSpread {
+    let mut spread = covers.spread(&FilmStack {
         medium: matter.medium,
         film: *film,
-        enter: enters(matter.medium.n_eff, normal, -sight.light),
+        enter: entering_share(matter.medium.n_eff, normal, -sight.light),
         view_up: normal.dot(sight.view).max(0.0),
         view: sight.view,
         light: -sight.light,
     });
     // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
     for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
-        *exit = exit.clamp(0.0, MOST * enter);
+        *exit = exit.clamp(0.0, MAX_RADIANCE_FACTOR * enter);
     }
     spread
 }
@@ -139,27 +145,27 @@ fn under_normal(film: &Film) -> Vec3 {
     Vec3::new(-along, -across, 1.0).normalize()
 }
 
-impl Room {
+impl TransmissionScratch {
     /// Nothing below any of `columns` columns.
     pub fn clear(&mut self, columns: usize) {
         self.below.clear();
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`CoverSpread`] has it.
-    pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], watch: &Watch<'_>) {
+    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`FilmStackSpread`] has it.
+    pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], view: &RowView<'_>) {
         let z = height_below(&hit.surface, film);
         let light: f32 = through.iter().sum();
         let [slope_x, slope_y] = film.under_slope;
-        let sight = watch.sight(hit.x, &Surface { z, slope_x, slope_y });
+        let sight = view.sight(hit.x, &Surface { z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         // No row holds more than all of it.
-        let faint = light * white < watch.faint;
-        if !hit.lit || faint || !watch.specimen.sees_below(Vec3::new(hit.x, watch.y, z), watch.y) {
+        let faint = light * white < view.faint;
+        if !hit.lit || faint || !view.specimen.sees_below(Vec3::new(hit.x, view.y, z), view.y) {
             return;
         }
-        self.below[column] = Some(Below {
-            column: watch.camera.place(hit.x, 0.0, z)[0],
+        self.below[column] = Some(TransmittedPoint {
+            column: view.camera.place(hit.x, 0.0, z)[0],
             z,
             sight,
             light: through.map(|t| t * white),
@@ -169,18 +175,18 @@ impl Room {
     }
 
     /// Draws the second line of a row.
-    pub fn draw(&mut self, camera: &Camera, second: &mut Second) {
+    pub fn draw(&mut self, camera: &Camera, line: &mut TransmittedLine) {
         let columns = self.below.len();
         let padded = columns.next_multiple_of(TILE);
-        let old = second.columns.clone();
-        for field in [&mut second.centre, &mut second.rows_per_mm, &mut second.variance] {
+        let old = line.columns.clone();
+        for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance] {
             field.resize(padded, 1.0);
         }
-        for source in &mut second.source {
+        for source in &mut line.source {
             source.resize(padded, 0.0);
             source[old.clone()].fill(0.0);
         }
-        second.metal.resize(padded, false);
+        line.metal.resize(padded, false);
         self.height.clear();
         self.height.resize(columns, f32::MIN);
         self.sealed.clear();
@@ -204,26 +210,26 @@ impl Room {
                 self.sealed[column] = a.sealed;
                 self.defocus[column] = mix(a.sight.defocus, b.sight.defocus);
                 (first, last) = (first.min(column), last.max(column + 1));
-                second.centre[column] = mix(a.sight.row, b.sight.row);
-                second.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
-                second.variance[column] = mix(a.sight.variance, b.sight.variance);
-                second.metal[column] = a.metal;
+                line.centre[column] = mix(a.sight.row, b.sight.row);
+                line.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
+                line.variance[column] = mix(a.sight.variance, b.sight.variance);
+                line.metal[column] = a.metal;
                 for j in 0..BASIS {
-                    second.source[j][column] = mix(a.light[j], b.light[j]);
+                    line.source[j][column] = mix(a.light[j], b.light[j]);
                 }
             }
         }
-        second.columns = first.min(last)..last;
-        self.blur(camera, second);
+        line.columns = first.min(last)..last;
+        self.blur(camera, line);
     }
 
     /// Spreads the second line along itself, piece by piece.
-    fn blur(&mut self, camera: &Camera, second: &mut Second) {
-        let mut start = second.columns.start;
-        for column in second.columns.clone() {
-            let ends = column + 1 == second.columns.end
+    fn blur(&mut self, camera: &Camera, line: &mut TransmittedLine) {
+        let mut start = line.columns.start;
+        for column in line.columns.clone() {
+            let ends = column + 1 == line.columns.end
                 || (self.height[column + 1] - self.height[column]).abs() > JUMP_MM
-                || second.metal[column + 1] != second.metal[column]
+                || line.metal[column + 1] != line.metal[column]
                 || self.sealed[column + 1] != self.sealed[column];
             if !ends {
                 continue;
@@ -235,9 +241,9 @@ impl Room {
             }
             let defocus = &self.defocus[piece.clone()];
             for j in 0..BASIS {
-                let source = &mut second.source[j][piece.clone()];
+                let source = &mut line.source[j][piece.clone()];
                 if source.iter().any(|&light| light != 0.0) {
-                    blur_unlike(source, camera.along_variance(SPREAD_MM[j]), defocus, 1.0, &mut self.line);
+                    blur_varying(source, camera.along_variance(SPREAD_MM[j]), defocus, 1.0, &mut self.buffer);
                 }
             }
         }

@@ -4,54 +4,53 @@
 //! looks at the rows around its own. Exposure runs over tiles of [`TILE`] columns, so that the window of rows stays in
 //! the cache while the profiles of a band pass by.
 
-mod arrange;
+mod ambient;
 mod band;
-pub mod beside;
-mod blur;
+pub mod blooming;
+mod box_filter;
 pub mod camera;
+mod circle_of_confusion;
 pub mod coherence;
+mod compositing;
 mod digitise;
-mod disc;
+pub mod encoder;
 pub mod expose;
-mod face;
-mod field;
 pub mod film;
+pub mod fixed_pattern;
 mod focus;
-mod lamps;
+mod front_face;
+mod full_frame;
+mod gaussian_stepper;
+mod highlights;
 pub mod laser;
-pub mod mirror;
-mod moved;
-pub mod overflow;
+mod motion_blur;
 pub mod parameters;
-mod pieces;
-pub mod pixels;
+pub mod per_line;
 pub mod postprocess;
+pub mod reflections;
 pub mod row;
-mod second;
-pub mod sensor;
-mod shine;
-pub mod slow;
+mod second_line;
+pub mod secondary_light;
+pub mod signal_chain;
+mod spans;
 pub mod speckle;
 pub mod streak;
-mod texel;
-pub mod travel;
-mod walk;
-mod whole_frame;
+mod surface_point;
+mod vignetting;
 
 use procedural::{Medium, Stream};
 
 use self::band::looks;
 use self::camera::Camera;
-use self::digitise::{Shot, digitise};
+use self::digitise::{TileExposure, digitise};
+use self::encoder::Encoder;
+use self::highlights::Highlights;
 use self::parameters::{Bench, Exposure};
 use self::postprocess::Scripts;
 use self::row::RowMaker;
-use self::second::SecondLine;
-use self::sensor::Chain;
-use self::shine::Shine;
-use self::speckle::Tiles;
-use self::speckle::anchor::{Ground, Speckle};
-use self::travel::Travel;
+use self::second_line::SecondLine;
+use self::signal_chain::SignalChain;
+use self::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use crate::frame::{Calibration, Frame};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
 use crate::specimen::{Hit, Specimen, turned::Turn};
@@ -63,7 +62,7 @@ pub use self::speckle::TILE;
 
 /// Most rows of the specimen that a profile looks at before or behind its own; for steps under 0.035 mm the light that
 /// leaves further away is let out by the last of them.
-const FARTHEST: usize = 64;
+const MAX_NEIGHBOURS: usize = 64;
 
 /// Light in one pixel that is left out where it lies beside the line [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
@@ -73,10 +72,10 @@ const FAINT_DN: f32 = 0.05;
 pub struct Sensor {
     camera: Camera,
     exposure: Exposure,
-    chain: Chain,
+    chain: SignalChain,
     /// The thesis' scripts in place of speckle and noise.
     scripts: Option<Scripts>,
-    speckle: Speckle,
+    speckle: AnchoredSpeckle,
     /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
     away: [f64; ROWS],
     neighbours: [isize; ROWS],
@@ -87,7 +86,7 @@ pub struct Sensor {
     second: Option<SecondLine>,
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
-    travel: Travel,
+    encoder: Encoder,
     turn: Option<Turn>,
     size: Size,
     transport: Transport,
@@ -104,7 +103,7 @@ impl Sensor {
         size: Size,
         height: f64,
         clear: &Medium,
-        (law, tiles): (SpeckleLaw, &Tiles),
+        (law, tiles): (SpeckleLaw, &PatternCache),
         stream: Stream,
     ) -> Self {
         let camera = Camera::new(bench, &size, line, stream);
@@ -113,16 +112,16 @@ impl Sensor {
         let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
         let paths = coherence::coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
         let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
-        let travel = Travel::new(&bench.motion, stream.child("travel"));
-        let chain = Chain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
+        let encoder = Encoder::new(&bench.motion, stream.child("travel"));
+        let chain = SignalChain::new(&bench.exposure, Readout::PLAIN, &size, stream.child("sensor"));
         let step = bench.motion.step_mm;
         let profiles_per_row = 1.0 / (rows_per_mm * step);
         let way = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
-        let ground = Ground { grain, rows_per_mm, height, paths, way: way / profiles_per_row };
+        let ground = SpeckleConditions { grain, rows_per_mm, height, paths, travel: way / profiles_per_row };
         let away: [f64; ROWS] = std::array::from_fn(|k| (CENTRE as f64 - k as f64) / rows_per_mm);
         let neighbours = away.map(|away| looks(away / step));
         Self {
-            speckle: Speckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
+            speckle: AnchoredSpeckle::new(bench, &ground, law, tiles, stream.child("speckle").key()),
             away,
             neighbours,
             profiles_per_row,
@@ -133,14 +132,14 @@ impl Sensor {
             maker: RowMaker::new(
                 bench.motion.conveyor_reflectance,
                 &camera,
-                Shine::new(&bench.laser, stream.child("shining")),
+                Highlights::new(&bench.laser, stream.child("shining")),
                 size.columns,
                 height,
             ),
             second: SecondLine::new(&bench.laser, step),
             faint: FAINT_DN / chain.gain,
             exposure: bench.exposure,
-            travel,
+            encoder,
             turn: None,
             chain,
             scripts: None,
@@ -153,7 +152,7 @@ impl Sensor {
         if readout == Readout::PLAIN {
             return self;
         }
-        let chain = Chain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
+        let chain = SignalChain::new(&self.exposure, readout, &self.size, self.stream.child("sensor"));
         Self { chain, ..self }
     }
 
@@ -202,7 +201,7 @@ impl Sensor {
     }
 
     fn position_of(&self, profile: isize) -> f64 {
-        self.travel.place(profile)
+        self.encoder.position(profile)
     }
 
     /// What each column sees in `profile`, without light; fills `hits`, `[columns]`.
@@ -212,7 +211,7 @@ impl Sensor {
 
     /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.
     pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
-        self.chain.rows(profile, offsets);
+        self.chain.row_offsets(profile, offsets);
     }
 
     /// Exposes columns `tile * TILE ..` of `profile`; `offsets` come from [`Self::row_offsets`]. The second frame has no
@@ -231,10 +230,10 @@ impl Sensor {
         let place = [hits[scratch.columns / 2].x, usual_height(hits)].map(f64::from);
         // Speckle moves as far as the object does here.
         let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
-        let shot = Shot { profile, tile, columns: scratch.columns, place, way, offsets };
+        let exposure = TileExposure { profile, tile, columns: scratch.columns, place, way, offsets };
         frames[1].rows = 0;
         for number in 0..scratch.used {
-            digitise(self, &shot, number, &scratch.windows[number], &mut scratch.charge, &mut frames[number]);
+            digitise(self, &exposure, number, &scratch.windows[number], &mut scratch.signal, &mut frames[number]);
         }
     }
 }

@@ -9,25 +9,27 @@ use std::ops::Range;
 use glam::Vec3;
 use procedural::{Class, Gloss, Medium};
 
-use super::beside::{self, Beside};
-use super::blur::{blur, blur_unlike};
+use super::ambient;
+use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
-use super::film::{self, Watch};
-use super::lamps;
-use super::mirror::Lit;
-use super::pieces::pieces;
-use super::shine::{self, Shine};
+use super::film::{self, RowView};
+use super::highlights::{HighlightScratch, Highlights};
+use super::reflections::LitRow;
+use super::secondary_light::{SecondaryLight, SecondaryScratch};
+use super::spans::spans;
 use super::speckle::TILE;
 use super::streak::Streak;
-use super::texel::texel;
+use super::surface_point::surface_point;
 use crate::frame::Columns;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
-use crate::transport::kernel::{BASIS, SIDEWAYS, SPREAD_MM, Shares, SpreadRow, Texel, line_spread, pull};
+use crate::transport::kernel::{
+    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, exit_shift, line_spread,
+};
 
 /// What comes back of light that would cross a wall, which lets it out: less than nothing, since the wall takes of what
 /// stands near it too; from the judge's scatter beside a crack and at the side of a board [1].
-const SIDE: f32 = -0.5;
+const WALL_RETURN: f32 = -0.5;
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
@@ -41,16 +43,16 @@ pub struct Row {
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
     /// Unit of the laser's section; empty for a Gaussian line [px].
-    pub unit: Vec<f32>,
+    pub profile_unit: Vec<f32>,
     /// Place along the section's nodes; empty for a Gaussian line [1].
-    pub node: Vec<f32>,
+    pub profile_node: Vec<f32>,
     /// Radius along the rows of the disc that a point is out of focus by, whose variance `variance` holds; empty where
     /// nothing can be [px].
-    pub disc: Vec<f32>,
+    pub defocus_radius: Vec<f32>,
     /// Light thrown back by the surface itself [e-].
-    pub glare: Vec<f32>,
+    pub surface_light: Vec<f32>,
     /// Light that entered below the surface, as a white Lambertian surface would return it to the lens [e-].
-    pub power: Vec<f32>,
+    pub entered_light: Vec<f32>,
     /// Light that entered, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
     pub source: [Vec<f32>; BASIS],
     /// Shift of each width's light against the centre, `[BASIS][columns]` [px].
@@ -59,39 +61,39 @@ pub struct Row {
     pub exit: [Vec<f32>; BASIS],
     /// The same for light of rows behind this one, which leaves through a front face where this row is bare; `None` where
     /// that makes no difference.
-    pub faced: Option<Box<[Vec<f32>; BASIS]>>,
+    pub front_exit: Option<Box<[Vec<f32>; BASIS]>>,
     /// Light of lamps and windows in a pixel that looks here; empty where there is none [e-].
     pub ambient: Vec<f32>,
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
-    pub beside: Option<Box<Beside>>,
+    pub secondary: Option<Box<SecondaryLight>>,
     /// Single fibres that guide light out of the line, by rising column.
     pub streaks: Vec<Streak>,
 }
 
 impl Row {
     /// Radii of the discs of a tile; `None` where all is sharp.
-    pub fn disc_of(&self, start: usize) -> Option<&[f32; TILE]> {
-        self.disc.get(start..)?.first_chunk()
+    pub fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
+        self.defocus_radius.get(start..)?.first_chunk()
     }
 }
 
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
 pub struct RowMaker {
-    shares: Shares,
+    shares: WidthShares,
     conveyor: Medium,
     conveyor_reflectance: f32,
     /// Where each column looks.
     columns: Columns,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
-    shine: Shine,
+    highlights: Highlights,
 }
 
 /// Room that one thread needs to make rows.
 #[derive(Debug)]
 pub struct RowScratch {
-    texels: Vec<Texel>,
+    texels: Vec<SurfacePoint>,
     spread: SpreadRow,
     electrons: Vec<f32>,
     line: Vec<f32>,
@@ -102,15 +104,15 @@ pub struct RowScratch {
     /// Diffuse reflectance for light from all sides [1].
     albedo: Vec<f32>,
     pieces: Vec<Range<usize>>,
-    beside: beside::Room,
-    shine: shine::Room,
+    secondary: SecondaryScratch,
+    highlights: HighlightScratch,
 }
 
 impl RowScratch {
     /// Room for `columns` columns.
     pub fn new(columns: usize) -> Self {
         Self {
-            texels: vec![Texel::BLACK; columns],
+            texels: vec![SurfacePoint::BLACK; columns],
             spread: SpreadRow::new(columns),
             electrons: vec![0.0; columns],
             line: Vec::new(),
@@ -118,22 +120,22 @@ impl RowScratch {
             defocus: Vec::new(),
             albedo: vec![0.0; columns],
             pieces: Vec::new(),
-            beside: beside::Room::default(),
-            shine: shine::Room::default(),
+            secondary: SecondaryScratch::default(),
+            highlights: HighlightScratch::default(),
         }
     }
 }
 
 impl RowMaker {
     /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, below bodies that
-    /// rise to `top` [mm] and have places that `shine`, and a sensor of `columns` columns.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, shine: Shine, columns: usize, top: f64) -> Self {
+    /// rise to `top` [mm] and have `highlights`, and a sensor of `columns` columns.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, highlights: Highlights, columns: usize, top: f64) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
             columns: camera.rig.columns(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
-            shine,
-            shares: Shares::new(),
+            highlights,
+            shares: WidthShares::new(),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
         }
@@ -144,53 +146,55 @@ impl RowMaker {
         specimen.look(y, &self.columns, self.conveyor, hits);
     }
 
-    /// The row of what `watch` looks at.
-    pub fn make(&self, watch: Watch<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let Watch { specimen, camera, y, .. } = watch;
+    /// The row of what `view` looks at.
+    pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        let RowView { specimen, camera, y, .. } = view;
         let columns = scratch.electrons.len();
         self.look(specimen, y, &mut row.hits);
-        row.faced = None;
+        row.front_exit = None;
         let padded = columns.next_multiple_of(TILE);
-        for field in [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.glare, &mut row.power] {
+        for field in
+            [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.surface_light, &mut row.entered_light]
+        {
             field.resize(padded, 0.0);
         }
-        let section = camera.laser.section();
+        let section = camera.laser.line_profile();
         let own = if section.is_some() { padded } else { 0 };
-        row.unit.resize(own, 0.0);
-        row.node.resize(own, 0.0);
+        row.profile_unit.resize(own, 0.0);
+        row.profile_node.resize(own, 0.0);
         let relief = specimen.has_relief();
         if relief {
-            row.beside.get_or_insert_default();
-            scratch.beside.second.clear(columns);
+            row.secondary.get_or_insert_default();
+            scratch.secondary.transmission.clear(columns);
         } else {
-            row.beside = None;
+            row.secondary = None;
         }
         scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
-        row.disc.resize(if camera.blurs() { columns.next_multiple_of(TILE) } else { 0 }, 0.0);
+        row.defocus_radius.resize(if camera.blurs() { columns.next_multiple_of(TILE) } else { 0 }, 0.0);
         let (mut first, mut last) = (columns, 0);
         for (column, hit) in row.hits.iter().enumerate() {
             let bare = hit.matter.class == Class::Background;
             let sight = if bare {
-                watch.share(self.conveyor_sights[column], hit.x, 0.0)
+                view.share(self.conveyor_sights[column], hit.x, 0.0)
             } else {
-                watch.sight(hit.x, &hit.surface)
+                view.sight(hit.x, &hit.surface)
             };
             row.centre[column] = sight.row;
             row.rows_per_mm[column] = sight.rows_per_mm;
             row.variance[column] = sight.variance;
             if section.is_some() {
-                row.unit[column] = sight.unit;
-                row.node[column] = camera.laser.node(hit.x, hit.surface.z);
+                row.profile_unit[column] = sight.unit;
+                row.profile_node[column] = camera.laser.node(hit.x, hit.surface.z);
             }
             if let Some(defocus) = scratch.defocus.get_mut(column) {
                 *defocus = sight.defocus;
-                row.disc[column] = sight.disc;
+                row.defocus_radius[column] = sight.disc;
             }
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
             if bare {
-                row.glare[column] = reach * sight.view.z * self.conveyor_reflectance;
-                (scratch.electrons[column], row.power[column]) = (0.0, 0.0);
-                scratch.texels[column] = Texel::BLACK;
+                row.surface_light[column] = reach * sight.view.z * self.conveyor_reflectance;
+                (scratch.electrons[column], row.entered_light[column]) = (0.0, 0.0);
+                scratch.texels[column] = SurfacePoint::BLACK;
                 scratch.albedo[column] = self.conveyor_reflectance;
                 continue;
             }
@@ -201,26 +205,26 @@ impl RowMaker {
             scratch.electrons[column] = white;
             let medium = &hit.matter.medium;
             (first, last) = (first.min(column), column + 1);
-            row.glare[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
+            row.surface_light[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
             scratch.albedo[column] = medium.gloss.matte + medium.gloss.share * medium.gloss.reflectance;
             if let Some(under) = &hit.matter.film {
-                let spread = film::spread(&hit.matter, under, normal, &sight, &mut scratch.beside.covers);
+                let spread = film::spread(&hit.matter, under, normal, &sight, &mut scratch.secondary.covers);
                 for j in 0..BASIS {
                     scratch.spread.enter[j][column] = spread.enter[j];
                     scratch.spread.exit[j][column] = spread.exit[j];
                     scratch.spread.shift[j][column] = 0.0;
                 }
-                row.power[column] = white * film::enters(medium.n_eff, normal, -sight.light);
-                scratch.pull[column] = film::pull(medium, under, sight.view);
+                row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
+                scratch.pull[column] = film::exit_shift(medium, under, sight.view);
                 scratch.albedo[column] += spread.through.iter().sum::<f32>();
-                scratch.beside.second.note(column, hit, under, &spread.through, &watch);
+                scratch.secondary.transmission.note(column, hit, under, &spread.through, &view);
                 continue;
             }
-            let texel = texel(medium, normal, sight.view);
-            row.power[column] = white * texel.enter;
-            scratch.pull[column] = pull(&texel);
+            let texel = surface_point(medium, normal, sight.view);
+            row.entered_light[column] = white * texel.enter;
+            scratch.pull[column] = exit_shift(&texel);
             // A coat is passed both ways.
-            scratch.texels[column] = Texel { enter: texel.enter * medium.coat * medium.coat, ..texel };
+            scratch.texels[column] = SurfacePoint { enter: texel.enter * medium.coat * medium.coat, ..texel };
         }
         for j in 0..BASIS {
             for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
@@ -232,23 +236,23 @@ impl RowMaker {
         if first < last {
             self.spread(first..last, camera, relief, scratch, row);
         }
-        self.shine.add(watch, row, &mut scratch.shine);
+        self.highlights.add(view, row, &mut scratch.highlights);
         // What the lens blurs along a line is even anyway.
         if camera.laser.is_point() {
-            blur(&mut row.glare[..columns], camera.blur_variance, 1.0, &mut scratch.line);
+            blur(&mut row.surface_light[..columns], camera.blur_variance, 1.0, &mut scratch.line);
         }
         if camera.blurs() {
-            pieces(&row.hits, 0, relief, &mut scratch.pieces);
+            spans(&row.hits, 0, relief, &mut scratch.pieces);
             for piece in &scratch.pieces {
-                let (glare, own) = (&mut row.glare[piece.clone()], &scratch.defocus[piece.clone()]);
-                blur_unlike(glare, 0.0, own, 1.0, &mut scratch.line);
+                let (glare, own) = (&mut row.surface_light[piece.clone()], &scratch.defocus[piece.clone()]);
+                blur_varying(glare, 0.0, own, 1.0, &mut scratch.line);
             }
         }
-        lamps::row(first..last, camera, &scratch.spread, &mut scratch.albedo, row);
-        if let Some(mut beside) = row.beside.take() {
-            let lit = Lit { watch, hits: &row.hits, spread: &scratch.spread };
-            beside.make(&lit, row, &mut scratch.beside);
-            row.beside = Some(beside);
+        ambient::row(first..last, camera, &scratch.spread, &mut scratch.albedo, row);
+        if let Some(mut secondary) = row.secondary.take() {
+            let lit = LitRow { view, hits: &row.hits, spread: &scratch.spread };
+            secondary.make(&lit, row, &mut scratch.secondary);
+            row.secondary = Some(secondary);
         }
     }
 
@@ -262,8 +266,8 @@ impl RowMaker {
             }
             start += part.len();
         }
-        pieces(&row.hits[first..last], first, relief, &mut scratch.pieces);
-        let sideways = if relief { 1.0 } else { SIDEWAYS };
+        spans(&row.hits[first..last], first, relief, &mut scratch.pieces);
+        let sideways = if relief { 1.0 } else { SPREAD_ACROSS_OVER_ALONG };
         for j in 0..BASIS {
             for column in first..last {
                 // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
@@ -275,10 +279,10 @@ impl RowMaker {
                 row.shift[j][column] = -shift * row.rows_per_mm[column];
             }
             let variance = camera.along_variance(SPREAD_MM[j] * sideways);
-            let side = if SPREAD_MM[j] > 0.0 { SIDE } else { 1.0 };
+            let side = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
             for piece in &scratch.pieces {
                 let own = scratch.defocus.get(piece.clone()).unwrap_or_default();
-                blur_unlike(&mut row.source[j][piece.clone()], variance, own, side, &mut scratch.line);
+                blur_varying(&mut row.source[j][piece.clone()], variance, own, side, &mut scratch.line);
             }
         }
     }

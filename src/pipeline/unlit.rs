@@ -8,7 +8,7 @@ use procedural::{Class, Instance};
 use super::{Scan, body, grid, set_up};
 use crate::labels;
 use crate::optics::Sensor;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
 use crate::record::{Labels, Maps, Record, TrueRow};
 use crate::settings::Way;
@@ -31,7 +31,7 @@ pub struct Unlit {
 }
 
 /// What of a sample follows without light.
-pub fn unlit(scene: &Scene, tiles: &Tiles) -> Unlit {
+pub fn unlit(scene: &Scene, tiles: &PatternCache) -> Unlit {
     // What stays with single pixels is drawn for each of them, and nothing here asks for it.
     let mut even = scene.clone();
     let exposure = &mut even.bench.exposure;

@@ -3,7 +3,7 @@
 use crate::extract::{Profile, extract};
 use crate::frame::Frame;
 use crate::optics::Band;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::report::ExposedProfile;
@@ -13,7 +13,7 @@ use crate::settings::RangeForm;
 const MARGIN_ROWS: usize = 24;
 
 /// Exposes profile `profile` of a scene and extracts its line.
-pub fn expose_profile(scene: &Scene, profile: usize, tiles: &Tiles) -> ExposedProfile {
+pub fn expose_profile(scene: &Scene, profile: usize, tiles: &PatternCache) -> ExposedProfile {
     let (columns, rows) = (scene.size.columns, scene.size.rows);
     let profile = profile.min(scene.size.profiles.saturating_sub(1));
     let (sensor, specimen) = pipeline::set_up(scene, pipeline::body(scene), tiles);

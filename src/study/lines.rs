@@ -3,28 +3,32 @@
 //! Rows and line are the table's: 0.101 mm, standard deviation 0.05 mm. Errors of sums over rows take rows as
 //! independent, which photons that leave in one row or another are but for a share of their number.
 
+use image::RgbImage;
 use serde_json::{Value, json};
 
+use super::compared_model::ComparedModel;
 use super::media::{WOODS, Wood};
-use super::{Report, Watch, ask, head, lines_page, photons, told};
-use crate::transport::answer::{Answer, Estimate, Question, Side};
+use super::{Report, Watch, ask, head, photons, told};
+use crate::drawing::chart::{Axis, Chart, Series};
+use crate::drawing::{MARGIN, Page};
+use crate::transport::answer::{Answer, Estimate, LineSide, Question};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
 
 /// Photons for each medium unless told otherwise.
 pub const PHOTONS: u64 = 300_000;
 /// Rows on either side of the central one.
-pub(super) const ROWS: usize = 20;
+const ROWS: usize = 20;
 
 /// A medium and what the models say of it, in the order of [`Model::ALL`].
-pub(super) struct Case {
+struct Case {
     pub wood: Wood,
     pub answers: Vec<Result<Answer, String>>,
 }
 
 /// How far the kernel may be off the judge.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Bar {
+enum Bar {
     /// So much.
     By(f64),
     /// Such a part of what the judge says.
@@ -33,7 +37,7 @@ pub(super) enum Bar {
 
 /// Where a number stands against its bar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mark {
+enum Mark {
     Within,
     Beyond,
     /// Two standard errors reach over the bar.
@@ -41,7 +45,7 @@ pub(super) enum Mark {
 }
 
 /// What is read off a line spread.
-pub(super) struct Figure {
+struct Figure {
     key: &'static str,
     pub name: &'static str,
     bar: Bar,
@@ -51,7 +55,7 @@ const fn figure(key: &'static str, name: &'static str, bar: Bar) -> Figure {
     Figure { key, name, bar }
 }
 
-pub(super) const FIGURES: [Figure; 5] = [
+const FIGURES: [Figure; 5] = [
     figure("reflectance", "R", Bar::By(0.01)),
     figure("towards_lens_over_reflectance", "lens / R", Bar::Part(0.05)),
     figure("rows_1_to_8", "S(1,8)", Bar::Part(0.05)),
@@ -126,10 +130,10 @@ fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
         let centre = answer.line.len() / 2;
         let rows = (from..=to.min(centre)).flat_map(|k| [answer.line[centre - k], answer.line[centre + k]]);
         let error = rows.map(|row| row.error * row.error).sum::<f64>().sqrt();
-        Estimate { value: answer.rows(from, to, Side::Both), error }
+        Estimate { value: answer.rows(from, to, LineSide::Both), error }
     };
     let near = sum(1, 8);
-    let (ahead, behind) = (answer.rows(1, 8, Side::Ahead), answer.rows(1, 8, Side::Behind));
+    let (ahead, behind) = (answer.rows(1, 8, LineSide::Ahead), answer.rows(1, 8, LineSide::Behind));
     let asymmetry = Estimate { value: (ahead - behind) / near.value, error: near.error / near.value };
     [r, lens, near, sum(7, 11), asymmetry]
 }
@@ -148,7 +152,7 @@ pub fn study(effort: Effort, watch: Watch) -> Report {
     let case =
         |wood: &Wood| Case { wood: *wood, answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect() };
     let cases: Vec<Case> = WOODS.iter().map(case).collect();
-    Report { table: table(&cases), json: json(&cases, effort), picture: lines_page::draw(&cases) }
+    Report { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
 }
 
 fn table(cases: &[Case]) -> String {
@@ -184,7 +188,7 @@ fn table(cases: &[Case]) -> String {
 }
 
 /// How many media the kernel has within each bar.
-pub(super) fn marked(cases: &[Case]) -> String {
+fn marked(cases: &[Case]) -> String {
     let marks: Vec<_> = cases.iter().filter_map(Case::marks).collect();
     let each = FIGURES.iter().enumerate().map(|(i, Figure { name, bar, .. })| {
         let count = |mark: Mark| marks.iter().filter(|marks| marks[i] == mark).count();
@@ -236,4 +240,53 @@ fn json(cases: &[Case], effort: Effort) -> Value {
     };
     document["media"] = cases.iter().map(case).collect();
     document
+}
+
+const COLUMNS: u32 = 3;
+/// Width and height of a chart [px].
+const CHART: (u32, u32) = (430, 270);
+const HEAD: u32 = 46;
+
+fn draw(cases: &[Case]) -> RgbImage {
+    let rows = (cases.len() as u32).div_ceil(COLUMNS);
+    let mut page = Page::new(MARGIN + COLUMNS * (CHART.0 + MARGIN), HEAD + rows * (CHART.1 + MARGIN) + MARGIN);
+    let words = "A line of light: share of its energy that leaves in each row along the motion. Below each chart the kernel \
+                 against its bars: ok, off, or ? where the judge's error hides it";
+    page.words(MARGIN, 20, words);
+    page.words_in(MARGIN, 36, marked(cases).trim_end(), ComparedModel::Model(Model::Kernel).colour());
+    for (i, case) in cases.iter().enumerate() {
+        let (row, column) = (i as u32 / COLUMNS, i as u32 % COLUMNS);
+        let place = (MARGIN + column * (CHART.0 + MARGIN), HEAD + row * (CHART.1 + MARGIN));
+        chart(case).draw(&mut page, place, CHART);
+    }
+    page.0
+}
+
+fn chart(case: &Case) -> Chart {
+    let series = Model::ALL.into_iter().zip(&case.answers).filter_map(|(model, answer)| {
+        let answer = answer.as_ref().ok()?;
+        let at =
+            |(row, share): (usize, &Estimate)| ((row as f64 - ROWS as f64) * answer.row_mm, share.value, share.error);
+        let points = answer.line.iter().enumerate().map(at).collect();
+        Some(Series {
+            name: model.name().into(),
+            colour: ComparedModel::Model(model).colour(),
+            points,
+            joined: !model.walks(),
+        })
+    });
+    let [mu_a, s, k, n] = case.wood.coefficients;
+    Chart {
+        title: format!("{}: mu_a {mu_a}, sigma_i {s}, sigma_c {k}, n {n}", case.wood.name),
+        x: Axis::even("y [mm]", -2.1, 2.1),
+        y: Axis::log("share of the energy in a row", 1e-4, 0.5),
+        series: series.collect(),
+        foot: (marks(case), ComparedModel::Model(Model::Kernel).colour()),
+    }
+}
+
+/// What the kernel's bars say.
+fn marks(case: &Case) -> String {
+    let each = |marks| FIGURES.iter().zip(marks).map(|(figure, mark): (_, Mark)| [figure.name, mark.name()].join(" "));
+    case.marks().map_or_else(String::new, |marks| each(marks).collect::<Vec<_>>().join("  "))
 }

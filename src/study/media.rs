@@ -3,7 +3,7 @@
 use procedural::{Gloss, Medium};
 
 use crate::medium::axis;
-use crate::transport::stack::{Scattering, Stack, Turn, WOOD_DISPERSION};
+use crate::transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
 /// A kind of wood under the laser; its fibres' +y end rises.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +73,7 @@ impl Wood {
     pub fn stack(&self) -> Stack {
         let [mu_a, sigma_i, sigma_c, n] = self.coefficients;
         let axis = axis(self.azimuth, self.dive);
-        let turn = Turn::Cauchy(0.0);
+        let turn = CylinderPhase::Cauchy(0.0);
         Stack::half_space(n, mu_a, Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion: WOOD_DISPERSION })
     }
 }

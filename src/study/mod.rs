@@ -6,28 +6,24 @@
 //! - [`instrument`]: triangulation, sensor, speckle, laser
 //! - [`packs`]: one blister pack of each defect
 //!
-//! A study of light inside matter walks [`Model::ALL`], that of a point [`by::By::all`]; a model that refuses a question
+//! A study of light inside matter walks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a question
 //! stands in it with its reason.
 
-pub mod by;
+pub mod compared_model;
 pub mod ellipse;
 mod fit;
 pub mod instrument;
 pub mod lines;
-mod lines_page;
 pub mod media;
 pub mod packs;
-mod packs_page;
 pub mod point;
-mod point_page;
 pub mod profile;
 
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 use serde_json::{Value, json};
 
-use self::by::By;
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::model::{Model, Refusal};
+use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
 use crate::transport::stack::Stack;
 
@@ -61,7 +57,7 @@ fn ask(
     (stack, question): (&Stack, &Question),
     effort: Effort,
     watch: Watch,
-) -> Result<Answer, Refusal> {
+) -> Result<Answer, ModelError> {
     asks(model.name(), what, watch);
     model.ask(stack, question, effort, &|photons| watch(Step::Done(photons)))
 }
@@ -84,17 +80,6 @@ fn head(study: &str, effort: Effort) -> Value {
         "study": study,
         "effort": { "photons": effort.walked(), "seed": effort.seed },
     })
-}
-
-/// The colour that somebody has in every chart.
-fn colour(by: By) -> Rgb<u8> {
-    match by {
-        By::Model(Model::Path) => Rgb([30, 30, 30]),
-        By::Model(Model::Diffusion) => Rgb([214, 96, 30]),
-        By::Model(Model::Kernel) => Rgb([44, 113, 142]),
-        By::Thesis => Rgb([160, 50, 140]),
-        By::Conservative => Rgb([80, 140, 40]),
-    }
 }
 
 /// A number with its error where it has one.

@@ -7,15 +7,20 @@
 //! Neglected: the laser spot's own width but for the thesis' method, which has no picture without it; the camera.
 
 use glam::DVec2;
+use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
-use super::by::By;
+use super::compared_model::ComparedModel;
 use super::ellipse::{Ellipse, Map, ellipse};
 use super::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
-use super::{Report, Watch, head, photons, point_page, told};
+use super::{Report, Watch, ask, asks, head, photons, told};
+use crate::drawing::chart::{Axis, Chart, Series};
+use crate::drawing::{LETTER, MARGIN, Page, viridis};
 use crate::transport::answer::{Estimate, Question};
 use crate::transport::kernel::diffusion;
+use crate::transport::model::ModelError;
 use crate::transport::path::Effort;
+use crate::transport::thesis::{self, PixelGround, SpreadMethod};
 
 /// Photons for each map unless told otherwise.
 pub const PHOTONS: u64 = 1_000_000;
@@ -33,7 +38,7 @@ pub const CELLS: usize = 90;
 pub const CELL_MM: f64 = 0.05;
 
 /// A kind of wood and what is known of its ellipses.
-pub(super) struct Case {
+struct Case {
     pub wood: Wood,
     pub title: &'static str,
     pub azimuths: &'static [f64],
@@ -43,8 +48,8 @@ pub(super) struct Case {
 }
 
 /// One map of one fibre.
-pub(super) struct Spot {
-    pub by: By,
+struct Spot {
+    pub by: ComparedModel,
     /// What is lit and how.
     pub note: String,
     pub azimuth: f64,
@@ -89,29 +94,81 @@ pub fn study(effort: Effort, watch: Watch) -> Report {
         case(SOUND_KNOT, "Sound knot, fibre dives at 80 degrees", &AZIMUTHS[..1], 1.0),
     ];
     for case in &mut cases {
-        for by in By::all() {
+        for by in ComparedModel::all() {
             // The conservative stencil takes seconds for each.
-            let asked = |azimuth: &f64| by != By::Conservative || *azimuth == case.drawn();
+            let asked = |azimuth: &f64| by != ComparedModel::Conservative || *azimuth == case.drawn();
             for azimuth in case.azimuths.iter().copied().filter(asked).collect::<Vec<_>>() {
                 case.spots.push(spot(case, by, azimuth, effort, watch));
             }
         }
     }
-    Report { table: table(&cases), json: json(&cases, effort), picture: point_page::draw(&cases) }
+    Report { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
+}
+
+impl ComparedModel {
+    /// What is lit and how, where it is not a point as such.
+    ///
+    /// The thesis' method is shown as its Figures 4.23 and 4.24 show it: a spot of 55 pixels, 20 iterations on clear wood
+    /// and 10 on a knot. The thesis does not say how large its pixels are; here they are the study's cells, so the half
+    /// diameters in mm are a choice, aspects and angles are not. The thesis' spot is part of its map. The conservative
+    /// stencil lights one pixel and is asked what the models of transport are asked.
+    fn point_note(self, wood: &Wood) -> String {
+        match self {
+            Self::Model(_) => String::new(),
+            Self::Thesis => {
+                let iterations = if is_knot(&ground(wood)) { 10 } else { 20 };
+                format!("55 px spot, {iterations} iterations, {CELL_MM} mm/px")
+            }
+            Self::Conservative => format!("one pixel lit, {CELL_MM} mm/px"),
+        }
+    }
+
+    /// Share of the energy that leaves in each cell around a point of light, `[2 CELLS + 1, 2 CELLS + 1]`, row-major,
+    /// rows along y [1].
+    ///
+    /// # Errors
+    /// Where the model refuses.
+    pub fn point_light(self, wood: &Wood, effort: Effort, watch: Watch) -> Result<Vec<Estimate>, ModelError> {
+        let middle = DVec2::splat(CELLS as f64);
+        let what = format!("{} at {} deg", wood.name, wood.azimuth);
+        let (spot, method) = match self {
+            Self::Model(model) => {
+                return Ok(ask(model, &what, (&wood.stack(), &question()), effort, watch)?.point);
+            }
+            Self::Thesis if is_knot(&ground(wood)) => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
+            Self::Thesis => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),
+            Self::Conservative => {
+                (thesis::LaserPoint { at: middle, diameter: 1.0, deviation: 1.0 }, SpreadMethod::CONSERVATIVE)
+            }
+        };
+        asks(self.name(), &what, watch);
+        Ok(thesis::point(&ground(wood), &spot, method).light.into_iter().map(Estimate::exact).collect())
+    }
+}
+
+/// The wood as the surface of a picture of the thesis' method.
+fn ground(wood: &Wood) -> PixelGround {
+    const SIDE: usize = 2 * CELLS + 1;
+    PixelGround::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
+}
+
+/// The thesis' rule: wood that absorbs is a knot.
+fn is_knot(ground: &PixelGround) -> bool {
+    ground.map.alpha(0) < 1.0
 }
 
 /// What is asked of each model.
-pub(super) fn question() -> Question {
+fn question() -> Question {
     Question { rows: 0, angles: 0, cells: CELLS, cell_mm: CELL_MM, ..Question::default() }
 }
 
-fn spot(case: &Case, by: By, azimuth: f64, effort: Effort, watch: Watch) -> Spot {
+fn spot(case: &Case, by: ComparedModel, azimuth: f64, effort: Effort, watch: Watch) -> Spot {
     let wood = case.wood.turned(azimuth);
-    let light = by.light(&wood, effort, watch).map_err(|refusal| refusal.to_string());
+    let light = by.point_light(&wood, effort, watch).map_err(|refusal| refusal.to_string());
     let drawn = azimuth == case.drawn();
     let map = light.as_ref().ok().filter(|_| drawn).map_or_else(Vec::new, |light| values(light));
     let found = light.map(|light| ACROSS.iter().map(|across| contour(&light, azimuth, *across)).collect());
-    Spot { by, note: by.note(&wood), azimuth, found, map }
+    Spot { by, note: by.point_note(&wood), azimuth, found, map }
 }
 
 impl Case {
@@ -126,7 +183,7 @@ fn values(light: &[Estimate]) -> Vec<f64> {
 }
 
 /// The line of equal light that is `across` [mm] away from its centre across a fibre of azimuth `azimuth` [deg], in the
-/// light that [`By::light`] gives; `None` where it is no ellipse.
+/// light that [`ComparedModel::point_light`] gives; `None` where it is no ellipse.
 pub fn contour(light: &[Estimate], azimuth: f64, across: f64) -> Option<Contour> {
     let values = values(light);
     let (x, y) = libm::sincos(azimuth.to_radians());
@@ -171,21 +228,21 @@ fn table(cases: &[Case]) -> String {
         }
         text += "\n";
         if case.azimuths.len() > 1 {
-            text += &angles(case);
+            text += &angle_table(case);
         }
     }
     text
 }
 
 /// The long axis against the fibre at every azimuth.
-fn angles(case: &Case) -> String {
+fn angle_table(case: &Case) -> String {
     let mut text = String::from("Long axis less fibre at 1.5 mm across [deg], by the fibre's azimuth\n");
     text += &format!("  {:14}", "model");
     for azimuth in case.azimuths {
         text += &format!("{azimuth:>12}");
     }
     text += "\n";
-    for by in By::all() {
+    for by in ComparedModel::all() {
         text += &format!("  {:14}", by.name());
         for azimuth in case.azimuths {
             let spot = case.spots.iter().find(|spot| spot.by == by && spot.azimuth == *azimuth);
@@ -250,5 +307,153 @@ fn shown(spot: &Spot) -> Value {
             "contours": ACROSS.iter().zip(contours).map(contour).collect::<Vec<_>>(),
         }),
         Err(reason) => json!({ "model": spot.by.name(), "azimuth_deg": spot.azimuth, "refuses": reason }),
+    }
+}
+
+/// Side of a map [px], and what it shows on either side of the point [mm].
+const SIDE: u32 = 330;
+const REACH_MM: f64 = 3.3;
+const HEAD: u32 = 40;
+const FOOT: u32 = 50;
+const CHART: u32 = 400;
+/// Ends of the scale of light [mm^-2].
+const LEAST: f64 = 1e-5;
+const MOST: f64 = 10.0;
+const WHITE: Rgb<u8> = Rgb([255, 255, 255]);
+const FIBRE: Rgb<u8> = Rgb([255, 120, 60]);
+const GREY: Rgb<u8> = Rgb([150, 150, 150]);
+/// How far an angle may be off [deg].
+const BAR_DEG: f64 = 1.6;
+
+fn draw(cases: &[Case]) -> RgbImage {
+    let row = HEAD + SIDE + FOOT;
+    let width = ComparedModel::all().count() as u32 * (SIDE + MARGIN);
+    let mut page = Page::new(MARGIN + width, cases.len() as u32 * row + CHART + MARGIN);
+    for (i, case) in cases.iter().enumerate() {
+        let top = i as u32 * row;
+        let title = format!("{}: light of a point, fibre at {} deg", case.title, case.drawn());
+        page.words(MARGIN, top + 16, &title);
+        let spots = case.spots.iter().filter(|spot| spot.azimuth == case.drawn());
+        for (column, spot) in spots.enumerate() {
+            let left = MARGIN + column as u32 * (SIDE + MARGIN);
+            let name = spot.by.name();
+            page.words_in(left, top + HEAD - 6, name, spot.by.colour());
+            page.words(left + LETTER * (name.len() as u32 + 2), top + HEAD - 6, &spot.note);
+            draw_map(&mut page, (left, top + HEAD), spot, case);
+        }
+        let ramp = |t: f32| viridis(t);
+        page.bar(MARGIN, top + HEAD + SIDE + 8, SIDE, ("1e-5", "log scale  10 per mm2"), &ramp);
+        let words =
+            "white: equal light at 0.5, 1, 1.5 mm across the fibre; orange: the fibre; x right, y (motion) down";
+        page.words(2 * MARGIN + SIDE, top + HEAD + SIDE + 17, words);
+    }
+    let top = cases.len() as u32 * row;
+    let charts: Vec<_> = cases.iter().map(aspect_chart).chain([angle_chart(&cases[0])]).collect();
+    let pitch = width / charts.len() as u32;
+    for (column, chart) in charts.iter().enumerate() {
+        chart.draw(&mut page, (MARGIN + column as u32 * pitch, top), (pitch - MARGIN, CHART));
+    }
+    page.0
+}
+
+fn draw_map(page: &mut Page, (left, top): (u32, u32), spot: &Spot, case: &Case) {
+    let contours = match &spot.found {
+        Ok(contours) => contours,
+        Err(reason) => return page.words(left, top + 20, reason),
+    };
+    let side = libm::sqrt(spot.map.len() as f64) as i64;
+    let mm = |pixel: u32| (f64::from(pixel) + 0.5) / f64::from(SIDE) * 2.0 * REACH_MM - REACH_MM;
+    let cell = |mm: f64| ((mm / CELL_MM).round() as i64 + side / 2).clamp(0, side - 1);
+    let picture = RgbImage::from_fn(SIDE, SIDE, |x, y| {
+        let light = spot.map[(cell(mm(y)) * side + cell(mm(x))) as usize] / (CELL_MM * CELL_MM);
+        viridis((libm::log(light.max(LEAST) / LEAST) / libm::log(MOST / LEAST)) as f32)
+    });
+    page.picture(left, top, &picture);
+    let pixel = |place: DVec2| {
+        let at = |v: f64| (v + REACH_MM) / (2.0 * REACH_MM) * f64::from(SIDE);
+        (f64::from(left) + at(place.x), f64::from(top) + at(place.y))
+    };
+    let inside = |place: &DVec2| place.abs().max_element() < REACH_MM;
+    for contour in ACROSS.iter().zip(contours).filter(|(across, _)| (*across * 2.0).fract() == 0.0) {
+        let Some(Contour { ellipse, .. }) = contour.1 else { continue };
+        let at = |i: u32| {
+            let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / 180.0);
+            ellipse.centre + ellipse.frame() * DVec2::new(cos, sin)
+        };
+        for i in 0..180 {
+            let (from, to) = (at(i), at(i + 1));
+            if inside(&from) && inside(&to) {
+                page.line(pixel(from), pixel(to), WHITE, 1);
+            }
+        }
+    }
+    let (x, y) = libm::sincos(spot.azimuth.to_radians());
+    let flat = libm::cos(case.wood.dive.to_radians());
+    for sign in [-1.0, 1.0] {
+        let way = sign * DVec2::new(x, y);
+        page.line(pixel((3.1 - 0.5 * flat) * way), pixel(3.1 * way), FIBRE, 2);
+    }
+    let (x, y) = pixel(DVec2::new(-3.0, 3.0));
+    let (end, _) = pixel(DVec2::new(-2.0, 3.0));
+    page.line((x, y), (end, y), WHITE, 3);
+    page.words_in(end as u32 + 6, y as u32 + 4, "1 mm", WHITE);
+}
+
+fn aspect_chart(case: &Case) -> Chart {
+    let axis = Axis::even("half diameter across the fibre [mm]", 0.0, 1.6);
+    let (low, high) = if case.far() > 1.5 { (0.0, 4.0) } else { (0.6, 1.6) };
+    let mut series = vec![
+        Series {
+            name: "diffusion, far away".into(),
+            colour: GREY,
+            points: vec![(0.0, case.far(), 0.0), (1.6, case.far(), 0.0)],
+            joined: true,
+        },
+        Series { name: "docs/physics.md".into(), colour: GREY, points: vec![(1.5, case.known, 0.0)], joined: false },
+    ];
+    for by in ComparedModel::all() {
+        let spots = || case.spots.iter().filter(move |spot| spot.by == by);
+        let at = |i: usize| {
+            let found: Vec<_> = spots().filter_map(|s| s.found.as_ref().ok()?[i]).collect();
+            let n = found.len() as f64;
+            let mean = found.iter().map(|c| c.aspect.value).sum::<f64>() / n;
+            let error = found.iter().map(|c| c.aspect.error * c.aspect.error).sum::<f64>().sqrt() / n;
+            (!found.is_empty()).then_some((ACROSS[i], mean, error))
+        };
+        let points = (0..ACROSS.len()).filter_map(at).collect();
+        series.push(Series { name: by.name().into(), colour: by.colour(), points, joined: true });
+    }
+    let title = if case.wood.dive > 0.0 { "Sound knot" } else { "Clear wood" };
+    Chart {
+        title: title.into(),
+        x: axis,
+        y: Axis::even("half diameter along over across", low, high),
+        series,
+        foot: (String::new(), GREY),
+    }
+}
+
+fn angle_chart(case: &Case) -> Chart {
+    let flat = |off: f64| Series {
+        name: String::new(),
+        colour: GREY,
+        points: vec![(0.0, off, 0.0), (90.0, off, 0.0)],
+        joined: true,
+    };
+    let mut series = vec![flat(BAR_DEG), flat(-BAR_DEG)];
+    for by in ComparedModel::all() {
+        let last = |spot: &Spot| spot.found.as_ref().ok()?.last().copied().flatten().map(|c| (spot.azimuth, c));
+        let spots = case.spots.iter().filter(|spot| spot.by == by).filter_map(last);
+        // Side by side, so that none hides another.
+        let aside = 1.2 * series.len() as f64 - 4.8;
+        let points = spots.map(|(azimuth, c)| (azimuth + aside, c.off.value, c.off.error)).collect();
+        series.push(Series { name: by.name().into(), colour: by.colour(), points, joined: false });
+    }
+    Chart {
+        title: "Clear wood, 1.5 mm across the fibre".into(),
+        x: Axis::even("azimuth of the fibre [deg]", -5.0, 95.0),
+        y: Axis::even("long axis less fibre [deg]; grey: 1.6 deg", -12.0, 16.0),
+        series,
+        foot: (String::new(), GREY),
     }
 }

@@ -6,15 +6,15 @@
 
 use serde_json::{Value, json};
 
-use super::{Report, Step, Watch, asks, colour, head};
+use super::compared_model::ComparedModel;
+use super::{Report, Step, Watch, asks, head};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{MARGIN, Page};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, TILE, expose};
 use crate::pipeline;
 use crate::recipe::{Scene, Subject};
 use crate::settings::{ThesisMethod, Transport};
-use crate::study::by::By;
 use crate::transport::answer::Estimate;
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
@@ -31,7 +31,7 @@ const CHART: (u32, u32) = (1100, 420);
 
 /// What a model says of the bins along the line: Scatter and all light [e-].
 struct Line {
-    by: By,
+    by: ComparedModel,
     scatter: Vec<Estimate>,
     light: Vec<Estimate>,
 }
@@ -43,7 +43,7 @@ pub fn work(effort: Effort) -> u64 {
 
 /// Asks every model about `profile` of `scene`.
 pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Report {
-    let tiles = Tiles::new(0);
+    let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();
     let mut look = |transport: Transport, repeat: u64| {
@@ -68,10 +68,10 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Rep
     let what = format!("profile {profile} of sample {}", scene.index);
     let (method, pixel_mm) = (ThesisMethod::Diffusion, 0.05);
     let models = [
-        (By::Model(Model::Path), Transport::Path { photons: effort.photons.div_ceil(REPEATS) }),
-        (By::Model(Model::Diffusion), Transport::Diffusion { voxel_mm: 0.1 }),
-        (By::Model(Model::Kernel), Transport::Kernel),
-        (By::Thesis, Transport::Thesis { method, iterations: 20, pixel_mm }),
+        (ComparedModel::Model(Model::Path), Transport::Path { photons: effort.photons.div_ceil(REPEATS) }),
+        (ComparedModel::Model(Model::Diffusion), Transport::Diffusion { voxel_mm: 0.1 }),
+        (ComparedModel::Model(Model::Kernel), Transport::Kernel),
+        (ComparedModel::Thesis, Transport::Thesis { method, iterations: 20, pixel_mm }),
     ];
     // Diffusion and the thesis' picture know no film over air.
     let knows = |transport: &Transport| {
@@ -142,9 +142,9 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[Line], effort: Effo
     let most = lines.iter().flat_map(|line| &line.scatter).map(|e| e.value).fold(1.0, f64::max);
     let series = lines.iter().map(|line| Series {
         name: line.by.name().into(),
-        colour: colour(line.by),
+        colour: line.by.colour(),
         points: x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error)).collect(),
-        joined: line.by != By::Model(Model::Path),
+        joined: line.by != ComparedModel::Model(Model::Path),
     });
     let ends = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
     let chart = Chart {
@@ -152,7 +152,7 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[Line], effort: Effo
         x: Axis::even("x [mm]", ends.0, ends.1),
         y: Axis::even("rows 1 to 8 on both sides of the peak [e-]", 0.0, 1.05 * most),
         series: series.collect(),
-        foot: (String::new(), colour(By::Model(Model::Kernel))),
+        foot: (String::new(), ComparedModel::Model(Model::Kernel).colour()),
     };
     let mut page = Page::new(CHART.0 + 2 * MARGIN, CHART.1 + 2 * MARGIN);
     chart.draw(&mut page, (MARGIN, MARGIN), CHART);

@@ -69,7 +69,7 @@ impl Default for Question {
 
 /// Light into a range of angles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Angle {
+pub struct AngleBin {
     /// Ends of the bin against the normal [deg].
     pub from_deg: f64,
     /// The other end [deg].
@@ -100,7 +100,7 @@ pub struct Answer {
     /// The same from light counted in a cone of 5 degrees about the lens [1]; `None` where the model has none.
     pub cone: Option<Estimate>,
     /// Exit angles; empty where the model has none.
-    pub angles: Vec<Angle>,
+    pub angles: Vec<AngleBin>,
     /// Pitch of `line` [mm].
     pub row_mm: f64,
     /// Share of a line's energy that leaves in each row along y, `[2 rows + 1]`, row 0 at the smallest y [1].
@@ -116,14 +116,14 @@ pub struct Answer {
 
 impl Answer {
     /// Sum of rows `from..=to` of the line spread on both sides, or of one side alone [1].
-    pub fn rows(&self, from: usize, to: usize, side: Side) -> f64 {
+    pub fn rows(&self, from: usize, to: usize, side: LineSide) -> f64 {
         let centre = self.line.len() / 2;
         let at = |i: usize| self.line.get(i).map_or(0.0, |e| e.value);
         let row = |k: usize| match side {
-            Side::Both if k == 0 => at(centre),
-            Side::Both => at(centre + k) + at(centre - k),
-            Side::Ahead => at(centre + k),
-            Side::Behind => at(centre - k),
+            LineSide::Both if k == 0 => at(centre),
+            LineSide::Both => at(centre + k) + at(centre - k),
+            LineSide::Ahead => at(centre + k),
+            LineSide::Behind => at(centre - k),
         };
         (from..=to.min(centre)).map(row).sum()
     }
@@ -131,7 +131,7 @@ impl Answer {
 
 /// Rows of which side of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum LineSide {
     /// Both.
     Both,
     /// At larger y.

@@ -16,12 +16,12 @@ pub fn normal_reflectance(n: f32) -> f32 {
 
 /// Unpolarised reflectance for light inside a medium of index `n` that meets air under cosine `mu` [1].
 pub fn internal_reflectance(n: f64, mu: f64) -> f64 {
-    interface(n, 1.0, mu).0
+    fresnel_dielectric(n, 1.0, mu).0
 }
 
 /// Unpolarised reflectance of a plane from index `n` to index `other` under cosine `mu`, and the cosine beyond [1].
 #[inline]
-pub fn interface(n: f64, other: f64, mu: f64) -> (f64, f64) {
+pub fn fresnel_dielectric(n: f64, other: f64, mu: f64) -> (f64, f64) {
     let ratio = n / other;
     let sine2 = ratio * ratio * (1.0 - mu * mu);
     if sine2 >= 1.0 {

@@ -5,7 +5,7 @@ use procedural::Body;
 
 /// A line on a body, and the grid on which the answer is wanted.
 #[derive(Debug, Clone, Copy)]
-pub struct LineOfLight<'a> {
+pub struct LineSource<'a> {
     /// What the line falls on.
     pub body: &'a Body,
     /// Scan position of the line [mm].
@@ -26,7 +26,7 @@ pub struct LineOfLight<'a> {
 
 /// Light that comes out around a line, as the lens sees it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Glow {
+pub struct LineResponse {
     /// Columns of the line.
     pub columns: usize,
     /// Rows on either side of the central one; row 0 at the smallest y.

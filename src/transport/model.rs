@@ -19,7 +19,7 @@ pub enum Model {
 /// What a model cannot say, and what to do instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
-pub struct Refusal(pub String);
+pub struct ModelError(pub String);
 
 impl Model {
     /// Every model, the judge first.
@@ -46,11 +46,11 @@ impl Model {
         question: &Question,
         effort: Effort,
         watch: &(dyn Fn(u64) + Sync),
-    ) -> Result<Answer, Refusal> {
+    ) -> Result<Answer, ModelError> {
         match self {
             Self::Path => Ok(solve_watched(stack, question, effort, watch)),
-            Self::Diffusion => diffusion::solve(stack, question).map_err(|refusal| Refusal(refusal.to_string())),
-            Self::Kernel => kernel::solve(stack, question).map_err(|refusal| Refusal(refusal.to_string())),
+            Self::Diffusion => diffusion::solve(stack, question).map_err(|error| ModelError(error.to_string())),
+            Self::Kernel => kernel::solve(stack, question).map_err(|error| ModelError(error.to_string())),
         }
     }
 }

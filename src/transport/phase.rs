@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use rand::Rng;
 
-use super::stack::Turn;
+use super::stack::CylinderPhase;
 
 /// Uniform in (0, 1].
 #[inline(always)]
@@ -76,7 +76,7 @@ pub fn henyey_greenstein_density(cos: f64, g: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * d * d.sqrt())
 }
 
-impl Turn {
+impl CylinderPhase {
     /// Cosine and sine of a turn.
     #[inline(always)]
     pub fn sample(self, rng: &mut impl Rng) -> (f64, f64) {
@@ -140,7 +140,7 @@ pub fn dispersion_density(t: f64, s: f64) -> f64 {
 /// Fibres that can turn w into v lie on the great circle across w - v: their angle with both is the same. With
 /// delta(f' . (v - w)) = delta(f' . m) / |v - w| the density is 1 / |v - w| times the integral along that circle of
 /// q(f') sin(w, f') p2(turn); the sample is drawn about the circle's point nearest to `axis`.
-pub fn cylinder_towards(w: DVec3, v: DVec3, axis: DVec3, turn: Turn, s: f64, rng: &mut impl Rng) -> f64 {
+pub fn cylinder_towards(w: DVec3, v: DVec3, axis: DVec3, turn: CylinderPhase, s: f64, rng: &mut impl Rng) -> f64 {
     let change = v - w;
     let far = change.length();
     if s == 0.0 || far < 1e-9 {

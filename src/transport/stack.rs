@@ -23,14 +23,14 @@ pub const WOOD_DISPERSION: f64 = 0.087_266_462_599_716_48;
 
 /// How a cylinder turns light about its axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Turn {
+pub enum CylinderPhase {
     /// Wrapped Cauchy law with this mean cosine, in (-1, 1) [1].
     Cauchy(f64),
     /// A mirror-like cylinder: density sin(turn / 2) / 4, mean cosine -1/3.
     Mirror,
 }
 
-impl Turn {
+impl CylinderPhase {
     /// Mean cosine g2 of the turn [1].
     pub fn mean_cosine(self) -> f64 {
         match self {
@@ -57,7 +57,7 @@ pub enum Scattering {
         /// Scattering by cylinders for light across them [mm^-1].
         sigma_c: f64,
         /// How they turn light.
-        turn: Turn,
+        turn: CylinderPhase,
         /// Unit vector along the fibres.
         axis: DVec3,
         /// Standard deviation of their tilt in each of two directions [rad].
@@ -98,7 +98,7 @@ pub struct Foil {
 
 /// What the last layer lies on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Below {
+pub enum Substrate {
     /// Clear matter without end of this refractive index [1].
     Index(f64),
     /// Metal.
@@ -113,7 +113,7 @@ pub struct Stack {
     /// The layers, first one on top; at least one.
     pub layers: Vec<Layer>,
     /// What lies below.
-    pub below: Below,
+    pub below: Substrate,
 }
 
 impl Layer {
@@ -136,7 +136,7 @@ impl Stack {
 
     /// One slab of `thickness` [mm] in air.
     pub fn slab(thickness: f64, n: f64, mu_a: f64, scattering: Scattering) -> Self {
-        Self { above: 1.0, layers: vec![Layer::new(thickness, n, mu_a, scattering)], below: Below::Index(1.0) }
+        Self { above: 1.0, layers: vec![Layer::new(thickness, n, mu_a, scattering)], below: Substrate::Index(1.0) }
     }
 }
 
@@ -144,7 +144,7 @@ impl Stack {
     /// Whether it is the same at all azimuths.
     pub fn is_round(&self) -> bool {
         let round = |layer: &Layer| matches!(layer.scattering, Scattering::Isotropic { .. });
-        let foil = matches!(self.below, Below::Foil(foil) if foil.roughness[0] != foil.roughness[1]);
+        let foil = matches!(self.below, Substrate::Foil(foil) if foil.roughness[0] != foil.roughness[1]);
         self.layers.iter().all(round) && !foil
     }
 }
@@ -161,7 +161,7 @@ impl From<&Medium> for Scattering {
         Self::Fibres {
             sigma_i: f64::from(medium.sigma_i),
             sigma_c: f64::from(medium.k),
-            turn: Turn::Cauchy(0.0),
+            turn: CylinderPhase::Cauchy(0.0),
             axis: medium.fibre.as_dvec3(),
             dispersion: WOOD_DISPERSION,
         }

@@ -12,7 +12,7 @@
 //!
 //! A column is as wide as a pixel and the lens throws light of its neighbours into it; their lines stand r rows away,
 //! which smears the column's own, exactly so in its variance. And it looks along a slant, so that light before and behind
-//! the line's middle comes from other heights. Held by tests/expose_judge_parts.rs. Neglected: distortion of the lens;
+//! the line's middle comes from other heights. Held by tests/reference/expose_parts.rs. Neglected: distortion of the lens;
 //! walls that end within a column, and what they smear beyond [`MOST_ROWS`].
 
 use super::{Camera, PIXEL_VARIANCE};

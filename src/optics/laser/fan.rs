@@ -1,4 +1,4 @@
-//! Light along the line: q(t), share of the power per unit of t = tan(theta); on a level plane at depth h a mm carries q / h.
+//! Fan: light along the line, q(t), the share of the power per unit of t = tan(theta); on a level plane at depth h a mm of the line carries q / h.
 //!
 //! ```text
 //! powell        q = 1 / (2 T) within |t| < T, ends ramp down over T (1 +- soft)         even on a plane
@@ -14,33 +14,33 @@
 use procedural::Stream;
 use rand::RngExt;
 
-use super::texture::Texture;
+use super::texture::LineTexture;
 use crate::lanes::turn;
 use crate::optics::parameters::Laser;
 use crate::settings::{self, Line};
 
-/// Steps of a table along the fan.
-const STEPS: usize = 4096;
-/// Half widths at 1/e^2 beyond which a Gaussian fan is dark: 1.5e-8 of its middle.
-const FARTHEST: f64 = 3.0;
+/// Steps of a tabulated fan.
+const TABLE_STEPS: usize = 4096;
+/// Extent of a Gaussian fan in half widths at 1/e^2; beyond it there is less than 1.5e-8 of the peak [1].
+const GAUSSIAN_REACH: f64 = 3.0;
 
-/// q(t).
+/// Distribution of power along the fan, q(t).
 #[derive(Debug, Clone)]
-pub(super) enum Fan {
-    /// An even line: half its length and width of the ramps, in units of that [1].
+pub(super) enum FanProfile {
+    /// A Powell lens: half the length of the even line and width of its ramps over that [1].
     Even { half: f32, soft: f32 },
     /// q at even steps of t from -`reach` to `reach`.
     Table { reach: f32, q: Vec<f32> },
 }
 
-impl Fan {
+impl FanProfile {
     /// The fan of a bench with the tangent `half` at its ends.
-    pub fn new(bench: &Laser, line: &Line, half: f64, image: Option<&Texture>, stream: Stream) -> Self {
+    pub fn new(bench: &Laser, line: &Line, half: f64, image: Option<&LineTexture>, stream: Stream) -> Self {
         let even = Self::Even { half: half as f32, soft: bench.fan_soft_ends as f32 };
         let ripple = Ripple::new(bench.fan_ripple, half, stream);
         match (image, line.fan) {
-            (Some(image), _) => Self::table(half, &|t| image.along(0.5 + 0.5 * t / half)),
-            (None, settings::Fan::Cylindrical) => Self::table(FARTHEST * half, &|t| {
+            (Some(image), _) => Self::table(half, &|t| image.column_sum(0.5 + 0.5 * t / half)),
+            (None, settings::Fan::Cylindrical) => Self::table(GAUSSIAN_REACH * half, &|t| {
                 let side = t / half;
                 libm::exp(-2.0 * side * side) / (1.0 + t * t) * ripple.at(t)
             }),
@@ -54,9 +54,9 @@ impl Fan {
 
     /// A table of `q`, brought to the integral 1 by the trapezoidal rule.
     fn table(reach: f64, q: &dyn Fn(f64) -> f64) -> Self {
-        let step = 2.0 * reach / STEPS as f64;
-        let values: Vec<f64> = (0..=STEPS).map(|i| q(i as f64 * step - reach)).collect();
-        let sum = values.iter().sum::<f64>() - 0.5 * (values[0] + values[STEPS]);
+        let step = 2.0 * reach / TABLE_STEPS as f64;
+        let values: Vec<f64> = (0..=TABLE_STEPS).map(|i| q(i as f64 * step - reach)).collect();
+        let sum = values.iter().sum::<f64>() - 0.5 * (values[0] + values[TABLE_STEPS]);
         let scale = if sum > 0.0 { 1.0 / (sum * step) } else { 0.0 };
         Self::Table { reach: reach as f32, q: values.into_iter().map(|q| (q * scale) as f32).collect() }
     }
@@ -70,18 +70,18 @@ impl Fan {
                 0.5 * (1.0 - ((side - 1.0) / soft).clamp(-1.0, 1.0)) / (2.0 * half)
             }
             Self::Table { reach, q } => {
-                let place = (t + reach) / (2.0 * reach) * STEPS as f32;
-                if !(0.0..STEPS as f32).contains(&place) {
+                let position = (t + reach) / (2.0 * reach) * TABLE_STEPS as f32;
+                if !(0.0..TABLE_STEPS as f32).contains(&position) {
                     return 0.0;
                 }
-                let left = place as usize;
-                q[left] + (q[left + 1] - q[left]) * (place - left as f32)
+                let left = position as usize;
+                q[left] + (q[left + 1] - q[left]) * (position - left as f32)
             }
         }
     }
 }
 
-/// Sinusoids along the fan.
+/// Ripple: sinusoids along the fan.
 struct Ripple {
     half: f64,
     /// Amplitude, periods over the fan, phase in turns.
@@ -95,8 +95,8 @@ impl Ripple {
         let count = 3 + (rng.random::<u32>() % 3) as usize;
         let mut wave = || [0.5 + rng.random::<f64>(), 1.5 + 10.5 * rng.random::<f64>(), rng.random::<f64>()];
         let mut ripple = Self { half, waves: (0..count).map(|_| wave()).collect() };
-        let place = |i: usize| half * (2.0 * i as f64 / STEPS as f64 - 1.0);
-        let most = (0..=STEPS).map(|i| (ripple.at(place(i)) - 1.0).abs()).fold(0.0, f64::max);
+        let tangent = |i: usize| half * (2.0 * i as f64 / TABLE_STEPS as f64 - 1.0);
+        let most = (0..=TABLE_STEPS).map(|i| (ripple.at(tangent(i)) - 1.0).abs()).fold(0.0, f64::max);
         ripple.waves.iter_mut().for_each(|wave| wave[0] *= amplitude / most.max(1e-9));
         ripple
     }

@@ -1,4 +1,4 @@
-//! The laser: how much of its power a place of the sheet carries, where to, and how it is spread across the line.
+//! Laser: power and direction of the light sheet at a point, and its profile across the line.
 //!
 //! A sheet of light from one virtual source at height H over the conveyor, in the plane y = 0. At (x, z) its tangent is
 //! t = x / h, h = H - z, and the distance to the source rho = sqrt(x^2 + h^2). Irradiance of a surface element with the
@@ -11,29 +11,40 @@
 //! so a strip of the width dx along the line and any length along the motion gets P q(t) / h (1 + t dz/dx) dx, with
 //! q = p cos^2(theta), whatever the slope along the motion ([`Beam::per_mm`] and [`Laser::slant`]). Across the sheet
 //! stands a Gaussian beam (Siegman 1986), w(rho) = w0 sqrt(1 + ((rho - rho0) / zR)^2), zR = pi w0^2 / (M^2 lambda), its
-//! waist at rho0 below the source; or what [`Section`] makes of the other shapes.
+//! waist at rho0 below the source; or what [`LineProfile`] makes of the other shapes.
 //!
 //! Valid for thin sheets under the paraxial law of beams. Neglected: diffraction at the edges of slits and in textures,
 //! the beam's curvature, polarisation, what the window of a laser adds.
 
 mod fan;
-mod jitter;
-mod point;
-mod section;
-pub mod spots;
+mod line_profile;
+mod point_laser;
+pub mod segment_process;
 mod texture;
+mod width_jitter;
 
 use glam::Vec3;
 use procedural::Stream;
 
-use self::fan::Fan;
-use self::jitter::Jitter;
-use self::texture::Texture;
+use self::fan::FanProfile;
+use self::texture::LineTexture;
+use self::width_jitter::WidthJitter;
 use super::parameters;
 use crate::settings::{Line, Shape};
 
-pub use self::point::Spot;
-pub use self::section::{Level, Section, Strand};
+pub use self::line_profile::{GaussianComponent, GaussianMixture, LineProfile};
+pub use self::point_laser::PointLaser;
+
+/// Gaussian beam across the sheet.
+#[derive(Debug, Clone, Copy)]
+struct Waist {
+    /// Half width at 1/e^2 in the waist [mm].
+    radius: f32,
+    /// From the source to the waist [mm].
+    distance: f32,
+    /// Rayleigh length [mm].
+    rayleigh: f32,
+}
 
 /// The laser of one sample.
 #[derive(Debug, Clone)]
@@ -42,28 +53,27 @@ pub struct Laser {
     height: f32,
     /// Tangent of half the fan's angle [1].
     half: f32,
-    fan: Fan,
+    fan: FanProfile,
     shape: Shape,
-    /// Half width at 1/e^2 in the waist [mm], the waist's distance from the source [mm], Rayleigh length [mm].
-    waist: [f32; 3],
+    waist: Waist,
     /// Width of a slit at the conveyor [mm].
     slit: f32,
     /// Quadratic and cubic bow of the line at the ends of the fan, at the conveyor [mm].
     smile: [f32; 2],
-    jitter: Option<Jitter>,
-    section: Option<Section>,
-    point: Option<Spot>,
+    jitter: Option<WidthJitter>,
+    line_profile: Option<LineProfile>,
+    point: Option<PointLaser>,
 }
 
-/// The sheet at one place.
+/// The light sheet at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Share of the laser's power on a mm of a surface that is level along the line [1/mm]; 1 for a point laser, whose
-    /// light is told by [`Laser::spot`].
+    /// light [`Laser::spot`] gives.
     pub per_mm: f32,
     /// Unit vector of the light.
     pub light: Vec3,
-    /// Unit of the section: the standard deviation of a Gaussian, the width of a slit, a mm of a texture [mm].
+    /// Unit of the line profile: the standard deviation of a Gaussian, the width of a slit, a mm of a texture [mm].
     pub unit: f32,
     /// Standard deviation across the line, lobes and skirt let aside [mm].
     pub sigma: f32,
@@ -77,7 +87,7 @@ impl Laser {
         let stream = stream.child("laser");
         let height = bench.fan_height_mm;
         let rayleigh = std::f64::consts::PI * bench.waist_mm.powi(2) / (bench.m_squared * bench.wavelength_nm * 1e-6);
-        let image = || line.picture.as_ref().map_or_else(Texture::thesis_projector, Texture::new);
+        let image = || line.picture.as_ref().map_or_else(LineTexture::thesis_projector, LineTexture::new);
         let image = (line.shape == Shape::Texture).then(image);
         let half = match &image {
             Some(_) => 0.5 * bench.texture_length_mm / height,
@@ -86,14 +96,18 @@ impl Laser {
         Self {
             height: height as f32,
             half: half as f32,
-            fan: Fan::new(bench, line, half, image.as_ref(), stream.child("ripple")),
+            fan: FanProfile::new(bench, line, half, image.as_ref(), stream.child("ripple")),
             shape: line.shape,
-            waist: [bench.waist_mm as f32, (height - bench.waist_height_mm) as f32, rayleigh as f32],
+            waist: Waist {
+                radius: bench.waist_mm as f32,
+                distance: (height - bench.waist_height_mm) as f32,
+                rayleigh: rayleigh as f32,
+            },
             slit: bench.line_width_mm as f32,
             smile: [bench.smile_um, bench.smile_cubic_um].map(|um| um as f32 * 1e-3),
-            jitter: Jitter::new(bench, half * height, stream.child("width_jitter")),
-            section: Section::new(bench, line.shape, image.as_ref(), lens_mm),
-            point: (line.shape == Shape::Point).then(|| Spot::new(bench)),
+            jitter: WidthJitter::new(bench, half * height, stream.child("width_jitter")),
+            line_profile: LineProfile::new(bench, line.shape, image.as_ref(), lens_mm),
+            point: (line.shape == Shape::Point).then(|| PointLaser::new(bench)),
         }
     }
 
@@ -102,13 +116,13 @@ impl Laser {
     pub fn at(&self, x: f32, z: f32) -> Beam {
         let depth = (self.height - z).max(1.0);
         let t = x / depth;
-        let way = Vec3::new(x, 0.0, -depth);
-        let rho = way.length();
+        let ray = Vec3::new(x, 0.0, -depth);
+        let rho = ray.length();
         let near = depth / self.height;
         let mut unit = match self.shape {
             Shape::Gaussian | Shape::Point => {
-                let defocus = (rho - self.waist[1]) / self.waist[2];
-                0.5 * self.waist[0] * (1.0 + defocus * defocus).sqrt()
+                let defocus = (rho - self.waist.distance) / self.waist.rayleigh;
+                0.5 * self.waist.radius * (1.0 + defocus * defocus).sqrt()
             }
             Shape::Slit => self.slit * near,
             Shape::Texture => near,
@@ -116,11 +130,11 @@ impl Laser {
         if let Some(jitter) = &self.jitter {
             unit *= jitter.at(t * self.height);
         }
-        let sigma = unit * self.section.as_ref().map_or(1.0, Section::core_sigma);
+        let sigma = unit * self.line_profile.as_ref().map_or(1.0, LineProfile::core_sigma);
         let side = t / self.half;
         let bow = (self.smile[0] + self.smile[1] * side) * side * side * near;
         let per_mm = if self.point.is_some() { 1.0 } else { self.fan.at(t) / depth };
-        Beam { per_mm, light: way / rho, unit, sigma, bow }
+        Beam { per_mm, light: ray / rho, unit, sigma, bow }
     }
 
     /// Light on a surface that rises by `slope_x` along the line over that on a level one; 0 where it turns away [1].
@@ -129,9 +143,9 @@ impl Laser {
         (1.0 + slope_x * x / (self.height - z).max(1.0)).max(0.0)
     }
 
-    /// How light stands across the line, where that is more than one Gaussian.
-    pub fn section(&self) -> Option<&Section> {
-        self.section.as_ref()
+    /// Profile across the line where it is more than one Gaussian.
+    pub fn line_profile(&self) -> Option<&LineProfile> {
+        self.line_profile.as_ref()
     }
 
     /// Whether it is a point laser.
@@ -139,8 +153,8 @@ impl Laser {
         self.point.is_some()
     }
 
-    /// Share of a point laser's power in a column `width` wide that looks at `x`, `z` in a profile [1], and how far that
-    /// lies from the spot's middle [mm]; `None` for a line.
+    /// Share of a point laser's power in a column `width` wide that looks at `x`, `z` in a profile [1], and the distance of
+    /// that point from the spot's middle [mm]; `None` for a line.
     pub fn spot(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<[f32; 2]> {
         let spot = self.point.as_ref()?;
         let near = (self.height - z).max(1.0) / self.height;
@@ -150,10 +164,10 @@ impl Laser {
         Some([spot.share(off, beam.sigma / -beam.light.z, width), off])
     }
 
-    /// Place along the nodes of the section [1].
+    /// Position along the nodes of the line profile [1].
     #[inline]
     pub fn node(&self, x: f32, z: f32) -> f32 {
         let side = x / (self.height - z).max(1.0) / self.half;
-        (0.5 + 0.5 * side) * self.section.as_ref().map_or(1.0, |section| section.nodes() as f32) - 0.5
+        (0.5 + 0.5 * side) * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.nodes() as f32) - 0.5
     }
 }

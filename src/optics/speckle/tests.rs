@@ -1,15 +1,20 @@
 //! Patterns against closed forms: law, correlation, stack, pixels.
 
-use super::*;
+use procedural::Stream;
 use rustfft::FftPlannerScalar;
 
-const POINT: SpeckleLaw = SpeckleLaw::Exponential;
+use super::contrast;
+use super::pupil::{Pupil, TILE};
+use super::stack::PatternStack;
+use crate::settings::SpeckleLaw;
+
+const PHYSICAL: SpeckleLaw = SpeckleLaw::Exponential;
 
 /// Intensity of a square pattern of mean 1 whose phases have moved by `shift`, `[side, side]`.
 fn intensity(side: usize, grain: f64, shift: usize, stream: Stream) -> Vec<f64> {
-    let half = Pupil::new([side; 2], grain, stream).half(shift);
+    let transform = Pupil::new([side; 2], grain, stream).row_transform(shift);
     let mut light = vec![0.0f32; side * side];
-    half.rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
+    transform.rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
     let mean = light.iter().map(|v| f64::from(*v)).sum::<f64>() / light.len() as f64;
     light.iter().map(|v| f64::from(*v) / mean).collect()
 }
@@ -94,10 +99,10 @@ fn alike_in_pixels(s: f64, grain: f64) -> f64 {
 /// The patterns of a stack themselves: mean 1, neighbours 1/16 of a pupil apart.
 #[test]
 fn neighbours_in_the_stack_are_a_sixteenth_apart() {
-    let stack = Stack::new(0.5, POINT, [1, 4], Stream::root(3));
-    let whole = |slice: i64, which: usize| -> Vec<f64> {
+    let stack = PatternStack::new(0.5, PHYSICAL, [1, 4], Stream::root(3));
+    let whole = |pattern: i64, which: usize| -> Vec<f64> {
         let rows = (0..stack.rows()).step_by(stack.fine());
-        rows.flat_map(|row| stack.row(slice, row as i64)[which].map(|v| 1.0 + f64::from(v))).collect()
+        rows.flat_map(|row| stack.row(pattern, row as i64)[which].map(|v| 1.0 + f64::from(v))).collect()
     };
     let first = whole(0, 0);
     let variance = covariance(&first, &first);
@@ -125,12 +130,12 @@ fn pixels_have_goodmans_contrast_and_neighbours() {
         // Patterns a pupil apart have nothing in common; pixels of 1.2 um are alike, so that they take more of them.
         let streams = if um < 2.0 { 6 } else { 1 };
         let (mut squares, mut lag, mut n) = (0.0, 0.0, 0.0);
-        for (stream, slice) in (0..streams).flat_map(|stream| [(stream, 0), (stream, 16)]) {
-            let stack = Stack::new(grain, POINT, [1, 1], Stream::root(10 + stream));
+        for (stream, pattern) in (0..streams).flat_map(|stream| [(stream, 0), (stream, 16)]) {
+            let stack = PatternStack::new(grain, PHYSICAL, [1, 1], Stream::root(10 + stream));
             assert!((stack.grain() / grain - 1.0).abs() < 1e-9, "grain {} for {grain}", stack.grain());
             for row in 0..stack.rows() as i64 {
-                let line = stack.row(slice, row)[0];
-                let next = stack.row(slice, row + stack.fine() as i64)[0];
+                let line = stack.row(pattern, row)[0];
+                let next = stack.row(pattern, row + stack.fine() as i64)[0];
                 for c in 0..TILE {
                     let v = f64::from(line[c]);
                     squares += v * v;
@@ -141,7 +146,7 @@ fn pixels_have_goodmans_contrast_and_neighbours() {
         }
         let contrast = (squares / n).sqrt();
         assert!((contrast / known - 1.0).abs() < 0.02, "{um} um: contrast {contrast} for {known}");
-        let (lag, theory) = (lag / squares, goodman::neighbours(grain));
+        let (lag, theory) = (lag / squares, contrast::neighbours(grain));
         assert!((lag - theory).abs() < 0.012, "{um} um: neighbours {lag} for {theory}");
     }
 }
@@ -161,10 +166,10 @@ fn the_thesis_law_has_its_contrast() {
     };
     let bins: Vec<f64> = (0..SIDE * SIDE / 25).map(bin).collect();
     assert!((contrast(&bins) - 0.191).abs() < 0.004, "{}", contrast(&bins));
-    let stack = Stack::new(0.328, SpeckleLaw::Rayleigh, [1, 1], Stream::root(5));
+    let stack = PatternStack::new(0.328, SpeckleLaw::Rayleigh, [1, 1], Stream::root(5));
     let squares: f64 = (0..stack.rows()).flat_map(|row| stack.row(0, row as i64)[0]).map(|v| f64::from(v * v)).sum();
     let (found, theory) =
-        ((squares / (stack.rows() * TILE) as f64).sqrt(), goodman::pixel_contrast(0.328, SpeckleLaw::Rayleigh, 0.0));
+        ((squares / (stack.rows() * TILE) as f64).sqrt(), contrast::pixel_contrast(0.328, SpeckleLaw::Rayleigh, 0.0));
     assert!((found / theory - 1.0).abs() < 0.025, "{found} for {theory}");
 }
 
@@ -173,9 +178,9 @@ fn the_thesis_law_has_its_contrast() {
 fn depolarised_light_is_a_mean_of_two() {
     let mut sample = Vec::new();
     for seed in 0..12 {
-        let stack = Stack::new(4.0, POINT, [2, 1], Stream::root(20 + seed));
-        for (slice, row) in [0, 16].into_iter().flat_map(|slice| (0..8).map(move |row| (slice, row * 16))) {
-            let line = stack.row(slice, (row * stack.fine()) as i64)[0];
+        let stack = PatternStack::new(4.0, PHYSICAL, [2, 1], Stream::root(20 + seed));
+        for (pattern, row) in [0, 16].into_iter().flat_map(|pattern| (0..8).map(move |row| (pattern, row * 16))) {
+            let line = stack.row(pattern, (row * stack.fine()) as i64)[0];
             sample.extend(line.iter().step_by(16).map(|v| 1.0 + f64::from(*v)));
         }
     }
@@ -185,21 +190,4 @@ fn depolarised_light_is_a_mean_of_two() {
     assert!((contrast - 0.7).abs() < 4.0 * 0.707 * (5.0 / (4.0 * n)).sqrt(), "contrast {contrast}");
     let (found, bar) = distance(sample, |x| 1.0 - (1.0 + 2.0 * x) * libm::exp(-2.0 * x));
     assert!(found < bar, "distance {found} of {bar}");
-}
-
-/// Stacks are shared, and made again alike after they were dropped.
-#[test]
-fn stacks_are_shared_and_few() {
-    let tiles = Tiles::new(7);
-    let get = |grain: f64| tiles.get(grain, POINT, [1.0, 9.0]);
-    let first = get(0.335);
-    assert!(Arc::ptr_eq(&first, &get(0.336)), "a grain of the same step has the same stack");
-    assert_eq!(first.looks(), [1, 4]);
-    let row = *first.row(3, 17)[0];
-    for i in 0..2 * KEPT {
-        get(0.5 + 0.1 * i as f64);
-    }
-    assert!(tiles.kept.lock().is_ok_and(|kept| kept.len() == KEPT));
-    assert!(!Arc::ptr_eq(&first, &get(0.335)));
-    assert_eq!(&row, get(0.335).row(3, 17)[0]);
 }

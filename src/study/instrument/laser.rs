@@ -18,28 +18,31 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
+use image::RgbImage;
 use serde_json::json;
 
 use super::beam::{box_error, electrons, half_width, lens_variance, rows_per_mm};
-use super::laser_line::{BIN, beam, bins, gaussian, half_light, line, mean_line};
-use super::laser_page::draw;
-use super::setup::{BARE, bare, expose_to, plate, scene, shine, stream};
+use super::page::{BLUE, CHART, GREY, ORANGE, chart, corner, curve, legend, marks, page};
+use super::setup::{BARE, Look, bare, expose_to, gain, plate, scene, shine, stream};
 use super::{Figure, Trials, document, each, repeat, table};
+use crate::drawing::chart::Axis;
+use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::camera::rig;
 use crate::optics::parameters::Bench;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
+use crate::optics::{CENTRE, ROWS};
 use crate::recipe::Scene;
 use crate::settings::Size;
 use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plate [mm].
-pub(super) const HEIGHTS: [f64; 9] = [-50.0, -35.0, -20.0, -5.0, 10.0, 25.0, 40.0, 55.0, 70.0];
+const HEIGHTS: [f64; 9] = [-50.0, -35.0, -20.0, -5.0, 10.0, 25.0, 40.0, 55.0, 70.0];
 /// Heights at which light is told too [mm].
 const LIT: [usize; 3] = [2, 4, 6];
 /// Exposures averaged for a line, and columns of the plate.
-pub(super) const EXPOSURES: usize = 8;
+const EXPOSURES: usize = 8;
 const COLUMNS: usize = 128;
 /// Columns of the whole sensor.
 const SENSOR: usize = 2560;
@@ -63,7 +66,7 @@ struct Found {
 }
 
 /// The mean line at a height.
-pub(super) struct Beam {
+struct Beam {
     /// Rows per mm [px/mm].
     pub rows_per_mm: f64,
     /// Where its Gaussian has its middle [px].
@@ -75,7 +78,7 @@ pub(super) struct Beam {
 }
 
 /// Everything that the picture shows.
-pub(super) struct Seen {
+struct Seen {
     pub bench: Bench,
     pub width: Vec<Estimate>,
     /// x, light and expected light, by default and with a narrow fan [mm, e-, e-].
@@ -88,7 +91,7 @@ pub(super) struct Seen {
 
 /// Makes the study.
 pub fn study(trials: Trials, watch: Watch) -> Report {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let found = repeat(trials, watch, |one| found(trials, one, &tiles));
     let (figures, seen) = figures(&found, &tiles);
     let error = 100.0 * box_error(&seen.bench);
@@ -140,7 +143,7 @@ fn white(columns: usize) -> Scene {
 }
 
 /// A scene over the metal plate at a height.
-fn at_height(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
+fn at_height(z: f64, tiles: &PatternCache) -> (Scene, procedural::Body) {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
     scene.bench.speckle.strength = 0.0;
     let body = plate(z as f32, 0.0, 0.0);
@@ -148,7 +151,7 @@ fn at_height(z: f64, tiles: &Tiles) -> (Scene, procedural::Body) {
     (scene, body)
 }
 
-fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
+fn found(trials: Trials, one: u64, tiles: &PatternCache) -> Found {
     let own = stream("laser", trials, one);
     let (mut width, mut light) = (Vec::new(), Vec::new());
     for (i, z) in HEIGHTS.into_iter().enumerate() {
@@ -176,7 +179,7 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
 }
 
 /// The line on the white plane, exposed for a time that the sensor bears and told for the time of the scene [e-].
-fn exposed(scene: Scene, tiles: &Tiles) -> Vec<Vec<f64>> {
+fn exposed(scene: Scene, tiles: &PatternCache) -> Vec<Vec<f64>> {
     let mut short = scene.clone();
     expose_to(&mut short, &bare(), tiles, BARE, PEAK);
     let scale = scene.bench.exposure.time_us / short.bench.exposure.time_us;
@@ -211,7 +214,7 @@ fn place(bin: usize, bench: &Bench) -> f64 {
     rig(bench, &size).along((bin * BIN) as f64 + 0.5 * (BIN as f64 - 1.0), 0.0)
 }
 
-fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
+fn figures(found: &[Found], tiles: &PatternCache) -> (Vec<Figure>, Seen) {
     let bench = white(SENSOR).bench;
     let fit = |i: usize| each(found, |f| beam(&f.width, bench.laser.wavelength_nm)[i]);
     let names = ["waist, half width at 1/e^2 [mm]", "height of the waist [mm]", "beam quality M^2 [1]"];
@@ -268,4 +271,217 @@ fn figures(found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
         beam_fit: [0, 1, 2].map(|i| figures[i].measured),
     };
     (figures, seen)
+}
+
+/// Columns taken together along the line.
+const BIN: usize = 40;
+
+/// Mean of some exposures less the same without light, a row of the window after another, `[ROWS][columns]` [e-].
+fn line(scene: &Scene, body: &procedural::Body, tiles: &PatternCache) -> Vec<Vec<f64>> {
+    let profiles = BARE..BARE + EXPOSURES;
+    let mut dark = scene.clone();
+    // As little light as there may be, other noise, the same fixed pattern.
+    (dark.bench.laser.power_mw, dark.bench.exposure.time_us) = (0.01, 0.1);
+    let lit = Look::at(scene, body.clone(), tiles, profiles.clone());
+    let unlit = Look::at(&dark, body.clone(), tiles, profiles.start + EXPOSURES..profiles.end + EXPOSURES);
+    let scale = 1.0 / (gain(scene) * EXPOSURES as f64);
+    let columns = scene.size.columns;
+    let mut sum = vec![vec![0.0; columns]; ROWS];
+    for profile in profiles {
+        let (bright, dark) = (lit.frame(profile), unlit.frame(profile + EXPOSURES));
+        for (k, row) in sum.iter_mut().enumerate() {
+            for (c, sum) in row.iter_mut().enumerate() {
+                let at = k * columns + c;
+                *sum += scale * (f64::from(bright.dn[at]) - f64::from(dark.dn[at]));
+            }
+        }
+    }
+    sum
+}
+
+/// Light, centre and standard deviation of a Gaussian by least squares (Gauss and Newton) [e-, px, px].
+fn gaussian(line: &[f64]) -> [f64; 3] {
+    let peak = (0..line.len()).max_by(|&a, &b| line[a].total_cmp(&line[b])).unwrap_or(0);
+    let mut p = [2.5 * line[peak], peak as f64, 1.0];
+    for _ in 0..30 {
+        let (mut m, mut r) = ([[0.0; 3]; 3], [0.0; 3]);
+        for (k, value) in line.iter().enumerate() {
+            let t = (k as f64 - p[1]) / p[2];
+            let shape = libm::exp(-0.5 * t * t) / ((2.0 * PI).sqrt() * p[2]);
+            let slope = [shape, p[0] * shape * t / p[2], p[0] * shape * (t * t - 1.0) / p[2]];
+            for i in 0..3 {
+                r[i] += slope[i] * (value - p[0] * shape);
+                for j in 0..3 {
+                    m[i][j] += slope[i] * slope[j];
+                }
+            }
+        }
+        let matrix = DMat3::from_cols_array_2d(&m);
+        let step = matrix.inverse() * DVec3::from_array(r);
+        p = [p[0] + step.x, p[1] + step.y, (p[2] + step.z).clamp(0.3, 8.0)];
+    }
+    p
+}
+
+/// Mean over columns.
+fn mean_line(line: &[Vec<f64>]) -> Vec<f64> {
+    line.iter().map(|row| row.iter().sum::<f64>() / row.len() as f64).collect()
+}
+
+/// Light of each bin of columns: rows about the middle that hold it all [e-].
+fn bins(line: &[Vec<f64>]) -> Vec<f64> {
+    let rows = &line[CENTRE - 8..=CENTRE + 8];
+    let column = |c: usize| rows.iter().map(|row| row[c]).sum::<f64>();
+    let bin = line[0].len().min(BIN);
+    (0..line[0].len() / bin).map(|b| (b * bin..(b + 1) * bin).map(column).sum::<f64>() / bin as f64).collect()
+}
+
+/// Waist, its height and M^2 from the parabola w^2 = a + b z + c z^2 through measured widths [mm, mm, 1].
+fn beam(width: &[f64], wavelength_nm: f64) -> [f64; 3] {
+    let (mut m, mut r) = ([[0.0; 3]; 3], DVec3::ZERO);
+    for (z, w) in HEIGHTS.into_iter().zip(width) {
+        let (terms, weight) = (DVec3::new(1.0, z, z * z), w.powi(-4));
+        r += weight * w * w * terms;
+        for (i, column) in m.iter_mut().enumerate() {
+            for (j, entry) in column.iter_mut().enumerate() {
+                *entry += weight * terms[i] * terms[j];
+            }
+        }
+    }
+    let p = DMat3::from_cols_array_2d(&m).inverse() * r;
+    let least = p.x - p.y * p.y / (4.0 * p.z);
+    let rayleigh = (least / p.z).sqrt();
+    [least.sqrt(), -0.5 * p.y / p.z, PI * least / (rayleigh * wavelength_nm * 1e-6)]
+}
+
+/// Distance from the middle at which the light along the line is half of what an even line has there [mm].
+fn half_light(bins: &[f64], bench: &Bench, place: impl Fn(usize) -> f64) -> f64 {
+    let mut even = *bench;
+    even.laser.fan_angle_deg = 60.0;
+    let share = |i: usize| bins[i] / electrons(&even, place(i), 0.0);
+    let full = share(bins.len() / 2);
+    let ends = [1.0, -1.0].map(|side| {
+        let at = |i: usize| if side > 0.0 { bins.len() / 2 + i } else { bins.len() / 2 - 1 - i };
+        let i = (1..bins.len() / 2).find(|&i| share(at(i)) < 0.5 * full).unwrap_or(1);
+        let (near, far) = (share(at(i - 1)), share(at(i)));
+        let t = (near - 0.5 * full) / (near - far);
+        let (from, to) = (place(at(i - 1)).abs(), place(at(i)).abs());
+        from + t * (to - from)
+    });
+    0.5 * (ends[0] + ends[1])
+}
+
+/// How far the line is shown on either side [mm].
+const REACH_MM: f64 = 0.4;
+/// Rows on either side that a point between rows is made of.
+const LOBES: f64 = 5.0;
+
+fn draw(seen: &Seen, table: &str) -> RgbImage {
+    let bench = &seen.bench;
+    let heading = (
+        "The laser line",
+        "Read off averaged frames: its width over height, its light along itself and at several heights. Grey: closed forms.",
+    );
+    let mut page = page(2, 2, heading, table);
+
+    let heights = || (0..=140).map(|i| -55.0 + f64::from(i));
+    let width = chart(
+        "Half width at 1/e^2 over height",
+        Axis::even("z [mm]", -60.0, 80.0),
+        Axis::even("[mm]", 0.0, 0.3),
+        vec![
+            curve(GREY, heights().filter(|z| *z <= 75.0).map(|z| (z, half_width(bench, z)))),
+            marks(BLUE, HEIGHTS.iter().zip(&seen.width).map(|(z, w)| (*z, w.value, w.error))),
+        ],
+    );
+    width.draw(&mut page, corner(0, 0), CHART);
+    let (x, y) = corner(0, 0);
+    let [waist, place, quality] = seen.beam_fit;
+    let words = [
+        format!("waist   {:.5} +- {:.5} mm, set {}", waist.value, waist.error, bench.laser.waist_mm),
+        format!("height  {:.3} +- {:.3} mm, set {}", place.value, place.error, bench.laser.waist_height_mm),
+        format!("M^2     {:.4} +- {:.4}, set {}", quality.value, quality.error, bench.laser.m_squared),
+    ];
+    for (i, words) in words.iter().enumerate() {
+        page.words_in(x + 190, y + 240 + 16 * i as u32, words, BLUE);
+    }
+
+    let (x, y) = corner(1, 0);
+    page.words(x, y + 12, "The line across itself over height, as the sensor has it;");
+    page.words(x, y + 28, "each height over its own peak; white: the laser's half width alone");
+    caustic(&mut page, (x + 48, y + 40), (CHART.0 - 48 - MARGIN, CHART.1 - 40 - 40), seen);
+
+    let series = |which: usize, colour| {
+        vec![
+            curve(GREY, seen.along[which].iter().map(|(x, _, t)| (*x, t / 1e3))),
+            marks(colour, seen.along[which].iter().map(|(x, e, _)| (*x, e.value / 1e3, e.error / 1e3))),
+        ]
+    };
+    let along = chart(
+        "Light along the line on a white plane, z = 0",
+        Axis::even("x [mm]", -125.0, 125.0),
+        Axis::even("electrons a column / 1000, 40 us", 0.0, 160.0),
+        [series(0, BLUE), series(1, ORANGE)].concat(),
+    );
+    along.draw(&mut page, corner(0, 1), CHART);
+    let (x, y) = corner(0, 1);
+    legend(
+        &mut page,
+        (x + 180, y + 240),
+        &[(BLUE, "fan of 45 deg, the default"), (ORANGE, "fan of 27 deg, its ends in sight")],
+    );
+
+    let off = seen.along[0].iter().map(|(x, e, t)| (*x, 100.0 * (e.value / t - 1.0), 100.0 * e.error / t));
+    let even = chart(
+        "The same over the closed form, 45 deg",
+        Axis::even("x [mm]", -125.0, 125.0),
+        Axis::even("[%]", -0.5, 0.5),
+        vec![curve(GREY, [(-118.0, 0.0), (118.0, 0.0)].into_iter()), marks(BLUE, off)],
+    );
+    even.draw(&mut page, corner(1, 1), CHART);
+    let (x, y) = corner(1, 1);
+    let words = format!("middle: {:.0} electrons a column by the closed form", electrons(bench, 0.0, 0.0));
+    page.words_in(x + 70, y + 56, &words, GREY);
+    page.0
+}
+
+/// Brightness across the line (up) over height (right), between measured heights in between.
+fn caustic(page: &mut Page, (left, top): (u32, u32), (width, height): (u32, u32), seen: &Seen) {
+    let (low, high) = (HEIGHTS[0], HEIGHTS[HEIGHTS.len() - 1]);
+    let z = |px: f64| low + px / f64::from(width) * (high - low);
+    let at = |which: usize, mm: f64| {
+        let Beam { rows_per_mm, centre, peak, line } = &seen.beam[which];
+        let place = centre + mm * rows_per_mm;
+        // Lanczos: straight pieces or cubics would show the rows' own grid.
+        let wave = |x: f64| if x.abs() < 1e-9 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
+        let lobe = |x: f64| if x.abs() < LOBES { wave(x) * wave(x / LOBES) } else { 0.0 };
+        let value: f64 = line.iter().enumerate().map(|(k, v)| v * lobe(place - k as f64)).sum();
+        value / peak
+    };
+    let picture = RgbImage::from_fn(width, height, |px, py| {
+        let mm = REACH_MM * (1.0 - 2.0 * (f64::from(py) + 0.5) / f64::from(height));
+        let place = (z(f64::from(px)) - low) / (high - low) * (HEIGHTS.len() - 1) as f64;
+        let (i, t) = ((place as usize).min(HEIGHTS.len() - 2), place - (place as usize).min(HEIGHTS.len() - 2) as f64);
+        viridis(((1.0 - t) * at(i, mm) + t * at(i + 1, mm)) as f32)
+    });
+    page.picture(left, top, &picture);
+    let white = image::Rgb([255, 255, 255]);
+    for side in [-1.0, 1.0] {
+        for px in 0..width - 1 {
+            let up = |px: u32| {
+                let w = side * half_width(&seen.bench, z(f64::from(px)));
+                (f64::from(left + px), f64::from(top) + f64::from(height) * 0.5 * (1.0 - w / REACH_MM))
+            };
+            page.line(up(px), up(px + 1), white, 1);
+        }
+    }
+    for (i, mm) in [REACH_MM, 0.0, -REACH_MM].into_iter().enumerate() {
+        page.words(left - 40, top + 10 + i as u32 * (height - 10) / 2, &format!("{mm:>5.1}"));
+    }
+    for z in [-50.0, -20.0, 10.0, 40.0, 70.0] {
+        let px = (z - low) / (high - low) * f64::from(width);
+        page.words((f64::from(left) + px - 10.0) as u32, top + height + 16, &format!("{z:.0}"));
+    }
+    page.words(left + width - 56, top + height + 34, "z [mm]");
+    page.words(left - 48, top + height + 34, "across [mm]");
 }

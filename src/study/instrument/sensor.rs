@@ -10,21 +10,25 @@
 //! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
 //! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
 //! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
-//! of a clipped normal. Modes with a second slope are shown by `slopes`. Pixels are alike here: what stays with
-//! them is no noise in time, and tests/sensor_chain.rs holds it.
+//! of a clipped normal. Pixels are alike here: what stays with
+//! them is no noise in time, and tests/optics/sensor_chain.rs holds it.
 
 use std::f64::consts::PI;
 
+use image::{Rgb, RgbImage};
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
 use super::setup::{BARE, Look, bare, gain, scene, stream};
-use super::slopes::{self, Mode};
-use super::{Figure, Trials, chance, document, each, moments, repeat, sensor_page, table};
+use super::{Figure, Trials, chance, document, each, moments, repeat, table};
+use crate::drawing::chart::Axis;
+use crate::drawing::{INK, Page};
 use crate::optics::CENTRE;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
+use crate::settings::{Hdr, Readout};
 use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
 
@@ -43,7 +47,7 @@ const EXPOSURES: usize = 24;
 const DARK: usize = 6;
 
 /// What dark frames say.
-pub(super) struct Dark {
+struct Dark {
     /// Variance of a pixel within its row, of a row's mean in time, and of rows' means that stay [DN^2].
     variances: [f64; 3],
     /// Variance of row means times columns over the variance of a pixel [1].
@@ -60,7 +64,7 @@ struct Found {
 }
 
 /// Everything that the picture shows.
-pub(super) struct Seen {
+struct Seen {
     pub scene: Scene,
     /// Electrons, mean and variance at each level [e-, DN, DN^2].
     pub levels: Vec<(f64, Estimate, Estimate)>,
@@ -77,7 +81,7 @@ pub(super) struct Seen {
 
 /// Makes the study.
 pub fn study(trials: Trials, watch: Watch) -> Report {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let full = full(&tiles);
     let found = repeat(trials, watch, |one| found(trials, one, &full, &tiles));
     let (figures, seen) = figures(trials, &found, &full, &tiles);
@@ -85,19 +89,19 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
     let mut json = document("sensor", trials, &figures);
     let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| json!({ "electrons_e": electrons, "mean_dn": mean, "variance_dn2": variance });
     json["levels"] = seen.levels.iter().map(level).collect();
-    json["slopes"] = slopes::document(&seen.modes);
+    json["slopes"] = slope_document(&seen.modes);
     json["spectrum_with_rows_dn2"] = json!(seen.spectra[0]);
     json["spectrum_without_rows_dn2"] = json!(seen.spectra[1]);
-    Report { picture: sensor_page::draw(&seen, &table), table, json }
+    Report { picture: draw(&seen, &table), table, json }
 }
 
 /// The patch: a scene whose exposure time fills the pixels, and electrons of the patch then [e-].
-pub(super) struct Full {
+struct Full {
     pub scene: Scene,
     pub electrons: f64,
 }
 
-fn full(tiles: &Tiles) -> Full {
+fn full(tiles: &PatternCache) -> Full {
     let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
     (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
     scene.bench.speckle.strength = 0.0;
@@ -107,7 +111,7 @@ fn full(tiles: &Tiles) -> Full {
     Full { electrons: scene.bench.exposure.full_well_e, scene }
 }
 
-fn found(trials: Trials, one: u64, full: &Full, tiles: &Tiles) -> Found {
+fn found(trials: Trials, one: u64, full: &Full, tiles: &PatternCache) -> Found {
     let own = stream("sensor", trials, one);
     let level = |i: usize| {
         let mut scene = full.scene.clone();
@@ -130,7 +134,7 @@ fn share(level: usize) -> f64 {
 }
 
 /// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
-pub(super) fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles) -> [f64; 2] {
+fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &PatternCache) -> [f64; 2] {
     let profiles = first..first + exposures;
     let look = Look::at(scene, bare(), tiles, profiles.clone());
     let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
@@ -140,7 +144,7 @@ pub(super) fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &Tiles
     sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
 }
 
-fn dark_frames(scene: &mut Scene, rows: bool, tiles: &Tiles) -> Vec<Vec<u16>> {
+fn dark_frames(scene: &mut Scene, rows: bool, tiles: &PatternCache) -> Vec<Vec<u16>> {
     (scene.bench.laser.power_mw, scene.bench.exposure.time_us) = (0.01, 0.1);
     if !rows {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
@@ -189,7 +193,7 @@ fn line(levels: impl Iterator<Item = (f64, f64, f64)>) -> [f64; 2] {
     [(s[2] - slope * s[1]) / s[0], slope]
 }
 
-fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<Figure>, Seen) {
+fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &PatternCache) -> (Vec<Figure>, Seen) {
     let exposure = full.scene.bench.exposure;
     let k = gain(&full.scene);
     let electrons = |i: usize| share(i) * full.electrons;
@@ -260,7 +264,7 @@ fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &Tiles) -> (Vec<
         gain: figures[0].measured,
         spectra,
         frames,
-        modes: slopes::modes(full, tiles),
+        modes: modes(full, tiles),
         scene: full.scene.clone(),
     };
     (figures, seen)
@@ -276,4 +280,170 @@ fn clipped(mean: f64, variance: f64) -> [f64; 2] {
     let first = -density + t * (1.0 - below);
     let second = below - t * density + t * t * (1.0 - below);
     [mean + sigma * first, variance * (second - first * first)]
+}
+
+/// Exposures at each level, the number of levels, and the least and the most light [full wells].
+const SLOPE_EXPOSURES: usize = 12;
+const SLOPE_LEVELS: usize = 27;
+const SLOPE_LIGHT: [f64; 2] = [0.03, 20.0];
+
+/// One mode.
+struct Mode {
+    pub hdr: Hdr,
+    /// Light [full wells], mean over dark [DN], variance in time [DN^2] at each level, as measured.
+    pub seen: Vec<[f64; 3]>,
+    /// The same by theory, up to the light that fills a pixel.
+    pub expected: Vec<[f64; 3]>,
+}
+
+/// Every mode.
+fn modes(full: &Full, tiles: &PatternCache) -> Vec<Mode> {
+    Hdr::ALL.into_iter().map(|hdr| mode(full, hdr, tiles)).collect()
+}
+
+fn slope_light(level: usize) -> f64 {
+    SLOPE_LIGHT[0] * libm::pow(SLOPE_LIGHT[1] / SLOPE_LIGHT[0], level as f64 / (SLOPE_LEVELS - 1) as f64)
+}
+
+fn mode(full: &Full, hdr: Hdr, tiles: &PatternCache) -> Mode {
+    let exposure = full.scene.bench.exposure;
+    let one = |level: usize| {
+        let mut scene = full.scene.clone();
+        scene.readout = Readout { bits: 8, hdr };
+        scene.bench.exposure.time_us *= slope_light(level);
+        let [mean, variance] = patch(&scene, BARE + level * SLOPE_EXPOSURES, SLOPE_EXPOSURES, tiles);
+        [slope_light(level), mean - exposure.dark_level_dn, variance]
+    };
+    let most = 255.0 - exposure.dark_level_dn;
+    let rest = 0.5 / hdr.gain();
+    let still = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
+    let theory = |i: usize| {
+        let phi = SLOPE_LIGHT[0] * libm::pow(hdr.gain() / SLOPE_LIGHT[0], i as f64 / 100.0);
+        let bent = hdr != Hdr::None && phi * (1.0 - rest) > 0.5;
+        let (level, noisy) = if bent { (0.5 + rest * phi, rest * phi) } else { (phi, phi) };
+        [phi, most * level, still + gain(&full.scene) * most * noisy]
+    };
+    Mode { hdr, seen: (0..SLOPE_LEVELS).map(one).collect(), expected: (0..=100).map(theory).collect() }
+}
+
+/// For the study's document.
+fn slope_document(modes: &[Mode]) -> Value {
+    let row = |[light, mean, variance]: &[f64; 3]| json!({ "light_full_wells": light, "mean_dn": mean, "variance_dn2": variance });
+    let one = |mode: &Mode| json!({ "hdr": mode.hdr.name(), "levels": mode.seen.iter().map(row).collect::<Vec<_>>() });
+    modes.iter().map(one).collect()
+}
+
+/// Side of a cut of a dark frame [px], and pixels of the page for each of its.
+const CUT: u32 = 120;
+const ZOOM: u32 = 2;
+
+fn draw(seen: &Seen, table: &str) -> RgbImage {
+    let exposure = seen.scene.bench.exposure;
+    let heading = (
+        "The sensor by photon transfer",
+        "A white plane under a broad line without speckle, exposed again and again; read off digital numbers alone. Grey: theory.",
+    );
+    let mut page = page(2, 3, heading, table);
+    let (k, dark) = (gain(&seen.scene), exposure.dark_level_dn);
+
+    let transfer = chart(
+        "Photon transfer: the slope is the gain",
+        Axis::even("mean [DN]", 0.0, 265.0),
+        Axis::even("variance in time [DN^2]", 0.0, 4.0),
+        vec![
+            curve(GREY, seen.expected.iter().map(|e| (e[1], e[2]))),
+            marks(BLUE, seen.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
+        ],
+    );
+    transfer.draw(&mut page, corner(0, 0), CHART);
+    let (x, y) = corner(0, 0);
+    page.words_in(x + 74, y + 66, &format!("K = {:.6} +- {:.6} DN/e-", seen.gain.value, seen.gain.error), BLUE);
+    page.words_in(x + 74, y + 82, &format!("set: {k:.6}"), GREY);
+    page.words_in(x + 400, y + 230, "clipped at 255", GREY);
+
+    let linear = chart(
+        "Linearity: mean less dark and K e, % of full",
+        Axis::even("electrons / 1000", 0.0, 29.0),
+        Axis::even("[%]", -0.15, 0.15),
+        vec![
+            curve(GREY, seen.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark)))),
+            marks(
+                BLUE,
+                seen.levels.iter().map(|(e, mean, _)| {
+                    let off = mean.value - dark - k * e;
+                    (e / 1e3, 100.0 * off / (255.0 - dark), 100.0 * mean.error / (255.0 - dark))
+                }),
+            ),
+        ],
+    );
+    linear.draw(&mut page, corner(1, 0), CHART);
+
+    let n = 2.0 * (seen.spectra[0].len() - 1) as f64;
+    let spectrum = |i: usize| seen.spectra[i].iter().enumerate().map(move |(f, p)| (f as f64 / n, *p));
+    let level =
+        |i: usize| if i == 0 { exposure.dark_noise_dn.powi(2) - rows(seen) } else { exposure.dark_noise_dn.powi(2) };
+    let zero = |power: f64| vec![(0.0, power, 0.0)].into_iter();
+    let spectra = chart(
+        "Dark frames: power along the rows",
+        Axis::even("cycles a pixel", -0.01, 0.5),
+        Axis::log("[DN^2]", 0.5, 100.0),
+        vec![
+            curve(GREY, [0.0, 0.5].map(|f| (f, level(0))).into_iter()),
+            curve(GREY, [0.0, 0.5].map(|f| (f, level(1))).into_iter()),
+            curve(ORANGE, spectrum(1).skip(1)),
+            curve(BLUE, spectrum(0).skip(1)),
+            marks(ORANGE, zero(seen.spectra[1][0])),
+            marks(BLUE, zero(seen.spectra[0][0])),
+        ],
+    );
+    spectra.draw(&mut page, corner(0, 1), CHART);
+    let (x, y) = corner(0, 1);
+    legend(&mut page, (x + 90, y + 70), &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
+    page.words_in(x + 66, y + 120, "<- row means: frequency 0", GREY);
+
+    let (x, y) = corner(1, 1);
+    page.words(x, y + 12, "Dark frames, 120 x 120 pixels, 9 to 15 DN");
+    for (i, (frame, words)) in
+        seen.frames.iter().zip(["rows stand out (as set)", "row noise and pattern off"]).enumerate()
+    {
+        let left = x + 20 + i as u32 * (CUT * ZOOM + 30);
+        let columns = frame.len() as u32 / seen.scene.size.rows as u32;
+        let picture = RgbImage::from_fn(CUT * ZOOM, CUT * ZOOM, |px, py| {
+            let dn = frame[(py / ZOOM * columns + px / ZOOM) as usize];
+            let grey = ((f32::from(dn) - 9.0) / 6.0).clamp(0.0, 1.0) * 255.0;
+            Rgb([grey as u8; 3])
+        });
+        page.picture(left, y + 40, &picture);
+        page.words_in(left, y + 40 + CUT * ZOOM + 16, words, [BLUE, ORANGE][i]);
+    }
+    let words = "mean 11.6, sd 1.09 DN in both";
+    page.words_in(x + 20, y + 40 + CUT * ZOOM + 34, words, INK);
+    draw_slopes(&mut page, seen);
+    page.0
+}
+
+/// Numbers and noise over light with one slope and with two.
+fn draw_slopes(page: &mut Page, seen: &Seen) {
+    const COLOURS: [Rgb<u8>; 4] = [BLUE, ORANGE, PURPLE, GREEN];
+    let light = || Axis::log("light / light that fills one slope", 0.03, 20.0);
+    for (place, title, axis) in [
+        (0, "Two slopes: mean less dark", Axis::even("[DN]", 0.0, 260.0)),
+        (1, "Two slopes: variance in time", Axis::even("[DN^2]", 0.0, 4.0)),
+    ] {
+        let theory = seen.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
+        let measured = seen.modes.iter().zip(COLOURS);
+        let measured =
+            measured.map(|(mode, colour)| marks(colour, mode.seen.iter().map(|v| (v[0], v[1 + place], 0.0))));
+        let place = corner(place as u32, 2);
+        chart(title, light(), axis, theory.chain(measured).collect()).draw(page, place, CHART);
+        let names: Vec<_> =
+            COLOURS.into_iter().zip(&seen.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();
+        legend(page, (place.0 + 90, place.1 + 70), &names);
+    }
+}
+
+/// Variance that rows have of their own [DN^2].
+fn rows(seen: &Seen) -> f64 {
+    let exposure = seen.scene.bench.exposure;
+    exposure.row_noise_dn.powi(2) + exposure.row_pattern_dn.powi(2)
 }

@@ -6,7 +6,7 @@ use procedural::{Body, Gloss, Medium, Parameter, Stream};
 use super::Trials;
 use crate::frame::Frame;
 use crate::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene};
@@ -86,7 +86,7 @@ pub(super) struct Look {
 
 impl Look {
     /// At `profiles` of a scene with a target under its bench.
-    pub(super) fn at(scene: &Scene, body: Body, tiles: &Tiles, profiles: std::ops::Range<usize>) -> Self {
+    pub(super) fn at(scene: &Scene, body: Body, tiles: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
         let (sensor, specimen) = pipeline::set_up(scene, body, tiles);
         let band = sensor.band(&specimen, profiles, Band::default());
         Self { sensor, band, columns: scene.size.columns }
@@ -139,7 +139,7 @@ impl Look {
 }
 
 /// Sets the exposure time so that the middle column's greatest pixel holds `peak` [DN over dark].
-pub(super) fn expose_to(scene: &mut Scene, body: &Body, tiles: &Tiles, profile: usize, peak: f64) {
+pub(super) fn expose_to(scene: &mut Scene, body: &Body, tiles: &PatternCache, profile: usize, peak: f64) {
     let look = Look::at(scene, body.clone(), tiles, profile..profile + 1);
     let (light, columns) = (look.light(profile), scene.size.columns);
     let most = (0..ROWS).map(|k| light[k * columns + columns / 2]).fold(0.0, f64::max);

@@ -1,49 +1,59 @@
 //! Speckle as production makes it, against the theory of [`super::pattern`].
 //!
 //! - Contrast in frames of an evenly lit white plane without noise, for eight pixels from 1.2 to 12 um.
-//! - The law of one pixel, read off the pattern itself ([`Tiles`]) at pixels far enough apart to be independent: distance of
+//! - The law of one pixel, read off the pattern itself ([`PatternCache`]) at pixels far enough apart to be independent: distance of
 //!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a pattern are its own.
 //! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j shows
 //!   that of profile n moved by j step rows/mm rows, and less of it, since it boils.
-//! - Patterns of the stack before pixels (`speckle_stack`).
+//! - Patterns of the stack before pixels.
 //! - Spread of the line's centre on a plane of speckle alone, through production's Range.
 //!
 //! Repeats have patterns of their own, since all columns and profiles of one share a pattern of 128 by 128 pixels.
 
+use std::sync::Arc;
+
+use image::{Rgb, RgbImage};
+use procedural::Stream;
+use rustfft::FftPlannerScalar;
 use serde_json::json;
 
-use super::beam::{lens_variance, rows_per_mm};
-use super::centre::beyond_first_order;
-use super::pattern::{Correlation, Law, boiled, grain_px, pupils};
-use super::setup::stream;
-use super::speckle_look::{
-    centre, contrast, correlations, law, lined, middle, middle_line, neighbours, skewness, stack, sum_of_line, white,
-};
-use super::{Figure, Trials, chance, document, each, repeat, speckle_page, speckle_stack, table};
-use crate::optics::speckle::Tiles;
+use super::beam::{height_per_row, lens_variance, rows_per_mm};
+use super::centre::{beyond_first_order, spread};
+use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
+use super::pattern::{Correlation, Law, boiled, grain_px, overlap, pupils};
+use super::setup::{BARE, Look, bare, expose_to, gain, quiet, scene, stream};
+use super::{Figure, Trials, chance, document, each, moments, repeat, table};
+use crate::drawing::chart::Axis;
+use crate::drawing::{Page, viridis};
+use crate::optics::speckle::Pupil;
+use crate::optics::speckle::{PatternCache, PatternStack, TILE};
+use crate::optics::{CENTRE, ROWS};
+use crate::pipeline;
+use crate::recipe::Scene;
+use crate::settings::SpeckleLaw;
 use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
 
 /// Pixels whose contrast is measured [um].
-pub(super) const PIXELS: [f64; 8] = [1.2, 2.4, 3.45, 4.8, 5.5, 6.0, 9.0, 12.0];
+const PIXELS: [f64; 8] = [1.2, 2.4, 3.45, 4.8, 5.5, 6.0, 9.0, 12.0];
 /// The sensor's own.
-pub(super) const OWN: usize = 5;
+const OWN: usize = 5;
 /// Profiles that go once around a pattern, and those whose contrast is taken: together they show all of it.
-pub(super) const ROUND: usize = 190;
-pub(super) const EVERY: usize = 27;
+const ROUND: usize = 190;
+const EVERY: usize = 27;
 /// Patterns averaged in light from below.
-pub(super) const BELOW: usize = 4;
+const BELOW: usize = 4;
 /// Waist of the line under which patterns are looked at [mm].
-pub(super) const BROAD_MM: f64 = 2.0;
+const BROAD_MM: f64 = 2.0;
 /// Largest lag in pixels, and largest number of profiles apart.
-pub(super) const LAGS: usize = 4;
-pub(super) const APART: usize = 5;
+const LAGS: usize = 4;
+const APART: usize = 5;
 /// Lags between profiles, in rows, that are looked at.
-pub(super) const AHEAD: std::ops::RangeInclusive<i64> = -2..=6;
+const AHEAD: std::ops::RangeInclusive<i64> = -2..=6;
 /// Scales of contrast at which the line's centre is measured.
-pub(super) const STRENGTHS: [f64; 2] = [0.5, 1.0];
+const STRENGTHS: [f64; 2] = [0.5, 1.0];
 /// Waists of the lines whose centre is measured [mm].
-pub(super) const WAISTS: [f64; 3] = [0.05, 0.1, 0.2];
+const WAISTS: [f64; 3] = [0.05, 0.1, 0.2];
 
 /// What has to be known.
 const NOTES: [&str; 1] =
@@ -63,11 +73,11 @@ struct Found {
     /// Spread of the line's centre by waist and strength [px].
     centre: Vec<Vec<f64>>,
     /// Patterns before pixels.
-    stack: speckle_stack::Found,
+    stack: StackFound,
 }
 
 /// Everything that the picture shows.
-pub(super) struct Seen {
+struct Seen {
     pub contrast: Vec<Estimate>,
     pub lags: [Vec<Estimate>; 2],
     /// Lag less movement, correlation, and number of profiles apart [px, 1].
@@ -100,12 +110,12 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
         .iter()
         .map(|(lag, c, n)| json!({ "profiles": n, "lag_less_movement_px": lag, "correlation": c }))
         .collect();
-    Report { picture: speckle_page::draw(&seen, &table), table, json }
+    Report { picture: draw(&seen, &table), table, json }
 }
 
 fn found(trials: Trials, one: u64) -> Found {
     let own = stream("speckle", trials, one);
-    let tiles = Tiles::new(own.key());
+    let tiles = PatternCache::new(own.key());
     let (lags, profiles) = correlations(own.child("correlation"), &tiles);
     let grain = grain_px(&white(own, PIXELS[OWN]).bench);
     let lines = |(i, waist): (usize, &f64)| {
@@ -120,13 +130,13 @@ fn found(trials: Trials, one: u64) -> Found {
         laws: [law(&tiles, grain, 0, 2), law(&tiles, grain, 1, 2), law(&tiles, grain * PIXELS[OWN] / PIXELS[0], 0, 3)],
         wide: neighbours(&tiles, grain * PIXELS[OWN] / PIXELS[PIXELS.len() - 1]),
         centre: WAISTS.iter().enumerate().map(lines).collect(),
-        stack: speckle_stack::found(own.child("stack")),
+        stack: stack_found(own.child("stack")),
     }
 }
 
 fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
     let own = stream("speckle", trials, 0);
-    let tiles = Tiles::new(own.key());
+    let tiles = PatternCache::new(own.key());
     let bench = white(own, PIXELS[OWN]).bench;
     let grain = grain_px(&bench);
     let theory = |pixel: f64| Correlation::of(grain * PIXELS[OWN] / pixel);
@@ -183,7 +193,7 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
         let name = format!("left of the pattern after {n} profile{} [1]", if n > 1 { "s" } else { "" });
         figures.push(Figure::of(&name, &each(found, |f| left(f, n)), expected(n)));
     }
-    figures.extend(speckle_stack::figures(&found.iter().map(|f| &f.stack).collect::<Vec<_>>()));
+    figures.extend(stack_figures(&found.iter().map(|f| &f.stack).collect::<Vec<_>>()));
     let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
     let (mut centre, mut sum, mut line_px) = (Vec::new(), Vec::new(), Vec::new());
     for (w, waist) in WAISTS.into_iter().enumerate() {
@@ -218,7 +228,363 @@ fn figures(trials: Trials, found: &[Found]) -> (Vec<Figure>, Seen) {
         grain_um: grain * PIXELS[OWN],
         patterns: [OWN, 0].map(|i| law(&tiles, grain * PIXELS[OWN] / PIXELS[i], 0, 1)),
         left: (1..=APART).map(|n| (n, estimate(&|f| left(f, n)), expected(n))).collect(),
-        boil: speckle_stack::STEPS.iter().enumerate().map(|(i, u)| (*u, estimate(&|f| f.stack.alike[i]))).collect(),
+        boil: STACK_STEPS.iter().enumerate().map(|(i, u)| (*u, estimate(&|f| f.stack.alike[i]))).collect(),
     };
     (figures, seen)
+}
+
+/// A white plane under the nominal bench, no noise but rounding.
+fn white(own: Stream, pixel_um: f64) -> Scene {
+    let mut scene = scene(own, TILE, BARE + ROUND);
+    scene.bench.motion.conveyor_reflectance = 1.0;
+    scene.bench.camera.pixel_um = pixel_um;
+    quiet(&mut scene);
+    scene
+}
+
+/// The same lit by a broad line, so that many rows are alike.
+fn broad(own: Stream, pixel_um: f64, tiles: &PatternCache) -> Scene {
+    let mut scene = white(own, pixel_um);
+    scene.bench.laser.waist_mm = BROAD_MM;
+    // Exponential light is seven times its mean once in a thousand.
+    let peak = 230.0 / (1.0 + 6.0 * Correlation::of(grain_px(&scene.bench)).contrast());
+    expose_to(&mut scene, &bare(), tiles, BARE, peak);
+    scene
+}
+
+/// Rows about the line's middle that are looked at.
+const MIDDLE: std::ops::Range<usize> = CENTRE - 11..CENTRE + 11;
+
+/// Light over its mean, `[ROWS][TILE]` [1].
+fn shades(scene: &Scene, look: &Look, light: &[f64], profile: usize) -> Vec<f64> {
+    let (k, dark) = (gain(scene), scene.bench.exposure.dark_level_dn);
+    let frame = look.frame(profile);
+    frame.dn.iter().zip(light).map(|(&dn, e)| (f64::from(dn) - dark) / (k * e).max(1e-9)).collect()
+}
+
+/// Contrast of the pattern over a whole round, less what rounding and the least noise add [1].
+fn contrast(own: Stream, pixel_um: f64, tiles: &PatternCache) -> f64 {
+    let scene = broad(own, pixel_um, tiles);
+    let k = gain(&scene);
+    let (mut sum, mut squares, mut noise, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for profile in (BARE..BARE + ROUND).step_by(EVERY) {
+        let look = Look::at(&scene, bare(), tiles, profile..profile + 1);
+        let light = look.light(profile);
+        let shades = shades(&scene, &look, &light, profile);
+        for at in MIDDLE.start * TILE..MIDDLE.end * TILE {
+            sum += shades[at];
+            squares += shades[at] * shades[at];
+            noise += (scene.bench.exposure.dark_noise_dn / (k * light[at])).powi(2);
+            n += 1.0;
+        }
+    }
+    let mean = sum / n;
+    (squares / n - mean * mean - noise / n).max(0.0).sqrt() / mean
+}
+
+/// Correlations along the pattern and between profiles, of the sensor's own pixel.
+fn correlations(own: Stream, tiles: &PatternCache) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
+    let scene = broad(own, PIXELS[OWN], tiles);
+    let last = BARE + ROUND + APART;
+    let look = Look::at(&scene, bare(), tiles, BARE..last);
+    let light = look.light(BARE);
+    let all: Vec<Vec<f64>> = (BARE..last)
+        .map(|profile| shades(&scene, &look, &light, profile).iter().map(|shade| shade - 1.0).collect())
+        .collect();
+    // Mean product of what lies `rows` and `columns` and `apart` profiles away.
+    let product = |rows: i64, columns: usize, apart: usize| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for profile in 0..ROUND {
+            let (here, there) = (&all[profile], &all[profile + apart]);
+            for k in MIDDLE {
+                let other = (k as i64 + rows) as usize;
+                for c in 0..TILE - columns {
+                    sum += here[k * TILE + c] * there[other * TILE + c + columns];
+                }
+            }
+            n += (MIDDLE.len() * (TILE - columns)) as f64;
+        }
+        sum / n
+    };
+    let variance = product(0, 0, 0);
+    let lags = [
+        (1..=LAGS).map(|lag| product(0, lag, 0) / variance).collect(),
+        (1..=LAGS).map(|lag| product(lag as i64, 0, 0) / variance).collect(),
+    ];
+    let profiles = (1..=APART).map(|n| AHEAD.map(|lag| product(lag, 0, n) / variance).collect()).collect();
+    (lags, profiles)
+}
+
+/// Patterns for grains of about `grain` pixels: one of light from the surface, four of light from below.
+fn stack(tiles: &PatternCache, grain: f64) -> Arc<PatternStack> {
+    tiles.get(grain, SpeckleLaw::Exponential, [1.0, BELOW as f64])
+}
+
+/// Pixels of a pattern `apart` pixels from each other, of mean 1.
+fn law(tiles: &PatternCache, grain: f64, which: usize, apart: usize) -> Vec<f64> {
+    let stack = stack(tiles, grain);
+    let rows = (0..stack.rows()).step_by(apart * stack.fine());
+    rows.flat_map(|row| stack.row(0, row as i64)[which].iter().step_by(apart).map(|v| 1.0 + f64::from(*v))).collect()
+}
+
+/// Correlation of neighbouring columns of a pattern [1].
+fn neighbours(tiles: &PatternCache, grain: f64) -> f64 {
+    let pattern = law(tiles, grain, 0, 1);
+    let pairs = pattern.chunks(TILE).flat_map(|row| row.windows(2).map(|pair| (pair[0] - 1.0) * (pair[1] - 1.0)));
+    let squares = pattern.iter().map(|v| (v - 1.0).powi(2)).sum::<f64>();
+    pairs.sum::<f64>() / squares * TILE as f64 / (TILE - 1) as f64
+}
+
+/// A plane of speckle alone under a line of half width `waist`; its contrast `strength` times the developed one.
+fn lined(own: Stream, waist: f64, strength: f64, tiles: &PatternCache) -> Scene {
+    let mut scene = white(own, PIXELS[OWN]);
+    scene.size.profiles = BARE + 2 * ROUND;
+    (scene.bench.laser.waist_mm, scene.bench.laser.waist_height_mm) = (waist, 0.0);
+    scene.bench.speckle.strength = strength;
+    scene.extraction.subpixel_steps = 0;
+    // A whole number, so that rows without light are exact.
+    scene.bench.exposure.dark_level_dn = 12.0;
+    expose_to(&mut scene, &bare(), tiles, BARE, 110.0);
+    scene
+}
+
+/// Spread of the line's centre, rounding and the least noise taken off [px].
+fn centre(scene: &Scene, tiles: &PatternCache) -> f64 {
+    let record = pipeline::render_body(scene, bare(), tiles, &|_| ());
+    let range = record.maps.range[BARE * TILE..].iter().map(|&z| f64::from(z));
+    let variance = moments(range).1 / height_per_row(&scene.bench, 0.0).powi(2);
+    (variance - sum_of_line(scene, 0.0, tiles)).max(0.0).sqrt()
+}
+
+/// Light of the middle column before noise [DN].
+fn middle_line(scene: &Scene, tiles: &PatternCache) -> Vec<f64> {
+    let light = Look::at(scene, bare(), tiles, BARE..BARE + 1).light(BARE);
+    (0..ROWS).map(|k| gain(scene) * light[k * TILE + TILE / 2]).collect()
+}
+
+/// What the sum over rows says of the centre's variance; without contrast that of rounding, in rows that have light [px^2].
+fn sum_of_line(scene: &Scene, contrast: f64, tiles: &PatternCache) -> f64 {
+    let line = middle_line(scene, tiles);
+    let correlation = Correlation::of(grain_px(&scene.bench));
+    if contrast > 0.0 {
+        return spread(&line, scene.extraction.window_rows, 0.0, 0.0, contrast, &correlation);
+    }
+    let lit: Vec<f64> = line.into_iter().filter(|dn| *dn > 0.5).collect();
+    spread(&lit, lit.len(), scene.bench.exposure.dark_noise_dn.powi(2), 0.0, 0.0, &correlation)
+}
+
+fn skewness(values: &[f64]) -> f64 {
+    let (mean, variance) = moments(values.iter().copied());
+    values.iter().map(|v| (v - mean).powi(3)).sum::<f64>() / values.len() as f64 / (variance * variance.sqrt())
+}
+
+/// Centre of gravity of a correlation over those of [`AHEAD`] that are near its middle [px].
+fn middle(correlation: &[f64], near: f64) -> f64 {
+    let lags = || AHEAD.map(|lag| lag as f64).zip(correlation).filter(|(lag, _)| (lag - near).abs() < 1.5);
+    lags().map(|(lag, c)| lag * c).sum::<f64>() / lags().map(|(_, c)| c).sum::<f64>()
+}
+
+/// Steps of the stack between the patterns that are compared.
+const STACK_STEPS: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 12.0];
+/// Samples along a side, and samples a grain.
+const STACK_SIDE: usize = 512;
+const STACK_GRAIN: f64 = 2.0;
+
+struct StackFound {
+    /// Light of mean 1 in independent points [1].
+    points: Vec<f64>,
+    /// Correlation by [`STACK_STEPS`] [1].
+    pub alike: Vec<f64>,
+}
+
+/// Distance between pupils u steps apart, in diameters.
+fn chord(u: f64) -> f64 {
+    libm::sin(std::f64::consts::PI * u / 32.0)
+}
+
+fn stack_found(own: Stream) -> StackFound {
+    let pupil = Pupil::new([STACK_SIDE; 2], STACK_GRAIN, own);
+    let light = |shift: usize| -> Vec<f64> {
+        let mut light = vec![0.0f32; STACK_SIDE * STACK_SIDE];
+        pupil.row_transform(shift).rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
+        let mean = light.iter().map(|v| f64::from(*v)).sum::<f64>() / light.len() as f64;
+        light.iter().map(|v| f64::from(*v) / mean - 1.0).collect()
+    };
+    let first = light(0);
+    let product = |other: &[f64]| first.iter().zip(other).map(|(a, b)| a * b).sum::<f64>() / first.len() as f64;
+    let shift = |u: &f64| (chord(*u) * STACK_SIDE as f64 / STACK_GRAIN).round() as usize;
+    let points = first.iter().enumerate().filter(|(i, _)| (i / STACK_SIDE).is_multiple_of(8) && i.is_multiple_of(8));
+    StackFound {
+        points: points.map(|(_, v)| 1.0 + v).collect(),
+        alike: STACK_STEPS.iter().map(|u| product(&light(shift(u)))).collect(),
+    }
+}
+
+fn stack_figures(found: &[&StackFound]) -> Vec<Figure> {
+    let mut all: Vec<f64> = found.iter().flat_map(|f| f.points.iter().copied()).collect();
+    let distance = chance::distance(&mut all, |x| 1.0 - libm::exp(-x));
+    let mut figures = vec![Figure::distance("distance to exp(-I), a point [1]", distance, all.len())];
+    for (i, u) in STACK_STEPS.iter().enumerate() {
+        let name = format!("correlation of patterns {u} of 32 apart, a point [1]");
+        figures.push(Figure::of(&name, &each(found, |f| f.alike[i]), overlap(chord(*u)).powi(2)));
+    }
+    figures
+}
+
+const COLOURS: [Rgb<u8>; 5] = [BLUE, ORANGE, PURPLE, GREEN, Rgb([30, 30, 30])];
+
+fn draw(seen: &Seen, table: &str) -> RgbImage {
+    let heading = (
+        "Speckle as production makes it",
+        "Contrast, law, correlation and movement of the pattern, and what it does to the line's centre. Grey: theory.",
+    );
+    let mut page = page(2, 4, heading, table);
+
+    let theory = (0..=60).map(|i| 0.12 + 0.03 * f64::from(i)).map(|grain| (grain, Correlation::of(grain).contrast()));
+    let measured = PIXELS.iter().zip(&seen.contrast).map(|(pixel, c)| (seen.grain_um / pixel, c.value, c.error));
+    let contrast = chart(
+        "Contrast in one pixel (Goodman), pixels of 12 to 1.2 um",
+        Axis::even("grain over pixel", 0.0, 1.8),
+        Axis::even("standard deviation over mean", 0.0, 1.0),
+        vec![curve(GREY, theory), marks(BLUE, measured)],
+    );
+    contrast.draw(&mut page, corner(0, 0), CHART);
+    let (x, y) = corner(0, 0);
+    let own = PIXELS.iter().position(|pixel| *pixel == 6.0).map_or(0.0, |i| seen.contrast[i].value);
+    page.words_in(
+        x + 200,
+        y + 250,
+        &format!("the sensor's own 6 um: {own:.4}, theory {:.4}", seen.own.contrast()),
+        BLUE,
+    );
+
+    let mut series = Vec::new();
+    for (i, (values, law)) in seen.laws.iter().enumerate() {
+        series.push(curve(GREY, (1..=150).map(|j| 0.02 * f64::from(j)).map(|v| (v, law.density(v)))));
+        series.push(marks(COLOURS[i], histogram(values).into_iter()));
+    }
+    let laws = chart(
+        "Law of one pixel: histograms, and sums of exponential parts",
+        Axis::even("light over its mean", 0.0, 3.0),
+        Axis::even("density", 0.0, 3.0),
+        series,
+    );
+    laws.draw(&mut page, corner(1, 0), CHART);
+    let (x, y) = corner(1, 0);
+    let entries = [
+        (PURPLE, "surface, 1.2 um: nearly exponential"),
+        (BLUE, "surface, 6 um"),
+        (ORANGE, "below, 6 um: mean of four"),
+    ];
+    legend(&mut page, (x + 260, y + 60), &entries);
+
+    let lags = |way: usize| {
+        let aside = if way == 0 { -0.03 } else { 0.03 };
+        seen.lags[way].iter().enumerate().map(move |(i, c)| (i as f64 + 1.0 + aside, c.value, c.error))
+    };
+    let most = LAGS as f64 + 0.4;
+    let along = chart(
+        "Correlation of pixels within a profile",
+        Axis::even("pixels apart", 0.0, most),
+        Axis::even("", -0.02, 0.12),
+        vec![
+            curve(GREY, (6..=88).map(|i| 0.05 * f64::from(i)).map(|lag| (lag, seen.own.at(lag)))),
+            marks(BLUE, lags(0)),
+            marks(ORANGE, lags(1)),
+        ],
+    );
+    along.draw(&mut page, corner(0, 1), CHART);
+    let (x, y) = corner(0, 1);
+    legend(&mut page, (x + 380, y + 60), &[(BLUE, "along columns"), (ORANGE, "along rows")]);
+
+    let apart =
+        |n: usize| seen.profiles.iter().filter(move |(_, _, m)| *m == n).map(|(lag, c, _)| (*lag, c.value, c.error));
+    let mut series = vec![curve(GREY, (-80..=80).map(|i| 0.025 * f64::from(i)).map(|lag| (lag, seen.own.at(lag))))];
+    series.extend((1..=5).map(|n| marks(COLOURS[n - 1], apart(n))));
+    let moved = chart(
+        "Correlation between profiles: the pattern moves with the object",
+        Axis::even("rows apart less 0.673 rows a profile", -2.0, 2.0),
+        Axis::even("", -0.1, 1.1),
+        series,
+    );
+    moved.draw(&mut page, corner(1, 1), CHART);
+    let (x, y) = corner(1, 1);
+    let entries: Vec<String> = (1..=5).map(|n| format!("{n} profile{}", if n > 1 { "s" } else { "" })).collect();
+    let entries: Vec<_> = COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).collect();
+    legend(&mut page, (x + 430, y + 60), &entries);
+
+    let sigma = |w: usize| seen.line_px[w];
+    let mut series: Vec<_> = STRENGTHS
+        .iter()
+        .map(|s| {
+            let c = s * seen.own.contrast();
+            curve(GREY, (30..=140).map(|i| 0.01 * f64::from(i)).map(move |px| (px, seen.own.wide_line(c, px))))
+        })
+        .collect();
+    for s in 0..STRENGTHS.len() {
+        let at = (0..WAISTS.len()).map(move |w| (sigma(w), seen.centre[w][s].value, seen.centre[w][s].error));
+        series.push(marks(COLOURS[s], at));
+        series.push(curve(COLOURS[s], (0..WAISTS.len()).map(move |w| (sigma(w), seen.sum[w][s]))));
+    }
+    let centre = chart(
+        "Spread of the line's centre on speckle alone",
+        Axis::even("standard deviation of the line [rows]", 0.3, 1.4),
+        Axis::even("[rows]", 0.0, 0.2),
+        series,
+    );
+    centre.draw(&mut page, corner(0, 2), CHART);
+    let (x, y) = corner(0, 2);
+    let entries: Vec<String> =
+        STRENGTHS.iter().map(|s| format!("contrast {:.3}; line: sum over rows", s * seen.own.contrast())).collect();
+    let mut entries: Vec<_> =
+        COLOURS.iter().zip(&entries).map(|(colour, words)| (*colour, words.as_str())).rev().collect();
+    entries.retain(|(_, words)| !words.is_empty());
+    entries.push((GREY, "C sqrt(sigma L_c / (4 sqrt(pi)))"));
+    legend(&mut page, (x + 64, y + 56), &entries);
+
+    let (x, y) = corner(1, 2);
+    page.words(x, y + 12, "The pattern, 64 x 64 pixels: of the sensor's 6 um, and of 1.2 um");
+    for (i, pattern) in seen.patterns.iter().enumerate() {
+        cut(&mut page, (x + i as u32 * 276, y + 30), pattern);
+    }
+    page.bar(x, y + 30 + 256 + 12, 256, ("0", "3 times the mean"), &|t| viridis(t));
+
+    let theory = (0..=100).map(|i| 0.01 * f64::from(i)).map(|s| (s, overlap(s).powi(2)));
+    let stack = chart(
+        "Boiling: patterns of the stack, points",
+        Axis::even("pupils apart over their diameter", 0.0, 1.05),
+        Axis::even("correlation", -0.05, 1.0),
+        vec![curve(GREY, theory), marks(BLUE, seen.boil.iter().map(|(u, c)| (chord(*u), c.value, c.error)))],
+    );
+    stack.draw(&mut page, corner(0, 3), CHART);
+    let left = chart(
+        "Boiling: what is left of the pattern between profiles",
+        Axis::even("profiles apart", 0.0, 5.5),
+        Axis::even("correlation, all lags over still", 0.8, 1.05),
+        vec![
+            curve(GREY, seen.left.iter().map(|(n, _, theory)| (*n as f64, *theory))),
+            marks(ORANGE, seen.left.iter().map(|(n, c, _)| (*n as f64, c.value, c.error))),
+        ],
+    );
+    left.draw(&mut page, corner(1, 3), CHART);
+    page.0
+}
+
+/// 64 by 64 pixels of a pattern, four pixels of the page each.
+fn cut(page: &mut Page, (left, top): (u32, u32), pattern: &[f64]) {
+    let picture =
+        RgbImage::from_fn(256, 256, |px, py| viridis((pattern[py as usize / 4 * TILE + px as usize / 4] / 3.0) as f32));
+    page.picture(left, top, &picture);
+}
+
+/// Middle of each bin, density, and its standard error for independent pixels.
+fn histogram(values: &[f64]) -> Vec<(f64, f64, f64)> {
+    const BIN: f64 = 0.1;
+    let n = values.len() as f64;
+    let bin = |i: usize| {
+        let (from, to) = (BIN * i as f64, BIN * (i + 1) as f64);
+        let count = values.iter().filter(|v| (from..to).contains(*v)).count() as f64;
+        (0.5 * (from + to), count / (n * BIN), count.sqrt() / (n * BIN))
+    };
+    (0..30).map(bin).collect()
 }

@@ -15,17 +15,21 @@
 //! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
 
 use glam::DVec2;
+use image::{Rgb, RgbImage};
 use procedural::Body;
 use serde_json::json;
 
 use super::beam::{column_width, height_per_row, row_up};
 use super::centre::spread;
+use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
 use super::pattern::Correlation;
 use super::setup::{Look, ceramic, expose_to, gain, plate, scene, stream};
-use super::{Figure, Trials, document, each, moments, repeat, table, triangulation_page};
+use super::{Figure, Trials, document, each, moments, repeat, table};
+use crate::drawing::chart::Axis;
+use crate::drawing::{MARGIN, Page};
 use crate::optics::ROWS;
 use crate::optics::parameters::Bench;
-use crate::optics::speckle::Tiles;
+use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::Scheimpflug;
@@ -33,11 +37,11 @@ use crate::study::{Report, Watch};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plates [mm].
-pub(super) const HEIGHTS: [f64; 8] = [2.0, 9.0, 16.0, 23.0, 30.0, 37.0, 44.0, 51.0];
+const HEIGHTS: [f64; 8] = [2.0, 9.0, 16.0, 23.0, 30.0, 37.0, 44.0, 51.0];
 /// Slopes of the plates along the line and along the motion [1].
-pub(super) const SLOPES: [(f64, f64); 3] = [(0.0, 0.0), (0.15, 0.0), (0.0, 0.15)];
+const SLOPES: [(f64, f64); 3] = [(0.0, 0.0), (0.15, 0.0), (0.0, 0.15)];
 /// Heights of the plates that the table shows.
-pub(super) const SHOWN: [usize; 3] = [0, 3, 7];
+const SHOWN: [usize; 3] = [0, 3, 7];
 const COLUMNS: usize = 256;
 /// Profiles of a plate, and those of them at its front edge that are left out: there light from below sees the edge.
 const PROFILES: usize = 40;
@@ -71,7 +75,7 @@ struct Found {
 }
 
 /// Everything that the picture shows.
-pub(super) struct Seen {
+struct Seen {
     pub bench: Bench,
     /// Mean error by slope and height [um].
     pub error: Vec<Vec<Estimate>>,
@@ -90,7 +94,7 @@ pub(super) struct Seen {
 
 /// Makes the study.
 pub fn study(trials: Trials, watch: Watch) -> Report {
-    let tiles = Tiles::new(trials.seed);
+    let tiles = PatternCache::new(trials.seed);
     let found = repeat(trials, watch, |one| found(trials, one, &tiles));
     let (figures, seen) = figures(trials, &found, &tiles);
     let table = table("Triangulation", trials, &figures, &[]);
@@ -100,11 +104,11 @@ pub fn study(trials: Trials, watch: Watch) -> Report {
         json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS.len()).map(at).collect::<Vec<_>>() })
     };
     json["plates"] = (0..SLOPES.len()).map(plates).collect();
-    Report { picture: triangulation_page::draw(&seen, &table), table, json }
+    Report { picture: draw(&seen, &table), table, json }
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
-fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Scene {
+fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &PatternCache) -> Scene {
     let edge = if speckle { CERAMIC_EDGE } else { EDGE };
     let mut scene = scene(own, COLUMNS, edge + PROFILES);
     if !speckle {
@@ -115,7 +119,7 @@ fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &Tiles) -> Sc
 }
 
 /// Range less truth away from the front edge, `[profiles, columns]` [um].
-fn errors(scene: &Scene, body: Body, edge: usize, tiles: &Tiles, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
+fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
     let record = pipeline::render_body(scene, body, tiles, &|_| ());
     let (bench, middle) = (&scene.bench, 0.5 * (COLUMNS as f64 - 1.0));
     let (mut errors, mut over, mut under) = (Vec::new(), 0.0, 0.0);
@@ -136,16 +140,16 @@ fn errors(scene: &Scene, body: Body, edge: usize, tiles: &Tiles, plane: (f64, DV
     (errors, if under > 0.0 { over / under } else { 1.0 })
 }
 
-fn told(scene: &Scene, body: Body, tiles: &Tiles, plane: (f64, DVec2)) -> Plate {
+fn told(scene: &Scene, body: Body, tiles: &PatternCache, plane: (f64, DVec2)) -> Plate {
     let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
     let (error, variance) = moments(errors.iter().copied());
     Plate { error, spread: variance.sqrt(), scale }
 }
 
-fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
+fn found(trials: Trials, one: u64, tiles: &PatternCache) -> Found {
     let own = stream("triangulation", trials, one);
     // Other repeats lie on other patterns of speckle.
-    let patterns = Tiles::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
+    let patterns = PatternCache::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
     let metal = |slope: usize, i: usize| {
         let (x, y) = SLOPES[slope];
         let body = plate(HEIGHTS[i] as f32, x as f32, y as f32);
@@ -170,7 +174,7 @@ fn found(trials: Trials, one: u64, tiles: &Tiles) -> Found {
 }
 
 /// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug [um].
-fn bent(own: procedural::Stream, tiles: &Tiles) -> f64 {
+fn bent(own: procedural::Stream, tiles: &PatternCache) -> f64 {
     let body = plate(HEIGHTS[SHOWN[1]] as f32, 0.0, 0.0);
     let mut scene = scene(own, COLUMNS, EDGE + PROFILES);
     scene.bench.speckle.strength = 0.0;
@@ -183,7 +187,7 @@ fn bent(own: procedural::Stream, tiles: &Tiles) -> f64 {
 }
 
 /// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
-fn centre(scene: &Scene, body: Body, tiles: &Tiles) -> f64 {
+fn centre(scene: &Scene, body: Body, tiles: &PatternCache) -> f64 {
     let look = Look::at(scene, body, tiles, EDGE..EDGE + 8);
     let dark = scene.bench.exposure.dark_level_dn;
     let (mut sum, mut moment) = (0.0, 0.0);
@@ -202,7 +206,7 @@ fn centre(scene: &Scene, body: Body, tiles: &Tiles) -> f64 {
 }
 
 /// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out [um].
-fn expected(scene: &Scene, body: &Body, tiles: &Tiles, contrast: f64, correlation: &Correlation) -> f64 {
+fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, correlation: &Correlation) -> f64 {
     let profile = scene.size.profiles - PROFILES / 2;
     let look = Look::at(scene, body.clone(), tiles, profile..profile + 1);
     let (k, exposure) = (gain(scene), &scene.bench.exposure);
@@ -215,7 +219,7 @@ fn expected(scene: &Scene, body: &Body, tiles: &Tiles, contrast: f64, correlatio
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen) {
+fn figures(trials: Trials, found: &[Found], tiles: &PatternCache) -> (Vec<Figure>, Seen) {
     let own = stream("triangulation", trials, 0);
     let bench = scene(own, COLUMNS, 1).bench;
     let correlation = Correlation::of(super::pattern::grain_px(&bench));
@@ -294,4 +298,96 @@ fn figures(trials: Trials, found: &[Found], tiles: &Tiles) -> (Vec<Figure>, Seen
         map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE, tiles, (23.0, DVec2::ZERO)).0),
     };
     (figures, seen)
+}
+
+/// Ends of the map's scale [um].
+const MOST_UM: f64 = 45.0;
+
+fn draw(seen: &Seen, table: &str) -> RgbImage {
+    let heading = (
+        "Triangulation on flat targets",
+        "Range of level and tilted plates, rendered from body to map, less the plane itself. Grey: theory.",
+    );
+    let mut page = page(2, 2, heading, table);
+    let z = || (0..=110).map(|i| 0.5 * f64::from(i));
+    let aside = |slope: usize| 0.8 * (slope as f64 - 1.0);
+
+    let colours = [BLUE, ORANGE, PURPLE];
+    let error = |slope: usize| {
+        let at = HEIGHTS.iter().zip(&seen.error[slope]);
+        marks(colours[slope], at.map(move |(z, e)| (z + aside(slope), e.value, e.error)))
+    };
+    let errors = chart(
+        "Mean error of Range, metal plates",
+        Axis::even("height [mm]", 0.0, 55.0),
+        Axis::even("[um]; bars: standard errors", -2.0, 2.0),
+        vec![curve(GREY, [(0.0, 0.0), (55.0, 0.0)].into_iter()), error(0), error(1), error(2)],
+    );
+    errors.draw(&mut page, corner(0, 0), CHART);
+    let (x, y) = corner(0, 0);
+    legend(&mut page, (x + 380, y + 52), &[(BLUE, "level"), (ORANGE, "dz/dx = 0.15"), (PURPLE, "dz/dy = 0.15")]);
+    page.words_in(x + 60, y + 52, "1 um is 1/200 row", GREY);
+
+    let level = HEIGHTS.iter().zip(&seen.spread[0]).map(|(z, e)| (*z, e.value, e.error));
+    let white = SHOWN.iter().zip(&seen.ceramic).map(|(i, (e, _))| (HEIGHTS[*i], e.value, e.error));
+    let spread = chart(
+        "Spread of Range, level plates",
+        Axis::even("height [mm]", 0.0, 55.0),
+        Axis::even("standard deviation [um]", 0.0, 16.0),
+        vec![
+            curve(GREY, HEIGHTS.iter().zip(&seen.expected).map(|(z, e)| (*z, *e))),
+            curve(GREY, SHOWN.iter().zip(&seen.ceramic).map(|(i, (_, e))| (HEIGHTS[*i], *e))),
+            marks(BLUE, level),
+            marks(GREEN, white),
+        ],
+    );
+    spread.draw(&mut page, corner(1, 0), CHART);
+    let (x, y) = corner(1, 0);
+    legend(&mut page, (x + 300, y + 52), &[(GREEN, "ceramic, speckle and noise"), (BLUE, "metal, sensor noise alone")]);
+
+    let scales = chart(
+        "A row in height, a column in width",
+        Axis::even("height [mm]", 0.0, 55.0),
+        Axis::even("[um]", 60.0, 240.0),
+        vec![
+            curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&seen.bench, z)))),
+            curve(GREY, z().map(|z| (z, 1000.0 * column_width(&seen.bench, z)))),
+            marks(BLUE, seen.row_um.iter().map(|(z, e)| (*z, e.value, e.error))),
+            marks(ORANGE, seen.column_um.iter().map(|(z, e)| (*z, e.value, e.error))),
+        ],
+    );
+    scales.draw(&mut page, corner(0, 1), CHART);
+    let (x, y) = corner(0, 1);
+    legend(
+        &mut page,
+        (x + 270, y + 180),
+        &[(BLUE, "height of a row, level plates"), (ORANGE, "width of a column, dz/dx = 0.15")],
+    );
+
+    let (x, y) = corner(1, 1);
+    page.words(x, y + 12, "Range less truth on level ceramic at 23 mm, speckle and noise");
+    page.words(x, y + 28, "columns right, profiles down");
+    map(&mut page, (x, y + 40), seen);
+    page.0
+}
+
+fn map(page: &mut Page, (left, top): (u32, u32), seen: &Seen) {
+    let (columns, errors) = &seen.map;
+    let rows = errors.len() / columns;
+    let (width, height) = (CHART.0 - MARGIN, (CHART.0 - MARGIN) * rows as u32 / *columns as u32);
+    let at = |px: u32, py: u32| {
+        let (column, row) = (px as usize * columns / width as usize, py as usize * rows / height as usize);
+        errors[row * columns + column]
+    };
+    let picture = RgbImage::from_fn(width, height, |px, py| diverging(at(px, py) / MOST_UM));
+    page.picture(left, top, &picture);
+    let ramp = |t: f32| diverging(2.0 * f64::from(t) - 1.0);
+    page.bar(left, top + height + 12, width / 2, (&format!("-{MOST_UM:.0}"), &format!("+{MOST_UM:.0} um")), &ramp);
+}
+
+/// Blue below, white at 0, red above, for a number in [-1, 1].
+fn diverging(t: f64) -> Rgb<u8> {
+    let t = t.clamp(-1.0, 1.0);
+    let end = if t < 0.0 { [33.0, 90.0, 160.0] } else { [190.0, 60.0, 30.0] };
+    Rgb([0, 1, 2].map(|c| (248.0 + (end[c] - 248.0) * t.abs()) as u8))
 }

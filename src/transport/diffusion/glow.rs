@@ -7,17 +7,17 @@
 //! rows asked for; it leaves as Lambert's law says.
 //!
 //! Voxel and row blur the answer by about pitch^2 / 12 each in variance. The size of the grid: eight decay lengths
-//! of the lit media downwards and to each side, but no more than [`Settings`] say and no fewer than eight voxels.
+//! of the lit media downwards and to each side, but no more than [`DiffusionSettings`] say and no fewer than eight voxels.
 //! Exits of directions (cone light of fibres), gloss and light that crosses air from one part of the surface to another
 //! are left out.
 
 use super::grid::Grid;
 use super::solver::{self, Solution};
-use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::line::{LineResponse, LineSource};
 
 /// Grid and solver of [`glow`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct DiffusionSettings {
     /// Edge of a voxel [mm].
     pub voxel_mm: f64,
     /// Greatest depth below the surface [mm].
@@ -30,7 +30,7 @@ pub struct Settings {
     pub iterations: usize,
 }
 
-impl Default for Settings {
+impl Default for DiffusionSettings {
     /// Voxels of 0.1 mm, 6 mm deep and 8 mm to each side, to 1e-6: 9 million voxels and 0.7 GB for a board of 94 mm.
     fn default() -> Self {
         Self { voxel_mm: 0.1, depth_mm: 6.0, reach_mm: 8.0, tolerance: 1e-6, iterations: 2000 }
@@ -57,12 +57,12 @@ pub struct Account {
 }
 
 /// Light that comes out around a line; see the head of the file.
-pub fn glow(line: &LineOfLight, settings: &Settings) -> Glow {
+pub fn glow(line: &LineSource, settings: &DiffusionSettings) -> LineResponse {
     glow_with_account(line, settings).0
 }
 
 /// [`glow`], and where all light went.
-pub fn glow_with_account(line: &LineOfLight, settings: &Settings) -> (Glow, Account) {
+pub fn glow_with_account(line: &LineSource, settings: &DiffusionSettings) -> (LineResponse, Account) {
     let rows = 2 * line.rows + 1;
     let columns = line.x.len();
     let mut light = vec![0.0; rows * columns];
@@ -82,5 +82,5 @@ pub fn glow_with_account(line: &LineOfLight, settings: &Settings) -> (Glow, Acco
         grid.resample(line, &exits, &mut light);
     }
     let light = light.into_iter().map(|v| v as f32).collect();
-    (Glow { columns, rows: line.rows, light, error: Vec::new() }, account)
+    (LineResponse { columns, rows: line.rows, light, error: Vec::new() }, account)
 }

@@ -6,12 +6,12 @@ use glam::{DMat3, DVec3};
 use procedural::Medium;
 use procedural::body::Slice;
 
-use super::glow::{Account, Settings};
+use super::glow::{Account, DiffusionSettings};
 use super::tensor::{Diffusive, refracted, uniaxial};
 use super::voxels::{Voxel, Voxels};
 use crate::transport::fresnel::BoundaryTable;
 use crate::transport::kernel::diffusion;
-use crate::transport::line::LineOfLight;
+use crate::transport::line::LineSource;
 use crate::transport::stack::{Layer, Scattering};
 
 /// Decay lengths of the fluence that the grid holds.
@@ -50,7 +50,7 @@ pub(super) struct Grid {
 
 impl Grid {
     /// `None` where no light enters.
-    pub fn new(line: &LineOfLight, settings: &Settings) -> Option<Self> {
+    pub fn new(line: &LineSource, settings: &DiffusionSettings) -> Option<Self> {
         let pitch = settings.voxel_mm;
         let slice = line.body.slice(line.y as f32);
         let mut lengths = DVec3::ZERO;
@@ -87,7 +87,7 @@ impl Grid {
     }
 
     /// The matter of the body.
-    pub fn voxels(&self, line: &LineOfLight) -> Voxels {
+    pub fn voxels(&self, line: &LineSource) -> Voxels {
         let ny = self.shape[1];
         let floor = f64::from(line.body.bounds().0.z);
         let slices: Vec<_> = (0..ny).map(|j| line.body.slice(self.centre(1, j) as f32)).collect();
@@ -114,7 +114,7 @@ impl Grid {
     }
 
     /// Power that begins to diffuse in each voxel; what goes straight out is added to `exits`.
-    pub fn source(&self, line: &LineOfLight, voxels: &Voxels, exits: &mut [f64], account: &mut Account) -> Vec<f64> {
+    pub fn source(&self, line: &LineSource, voxels: &Voxels, exits: &mut [f64], account: &mut Account) -> Vec<f64> {
         let mut source = vec![0.0; voxels.len()];
         let slice = line.body.slice(line.y as f32);
         for (column, (&x, &power)) in line.x.iter().zip(line.power).enumerate() {
@@ -177,7 +177,7 @@ impl Grid {
     }
 
     /// Adds the light that left each column of voxels to the rows and columns of the answer.
-    pub fn resample(&self, line: &LineOfLight, exits: &[f64], light: &mut [f64]) {
+    pub fn resample(&self, line: &LineSource, exits: &[f64], light: &mut [f64]) {
         let rows = 2 * line.rows + 1;
         let columns = line.x.len();
         let start = line.y - (line.rows as f64 + 0.5) * line.row_mm;

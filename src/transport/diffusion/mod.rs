@@ -24,12 +24,12 @@ mod spread;
 pub mod tensor;
 pub mod voxels;
 
-pub use self::glow::{Settings, glow};
+pub use self::glow::{DiffusionSettings, glow};
 pub use self::slab::solve;
 
 /// Why diffusion has no answer; layers count from 0 at the top.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Refusal {
+pub enum DiffusionError {
     /// A gap, or matter that hardly scatters.
     #[error(
         "layer {layer} does not scatter: light crosses it in straight lines, which diffusion cannot say; use the path \

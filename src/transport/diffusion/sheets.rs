@@ -5,9 +5,9 @@
 
 use glam::{DMat2, DVec2};
 
-use super::Refusal;
+use super::DiffusionError;
 use super::tensor::{Diffusive, moments};
-use crate::transport::stack::{Below, Stack};
+use crate::transport::stack::{Stack, Substrate};
 
 /// Where a share of the light begins to diffuse.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,11 +52,11 @@ fn tanh_over(q: f64, t: f64) -> f64 {
 }
 
 impl Line {
-    pub fn new(stack: &Stack) -> Result<Self, Refusal> {
+    pub fn new(stack: &Stack) -> Result<Self, DiffusionError> {
         let mut sheets: Vec<Sheet> = Vec::new();
         for (index, layer) in stack.layers.iter().enumerate() {
             if layer.coat < 1.0 {
-                return Err(Refusal::Coat { layer: index });
+                return Err(DiffusionError::Coat { layer: index });
             }
             let medium = Diffusive::new(layer, index)?;
             let resistance = sheets.last().map_or(0.0, |above| resistance(above.medium.n, layer.n));
@@ -67,8 +67,8 @@ impl Line {
                 break;
             }
         }
-        let Below::Index(below) = stack.below else { return Err(Refusal::Foil) };
-        let (Some(first), Some(last)) = (sheets.first(), sheets.last()) else { return Err(Refusal::Empty) };
+        let Substrate::Index(below) = stack.below else { return Err(DiffusionError::Foil) };
+        let (Some(first), Some(last)) = (sheets.first(), sheets.last()) else { return Err(DiffusionError::Empty) };
         let ends = [first.medium.extrapolation(stack.above), last.medium.extrapolation(below)];
         Ok(Self { sheets, ends, below })
     }

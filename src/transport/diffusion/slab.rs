@@ -22,12 +22,12 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::Refusal;
+use super::DiffusionError;
 use super::sheets::{Line, Source};
 use super::spread::{line_spread, point_spread};
 use super::tensor::refracted;
 use crate::quadrature::composite;
-use crate::transport::answer::{Angle, Answer, Estimate, Question};
+use crate::transport::answer::{AngleBin, Answer, Estimate, Question};
 use crate::transport::fresnel::{boundary_factor, internal_reflectance};
 use crate::transport::stack::{Scattering, Stack};
 
@@ -42,7 +42,7 @@ const DIFFUSE: [usize; 2] = [6, 8];
 ///
 /// # Errors
 /// Layers that diffusion knows nothing of.
-pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
+pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, DiffusionError> {
     let line = Line::new(stack)?;
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
@@ -85,7 +85,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
 }
 
 /// Shares and directions of the incident light.
-fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, Refusal> {
+fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, DiffusionError> {
     let towards = |cos: f64, azimuth: f64| {
         let (y, x) = libm::sincos(azimuth);
         let sine = (1.0 - cos * cos).max(0.0).sqrt();
@@ -100,7 +100,7 @@ fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, Refusal> {
         return Ok(rule.into_iter().flat_map(at).collect());
     };
     if !(0.0..0.5 * PI).contains(&angle) {
-        return Err(Refusal::Grazing { degrees: angle.to_degrees() });
+        return Err(DiffusionError::Grazing { degrees: angle.to_degrees() });
     }
     Ok(vec![(1.0, towards(libm::cos(angle), question.incidence_azimuth))])
 }
@@ -118,7 +118,7 @@ pub fn radiance_factor(n: f64, mu: f64) -> f64 {
 }
 
 /// Flux over solid angle in `count` bins even in the angle.
-fn angles(count: usize, n: [f64; 2], flux: [f64; 2]) -> Vec<Angle> {
+fn angles(count: usize, n: [f64; 2], flux: [f64; 2]) -> Vec<AngleBin> {
     let step = 0.5 * PI / count as f64;
     let mean = |n: f64, from: f64| {
         let (near, far) = (libm::cos(from + step), libm::cos(from));
@@ -128,7 +128,7 @@ fn angles(count: usize, n: [f64; 2], flux: [f64; 2]) -> Vec<Angle> {
     };
     let bin = |i: usize| {
         let from = i as f64 * step;
-        Angle {
+        AngleBin {
             from_deg: from.to_degrees(),
             to_deg: (from + step).to_degrees(),
             reflected: Estimate::exact(flux[0] * mean(n[0], from)),

@@ -13,7 +13,7 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use super::Refusal;
+use super::DiffusionError;
 use super::generalized::Generalized;
 use crate::transport::fresnel::{boundary_factor, internal_reflectance};
 use crate::transport::kernel::diffusion;
@@ -44,12 +44,12 @@ impl Diffusive {
     ///
     /// # Errors
     /// Matter in which light does not lose its direction in some way: clear layers, gaps, cylinders without background.
-    pub fn new(layer: &Layer, index: usize) -> Result<Self, Refusal> {
+    pub fn new(layer: &Layer, index: usize) -> Result<Self, DiffusionError> {
         let (walk, d) = match layer.scattering {
             Scattering::Isotropic { mu_s, g } => {
                 let reduced = mu_s * (1.0 - g);
                 if reduced <= 0.0 {
-                    return Err(Refusal::Clear { layer: index });
+                    return Err(DiffusionError::Clear { layer: index });
                 }
                 (Walk::Isotropic { reduced }, DMat3::from_diagonal(DVec3::splat(1.0 / (3.0 * reduced))))
             }
@@ -57,9 +57,9 @@ impl Diffusive {
                 let k = sigma_c * (1.0 - turn.mean_cosine());
                 if sigma_i <= 0.0 {
                     return Err(if k > 0.0 {
-                        Refusal::Guided { layer: index }
+                        DiffusionError::Guided { layer: index }
                     } else {
-                        Refusal::Clear { layer: index }
+                        DiffusionError::Clear { layer: index }
                     });
                 }
                 let (along, across) = diffusion(sigma_i, k);
@@ -67,7 +67,7 @@ impl Diffusive {
             }
             Scattering::Tensor { mu_s, g } => {
                 if mu_s.min_element() <= 0.0 {
-                    return Err(Refusal::Clear { layer: index });
+                    return Err(DiffusionError::Clear { layer: index });
                 }
                 let medium = Generalized::new(mu_s, g);
                 let d = DMat3::from_diagonal(medium.d);

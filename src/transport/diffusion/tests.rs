@@ -10,12 +10,12 @@ use super::tensor::Diffusive;
 use crate::quadrature::composite;
 use crate::transport::answer::Question;
 use crate::transport::fresnel::boundary_factor;
-use crate::transport::stack::{Layer, Scattering, Stack, Turn};
+use crate::transport::stack::{CylinderPhase, Layer, Scattering, Stack};
 
 fn fibres(sigma_i: f64, k: f64, dive_deg: f64) -> Scattering {
     let (sin, cos) = libm::sincos(dive_deg.to_radians());
     let axis = DVec3::new(0.0, cos, -sin);
-    Scattering::Fibres { sigma_i, sigma_c: k, turn: Turn::Cauchy(0.0), axis, dispersion: 0.0 }
+    Scattering::Fibres { sigma_i, sigma_c: k, turn: CylinderPhase::Cauchy(0.0), axis, dispersion: 0.0 }
 }
 
 fn medium(scattering: Scattering, n: f64) -> Diffusive {
@@ -62,7 +62,8 @@ fn cylinder_tensor_has_its_check_values() {
         }
     }
     let axis = DVec3::Y;
-    let turned = Scattering::Fibres { sigma_i: 1.0, sigma_c: 10.0, turn: Turn::Cauchy(0.5), axis, dispersion: 0.0 };
+    let turned =
+        Scattering::Fibres { sigma_i: 1.0, sigma_c: 10.0, turn: CylinderPhase::Cauchy(0.5), axis, dispersion: 0.0 };
     close(medium(turned, 1.0).d.x_axis.x, 0.06295, 4e-4, "g2 of 0.5");
     let forward = Scattering::Isotropic { mu_s: 10.0, g: 0.9 };
     close(medium(forward, 1.0).d.y_axis.y, 1.0 / 3.0, 1e-12, "Henyey and Greenstein");

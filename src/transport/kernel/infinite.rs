@@ -3,10 +3,10 @@
 
 use super::table::{BINS, CONE, Table};
 use super::view::View;
-use super::{Texel, kept};
+use super::{SurfacePoint, kept};
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::fresnel::interface;
-use crate::transport::stack::{Below, Scattering, Stack};
+use crate::transport::fresnel::fresnel_dielectric;
+use crate::transport::stack::{Scattering, Stack, Substrate};
 
 /// Light that left after about the same path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Gaussian {
 
 /// Why the kernel has no answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Refusal {
+pub enum KernelError {
     /// Neither a half space nor a film over air over one or over foil.
     #[error(
         "the kernel knows half spaces, and one film over air over a half space or foil, or on foil; use `--model path` for \
@@ -48,14 +48,14 @@ pub enum Refusal {
     Clear,
     /// A lens below.
     #[error("a half space lets no light out below; put the lens above it")]
-    Below,
+    Substrate,
     /// Something else than air.
     #[error("the kernel's table is for air above the surface; use `--model path` for other indices")]
     Above,
 }
 
 /// The Gaussians of a texel.
-pub fn gaussians(texel: &Texel) -> Vec<Gaussian> {
+pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
     let node = Table::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
@@ -82,8 +82,8 @@ pub fn gaussians(texel: &Texel) -> Vec<Gaussian> {
 ///
 /// # Errors
 /// Whatever its table was not made for.
-pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
-    let foil = matches!(stack.below, Below::Foil(_));
+pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
+    let foil = matches!(stack.below, Substrate::Foil(_));
     if stack.layers.len() > 1 || foil {
         return super::layers::solve(stack, question);
     }
@@ -146,24 +146,24 @@ pub(super) fn point(all: &[Gaussian], (sin, cos): (f64, f64), question: &Questio
 }
 
 /// Whether light comes straight down through air and the lens stands above: all that the tables were measured with.
-pub(super) fn seen_from_above(stack: &Stack, question: &Question) -> Result<(), Refusal> {
+pub(super) fn seen_from_above(stack: &Stack, question: &Question) -> Result<(), KernelError> {
     if stack.above != 1.0 {
-        return Err(Refusal::Above);
+        return Err(KernelError::Above);
     }
     if question.incidence != Some(0.0) {
-        return Err(Refusal::Incidence);
+        return Err(KernelError::Incidence);
     }
     if question.view.z <= 0.0 {
-        return Err(Refusal::Below);
+        return Err(KernelError::Substrate);
     }
     Ok(())
 }
 
 /// The half space as a texel, and (sine, cosine) of the fibres' track against the motion.
-fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refusal> {
-    let [layer] = stack.layers.as_slice() else { return Err(Refusal::Layers) };
+fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)), KernelError> {
+    let [layer] = stack.layers.as_slice() else { return Err(KernelError::Layers) };
     if layer.thickness.is_finite() {
-        return Err(Refusal::Layers);
+        return Err(KernelError::Layers);
     }
     seen_from_above(stack, question)?;
     let (sigma_i, k, axis) = match layer.scattering {
@@ -172,19 +172,19 @@ fn texel(stack: &Stack, question: &Question) -> Result<(Texel, (f64, f64)), Refu
             // The end that dives.
             (sigma_i, sigma_c * (1.0 - turn.mean_cosine()), if axis.z > 0.0 { -axis } else { axis })
         }
-        Scattering::Tensor { .. } => return Err(Refusal::Tensor),
+        Scattering::Tensor { .. } => return Err(KernelError::Tensor),
     };
     if sigma_i + k <= 0.0 {
-        return Err(Refusal::Clear);
+        return Err(KernelError::Clear);
     }
     let flat = (axis.x * axis.x + axis.y * axis.y).sqrt();
     let track = if flat > 1e-9 { (axis.x / flat, axis.y / flat) } else { (0.0, 1.0) };
-    let texel = Texel {
+    let texel = SurfacePoint {
         mu_a: layer.mu_a as f32,
         sigma_i: sigma_i as f32,
         k: k as f32,
         n: layer.n as f32,
-        enter: 1.0 - interface(1.0, layer.n, 1.0).0 as f32,
+        enter: 1.0 - fresnel_dielectric(1.0, layer.n, 1.0).0 as f32,
         sin_dive: -axis.z as f32,
         cos_azimuth: track.1 as f32,
         view_along: (question.view.x * track.0 + question.view.y * track.1) as f32,

@@ -24,15 +24,15 @@ pub mod widths;
 use multiversion::multiversion;
 
 pub use self::condense::condense;
-pub use self::infinite::{Gaussian, Refusal, gaussians, solve};
+pub use self::infinite::{Gaussian, KernelError, gaussians, solve};
 use self::table::{BINS, CONE, LANES, Table};
 pub use self::tensor::diffusion;
 use self::view::View;
-pub use self::widths::{BASIS, SPREAD_MM, Shares};
+pub use self::widths::{BASIS, SPREAD_MM, WidthShares};
 use crate::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
-pub const SIDEWAYS: f32 = 0.6;
+pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
 /// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from the judge on bodies [1].
 const RUN: f32 = 1.3;
 /// Share of cylinder scattering that ends a run along the fibre; from the judge on bodies [1].
@@ -51,7 +51,7 @@ fn kept(lost: f32) -> (f32, f32) {
 
 /// One point of a surface, as light from above meets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Texel {
+pub struct SurfacePoint {
     /// Absorption [mm^-1].
     pub mu_a: f32,
     /// Isotropic reduced scattering [mm^-1].
@@ -74,7 +74,7 @@ pub struct Texel {
     pub view_up: f32,
 }
 
-impl Texel {
+impl SurfacePoint {
     /// A point from which nothing comes out.
     pub const BLACK: Self = Self {
         mu_a: 1.0,
@@ -111,7 +111,7 @@ impl SpreadRow {
 
 /// Fills `spread` from texel `first` on for `texels`.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn line_spread(texels: &[Texel], first: usize, shares: &Shares, spread: &mut SpreadRow) {
+pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, spread: &mut SpreadRow) {
     let table = Table::get();
     for (i, texel) in texels.iter().enumerate() {
         let answer = one(texel, table, shares);
@@ -125,7 +125,7 @@ pub fn line_spread(texels: &[Texel], first: usize, shares: &Shares, spread: &mut
 
 /// Square roots of weights, exits and shifts of one texel.
 #[inline(always)]
-fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
+fn one(texel: &SurfacePoint, table: &Table, shares: &WidthShares) -> [[f32; BASIS]; 3] {
     let scattering = texel.sigma_i + texel.k;
     let free = 1.0 / scattering;
     let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive);
@@ -165,7 +165,7 @@ fn one(texel: &Texel, table: &Table, shares: &Shares) -> [[f32; BASIS]; 3] {
 /// Light that leaves towards the lens was on its way there when it was last turned, below and behind the point of exit.
 /// By reciprocity this is the persistence of light that would enter from the lens: its part across the fibre lasts
 /// 1 / (sigma_i + k sin), its part along it longer, since cylinders keep it.
-pub fn pull(texel: &Texel) -> f32 {
+pub fn exit_shift(texel: &SurfacePoint) -> f32 {
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (sin, cos) = (texel.sin_dive, (1.0 - texel.sin_dive * texel.sin_dive).max(0.0).sqrt());
     let lost = texel.mu_a + texel.sigma_i;
@@ -185,7 +185,7 @@ fn gather(
     along: &[f32; LANES],
     place: &[f32; LANES],
     bins: std::ops::Range<usize>,
-    shares: &Shares,
+    shares: &WidthShares,
 ) -> [[f32; BASIS]; 2] {
     let (mut weight, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS]);
     for l in bins {

@@ -19,13 +19,13 @@ const ROWS: usize = 512;
 
 /// Shares of the fixed widths as a function of u.
 #[derive(Debug, Clone)]
-pub struct Shares {
+pub struct WidthShares {
     rows: Box<[[f32; BASIS]; ROWS]>,
     low: f32,
     per_step: f32,
 }
 
-impl Shares {
+impl WidthShares {
     /// The table.
     pub fn new() -> Self {
         let nodes = SPREAD_MM.map(|s| libm::log(f64::from(s) * f64::from(s) + LINE_MM2));
@@ -48,7 +48,7 @@ impl Shares {
     }
 }
 
-impl Default for Shares {
+impl Default for WidthShares {
     fn default() -> Self {
         Self::new()
     }
@@ -77,10 +77,10 @@ mod tests {
     use super::*;
 
     /// A single Gaussian, rows of 0.101 mm under the line: each row's share within 3 % of the centre's, and within 10 %
-    /// between the two widest widths. The sum over a medium's paths is far nearer: tests/transport_table.rs.
+    /// between the two widest widths. The sum over a medium's paths is far nearer: tests/reference/table.rs.
     #[test]
     fn gaussians_are_sums_of_the_fixed_ones() {
-        let shares = Shares::new();
+        let shares = WidthShares::new();
         let cell = |variance: f64, row: f64| {
             let z = |y: f64| libm::erf(y / (2.0 * (variance + LINE_MM2)).sqrt());
             0.5 * (z((row + 0.5) * 0.101) - z((row - 0.5) * 0.101))

@@ -31,7 +31,7 @@ use self::voxels::Voxels;
 use super::walk::Photon;
 use super::{BATCHES, Effort, pack};
 use crate::transport::answer::Estimate;
-use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::phase::uniform;
 
 /// Batches that are in memory at once.
@@ -72,12 +72,12 @@ impl Ground for Roam<'_> {
 }
 
 /// What the lens sees of a line of light on a body.
-pub fn glow(line: &LineOfLight, effort: Effort) -> Glow {
+pub fn glow(line: &LineSource, effort: Effort) -> LineResponse {
     judge(line, effort).0
 }
 
 /// The same, and where all light went.
-pub fn judge(line: &LineOfLight, effort: Effort) -> (Glow, Books) {
+pub fn judge(line: &LineSource, effort: Effort) -> (LineResponse, Books) {
     if let Body::Pack(pack) = line.body {
         return light(line, effort, &pack::Roam::in_pack(pack, line));
     }
@@ -86,10 +86,11 @@ pub fn judge(line: &LineOfLight, effort: Effort) -> (Glow, Books) {
 }
 
 /// The same on `ground`.
-pub(super) fn light(line: &LineOfLight, effort: Effort, ground: &impl Ground) -> (Glow, Books) {
+pub(super) fn light(line: &LineSource, effort: Effort, ground: &impl Ground) -> (LineResponse, Books) {
     let aim = Aim::new(line);
     let cells = (2 * line.rows + 1) * line.x.len();
-    let mut glow = Glow { columns: line.x.len(), rows: line.rows, light: vec![0.0; cells], error: vec![0.0; cells] };
+    let mut glow =
+        LineResponse { columns: line.x.len(), rows: line.rows, light: vec![0.0; cells], error: vec![0.0; cells] };
     let total = aim.total();
     if total <= 0.0 {
         let none = Estimate::exact(0.0);
@@ -127,7 +128,7 @@ pub(super) fn light(line: &LineOfLight, effort: Effort, ground: &impl Ground) ->
 /// Where light is sent in, and how places become cells.
 #[derive(Debug)]
 struct Aim<'a> {
-    line: &'a LineOfLight<'a>,
+    line: &'a LineSource<'a>,
     /// Ends of the columns, one more than them [mm].
     ends: Vec<f64>,
     /// Power of all columns up to and with each one.
@@ -144,7 +145,7 @@ struct Count<'a> {
 }
 
 impl<'a> Aim<'a> {
-    fn new(line: &'a LineOfLight<'a>) -> Self {
+    fn new(line: &'a LineSource<'a>) -> Self {
         let x: Vec<f64> = line.x.iter().map(|&x| f64::from(x)).collect();
         let mut ends: Vec<f64> = x.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
         // The outermost columns are as wide as their neighbours; a single one is as wide as a row.

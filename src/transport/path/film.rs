@@ -14,9 +14,9 @@ use procedural::Stream;
 use rayon::prelude::*;
 
 use super::walk::{Photon, Prepared, Tally, Walk};
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::phase::disc;
-use crate::transport::stack::{Below, Foil, Scattering, Stack};
+use crate::transport::stack::{Foil, Scattering, Stack, Substrate};
 
 /// Mean cosine of the pigment: rutile of 0.23 um in PVC at 660 nm by Mie's theory [1].
 pub const PIGMENT_G: f64 = 0.557;
@@ -136,7 +136,7 @@ pub fn measure(
     let pigment = Scattering::Isotropic { mu_s: slab.turns / (1.0 - PIGMENT_G), g: PIGMENT_G };
     let mut stack = Stack::slab(1.0, slab.n, 0.0, pigment);
     if light == Light::Sealed {
-        stack.below = Below::Foil(SEALED);
+        stack.below = Substrate::Foil(SEALED);
     }
     let walk = Walk::new(&stack, f64::INFINITY);
     let each = photons.div_ceil(BATCHES);
@@ -150,7 +150,7 @@ pub fn measure(
                 let (mut way, mut weight) = (DVec3::NEG_Z, 1.0);
                 if light == Light::Lambert {
                     let (x, y, s) = disc(&mut rng);
-                    let (thrown, cosine) = interface(1.0, slab.n, (1.0 - s).sqrt());
+                    let (thrown, cosine) = fresnel_dielectric(1.0, slab.n, (1.0 - s).sqrt());
                     sums.fates.iter_mut().for_each(|fate| fate.straight_up += thrown);
                     (way, weight) = (DVec3::new(x / slab.n, y / slab.n, -cosine), 1.0 - thrown);
                 }

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use self::tally::Count;
 use self::walk::{Photon, Tally, Walk};
 use super::answer::{Answer, Question};
-use super::fresnel::interface;
+use super::fresnel::fresnel_dielectric;
 use super::phase::disc;
 use super::stack::Stack;
 
@@ -111,7 +111,7 @@ fn enter(stack: &Stack, question: &Question, rng: &mut impl Rng) -> (Photon, f64
         }
     };
     let n = stack.layers[0].n;
-    let (thrown, cosine) = interface(stack.above, n, -way.z);
+    let (thrown, cosine) = fresnel_dielectric(stack.above, n, -way.z);
     let ratio = stack.above / n;
     let way = DVec3::new(way.x * ratio, way.y * ratio, -cosine);
     let place = DVec3::ZERO;

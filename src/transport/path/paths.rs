@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::towards::Lens;
 use super::walk::{Photon, Prepared, Tally, Walk};
-use crate::transport::stack::{Scattering, Stack, Turn, WOOD_DISPERSION};
+use crate::transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
 /// Ends of the first bin of path lengths, and ratio of the next ones, in mean free paths [1].
 pub const FIRST: f64 = 0.05;
@@ -118,7 +118,8 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> Paths {
     // The diving end points along +y.
     let axis = DVec3::new(0.0, cos, -sin);
     let (sigma_i, sigma_c) = (of.rho, 1.0 - of.rho);
-    let fibres = Scattering::Fibres { sigma_i, sigma_c, turn: Turn::Cauchy(0.0), axis, dispersion: WOOD_DISPERSION };
+    let fibres =
+        Scattering::Fibres { sigma_i, sigma_c, turn: CylinderPhase::Cauchy(0.0), axis, dispersion: WOOD_DISPERSION };
     let walk = Walk::new(&Stack::half_space(of.n, 0.0, fibres), FIRST * libm::pow(RATIO, WALKED as f64));
     let lenses: Vec<Lens> = TILTS_DEG
         .iter()

@@ -6,7 +6,7 @@ use rand::Rng;
 
 use super::towards::Lens;
 use super::walk::{Photon, Prepared, Tally, Walk};
-use crate::transport::answer::{Angle, Answer, Estimate, Question};
+use crate::transport::answer::{AngleBin, Answer, Estimate, Question};
 use crate::transport::stack::Stack;
 
 /// Half angle of the cone about the lens whose light is counted [rad].
@@ -170,7 +170,7 @@ pub(super) fn answer(counts: &[Count], each: u64, stack: &Stack, question: &Ques
     let angles = (0..bins).map(|bin| {
         let edge = |b: usize| std::f64::consts::FRAC_PI_2 * b as f64 / bins as f64;
         let solid = std::f64::consts::TAU * (libm::cos(edge(bin)) - libm::cos(edge(bin + 1)));
-        Angle {
+        AngleBin {
             from_deg: edge(bin).to_degrees(),
             to_deg: edge(bin + 1).to_degrees(),
             reflected: mean(&|count| count.up[bin] / solid),

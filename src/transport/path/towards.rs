@@ -11,9 +11,9 @@ use glam::DVec3;
 use rand::Rng;
 
 use super::walk::{Photon, Prepared, Walk};
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::phase::{cylinder_towards, henyey_greenstein_density};
-use crate::transport::stack::{Below, Scattering};
+use crate::transport::stack::{Scattering, Substrate};
 
 /// Steps of the mean over fibre dispersion, in tilt and around.
 const TILTS: usize = 64;
@@ -47,8 +47,8 @@ impl Lens {
         }
         let outside = match walk.below {
             _ if up => walk.above,
-            Below::Index(below) => below,
-            Below::Foil(_) => return None,
+            Substrate::Index(below) => below,
+            Substrate::Foil(_) => return None,
         };
         let (mut index, mut through) = (outside, 1.0);
         let mut outs: Vec<Out> = Vec::new();
@@ -59,7 +59,7 @@ impl Lens {
             let ratio = outside / n;
             let (x, y) = (view.x * ratio, view.y * ratio);
             let cosine = (1.0 - x * x - y * y).max(0.0).sqrt();
-            through *= 1.0 - interface(n, index, cosine).0;
+            through *= 1.0 - fresnel_dielectric(n, index, cosine).0;
             if up {
                 through *= layer.layer.coat;
             }

@@ -9,9 +9,9 @@
 use glam::DVec3;
 use rand::Rng;
 
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::phase::{dispersed, frame, henyey_greenstein, isotropic, turned, uniform};
-use crate::transport::stack::{Below, Layer, Scattering, Stack, Turn};
+use crate::transport::stack::{CylinderPhase, Layer, Scattering, Stack, Substrate};
 
 /// Weight under which chance decides about a photon [1].
 pub(super) const ROULETTE: f64 = 1e-3;
@@ -79,7 +79,7 @@ pub struct Walk {
     /// Refractive index above [1].
     pub above: f64,
     /// What lies below.
-    pub below: Below,
+    pub below: Substrate,
     /// Path after which a photon is given up [mm].
     longest: f64,
 }
@@ -103,8 +103,10 @@ impl Walk {
     /// Whether the index changes at any plane but the one that light to a lens above (`up`) or below leaves through.
     pub fn mirrors_inside(&self, up: bool) -> bool {
         let index = |layer: &Prepared| layer.layer.n;
-        let last =
-            self.layers.last().is_some_and(|last| last.bottom.is_finite() && Below::Index(index(last)) != self.below);
+        let last = self
+            .layers
+            .last()
+            .is_some_and(|last| last.bottom.is_finite() && Substrate::Index(index(last)) != self.below);
         let first = self.layers.first().is_some_and(|first| index(first) != self.above);
         (if up { last } else { first }) || self.layers.windows(2).any(|pair| index(&pair[0]) != index(&pair[1]))
     }
@@ -161,20 +163,20 @@ impl Walk {
         let n = self.layers[photon.layer].layer.n;
         let outside = match self.below {
             _ if up => self.above,
-            Below::Index(below) => below,
+            Substrate::Index(below) => below,
             // Never reached but by light on the last layer's lower plane.
-            Below::Foil(foil) if beyond.is_none() => {
+            Substrate::Foil(foil) if beyond.is_none() => {
                 tally.absorb(photon.layer, photon.weight * (1.0 - foil.reflectance));
                 photon.weight *= foil.reflectance;
                 photon.turned += 1;
                 photon.way = foil.mirror(photon.way, rng);
                 return false;
             }
-            Below::Foil(_) => n,
+            Substrate::Foil(_) => n,
         };
         let other = beyond.map_or(outside, |layer| self.layers[layer].layer.n);
         if n != other {
-            let (reflectance, cosine) = interface(n, other, photon.way.z.abs());
+            let (reflectance, cosine) = fresnel_dielectric(n, other, photon.way.z.abs());
             if uniform(rng) <= reflectance {
                 photon.way.z = -photon.way.z;
                 return false;
@@ -251,7 +253,7 @@ pub fn meet<R: Rng>(way: DVec3, sigma_i: f64, sigma_c: f64, rng: &mut R, fibre: 
 impl Event {
     /// Turns the photon as the event says.
     #[inline(always)]
-    pub fn apply(self, photon: &mut Photon, turn: Turn, rng: &mut impl Rng) {
+    pub fn apply(self, photon: &mut Photon, turn: CylinderPhase, rng: &mut impl Rng) {
         match self {
             Self::Background => {
                 photon.turned += 1;

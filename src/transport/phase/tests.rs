@@ -11,7 +11,13 @@ const BINS: usize = 32;
 /// Mean cosines of Henyey and Greenstein's law.
 const HG: [f64; 5] = [-0.5, 1e-6, 0.3, 0.75, 0.95];
 /// Turns about a cylinder.
-const TURNS: [Turn; 5] = [Turn::Cauchy(-0.4), Turn::Cauchy(0.0), Turn::Cauchy(0.3), Turn::Cauchy(0.8), Turn::Mirror];
+const TURNS: [CylinderPhase; 5] = [
+    CylinderPhase::Cauchy(-0.4),
+    CylinderPhase::Cauchy(0.0),
+    CylinderPhase::Cauchy(0.3),
+    CylinderPhase::Cauchy(0.8),
+    CylinderPhase::Mirror,
+];
 const DISPERSIONS: [f64; 3] = [0.03, WOOD_DISPERSION, 0.5];
 /// Quantile of chi-square with 31 degrees of freedom at 1 - 1e-3 / 20: each test asks at most 20 times.
 const CHI_SQUARE_31: f64 = 71.4;
@@ -123,7 +129,7 @@ fn dispersion_follows_its_density() {
 fn laws_without_a_mean_cosine_are_even() {
     for cos in [-1.0, -0.3, 0.4, 1.0] {
         assert!((henyey_greenstein_density(cos, 0.0) * 4.0 * PI - 1.0).abs() < 1e-15);
-        assert!((Turn::Cauchy(0.0).density(cos) * TAU - 1.0).abs() < 1e-15);
+        assert!((CylinderPhase::Cauchy(0.0).density(cos) * TAU - 1.0).abs() < 1e-15);
     }
     for g in [0.0, 1e-6] {
         let mut rng = rng(&format!("even {g}"));
@@ -150,7 +156,7 @@ fn light_stays_on_its_cone() {
 }
 
 /// Light in direction `w` after a cylinder of width sin(w, f'), or none.
-fn by_cylinder(w: DVec3, axis: DVec3, turn: Turn, s: f64, rng: &mut impl Rng) -> Option<DVec3> {
+fn by_cylinder(w: DVec3, axis: DVec3, turn: CylinderPhase, s: f64, rng: &mut impl Rng) -> Option<DVec3> {
     match meet(w, 0.0, 1.0, rng, |rng| dispersed(axis, frame(axis), s, rng)) {
         Event::Cylinder(fibre) => Some(turned(w, fibre, turn.sample(rng))),
         _ => None,
@@ -187,7 +193,7 @@ fn laws_are_reciprocal() {
         assert!(excess < 120.4, "{name}: {excess}");
     };
     test("HG", &|w, mut rng| Some(henyey_greenstein(w, 0.6, &mut rng)));
-    for (name, turn) in [("Cauchy", Turn::Cauchy(0.4)), ("mirror", Turn::Mirror)] {
+    for (name, turn) in [("Cauchy", CylinderPhase::Cauchy(0.4)), ("mirror", CylinderPhase::Mirror)] {
         test(name, &|w, mut rng| by_cylinder(w, axis, turn, 0.2, &mut rng));
     }
     // The test can tell a law that prefers a direction.
@@ -208,7 +214,11 @@ fn density_towards_the_lens_is_that_of_scattering() {
         axis * cos + x * (sin * along) + y * (sin * up)
     };
     let low = libm::cos(CONE);
-    for (turn, s) in [(Turn::Cauchy(0.0), WOOD_DISPERSION), (Turn::Cauchy(0.5), 0.3), (Turn::Mirror, WOOD_DISPERSION)] {
+    for (turn, s) in [
+        (CylinderPhase::Cauchy(0.0), WOOD_DISPERSION),
+        (CylinderPhase::Cauchy(0.5), 0.3),
+        (CylinderPhase::Mirror, WOOD_DISPERSION),
+    ] {
         let mut rng = rng(&format!("towards {turn:?}"));
         let w = place(0.9, 0.3);
         let scattered: Vec<_> = (0..10 * DRAWS).map(|_| by_cylinder(w, axis, turn, s, &mut rng)).collect();

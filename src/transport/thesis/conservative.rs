@@ -7,7 +7,7 @@
 //! the light grows by exactly 2 D dt a step, whatever dt.
 //!
 //! The matrix has no negative answer (M-matrix) where |b| <= min(a, c): always for D_par / D_perp <= 3 + 2 sqrt(2) = 5.83.
-//! Beyond, [`Tensor::new`] raises the smaller coefficient to the limit for that angle; axis and larger one stay.
+//! Beyond, [`PlanarTensor::new`] raises the smaller coefficient to the limit for that angle; axis and larger one stay.
 //!
 //! Light that comes out is sum_m w_m u(tau_m) over path lengths tau_m (quantised diffusion, d'Eon and Irving
 //! 2011), with w_m = dtau [z0 e^(-z0^2 / 4 D_zz tau) + z2 e^(-z2^2 / 4 D_zz tau)] / (4 sqrt(pi D_zz) tau^(3/2)) of the
@@ -20,7 +20,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{Ground, Picture};
+use super::{Picture, PixelGround};
 
 /// Shortest and longest path [mm].
 const PATHS_MM: (f64, f64) = (0.003, 200.0);
@@ -31,7 +31,7 @@ const MOST: usize = 10_000;
 
 /// A symmetric tensor of diffusion in the plane.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Tensor {
+pub struct PlanarTensor {
     /// Along x [mm].
     pub xx: f64,
     /// Between x and y [mm].
@@ -40,7 +40,7 @@ pub struct Tensor {
     pub yy: f64,
 }
 
-impl Tensor {
+impl PlanarTensor {
     /// With `along` the unit vector `axis` and `across` it, the smaller raised where the stencil demands it [mm].
     pub fn new(axis: DVec2, along: f64, across: f64) -> Self {
         let (long, short) = (along.max(across), along.min(across));
@@ -71,11 +71,11 @@ pub struct Stencil {
 
 impl Stencil {
     /// Of tensors, `[rows, cols]`, row-major, on pixels of side `pitch_mm`; nothing flows to where there is none.
-    pub fn new(rows: usize, cols: usize, pitch_mm: f64, tensors: &[Option<Tensor>]) -> Self {
+    pub fn new(rows: usize, cols: usize, pitch_mm: f64, tensors: &[Option<PlanarTensor>]) -> Self {
         let stride = cols + 2;
         let mut own = vec![None; (rows + 2) * stride];
         for (i, tensor) in tensors.iter().enumerate() {
-            own[(i / cols + 1) * stride + i % cols + 1] = tensor.map(Tensor::coefficients);
+            own[(i / cols + 1) * stride + i % cols + 1] = tensor.map(PlanarTensor::coefficients);
         }
         let scale = 0.5 / (pitch_mm * pitch_mm);
         let steps = [1, stride + 1, stride, stride - 1];
@@ -165,8 +165,9 @@ impl Stencil {
 }
 
 /// Light that comes out of `ground` when `picture` entered.
-pub(super) fn spread(picture: &Picture, ground: &Ground, paths: u32, steps: u32) -> Picture {
-    let tensor = |walk: &Option<super::Walk>| walk.map(|walk| Tensor::new(walk.axis, walk.along, walk.across));
+pub(super) fn spread(picture: &Picture, ground: &PixelGround, paths: u32, steps: u32) -> Picture {
+    let tensor =
+        |walk: &Option<super::PlanarDiffusion>| walk.map(|walk| PlanarTensor::new(walk.axis, walk.along, walk.across));
     let tensors: Vec<_> = ground.walks.iter().map(tensor).collect();
     let stencil = Stencil::new(picture.rows, picture.cols, ground.pitch_mm, &tensors);
     let ratio = libm::log(PATHS_MM.1 / PATHS_MM.0) / f64::from(paths - 1);

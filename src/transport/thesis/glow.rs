@@ -7,12 +7,12 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{Ground, Method, Picture, Settings, spread};
-use crate::transport::line::{Glow, LineOfLight};
+use super::{Picture, PixelGround, SpreadMethod, ThesisSettings, spread};
+use crate::transport::line::{LineResponse, LineSource};
 
 /// Pixels along one axis.
 #[derive(Debug, Clone, Copy)]
-struct Axis {
+struct PixelAxis {
     /// Lower edge of the first [mm].
     from: f64,
     /// Size [mm].
@@ -21,7 +21,7 @@ struct Axis {
     count: usize,
 }
 
-impl Axis {
+impl PixelAxis {
     /// The pixels that lie between two places, and the length of each that does [mm].
     fn between(self, low: f64, high: f64) -> impl Iterator<Item = (usize, f64)> {
         let place = move |at: f64| ((at - self.from) / self.pitch).floor().clamp(0.0, self.count as f64) as usize;
@@ -46,19 +46,19 @@ fn edges(x: &[f32], alone: f64) -> Vec<f64> {
 }
 
 /// The model's answer for a line on a body.
-pub fn glow(line: &LineOfLight, settings: &Settings) -> Glow {
+pub fn glow(line: &LineSource, settings: &ThesisSettings) -> LineResponse {
     let (columns, side) = (line.x.len(), 2 * line.rows + 1);
     if columns == 0 {
-        return Glow { columns, rows: line.rows, light: Vec::new(), error: Vec::new() };
+        return LineResponse { columns, rows: line.rows, light: Vec::new(), error: Vec::new() };
     }
     let edges = edges(line.x, line.row_mm);
     let pitch = settings.pitch_mm;
     let across = edges[columns] - edges[0] + 2.0 * settings.margin_mm;
     let along = 0.5 * side as f64 * line.row_mm + settings.margin_mm;
-    let xs = Axis { from: edges[0] - settings.margin_mm, pitch, count: (across / pitch).ceil() as usize };
+    let xs = PixelAxis { from: edges[0] - settings.margin_mm, pitch, count: (across / pitch).ceil() as usize };
     // The line runs through the middle of a row.
     let half = (along / pitch - 0.5).ceil().max(0.0);
-    let ys = Axis { from: line.y - pitch * (half + 0.5), pitch, count: 2 * half as usize + 1 };
+    let ys = PixelAxis { from: line.y - pitch * (half + 0.5), pitch, count: 2 * half as usize + 1 };
 
     let mut entering = vec![0.0; xs.count];
     for (pair, &power) in edges.windows(2).zip(line.power) {
@@ -73,9 +73,9 @@ pub fn glow(line: &LineOfLight, settings: &Settings) -> Glow {
         light.iter_mut().zip(&entering).for_each(|(light, power)| *light = share * power);
     }
 
-    let ground = Ground::of_body(line.body, DVec2::new(xs.first(), ys.first()), pitch, ys.count, xs.count);
+    let ground = PixelGround::of_body(line.body, DVec2::new(xs.first(), ys.first()), pitch, ys.count, xs.count);
     let spread = spread(&picture, &ground, settings.method);
-    let level = if matches!(settings.method, Method::Conservative { .. }) { 1.0 } else { settings.returned };
+    let level = if matches!(settings.method, SpreadMethod::Conservative { .. }) { 1.0 } else { settings.returned };
 
     let row = |k: usize| {
         let middle = line.y + line.row_mm * (k as f64 - line.rows as f64);
@@ -90,7 +90,7 @@ pub fn glow(line: &LineOfLight, settings: &Settings) -> Glow {
         edges.windows(2).map(|pair| cell(pair) as f32).collect::<Vec<_>>()
     };
     let light = (0..side).into_par_iter().flat_map_iter(row).collect();
-    Glow { columns, rows: line.rows, light, error: Vec::new() }
+    LineResponse { columns, rows: line.rows, light, error: Vec::new() }
 }
 
 /// Share of a normal law of this standard deviation between two places.
@@ -101,7 +101,7 @@ fn normal_share(low: f64, high: f64, deviation: f64) -> f64 {
 
 /// A laser point: a filled circle with a Gaussian profile, unit light in all.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spot {
+pub struct LaserPoint {
     /// Middle as (column, row) [px].
     pub at: DVec2,
     /// Diameter; the thesis' is 55 [px].
@@ -110,7 +110,7 @@ pub struct Spot {
     pub deviation: f64,
 }
 
-impl Spot {
+impl LaserPoint {
     /// The thesis' point of 55 pixels at (column, row); at its edge are two standard deviations (our choice).
     pub fn thesis(at: DVec2) -> Self {
         Self { at, diameter: 55.0, deviation: 13.75 }
@@ -130,9 +130,9 @@ impl Spot {
     }
 }
 
-/// A laser point on `ground`: Figures 4.23 and 4.24 of the thesis with [`Method::ON_CLEAR_WOOD`] and
-/// [`Method::ON_A_KNOT`].
-pub fn point(ground: &Ground, spot: &Spot, method: Method) -> Picture {
+/// A laser point on `ground`: Figures 4.23 and 4.24 of the thesis with [`SpreadMethod::ON_CLEAR_WOOD`] and
+/// [`SpreadMethod::ON_A_KNOT`].
+pub fn point(ground: &PixelGround, spot: &LaserPoint, method: SpreadMethod) -> Picture {
     spread(&spot.picture(ground.map.rows(), ground.map.cols()), ground, method)
 }
 

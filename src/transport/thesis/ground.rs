@@ -25,7 +25,7 @@ const UPRIGHT: f64 = 0.1;
 
 /// How light walks below one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Walk {
+pub struct PlanarDiffusion {
     /// Unit vector along the fibre's track in the surface.
     pub axis: DVec2,
     /// Coefficient of diffusion along it [mm].
@@ -42,7 +42,7 @@ pub struct Walk {
     pub z2: f64,
 }
 
-impl Walk {
+impl PlanarDiffusion {
     /// Of a medium whose fibre is given with z along the surface's normal.
     pub fn new(medium: &Medium, boundary: &BoundaryTable) -> Self {
         let fibre = medium.fibre.as_dvec3();
@@ -72,31 +72,33 @@ impl Walk {
 
 /// Alpha of a map for a medium that returns this share of what enters, by the rule above [1].
 pub fn alpha(reflectance: f64, boundary: &BoundaryTable) -> f64 {
-    let ratio = reflectance / Walk::new(&CLEAR, boundary).reflectance();
+    let ratio = reflectance / PlanarDiffusion::new(&CLEAR, boundary).reflectance();
     if ratio >= CLEAR_FROM { 1.0 } else { ratio }
 }
 
 /// What lies below each pixel of a picture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ground {
+pub struct PixelGround {
     /// Side of a pixel [mm].
     pub pitch_mm: f64,
     /// Directions and alpha; transparent beside the body.
     pub map: DirectionMap,
     /// How light walks, `[rows, cols]`; `None` beside the body.
-    pub walks: Vec<Option<Walk>>,
+    pub walks: Vec<Option<PlanarDiffusion>>,
 }
 
-impl Ground {
+impl PixelGround {
     /// Of media, `[rows, cols]`, row-major, row 0 at the smallest y, fibres given with z along the surface's normal.
     ///
     /// # Panics
     /// Where there are not rows times cols media.
     pub fn new(rows: usize, cols: usize, pitch_mm: f64, media: &[Option<Medium>]) -> Self {
         let boundary = BoundaryTable::new();
-        let walks: Vec<_> =
-            media.par_iter().map(|medium| medium.as_ref().map(|medium| Walk::new(medium, &boundary))).collect();
-        let paint = |(medium, walk): (&Option<Medium>, &Option<Walk>)| match (medium, walk) {
+        let walks: Vec<_> = media
+            .par_iter()
+            .map(|medium| medium.as_ref().map(|medium| PlanarDiffusion::new(medium, &boundary)))
+            .collect();
+        let paint = |(medium, walk): (&Option<Medium>, &Option<PlanarDiffusion>)| match (medium, walk) {
             (Some(medium), Some(walk)) => {
                 let track = medium.fibre.as_dvec3().truncate();
                 let direction = (track.length() > UPRIGHT).then_some(track);
@@ -136,7 +138,7 @@ impl Ground {
         let of = |i: usize| {
             let lying = map.direction(i).filter(|_| map.alpha(i) == 1.0);
             let fibre = lying.map_or(DVec3::Z, |along| along.extend(0.0)).as_vec3();
-            (map.alpha(i) > 0.0).then(|| Walk::new(&Medium { fibre, ..*medium }, &boundary))
+            (map.alpha(i) > 0.0).then(|| PlanarDiffusion::new(&Medium { fibre, ..*medium }, &boundary))
         };
         let walks = (0..map.rows() * map.cols()).map(of).collect();
         Self { pitch_mm, map, walks }

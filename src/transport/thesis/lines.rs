@@ -13,7 +13,7 @@ use super::{DirectionMap, Picture};
 
 /// How the pixels of a line are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rule {
+pub enum LineRule {
     /// y = k x, rounded, for each whole x; leaves gaps where the line is steep. A line that is too steep to leave its
     /// column is stepped along y instead: there k has no number.
     LinearEquation,
@@ -24,7 +24,7 @@ pub enum Rule {
     Bresenham,
 }
 
-impl Rule {
+impl LineRule {
     /// Pixels of a line through (0, 0) along `direction`, `reach` pixels long on either side, and the coverage of each.
     pub fn pixels(self, direction: DVec2, reach: u32) -> Vec<(i32, i32, f64)> {
         let end = direction * f64::from(reach);
@@ -79,7 +79,7 @@ fn smooth(x: i32, y: i32) -> Vec<(i32, i32, f64)> {
 }
 
 /// `picture` with the light of each pixel spread along its line.
-pub(super) fn spread(picture: &Picture, map: &DirectionMap, rule: Rule, reach: u32) -> Picture {
+pub(super) fn spread(picture: &Picture, map: &DirectionMap, rule: LineRule, reach: u32) -> Picture {
     let mut out = Picture::dark(picture.rows, picture.cols);
     for (i, &light) in picture.light.iter().enumerate().filter(|&(_, &light)| light > 0.0) {
         let reach = (f64::from(reach) * map.alpha(i)).round() as u32;
@@ -103,7 +103,7 @@ pub(super) fn spread(picture: &Picture, map: &DirectionMap, rule: Rule, reach: u
 mod tests {
     use super::*;
 
-    fn places(rule: Rule, direction: DVec2, reach: u32) -> Vec<(i32, i32)> {
+    fn places(rule: LineRule, direction: DVec2, reach: u32) -> Vec<(i32, i32)> {
         rule.pixels(direction, reach).into_iter().map(|(x, y, _)| (x, y)).collect()
     }
 
@@ -120,7 +120,7 @@ mod tests {
                 let mut expected: Vec<_> = half.map(turn).into_iter().map(|(x, y)| (-x, -y)).rev().collect();
                 expected.push((0, 0));
                 expected.extend(half.map(turn));
-                assert_eq!(places(Rule::Bresenham, direction, 5), expected, "towards {direction}");
+                assert_eq!(places(LineRule::Bresenham, direction, 5), expected, "towards {direction}");
             }
         }
     }
@@ -131,7 +131,7 @@ mod tests {
         for degrees in [0.0, 13.0, 45.0, 61.0, 90.0, 118.0, 135.0, 171.0] {
             let (sin, cos) = libm::sincos(f64::to_radians(degrees));
             let direction = DVec2::new(cos, sin);
-            let line = Rule::AntiAliased.pixels(direction, 12);
+            let line = LineRule::AntiAliased.pixels(direction, 12);
             let end = (direction * 12.0).round();
             let steep = end.y.abs() > end.x.abs();
             let slope = if steep { end.x / end.y } else { end.y / end.x };
@@ -156,11 +156,11 @@ mod tests {
     #[test]
     fn the_linear_equation_has_gaps_where_it_is_steep() {
         assert_eq!(
-            places(Rule::LinearEquation, DVec2::ONE.normalize(), 3),
+            places(LineRule::LinearEquation, DVec2::ONE.normalize(), 3),
             [(-2, -2), (-1, -1), (0, 0), (1, 1), (2, 2)]
         );
         let steep = DVec2::new(1.0, 3.0).normalize();
-        assert_eq!(places(Rule::LinearEquation, steep, 7), [(-2, -6), (-1, -3), (0, 0), (1, 3), (2, 6)]);
-        assert_eq!(places(Rule::Bresenham, steep, 7).len(), 15);
+        assert_eq!(places(LineRule::LinearEquation, steep, 7), [(-2, -6), (-1, -3), (0, 0), (1, 3), (2, 6)]);
+        assert_eq!(places(LineRule::Bresenham, steep, 7).len(), 15);
     }
 }

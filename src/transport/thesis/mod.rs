@@ -3,7 +3,7 @@
 //! Their model: a photograph of the surface is overlaid by a map of colours that say along which line the light of a pixel
 //! spreads (Figure 3.9), and the picture of the laser is spread along it, by drawing lines or by Stam's (2003) diffusion
 //! with coefficients that depend on the pixel; what is absorbed is the map's alpha. Beside it stands what such a diffusion
-//! in the plane should be, [`Method::Conservative`]: a symmetric stencil with the tensor of cylinder scattering, summed
+//! in the plane should be, [`SpreadMethod::Conservative`]: a symmetric stencil with the tensor of cylinder scattering, summed
 //! over the lengths of paths with which light comes back to the surface.
 //!
 //! Valid for looking at. The thesis' own methods work on pixels: reach and number of iterations are numbers of the method
@@ -23,15 +23,15 @@ mod stam;
 #[cfg(test)]
 mod tests;
 
-pub use self::conservative::{Stencil, Tensor};
-pub use self::glow::{Spot, glow, point};
-pub use self::ground::{CLEAR_FROM, Ground, Walk, alpha};
-pub use self::lines::Rule;
+pub use self::conservative::{PlanarTensor, Stencil};
+pub use self::glow::{LaserPoint, glow, point};
+pub use self::ground::{CLEAR_FROM, PixelGround, PlanarDiffusion, alpha};
+pub use self::lines::LineRule;
 pub use self::map::{DirectionMap, MapError};
 
-/// How light is spread. The defaults of each are [`Method::BRESENHAM`] and its kin.
+/// How light is spread. The defaults of each are [`SpreadMethod::BRESENHAM`] and its kin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Method {
+pub enum SpreadMethod {
     /// Along y = k x + m, with steps of one pixel in x.
     LinearEquation {
         /// Length of the line on either side of a lit pixel where alpha is 1 [px].
@@ -67,7 +67,7 @@ pub enum Method {
     },
 }
 
-impl Method {
+impl SpreadMethod {
     /// Straight lines with a reach of 20 pixels (our choice).
     pub const LINEAR_EQUATION: Self = Self::LinearEquation { reach: 20 };
     /// Smooth lines with a reach of 20 pixels (our choice).
@@ -95,21 +95,21 @@ impl Method {
 
 /// What [`glow`] needs beside the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct ThesisSettings {
     /// How light is spread.
-    pub method: Method,
+    pub method: SpreadMethod,
     /// Size of the picture's square pixels [mm].
     pub pitch_mm: f64,
     /// What the picture shows beyond the wanted cells, on each side [mm].
     pub margin_mm: f64,
-    /// Light that clear wood returns of what entered, for all methods but [`Method::Conservative`], which knows it [1].
+    /// Light that clear wood returns of what entered, for all methods but [`SpreadMethod::Conservative`], which knows it [1].
     pub returned: f64,
 }
 
-impl Default for Settings {
+impl Default for ThesisSettings {
     /// The thesis' diffusion on pixels of 0.05 mm, half a row of the reference camera; all light comes back.
     fn default() -> Self {
-        Self { method: Method::ON_CLEAR_WOOD, pitch_mm: 0.05, margin_mm: 2.0, returned: 1.0 }
+        Self { method: SpreadMethod::ON_CLEAR_WOOD, pitch_mm: 0.05, margin_mm: 2.0, returned: 1.0 }
     }
 }
 
@@ -159,16 +159,18 @@ impl Picture {
 ///
 /// # Panics
 /// Where the sizes differ.
-pub fn spread(picture: &Picture, ground: &Ground, method: Method) -> Picture {
+pub fn spread(picture: &Picture, ground: &PixelGround, method: SpreadMethod) -> Picture {
     let map = &ground.map;
     assert_eq!((picture.rows, picture.cols), (map.rows(), map.cols()), "picture and ground have one size");
     match method {
-        Method::LinearEquation { reach } => lines::spread(picture, map, Rule::LinearEquation, reach),
-        Method::AntiAliased { reach } => lines::spread(picture, map, Rule::AntiAliased, reach),
-        Method::Bresenham { reach } => lines::spread(picture, map, Rule::Bresenham, reach),
-        Method::Diffusion { iterations, sweeps, rate, sharpness } => {
+        SpreadMethod::LinearEquation { reach } => lines::spread(picture, map, LineRule::LinearEquation, reach),
+        SpreadMethod::AntiAliased { reach } => lines::spread(picture, map, LineRule::AntiAliased, reach),
+        SpreadMethod::Bresenham { reach } => lines::spread(picture, map, LineRule::Bresenham, reach),
+        SpreadMethod::Diffusion { iterations, sweeps, rate, sharpness } => {
             stam::spread(picture, map, iterations, sweeps, &stam::coefficients(map, rate, sharpness))
         }
-        Method::Conservative { paths, steps } => conservative::spread(picture, ground, paths.max(2), steps.max(1)),
+        SpreadMethod::Conservative { paths, steps } => {
+            conservative::spread(picture, ground, paths.max(2), steps.max(1))
+        }
     }
 }

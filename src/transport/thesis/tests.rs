@@ -6,7 +6,7 @@ use procedural::{Body, Gloss, Medium};
 
 use super::*;
 use crate::transport::fresnel::BoundaryTable;
-use crate::transport::line::LineOfLight;
+use crate::transport::line::LineSource;
 
 const CLEAR: Medium =
     Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
@@ -18,8 +18,8 @@ fn towards(degrees: f64) -> DVec2 {
     DVec2::new(cos, sin)
 }
 
-fn even(side: usize, colour: [u8; 4]) -> Ground {
-    Ground::painted(DirectionMap::even(side, side, colour), &CLEAR, 0.05)
+fn even(side: usize, colour: [u8; 4]) -> PixelGround {
+    PixelGround::painted(DirectionMap::even(side, side, colour), &CLEAR, 0.05)
 }
 
 /// One lit pixel in the middle.
@@ -35,7 +35,12 @@ fn dot(side: usize) -> Picture {
 fn the_vertical_is_a_direction_like_others() {
     let (red, blue) = (even(41, [255, 0, 0, 255]), even(41, [0, 0, 255, 255]));
     let beside = [even(41, [255, 1, 0, 255]), even(41, [0, 1, 255, 255])];
-    for method in [Method::LINEAR_EQUATION, Method::ANTI_ALIASED, Method::BRESENHAM, Method::ON_CLEAR_WOOD] {
+    for method in [
+        SpreadMethod::LINEAR_EQUATION,
+        SpreadMethod::ANTI_ALIASED,
+        SpreadMethod::BRESENHAM,
+        SpreadMethod::ON_CLEAR_WOOD,
+    ] {
         let upright = spread(&dot(41), &red, method);
         assert_eq!(upright, spread(&dot(41), &blue, method), "{method:?}");
         let (variance, _) = upright.variance();
@@ -97,13 +102,14 @@ fn only_the_symmetric_stencil_keeps_light_across_a_border() {
     let (lying, upright) = ([0, 255, 0, 255], [255, 0, 0, 255]);
     let sums = |left: [u8; 4], right: [u8; 4], column: f64| {
         let colours = (0..side * side).map(|i| if i % side < side / 2 { left } else { right }).collect();
-        let ground = Ground::painted(DirectionMap::new(side, side, colours), &CLEAR, 0.05);
-        let spot = Spot { at: DVec2::new(column, 60.0), diameter: 9.0, deviation: 2.0 };
-        let solved = Method::Diffusion { iterations: 20, sweeps: 20, rate: 8.0, sharpness: 3 };
-        let tensor = |walk: &Option<Walk>| walk.map(|walk| Tensor::new(walk.axis, walk.along, walk.across));
+        let ground = PixelGround::painted(DirectionMap::new(side, side, colours), &CLEAR, 0.05);
+        let spot = LaserPoint { at: DVec2::new(column, 60.0), diameter: 9.0, deviation: 2.0 };
+        let solved = SpreadMethod::Diffusion { iterations: 20, sweeps: 20, rate: 8.0, sharpness: 3 };
+        let tensor =
+            |walk: &Option<PlanarDiffusion>| walk.map(|walk| PlanarTensor::new(walk.axis, walk.along, walk.across));
         let tensors: Vec<_> = ground.walks.iter().map(tensor).collect();
         let kept = Stencil::new(side, side, 0.05, &tensors).walk(&spot.picture(side, side), 0.05, 10);
-        [point(&ground, &spot, Method::ON_CLEAR_WOOD).sum(), point(&ground, &spot, solved).sum(), kept.sum()]
+        [point(&ground, &spot, SpreadMethod::ON_CLEAR_WOOD).sum(), point(&ground, &spot, solved).sum(), kept.sum()]
     };
     for (column, factor) in [(53.0, -1.0), (61.0, 1.0)] {
         let [once, solved, kept] = sums(lying, upright, column);
@@ -123,7 +129,7 @@ fn variance_grows_with_the_tensor_at_every_azimuth() {
     let (along, across) = (0.1667, 0.0315);
     for degrees in (0..=90).step_by(5) {
         let axis = towards(f64::from(degrees));
-        let tensors = vec![Some(Tensor::new(axis, along, across)); side * side];
+        let tensors = vec![Some(PlanarTensor::new(axis, along, across)); side * side];
         let light = Stencil::new(side, side, pitch, &tensors).walk(&dot(side), dt, steps);
         let (variance, covariance) = light.variance();
         let grown = variance * pitch * pitch / (2.0 * dt * f64::from(steps));
@@ -144,7 +150,7 @@ fn the_limit_of_the_stencil_raises_the_smaller_coefficient() {
     for ratio in [1.0, 5.3, 5.828, 12.0, 100.0] {
         for tenth in 0..1800 {
             let axis = towards(f64::from(tenth) * 0.1);
-            let tensor = Tensor::new(axis, ratio, 1.0);
+            let tensor = PlanarTensor::new(axis, ratio, 1.0);
             let bare = (tensor.xx - tensor.xy.abs()).min(tensor.yy - tensor.xy.abs());
             assert!(bare > -1e-12 * ratio, "ratio {ratio}, {tenth}: {bare}");
             let image = DVec2::new(tensor.xx * axis.x + tensor.xy * axis.y, tensor.xy * axis.x + tensor.yy * axis.y);
@@ -154,7 +160,7 @@ fn the_limit_of_the_stencil_raises_the_smaller_coefficient() {
             assert!(wanted.contains(&(short + 1e-9)), "ratio {ratio}, {tenth}: {short}");
         }
     }
-    let (wide, tall) = (Tensor::new(DVec2::X, 1.0, 3.0), Tensor::new(DVec2::Y, 3.0, 1.0));
+    let (wide, tall) = (PlanarTensor::new(DVec2::X, 1.0, 3.0), PlanarTensor::new(DVec2::Y, 3.0, 1.0));
     assert_eq!((wide.xx, wide.yy), (tall.xx, tall.yy), "the larger coefficient may lie across");
 }
 
@@ -168,9 +174,9 @@ fn light_returns_as_the_closed_form_says() {
     {
         let fibre = Vec3::new(0.0, dive.to_radians().cos(), dive.to_radians().sin());
         let medium = Medium { fibre, ..medium };
-        let closed = Walk::new(&medium, &boundary).reflectance();
-        let ground = Ground::new(61, 61, 0.25, &vec![Some(medium); 61 * 61]);
-        let sum = spread(&dot(61), &ground, Method::CONSERVATIVE).sum();
+        let closed = PlanarDiffusion::new(&medium, &boundary).reflectance();
+        let ground = PixelGround::new(61, 61, 0.25, &vec![Some(medium); 61 * 61]);
+        let sum = spread(&dot(61), &ground, SpreadMethod::CONSERVATIVE).sum();
         assert!((sum - closed).abs() < 0.002, "dive {dive}: {sum} against {closed}");
         let alpha = alpha(closed, &boundary);
         assert!((below..=above).contains(&alpha), "dive {dive}: alpha {alpha}");
@@ -183,11 +189,11 @@ fn light_returns_as_the_closed_form_says() {
 fn steps_follow_the_gaussians() {
     let pixels = 401;
     let medium = Medium { fibre: Vec3::X, ..CLEAR };
-    let ground = Ground::new(1, pixels, 0.05, &vec![Some(medium); pixels]);
+    let ground = PixelGround::new(1, pixels, 0.05, &vec![Some(medium); pixels]);
     let mut line = Picture::dark(1, pixels);
     line.light[200] = 1.0;
-    let light = spread(&line, &ground, Method::CONSERVATIVE).light;
-    let walk = Walk::new(&medium, &BoundaryTable::new());
+    let light = spread(&line, &ground, SpreadMethod::CONSERVATIVE).light;
+    let walk = PlanarDiffusion::new(&medium, &BoundaryTable::new());
     for beyond in [10usize, 20, 40] {
         let reach = 0.05 * (beyond as f64 + 0.5);
         let ratio = 1.01;
@@ -207,8 +213,8 @@ fn steps_follow_the_gaussians() {
 fn knots_absorb_by_alpha_and_spread_evenly() {
     let knot = even(161, [255, 255, 0, 128]);
     for iterations in [1, 10, 25] {
-        let method = Method::Diffusion { iterations, sweeps: 1, rate: 8.0, sharpness: 3 };
-        let light = point(&knot, &Spot::thesis(DVec2::splat(80.0)), method);
+        let method = SpreadMethod::Diffusion { iterations, sweeps: 1, rate: 8.0, sharpness: 3 };
+        let light = point(&knot, &LaserPoint::thesis(DVec2::splat(80.0)), method);
         assert!((light.sum() - 128.0 / 255.0).abs() < 1e-6, "{iterations}: {}", light.sum());
         let (variance, covariance) = light.variance();
         assert!((variance.x / variance.y - 1.0).abs() < 0.02 && covariance.abs() < 0.02 * variance.x, "{variance}");
@@ -218,7 +224,7 @@ fn knots_absorb_by_alpha_and_spread_evenly() {
 /// On a knot lines are shorter by alpha, and what they leave is multiplied by it.
 #[test]
 fn lines_on_knots_are_short_and_dim() {
-    for method in [Method::LINEAR_EQUATION, Method::ANTI_ALIASED, Method::BRESENHAM] {
+    for method in [SpreadMethod::LINEAR_EQUATION, SpreadMethod::ANTI_ALIASED, SpreadMethod::BRESENHAM] {
         let [long, short] = [255, 128].map(|alpha| spread(&dot(61), &even(61, [0, 255, 0, alpha]), method));
         let lit = |picture: &Picture| picture.light.iter().filter(|&&light| light > 0.0).count();
         assert_eq!((lit(&long), lit(&short)), (41, 21), "{method:?}");
@@ -235,27 +241,27 @@ fn a_line_on_a_plate_keeps_its_light() {
     };
     let x: Vec<f32> = (0..20).map(|i| 0.3 * i as f32 + 0.005 * (i * i) as f32).collect();
     let power: Vec<f32> = (0..20).map(|i| if i == 10 { 3.0 } else { 0.0 }).collect();
-    let ask = |body: &Body, method: Method, pitch_mm: f64| {
+    let ask = |body: &Body, method: SpreadMethod, pitch_mm: f64| {
         let (view, row_mm, rows) = (DVec3::Z, 0.1, 40);
-        let line = LineOfLight { body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm, rows };
-        glow(&line, &Settings { method, pitch_mm, margin_mm: 3.0, returned: 0.5 })
+        let line = LineSource { body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm, rows };
+        glow(&line, &ThesisSettings { method, pitch_mm, margin_mm: 3.0, returned: 0.5 })
     };
     let body = plate(CLEAR);
     let sum = |light: &[f32]| light.iter().map(|&light| f64::from(light)).sum::<f64>();
-    for method in [Method::BRESENHAM, Method::ON_CLEAR_WOOD] {
+    for method in [SpreadMethod::BRESENHAM, SpreadMethod::ON_CLEAR_WOOD] {
         let answer = ask(&body, method, 0.05);
         assert!((sum(&answer.light) - 1.5).abs() < 1e-4, "{method:?}: {}", sum(&answer.light));
         let column: f64 = answer.light.chunks(20).map(|row| f64::from(row[10])).sum();
         assert!(column > 0.75, "{method:?}: column 10 holds {column}");
     }
     // The central row holds a pixel of +-1/2 deviation and half of both neighbours up to 3/2 deviations.
-    let still = Method::Diffusion { iterations: 0, sweeps: 1, rate: 8.0, sharpness: 3 };
+    let still = SpreadMethod::Diffusion { iterations: 0, sweeps: 1, rate: 8.0, sharpness: 3 };
     let centre = sum(&ask(&body, still, 0.05).light[40 * 20..41 * 20]);
     assert!((centre / 1.5 - (0.382_925 + 0.5 * 0.483_461)).abs() < 1e-4, "{centre}");
 
-    let right = Method::Conservative { paths: 16, steps: 1 };
+    let right = SpreadMethod::Conservative { paths: 16, steps: 1 };
     let answer = ask(&body, right, 0.1);
-    let closed = Walk::new(&CLEAR, &BoundaryTable::new()).reflectance();
+    let closed = PlanarDiffusion::new(&CLEAR, &BoundaryTable::new()).reflectance();
     assert!((sum(&answer.light) / 3.0 - closed).abs() < 0.02, "{} against {closed}", sum(&answer.light) / 3.0);
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

@@ -2,18 +2,18 @@
 
 use glam::{DVec2, DVec3};
 
-use super::super::Refusal;
+use super::super::DiffusionError;
 use super::super::sheets::{Line, Source};
 use super::super::tensor::moments;
 use super::radiance_factor;
 use super::solve;
-use crate::transport::answer::{Question, Side};
-use crate::transport::stack::{Below, Layer, Scattering, Stack, Turn};
+use crate::transport::answer::{LineSide, Question};
+use crate::transport::stack::{CylinderPhase, Layer, Scattering, Stack, Substrate};
 
 fn fibres(sigma_i: f64, k: f64, dive_deg: f64) -> Scattering {
     let (sin, cos) = libm::sincos(dive_deg.to_radians());
     let axis = DVec3::new(0.0, cos, -sin);
-    Scattering::Fibres { sigma_i, sigma_c: k, turn: Turn::Cauchy(0.0), axis, dispersion: 0.0 }
+    Scattering::Fibres { sigma_i, sigma_c: k, turn: CylinderPhase::Cauchy(0.0), axis, dispersion: 0.0 }
 }
 
 fn close(value: f64, expected: f64, relative: f64, what: &str) {
@@ -51,7 +51,7 @@ fn half_space_has_the_closed_form() {
 fn cuts_through_a_medium_change_nothing() {
     let question = Question { cells: 8, incidence: Some(0.5), incidence_azimuth: 0.7, ..Question::default() };
     let layer = |thickness| Layer::new(thickness, 1.3, 0.4, fibres(3.0, 9.0, 35.0));
-    let one = Stack { above: 1.0, layers: vec![layer(1.4)], below: Below::Index(1.5) };
+    let one = Stack { above: 1.0, layers: vec![layer(1.4)], below: Substrate::Index(1.5) };
     let three = Stack { layers: vec![layer(0.6), layer(0.5), layer(0.3)], ..one.clone() };
     let (a, b) = (solve(&one, &question).expect("one"), solve(&three, &question).expect("three"));
     // The mean place of what ends in each layer differs from one mean place by its spread alone.
@@ -88,7 +88,7 @@ fn unlike_layers_agree_with_finite_differences() {
     let isotropic = |mu_s| Scattering::Isotropic { mu_s, g: 0.0 };
     let layers = [(0.5, 0.1, 8.0), (0.8, 0.6, 3.0), (1.2, 0.02, 15.0)];
     let layer = |&(thickness, mu_a, mu_s): &(f64, f64, f64)| Layer::new(thickness, 1.4, mu_a, isotropic(mu_s));
-    let stack = Stack { above: 1.0, layers: layers.iter().map(layer).collect(), below: Below::Index(1.4) };
+    let stack = Stack { above: 1.0, layers: layers.iter().map(layer).collect(), below: Substrate::Index(1.4) };
     let line = Line::new(&stack).expect("it scatters");
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
@@ -137,11 +137,12 @@ fn point_spread_adds_up_to_line_spread() {
     let question = Question { line_mm: 0.0, rows: 25, row_mm: 0.1, cells: 30, cell_mm: 0.1, ..Question::default() };
     let (sin, cos) = libm::sincos(0.6);
     let axis = DVec3::new(0.5 * cos, 0.75f64.sqrt() * cos, -sin);
-    let wood = Scattering::Fibres { sigma_i: 4.0, sigma_c: 12.0, turn: Turn::Mirror, axis, dispersion: 0.0 };
+    let wood = Scattering::Fibres { sigma_i: 4.0, sigma_c: 12.0, turn: CylinderPhase::Mirror, axis, dispersion: 0.0 };
     let film = Layer::new(0.3, 1.5, 1.0, Scattering::Isotropic { mu_s: 12.0, g: 0.5 });
     let below = Layer::new(f64::INFINITY, 1.2, 1.5, wood);
     for layers in [vec![film, below], vec![below]] {
-        let answer = solve(&Stack { above: 1.0, layers, below: Below::Index(1.0) }, &question).expect("it scatters");
+        let answer =
+            solve(&Stack { above: 1.0, layers, below: Substrate::Index(1.0) }, &question).expect("it scatters");
         let side = 61;
         for row in 0..51 {
             let sum: f64 = answer.point[(row + 5) * side..(row + 6) * side].iter().map(|e| e.value).sum();
@@ -149,7 +150,7 @@ fn point_spread_adds_up_to_line_spread() {
             // Beyond 3 mm lies less than 1e-6 of the light.
             assert!((sum - line).abs() < 2e-6, "row {row}: {sum} against {line}");
         }
-        let rest = answer.rows(0, 25, Side::Both) / answer.reflectance.value;
+        let rest = answer.rows(0, 25, LineSide::Both) / answer.reflectance.value;
         assert!(rest > 0.99 && rest <= 1.0, "{rest}");
     }
 }
@@ -178,16 +179,17 @@ fn exit_angles_carry_the_flux() {
 #[test]
 fn clear_layers_are_refused() {
     let layer = |mu_s| Layer::new(1.0, 1.0, 0.0, Scattering::Isotropic { mu_s, g: 0.0 });
-    let ask = |layers, question: &Question| solve(&Stack { above: 1.0, layers, below: Below::Index(1.0) }, question);
+    let ask =
+        |layers, question: &Question| solve(&Stack { above: 1.0, layers, below: Substrate::Index(1.0) }, question);
     let question = Question::default();
     let refusal = ask(vec![layer(9.0), layer(0.0), layer(9.0)], &question).expect_err("a gap");
-    assert_eq!(refusal, Refusal::Clear { layer: 1 });
+    assert_eq!(refusal, DiffusionError::Clear { layer: 1 });
     assert!(refusal.to_string().starts_with("layer 1") && refusal.to_string().contains("path model"), "{refusal}");
     let guided = Layer { scattering: fibres(0.0, 5.0, 0.0), ..layer(1.0) };
-    assert_eq!(ask(vec![guided], &question), Err(Refusal::Guided { layer: 0 }));
-    assert_eq!(ask(vec![], &question), Err(Refusal::Empty));
+    assert_eq!(ask(vec![guided], &question), Err(DiffusionError::Guided { layer: 0 }));
+    assert_eq!(ask(vec![], &question), Err(DiffusionError::Empty));
     let grazing = Question { incidence: Some(1.6), ..question };
-    assert!(matches!(ask(vec![layer(9.0)], &grazing), Err(Refusal::Grazing { .. })));
+    assert!(matches!(ask(vec![layer(9.0)], &grazing), Err(DiffusionError::Grazing { .. })));
 }
 
 /// Purpose: how far diffusion is from the transport equation, so that nobody trusts it further. Chandrasekhar's

@@ -33,7 +33,7 @@ use self::table::Films;
 use self::under::Under;
 use self::waves::{Back, Lambert, Place, WAVES, Wave};
 use super::widths::BASIS;
-use crate::transport::fresnel::{gloss, interface, normal_reflectance};
+use crate::transport::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use crate::transport::path;
 
 /// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
@@ -46,7 +46,7 @@ const LOOP: f32 = 0.98;
 
 /// A film over something, as light from straight above meets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cover {
+pub struct FilmStack {
     /// The film's own matter.
     pub medium: Medium,
     /// Its thickness and what lies below.
@@ -63,7 +63,7 @@ pub struct Cover {
 
 /// What a film does to a line of light: two patterns on the fixed widths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CoverSpread {
+pub struct FilmStackSpread {
     /// Square root of each width's weight, of light that leaves from the film [1].
     pub enter: [f32; BASIS],
     /// The same times the film's radiance factor [1].
@@ -76,7 +76,7 @@ pub struct CoverSpread {
 /// Answers for covers, one after the other. It remembers what the last ones were made of, which saves time and changes no
 /// bit of an answer.
 #[derive(Debug, Clone)]
-pub struct Covers {
+pub struct FilmStackKernel {
     films: Films,
     under: Under,
     lambert: Lambert,
@@ -98,7 +98,7 @@ struct Flow {
     sunk: f32,
 }
 
-impl Covers {
+impl FilmStackKernel {
     /// Ready for any cover.
     pub fn new() -> Self {
         let medium = Medium::isotropic(0.0, 1.0, 1.53, procedural::Gloss::NONE);
@@ -106,12 +106,12 @@ impl Covers {
     }
 
     /// What `cover` does to a line of light.
-    pub fn spread(&mut self, cover: &Cover) -> CoverSpread {
+    pub fn spread(&mut self, cover: &FilmStack) -> FilmStackSpread {
         self.remember(cover);
         spread(self, cover)
     }
 
-    fn remember(&mut self, cover: &Cover) {
+    fn remember(&mut self, cover: &FilmStack) {
         if self.films.n() != cover.medium.n_eff {
             self.films = Films::of(cover.medium.n_eff);
         }
@@ -121,19 +121,19 @@ impl Covers {
     }
 }
 
-impl Default for Covers {
+impl Default for FilmStackKernel {
     fn default() -> Self {
         Self::new()
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn spread(covers: &Covers, cover: &Cover) -> CoverSpread {
+fn spread(covers: &FilmStackKernel, cover: &FilmStack) -> FilmStackSpread {
     let flow = flow(covers, cover);
     let (weights, towards) = (covers.back.weights(&flow.film), covers.back.weights(&flow.towards));
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
-    CoverSpread { enter, exit, through: covers.back.weights(&flow.through) }
+    FilmStackSpread { enter, exit, through: covers.back.weights(&flow.through) }
 }
 
 /// Light that leaves a film sealed to foil of another reflectance than the table's.
@@ -157,7 +157,7 @@ fn inside(n: f32, way: Vec3) -> Vec3 {
 
 /// Follows a line's light through film and gap and back.
 #[inline(always)]
-fn flow(covers: &Covers, cover: &Cover) -> Flow {
+fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> Flow {
     let (medium, film, enter) = (&cover.medium, &cover.film, cover.enter);
     let n = medium.n_eff;
     let (thickness, foil) = (film.thickness_mm, film.under.gloss.is_metal());
@@ -177,7 +177,8 @@ fn flow(covers: &Covers, cover: &Cover) -> Flow {
     if let (None, true) = (film.gap_mm, foil) {
         let sealed = other_foil(place.read(&of.sealed()), place.read(&of.back()), n, under.gloss.reflectance);
         let (_, up) = refracted(n, cover.view_up);
-        let out = crate::lanes::exp(-extinction / up) * (1.0 - interface(1.0, n.into(), cover.view_up.into()).0 as f32);
+        let out = crate::lanes::exp(-extinction / up)
+            * (1.0 - fresnel_dielectric(1.0, n.into(), cover.view_up.into()).0 as f32);
         let glint =
             enter * left * out * gloss(&under.gloss, normal, inside(n, cover.light), inside(n, cover.view)) / (n * n);
         let all = sealed.map(|part| enter * (part + of.sealed_straight()));
@@ -253,6 +254,6 @@ fn refracted(n: f32, up: f32) -> (f32, f32) {
 fn seen_through(n: f32, extinction: f32, up: f32) -> f32 {
     let (_, inside) = refracted(n, up);
     let left = crate::lanes::exp(-extinction / inside);
-    let thrown = interface(1.0, n.into(), up.into()).0 as f32;
+    let thrown = fresnel_dielectric(1.0, n.into(), up.into()).0 as f32;
     (1.0 - thrown) * (1.0 - thrown) * left / (1.0 - thrown * thrown * left * left)
 }

@@ -6,13 +6,13 @@
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
 
-use super::super::infinite::{Gaussian, Refusal, point, seen_from_above, share};
+use super::super::infinite::{Gaussian, KernelError, point, seen_from_above, share};
 use super::super::widths::{BASIS, SPREAD_MM};
-use super::{Cover, Covers, flow};
+use super::{FilmStack, FilmStackKernel, flow};
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::path::film::PIGMENT_G;
-use crate::transport::stack::{Below, Layer, Scattering, Stack};
+use crate::transport::stack::{Layer, Scattering, Stack, Substrate};
 
 /// How far a pigment's mean cosine may be from the table's [1].
 const COSINE: f64 = 0.05;
@@ -21,14 +21,14 @@ const COSINE: f64 = 0.05;
 ///
 /// # Errors
 /// Whatever the tables were not made for.
-pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
+pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
     let cover = cover(stack, question)?;
-    let mut covers = Covers::new();
+    let mut covers = FilmStackKernel::new();
     let spread = covers.spread(&cover);
     let whole = flow(&covers, &cover);
     // Light that spreads beyond the fixed frequencies is all there without a gap.
     let gapless = Film { gap_mm: cover.film.gap_mm.map(|_| 0.0), ..cover.film };
-    let total = flow(&covers, &Cover { film: gapless, ..cover });
+    let total = flow(&covers, &FilmStack { film: gapless, ..cover });
     let fixed = |weights: [f32; BASIS]| -> Vec<Gaussian> {
         let one = |(weight, s): (f32, f32)| Gaussian {
             weight: f64::from(weight),
@@ -70,45 +70,45 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, Refusal> {
 }
 
 /// The stack as production sees it.
-fn cover(stack: &Stack, question: &Question) -> Result<Cover, Refusal> {
+fn cover(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
     let (top, gap, under) = match (stack.layers.as_slice(), stack.below) {
-        ([film], Below::Foil(foil)) => (film, None, metal(&foil)),
-        ([film, air], Below::Foil(foil)) => (film, Some(height(air)?), metal(&foil)),
-        ([film, air, body], Below::Index(_)) => (film, Some(height(air)?), matter(body)?),
-        _ => return Err(Refusal::Layers),
+        ([film], Substrate::Foil(foil)) => (film, None, metal(&foil)),
+        ([film, air], Substrate::Foil(foil)) => (film, Some(height(air)?), metal(&foil)),
+        ([film, air, body], Substrate::Index(_)) => (film, Some(height(air)?), matter(body)?),
+        _ => return Err(KernelError::Layers),
     };
     if !top.thickness.is_finite() || top.coat < 1.0 {
-        return Err(Refusal::Layers);
+        return Err(KernelError::Layers);
     }
     seen_from_above(stack, question)?;
     if let Scattering::Isotropic { mu_s, g } = top.scattering
         && mu_s > 0.0
         && (g - PIGMENT_G).abs() > COSINE
     {
-        return Err(Refusal::Pigment);
+        return Err(KernelError::Pigment);
     }
     let medium = isotropic(top)?;
     let film = Film { thickness_mm: top.thickness as f32, gap_mm: gap, under, under_slope: [0.0; 2] };
-    let enter = 1.0 - interface(1.0, top.n, 1.0).0 as f32;
+    let enter = 1.0 - fresnel_dielectric(1.0, top.n, 1.0).0 as f32;
     let view: Vec3 = question.view.as_vec3();
-    Ok(Cover { medium, film, enter, view_up: view.z, view, light: Vec3::Z })
+    Ok(FilmStack { medium, film, enter, view_up: view.z, view, light: Vec3::Z })
 }
 
 /// Height of a layer of air [mm].
-fn height(layer: &Layer) -> Result<f32, Refusal> {
+fn height(layer: &Layer) -> Result<f32, KernelError> {
     let clear = matches!(layer.scattering, Scattering::Isotropic { mu_s: 0.0, .. }) && layer.mu_a == 0.0;
     let air = layer.n == 1.0 && layer.coat == 1.0 && layer.thickness.is_finite();
-    if clear && air { Ok(layer.thickness as f32) } else { Err(Refusal::Layers) }
+    if clear && air { Ok(layer.thickness as f32) } else { Err(KernelError::Layers) }
 }
 
 /// What lies at the bottom: matter without end.
-fn matter(layer: &Layer) -> Result<Medium, Refusal> {
+fn matter(layer: &Layer) -> Result<Medium, KernelError> {
     let medium = isotropic(layer)?;
     if layer.thickness.is_finite() {
-        return Err(Refusal::Layers);
+        return Err(KernelError::Layers);
     }
     if medium.sigma_i <= 0.0 {
-        return Err(Refusal::Clear);
+        return Err(KernelError::Clear);
     }
     Ok(Medium { coat: layer.coat as f32, ..medium })
 }
@@ -119,7 +119,7 @@ fn metal(foil: &crate::transport::stack::Foil) -> Medium {
 }
 
 /// A layer that scatters alike in all directions.
-fn isotropic(layer: &Layer) -> Result<Medium, Refusal> {
-    let Scattering::Isotropic { mu_s, g } = layer.scattering else { return Err(Refusal::Layers) };
+fn isotropic(layer: &Layer) -> Result<Medium, KernelError> {
+    let Scattering::Isotropic { mu_s, g } = layer.scattering else { return Err(KernelError::Layers) };
     Ok(Medium::isotropic(layer.mu_a as f32, (mu_s * (1.0 - g)) as f32, layer.n as f32, Gloss::NONE))
 }

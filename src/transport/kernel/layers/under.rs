@@ -14,7 +14,7 @@ use super::super::table::{BINS, Table, VIEWS};
 use super::super::view::View;
 use super::waves::{WAVES, Wave, frequency};
 use crate::lanes::exp;
-use crate::transport::fresnel::{interface, normal_reflectance};
+use crate::transport::fresnel::{fresnel_dielectric, normal_reflectance};
 
 /// Steps of the mean of Fresnel's law over Lambert light.
 const STEPS: usize = 32;
@@ -78,6 +78,6 @@ impl Under {
 /// Share of Lambert light in air that a surface of index `n` throws back [1].
 fn diffuse_reflectance(n: f32) -> f32 {
     // Even in the square of the cosine, as Lambert light is.
-    let at = |i: usize| interface(1.0, n.into(), ((i as f64 + 0.5) / STEPS as f64).sqrt()).0;
+    let at = |i: usize| fresnel_dielectric(1.0, n.into(), ((i as f64 + 0.5) / STEPS as f64).sqrt()).0;
     ((0..STEPS).map(at).sum::<f64>() / STEPS as f64) as f32
 }

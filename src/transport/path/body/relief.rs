@@ -12,7 +12,7 @@
 use glam::DVec3;
 use procedural::body::Slice;
 
-use crate::transport::line::LineOfLight;
+use crate::transport::line::LineSource;
 
 /// Cells are as near to this size as divides the body evenly [mm].
 const PITCH_MM: f64 = 0.1;
@@ -60,7 +60,7 @@ pub(super) enum Stop {
 
 impl Relief {
     /// The region about `line`, and the body's cuts through the middle of its cells, one for each along y.
-    pub fn new<'a>(line: &LineOfLight<'a>) -> (Self, Vec<Slice<'a>>) {
+    pub fn new<'a>(line: &LineSource<'a>) -> (Self, Vec<Slice<'a>>) {
         let (low, high) = line.body.bounds();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
         let ends = (line.x.first().copied().unwrap_or(0.0), line.x.last().copied().unwrap_or(0.0));

@@ -28,9 +28,9 @@ use super::super::towards::mean_sine;
 use super::super::walk::{Photon, ROULETTE, meet};
 use super::relief::{Cell, Stop};
 use super::voxels::{Voxels, axis, extinction};
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::phase::{cylinder_towards, dispersed, frame, uniform};
-use crate::transport::stack::{Turn, WOOD_DISPERSION};
+use crate::transport::stack::{CylinderPhase, WOOD_DISPERSION};
 
 /// Meetings with surfaces after which light is given up: it is caught in a wedge.
 const MEETINGS: u32 = 10_000;
@@ -139,7 +139,7 @@ impl<'a> Roam<'a> {
         let fibre = |rng: &mut _| dispersed(axis, frame(axis), WOOD_DISPERSION, rng);
         let (sigma_i, k) = (f64::from(medium.sigma_i), f64::from(medium.k));
         if sigma_i + k > 0.0 {
-            meet(photon.way, sigma_i, k, rng, fibre).apply(photon, Turn::Cauchy(0.0), rng);
+            meet(photon.way, sigma_i, k, rng, fibre).apply(photon, CylinderPhase::Cauchy(0.0), rng);
         }
         if photon.weight < ROULETTE {
             ledger.book(Fate::Absorbed, photon.gamble(rng));
@@ -150,7 +150,7 @@ impl<'a> Roam<'a> {
     fn emerge(&self, photon: &mut Photon, normal: DVec3, rng: &mut impl Rng) -> bool {
         let n = f64::from(self.voxels.at(self.voxels.relief().cell(photon.place)).n_eff);
         let mu = photon.way.dot(normal).clamp(0.0, 1.0);
-        let (reflectance, cosine) = interface(n, 1.0, mu);
+        let (reflectance, cosine) = fresnel_dielectric(n, 1.0, mu);
         let out = uniform(rng) > reflectance;
         photon.way = if out { photon.way * n + normal * (cosine - n * mu) } else { photon.way - normal * (2.0 * mu) };
         photon.way = photon.way.normalize();
@@ -167,7 +167,7 @@ impl<'a> Roam<'a> {
                     let n = f64::from(self.voxels.at(self.voxels.relief().cell(photon.place)).n_eff);
                     let normal = self.voxels.relief().normal(cell, photon.place);
                     let mu = (-photon.way.dot(normal)).clamp(0.0, 1.0);
-                    let (reflectance, cosine) = interface(1.0, n, mu);
+                    let (reflectance, cosine) = fresnel_dielectric(1.0, n, mu);
                     if uniform(rng) > reflectance {
                         photon.way = (photon.way / n + normal * (mu / n - cosine)).normalize();
                         return None;
@@ -196,8 +196,8 @@ impl<'a> Roam<'a> {
         let way = ((self.view - normal * facing) / n + normal * cosine).normalize();
         let share = f64::from(medium.sigma_i) / (4.0 * PI)
             + f64::from(medium.k)
-                * cylinder_towards(photon.way, way, axis(medium), Turn::Cauchy(0.0), WOOD_DISPERSION, rng);
-        let factor = PI * (1.0 - interface(n, 1.0, cosine).0) / (n * n * cosine);
+                * cylinder_towards(photon.way, way, axis(medium), CylinderPhase::Cauchy(0.0), WOOD_DISPERSION, rng);
+        let factor = PI * (1.0 - fresnel_dielectric(n, 1.0, cosine).0) / (n * n * cosine);
         let mut light = photon.weight * share / extinction(medium) * factor;
         // Chance decides which of the many dim or deep ones are worth the way up; the depth need not be right for that.
         let below = (relief.around(cell) - photon.place.z).min(DEEP_MM);

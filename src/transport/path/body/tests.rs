@@ -8,7 +8,7 @@ use procedural::{Body, Class, Gloss, Medium};
 use super::relief::{Relief, Stop};
 use super::{Books, judge};
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::path::{Effort, solve};
 use crate::transport::stack::Stack;
 
@@ -45,8 +45,15 @@ fn strips(strips: &[(f32, f32, Medium)]) -> Body {
     Body::Strips(Strips { height_mm: 15.0, length_mm: 60.0, strips: strips.iter().map(strip).collect() })
 }
 
-fn ask(body: &Body, x: &[f32], power: &[f32], (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (Glow, Books) {
-    let line = LineOfLight { body, y: 30.0, line_mm: 0.05, x, power, view: view(), row_mm, rows };
+fn ask(
+    body: &Body,
+    x: &[f32],
+    power: &[f32],
+    (row_mm, rows): (f64, usize),
+    photons: u64,
+    seed: u64,
+) -> (LineResponse, Books) {
+    let line = LineSource { body, y: 30.0, line_mm: 0.05, x, power, view: view(), row_mm, rows };
     judge(&line, Effort { photons, seed })
 }
 
@@ -134,7 +141,7 @@ fn the_line_spread_of_a_knot_is_that_of_the_stack() {
     let (x, power) = (&WIDE.0, &WIDE.1);
     let view = DVec3::new(view().y, 0.0, view().z);
     let body = plate(medium, 15.0, 0.0);
-    let line = LineOfLight { body: &body, y: 30.0, line_mm: 0.05, x, power, view, row_mm: 0.2, rows };
+    let line = LineSource { body: &body, y: 30.0, line_mm: 0.05, x, power, view, row_mm: 0.2, rows };
     let (glow, _) = judge(&line, Effort { photons: 60_000, seed: 3 });
     let row = |row: usize, of: &[f32]| -> Vec<f64> { of[3 * row..3 * row + 3].iter().map(|&v| f64::from(v)).collect() };
     let got: Vec<Estimate> = (0..=2 * rows)
@@ -229,7 +236,7 @@ fn threads_do_not_matter() {
     assert_eq!(run(1), run(3));
 }
 
-type Run = (Glow, Books);
+type Run = (LineResponse, Books);
 type Pick<'a> = &'a dyn Fn(&Run) -> Estimate;
 
 /// Standard errors are what repeated seeds show: chi-square of 23 degrees of freedom, two-sided alpha 0.001 each.
@@ -263,7 +270,7 @@ const HIGH: f64 = 52.0;
 fn no_way_jumps_a_crack() {
     let wood = rot();
     let body = strips(&[(10.0, 0.0, wood), (0.3, 5.0, wood), (10.0, 0.0, wood)]);
-    let line = LineOfLight {
+    let line = LineSource {
         body: &body,
         y: 30.0,
         line_mm: 0.05,

@@ -24,7 +24,7 @@ use super::march::{Realm, Stop};
 use super::roam::{Roam, Traveller, refracted};
 use super::shape::Face;
 use super::spot::Slab;
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::path::body::Ledger;
 use crate::transport::path::film::PIGMENT_G;
 use crate::transport::phase::{henyey_greenstein_density, uniform};
@@ -52,7 +52,7 @@ impl Window {
         if facing <= 0.0 {
             return None;
         }
-        let (thrown, cosine) = interface(1.0, n, facing);
+        let (thrown, cosine) = fresnel_dielectric(1.0, n, facing);
         // The view reversed goes in; the way to the lens is against it.
         let way = -refracted(-view, -normal, 1.0 / n, cosine);
         let passed = 1.0 - thrown;

@@ -26,11 +26,11 @@ use procedural::blister::Pack;
 
 pub(super) use self::roam::Roam;
 use self::shape::Shape;
-use crate::transport::line::LineOfLight;
+use crate::transport::line::LineSource;
 
 impl Roam {
     /// In `pack`, about `line`.
-    pub(super) fn in_pack(pack: &Pack, line: &LineOfLight) -> Self {
+    pub(super) fn in_pack(pack: &Pack, line: &LineSource) -> Self {
         Self::new(Shape::of(pack, line), line.view)
     }
 }

@@ -15,7 +15,7 @@ use super::look::Window;
 use super::march::{Realm, Stop};
 use super::room::Room;
 use super::shape::{Face, Shape};
-use crate::transport::fresnel::interface;
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::path::LONGEST_MM;
 use crate::transport::path::body::{Fate, Ground, Ledger};
 use crate::transport::path::film::PIGMENT_G;
@@ -73,7 +73,7 @@ impl Ground for Roam {
                 _ => return ledger.book(Fate::Astray, 1.0),
             },
         };
-        let way = refracted(DVec3::NEG_Z, -normal, 1.0 / n, interface(1.0, n, normal.z).1);
+        let way = refracted(DVec3::NEG_Z, -normal, 1.0 / n, fresnel_dielectric(1.0, n, normal.z).1);
         let photon = Photon { place, way, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
         let scale = std::f64::consts::PI / normal.dot(self.view).max(GRAZING);
         self.follow(Traveller { photon, scale, cell, room: Room::default() }, realm, ledger, rng);
@@ -272,7 +272,7 @@ fn lose(photon: &mut Photon, share: f64, ledger: &mut impl Ledger, rng: &mut imp
 /// Takes light through a surface or back: whether it is through. `ahead` is the normal on the far side.
 fn cross(photon: &mut Photon, ahead: DVec3, n: f64, other: f64, rng: &mut impl Rng) -> bool {
     let mu = photon.way.dot(ahead).clamp(0.0, 1.0);
-    let (reflectance, cosine) = interface(n, other, mu);
+    let (reflectance, cosine) = fresnel_dielectric(n, other, mu);
     let through = uniform(rng) > reflectance;
     photon.way = if through {
         refracted(photon.way, ahead, n / other, cosine)

@@ -15,7 +15,7 @@ use procedural::blister::{Pack, Solid};
 use super::facets::bottom;
 use super::raster::lay;
 use super::spot::{Slab, Spot, normal, number};
-use crate::transport::line::LineOfLight;
+use crate::transport::line::LineSource;
 use crate::transport::path::film::PIGMENT_G;
 
 /// Cells are as near to this size as divides the card evenly [mm].
@@ -88,7 +88,7 @@ pub(super) struct Shape {
 
 impl Shape {
     /// The region of `pack` about `line`.
-    pub fn of(pack: &Pack, line: &LineOfLight) -> Self {
+    pub fn of(pack: &Pack, line: &LineSource) -> Self {
         let (low, high) = pack.bounds();
         let card = [[low.x, low.y], [high.x, high.y]].map(|end| DVec2::new(f64::from(end[0]), f64::from(end[1])));
         let ends = [line.x.first(), line.x.last()].map(|x| f64::from(x.copied().unwrap_or(0.0)));

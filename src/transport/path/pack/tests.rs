@@ -10,11 +10,11 @@ use super::roam::Roam;
 use super::shape::Shape;
 use super::spot::Spot;
 use crate::transport::answer::{Answer, Estimate, Question};
-use crate::transport::line::{Glow, LineOfLight};
+use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::path::body::{Books, light};
 use crate::transport::path::film::PIGMENT_G;
 use crate::transport::path::{Effort, solve};
-use crate::transport::stack::{Below, Foil, Layer, Scattering, Stack};
+use crate::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 
 const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1, 0.3], matte: 0.0 };
 /// Smoother, so that few facets throw light into the foil: layered judge and this one then differ in what becomes of it.
@@ -55,12 +55,12 @@ fn flat(medium: Medium, thickness: f32, gap: Option<f32>, foil: Gloss, solids: V
     card(sheet, (level(TOP - thickness - gap.unwrap_or(0.0)), Medium::opaque(foil)), solids)
 }
 
-fn ask(roam: &Roam, (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (Glow, Books) {
+fn ask(roam: &Roam, (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (LineResponse, Books) {
     // Any body: the ground is given.
     let medium = tablet(0.0, 1.0);
     let body = Body::Flat(Flat { height_mm: 1.0, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (x, power) = (&[-20.0, 0.0, 20.0], &[0.0, 1.0, 0.0]);
-    let line = LineOfLight { body: &body, y: 0.0, line_mm: 0.05, x, power, view: roam.view, row_mm, rows };
+    let line = LineSource { body: &body, y: 0.0, line_mm: 0.05, x, power, view: roam.view, row_mm, rows };
     let (glow, books) = light(&line, Effort { photons, seed }, roam);
     let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
     assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
@@ -96,9 +96,9 @@ fn level_packs_are_stacks() {
     let under = |gap: f32| vec![disc(TOP - 0.2 - gap, 25.0, 15.0, Mat3::IDENTITY, pill)];
     let over = |gap: f64| vec![layer(0.2, &cover, PIGMENT_G), Layer::air(gap), layer(f64::INFINITY, &pill, 0.0)];
     let slab = |medium: &Medium| layer(0.2, medium, PIGMENT_G);
-    let foil = Below::Foil(Foil { reflectance: 0.9, roughness: [0.05, 0.1] });
+    let foil = Substrate::Foil(Foil { reflectance: 0.9, roughness: [0.05, 0.1] });
     let tint = film(0.5, 6.0);
-    let (clear, air) = (film(0.02, 2.0), Below::Index(1.0));
+    let (clear, air) = (film(0.02, 2.0), Substrate::Index(1.0));
     let black = Gloss { reflectance: 0.0, ..SMOOTH };
     let cases = [
         ("tablet under 0.1 mm", flat(cover, 0.2, Some(16.0), SMOOTH, under(0.1)), over(0.1), air),
@@ -138,7 +138,7 @@ fn the_line_spread_is_that_of_the_stack() {
     let (glow, _) = ask(&roam, (0.1, rows), 80_000, 3);
     let layers = vec![layer(0.2, &cover, PIGMENT_G), Layer::air(1e-9), layer(f64::INFINITY, &pill, 0.0)];
     let question = Question { cells: 0, row_mm: 0.1, rows, ..Question::default() };
-    let stack = Stack { above: 1.0, layers, below: Below::Index(1.0) };
+    let stack = Stack { above: 1.0, layers, below: Substrate::Index(1.0) };
     let truth = solve(&stack, &question, Effort { photons: 80_000, seed: 4 });
     let got = |row: usize| {
         let cells = 3 * row..3 * row + 3;
@@ -180,7 +180,7 @@ fn a_bare_tilted_tablet_is_a_half_space_lit_aslant() {
         ..Question::default()
     };
     let layers = vec![layer(f64::INFINITY, &pill, 0.0)];
-    let stack = Stack { above: 1.0, layers, below: Below::Index(1.0) };
+    let stack = Stack { above: 1.0, layers, below: Substrate::Index(1.0) };
     let truth = solve(&stack, &question, Effort { photons: 60_000, seed: 6 });
     // The coat takes its share of what enters, which the stack counts as having come.
     agree("seen", books.seen, scaled(entered(&truth, truth.towards_lens.unwrap_or_default()), pill), 3.3);
@@ -204,7 +204,7 @@ fn sloping_sealed_film_is_a_stack_lit_aslant() {
     let sheet = Sheet { surface: level(TOP), thickness_mm: 0.25, sealed: true, medium: cover };
     let roam = card(sheet, (level(TOP - 0.4), Medium::opaque(SMOOTH)), Vec::new());
     let (_, books) = ask(&roam, (60.0, 0), 60_000, 7);
-    let foil = Below::Foil(Foil { reflectance: 0.9, roughness: [0.05, 0.1] });
+    let foil = Substrate::Foil(Foil { reflectance: 0.9, roughness: [0.05, 0.1] });
     let stack = Stack { above: 1.0, layers: vec![layer(0.25, &cover, PIGMENT_G)], below: foil };
     let incidence = Some(libm::atan(f64::from(slope)));
     let question =

@@ -1,0 +1,187 @@
+//! Batches of a model's input: images are decoded and windows cut on all cores while the model works on earlier batches.
+//!
+//! Batches come in the order of the tables whatever the number of threads, so that the same check gives the same report.
+
+use std::sync::mpsc::{Receiver, SyncSender};
+
+use procedural::Stream;
+use rayon::prelude::*;
+
+use super::CheckError;
+use super::evaluation_plan::{EvaluationPlan, SampleWindows};
+use super::folder::{Facts, Folder};
+use super::sampling::{CentreRegion, draw_pixels};
+use super::sidecar::Sidecar;
+use super::window::{SampleMaps, Window, fill_input, truth};
+use crate::dataset::{RowBatch, Table};
+
+/// Most samples whose maps are in memory at once.
+const MAX_SAMPLES_IN_MEMORY: usize = 4;
+
+/// Numbers that one core cuts before it is worth waking another.
+const MIN_NUMBERS_PER_CORE: usize = 1 << 20;
+
+/// One window for the model, with its true class.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelledWindow {
+    /// Number of its sample in the order of the facts.
+    pub sample: usize,
+    /// Where it was cut.
+    pub window: Window,
+    /// What it is.
+    pub truth: WindowLabel,
+}
+
+/// The truth about a window.
+#[derive(Debug, Clone, PartialEq)]
+pub enum WindowLabel {
+    /// Of one class.
+    Class(usize),
+    /// The class of each cell, [`super::window::NO_CLASS`] for none.
+    Cells(Vec<u8>),
+}
+
+/// Questions that are asked together.
+#[derive(Debug, Default)]
+pub struct Batch {
+    /// The questions.
+    pub units: Vec<LabelledWindow>,
+    /// Their inputs, one behind the other.
+    pub data: Vec<f32>,
+}
+
+/// Reads a split and cuts the windows that the plan asks for.
+pub struct BatchReader<'a> {
+    /// The split.
+    pub folder: &'a Folder,
+    /// What to cut.
+    pub sidecar: &'a Sidecar,
+    /// What the rows say, by table.
+    pub facts: &'a [Vec<Facts>],
+    /// What is asked of each.
+    pub plan: &'a EvaluationPlan,
+    /// Seed of drawn pixels.
+    pub seed: u64,
+    /// Questions in a batch.
+    pub batch: usize,
+}
+
+impl BatchReader<'_> {
+    /// Sends every batch; ends early where nobody takes them any more. To call in the pool whose threads are to work.
+    /// Memory of inputs that were asked comes back through `spare`: fresh pages cost more than filling them.
+    ///
+    /// # Errors
+    /// Where the dataset is damaged.
+    pub fn run(&self, batches: &SyncSender<Batch>, spare: &Receiver<Vec<f32>>) -> Result<(), CheckError> {
+        let labels = self.plan.work.iter().any(|work| matches!(work, SampleWindows::Pixels(_) | SampleWindows::Tiles));
+        let channels: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
+        let mut names = channels.clone();
+        names.extend(labels.then(|| "label".to_owned()));
+        let step = rayon::current_num_threads().clamp(1, MAX_SAMPLES_IN_MEMORY);
+        let (mut batch, mut sample) = (Batch::default(), 0);
+        for (table, facts) in self.folder.tables.iter().zip(self.facts) {
+            let mut row = 0;
+            for rows in self.folder.images(table, &names, step)? {
+                let rows = rows?;
+                let here = (0..rows.len()).map(|i| (rows.row(i), sample + i, facts.get(row + i)));
+                let here: Vec<(RowBatch, usize, Option<&Facts>)> = here.collect();
+                let read = |(rows, sample, facts): &(RowBatch, usize, Option<&Facts>)| match facts {
+                    Some(facts) => self.sample(table, rows, *sample, facts, &channels, labels),
+                    None => Ok(None),
+                };
+                let read: Result<Vec<_>, CheckError> = here.par_iter().map(read).collect();
+                for (picture, units) in read?.into_iter().flatten() {
+                    if !self.cut(&picture, units, &mut batch, (batches, spare)) {
+                        return Ok(());
+                    }
+                }
+                (row, sample) = (row + rows.len(), sample + rows.len());
+            }
+        }
+        if !batch.units.is_empty() {
+            let _ = batches.send(batch);
+        }
+        Ok(())
+    }
+
+    /// The maps of a sample and the questions about it; `None` where there is none.
+    fn sample(
+        &self,
+        table: &Table,
+        row: &RowBatch,
+        sample: usize,
+        facts: &Facts,
+        channels: &[String],
+        labels: bool,
+    ) -> Result<Option<(SampleMaps, Vec<LabelledWindow>)>, CheckError> {
+        let Some(work) = self.plan.work.get(sample).filter(|work| **work != SampleWindows::Nothing) else {
+            return Ok(None);
+        };
+        let picture = self.folder.picture(table, row, facts, channels, labels)?;
+        let sidecar = self.sidecar;
+        let units = match work {
+            SampleWindows::Nothing => Vec::new(),
+            SampleWindows::Windows(windows) => {
+                let unit = |&(window, class): &(Window, usize)| LabelledWindow {
+                    sample,
+                    window,
+                    truth: WindowLabel::Class(class),
+                };
+                windows.iter().map(unit).collect()
+            }
+            SampleWindows::Pixels(wanted) => {
+                let window = sidecar.window.unwrap_or(picture.size);
+                let inside = CentreRegion::new(window, picture.size);
+                let stream = Stream::root(self.seed).child("check").index(facts.index);
+                let found = draw_pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
+                let units = found.into_iter().enumerate().flat_map(|(class, places)| {
+                    places.into_iter().map(move |place| {
+                        let window = Window::around(place.map(|side| side as i64), window);
+                        LabelledWindow { sample, window, truth: WindowLabel::Class(class) }
+                    })
+                });
+                units.collect()
+            }
+            SampleWindows::Tiles => {
+                let unit = |&window: &Window| {
+                    let cells = truth(&picture, window, sidecar.size, &sidecar.truth);
+                    LabelledWindow { sample, window, truth: WindowLabel::Cells(cells) }
+                };
+                self.plan.tiles.iter().map(unit).collect()
+            }
+        };
+        Ok(Some((picture, units)))
+    }
+
+    /// Cuts the units out of their picture and sends every batch that is full; false where nobody takes it.
+    fn cut(
+        &self,
+        picture: &SampleMaps,
+        units: Vec<LabelledWindow>,
+        batch: &mut Batch,
+        (batches, spare): (&SyncSender<Batch>, &Receiver<Vec<f32>>),
+    ) -> bool {
+        let each = self.sidecar.channels.len() * self.sidecar.size[0] * self.sidecar.size[1];
+        let mut units = units.into_iter().peekable();
+        while units.peek().is_some() {
+            let begin = batch.units.len();
+            if begin == 0 {
+                batch.data = spare.try_recv().unwrap_or_else(|_| vec![0.0; self.batch * each]);
+            }
+            batch.units.extend(units.by_ref().take(self.batch - begin));
+            // Every window is written as a whole, so what stood there before does not matter.
+            batch.data.resize(batch.units.len() * each, 0.0);
+            let windows = batch.data[begin * each..]
+                .par_chunks_mut(each)
+                .zip(&batch.units[begin..])
+                .with_min_len(MIN_NUMBERS_PER_CORE / each + 1);
+            windows.for_each(|(out, unit)| {
+                fill_input(out, picture, unit.window, &self.sidecar.channels, self.sidecar.size, self.sidecar.layout);
+            });
+            if batch.units.len() == self.batch && batches.send(std::mem::take(batch)).is_err() {
+                return false;
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,180 @@
+//! Comparison of two sides: a table for people and JSON for programs.
+
+use std::fmt::Write;
+
+use image::RgbImage;
+use serde_json::{Value, json};
+
+use super::distribution::{Distance, EmpiricalDistribution};
+use super::noise::Direction;
+use super::{Statistics, plots};
+
+/// Version of the document's layout.
+const SCHEMA_VERSION: u32 = 1;
+
+/// Two sides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The simulated one, as a rule.
+    pub sim: Statistics,
+    /// The real one, as a rule.
+    pub real: Statistics,
+}
+
+impl Comparison {
+    /// Name of the unit of noise.
+    pub(super) fn thousandth(&self) -> &'static str {
+        self.sim.unit.or(self.real.unit).unwrap_or_default().thousandth()
+    }
+
+    /// Name, unit, and distance of each pair of samples.
+    pub fn distances(&self) -> Vec<(&'static str, &'static str, Option<Distance>)> {
+        let of = |pick: fn(&Statistics) -> &EmpiricalDistribution| pick(&self.sim).distance(pick(&self.real));
+        vec![
+            ("range noise", self.thousandth(), of(|side| &side.noise_sample)),
+            ("reflectance", "DN", of(|side| &side.light_sample)),
+            ("speckle contrast", "1", of(|side| &side.contrast_sample)),
+            ("line width", "px", of(|side| &side.width_sample)),
+            ("line sigma", "px", of(|side| &side.sigma_sample)),
+        ]
+    }
+
+    /// The table.
+    pub fn table(&self) -> String {
+        let sides = [&self.sim, &self.real];
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let mut line = |name: &str, words: [String; 2]| {
+            let _ = writeln!(text, "{name:44}{:>24}{:>24}", words[0], words[1]);
+        };
+        line("", sides.map(|side| short(&side.name)));
+        line("scans", sides.map(|side| side.frames.to_string()));
+        line("columns x profiles", sides.map(|side| format!("{} x {}", side.size.0, side.size.1)));
+        let thousandth = self.thousandth();
+        let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 2);
+        line("missing heights [%]", sides.map(|side| percent(side.missing)));
+        line("least reflectance beside a height [DN]", sides.map(|side| number(side.least_reflectance, 0)));
+        line("saturated reflectance [%]", sides.map(|side| percent(side.saturated)));
+        for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+            let direction = direction.describe();
+            line(&format!("range noise, {direction} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
+            line(&format!("  edges left out, {direction} [%]"), sides.map(|side| percent(side.edges[i])));
+            let one = |list: &[f64]| number(list.get(1).copied(), 3);
+            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.noise_correlation[i])));
+        }
+        let three = |numbers: Option<[f64; 3]>| {
+            numbers.map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.2}")).join(" / "))
+        };
+        line("speckle contrast of patches, p10 / p50 / p90", sides.map(|side| three(side.contrast)));
+        for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+            let direction = direction.describe();
+            let one = |list: &[f64]| number(list.get(1).copied(), 3);
+            line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.grain[i])));
+        }
+        line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_width_px)));
+        line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_sigma_px)));
+        let _ = writeln!(text, "\n{:20}{:>10}{:>10}{:>24}{:>28}", "apart", "KS", "p", "Wasserstein-1", "numbers");
+        for (name, unit, distance) in self.distances() {
+            let Some(d) = distance else { continue };
+            let apart = format!("{:.4} {}", d.wasserstein, if unit == "1" { "" } else { unit });
+            let p = if d.p < 1e-4 { "< 0.0001".into() } else { format!("{:.4}", d.p) };
+            let counts = format!("{} and {}", d.counts[0], d.counts[1]);
+            let _ = writeln!(text, "{name:20}{:>10.4}{p:>10}{:>24}{counts:>28}", d.ks, apart.trim());
+        }
+        text
+    }
+
+    /// The document.
+    pub fn json(&self) -> Value {
+        let distance = |d: Distance| json!({ "ks": d.ks, "p_if_independent": d.p, "wasserstein": d.wasserstein, "counts": d.counts });
+        let distances: serde_json::Map<String, Value> = self
+            .distances()
+            .into_iter()
+            .map(|(name, unit, found)| {
+                let key = if unit == "1" { name.to_string() } else { format!("{name} {unit}") };
+                (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
+            })
+            .collect();
+        json!({
+            "schema_version": SCHEMA_VERSION,
+            "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
+            "sim": side(&self.sim),
+            "real": side(&self.real),
+            "distances": distances,
+        })
+    }
+
+    /// The page of plots.
+    pub fn page(&self) -> RgbImage {
+        plots::draw(self)
+    }
+}
+
+fn side(side: &Statistics) -> Value {
+    let pair = |values: [Value; 2]| -> Value {
+        Direction::BOTH
+            .iter()
+            .zip(values)
+            .map(|(direction, value)| (direction.key().to_string(), value))
+            .collect::<serde_json::Map<_, _>>()
+            .into()
+    };
+    let three =
+        |numbers: Option<[f64; 3]>| numbers.map(|[p10, p50, p90]| json!({ "p10": p10, "p50": p50, "p90": p90 }));
+    let thousandth = side.unit.unwrap_or_default().thousandth();
+    json!({
+        "name": side.name,
+        "scans": side.frames,
+        "columns": side.size.0,
+        "profiles": side.size.1,
+        "missing_share": side.missing,
+        "least_reflectance_dn": side.least_reflectance,
+        "saturated_share": side.saturated,
+        (format!("range_noise_{thousandth}")): pair(side.noise.map(|n| json!(n))),
+        "edge_share": pair(side.edges.map(|n| json!(n))),
+        "range_noise_correlation": pair(side.noise_correlation.clone().map(|list| json!(list))),
+        "speckle_contrast": three(side.contrast),
+        "speckle_correlation": pair(side.grain.clone().map(|list| json!(list))),
+        "line_width_px": three(side.line_width_px),
+        "line_sigma_px": three(side.line_sigma_px),
+        "range_spectrum": pair(side.spectrum.clone().map(|points| {
+            let [f, p]: [Vec<f64>; 2] = [points.iter().map(|p| p.0).collect(), points.iter().map(|p| p.1).collect()];
+            json!({ "cycles_per_px": f, (format!("{thousandth}2_px")): p })
+        })),
+    })
+}
+
+fn number(value: Option<f64>, digits: usize) -> String {
+    // Adding 0 takes the sign off a rounded -0.
+    let rounded = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+    value.map_or("-".into(), |value| format!("{:.digits$}", rounded(value)))
+}
+
+/// A name that fits into its column: its end, where file names differ.
+pub(super) fn short(name: &str) -> String {
+    const MAX_LETTERS: usize = 22;
+    let count = name.chars().count();
+    if count <= MAX_LETTERS {
+        name.into()
+    } else {
+        format!("..{}", name.chars().skip(count - MAX_LETTERS + 2).collect::<String>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was not measured is a dash in the table and null in the document, and no distance is made up.
+    #[test]
+    fn unknown_is_told_as_unknown() {
+        let real = Statistics { name: "a name that is far too long for its column".into(), ..Statistics::default() };
+        let comparison = Comparison { sim: Statistics::default(), real };
+        let table = comparison.table();
+        assert_eq!(table.lines().next(), Some(format!("{:>92}", ".. long for its column").as_str()), "{table}");
+        assert!(!table.contains("NaN") && table.lines().all(|line| line.chars().count() <= 92), "{table}");
+        let json = comparison.json();
+        assert_eq!((&json["sim"]["missing_share"], &json["distances"]["range_noise_um"]), (&Value::Null, &Value::Null));
+        assert!(comparison.page().width() > 0);
+    }
+}

@@ -1,0 +1,68 @@
+//! Light of lamps and windows that gets past the filter: an even glow on whatever a pixel looks at.
+//!
+//! [`super::vignetting`] has the equation. A place throws back as much of it as of an even light from above, which is the sum
+//! of all widths of its spread, and what its surface throws back; the pixel of a sensor row sees the place that the row
+//! looks at, as the light from below does. It has no speckle (its band is broad) and photon noise like all light.
+//! Neglected: shadows that the object throws on itself and on the conveyor; a place that is hidden has its own
+//! brightness in place of what hides it; places beyond the rows that a band holds have the last one's.
+
+use std::ops::Range;
+
+use procedural::Class;
+
+use super::camera::Camera;
+use super::expose::{ROWS, Scratch, Window};
+use super::row::Row;
+use super::{Band, Sensor, TILE};
+use crate::specimen::Hit;
+use crate::transport::kernel::{BASIS, SpreadRow};
+
+/// Fills the ambient light of `row`, whose body stands in the columns `own`; `albedo` holds what surfaces throw back.
+pub fn row(own: Range<usize>, camera: &Camera, spread: &SpreadRow, albedo: &mut [f32], row: &mut Row) {
+    row.ambient.clear();
+    if !camera.has_ambient() {
+        return;
+    }
+    for column in own.filter(|&column| row.hits[column].matter.class != Class::Background) {
+        albedo[column] += (0..BASIS).map(|j| spread.enter[j][column] * spread.exit[j][column]).sum::<f32>();
+    }
+    let light = |(hit, albedo): (&Hit, &f32)| albedo * camera.ambient(hit.x, hit.surface.z);
+    row.ambient.extend(row.hits.iter().zip(&*albedo).map(light));
+    row.ambient.resize(row.centre.len(), 0.0);
+}
+
+/// Adds it to the windows of a tile.
+pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
+    if !sensor.camera.has_ambient() {
+        scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
+        return;
+    }
+    let start = tile * TILE;
+    let centre = &band.row(profile).centre[start..start + TILE];
+    let Scratch { windows, used, .. } = scratch;
+    for window in &mut windows[..*used] {
+        let Window { ambient, first_row, .. } = window;
+        ambient.resize(ROWS, [0.0; TILE]);
+        let at_the_line =
+            first_row.iter().zip(centre).all(|(&first, &row)| first == super::secondary_light::window_start(row));
+        for (k, line) in ambient.iter_mut().enumerate() {
+            if at_the_line {
+                line.copy_from_slice(&band.neighbour(profile, sensor.neighbours[k]).ambient[start..start + TILE]);
+            } else {
+                for (c, pixel) in line.iter_mut().enumerate() {
+                    let offset = sensor.looks(centre[c] - (first_row[c] + k as i32) as f32);
+                    *pixel = band.neighbour(profile, offset).ambient[start + c];
+                }
+            }
+        }
+    }
+}
+
+/// Ambient light in a pixel of the whole sensor [e-].
+pub fn pixel(sensor: &Sensor, band: &Band, profile: usize, column: usize, row: usize) -> f32 {
+    if !sensor.camera.has_ambient() {
+        return 0.0;
+    }
+    let offset = sensor.looks(band.row(profile).centre[column] - row as f32);
+    band.neighbour(profile, offset).ambient[column]
+}

@@ -1,0 +1,87 @@
+//! What numbers become on disk: PNG rounding and saturation, half floats that are exact, attributes in ASCII.
+
+use sheetlight::dataset::{ExrChannel, Grey, Samples, encode, read_exr, read_png, write_exr, write_png};
+use sheetlight::settings::{Channel, Output};
+use test_support::records::{SIZE, output, record};
+
+fn exr(samples: Samples, cols: usize) -> ExrChannel {
+    let channel = ExrChannel { name: "A".into(), samples };
+    let file = write_exr(vec![channel], cols, (0.04, 0.068), &serde_json::json!({}));
+    read_exr(&file).expect("it was just written").2.remove(0)
+}
+
+#[test]
+fn every_whole_number_survives() {
+    let all: Vec<u16> = (0..=u16::MAX).collect();
+    let (cols, rows, image) = read_png(&write_png(&Grey::Sixteen(all.clone()), 256)).expect("it was just written");
+    assert_eq!((cols, rows, image), (256, 256, Grey::Sixteen(all)));
+    let bytes: Vec<u8> = (0..=255).collect();
+    let (.., image) = read_png(&write_png(&Grey::Eight(bytes.clone()), 16)).expect("it was just written");
+    assert_eq!(image, Grey::Eight(bytes));
+    // Digital numbers and labels in half floats, instances in whole numbers, sums in floats.
+    let halves = Samples::Half((0..=2048).map(|n| n as f32).collect());
+    assert_eq!(exr(halves.clone(), 3).samples, halves);
+    let whole = Samples::Uint((0..=u32::from(u16::MAX)).collect());
+    assert_eq!(exr(whole.clone(), 256).samples, whole);
+    let sums = Samples::Float((0..70_000).map(|n| n as f32).collect());
+    assert_eq!(exr(sums.clone(), 700).samples, sums);
+}
+
+#[test]
+fn half_floats_are_as_close_as_the_declaration_says() {
+    let binned: Vec<f32> = (0..=255 * 64).map(|n| n as f32 / 64.0).collect();
+    let read = exr(Samples::Half(binned.clone()), 1).numbers();
+    let worst = read.iter().zip(&binned).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst <= 0.0625, "{worst}");
+    let angles: Vec<f32> = (-9000..=9000).map(|n| n as f32 / 100.0).collect();
+    let read = exr(Samples::Half(angles.clone()), 1).numbers();
+    let worst = read.iter().zip(&angles).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst <= 0.032, "{worst} deg");
+}
+
+#[test]
+fn range_rounds_saturates_and_knows_missing() {
+    let output = Output { png: vec![Channel::Range], ..output() };
+    let mut sample = record(0, &SIZE, &output);
+    let heights = [f32::NAN, -20.0, -500.0, -19.998, -19.9951, 22.0, 400.0];
+    sample.maps.range[..heights.len()].copy_from_slice(&heights);
+    let sample = encode(sample, &output);
+    let (.., image) = read_png(&sample.png[0].1).expect("it was just written");
+    // Offset -20 mm, 0.002 mm for each number.
+    assert_eq!(image.numbers()[..heights.len()], [0, 1, 1, 1, 2, 21000, 65535]);
+    let channels = read_exr(sample.exr.as_deref().expect("the output asks for it")).expect("it was just written").2;
+    let range = channels.iter().find(|c| c.name == "Range").expect("the output asks for it").numbers();
+    assert!(range[0].is_nan() && range[1] == -20.0 && range[5] == 22.0);
+}
+
+#[test]
+fn scatter_and_reflectance_saturate() {
+    let output = Output { png: vec![Channel::Scatter, Channel::Reflectance], ..output() };
+    let mut sample = record(0, &SIZE, &output);
+    sample.maps.scatter[..3].copy_from_slice(&[0.4, 65535.4, 80000.0]);
+    sample.maps.reflectance[..3].copy_from_slice(&[0.5, 254.4, 255.0]);
+    let sample = encode(sample, &output);
+    // In the order of columns, whatever the order of asking.
+    let names: Vec<Channel> = sample.png.iter().map(|(channel, _)| *channel).collect();
+    assert_eq!(names, [Channel::Reflectance, Channel::Scatter]);
+    let numbers = |i: usize| read_png(&sample.png[i].1).expect("it was just written").2.numbers();
+    assert_eq!(numbers(0)[..3], [1, 254, 255]);
+    assert_eq!(numbers(1)[..3], [0, 65535, 65535]);
+}
+
+#[test]
+fn attributes_are_ascii_and_bytes_repeat() {
+    let output = output();
+    let sample = encode(record(1, &SIZE, &output), &output);
+    let file = sample.exr.clone().expect("the output asks for it");
+    let (.., text) = read_exr(&file).expect("it was just written");
+    assert!(text.is_ascii(), "{text}");
+    let said: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
+    assert_eq!((said["class"].as_str(), said["row_mm"].as_f64()), (Some("knöt"), Some(0.068)));
+    assert_eq!(said["units"]["Range"], "mm");
+    for _ in 0..5 {
+        let again = encode(record(1, &SIZE, &output), &output);
+        assert!(again.exr == sample.exr && again.png == sample.png, "the bytes of the maps change from run to run");
+    }
+    assert_ne!(encode(record(2, &SIZE, &output), &output).sha256(), sample.sha256());
+}

@@ -1,0 +1,5 @@
+//! Shards and folders as the writer leaves them.
+
+mod exact;
+mod refuse;
+mod write;

@@ -1,0 +1,176 @@
+//! What a dataset folder refuses, and how it says so: other datasets, other files, a full disk.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::thread;
+
+use output_schema::DatasetHead;
+use sheetlight::dataset::{Claim, Dataset, ShardWriter};
+use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
+
+fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {
+    let mut other = head(&output(), &SIZE, 6);
+    change(&mut other);
+    match Dataset::open_or_create(path, other) {
+        Err(fault) if fault.tried == Some("use") => fault.to_string(),
+        other => panic!("not refused: {other:?}"),
+    }
+}
+
+#[test]
+fn another_dataset_is_refused_with_the_difference() {
+    let place = tempfile::tempdir().expect("a folder");
+    write_dataset(place.path(), 6, &output());
+    let before = tree(place.path());
+    let text = refusal(place.path(), |h| {
+        h.recipe.hash = "00".repeat(32);
+        h.recipe.canonical["laser"]["power_mw"] = 60.0.into();
+    });
+    assert!(text.contains("recipe.laser.power_mw: 50.0 -> 60.0"), "{text}");
+    assert!(refusal(place.path(), |h| h.seed = 3).contains("seed: 18446744073709551614 -> 3"));
+    assert!(refusal(place.path(), |h| h.generator.version = "9.0.0".into()).contains("generator.version"));
+    assert!(refusal(place.path(), |h| h.samples_per_shard = 5).contains("samples_per_shard: 4 -> 5"));
+    assert!(refusal(place.path(), |h| h.target = "aarch64".into()).contains("target"));
+    assert!(refusal(place.path(), |h| h.schema_version = [1, 9]).contains("schema_version"));
+    assert_eq!(tree(place.path()), before, "a refusal changes nothing");
+}
+
+#[test]
+fn a_newer_schema_is_refused_clearly() {
+    let place = tempfile::tempdir().expect("a folder");
+    write_dataset(place.path(), 2, &output());
+    let manifest = place.path().join("shards/00000.json");
+    let text = fs::read_to_string(&manifest).expect("it is there");
+    let folder = Dataset::open(place.path()).expect("it is a dataset");
+    assert!(folder.manifest(0).is_ok_and(|found| found.is_some()));
+    let newer = text.replacen("\"schema_version\": [\n    1", "\"schema_version\": [\n    2", 1);
+    fs::write(&manifest, newer).expect("it can be written");
+    assert!(folder.manifest(0).is_err_and(|e| e.to_string().contains("newer")));
+
+    let path = place.path().join("dataset.json");
+    let mut document: DatasetHead =
+        serde_json::from_slice(&fs::read(&path).expect("it is there")).expect("it is a head");
+    document.schema_version = [2, 0];
+    fs::write(&path, serde_json::to_vec(&document).expect("plain data")).expect("it can be written");
+    assert!(refusal(place.path(), |_| ()).contains("newer"));
+    fs::write(&path, "{").expect("it can be written");
+    assert!(refusal(place.path(), |_| ()).contains("cannot be read"));
+}
+
+#[test]
+fn a_folder_with_other_files_is_refused() {
+    let place = tempfile::tempdir().expect("a folder");
+    fs::write(place.path().join("thesis.tex"), "years").expect("it can be written");
+    assert!(refusal(place.path(), |_| ()).contains("not empty"));
+    assert_eq!(tree(place.path()).len(), 1);
+}
+
+#[test]
+fn fewer_samples_remove_nothing() {
+    let place = tempfile::tempdir().expect("a folder");
+    write_dataset(place.path(), 10, &output());
+    let before = tree(place.path());
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 2)).expect("it opens");
+    assert_eq!((folder.head().samples, folder.remaining(0..9)), (10, vec![]));
+    assert_eq!(tree(place.path()), before);
+}
+
+#[test]
+fn many_may_begin_and_write_one_dataset() {
+    let place = tempfile::tempdir().expect("a folder");
+    let output = output();
+    thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens");
+                for shard in folder.remaining(0..folder.head().shards) {
+                    match ShardWriter::claim(&folder, shard) {
+                        Err(fault) => panic!("{fault}"),
+                        Ok(Claim::Busy | Claim::Done) => continue,
+                        Ok(Claim::Granted(mut writer)) => {
+                            let (first, count) = writer.span();
+                            (first..first + count)
+                                .for_each(|i| writer.push(encoded(i, &output)).expect("it is written"));
+                            writer.finish().expect("it is finished");
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let alone = tempfile::tempdir().expect("a folder");
+    write_dataset(alone.path(), 24, &output);
+    Dataset::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens").complete().expect("a card");
+    assert_eq!(tree(place.path()), tree(alone.path()));
+}
+
+#[test]
+fn a_missing_parent_and_a_file_in_the_way_are_named() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = place.path().join("file");
+    fs::write(&file, "").expect("it can be written");
+    let error = Dataset::open_or_create(&file.join("data"), head(&output(), &SIZE, 2)).expect_err("no folder");
+    assert!(error.to_string().contains("check the path"), "{error}");
+}
+
+/// A small disk of its own; unmounted at the end.
+struct SmallDisk(tempfile::TempDir);
+
+impl SmallDisk {
+    fn mount() -> Option<Self> {
+        let place = tempfile::tempdir().ok()?;
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=2m", "tmpfs"]).arg(place.path()).status();
+        mount.is_ok_and(|status| status.success()).then_some(Self(place))
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0.path()).status();
+    }
+}
+
+#[test]
+fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
+    let Some(disk) = SmallDisk::mount() else {
+        full_device();
+        return;
+    };
+    let output = output();
+    let root = disk.0.path().join("set");
+    let folder = Dataset::open_or_create(&root, head(&output, &SIZE, 8)).expect("it opens");
+    write_shard(&folder, 0, &output);
+    let before = tree(&root);
+    fs::write(disk.0.path().join("ballast"), vec![1; 1_900_000]).ok();
+    let _ = fs::write(disk.0.path().join("rest"), vec![1; 70_000]);
+    let written = ShardWriter::claim(&folder, 1).and_then(|claim| {
+        let mut writer = claim.granted().expect("the shard is free");
+        (4..8).try_for_each(|index| writer.push(encoded(index, &output)))?;
+        writer.finish()
+    });
+    let error = written.expect_err("the disk is full");
+    assert!(error.what.starts_with("the disk is full") && error.what.contains("MB free"), "{error:?}");
+    let text = error.to_string();
+    for word in ["disk is full", "MB free", "finished shards are intact", "same command to continue"] {
+        assert!(text.contains(word), "{text}");
+    }
+    assert_eq!(tree(&root), before, "nothing of the shard is left, and the finished one is as it was");
+    fs::remove_file(disk.0.path().join("ballast")).expect("it is there");
+    let _ = fs::remove_file(disk.0.path().join("rest"));
+    write_shard(&folder, 1, &output);
+    assert!(folder.remaining(0..2).is_empty());
+}
+
+/// Where nothing can be mounted: a manifest that leads to the full device.
+fn full_device() {
+    let place = tempfile::tempdir().expect("a folder");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
+    std::os::unix::fs::symlink("/dev/full", place.path().join("shards/.tmp-00000.json")).expect("a link");
+    (0..4).for_each(|index| writer.push(encoded(index, &output())).expect("it is written"));
+    let error = writer.finish().expect_err("the device is full");
+    assert!(error.what.starts_with("the disk is full"), "{error:?}");
+    assert!(!folder.is_done(0));
+}

@@ -1,0 +1,178 @@
+//! A disk that is too small or fills up: refused before the work, or stopped with finished shards whole and continued.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::Command;
+use std::thread::sleep;
+use std::time::Duration;
+
+use serde_json::Value;
+use test_support::program::{Place, assert_same};
+
+/// A small disk in memory; only root can mount one.
+struct Disk(PathBuf);
+
+impl Disk {
+    /// `None`, and a word about it, where this user may not mount.
+    fn mount(place: &Place, megabytes: u32) -> Option<Self> {
+        let path = place.path("disk");
+        fs::create_dir(&path).expect("a folder");
+        let size = format!("size={megabytes}m");
+        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs"]).arg(&path).output();
+        let mounted = mounted.is_ok_and(|output| output.status.success());
+        if !mounted {
+            eprintln!("not tested: only root can mount a small disk");
+        }
+        mounted.then_some(Self(path))
+    }
+
+    fn grow(&self, megabytes: u32) {
+        let size = format!("remount,size={megabytes}m");
+        assert!(Command::new("mount").args(["-o", &size]).arg(&self.0).status().expect("mount starts").success());
+    }
+
+    /// Fills it until so many bytes are left.
+    fn fill(&self, left: usize) {
+        let mut file = File::create(self.0.join("filler")).expect("a file");
+        while file.write(&[7; 4096]).is_ok_and(|written| written > 0) {}
+        let length = file.metadata().expect("its size").len();
+        file.set_len(length.saturating_sub(left as u64)).expect("it can be cut");
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg("-l").arg(&self.0).status();
+    }
+}
+
+#[test]
+fn a_disk_that_is_too_small_is_refused_before_the_work() {
+    let place = Place::with(&[]);
+    let Some(disk) = Disk::mount(&place, 3) else { return };
+    let order = "--recipe tiny.yaml --n 200 --out disk/set";
+    let words = ["200 samples", "MB free", "disk/set", "make room", "--out", "output.bin"];
+    let run = place.run(order);
+    assert_eq!(run.code, 1, "{}", run.err);
+    words.iter().for_each(|word| assert!(run.err.contains(word), "no `{word}` in {}", run.err));
+    let estimate = place.run(&format!("{order} --estimate"));
+    assert_eq!(estimate.code, 1, "{}", estimate.err);
+    words.iter().for_each(|word| assert!(estimate.out.contains(word), "no `{word}` in {}", estimate.out));
+    assert_eq!(fs::read_dir(&disk.0).expect("it lists").count(), 0, "nothing was begun");
+    // Part of the dataset needs a part of the space, and what is there needs none.
+    place.done("--recipe tiny.yaml --n 12 --out disk/set");
+    disk.fill(200_000);
+    let again = place.done("--recipe tiny.yaml --n 12 --out disk/set");
+    assert!(again.err.contains("nothing to do"), "{}", again.err);
+    assert_eq!(place.run("--recipe tiny.yaml --n 24 --out disk/set").code, 1);
+}
+
+#[test]
+fn a_disk_that_fills_up_stops_the_work_and_loses_nothing() {
+    let place = Place::with(&[["sensor_stack: none", "sensor_stack: {every: 8}"]]);
+    let Some(disk) = Disk::mount(&place, 12) else { return };
+    let order = "--recipe tiny.yaml --n 24 --samples-per-shard 3 --threads 1 --out";
+    place.done(&format!("{order} whole"));
+
+    let mut child = place.command(&format!("{order} disk/set")).spawn().expect("the program starts");
+    let second = disk.0.join("set/shards/00001.json");
+    while !second.exists() {
+        assert!(child.try_wait().expect("the child can be asked").is_none(), "it ended before its second shard");
+        sleep(Duration::from_millis(1));
+    }
+    // Somebody else takes the rest of the disk: the early look at the free space has passed.
+    disk.fill(100_000);
+    let output = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    for word in ["disk is full", "free", "needed", "finished shards are intact", "make room", "same command"] {
+        assert!(text.contains(word), "no `{word}` in {text}");
+    }
+    assert!(!text.contains("panicked"), "{text}");
+
+    let report: Value =
+        serde_json::from_str(&place.run("validate disk/set --json --rerender 2").out).expect("it is JSON");
+    let counts = report["fault_counts"].as_object().expect("counts");
+    assert!(counts.keys().eq(["manifest-missing"]), "{report:#}");
+    let finished = report["shards"].as_u64().expect("a number");
+    assert!((2..8).contains(&finished) && report["samples"] == 3 * finished, "{report:#}");
+    assert_eq!(counts["manifest-missing"], 8 - finished);
+
+    // The disk is still full: refused at once, or stopped again; the finished shards stay.
+    let full = place.run(&format!("{order} disk/set"));
+    assert_eq!(full.code, 1, "{}", full.err);
+    assert!(full.err.contains("free") && full.err.contains("make room"), "{}", full.err);
+
+    disk.grow(40);
+    place.done(&format!("{order} disk/set"));
+    assert_same(&place.tree("whole"), &place.tree("disk/set"), "continued on a larger disk");
+}
+
+#[test]
+fn an_estimate_counts_what_is_left() {
+    let place = Place::with(&[]);
+    let order = "--recipe tiny.yaml --n 10 --samples-per-shard 4 --out set --estimate";
+    let before = place.done(order);
+    assert!(before.out.starts_with("10 of 10 samples to make in set\n"), "{}", before.out);
+    assert!(!place.path("set").exists(), "an estimate makes nothing");
+    for line in ["  time ", "  disk ", " a sample", " free"] {
+        assert!(before.out.contains(line), "no `{line}` in {}", before.out);
+    }
+    assert!(!before.out.contains("unknown"), "{}", before.out);
+    let classes = |text: &str| -> Vec<(String, u64)> {
+        let of =
+            |line: &str| line.strip_prefix("  class  ")?.split_once(": ").map(|(a, b)| (a.to_owned(), b.to_owned()));
+        text.lines().filter_map(of).map(|(name, count)| (name, count.parse().expect("a number"))).collect()
+    };
+    let counted = classes(&before.out);
+    assert_eq!(counted.iter().map(|(_, n)| n).sum::<u64>(), 10, "{counted:?}");
+
+    place.make("set", "--n 8 --samples-per-shard 4");
+    let after = place.done(order);
+    assert!(after.out.starts_with("2 of 10 samples to make in set\n"), "{}", after.out);
+    place.make("set", "--n 10 --samples-per-shard 4");
+    assert!(place.done(order).out.starts_with("0 of 10 samples to make in set\n"));
+
+    // What was counted is what was made.
+    let names = place.json("set/dataset.json")["classes"].clone();
+    let samples = place.samples("set");
+    for (name, count) in counted {
+        let number = names.as_array().expect("names").iter().position(|n| *n == *name).expect("the class is known");
+        let made = samples.values().filter(|s| format!("{}", s.columns["class"]) == number.to_string()).count();
+        assert_eq!(made as u64, count, "{name}");
+    }
+}
+
+#[test]
+fn an_estimate_is_near_what_is_written() {
+    let place = Place::with(&[]);
+    let estimate = place.done("--recipe wood-small.yaml --n 6 --out set --estimate");
+    let disk = estimate.out.lines().find_map(|line| line.strip_prefix("  disk   ")).expect("a line about the disk");
+    let megabytes: f64 = disk.split_once(" MB").expect("a size").0.parse().expect("a number");
+    place.done("--recipe wood-small.yaml --n 6 --out set");
+    let written = place.tree("set").values().map(Vec::len).sum::<usize>() as f64 / 1e6;
+    assert!((0.95..1.2).contains(&(megabytes / written)), "{megabytes} MB estimated, {written} MB written");
+}
+
+/// An export that fills a disk ends with the reason and the remedy, and the same command goes on where there is room.
+#[test]
+fn an_export_that_fills_a_disk_goes_on() {
+    let place = Place::with(&[]);
+    place.make("set", "--n 24");
+    let Some(disk) = Disk::mount(&place, 1) else { return };
+    disk.fill(60_000);
+    for format in ["png", "webdataset", "coco", "icon"] {
+        let order = format!("export {format} set --out disk/{format}");
+        let run = place.run(&order);
+        assert_eq!(run.code, 1, "{format}: {}", run.err);
+        assert!(run.err.contains("the disk is full") && run.err.contains("make room"), "{format}: {}", run.err);
+        fs::remove_dir_all(disk.0.join(format)).expect("it is ours");
+    }
+    let order = "export png set --out disk/png";
+    assert_eq!(place.run(order).code, 1);
+    disk.grow(8);
+    place.done(order);
+    place.done("export png set --out whole");
+    assert_same(&place.tree("whole"), &place.tree("disk/png"), "after a full disk");
+}

@@ -1,0 +1,4 @@
+//! Numbers that have to be the same everywhere.
+
+mod chance;
+mod portable_floats;

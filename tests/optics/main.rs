@@ -1,0 +1,24 @@
+//! What camera, laser and sensor make of known bodies, and what extraction reads from it, against closed forms.
+
+mod blister_presence;
+mod blooming;
+mod camera_motion;
+mod camera_optics;
+mod columns;
+mod effects;
+mod extraction;
+mod extraction_methods;
+mod flat_target;
+mod holes;
+mod laser_keys;
+mod laser_light;
+mod laser_places;
+mod pack_optics;
+mod pack_windows;
+mod range_forms;
+mod real_frames;
+mod scatter_ratios;
+mod sensor_chain;
+mod solid_pieces;
+mod speckle;
+mod turntable;

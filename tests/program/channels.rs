@@ -1,0 +1,104 @@
+//! Binning, chosen channels and kept sensor frames: what the recipe asks for is on disk, and nothing else.
+
+use parquet::record::Field;
+use test_support::program::{Place, rows, tree};
+
+const BIN: [&str; 2] = ["bin: {columns: 1, profiles: 1}", "bin: {columns: 2, profiles: 4}"];
+const PNG: [&str; 2] = ["png: [range, reflectance, scatter, label]", "png: [range, label]"];
+const EXR: [&str; 2] = ["exr: [range, reflectance, scatter, label, instance] ", "exr: [] "];
+const TRUTH: [&str; 2] = ["truth_maps: true", "truth_maps: false"];
+const NAMES: [&str; 5] = ["range", "reflectance", "scatter", "label", "instance"];
+
+#[test]
+fn a_lean_dataset_holds_what_was_asked_for() {
+    let place = Place::with(&[BIN, PNG, EXR, TRUTH, ["sensor_stack: none", "sensor_stack: {every: 16}"]]);
+    place.make("set", "--n 4 --samples-per-shard 3");
+    let files = place.tree("set");
+    assert!(!files.keys().any(|name| name.starts_with("exr")), "{:?}", files.keys());
+    assert!(!place.path("set/exr").exists());
+    for (index, sample) in place.samples("set") {
+        for channel in NAMES {
+            let there = sample.columns.keys().any(|name| name.starts_with(&format!("{channel}.")));
+            assert_eq!(there, ["range", "label"].contains(&channel), "sample {index}: {channel}");
+        }
+        let sizes = ["range", "label"].map(|channel| sample.image(channel)).map(|(w, h, _)| (w, h));
+        assert_eq!(sizes, [(32, 12); 2]);
+        assert_eq!([&sample.columns["cols"], &sample.columns["rows"]], [&Field::Int(32), &Field::Int(12)]);
+    }
+    assert_frames(&place, 4, 3, 16);
+    place.done("validate set --rerender 4");
+}
+
+#[test]
+fn every_sensor_frame_can_be_kept() {
+    let place = Place::with(&[
+        ["sensor_stack: none", "sensor_stack: all"],
+        ["s: 48 ", "s: 20 "],
+        ["  rows: 832", "  rows: 400"],
+    ]);
+    place.make("set", "--n 2");
+    assert_frames(&place, 2, 20, 1);
+    place.done("validate set --rerender 2");
+}
+
+/// Every `step`-th of the profiles of each sample is there once, of the sensor's size.
+fn assert_frames(place: &Place, samples: i64, frames: i32, step: i32) {
+    let tables = tree(&place.path("set/stacks"));
+    let frames_of = |name: &String| rows(&place.path("set/stacks").join(name));
+    let all: Vec<_> = tables.keys().flat_map(frames_of).collect();
+    let mut places = Vec::new();
+    for row in &all {
+        let (Field::Long(index), Field::Int(profile)) = (&row["index"], &row["profile"]) else { panic!("{row:?}") };
+        places.push((*index, *profile));
+    }
+    let expected = (0..samples).flat_map(|index| (0..frames).map(move |frame| (index, frame * step)));
+    assert_eq!(places, expected.collect::<Vec<_>>());
+    let images = &place.json("set/dataset.json")["images"];
+    let pixels = images["sensor_rows"].as_u64().expect("rows") * images["sensor_cols"].as_u64().expect("columns");
+    for row in &all {
+        let Some(Field::ListInternal(frame)) = row.iter().find(|(name, _)| name.starts_with("frame")).map(|f| f.1)
+        else {
+            panic!("{:?}", row.keys())
+        };
+        assert_eq!(frame.len() as u64, pixels);
+        assert!(frame.elements().iter().any(|dn| *dn != frame.elements()[0]), "a frame is uniform");
+    }
+}
+
+#[test]
+fn a_binned_label_is_the_majority_of_its_pixels() {
+    let png = ["png: [range, reflectance, scatter, label]", "png: [reflectance, label, instance]"];
+    // A view of the whole board, so that its defects are seen.
+    let wide = [["s: 64 ", "s: 256 "], ["s: 48 ", "s: 64 "], ["step_mm: 0.068", "step_mm: 0.25"]];
+    let [columns, profiles, step] = wide;
+    let full = Place::with(&[png, columns, profiles, step]);
+    let binned = Place::with(&[png, columns, profiles, step, BIN]);
+    full.make("set", "--n 5");
+    binned.make("set", "--n 5");
+    let (full, binned) = (full.samples("set"), binned.samples("set"));
+    let mut seen = [0usize; 5];
+    let mut mixed = 0;
+    for (index, sample) in &full {
+        let ((w, h, label), (_, _, instance)) = (sample.image("label"), sample.image("instance"));
+        let reflectance = sample.image("reflectance").2;
+        let small = ["label", "instance", "reflectance"].map(|channel| binned[index].image(channel));
+        assert_eq!([w, h, small[0].0, small[0].1], [256, 64, 128, 16]);
+        for (i, &class) in small[0].2.iter().enumerate() {
+            let (x, y) = (i % 128 * 2, i / 128 * 4);
+            let behind: Vec<usize> = (0..8).map(|p| (y + p / 2) * 256 + x + p % 2).collect();
+            let count = |wanted: u16| behind.iter().filter(|p| label[**p] == wanted).count();
+            let most = (0..5).map(count).max().expect("five classes");
+            // Of equals the greater class wins, so that a small defect is not lost.
+            let winner = (0..5).rev().find(|class| count(*class) == most).expect("one of them");
+            assert_eq!(class, winner, "sample {index}, pixel {i}");
+            let of_class = behind.iter().filter(|p| label[**p] == class);
+            assert!(of_class.clone().any(|p| instance[*p] == small[1].2[i]), "sample {index}, pixel {i}");
+            let lit: Vec<f64> = behind.iter().map(|p| f64::from(reflectance[*p])).filter(|dn| *dn > 0.0).collect();
+            let mean = if lit.is_empty() { 0.0 } else { lit.iter().sum::<f64>() / lit.len() as f64 };
+            assert!((f64::from(small[2].2[i]) - mean).abs() <= 0.501, "sample {index}, pixel {i}");
+            seen[usize::from(class)] += 1;
+            mixed += usize::from(most < 8);
+        }
+    }
+    assert!(seen[0] > 0 && seen[1] > 0 && seen[2..].iter().sum::<usize>() > 0 && mixed > 10, "{seen:?}, {mixed} mixed");
+}

@@ -1,0 +1,190 @@
+//! `gen preview`, `validate`, `schema` and help: what they print, where, and with which status.
+
+use std::fs;
+use std::io::Read;
+
+use serde_json::{Value, json};
+use test_support::program::{self, Place};
+
+#[test]
+fn a_preview_shows_something() {
+    Place::of_each_subject(&[]).iter().for_each(previews);
+}
+
+fn previews(place: &Place) {
+    let run = place.done("preview --recipe tiny.yaml --index 3 --out plank.png");
+    assert_eq!(run.out, "");
+    let picture = image::open(place.path("plank.png")).expect("it is a picture").into_rgb8();
+    let (width, height) = picture.dimensions();
+    assert!((600..3000).contains(&width) && (400..2000).contains(&height), "{width} x {height}");
+    assert!(run.err.contains(&format!("plank.png: {width} x {height}")), "{}", run.err);
+    // Sensor frame on top, four panels below; each shows more than one colour over a good part of it.
+    let colours = |left: u32, right: u32, top: u32, bottom: u32| {
+        let pixels = (left..right).flat_map(|x| (top..bottom).map(move |y| (x, y)));
+        let mut colours: Vec<_> = pixels.map(|(x, y)| picture.get_pixel(x, y).0).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        colours.len()
+    };
+    assert!(colours(20, width - 20, 30, height * 2 / 5) > 40, "the sensor frame is uniform");
+    for panel in 0..4 {
+        let (left, right) = (panel * width / 4 + width / 20, (panel + 1) * width / 4 - width / 20);
+        let least = if panel < 3 { 10 } else { 2 };
+        let found = colours(left, right, height * 6 / 10, height * 9 / 10);
+        assert!(found >= least, "panel {panel} has {found} colours");
+    }
+    place.done("preview --recipe tiny.yaml --index 3 --out again.png");
+    assert_eq!(fs::read(place.path("plank.png")).expect("it"), fs::read(place.path("again.png")).expect("it"));
+    place.done("preview --recipe tiny.yaml --index 3 --seed 1 --out other.png");
+    assert_ne!(fs::read(place.path("plank.png")).expect("it"), fs::read(place.path("other.png")).expect("it"));
+    place.done("preview --recipe tiny.yaml --index 18446744073709551615");
+    assert!(place.path("preview.png").exists());
+}
+
+#[test]
+fn validation_passes_what_is_whole_and_names_what_is_not() {
+    Place::of_each_subject(&[]).iter().for_each(validates);
+}
+
+fn validates(place: &Place) {
+    place.make("set", "--n 6 --samples-per-shard 3");
+    let clean = place.done("validate set --rerender 2");
+    for word in ["2 shards", "6 samples", "images", "2 rendered again", "0 faults"] {
+        assert!(clean.out.contains(word), "no `{word}` in {}", clean.out);
+    }
+    assert_eq!(clean.err, "");
+    let json: Value = serde_json::from_str(&place.done("validate set --json").out).expect("it is JSON");
+    assert_eq!((&json["clean"], &json["samples"], &json["rerendered"]), (&true.into(), &6.into(), &1.into()));
+
+    let tables: Vec<String> = place.tree("set").into_keys().filter(|name| name.ends_with(".parquet")).collect();
+    let victim = tables.last().expect("a table");
+    let mut bytes = fs::read(place.path("set").join(victim)).expect("it can be read");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(place.path("set").join(victim), bytes).expect("it can be written");
+    let run = place.run("validate set");
+    assert_eq!(run.code, 1);
+    for word in ["file-checksum", victim, "run the command again", "1 faults"] {
+        assert!(run.out.contains(word), "no `{word}` in {}", run.out);
+    }
+    assert!(run.err.contains("set has 1 fault"), "{}", run.err);
+    let json: Value = serde_json::from_str(&place.run("validate set --json").out).expect("it is JSON");
+    assert_eq!(json["fault_counts"], serde_json::json!({ "file-checksum": 1 }));
+    // What the report says to do heals it.
+    let shard = victim.rsplit('-').next().and_then(|name| name.split('.').next()).expect("a number");
+    fs::remove_file(place.path(&format!("set/shards/{shard}.json"))).expect("the manifest is there");
+    place.make("set", "--n 6 --samples-per-shard 3");
+    place.done("validate set --rerender 6");
+
+    let nowhere = place.run("validate nowhere");
+    assert_eq!(nowhere.code, 1);
+    assert!(nowhere.err.contains("nowhere") && nowhere.out.contains("dataset.json"), "{}", nowhere.out);
+}
+
+#[test]
+fn schemas_are_those_of_the_repository() {
+    let place = Place::new();
+    let recipe = place.done("schema recipe");
+    assert_eq!(recipe.out, include_str!("../../recipes/recipe.schema.json"));
+    let dataset: Value = serde_json::from_str(&place.done("schema dataset").out).expect("it is JSON");
+    assert!(dataset["$schema"].is_string(), "{dataset:#}");
+    let reference = place.done("schema recipe-reference").out;
+    assert!(include_str!("../../recipes/README.md").contains(reference.trim()), "{reference}");
+    assert_eq!(place.run("schema").code, 2);
+}
+
+#[test]
+fn help_helps() {
+    let place = Place::new();
+    let help = place.done("--help");
+    for word in ["Examples:", "gen --recipe wood.yaml --n 10000 --out planks", "preview", "--estimate", "--part"] {
+        assert!(help.out.contains(word), "no `{word}` in {}", help.out);
+    }
+    let alone = place.run("");
+    assert_eq!((alone.code, alone.err.as_str()), (2, ""));
+    assert!(alone.out.contains("Examples:") && alone.out.contains("Usage:"), "{}", alone.out);
+    for command in ["preview", "validate", "schema"] {
+        assert!(place.done(&format!("{command} --help")).out.contains("Usage: gen"), "{command}");
+    }
+    assert!(place.done("--version").out.starts_with("gen "));
+}
+
+#[test]
+fn built_in_recipes_work_anywhere_and_files_win() {
+    let place = Place::new();
+    for (i, name) in ["wood-small", "wood-small.yaml", "recipes/wood-small.yaml"].into_iter().enumerate() {
+        let run = place.done(&format!("--recipe {name} --n 1 --out set{i}"));
+        assert!(run.err.contains("1 sample in 1 shard made; dataset of 1 sample"), "{}", run.err);
+    }
+    place.done("--recipe wood-small --n 1");
+    assert_eq!(place.json("out/wood-small/dataset.json")["images"]["cols"], 256);
+    place.write("wood-small.yaml", program::recipe(&[]));
+    place.done("--recipe wood-small.yaml --n 1 --out mine");
+    assert_eq!(place.json("mine/dataset.json")["images"]["cols"], 64);
+}
+
+#[test]
+fn pipes_get_plain_text_and_progress_stays_off_standard_output() {
+    let place = Place::with(&[]);
+    let runs = [
+        place.make("set", "--n 3"),
+        place.make("set", "--n 4"),
+        place.done("validate set"),
+        place.done("preview --recipe tiny.yaml"),
+        place.done("--recipe tiny.yaml --n 2 --estimate"),
+        place.run("--recipe nothing.yaml --n 2"),
+        place.run("--help"),
+        place.run("--recipe tiny.yaml --n x"),
+    ];
+    for (i, run) in runs.iter().enumerate() {
+        let text = format!("{}{}", run.out, run.err);
+        let control = text.chars().find(|c| c.is_control() && *c != '\n');
+        assert!(control.is_none(), "run {i}: {control:?} in {text:?}");
+        assert!(!text.is_empty(), "run {i}");
+    }
+    assert_eq!((runs[0].out.as_str(), runs[1].out.as_str()), ("", ""));
+}
+
+#[test]
+fn readers_that_go_away_stop_nothing() {
+    let place = Place::with(&[]);
+    let mut child = place.command("--recipe tiny.yaml --n 3 --out set").spawn().expect("the program starts");
+    drop(child.stderr.take());
+    drop(child.stdout.take());
+    assert!(child.wait().expect("it ends").success());
+    place.done("validate set");
+    for command in ["schema recipe", "--help", "", "validate set", "--recipe tiny.yaml --n 1 --estimate"] {
+        let mut child = place.command(command).spawn().expect("the program starts");
+        drop(child.stdout.take());
+        let mut text = String::new();
+        child.stderr.take().expect("a pipe").read_to_string(&mut text).expect("it is text");
+        let status = child.wait().expect("it ends").code();
+        assert!(matches!(status, Some(0 | 2)) && !text.contains("panicked"), "gen {command}: {status:?} {text}");
+    }
+}
+
+/// The smallest recipe with few photons.
+const FEW: &str = "\ntransport: {model: path, photons_per_profile: 1000}\nclasses:\n";
+
+#[test]
+fn the_program_says_what_a_slow_model_is_for_and_files_name_it() {
+    let place = Place::with(&[["\nclasses:\n", FEW], ["\n  profiles: 48 ", "\n  profiles: 8 "]]);
+    let words = ["transport: path walks 1000 photons in each of 8 profiles", "slow", "`transport: kernel`"];
+    let estimate = place.done("--recipe tiny.yaml --n 3 --estimate");
+    assert!(estimate.err.contains("rendering 1 sample to measure"), "{}", estimate.err);
+    let made = place.make("set", "--n 1");
+    let rendered = [place.done("preview --recipe tiny.yaml"), place.done("validate set --rerender 1")];
+    for run in [estimate, made].iter().chain(&rendered) {
+        words.iter().for_each(|word| assert!(run.err.contains(word), "no `{word}` in {}", run.err));
+    }
+    let canonical = &place.json("set/dataset.json")["recipe"]["canonical"]["transport"];
+    assert_eq!(*canonical, json!({"model": "path", "photons_per_profile": 1000}));
+    let card = fs::read_to_string(place.path("set/README.md")).expect("a card");
+    assert!(card.contains("\n| transport | path, photons_per_profile 1000 |\n"), "{card}");
+
+    let place = Place::with(&[]);
+    let run = place.make("set", "--n 1");
+    assert!(!run.err.contains("transport"), "{}", run.err);
+    let card = fs::read_to_string(place.path("set/README.md")).expect("a card");
+    assert!(card.contains("\n| transport | kernel |\n"), "{card}");
+}

@@ -1,0 +1,90 @@
+//! A recipe that names a file: the dataset keeps a copy, is checked and continued by it, and refuses another content.
+
+use std::fs;
+
+use test_support::program::{Place, assert_same, mesh_recipe};
+
+const BOX: &str = "v 0 0 0\nv 9 0 0\nv 9 8 0\nv 0 8 0\nv 0 0 3\nv 9 0 3\nv 9 8 3\nv 0 8 3\n\
+                   f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+fn place() -> Place {
+    let place = Place::new();
+    let recipe = mesh_recipe(&[["file: meshes/clip.obj", "file: parts/my box.obj"]]);
+    fs::create_dir(place.path("parts")).expect("a folder");
+    place.write("tiny.yaml", recipe);
+    place.write("parts/my box.obj", BOX);
+    place
+}
+
+#[test]
+fn a_dataset_stands_alone() {
+    let place = place();
+    place.make("whole", "--n 4 --samples-per-shard 2");
+    place.make("set", "--n 2 --samples-per-shard 2");
+    let head = place.json("set/dataset.json");
+    let asset = &head["assets"][0];
+    let path = asset["path"].as_str().expect("a path");
+    assert!(path.starts_with("assets/") && path.ends_with("-my_box.obj"), "{path}");
+    assert_eq!(fs::read_to_string(place.path("set").join(path)).expect("a copy"), BOX);
+    assert_eq!(head["recipe"]["canonical"]["mesh"]["file"]["sha256"], asset["sha256"]);
+
+    // Without the recipe and its file: rendered again, continued, looked at.
+    fs::remove_dir_all(place.path("parts")).expect("removed");
+    let clean = place.done("validate set --rerender 2");
+    assert!(clean.out.contains("2 rendered again") && clean.out.contains("0 faults"), "{}", clean.out);
+    place.done("preview --recipe set --out part.png");
+    place.done("--recipe set --out set --n 4");
+    assert_same(&place.tree("whole"), &place.tree("set"), "continued from the folder");
+
+    // A folder in place of a recipe is continued as it was begun, whether it is named twice or once.
+    place.done("--recipe set --out begun --n 1 --seed 9 --samples-per-shard 1");
+    place.done("--recipe begun --n 2");
+    place.done("--recipe begun --out begun --n 3");
+    let begun = place.json("begun/dataset.json");
+    assert_eq!((&begun["seed"], &begun["samples"], &begun["shards"]), (&9.into(), &3.into(), &3.into()));
+    assert!(!place.path("out").exists(), "it went elsewhere");
+
+    // A copy that is changed is named, and one that is lost is written again by whoever has the file.
+    fs::write(place.path("set").join(path), BOX.replace("9", "8")).expect("written");
+    let run = place.run("validate set");
+    assert!(run.code == 1 && run.out.contains("file-checksum") && run.out.contains(path), "{}", run.out);
+    assert!(run.out.contains("it writes the file again"), "{}", run.out);
+    fs::create_dir(place.path("parts")).expect("a folder");
+    place.write("parts/my box.obj", BOX);
+    place.make("set", "--n 4 --samples-per-shard 2");
+    place.done("validate set");
+
+    // Another content is another recipe.
+    place.write("parts/my box.obj", BOX.replace("9", "8"));
+    let run = place.run("--recipe tiny.yaml --out set --n 6 --samples-per-shard 2");
+    assert!(run.code == 1 && run.err.contains("recipe.mesh.file.sha256"), "{}", run.err);
+}
+
+#[test]
+fn faults_of_a_file_name_line_key_and_remedy() {
+    let place = place();
+    let fails = |words: &[&str]| {
+        let run = place.run("preview --recipe tiny.yaml");
+        assert_eq!(run.code, 1, "{}", run.err);
+        for word in ["mesh.file", "tiny.yaml"].iter().chain(words) {
+            assert!(run.err.contains(word), "no `{word}` in {}", run.err);
+        }
+    };
+    place.write("parts/my box.obj", BOX.replace("v 9 8 3", "v 9 8 E"));
+    fails(&["position parse error", "line 7", "export the part as OBJ anew"]);
+    fs::remove_file(place.path("parts/my box.obj")).expect("removed");
+    fails(&["there is no file `parts/my box.obj`", "relative to the recipe's own file", "meshes/clip.obj"]);
+    fs::create_dir(place.path("parts/my box.obj")).expect("a folder");
+    fails(&["no plain file", "name a file"]);
+    let pinned = mesh_recipe(&[["file: meshes/clip.obj", "file: {name: meshes/clip.obj, sha256: ab}"]]);
+    place.write("tiny.yaml", pinned);
+    fails(&["mesh.file.sha256", "64 digits"]);
+    let sum = "0".repeat(64);
+    let pin = format!("file: {{name: meshes/clip.obj, sha256: '{sum}'}}");
+    place.write("tiny.yaml", mesh_recipe(&[["file: meshes/clip.obj", &pin]]));
+    fails(&["has SHA-256", &sum]);
+    let large = mesh_recipe(&[["  unit_mm: 1 ", "  unit_mm: 1000 "]]);
+    place.write("tiny.yaml", large);
+    let run = place.run("preview --recipe tiny.yaml");
+    assert!(run.code == 1 && run.err.contains("must be above the part"), "{}", run.err);
+}

@@ -1,0 +1,12 @@
+//! `gen` as its users run it: datasets, studies, questions, faults.
+
+mod bits;
+mod channels;
+mod commands;
+mod determinism;
+mod faults;
+mod files;
+mod range;
+mod study;
+mod thesis_frames;
+mod transport;

@@ -1,0 +1,16 @@
+//! Everything that needs the Python environment of `make venv`, onnxruntime in it, or Chromium.
+
+mod baselines;
+mod browser;
+mod check;
+mod check_faults;
+mod check_inputs;
+mod export;
+mod loaders;
+mod loaders_card;
+mod loaders_metadata;
+mod models;
+mod readers;
+mod report_browser;
+mod report_check;
+mod scripts;

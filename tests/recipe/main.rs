@@ -1,0 +1,10 @@
+//! What a recipe says is drawn, or refused with its line, its key and its remedy.
+
+mod camera;
+mod draws;
+mod faults;
+mod motion;
+mod subjects;
+mod support;
+mod thesis;
+mod transport;

@@ -1,0 +1,12 @@
+//! Production against slow and obvious reference models, and these against published values. Takes minutes.
+
+mod borders;
+mod expose;
+mod expose_camera;
+mod expose_laser;
+mod expose_parts;
+mod layers;
+mod monte_carlo;
+mod pack;
+mod rays;
+mod table;

@@ -1,0 +1,216 @@
+//! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
+
+use sheetlight::optics::coherence::coherence_contrast;
+use sheetlight::study::media::{WOODS, Wood};
+use sheetlight::transport::answer::{Answer, LineSide, Question};
+use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
+use sheetlight::transport::path::{self, Effort};
+
+struct Case {
+    wood: Wood,
+    /// R, radiance factor towards the lens over it, central row, S(1,8), S(7,5), (front - back) / S(1,8).
+    truth: [f64; 6],
+}
+
+/// By the judge, 1.5e6 photons each: R to 0.0003, factors to 0.002, S(7,5) of the dead knot (4e6 photons) to 0.6 %, the rest to 0.5 %.
+const TRUTH: [(&str, [f64; 6]); 15] = [
+    ("clear along motion", [0.7445, 0.823, 0.2573, 0.4079, 0.0552, 0.0]),
+    ("clear across motion", [0.7447, 1.695, 0.2205, 0.5014, 0.0319, 0.001]),
+    ("dive 15", [0.7185, 1.421, 0.1899, 0.4507, 0.0607, -0.206]),
+    ("dive 30", [0.6338, 0.923, 0.1023, 0.4535, 0.0726, -0.122]),
+    ("dive 45", [0.5797, 1.073, 0.0895, 0.4280, 0.0658, -0.012]),
+    ("dive 60", [0.5378, 1.051, 0.0908, 0.3984, 0.0553, 0.060]),
+    ("dive 90", [0.5042, 1.005, 0.0952, 0.3709, 0.0460, -0.001]),
+    ("latewood", [0.7199, 0.810, 0.2811, 0.3940, 0.0407, 0.001]),
+    ("sound knot", [0.3909, 1.019, 0.1034, 0.2809, 0.01336, 0.066]),
+    ("dead knot", [0.1987, 1.002, 0.0719, 0.1265, 0.00122, 0.077]),
+    ("rot", [0.5148, 0.802, 0.2133, 0.2928, 0.01443, 0.001]),
+    ("blue stain", [0.5631, 0.764, 0.2376, 0.3029, 0.02357, 0.001]),
+    ("compression", [0.6589, 0.863, 0.2556, 0.3778, 0.0310, 0.002]),
+    ("resin", [0.4361, 0.904, 0.1231, 0.2317, 0.0357, 0.001]),
+    ("wet", [0.5867, 0.910, 0.1538, 0.2960, 0.0523, 0.0]),
+];
+
+/// The study's media and what the judge says of them.
+fn table() -> [Case; 15] {
+    std::array::from_fn(|i| {
+        let ((name, truth), wood) = (TRUTH[i], WOODS[i]);
+        assert_eq!(wood.name, name, "the study's media and the judge's figures are in one order");
+        Case { wood, truth }
+    })
+}
+
+fn case(name: &str) -> Case {
+    table().into_iter().find(|case| case.wood.name == name).expect(name)
+}
+
+fn figures(answer: &Answer) -> [f64; 6] {
+    let (ahead, behind) = (answer.rows(1, 8, LineSide::Ahead), answer.rows(1, 8, LineSide::Behind));
+    let reflectance = answer.reflectance.value;
+    let lens = answer.towards_lens.unwrap().value;
+    let beside = ahead + behind;
+    [
+        reflectance,
+        lens / reflectance,
+        answer.rows(0, 0, LineSide::Both),
+        beside,
+        answer.rows(7, 11, LineSide::Both),
+        (ahead - behind) / beside,
+    ]
+}
+
+/// What the fixed widths of production say.
+fn produced(case: &Case) -> [f64; 6] {
+    let (question, [mu_a, sigma_i, k, n]) = (Question::default(), case.wood.coefficients.map(|v| v as f32));
+    // The end that dives points against the motion where the other one rises with it.
+    let (sin_dive, sign) = (case.wood.dive.to_radians().sin() as f32, if case.wood.dive > 0.0 { -1.0 } else { 1.0 });
+    let (x, y) = case.wood.azimuth.to_radians().sin_cos();
+    let texel = SurfacePoint {
+        mu_a,
+        sigma_i,
+        k,
+        n,
+        enter: 1.0 - ((n - 1.0) / (n + 1.0)).powi(2),
+        sin_dive,
+        cos_azimuth: sign * y as f32,
+        view_along: sign * (question.view.x * x + question.view.y * y) as f32,
+        view_motion: 0.0,
+        view_up: question.view.z as f32,
+    };
+    let mut spread = SpreadRow::new(1);
+    line_spread(&[texel], 0, &WidthShares::new(), &mut spread);
+    let row = |k: i32| -> f64 {
+        let width = |j: usize| {
+            let sigma = f64::from(SPREAD_MM[j]).hypot(question.line_mm);
+            let below = |edge: f64| {
+                0.5 * libm::erf((edge * question.row_mm - f64::from(spread.shift[j][0])) / (sigma * 2f64.sqrt()))
+            };
+            let weight = f64::from(spread.enter[j][0]).powi(2);
+            weight * (below(f64::from(k) + 0.5) - below(f64::from(k) - 0.5))
+        };
+        (0..BASIS).map(width).sum()
+    };
+    let sum = |from: i32, to: i32| (from..=to).map(row).sum::<f64>();
+    let (ahead, behind) = (sum(1, 8), sum(-8, -1));
+    let weights: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0]).powi(2)).sum();
+    let seen: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0] * spread.exit[j][0])).sum();
+    let beside = ahead + behind;
+    [weights, seen / weights, row(0), beside, sum(7, 11) + sum(-11, -7), (ahead - behind) / beside]
+}
+
+/// Reflectance within 0.01, S(1,8), S(7,5) and the factor towards the lens within 5 %, front against back within 0.03;
+/// the central row, which no Scatter holds, within 11 %. The fixed widths leave out light beyond every window, so their
+/// sum is no reflectance.
+#[test]
+fn kernel_agrees_with_the_judge() {
+    let mut faults = Vec::new();
+    for case in &table() {
+        let gaussians = figures(&kernel::solve(&case.wood.stack(), &Question::default()).unwrap());
+        for (what, got, reflects) in [("gaussians", gaussians, true), ("fixed widths", produced(case), false)] {
+            println!("{:20} {what:12} {got:.5?} {:?}", case.wood.name, case.truth);
+            let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
+            let good = (!reflects || (got[0] - case.truth[0]).abs() < 0.01)
+                && off(1) < 0.05
+                && off(2) < 0.11
+                && off(3) < 0.05
+                && off(4) < 0.05
+                && (got[5] - case.truth[5]).abs() < 0.03;
+            if !good {
+                faults.push((case.wood.name, what));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "off the judge: {faults:?}");
+}
+
+/// The table above is what the judge says today: R, factor, centre and rows 1 to 8 of four media.
+#[test]
+fn judge_still_says_so() {
+    for i in [2, 8, 10, 13] {
+        let case = &table()[i];
+        let photons = 60_000;
+        let got =
+            path::solve(&case.wood.stack(), &Question { cells: 0, ..Question::default() }, Effort { photons, seed: 5 });
+        let figures = figures(&got);
+        println!("{:20} {figures:.4?} {:?}", case.wood.name, case.truth);
+        // Shares of independent photons; the table's own error is a fifth of theirs.
+        let share = |truth: f64| (truth * (1.0 - truth) * 1.04 / photons as f64).sqrt();
+        for place in [0, 2, 3, 4] {
+            let z = (figures[place] - case.truth[place]) / share(case.truth[place]);
+            assert!(
+                z.abs() < 4.0,
+                "{} figure {place}: {} against {}, z {z}",
+                case.wood.name,
+                figures[place],
+                case.truth[place]
+            );
+        }
+        let lens = got.towards_lens.unwrap();
+        let z = (lens.value - case.truth[0] * case.truth[1]) / lens.error;
+        assert!(z.abs() < 4.0, "{}: lens {lens:?}, z {z}", case.wood.name);
+    }
+}
+
+/// What a scatter image must show, as a share of clear wood, each within 7 %; the published ratios are those of an
+/// earlier walk.
+#[test]
+fn defects_darken_as_published() {
+    let scatter = |name: &str| figures(&kernel::solve(&case(name).wood.stack(), &Question::default()).unwrap())[3];
+    let clear = scatter("clear along motion");
+    for (name, ratio) in [("sound knot", 0.68), ("dead knot", 0.31), ("rot", 0.72), ("blue stain", 0.75)] {
+        let got = scatter(name) / clear;
+        assert!((got / ratio - 1.0).abs() < 0.07, "{name}: {got} against {ratio}");
+    }
+}
+
+/// Contrast left by the spread of path lengths in clear wood, for line widths of 0.01 to 2 nm, against a dense quadrature
+/// made apart from this code (docs/physics.md says why these differ from the table that the design began with).
+#[test]
+fn coherence_matches_quadrature() {
+    let medium = procedural::Medium {
+        mu_a: 0.08,
+        sigma_i: 2.0,
+        k: 10.0,
+        n_eff: 1.18,
+        fibre: glam::Vec3::Y,
+        gloss: procedural::Gloss::NONE,
+        coat: 1.0,
+    };
+    let widths = [0.01, 0.05, 0.1, 0.3, 0.5, 1.0, 2.0];
+    for (width, contrast) in widths.into_iter().zip([0.967, 0.827, 0.727, 0.545, 0.463, 0.364, 0.279]) {
+        let got = coherence_contrast(&medium, 1.708, 660.0, width);
+        assert!((got / contrast - 1.0).abs() < 0.005, "{width} nm: {got} against {contrast}");
+    }
+}
+
+/// Contour aspect (along over across) of a point of light where the half axis across the fibre is `across` [mm].
+fn aspect(case: &Case, across: f64) -> f64 {
+    const CELLS: usize = 80;
+    const CELL_MM: f64 = 0.05;
+    let question = Question { cells: CELLS, cell_mm: CELL_MM, ..Question::default() };
+    let point = kernel::solve(&case.wood.stack(), &question).unwrap().point;
+    let side = 2 * CELLS + 1;
+    let at = |y: i64, x: usize| point[(CELLS as i64 + y) as usize * side + CELLS + x].value;
+    let level = at(0, (across / CELL_MM).round() as usize);
+    // The pattern of a diving fibre is shifted: half of its whole length.
+    let long = (-(CELLS as i64)..=CELLS as i64).filter(|&y| at(y, 0) > level).count();
+    0.5 * long as f64 * CELL_MM / across
+}
+
+/// A point on clear wood is an ellipse along the fibre, on a knot it is round: aspects of the published table at 1.5 mm.
+#[test]
+fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
+    for (name, published) in [
+        ("clear along motion", 2.17),
+        ("dive 15", 1.9),
+        ("dive 30", 1.55),
+        ("dive 45", 1.27),
+        ("dive 60", 1.13),
+        ("dive 90", 1.0),
+        ("sound knot", 1.0),
+    ] {
+        let got = aspect(&case(name), 1.5);
+        println!("{name}: aspect {got:.2}, published {published}");
+        assert!((got / published - 1.0).abs() < 0.06, "{name}: aspect {got}, published {published}");
+    }
+}

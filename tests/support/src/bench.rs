@@ -1,0 +1,69 @@
+//! A bench at its nominal values and flat targets under it.
+
+use std::sync::OnceLock;
+
+use procedural::{Body, Medium, Parameter, flat::Flat};
+use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
+use sheetlight::optics::speckle::PatternCache;
+use sheetlight::optics::{Band, Sensor};
+use sheetlight::pipeline;
+use sheetlight::recipe::{Recipe, Scene};
+use sheetlight::record::Record;
+
+/// Every number of the bench at its declared default.
+pub fn nominal() -> Bench {
+    let default = &mut |p: &'static Parameter| p.default;
+    Bench {
+        motion: Motion::from_values(default),
+        laser: Laser::from_values(default),
+        camera: Camera::from_values(default),
+        exposure: Exposure::from_values(default),
+        speckle: Speckle::from_values(default),
+        optics: sheetlight::settings::Optics::default(),
+    }
+}
+
+/// A scene of the nominal bench, 256 columns in the middle of the sensor.
+pub fn scene(profiles: usize) -> Scene {
+    let mut scene = Recipe::load("wood-small.yaml").expect("the embedded recipe loads").draw(0, 0);
+    scene.bench = nominal();
+    scene.size.columns = 256;
+    scene.size.profiles = profiles;
+    scene
+}
+
+/// Dense bright ceramic: light leaves within some thousandths of a mm of where it entered, so that the camera, which sees
+/// it leave nearer to itself, reads heights right to 1 um.
+pub fn ceramic() -> Medium {
+    Medium::isotropic(5.0, 1500.0, 1.0, procedural::Gloss::NONE)
+}
+
+/// A wide plate: height at the origin [mm], dz/dx, dz/dy.
+pub fn plate(medium: Medium, height_mm: f32, slope_x: f32, slope_y: f32) -> Body {
+    Body::Flat(Flat { height_mm, slope_x, slope_y, width_mm: 400.0, length_mm: 400.0, medium })
+}
+
+/// Speckle patterns of seed 0, made once.
+pub fn tiles() -> &'static PatternCache {
+    static TILES: OnceLock<PatternCache> = OnceLock::new();
+    TILES.get_or_init(|| PatternCache::new(0))
+}
+
+/// Renders a body in a scene.
+pub fn render(scene: &Scene, body: Body) -> Record {
+    pipeline::render_body(scene, body, tiles(), &|_| ())
+}
+
+/// The sensor over a body, and light of `profiles` worked out.
+pub fn expose(scene: &Scene, body: Body, profiles: std::ops::Range<usize>) -> (Sensor, Band) {
+    let (sensor, specimen) = pipeline::set_up(scene, body, tiles());
+    let band = sensor.band(&specimen, profiles, Band::default());
+    (sensor, band)
+}
+
+/// Mean and standard deviation.
+pub fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    (mean, (values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
+}

@@ -1,0 +1,163 @@
+//! `gen compare`, `gen icon` and `gen export icon` as their users run them.
+
+use serde_json::Value;
+use sheetlight::icon::{Content, Range, open};
+use test_support::program::{self, Place};
+
+/// A dataset of three samples, EXR and PNG, with sensor frames.
+fn planks() -> Place {
+    let place = Place::with(&[program::FRAMES]);
+    let run = place.run("--recipe tiny.yaml --n 3 --out planks");
+    assert_eq!(run.code, 0, "{}", run.err);
+    place
+}
+
+fn json(place: &Place, arguments: &str) -> Value {
+    let run = place.run(arguments);
+    assert_eq!((run.code, run.err.as_str()), (0, ""), "gen {arguments}");
+    serde_json::from_str(&run.out).expect("it prints JSON")
+}
+
+/// A dataset against itself lies nowhere apart; against other samples of its own it has other numbers, and every one of
+/// them is there.
+#[test]
+fn a_dataset_is_like_itself() {
+    let place = planks();
+    let both = json(&place, "compare planks planks --json");
+    for name in ["range_noise_um", "reflectance_dn", "speckle_contrast", "line_width_px"] {
+        let found = &both["distances"][name];
+        assert_eq!((found["ks"].as_f64(), found["wasserstein"].as_f64()), (Some(0.0), Some(0.0)), "{name}: {found}");
+    }
+    assert_eq!(both["sim"], both["real"]);
+    assert_eq!((both["sim"]["scans"].as_u64(), both["sim"]["columns"].as_u64()), (Some(3), Some(64)));
+    let one = json(&place, "compare planks planks --json --scans 1");
+    assert_eq!(one["sim"]["scans"].as_u64(), Some(1));
+    assert_ne!(one["sim"]["missing_share"], both["sim"]["missing_share"]);
+    // The recipe's threshold is 20 DN.
+    assert!(both["sim"]["least_reflectance_dn"].as_f64().is_some_and(|dn| (20.0..40.0).contains(&dn)));
+    assert!(both["sim"]["line_width_px"]["p50"].as_f64().is_some_and(|px| (1.0..30.0).contains(&px)));
+}
+
+/// A sample as EXR, as images of its row, and as files of the camera has the same statistics but for rounding.
+#[test]
+fn formats_agree() {
+    let place = planks();
+    let run = place.run("export icon planks --index 2 --out plank");
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert_eq!(place.run("export icon planks --index 2 --out steps --words").code, 0);
+    assert!(place.run("icon steps/00000002.xml").out.contains("Range WORD"));
+    let folder = std::fs::read_dir(place.path("planks/exr/00000")).expect("EXR files are there");
+    let named = |path: &std::path::Path| {
+        let bytes = std::fs::read(path).expect("it can be read");
+        let text = sheetlight::dataset::read_exr(&bytes).expect("it is whole").3;
+        serde_json::from_str::<Value>(&text).expect("it is JSON")["index"] == 2
+    };
+    let exr = folder.flatten().map(|entry| entry.path()).find(|path| named(path)).expect("sample 2 is there");
+    std::fs::copy(exr, place.path("plank.exr")).expect("the folder is ours");
+    let same = json(&place, "compare plank.exr plank/00000002.xml --json");
+    for key in ["missing_share", "saturated_share", "range_noise_um", "speckle_contrast"] {
+        assert_eq!(same["sim"][key], same["real"][key], "{key}");
+    }
+    // A height of exactly 0 is stored as the least number above it, as 0 means missing there: at most the last digits of
+    // where noise ends change.
+    for way in ["along", "across"] {
+        let at = |side: &str| same[side]["range_noise_correlation"][way].as_array().cloned().expect("a list");
+        for (a, b) in at("sim").iter().zip(&at("real")) {
+            let (a, b) = (a.as_f64().expect("a number"), b.as_f64().expect("a number"));
+            assert!((a - b).abs() < 1e-4, "{way}: {a} and {b}");
+        }
+    }
+    let heights = |name: &str| {
+        let name = format!("{name}/00000002");
+        let Ok(Content::Scan(mut reader)) = open(&place.path(&name)) else { panic!("{name} is no scan") };
+        reader.read(0, 48).expect("it is whole").heights()
+    };
+    let alike = |name: &str, error: f64| {
+        for (a, b) in heights("plank").iter().zip(heights(name)) {
+            assert!(a.is_nan() && b.is_nan() || (a - b).abs() <= error, "{name}: {a} and {b} mm");
+        }
+    };
+    // Half of 1/65534 of less than 30 mm.
+    alike("steps", 30.0 / 65534.0 / 2.0);
+    // Without EXR the images of the row are taken: range in steps, reflectance in whole numbers.
+    let other = Place::with(&[
+        ["exr: [range, reflectance, scatter, label, instance]", "exr: []"],
+        ["truth_maps: true", "truth_maps: false"],
+    ]);
+    assert_eq!(other.run("--recipe tiny.yaml --n 3 --out planks").code, 0);
+    assert_eq!(other.run("export icon planks --index 2 --out rows").code, 0);
+    std::fs::create_dir(place.path("rows")).expect("the folder is ours");
+    for side in ["rows/00000002.xml", "rows/00000002.dat"] {
+        std::fs::copy(other.path(side), place.path(side)).expect("the folder is ours");
+    }
+    // Half of 1/65534 of all heights that the sensor can see, less than 250 mm.
+    alike("rows", 250.0 / 65534.0 / 2.0);
+    let rows = json(&place, "compare plank.exr rows/00000002.xml --json");
+    for key in ["missing_share", "saturated_share", "least_reflectance_dn"] {
+        assert_eq!(rows["sim"][key], rows["real"][key], "{key}");
+    }
+}
+
+/// What is exported says what it is; heights, reflectance and scatter are the sample's own, and a sensor frame is a
+/// whole exposure.
+#[test]
+fn samples_become_files_of_the_camera() {
+    let place = planks();
+    assert_eq!(place.run("export icon planks --index 1 --out plank").code, 0);
+    let told = place.run("icon plank/00000001.xml");
+    for words in ["64 columns x 48 profiles", "Range FLOAT, Reflectance BYTE, Scatter WORD", "between profiles 0.0"] {
+        assert!(told.out.contains(words), "'{words}' is not in: {}", told.out);
+    }
+    let Ok(Content::Scan(mut reader)) = open(&place.path("plank/00000001")) else { panic!("it is no scan") };
+    let scan = reader.read(0, 48).expect("it is whole");
+    let missing: Vec<bool> = scan.heights().iter().map(|z| z.is_nan()).collect();
+    let dark: Vec<bool> = scan.light_dn().expect("it has light").iter().map(|dn| *dn == 0).collect();
+    assert!(matches!(scan.range, Range::World(_)) && missing == dark && missing.contains(&false));
+    assert_eq!(place.run("export icon planks --index 1 --out frame --sensor").code, 0);
+    let Ok(Content::Image(image)) = open(&place.path("frame/00000001.xml")) else { panic!("it is no image") };
+    // Of the profiles 0, 16 and 32 that were kept the middle one: as bright as its reflectance.
+    let light = scan.light_dn().expect("it has light");
+    assert_eq!((image.cols, image.dn.iter().max()), (64, light[16 * 64..17 * 64].iter().max()));
+}
+
+/// The page of plots is a picture, and with it or not, nothing but the table is said when nobody sits there.
+#[test]
+fn the_page_is_a_picture() {
+    let place = planks();
+    let run = place.run("compare planks planks --out page.png");
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    assert!(run.out.contains("range noise, along the line [um]") && run.out.contains("Wasserstein-1"), "{}", run.out);
+    let page = image::open(place.path("page.png")).expect("it is a picture");
+    assert!(page.width() > 1000 && page.height() > 700);
+}
+
+/// Whatever cannot be used is told with its place and a remedy, and nothing is left behind.
+#[test]
+fn faults_name_the_remedy() {
+    let place = planks();
+    place.write("no.json", "{}");
+    place.write("no.exr", "nothing");
+    std::fs::create_dir(place.path("empty")).expect("the folder is ours");
+    for (arguments, words) in [
+        ("compare nowhere planks", "it is not there; name a dataset"),
+        ("compare planks empty", "no scan (.exr, .xml with .dat, .json)"),
+        ("compare planks no.json", "docs/compare.md"),
+        ("compare planks no.exr", "copy it again"),
+        ("compare planks planks --out nowhere/page.png", "there is no folder nowhere"),
+        ("compare planks planks --scans 0", "0 is not in"),
+        ("icon planks", "gen export icon planks --index 0 --out OUT"),
+        ("export icon planks --index 3 --out a", "give --index 0 to 2"),
+        ("export icon empty --index 0 --out a", "holds no dataset.json"),
+        ("icon nothing.xml", "side by side"),
+        ("export icon planks --index 1 --out planks", "choose a folder elsewhere"),
+    ] {
+        let run = place.run(arguments);
+        assert!(run.code != 0 && run.err.contains(words), "gen {arguments}: '{words}' is not in: {}", run.err);
+        assert_eq!(run.out, "", "gen {arguments}");
+    }
+    let without = Place::with(&[]);
+    assert_eq!(without.run("--recipe tiny.yaml --n 1 --out planks").code, 0);
+    let run = without.run("export icon planks --index 0 --out a --sensor");
+    assert!(run.code != 0 && run.err.contains("sensor_stack"), "{}", run.err);
+    assert!(!without.path("a").exists());
+}

@@ -1,0 +1,169 @@
+//! `gen export` of a dataset that is not finished or has no samples for a folder, and exports that go on.
+
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+
+use test_support::program::{Place, assert_same, recipe};
+
+/// The recipe's only light is too weak to be seen.
+const DARK: [[&str; 2]; 2] = [["power_mw: 50", "power_mw: 0.1"], ["time_us: {uniform: [34, 46]}", "time_us: 1"]];
+
+/// A dataset of tiny boards in `set`, split so.
+fn dataset(samples: u32, splits: &str, changes: &[[&str; 2]]) -> Place {
+    let splits = ["{train: 0.8, validation: 0.1, test: 0.1}", splits];
+    let place = Place::new();
+    place.write("tiny.yaml", recipe(&[&[splits][..], changes].concat()));
+    place.make("set", &format!("--n {samples} --samples-per-shard 4"));
+    place
+}
+
+/// Makes an export look as a run leaves it that is stopped before its last file: marked, without `export.json`.
+fn stop(place: &Place, out: &str) {
+    let order = place.json(&format!("{out}/export.json"))["order"].to_string();
+    fs::remove_file(place.path(out).join("export.json")).expect("it was finished");
+    place.write(&format!("{out}/.unfinished-export.json"), order);
+}
+
+/// Where no pixel shows the object no ends are made up: it is told which to give, and the folder is free for that.
+#[test]
+fn ends_are_never_made_up() {
+    let place = dataset(2, "{train: 1, validation: 0, test: 0}", &DARK);
+    for format in ["coco", "mvtec"] {
+        let order = format!("export {format} set --out {format} --image rgb --range-ends 10,30");
+        let run = place.run(&order);
+        let told =
+            ["no pixel", "scatter", "give them with --scatter-ends LOW,HIGH"].iter().all(|w| run.err.contains(w));
+        assert!(run.code == 1 && told, "{format}: {}", run.err);
+        place.done(&format!("{order} --scatter-ends 10,300"));
+    }
+}
+
+/// An export is of one state of its dataset: after shards were added neither a stopped nor a finished one goes on, and
+/// it is told why and what to do.
+#[test]
+fn a_dataset_that_grew_is_exported_anew() {
+    let place = dataset(8, "{train: 1, validation: 0, test: 0}", &[]);
+    let (later, hidden) = (place.path("set/shards/00001.json"), place.path("later.json"));
+    fs::rename(&later, &hidden).expect("it is there");
+    let order = "export coco set --out o --image range";
+    place.done(order);
+    let before = place.tree("o");
+    fs::rename(&hidden, &later).expect("it is there");
+    let finished = place.run(order);
+    assert!(finished.code == 1 && finished.err.contains("another state of the dataset"), "{}", finished.err);
+    assert_same(&before, &place.tree("o"), "a finished export");
+    stop(&place, "o");
+    let run = place.run(order);
+    let told = ["shards were added since", "remove the folder, or choose another"].iter().all(|w| run.err.contains(w));
+    assert!(run.code == 1 && told, "{}", run.err);
+    // Another order is another one, whatever became of the dataset.
+    let run = place.run("export coco set --out o --image scatter");
+    assert!(run.code == 1 && run.err.contains("repeat the command"), "{}", run.err);
+    for marker in ["[]", "", "{\"source\": 3}"] {
+        place.write("o/.unfinished-export.json", marker);
+        assert_eq!(place.run(order).code, 1, "{marker}");
+    }
+    fs::rename(&later, &hidden).expect("it is there");
+    place.write("o/.unfinished-export.json", {
+        let text = String::from_utf8(before["export.json"].clone()).expect("it is JSON");
+        serde_json::from_str::<serde_json::Value>(&text).expect("it is JSON")["order"].to_string()
+    });
+    place.done(order);
+    assert_same(&before, &place.tree("o"), "a stopped export of the old state");
+}
+
+/// Tars that were finished before a stop stay as they are, and what is no finished tar of this export is written anew.
+#[test]
+fn finished_tars_are_kept() {
+    let large = [["\n  columns: 64 ", "\n  columns: 256 "], ["\n  profiles: 48 ", "\n  profiles: 256 "]];
+    let place = dataset(16, "{train: 0.8, validation: 0, test: 0.2}", &large);
+    let order = "export webdataset set --out o --tar-mb 1 --maps range,reflectance,scatter";
+    place.done(order);
+    let whole = place.tree("o");
+    let tars: Vec<&String> = whole.keys().filter(|name| name.ends_with(".tar")).collect();
+    let train = tars.iter().filter(|name| name.starts_with("train")).count();
+    assert!(train >= 3 && tars.len() > train, "{tars:?}");
+    let file = |name: &str| place.path("o").join(name);
+    let files = |names: &[&String]| -> Vec<u64> {
+        names.iter().map(|name| fs::metadata(file(name)).expect("it is there").ino()).collect()
+    };
+    // A number of a file is given again where it was freed: each tar that must be written anew is held open.
+    let goes_on = |kept: &[&String], damaged: &[&String], what: &str| {
+        let held: Vec<fs::File> = damaged.iter().filter_map(|name| fs::File::open(file(name)).ok()).collect();
+        let (before, old) = (files(kept), files(&damaged[..held.len()]));
+        let run = place.done(order);
+        assert!(run.err.contains("of 16 samples"), "{}", run.err);
+        assert_same(&whole, &place.tree("o"), what);
+        assert_eq!(files(kept), before, "{what}: these were whole");
+        assert!(files(&damaged[..held.len()]).iter().zip(&old).all(|(new, old)| new != old), "{what}");
+    };
+    // Tars by name: those to test come before those to train.
+    let tests = tars.len() - train;
+    stop(&place, "o");
+    goes_on(&tars, &[], "all were there");
+    stop(&place, "o");
+    fs::remove_file(file(tars[tests + 1])).expect("it is there");
+    goes_on(&tars[..=tests], &tars[tests + 2..], "the second is missing");
+    let bytes = &whole[tars[tests]];
+    for (what, damaged) in [
+        ("cut short", bytes[..bytes.len() - 512].to_vec()),
+        ("too long", [bytes.as_slice(), &[0; 512]].concat()),
+        ("empty", Vec::new()),
+        ("without its end", bytes[..bytes.len() - 1024].to_vec()),
+        ("without its last file", {
+            let end = whole_files(bytes);
+            [&bytes[..end], &[0; 1024]].concat()
+        }),
+        ("of other samples", whole[tars[tests + 1]].clone()),
+        ("no tar", b"tar".repeat(1000)),
+    ] {
+        stop(&place, "o");
+        fs::write(file(tars[tests]), damaged).expect("it is ours");
+        goes_on(&tars[..tests], &tars[tests..], what);
+    }
+    // Tars of other maps are another export.
+    stop(&place, "o");
+    let run = place.run(&order.replace(",scatter", ""));
+    assert!(run.code == 1 && run.err.contains("repeat the command"), "{}", run.err);
+}
+
+/// Where the last file of a tar begins [bytes].
+fn whole_files(tar: &[u8]) -> usize {
+    let mut archive = tar::Archive::new(tar);
+    let entries = archive.entries().expect("it is a tar");
+    let last = entries.map(|entry| entry.expect("it is whole").raw_header_position()).last();
+    last.expect("it has files") as usize
+}
+
+/// Folders that stay empty are told where they were asked for, with the reason; samples without a place are counted.
+#[test]
+fn notes_are_of_what_was_asked() {
+    let place = dataset(12, "{train: 0.4, validation: 0.3, test: 0.3}", &[]);
+    let splits: Vec<String> = place.samples("set").values().map(|sample| sample.text("split").to_owned()).collect();
+    let count = |name: &str| splits.iter().filter(|split| *split == name).count();
+    assert!(["train", "validation", "test"].iter().all(|split| count(split) > 0), "{splits:?}");
+    // Clear wood is no good sample here: nothing is good, and pictures to train are left out.
+    let notes = |place: &Place, options: &str, out: &str| {
+        let run = place.done(&format!("export mvtec set --out {out} --good rot {options}"));
+        assert_eq!(
+            place.json(&format!("{out}/export.json"))["notes"].as_array().map(Vec::len),
+            Some(run.err.matches("note: ").count())
+        );
+        run.err
+    };
+    let all = notes(&place, "", "all");
+    let left = format!("{} sample", count("validation"));
+    for words in ["train/good is empty: no picture", "test/good is empty: no picture", &left, "no place for them"] {
+        assert!(all.contains(words), "'{words}' is not in: {all}");
+    }
+    assert!(all.contains(&format!("of {} samples", count("train") + count("test"))), "{all}");
+    let test = notes(&place, "--split test", "test");
+    assert!(test.contains("test/good is empty") && !test.contains("train") && !test.contains("validation"), "{test}");
+    let good = place.done("export mvtec set --out train --split train --patch-px 16").err;
+    assert!(!good.contains("test") && !good.contains("validation") && !good.contains("is empty"), "{good}");
+    let few = dataset(4, "{train: 0, validation: 0, test: 1}", &[]);
+    let none = notes(&few, "", "none");
+    assert!(none.contains("the split train has no samples: make more") && !none.contains("train/good"), "{none}");
+    let index = notes(&few, "--index 0-1", "index");
+    assert!(index.contains("the split train has no samples: give another --index"), "{index}");
+}

@@ -1,0 +1,10 @@
+//! What works on finished datasets: compare, export, report, files of the real camera.
+
+mod compare;
+mod export_faults;
+mod export_parts;
+mod icon;
+mod icon_faults;
+mod report;
+mod report_truth;
+mod scans;

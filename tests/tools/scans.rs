@@ -1,0 +1,103 @@
+//! Scans to write and read.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sheetlight::icon::{
+    Content, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
+    open, write_image,
+};
+
+/// Traits of a real calibrated scan.
+pub fn world(row_mm: Option<f64>) -> Traits {
+    Traits::World(WorldTraits { lower: [130.306992, 62.224915], upper: [370.141571, 117.414742], row_mm })
+}
+
+/// Numbers without order, the same in every run.
+pub fn noise(n: usize) -> impl Iterator<Item = u32> {
+    (0..n as u32).map(|i| (i + 1).wrapping_mul(2_654_435_761) ^ (i << 7))
+}
+
+/// Marks without order.
+pub fn marks(rows: usize) -> Vec<Mark> {
+    let mut numbers = noise(rows * 5);
+    let mut next = || numbers.next().expect("there are enough");
+    let mark =
+        |_| Mark { encoder: next().cast_signed(), status: next(), timestamp: next(), pulse: next(), scan: next() };
+    (0..rows).map(mark).collect()
+}
+
+/// A scan with FLOAT Range and Reflectance.
+pub fn calibrated(width: usize, rows: usize) -> Scan {
+    let height = |n: u32| if n.is_multiple_of(5) { 0.0 } else { 62.3 + (n % 5000) as f32 * 0.011 };
+    Scan {
+        width,
+        rows,
+        traits: world(None),
+        range: Range::World(noise(width * rows).map(height).collect()),
+        light: Some(Light::Reflectance(noise(width * rows).map(|n| n as u8).collect())),
+        scatter: None,
+        marks: None,
+    }
+}
+
+/// A scan with every plane that an uncalibrated one may have.
+pub fn uncalibrated(width: usize, rows: usize) -> Scan {
+    Scan {
+        width,
+        rows,
+        traits: Traits::Sensor(SensorTraits::new(832, [0.0, 12.0])),
+        range: Range::Steps(noise(width * rows).map(|n| n as u16 % 13312).collect()),
+        light: Some(Light::Intensity(noise(width * rows).map(|n| n as u8).collect())),
+        scatter: Some(Scatter::Word(noise(width * rows).map(|n| (n >> 3) as u16).collect())),
+        marks: Some(marks(rows)),
+    }
+}
+
+/// Writes a scan in one piece.
+pub fn write(name: &Path, scan: &Scan) {
+    let mut writer = ScanWriter::create(name, scan, scan.rows).expect("the folder is ours");
+    writer.push(scan).expect("the rows have the form that was announced");
+    writer.finish().expect("all rows are there");
+}
+
+/// Opens a scan.
+pub fn reader(name: &Path) -> ScanReader {
+    match open(name) {
+        Ok(Content::Scan(reader)) => reader,
+        other => panic!("{other:?} is no scan"),
+    }
+}
+
+/// A folder that removes itself, and a name in it.
+pub fn folder() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let name = folder.path().join("board.7");
+    (folder, name)
+}
+
+/// A subcomponent as XML: type, name, bytes of a row, numbers of a row.
+pub fn plane(kind: &str, name: &str, size: usize, width: usize) -> String {
+    format!(
+        "<subcomponent name=\"{name}\" valuetype=\"{kind}\">\n<parameter name=\"size\">{size}</parameter>\n\
+         <parameter name=\"width\">{width}</parameter>\n</subcomponent>\n"
+    )
+}
+
+/// Writes an image between two planes of that name, type, row [bytes] and width.
+pub fn write_between(name: &Path, image: &SensorImage, layout: &str, beside: [(&str, &str, usize, usize); 2]) {
+    write_image(name, image).expect("the folder is ours");
+    let path = format!("{}.xml", name.display());
+    let good = fs::read_to_string(&path).expect("it was just written").replace("SCAN", layout);
+    let at = good.find("<subcomponent").expect("it is there");
+    let [first, last] = beside.map(|(name, kind, size, width)| plane(kind, name, size, width));
+    let text = format!("{}{first}{}", &good[..at], &good[at..]).replace("</component>", &format!("{last}</component>"));
+    fs::write(path, text).expect("the folder is ours");
+    let filled = |n: usize| vec![0xAA; n];
+    let between = |rows: usize, dn: &[u8]| [&filled(rows * beside[0].2), dn, &filled(rows * beside[1].2)].concat();
+    let bytes = match layout {
+        "SCAN" => image.dn.chunks(image.cols).flat_map(|line| between(1, line)).collect(),
+        _ => between(image.rows, &image.dn),
+    };
+    fs::write(format!("{}.dat", name.display()), bytes).expect("the folder is ours");
+}

@@ -1,0 +1,11 @@
+//! Validation reports each damage as that damage, and a clean dataset has none.
+
+mod clean;
+mod command;
+mod content;
+mod damage;
+mod damaged;
+mod docs;
+mod files;
+mod sabotage;
+mod statistics;

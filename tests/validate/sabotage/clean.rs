@@ -1,0 +1,91 @@
+//! Datasets of every subject, depth, form and choice of files as the program makes them have no fault.
+
+use super::place::inspect;
+use test_support::program::{FRAMES, Place, mesh_recipe, recipe, sawtooth_recipe};
+
+/// Makes a dataset of a recipe, which must be clean.
+fn is_clean(name: &str, text: String, samples: u64) {
+    let place = Place::new();
+    place.write("tiny.yaml", text);
+    place.make("set", &format!("--n {samples} --samples-per-shard 5"));
+    let report = inspect(&place.path("set"));
+    assert!(report.is_clean() && report.samples == samples, "{name}:\n{report}");
+}
+
+/// Every distribution becomes its lower end.
+fn fixed(mut text: String) -> String {
+    for words in ["{uniform: [", "{log_uniform: ["] {
+        while let Some(at) = text.find(words) {
+            let rest = &text[at + words.len()..];
+            let (lower, end) = (rest.split(',').next().unwrap_or_default(), rest.find("]}").expect("an end") + 2);
+            text = format!("{}{lower}{}", &text[..at], &rest[end..]);
+        }
+    }
+    text
+}
+
+#[test]
+fn clean_datasets_of_every_subject() {
+    for place in Place::of_each_subject(&[FRAMES]) {
+        place.make("set", "--n 8 --samples-per-shard 3");
+        let report = inspect(&place.path("set"));
+        assert!(report.is_clean() && report.samples == 8, "{report}");
+    }
+}
+
+#[test]
+fn clean_datasets_of_other_files_and_forms() {
+    let png = "png: [range, reflectance, scatter, label]";
+    let exr = "exr: [range, reflectance, scatter, label, instance]";
+    let window = "\n  window_rows: 7";
+    let cases: [(&str, &[[&str; 2]]); 12] = [
+        ("EXR files alone", &[[png, "png: []"]]),
+        ("PNG files alone", &[[exr, "exr: []"], ["truth_maps: true", "truth_maps: false"]]),
+        ("Range alone", &[[png, "png: [range]"], [exr, "exr: []"], ["truth_maps: true", "truth_maps: false"]]),
+        ("no truth maps", &[["truth_maps: true", "truth_maps: false"]]),
+        ("every frame", &[["sensor_stack: none", "sensor_stack: all"]]),
+        ("binned", &[["bin: {columns: 1, profiles: 1}", "bin: {columns: 2, profiles: 3}"]]),
+        ("10 bits", &[["\nexposure:", "\nexposure:\n  bits: 10"], FRAMES]),
+        ("12 bits", &[["\nexposure:", "\nexposure:\n  bits: 12"]]),
+        ("sensor rows", &[[window, "\n  range: uncalibrated\n  window_rows: 7"]]),
+        ("an even grid", &[[window, "\n  range: rectified\n  window_rows: 7"]]),
+        ("one pixel", &[["\n  columns: 64 ", "\n  columns: 8 "], ["\n  profiles: 48 ", "\n  profiles: 1 "]]),
+        ("half the light", &[["power_mw: 50", "power_mw: 25"]]),
+    ];
+    for (name, changes) in cases {
+        is_clean(name, changed(recipe(&[]), changes), 6);
+    }
+    is_clean(
+        "a turntable",
+        changed(mesh_recipe(&[]), &[["\nlaser:", "\nmotion: {kind: turntable, turn_radius_mm: 8}\n\nlaser:"]]),
+        4,
+    );
+}
+
+/// Pieces of a recipe whose numbers are all fixed differ in their noise alone.
+#[test]
+fn pieces_that_look_alike_are_no_copies() {
+    is_clean("fixed saw-teeth", fixed(sawtooth_recipe(&[])), 40);
+}
+
+/// The orders of the thesis, without speckle and noise of this program's own.
+#[test]
+fn clean_datasets_of_the_thesis() {
+    for (name, text) in [
+        ("wood", include_str!("../../../recipes/thesis/wood.yaml")),
+        ("sawtooth", include_str!("../../../recipes/thesis/sawtooth.yaml")),
+        ("blister", include_str!("../../../recipes/thesis/blister.yaml")),
+    ] {
+        let start = text.find("profiles: ").expect("a number of profiles");
+        let end = start + text[start..].find('}').expect("its end");
+        let text = format!("{}profiles: 24{}", &text[..start], &text[end..]);
+        is_clean(name, text.replacen("columns: 2560", "columns: 96", 1), 5);
+    }
+}
+
+fn changed(text: String, changes: &[[&str; 2]]) -> String {
+    changes.iter().fold(text, |text, [old, new]| {
+        assert_eq!(text.matches(old).count(), 1, "`{old}` is not once in the recipe");
+        text.replacen(old, new, 1)
+    })
+}

@@ -1,0 +1,208 @@
+//! Samples that are wrong in themselves, with every checksum right: numbers, images, labels, frames.
+
+use procedural::Class;
+use sheetlight::dataset::{Encoded, Grey, Samples, write_png};
+use sheetlight::record::Split;
+use sheetlight::settings::Channel;
+use sheetlight::validate::Code::*;
+
+use super::place::{SIZE, boards, exr, labels, png, relabel, with};
+
+/// A sample that shows objects, and another one.
+fn pair() -> [usize; 2] {
+    let shown: Vec<usize> = (0..boards().samples.len()).filter(|&i| !boards().samples[i].objects.is_empty()).collect();
+    assert!(shown.len() > 1, "two boards show knots or rot");
+    [shown[0], shown[1]]
+}
+
+/// Mirrored, moved by columns, or moved by rows.
+fn moved(numbers: &[u16], columns: usize, rows: usize, mirrored: bool) -> Vec<u16> {
+    let (cols, lines) = SIZE;
+    let place = |i: usize| {
+        let x = if mirrored { cols - 1 - i % cols } else { (i % cols + cols - columns) % cols };
+        (i / cols + lines - rows) % lines * cols + x
+    };
+    (0..numbers.len()).map(|i| numbers[place(i)]).collect()
+}
+
+#[test]
+fn masks() {
+    let [a, b] = pair();
+    let swap = |samples: &mut Vec<Encoded>| {
+        let [of_a, of_b] = [a, b].map(|i| labels(&samples[i]));
+        let (objects, defects) = (samples[a].objects.clone(), samples[a].defects.clone());
+        (samples[a].objects, samples[a].defects) = (samples[b].objects.clone(), samples[b].defects.clone());
+        (samples[b].objects, samples[b].defects) = (objects, defects);
+        relabel(&mut samples[a], &of_b[0], &of_b[1]);
+        relabel(&mut samples[b], &of_a[0], &of_a[1]);
+    };
+    let place = format!("{}.exr", boards().samples[a].id);
+    with(swap, &[DrawDiffers, TruthDiffers, LabelDiffers, OutlineDiffers], &place, "masks of two samples swapped");
+    for (columns, rows) in [(3, 0), (0, 3), (SIZE.0 - 4, 0)] {
+        let shift = |samples: &mut Vec<Encoded>| {
+            let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, columns, rows, false));
+            relabel(&mut samples[a], &label, &instance);
+        };
+        let what = format!("a mask moved by {columns} columns and {rows} rows");
+        // Decay along the scan looks the same three rows further on, where the rows lie that are made again.
+        let codes = [TruthDiffers, OutlineDiffers, LabelDiffers];
+        with(shift, &codes[..if rows == 0 { 3 } else { 2 }], &place, &what);
+    }
+    let mirror = |samples: &mut Vec<Encoded>| {
+        let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, 0, 0, true));
+        relabel(&mut samples[a], &label, &instance);
+    };
+    // A board that stands in the middle of the image has nearly the same outline from both sides.
+    with(mirror, &[TruthDiffers, LabelDiffers], &place, "a mirrored mask");
+}
+
+#[test]
+fn labels_of_pixels_and_objects() {
+    let [a, _] = pair();
+    let id = format!("sample {a}");
+    let own = |sample: &Encoded| {
+        let [_, instance] = labels(sample);
+        let number = sample.objects[0].instance.id;
+        instance.iter().position(|&i| i == number).expect("a pixel of it")
+    };
+    let pixel = |samples: &mut Vec<Encoded>| {
+        let sample = &mut samples[a];
+        let ([mut label, instance], at) = (labels(sample), own(sample));
+        label[at] = Class::Clear as u16;
+        relabel(sample, &label, &instance);
+    };
+    with(pixel, &[InstanceClass], &id, "one pixel of a defect labelled clear");
+    let free = |samples: &mut Vec<Encoded>| {
+        let sample = &mut samples[a];
+        let ([label, mut instance], at) = (labels(sample), own(sample));
+        instance[at] = 0;
+        relabel(sample, &label, &instance);
+    };
+    with(free, &[InstanceClass], &id, "one pixel of a defect of no instance");
+    let class = |samples: &mut Vec<Encoded>| {
+        let object = &mut samples[a].objects[0].instance;
+        object.class = if object.class == Class::SoundKnot { Class::DeadKnot } else { Class::SoundKnot };
+        object.state = object.class;
+        let class = object.class;
+        samples[a].defects.push(class);
+    };
+    with(class, &[DrawDiffers, InstanceClass], &id, "the class of an object");
+    let number = |samples: &mut Vec<Encoded>| samples[a].objects[0].instance.id += 7;
+    with(number, &[DrawDiffers, ObjectDiffers], &id, "an object with another number");
+    with(|samples| samples[a].objects[0].bbox[0] += 1, &[ObjectDiffers], &id, "a box one pixel off");
+    with(|samples| samples[a].objects[0].area_px += 1, &[ObjectDiffers], &id, "a pixel more");
+    with(|samples| samples[a].objects[0].area_mm2 *= 1.01, &[ObjectDiffers], &id, "an area of more mm^2");
+    with(|samples| samples[a].objects[0].area_mm2 = -1.0, &[ValueRange, ObjectDiffers], &id, "a negative area");
+    with(
+        |samples| samples[a].objects[0].instance.severity = 1.5,
+        &[DrawDiffers, ValueRange],
+        &id,
+        "a severity beyond 1",
+    );
+    with(|samples| _ = samples[a].objects.pop(), &[ObjectDiffers], &id, "an object that was left out");
+    let swap = |samples: &mut Vec<Encoded>| samples[a].class_area_px.swap(0, 1);
+    with(swap, &[ClassAreaDiffers], &id, "areas of two classes swapped");
+    let known = |n: &mut Vec<u16>| n[500] = 77;
+    with(
+        |samples| png(&mut samples[a], Channel::Label, known),
+        &[LabelUnknown, InstanceClass, TruthDiffers, ExrDiffers],
+        &id,
+        "a class of nothing",
+    );
+}
+
+#[test]
+fn rows() {
+    with(|samples| samples[1].draws[2].1 = samples[1].draws[2].1.next_up(), &[DrawDiffers], "sample 1", "a last bit");
+    with(|samples| samples[1].draws[2].1 = f64::NAN, &[NumberMissing], "data/", "a number left out");
+    with(
+        |samples| samples[1].physics[0].1 = f64::INFINITY,
+        &[DrawDiffers, ValueRange],
+        "sample 1",
+        "a derived number without end",
+    );
+    // Sizes stand in the EXR file too, and areas follow from them.
+    let codes = [DrawDiffers, ValueRange, ExrDiffers, ObjectDiffers];
+    let [a, _] = pair();
+    with(|samples| samples[a].row_mm = -1.0, &codes, &format!("sample {a}"), "a negative distance");
+    let calibration = |samples: &mut Vec<Encoded>| samples[1].calibration[0].1 += 0.5;
+    with(calibration, &[DrawDiffers, ExrDiffers], ".exr", "another distance of the camera");
+    let split = |samples: &mut Vec<Encoded>| {
+        let test = if samples[1].split == Split::Test { Split::Train } else { Split::Test };
+        samples[1].split = test;
+        exr(&mut samples[1], |_, text| text["split"] = test.name().into());
+    };
+    with(split, &[ManifestDiffers, RowDiffers], "sample 1", "another split");
+    let class = |samples: &mut Vec<Encoded>| {
+        let other = boards().head.classes.iter().find(|class| **class != samples[1].class).expect("two classes");
+        samples[1].class = other.clone();
+        exr(&mut samples[1], |_, text| text["class"] = other.as_str().into());
+    };
+    with(class, &[ManifestDiffers, RowDiffers], "sample 1", "another class");
+    let id = |samples: &mut Vec<Encoded>| {
+        samples[1].id = samples[0].id.clone();
+        exr(&mut samples[1], |_, text| text["id"] = boards().samples[0].id.as_str().into());
+    };
+    // Both have the same EXR file, that of the latter: its maps are not those of the former.
+    let of_file = [ExrDiffers, SampleChecksum, TruthDiffers, LabelDiffers, ObjectDiffers, InstanceClass];
+    let codes = [[ManifestDiffers, IdRepeated, RowDiffers].as_slice(), &of_file].concat();
+    with(id, &codes, "sample 1", "the id of another sample");
+}
+
+#[test]
+fn images() {
+    let lit = |n: &[u16]| n.iter().position(|&n| n > 0).expect("light");
+    let cut = |samples: &mut Vec<Encoded>| samples[2].png[1].1.truncate(60);
+    with(cut, &[ImageUnreadable], "sample 2", "half an image");
+    let small = |samples: &mut Vec<Encoded>| samples[2].png[1].1 = write_png(&Grey::Eight(vec![9; 12]), 4);
+    with(small, &[ImageSize], "sample 2", "a small image");
+    let deep = |samples: &mut Vec<Encoded>| {
+        samples[2].png[1].1 = write_png(&Grey::Sixteen(vec![9; SIZE.0 * SIZE.1]), SIZE.0);
+    };
+    with(deep, &[ImageSize], "sample 2", "an image of 16 bits");
+    let dark = |n: &mut Vec<u16>| {
+        let at = lit(n);
+        n[at] = 0;
+    };
+    let codes = [MissingRule, ExrDiffers];
+    with(|samples| png(&mut samples[2], Channel::Range, dark), &codes, "sample 2", "light without range");
+    let step = |n: &mut Vec<u16>| {
+        let at = lit(n);
+        n[at] += 2;
+    };
+    with(|samples| png(&mut samples[2], Channel::Range, step), &[ExrDiffers], ".exr", "a height that was moved");
+    let negative = |samples: &mut Vec<Encoded>| {
+        exr(&mut samples[2], |channels, _| {
+            let dive = channels.iter_mut().find(|channel| channel.name == "FibreDive").expect("truth maps");
+            dive.samples = Samples::Half(dive.numbers().iter().map(|n| -n - 1.0).collect());
+        });
+    };
+    // That of knots is beside their axis, too.
+    with(negative, &[ValueRange, TruthDiffers], ".exr", "a dive below 0");
+    let none = |samples: &mut Vec<Encoded>| {
+        exr(&mut samples[2], |channels, _| {
+            let height = channels.iter_mut().find(|channel| channel.name == "Height").expect("truth maps");
+            let mut numbers = height.numbers();
+            let at = numbers.iter().position(|z| !z.is_nan()).expect("a board");
+            numbers[at] = f32::NAN;
+            height.samples = Samples::Float(numbers);
+        });
+    };
+    with(none, &[TruthDiffers], ".exr", "a height that is none");
+    let unit = |samples: &mut Vec<Encoded>| exr(&mut samples[2], |_, text| text["units"]["Range"] = "m".into());
+    with(unit, &[ExrDiffers], ".exr", "another unit");
+    let fewer = |samples: &mut Vec<Encoded>| exr(&mut samples[2], |channels, _| _ = channels.pop());
+    with(fewer, &[ExrChannels], ".exr", "a channel that was left out");
+}
+
+#[test]
+fn sensor_frames() {
+    let frames = "stacks/00000.parquet";
+    with(|samples| _ = samples[1].stack.pop(), &[StackDiffers], frames, "a frame that was left out");
+    with(|samples| samples[1].stack.swap(0, 1), &[StackDiffers], frames, "frames in another order");
+    with(|samples| samples[1].stack[1].profile = 3, &[StackDiffers], frames, "a frame of another profile");
+    let dark = |samples: &mut Vec<Encoded>| samples[1].stack[1].dn.fill(0);
+    with(dark, &[StackBlank], frames, "a frame of nothing");
+    let copy = |samples: &mut Vec<Encoded>| samples[1].stack = boards().samples[0].stack.clone();
+    with(copy, &[StackRepeated], frames, "the frames of another sample");
+}

@@ -1,0 +1,11 @@
+//! Damage of every kind to datasets that the program made: each is reported as that fault, and a clean dataset has none.
+
+mod bodies;
+mod clean;
+mod content;
+mod copies;
+mod documents;
+mod files;
+mod flips;
+mod place;
+mod review;

@@ -1,0 +1,180 @@
+//! A small dataset of boards, kept as encoded samples: changed before it is written, or on the disk afterwards.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use output_schema::DatasetHead;
+use procedural::Class;
+use serde_json::Value;
+use sheetlight::dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
+use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
+use sheetlight::generate::{Again, Order, head};
+use sheetlight::recipe::Recipe;
+use sheetlight::settings::Channel;
+use sheetlight::validate::{Code, Derive, Expect, Options, Report, validate};
+use tempfile::TempDir;
+
+pub use crate::damage::{MANIFEST, agree, edit_json as edit};
+use test_support::program::{FRAMES, recipe};
+
+/// Samples of the dataset, in shards of three.
+pub const SAMPLES: u64 = 6;
+/// Columns and rows of its images [px].
+pub const SIZE: (usize, usize) = (128, 96);
+
+/// The recipe, what `dataset.json` says, and every sample.
+pub struct Boards {
+    pub head: DatasetHead,
+    pub samples: Vec<Encoded>,
+}
+
+/// Boards with knots of at least 9 mm that the images show whole; rendered once.
+pub fn boards() -> &'static Boards {
+    static BOARDS: OnceLock<Boards> = OnceLock::new();
+    BOARDS.get_or_init(|| {
+        let size = [["\n  columns: 64 ", "\n  columns: 128 "], ["\n  profiles: 48 ", "\n  profiles: 96 "]];
+        let text = size.iter().fold(recipe(&[FRAMES]), |text, [old, new]| text.replacen(old, new, 1));
+        // A field of 23.6 x 17.4 mm as in the whole recipe, a quarter of its pixels.
+        let text = text.replacen("step_mm: 0.068", "step_mm: 0.18", 1).replacen("pixel_um: 6", "pixel_um: 12", 1);
+        // Two splits have samples.
+        let shares = ["{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0.75, validation: 0.25, test: 0}"];
+        let text = text.replacen(shares[0], shares[1], 1);
+        let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
+        let order = Order { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
+        let tiles = sheetlight::optics::speckle::PatternCache::new(order.seed);
+        let sample = |index| sheetlight::generate::sample(&recipe, order.seed, index, &tiles, &|_| ());
+        Boards { head: head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
+    })
+}
+
+/// Writes samples, with manifests that agree with them.
+pub fn write(samples: Vec<Encoded>) -> TempDir {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let mut head = boards().head.clone();
+    head.samples = samples.len() as u64;
+    let folder = Dataset::open_or_create(place.path(), head).expect("it opens");
+    let mut samples = samples.into_iter();
+    for shard in 0..folder.head().shards {
+        let mut writer = ShardWriter::claim(&folder, shard)
+            .expect("the folder can be written")
+            .granted()
+            .expect("the shard is free");
+        (0..writer.span().1).for_each(|_| writer.push(samples.next().expect("enough samples")).expect("it is written"));
+        writer.finish().expect("the shard is finished");
+    }
+    folder.complete().expect("the card is written");
+    place
+}
+
+/// The clean dataset.
+pub fn whole() -> TempDir {
+    write(boards().samples.clone())
+}
+
+/// What validation says, given what the recipe in the folder draws, as `gen validate` gives it.
+pub fn inspect(root: &Path) -> Report {
+    let folder = Dataset::open(root).ok();
+    let again = folder.as_ref().map_or(Err("no dataset".to_owned()), Again::of);
+    compare(root, again.as_ref().map_err(String::as_str))
+}
+
+/// The same with a recipe that was read before.
+pub fn compare(root: &Path, again: Result<&Again, &str>) -> Report {
+    let expect = again.ok().map(|again| |index: u64| again.expected(index));
+    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
+    let options = Options {
+        expect_head: Some(again.map(Again::head)),
+        expect: expect.as_ref().map(|expect| expect as Expect),
+        derive: derive.as_ref().map(|derive| derive as Derive),
+        ..Options::default()
+    };
+    let report = validate(root, &options);
+    // Every fault says where it is and what to do.
+    assert!(report.faults.iter().all(|f| !f.place.is_empty() && !f.what.is_empty() && f.remedy.len() > 10), "{report}");
+    report
+}
+
+/// Asks for exactly these codes and for a word in the place of a fault.
+pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
+    let report = inspect(root);
+    let mut codes = codes.to_vec();
+    codes.sort_unstable();
+    assert_eq!(report.codes(), codes, "{what}:\n{report}");
+    assert!(report.faults.iter().any(|fault| fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
+}
+
+/// The clean dataset, damaged on the disk.
+pub fn after(damage: impl Fn(&Path), codes: &[Code], place: &str, what: &str) {
+    let folder = whole();
+    damage(folder.path());
+    says(folder.path(), codes, place, what);
+}
+
+/// The dataset, changed before it was written.
+pub fn with(change: impl Fn(&mut Vec<Encoded>), codes: &[Code], place: &str, what: &str) {
+    let mut samples = boards().samples.clone();
+    change(&mut samples);
+    says(write(samples).path(), codes, place, what);
+}
+
+/// Changes an image of the row.
+pub fn png(sample: &mut Encoded, channel: Channel, mut change: impl FnMut(&mut Vec<u16>)) {
+    let place = sample.png.iter().position(|(known, _)| *known == channel).expect("the output asks for it");
+    let (cols, _, image) = read_png(&sample.png[place].1).expect("it was just written");
+    let mut numbers = image.numbers();
+    change(&mut numbers);
+    let grey = match image {
+        Grey::Eight(_) => Grey::Eight(numbers.iter().map(|&n| n as u8).collect()),
+        Grey::Sixteen(_) => Grey::Sixteen(numbers),
+    };
+    sample.png[place].1 = write_png(&grey, cols as usize);
+}
+
+/// Changes channels and text of the EXR file.
+pub fn exr(sample: &mut Encoded, change: impl Fn(&mut Vec<ExrChannel>, &mut Value)) {
+    let bytes = sample.exr.as_deref().expect("the output asks for it");
+    let (cols, _, mut channels, text) = read_exr(bytes).expect("it was just written");
+    let mut text = serde_json::from_str(&text).expect("it is JSON");
+    change(&mut channels, &mut text);
+    sample.exr = Some(write_exr(channels, cols, (sample.col_mm, sample.row_mm), &text));
+}
+
+/// Numbers of a channel.
+pub fn channel(sample: &Encoded, name: &str) -> Vec<f32> {
+    let (_, _, channels, _) = read_exr(sample.exr.as_deref().expect("there")).expect("it was just written");
+    channels.iter().find(|channel| channel.name == name).expect("the channel").numbers()
+}
+
+/// Gives a sample other labels, and makes every number that is about them right again.
+pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
+    png(sample, Channel::Label, |numbers| numbers.copy_from_slice(label));
+    exr(sample, |channels, _| {
+        for (name, numbers) in [("Label", label), ("Instance", instance)] {
+            let channel = channels.iter_mut().find(|channel| channel.name == name).expect("the channel");
+            channel.samples = match channel.samples {
+                Samples::Uint(_) => Samples::Uint(numbers.iter().map(|&n| n.into()).collect()),
+                Samples::Half(_) => Samples::Half(numbers.iter().map(|&n| n.into()).collect()),
+                Samples::Float(_) => Samples::Float(numbers.iter().map(|&n| n.into()).collect()),
+            };
+        }
+    });
+    sample.class_area_px = [0; Class::ALL.len()];
+    label.iter().for_each(|&class| sample.class_area_px[usize::from(class)] += 1);
+    let cols = sample.cols;
+    sample.objects.retain_mut(|object| {
+        let own: Vec<(usize, usize)> =
+            (0..instance.len()).filter(|&i| instance[i] == object.instance.id).map(|i| (i % cols, i / cols)).collect();
+        let ends =
+            |side: fn(&(usize, usize)) -> usize| Some((own.iter().map(side).min()?, own.iter().map(side).max()?));
+        let (Some((left, right)), Some((top, bottom))) = (ends(|p| p.0), ends(|p| p.1)) else { return false };
+        object.area_px = own.len() as u64;
+        object.area_mm2 = own.len() as f64 * sample.row_mm * sample.col_mm;
+        object.bbox = [left, top, right - left + 1, bottom - top + 1].map(|side| side as u32);
+        true
+    });
+}
+
+/// Label and instance of each pixel.
+pub fn labels(sample: &Encoded) -> [Vec<u16>; 2] {
+    ["Label", "Instance"].map(|name| channel(sample, name).iter().map(|&n| n as u16).collect())
+}

@@ -1,0 +1,154 @@
+//! Damage that only what follows without light gives away, and datasets that look odd but are not damaged.
+
+use std::fmt::Write;
+use std::fs;
+
+use procedural::Class;
+use serde_json::json;
+use sheetlight::chance::Law;
+use sheetlight::dataset::{Dataset, Encoded};
+use sheetlight::validate::Code::*;
+use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
+
+use super::place::{boards, edit, inspect, whole, write};
+use test_support::program::Place;
+
+/// Codes after a change of one sample with objects, before it is written.
+fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
+    let mut samples = boards().samples.clone();
+    let has_knot = |sample: &&mut Encoded| sample.objects.first().is_some_and(|o| !o.instance.diameter_mm.is_nan());
+    change(samples.iter_mut().find(has_knot).expect("boards have knots"));
+    inspect(write(samples).path()).codes()
+}
+
+#[test]
+fn what_follows_without_light_is_held_to_the_recipe() {
+    assert_eq!(with(|_| ()), []);
+    let other = |state| if state == Class::Rot { Class::SoundKnot } else { Class::Rot };
+    assert_eq!(with(|s| s.objects[0].instance.state = other(s.objects[0].instance.state)), [DrawDiffers]);
+    assert_eq!(with(|s| s.objects[0].instance.x_mm = -1e6), [DrawDiffers]);
+    assert_eq!(with(|s| s.objects[0].instance.diameter_mm *= 7.0), [DrawDiffers]);
+    assert_eq!(with(|s| s.objects[0].instance.severity = 0.5), [DrawDiffers]);
+    assert_eq!(with(|s| s.physics[0].1 = 3.0 * s.physics[0].1 + 1.0), [DrawDiffers]);
+    assert_eq!(with(|s| s.defects.extend(s.defects.clone())), [DrawDiffers]);
+}
+
+#[test]
+fn a_head_that_all_manifests_contradict_is_told_once() {
+    let place = whole();
+    edit(&place.path().join("dataset.json"), |v| v["seed"] = json!(6));
+    let report = inspect(place.path());
+    assert_eq!((report.codes(), report.faults.len()), (vec![DatasetDiffers], 1), "{report}");
+    assert!(report.faults[0].place == "dataset.json" && !report.to_string().contains("manifest and run"), "{report}");
+}
+
+#[test]
+fn another_minor_version_destroys_nothing() {
+    for minor in [2, 4] {
+        let place = whole();
+        for path in ["dataset.json", "shards/00000.json", "shards/00001.json"] {
+            edit(&place.path().join(path), |v| v["schema_version"] = json!([1, minor]));
+        }
+        let report = inspect(place.path());
+        assert_eq!((report.codes(), report.faults.len()), (vec![VersionDiffers], 1), "{report}");
+        assert!(!report.to_string().contains("remove"), "{report}");
+    }
+}
+
+#[test]
+fn a_huge_head_ends_at_once() {
+    let place = whole();
+    edit(&place.path().join("dataset.json"), |v| {
+        v["samples"] = u64::MAX.into();
+        v["shards"] = u64::MAX.into();
+        v["samples_per_shard"] = 1.into();
+    });
+    assert_eq!(inspect(place.path()).codes(), [DatasetUnreadable]);
+    let told = Dataset::open(place.path()).expect_err("it is refused").to_string();
+    assert!(told.contains("at most 100000000 samples in 100000 shards"), "{told}");
+}
+
+#[test]
+fn many_missing_shards_are_one_fault() {
+    let place = whole();
+    edit(&place.path().join("dataset.json"), |v| (v["samples"], v["shards"]) = (300.into(), 100.into()));
+    let report = inspect(place.path());
+    let missing: Vec<&str> = report.faults.iter().filter(|f| f.code == ManifestMissing).map(|f| &*f.place).collect();
+    assert_eq!(missing, ["shards/00002.json to shards/00099.json"], "{report}");
+}
+
+#[test]
+fn a_missing_table_does_not_fault_the_card() {
+    let place = whole();
+    let table = fs::read_dir(place.path().join("data")).expect("there").next().expect("a table").expect("listed");
+    fs::write(table.path(), "").expect("written");
+    assert_eq!(inspect(place.path()).codes(), [FileSize]);
+}
+
+#[test]
+fn parts_that_were_copied_together_are_told_how_to_end() {
+    let place = Place::with(&[]);
+    for part in [0, 1] {
+        let run = place.make(&format!("p{part}"), &format!("--n 2 --samples-per-shard 1 --part {part}/2"));
+        assert!(run.err.contains("run the command once more there, without --part"), "{}", run.err);
+    }
+    for path in place
+        .tree("p1")
+        .into_keys()
+        .filter(|path| path.starts_with("data") || path.starts_with("exr") || path.starts_with("shards"))
+    {
+        let to = place.path("p0").join(&path);
+        fs::create_dir_all(to.parent().expect("a folder")).expect("made");
+        fs::copy(place.path("p1").join(&path), to).expect("copied");
+    }
+    let report = inspect(&place.path("p0"));
+    let ends = |fault: &sheetlight::validate::Fault| fault.code == CardDiffers && fault.remedy.contains("--part");
+    assert!(!report.is_clean() && report.faults.iter().all(ends), "{report}");
+    place.make("p0", "--n 2 --samples-per-shard 1");
+    assert!(inspect(&place.path("p0")).is_clean());
+}
+
+#[test]
+fn sloping_sides_are_no_fault() {
+    let place = Place::new();
+    let mut cone = String::from("v 0 0 6\n");
+    for k in 0..64 {
+        let (sin, cos) = libm::sincos(f64::from(k) * std::f64::consts::TAU / 64.0);
+        writeln!(cone, "v {} {} 0", 4.0 * cos, 4.0 * sin).expect("a text grows");
+    }
+    (0..64).for_each(|k| writeln!(cone, "f 1 {} {}", k + 2, (k + 1) % 64 + 2).expect("a text grows"));
+    place.write("cone.obj", cone);
+    let text = include_str!("../../../recipes/mesh-small.yaml").replacen("meshes/clip.obj", "cone.obj", 1);
+    place.write("tiny.yaml", text);
+    place.make("set", "--n 4");
+    let report = inspect(&place.path("set"));
+    assert!(report.is_clean() && report.samples == 4, "{report}");
+}
+
+#[test]
+fn a_folder_without_a_readable_head_keeps_nothing() {
+    let place = Place::new();
+    fs::create_dir(place.path("set")).expect("made");
+    let run = place.run("validate set --save");
+    assert!(run.code == 1 && run.err.contains("validate without --save") && run.out.is_empty(), "{}", run.err);
+}
+
+#[test]
+fn a_range_of_few_floats_is_not_tested_for_its_spread() {
+    let (min, max) = (38.0, 38.00000000000001);
+    let below = Box::new(move |x: f64| (x - min) / (max - min));
+    let declared = Declared {
+        classes: vec![("one".into(), 1.0)],
+        class_of: Box::new(|_| 0),
+        splits: vec![("train".into(), 1.0)],
+        parameters: vec![DeclaredParameter {
+            path: "laser.power_mw".into(),
+            laws: vec![Law::Continuous { min, max, below }],
+            law_of_class: vec![0],
+        }],
+    };
+    let row = |index| Seen { index, split: "train".into(), class: 0, numbers: vec![[min, max][index as usize % 2]] };
+    assert!(statistics(&declared, (0..500).map(row), 500).1.is_empty());
+    let outside = |index| Seen { numbers: vec![39.0], ..row(index) };
+    assert_eq!(statistics(&declared, (0..500).map(outside), 500).1.len(), 1);
+}
