@@ -205,7 +205,7 @@ fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport) -> 
     let is_other = |name: &String| {
         let text = fs::read(reports.join(format!("{name}.json")));
         let kept = text.ok().map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
-        kept.is_some_and(|kept| kept["model"]["sha256"] != *report.sums[0])
+        kept.is_some_and(|kept| kept["model"]["sha256"] != *report.model_sha256)
     };
     let mut name = usual.clone();
     let mut number = 1_u64;

@@ -11,7 +11,7 @@ use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{ExportError, Progress, Sample};
+use super::{ExportError, ExportProgress, Sample};
 use crate::dataset::{Dataset, DatasetSums, RowQuery, Table};
 use crate::record::Split;
 
@@ -176,7 +176,7 @@ impl Source {
     pub(super) fn each_index(
         &self,
         work: impl Fn(&Manifest, u64) -> Result<(), ExportError> + Sync,
-        progress: Progress,
+        progress: ExportProgress,
     ) -> Result<(), ExportError> {
         let mut done = self.done_samples;
         for &shard in &self.shards {
@@ -203,7 +203,7 @@ impl Source {
         images: &[&str],
         work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
         mut take: impl FnMut(&Sample, T) -> Result<(), ExportError>,
-        progress: Progress,
+        progress: ExportProgress,
     ) -> Result<(), ExportError> {
         let stored: Vec<&str> =
             images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();
