@@ -1,4 +1,4 @@
-//! Studies of the instrument: what production's frames and maps say, against theory.
+//! Studies of the instrument: frames and maps of the simulator, measured and compared with theory.
 //!
 //! - [`triangulation`]: Range on flat targets
 //! - [`sensor`]: photon transfer, dark noise, rows that stand out
