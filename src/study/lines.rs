@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
 use super::media::{WOODS, Wood};
-use super::{Progress, StudyReport, ask, describe, document_head, total_photons};
+use super::{StudyProgress, StudyReport, ask, describe, document_head, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::medium::Medium;
@@ -146,7 +146,7 @@ pub fn workload(effort: Effort) -> u64 {
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, progress: Progress) -> StudyReport {
+pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
     let answers = |wood: &Wood, model: Model| {
         ask(model, wood.name, &Medium { stack: wood.stack(), question }, effort, progress)

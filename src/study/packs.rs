@@ -9,7 +9,7 @@ use procedural::blister::{Blister, Defects};
 use procedural::{Class, Instance};
 use serde_json::{Value, json};
 
-use super::{Progress, StudyEvent, StudyReport, announce};
+use super::{StudyEvent, StudyProgress, StudyReport, announce};
 use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
@@ -84,7 +84,7 @@ pub fn workload() -> u64 {
 }
 
 /// Renders the packs of `recipe`; what is wrong where it is about something else.
-pub fn study(recipe: &Recipe, seed: u64, progress: Progress) -> Result<StudyReport, String> {
+pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<StudyReport, String> {
     let tiles = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
     for (number, PackCase { name, change }) in PACKS.into_iter().enumerate() {

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::compared_model::ComparedModel;
 use super::ellipse::{Ellipse, LightMap, ellipse};
 use super::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
-use super::{Progress, StudyReport, announce, ask, describe, document_head, total_photons};
+use super::{StudyProgress, StudyReport, announce, ask, describe, document_head, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, LETTER, MARGIN, Page, viridis};
 use crate::medium::Medium;
@@ -89,7 +89,7 @@ pub fn workload(effort: Effort) -> u64 {
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, progress: Progress) -> StudyReport {
+pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let case = |wood, title, azimuths, monte_carlo_aspect| PointCase {
         wood,
         title,
@@ -136,7 +136,12 @@ impl ComparedModel {
     ///
     /// # Errors
     /// Where the model refuses.
-    pub fn point_light(self, wood: &Wood, effort: Effort, progress: Progress) -> Result<Vec<Estimate>, ModelError> {
+    pub fn point_light(
+        self,
+        wood: &Wood,
+        effort: Effort,
+        progress: StudyProgress,
+    ) -> Result<Vec<Estimate>, ModelError> {
         let middle = DVec2::splat(CELLS as f64);
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (source, method) = match self {
@@ -172,7 +177,13 @@ fn question() -> Question {
     Question { rows: 0, angles: 0, cells: CELLS, cell_mm: CELL_MM, ..Question::default() }
 }
 
-fn point_map(case: &PointCase, model: ComparedModel, azimuth: f64, effort: Effort, progress: Progress) -> PointMap {
+fn point_map(
+    case: &PointCase,
+    model: ComparedModel,
+    azimuth: f64,
+    effort: Effort,
+    progress: StudyProgress,
+) -> PointMap {
     let wood = case.wood.turned(azimuth);
     let light = model.point_light(&wood, effort, progress).map_err(|refusal| refusal.to_string());
     let drawn = azimuth == case.drawn_azimuth();

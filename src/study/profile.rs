@@ -7,7 +7,7 @@
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::{Progress, StudyEvent, StudyReport, announce, document_head};
+use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::speckle::PatternCache;
@@ -42,7 +42,7 @@ pub fn workload(effort: Effort) -> u64 {
 }
 
 /// Asks every model about `profile` of `scene`.
-pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: Progress) -> StudyReport {
+pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();

@@ -36,7 +36,7 @@ use crate::optics::{CENTRE, ROWS};
 use crate::parameters::Bench;
 use crate::recipe::Scene;
 use crate::settings::Size;
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plate [mm].
@@ -96,7 +96,7 @@ struct LaserPlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
     let (figures, plots) = figures(&repeats, &tiles);

@@ -10,8 +10,11 @@
 //! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
 //! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
 //! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
-//! of a clipped normal. Pixels are alike here: what stays with
-//! them is no noise in time, and tests/optics/sensor_chain.rs holds it.
+//! of a clipped normal. Pixels are alike here: their fixed pattern is no noise in time; tests/optics/sensor_chain.rs checks
+//! it.
+//!
+//! Modes with a second slope are exposed for 0.03 to 20 times the light that fills a pixel with one slope; theory is the
+//! closed form B + r phi above the knee, with the noise of r phi.
 
 use std::f64::consts::PI;
 
@@ -29,7 +32,7 @@ use crate::optics::CENTRE;
 use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
 use crate::settings::{Hdr, Readout};
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Exposure times, and the step between them as a share of that which fills a pixel.
@@ -81,7 +84,7 @@ struct SensorPlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let patch = full_well_patch(&tiles);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &tiles));

@@ -33,7 +33,7 @@ use crate::optics::{CENTRE, ROWS};
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::SpeckleLaw;
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Pixels whose contrast is measured [um].
@@ -101,7 +101,7 @@ struct SpecklePlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one));
     let (figures, plots) = figures(trials, &repeats);
     let table = table("Speckle", trials, &figures, &NOTES);

@@ -33,7 +33,7 @@ use crate::parameters::Bench;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::Scheimpflug;
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plates [mm].
@@ -94,7 +94,7 @@ struct TriangulationPlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
     let (figures, plots) = figures(trials, &repeats, &tiles);
