@@ -7,7 +7,7 @@ use output_schema::DatasetHead;
 use super::conditional::deciders;
 use super::window::{SampleMaps, StoredMap};
 use crate::dataset::{Dataset, ExrMaps, Fault, FinishedTables, Grey, RowBatch, RowQuery, Table};
-use crate::record::Split;
+use crate::split::Split;
 
 /// A split of a dataset.
 #[derive(Debug)]

@@ -13,7 +13,7 @@ use super::card::Counts;
 use super::lock::Lock;
 use super::reader::{read_head, unusable};
 use super::{Dataset, Fault, card, croissant, refuse};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Directories of a dataset folder.
 const DIRECTORIES: [&str; 4] = ["data", "exr", "stacks", "shards"];

@@ -13,7 +13,8 @@ use sha2::{Digest, Sha256};
 use super::rows::frame_numbers;
 use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
 use super::{ExrChannel, Fault, atomic_file, hex, read_exr};
-use crate::record::{Split, StackFrame};
+use crate::record::StackFrame;
+use crate::split::Split;
 
 /// What to do about a `dataset.json` that cannot be used.
 const BRING_BACK: &str = "choose another folder, or bring the file back";
@@ -29,7 +30,7 @@ const VALIDATE: &str = "run gen validate: it says what is wrong with the dataset
 /// use std::path::Path;
 ///
 /// use sheetlight::dataset::{Dataset, Fault, RowQuery};
-/// use sheetlight::record::Split;
+/// use sheetlight::split::Split;
 ///
 /// /// Widest board of a split, and the samples that were looked at.
 /// fn widest(folder: &Path, split: Split) -> Result<(f64, usize), Fault> {

@@ -19,7 +19,7 @@ use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchR
 use serde_json::{Map, Number, Value};
 
 use super::{Fault, Grey, read_png};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Rows that are read at once where they have no images.
 const ROWS_AT_ONCE: usize = 256;

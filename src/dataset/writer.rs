@@ -16,7 +16,7 @@ use super::lock::Lock;
 use super::rows::{row_batch, stack_batch};
 use super::table_writer::TableWriter;
 use super::{Dataset, Encoded, Fault};
-use crate::record::Split;
+use crate::split::Split;
 
 /// A shard in the making. Dropped before [`ShardWriter::finish`], it removes what it wrote.
 #[derive(Debug)]

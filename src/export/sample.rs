@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::{CHECK, ExportError, Source, key};
 use crate::dataset::{ExrMaps, Grey, JsonRow, Table, range_numbers, read_png, rounded8, rounded16, write_png};
-use crate::record::Split;
+use crate::split::Split;
 
 /// One sample.
 #[derive(Debug)]

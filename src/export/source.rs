@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::{ExportError, ExportProgress, Sample};
 use crate::dataset::{Dataset, DatasetSums, RowQuery, Table};
-use crate::record::Split;
+use crate::split::Split;
 
 pub(super) use part::Done;
 

@@ -1,4 +1,4 @@
-//! Many tests at once: Holm's step-down correction.
+//! Holm's step-down correction for many tests at once.
 
 /// Chances adjusted for being the extremes of all of them (Holm 1979): whoever rejects those below alpha is wrong about any
 /// true one with a chance of at most alpha, however the tests depend on each other.

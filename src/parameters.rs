@@ -8,7 +8,7 @@ use crate::settings::Optics;
 
 parameters! {
     /// Movement of the object under the laser.
-    motion: Motion {
+    motion: MotionParameters {
         /// Distance between two profiles.
         step_mm: 0.001, 5.0, 0.068, "[T]";
         /// Profiles a second while the object moves on; 0: it stands still while it is exposed.
@@ -33,7 +33,7 @@ parameters! {
 
 parameters! {
     /// The laser line, straight down along the plane y = 0.
-    laser: Laser {
+    laser: LaserParameters {
         /// Wavelength in vacuum.
         wavelength_nm: 400.0, 1100.0, 660.0, "[T]";
         /// Optical power of the whole line.
@@ -107,7 +107,7 @@ parameters! {
 
 parameters! {
     /// The camera, tilted against the laser plane, and its lens.
-    camera: Camera {
+    camera: CameraParameters {
         /// From the lens to the origin.
         distance_mm: 50.0, 5000.0, 410.0, "[T]";
         /// Between the optical axis and the laser plane.
@@ -151,7 +151,7 @@ parameters! {
 
 parameters! {
     /// From light to digital numbers (EMVA 1288). DN count on the scale of 8 bits (0 to 255) whatever `bits` is.
-    exposure: Exposure {
+    exposure: ExposureParameters {
         /// Exposure time.
         time_us: 0.1, 100000.0, 40.0, "[C] 10 to 400";
         /// Electrons per photon.
@@ -185,7 +185,7 @@ parameters! {
 
 parameters! {
     /// Speckle, anchored to the object.
-    speckle: Speckle {
+    speckle: SpeckleParameters {
         /// Scale of the contrast: 1 as physics has it, 0 to switch it off.
         strength: 0.0, 1.0, 1.0, "Goodman";
         /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised. The law is that of the
@@ -200,15 +200,15 @@ parameters! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bench {
     /// Movement.
-    pub motion: Motion,
+    pub motion: MotionParameters,
     /// Laser.
-    pub laser: Laser,
+    pub laser: LaserParameters,
     /// Camera.
-    pub camera: Camera,
+    pub camera: CameraParameters,
     /// Exposure.
-    pub exposure: Exposure,
+    pub exposure: ExposureParameters,
     /// Speckle.
-    pub speckle: Speckle,
+    pub speckle: SpeckleParameters,
     /// What of the camera is the same for all samples.
     pub optics: Optics,
 }

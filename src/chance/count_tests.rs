@@ -1,4 +1,4 @@
-//! Counts against their chances.
+//! Tests of counts against their chances: exact binomial, likelihood ratio.
 
 use libm::{exp, lgamma, log, log1p};
 
@@ -12,8 +12,8 @@ pub fn binomial(samples: u64, count: u64, share: f64) -> f64 {
     if share <= 0.0 || share >= 1.0 {
         return if x == n * share.clamp(0.0, 1.0) { 1.0 } else { 0.0 };
     }
-    let ways = lgamma(n + 1.0) - lgamma(x + 1.0) - lgamma(n - x + 1.0);
-    let first = exp(ways + x * log(share) + (n - x) * log1p(-share));
+    let log_binomial = lgamma(n + 1.0) - lgamma(x + 1.0) - lgamma(n - x + 1.0);
+    let first = exp(log_binomial + x * log(share) + (n - x) * log1p(-share));
     // Outwards from the count the terms only fall.
     let odds = share / (1.0 - share);
     let (mut term, mut tail, mut k) = (first, first, x);
@@ -31,7 +31,7 @@ pub fn binomial(samples: u64, count: u64, share: f64) -> f64 {
     (2.0 * tail).min(1.0)
 }
 
-/// The likelihood-ratio chi-square G = 2 sum count ln(count / expected) of counts against their chances (Wilks 1938);
+/// Likelihood-ratio chi-square G = 2 sum count ln(count / expected) of counts against their chances (Wilks 1938);
 /// infinite where something was counted that has no chance.
 pub fn likelihood_ratio(counts: &[u64], chances: &[f64]) -> f64 {
     let n = counts.iter().sum::<u64>() as f64;
