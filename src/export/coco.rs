@@ -16,7 +16,7 @@ use super::{
     ExportError, ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, RunLengthMask, Sample,
     Source,
 };
-use crate::record::Split;
+use crate::split::Split;
 
 /// Which pixels the mask of an object holds that others lie in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -18,7 +18,7 @@ use super::{
     ExportError, ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, Sample, Source,
 };
 use crate::dataset::{Grey, write_png};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED_FOLDER: &str = "combined";

@@ -15,7 +15,7 @@ use super::export_folder::GrowingFile;
 use super::picture::colour_png;
 use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Sample, Source};
 use crate::drawing::class_colour;
-use crate::record::Split;
+use crate::split::Split;
 
 /// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

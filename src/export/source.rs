@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::{CHECK, ExportError, ExportProgress, Sample};
 use crate::dataset::{DatasetFolder, ShardError, Sums, read_rows};
-use crate::record::Split;
+use crate::split::Split;
 
 pub(super) use part::Done;
 

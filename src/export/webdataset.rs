@@ -20,7 +20,7 @@ use super::export_folder::GrowingFile;
 use super::png::chosen;
 use super::source::Done;
 use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Sample, Source};
-use crate::record::Split;
+use crate::split::Split;
 
 /// What ends a tar: two empty blocks.
 const END_OF_TAR: [u8; 1024] = [0; 1024];

@@ -117,7 +117,7 @@ pub fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch:
             if let Some(secondary) = &own.secondary {
                 compositing::composite(secondary, tile, scratch);
             }
-            streak::draw(streak::of_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
+            streak::draw(streak::near_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
             if let Some(second) = &sensor.second {
                 second.add(sensor, band, profile, tile, scratch);
             }

@@ -12,19 +12,18 @@ pub mod camera;
 mod circle_of_confusion;
 pub mod coherence;
 mod compositing;
+mod defocus;
 mod digitise;
 pub mod encoder;
 pub mod expose;
 pub mod film;
 pub mod fixed_pattern;
-mod focus;
 mod front_face;
 mod full_frame;
 mod gaussian_stepper;
 mod highlights;
 pub mod laser;
 mod motion_blur;
-pub mod parameters;
 pub mod per_line;
 pub mod postprocess;
 pub mod reflections;
@@ -45,15 +44,15 @@ use self::camera::Camera;
 use self::digitise::{TileExposure, digitise};
 use self::encoder::Encoder;
 use self::highlights::Highlights;
-use self::parameters::{Bench, Exposure};
-use self::postprocess::Scripts;
+use self::postprocess::ThesisScripts;
 use self::row::RowMaker;
 use self::second_line::SecondLine;
 use self::signal_chain::SignalChain;
 use self::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use crate::frame::{Calibration, Frame};
+use crate::parameters::{Bench, ExposureParameters};
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw, Transport};
-use crate::specimen::{Hit, Specimen, turned::Turn};
+use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use crate::transport::fresnel;
 
 pub use self::band::Band;
@@ -71,10 +70,10 @@ const FAINT_DN: f32 = 0.05;
 #[derive(Debug)]
 pub struct Sensor {
     camera: Camera,
-    exposure: Exposure,
+    exposure: ExposureParameters,
     chain: SignalChain,
     /// The thesis' scripts in place of speckle and noise.
-    scripts: Option<Scripts>,
+    scripts: Option<ThesisScripts>,
     speckle: AnchoredSpeckle,
     /// Which row lets light out, for each row of the window: its distance [mm] and, where steps are even, offset [profiles].
     away: [f64; ROWS],
@@ -87,7 +86,7 @@ pub struct Sensor {
     /// Light in one pixel that is left out where it lies beside the line [e-].
     faint: f32,
     encoder: Encoder,
-    turn: Option<Turn>,
+    turn: Option<Turntable>,
     size: Size,
     transport: Transport,
     stream: Stream,
@@ -162,7 +161,7 @@ impl Sensor {
     }
 
     /// The same under an object that turns: light is let out by the matter of its own line.
-    pub fn with_turn(self, turn: Option<Turn>) -> Self {
+    pub fn with_turn(self, turn: Option<Turntable>) -> Self {
         let (away, neighbours) = if turn.is_some() { ([0.0; ROWS], [0; ROWS]) } else { (self.away, self.neighbours) };
         Self { turn, away, neighbours, ..self }
     }
@@ -170,7 +169,7 @@ impl Sensor {
     /// The same with the thesis' scripts in place of speckle and noise, where the order is not `physical`.
     pub fn with_postprocess(self, bench: &Bench, readout: Readout, postprocess: Postprocess) -> Self {
         let stream = self.stream.child("postprocess");
-        let make = || Scripts::new(postprocess, bench, readout, stream);
+        let make = || ThesisScripts::new(postprocess, bench, readout, stream);
         let scripts = (postprocess.order != Order::Physical).then(make);
         Self { scripts, ..self }
     }

@@ -16,7 +16,7 @@ use crate::lanes::exp;
 use crate::settings::{ThesisMethod, Transport};
 use crate::specimen::Specimen;
 use crate::transport::line::{LineResponse, LineSource};
-use crate::transport::path::{Effort, body};
+use crate::transport::path::{self, Effort};
 use crate::transport::{diffusion, thesis};
 
 /// Pitch of the answer along the scan, about half a sensor row [mm].
@@ -71,15 +71,15 @@ impl PerLine<'_> {
             Transport::Kernel => return None,
             Transport::Path { photons } => {
                 let seed = self.stream.child("transport").index(profile).key();
-                body::glow(&line, Effort { photons, seed })
+                path::line_response(&line, Effort { photons, seed })
             }
-            Transport::Diffusion { voxel_mm } => diffusion::glow(
+            Transport::Diffusion { voxel_mm } => diffusion::line_response(
                 &line,
                 &diffusion::DiffusionSettings { voxel_mm, ..diffusion::DiffusionSettings::default() },
             ),
             Transport::Thesis { method, iterations, pixel_mm } => {
                 let method = thesis_method(method, iterations as u32);
-                thesis::glow(
+                thesis::line_response(
                     &line,
                     &thesis::ThesisSettings { method, pitch_mm: pixel_mm, ..thesis::ThesisSettings::default() },
                 )

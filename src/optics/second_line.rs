@@ -9,10 +9,10 @@
 //! and lines through films; what falls outside of both windows.
 
 use super::expose::{self, LineShape, ROWS, Scratch};
-use super::parameters::Laser;
 use super::row::Row;
 use super::secondary_light::without_overlap;
 use super::{Band, Sensor, TILE, compositing};
+use crate::parameters::LaserParameters;
 
 /// Rows beyond those that even steps would ask for, for steps that are not.
 pub const SPARE_ROWS: usize = 4;
@@ -30,7 +30,7 @@ pub struct SecondLine {
 
 impl SecondLine {
     /// The second line of a bench whose profiles are `step` apart [mm]; `None` for one line.
-    pub fn new(bench: &Laser, step: f64) -> Option<Self> {
+    pub fn new(bench: &LaserParameters, step: f64) -> Option<Self> {
         let offset = bench.second_line_mm;
         let ratio = bench.second_line_share / (1.0 - bench.second_line_share);
         let lit = offset != 0.0 && ratio > 0.0;

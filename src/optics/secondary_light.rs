@@ -10,7 +10,7 @@ use super::film::{self, TransmittedLine};
 use super::reflections::{LitRow, Reflection, ReflectionScratch};
 use super::row::Row;
 use super::speckle::TILE;
-use crate::transport::kernel::layers::FilmStackKernel;
+use crate::transport::kernel::film_stack::FilmStackKernel;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Rows from a window's edge within which a line's foot and its reading are cut off [px].

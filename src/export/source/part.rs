@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Selection, Source};
 use crate::export::{ExportError, ExportProgress, Sample};
-use crate::record::Split;
+use crate::split::Split;
 
 /// What a stopped run has exported of a split: its first samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

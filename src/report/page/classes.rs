@@ -4,10 +4,10 @@ use maud::{Markup, html};
 
 use super::format::{count, name, number, percent};
 use super::svg;
-use crate::record::Split;
 use crate::report::histogram::DRAWN_ROUNDING;
 use crate::report::page_data::PageData;
 use crate::report::palette::class_hex;
+use crate::split::Split;
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

@@ -6,10 +6,10 @@ use output_schema::DatasetHead;
 use super::elements::{data_url, keeps_image, plain_classes};
 use super::format::{count, name, number, percent, with_unit};
 use super::svg;
-use crate::record::Split;
 use crate::report::page_data::PageData;
 use crate::report::palette::{ColourMap, class_hex, labels_png, map_png};
 use crate::report::sheet_sample::{MAPS, SheetSample};
+use crate::split::Split;
 
 /// Titles and colours of the maps.
 const PANELS: [(&str, ColourMap); 3] =

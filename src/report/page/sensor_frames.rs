@@ -7,9 +7,9 @@ use maud::{Markup, html};
 use super::elements::{data_url, keeps_image};
 use super::format::{name, number};
 use super::svg;
-use crate::record::Split;
 use crate::report::palette::frame_png;
 use crate::report::{ExposedProfile, PageData};
+use crate::split::Split;
 
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {

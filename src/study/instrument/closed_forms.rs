@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::optics::camera::rig;
-use crate::optics::parameters::Bench;
+use crate::parameters::Bench;
 use crate::settings::Size;
 
 /// Planck's constant times the speed of light [J m].

@@ -1,13 +1,15 @@
-//! The bench at its nominal values, targets under it, and exposures of them through production's own light and sensor.
+//! Flat targets under the bench at its nominal values, and exposures of them by the simulator's own light and sensor.
 
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium, Parameter, Stream};
 
 use super::Trials;
 use crate::frame::Frame;
-use crate::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
 use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use crate::parameters::{
+    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+};
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene};
 
@@ -22,11 +24,11 @@ pub(super) fn scene(stream: Stream, columns: usize, profiles: usize) -> Scene {
     let mut scene = recipe.expect("the recipe that is built in loads").draw(0, 0);
     let default = &mut |p: &'static Parameter| p.default;
     scene.bench = Bench {
-        motion: Motion::from_values(default),
-        laser: Laser::from_values(default),
-        camera: Camera::from_values(default),
-        exposure: Exposure::from_values(default),
-        speckle: Speckle::from_values(default),
+        motion: MotionParameters::from_values(default),
+        laser: LaserParameters::from_values(default),
+        camera: CameraParameters::from_values(default),
+        exposure: ExposureParameters::from_values(default),
+        speckle: SpeckleParameters::from_values(default),
         optics: crate::settings::Optics::default(),
     };
     (scene.size.columns, scene.size.profiles, scene.stream) = (columns, profiles, stream);

@@ -1,0 +1,116 @@
+//! Expected content of a finished dataset, made again from its own `dataset.json`: for validation.
+
+use output_schema::DatasetHead;
+use procedural::Parameter;
+
+use super::{DatasetRequest, dataset_head, recipe_of, render_sample};
+use crate::dataset::{DatasetFolder, Encoded};
+use crate::optics::speckle::PatternCache;
+use crate::pipeline;
+use crate::recipe::{Distribution, Recipe};
+use crate::split::Split;
+use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
+
+/// The recipe of a dataset, and what this program makes of it.
+pub struct ExpectedDataset {
+    recipe: Recipe,
+    tiles: PatternCache,
+    head: DatasetHead,
+}
+
+impl ExpectedDataset {
+    /// Of the dataset in `folder`, with its number of samples and its cuts into shards.
+    ///
+    /// # Errors
+    /// As [`recipe_of`].
+    pub fn of(folder: &DatasetFolder) -> Result<Self, String> {
+        let recipe = recipe_of(folder)?;
+        let found = folder.head();
+        let request = DatasetRequest {
+            samples: found.samples,
+            seed: found.seed,
+            out: folder.root().to_owned(),
+            part: (0, 1),
+            samples_per_shard: Some(found.samples_per_shard),
+        };
+        Ok(Self { tiles: PatternCache::new(found.seed), head: dataset_head(&recipe, &request), recipe })
+    }
+
+    /// The recipe.
+    pub fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+
+    /// What `dataset.json` should say.
+    pub fn head(&self) -> &DatasetHead {
+        &self.head
+    }
+
+    /// What the row of a sample should say, drawn without rendering.
+    pub fn expected(&self, index: u64) -> Expected {
+        let scene = self.recipe.draw(self.head.seed, index);
+        Expected {
+            numbers: scene.values().into_iter().map(|(_, value)| value).collect(),
+            id: scene.id,
+            split: scene.split.name().into(),
+            class: scene.class,
+        }
+    }
+
+    /// What else its row should say, without light.
+    pub fn unlit(&self, index: u64) -> Unlit {
+        let pipeline::Unlit { record, instances, rows } =
+            pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);
+        let derived = record.calibration.iter().chain(&record.physics);
+        Unlit {
+            derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+            grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
+            defects: record.defects.iter().map(|class| class.name().to_owned()).collect(),
+            instances,
+            rows,
+        }
+    }
+
+    /// How the rows are drawn.
+    pub fn declared(&self) -> Declared {
+        declared(&self.recipe, self.head.seed)
+    }
+
+    /// The sample, rendered and encoded again.
+    pub fn sample(&self, index: u64) -> Encoded {
+        render_sample(&self.recipe, self.head.seed, index, &self.tiles, &|_| ())
+    }
+}
+
+/// How the rows of a dataset of `recipe` and `seed` are drawn.
+pub fn declared(recipe: &Recipe, seed: u64) -> Declared {
+    let classes = recipe.classes();
+    let parameter = |(parameter, _): (&'static Parameter, f64)| {
+        let path = parameter.path();
+        let mut distinct: Vec<&Distribution> = Vec::new();
+        let law_of_class = classes.iter().filter_map(|class| recipe.distribution(&class.name, &path)).map(|own| {
+            distinct.iter().position(|known| *known == own).unwrap_or_else(|| {
+                distinct.push(own);
+                distinct.len() - 1
+            })
+        });
+        let law_of_class = law_of_class.collect();
+        DeclaredParameter { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class }
+    };
+    let own = recipe.clone();
+    let class_of = move |index: u64| {
+        let class = own.class_of(seed, index);
+        own.classes().iter().position(|known| known.name == class.name).unwrap_or(usize::MAX)
+    };
+    let splits = recipe.splits();
+    Declared {
+        classes: classes.iter().map(|class| (class.name.clone(), class.share)).collect(),
+        class_of: Box::new(class_of),
+        splits: Split::ALL
+            .iter()
+            .map(|split| split.name().to_owned())
+            .zip([splits.train, splits.validation, splits.test])
+            .collect(),
+        parameters: recipe.draw(seed, 0).values().into_iter().map(parameter).collect(),
+    }
+}
