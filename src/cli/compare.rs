@@ -7,8 +7,9 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::progress::say;
-use super::{Outcome, print, whole};
-use crate::compare::{Comparison, ScanSource, SourceError, Statistics, StatisticsBuilder};
+use super::{CommandResult, output, print};
+use crate::compare::{Comparison, ScanSource, Statistics, StatisticsBuilder};
+use crate::dataset::Fault;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -20,7 +21,7 @@ use crate::compare::{Comparison, ScanSource, SourceError, Statistics, Statistics
 Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
 the real camera, .json as programs on the camera store it. docs/compare.md explains
 every number.")]
-pub(super) struct Compare {
+pub(super) struct CompareArgs {
     /// Simulated side: a dataset, a folder of scans, or a scan
     sim: PathBuf,
     /// Real side, in the same way
@@ -36,9 +37,9 @@ pub(super) struct Compare {
     json: bool,
 }
 
-pub(super) fn run(arguments: &Compare) -> Outcome {
+pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
     if let Some(out) = &arguments.out {
-        whole::check(out)?;
+        output::check_writable(out)?;
     }
     let sources = [&arguments.sim, &arguments.real].map(|path| ScanSource::open(path, arguments.scans));
     let [sim, real] = sources;
@@ -46,19 +47,16 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
     if let (Some(ours), Some(theirs)) = (sim.unit, real.unit)
         && ours.thousandth() != theirs.thousandth()
     {
-        let place = arguments.real.display().to_string();
-        let what = "one side has heights, the other sensor rows".into();
+        let what = "one side has heights, the other sensor rows";
         let remedy = "compare calibrated with calibrated or uncalibrated with uncalibrated scans (`extraction: {range: ..}` in \
                       the recipe)";
-        return Err(SourceError { place, what, remedy: remedy.into() }.into());
+        return Err(Fault::at(&arguments.real, what, remedy).into());
     }
     let comparison = Comparison { sim, real };
     print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() });
     if let Some(out) = &arguments.out {
         let page = comparison.page();
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        page.write_to(&mut bytes, image::ImageFormat::Png)?;
-        whole::write(out, &bytes.into_inner())?;
+        output::write(out, &output::png(&page)?)?;
         if std::io::stderr().is_terminal() {
             say(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
         }
@@ -66,24 +64,22 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn statistics(source: &ScanSource, path: &Path) -> Result<Statistics, SourceError> {
+fn statistics(source: &ScanSource, path: &Path) -> Result<Statistics, Fault> {
     let mut builder = StatisticsBuilder::new(source.name());
     let mut unit = None;
     for i in 0..source.len() {
         let frame = source.frame(i)?;
         let this = frame.unit.thousandth();
         if !frame.range.is_empty() && unit.replace(this).is_some_and(|before| before != this) {
-            let (place, what) =
-                (frame.name, "it has sensor rows where other scans have heights, or the other way round");
-            return Err(SourceError { place, what: what.into(), remedy: "compare scans of one kind".into() });
+            let what = "it has sensor rows where other scans have heights, or the other way round";
+            return Err(Fault::new(frame.name, what, "compare scans of one kind"));
         }
         builder.add(&frame);
     }
     let found = builder.statistics();
     if found.missing == Some(1.0) {
-        let place = path.display().to_string();
-        let what = "no height was measured in any scan".into();
-        return Err(SourceError { place, what, remedy: "give scans in which the laser line is seen".into() });
+        let what = "no height was measured in any scan";
+        return Err(Fault::at(path, what, "give scans in which the laser line is seen"));
     }
     Ok(found)
 }

@@ -13,6 +13,7 @@ use procedural::{Film, Matter, Medium, Surface};
 
 use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
+use super::laser::SpotLight;
 use super::speckle::TILE;
 use crate::specimen::{Hit, Specimen, height_below};
 use crate::transport::fresnel;
@@ -70,9 +71,9 @@ impl RowView<'_> {
     #[inline]
     pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
         match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
-            Some([share, off]) => {
+            Some(SpotLight { share, off }) => {
                 // A column looks along a slant: beside the spot's middle it sees more of one half than of the other.
-                let row = sight.row + off * self.camera.lean(x, z) * sight.rows_per_mm;
+                let row = sight.row + off * self.camera.sightline_lean(x, z) * sight.rows_per_mm;
                 Sight { electrons: sight.electrons * share / sight.column_mm, row, ..sight }
             }
             None => sight,
@@ -165,7 +166,7 @@ impl TransmissionScratch {
             return;
         }
         self.below[column] = Some(TransmittedPoint {
-            column: view.camera.place(hit.x, 0.0, z)[0],
+            column: view.camera.project(hit.x, 0.0, z)[0],
             z,
             sight,
             light: through.map(|t| t * white),

@@ -4,8 +4,8 @@ use std::fs;
 
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::dataset::DatasetFolder;
-use sheetlight::generate::Again;
+use sheetlight::dataset::Dataset;
+use sheetlight::generate::ExpectedDataset;
 
 use super::place::{compare, inspect};
 use test_support::program::{FRAMES, Place};
@@ -26,8 +26,8 @@ fn a_thousand_flips_are_found() {
     let place = Place::with(&[FRAMES]);
     place.make("set", "--n 2");
     let root = place.path("set");
-    let folder = DatasetFolder::open(&root).expect("it opens");
-    let again = Again::of(&folder).expect("its recipe loads");
+    let folder = Dataset::open(&root).expect("it opens");
+    let again = ExpectedDataset::of(&folder).expect("its recipe loads");
     assert!(compare(&root, Ok(&again)).is_clean());
     let files = place.tree("set");
     let mut rng = Stream::root(6).child("flips").rng();
