@@ -1,5 +1,6 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
+mod line_solver;
 mod numbers;
 mod unlit;
 
@@ -17,13 +18,14 @@ use crate::frame::{Calibration, Frame};
 use crate::labels;
 use crate::optics::encoder::turn;
 use crate::optics::speckle::PatternCache;
-use crate::optics::{Band, Scratch, Sensor, TILE};
+use crate::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use crate::settings::{SensorStack, Transport};
 use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
 
+use self::line_solver::line_solver;
 use self::numbers::{grid, steps};
 pub use self::unlit::{Unlit, unlit};
 
@@ -65,13 +67,21 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(
 pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
-    let speckle = (scene.speckle_law, tiles);
     let turn = turn(&scene.bench.motion, scene.way);
-    let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, speckle, scene.stream)
-        .with_transport(scene.transport)
-        .with_turn(turn)
-        .with_readout(scene.readout)
-        .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
+    let sensor = Sensor::new(SensorSetup {
+        bench: &scene.bench,
+        line: &scene.line,
+        size: scene.size,
+        height,
+        clear: &matter,
+        speckle_law: scene.speckle_law,
+        patterns: tiles,
+        readout: scene.readout,
+        postprocess: scene.postprocess,
+        turn,
+        line_solver: line_solver(scene.transport, scene.stream),
+        stream: scene.stream,
+    });
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).turned(turn);
     (sensor, specimen)
 }

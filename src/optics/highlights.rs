@@ -9,11 +9,10 @@ use std::ops::Range;
 
 use procedural::{Class, Medium, Stream};
 
-use super::film::RowView;
 use super::laser::segment_process::{Segment, SegmentProcess};
 use super::parameters::Laser;
 use super::row::Row;
-use super::secondary_light;
+use super::row_view::RowView;
 use super::streak::{self, Streak};
 use crate::lanes::ln;
 use crate::specimen::Hit;
@@ -106,7 +105,7 @@ impl Highlights {
                 centre: row.centre[column],
                 lean: -lean / column_mm / rate,
                 rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
-                electrons: bright * wide * secondary_light::line_peak(row, column),
+                electrons: bright * wide * row.line_peak(column),
                 variance: [view.camera.blur_variance + streak::PIXEL + wide * wide / 12.0, view.camera.lens_variance()],
             });
         }

@@ -3,8 +3,8 @@
 //! An even stretch of light along the fibre, narrower than a column, with the blur of lens and pixel at its sides and at its
 //! ends. Neglected: light along the fibre grows fainter in truth; a streak is drawn in its column's own window only.
 
-use super::TILE;
-use super::expose::{ROWS, Window};
+use super::speckle::TILE;
+use super::window::{ROWS, Window};
 use crate::lanes::exp;
 
 /// Variance of a box of one pixel [px^2].
