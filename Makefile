@@ -10,8 +10,11 @@ RECIPE ?= recipes/wood.yaml
 INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
+ALL = --release --locked --workspace
+# Tests that take seconds and need neither .venv nor Chromium.
+QUICK = architecture dataset dictionary matter numerics program recipe recipe_schema tools transport validate
 
-.PHONY: help build test check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test quick prepare built check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -28,13 +31,25 @@ $(VENV)/.ready: python/requirements.txt
 	touch $@
 
 test: venv ## run every test, readers in Python included
-	cargo test --release --locked --workspace
+	cargo test $(ALL) --tests
+	cargo test $(ALL) --doc
 
-check: venv ## what CI runs: format, lints, docs, tests
+quick: ## format, lints, unit tests and the tests that take seconds, without Python
 	cargo fmt --all --check
-	cargo clippy --release --locked --workspace --all-targets -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps
-	cargo test --release --locked --workspace
+	cargo clippy $(ALL) --all-targets -- -D warnings
+	cargo test $(ALL) --lib $(QUICK:%=--test %)
+
+prepare: ## format, lints, docs, and all that tests need: their programs, and .venv meanwhile
+	cargo fmt --all --check
+	$(MAKE) --no-print-directory venv & venv=$$!; $(MAKE) --no-print-directory built || { kill $$venv; exit 1; }; wait $$venv
+
+built:
+	cargo clippy $(ALL) --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc $(ALL) --no-deps
+	cargo test $(ALL) --tests --no-run
+
+check: prepare ## what CI runs: format, lints, docs, tests
+	$(MAKE) --no-print-directory test
 
 bench: ## profiles and photons a second, bytes and MB/s of writing
 	cargo bench --locked
@@ -107,17 +122,17 @@ kernel-table: ## measure the kernel's table anew: half an hour on two cores; goe
 	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl src/transport/kernel/table.bin
 
 film-table: ## measure the table of films anew: three minutes on two cores
-	cargo run --release --locked --example film_table -- src/transport/kernel/layers/film.bin
+	cargo run --release --locked --example film_table -- src/transport/kernel/film_stack/film.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)
-	BLESS=1 cargo test --release --locked --workspace
+	BLESS=1 cargo test $(ALL) --test recipe_schema --test dictionary
 
 fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
 	mkdir -p fuzz/corpus/recipe
 	RUSTC_BOOTSTRAP=1 cargo fuzz run recipe fuzz/corpus/recipe fuzz/seeds/recipe -- -max_total_time=$(FUZZ_SECONDS) -dict=fuzz/recipe.dict
 
 doc: ## Rust documentation in target/doc
-	cargo doc --release --locked --workspace --no-deps
+	cargo doc $(ALL) --no-deps
 
 clean: ## remove build products and out/
 	cargo clean

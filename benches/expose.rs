@@ -5,7 +5,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use procedural::Body;
 use procedural::blister::{Blister, Pack};
-use sheetlight::extract::{Profile, extract};
+use sheetlight::extract::{MeasuredProfile, extract};
 use sheetlight::frame::{Calibration, Frame};
 use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
@@ -54,7 +54,8 @@ impl Bench {
             for (place, profile) in band.profiles.clone().enumerate() {
                 self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                 if read {
-                    let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+                    let mut out =
+                        MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
                     extract(&frames, &self.calibration, &self.scene.extraction, &mut out);
                 }
                 black_box((&frames, &range, &scatter));
@@ -121,7 +122,7 @@ fn read(bencher: Bencher, name: &str) {
     let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);
     bencher.counter(ItemsCount::new(1usize)).bench_local(|| {
         for pair in &frames {
-            let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+            let mut out = MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
             extract(black_box(pair), &bench.calibration, &settings, &mut out);
         }
         black_box((&range, &scatter));

@@ -4,7 +4,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
-use sheetlight::transport::kernel::layers::{FilmStack, FilmStackKernel};
+use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
 
 /// Texels of a row.
 const TEXELS: usize = 2560;

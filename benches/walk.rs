@@ -9,7 +9,8 @@ use procedural::{Body, Gloss, Medium};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sheetlight::transport::answer::Question;
 use sheetlight::transport::line::LineSource;
-use sheetlight::transport::path::{Effort, body, solve};
+use sheetlight::transport::path::line_response::line_response_with_balance;
+use sheetlight::transport::path::{Effort, solve};
 use sheetlight::transport::stack::{Scattering, Stack};
 
 const CLEAR: Medium =
@@ -49,5 +50,7 @@ fn plate(bencher: Bencher) {
     let (x, power) = ([-20.0, 0.0, 20.0], [0.0, 1.0, 0.0]);
     let line = LineSource { body: &body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm: 0.1, rows: 40 };
     let (pool, effort) = (one_core(), Effort { photons: 12_800, seed: 0 });
-    bencher.counter(ItemsCount::new(effort.walked())).bench(|| pool.install(|| body::judge(&line, effort)));
+    bencher
+        .counter(ItemsCount::new(effort.walked()))
+        .bench(|| pool.install(|| line_response_with_balance(&line, effort)));
 }

@@ -1,9 +1,9 @@
-//! Measures the table of films with the judge and writes it.
+//! Measures the table of films by Monte Carlo and writes it.
 //!
 //! `cargo run --release --example film_table -- TABLE`; `make film-table` runs it, three minutes on two cores.
 
-use sheetlight::transport::kernel::layers::table::{ABSORBED, N, TURNS, condense, frequencies};
-use sheetlight::transport::path::film::{Light, Slab, measure};
+use sheetlight::transport::kernel::film_stack::table::{ABSORBED, N, TURNS, frequencies};
+use sheetlight::transport::path::measure::film::{FilmIllumination, MeasuredFilm, condense, measure};
 
 /// Photons of one film under one light.
 const PHOTONS: u64 = 400_000;
@@ -14,9 +14,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut bytes = Vec::new();
     for n in N {
         for turns in TURNS {
-            let fates = [Light::Straight, Light::Lambert, Light::Sealed]
-                .map(|light| measure(Slab { n, turns }, light, &frequencies, &ABSORBED, PHOTONS, 0));
-            let [straight, lambert, sealed] = &fates;
+            let responses = [FilmIllumination::Straight, FilmIllumination::Lambert, FilmIllumination::Sealed]
+                .map(|light| measure(MeasuredFilm { n, turns }, light, &frequencies, &ABSORBED, PHOTONS, 0));
+            let [straight, lambert, sealed] = &responses;
             for a in 0..ABSORBED.len() {
                 let node = condense(turns, &straight[a], &lambert[a], &sealed[a]);
                 bytes.extend(node.iter().flat_map(|value| value.to_le_bytes()));

@@ -1,4 +1,4 @@
-//! Measures the table of `transport: kernel` with the judge and writes it.
+//! Measures the table of `transport: kernel` by Monte Carlo and writes it.
 //!
 //! `cargo run --release --example kernel_table -- MEASUREMENTS TABLE`: appends one JSON line a half space to MEASUREMENTS,
 //! goes on where an earlier run stopped, and at the end condenses them into TABLE. `make kernel-table` runs it; on two
@@ -7,8 +7,8 @@
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Write};
 
-use sheetlight::transport::kernel::{condense, table};
-use sheetlight::transport::path::paths::{HalfSpace, Paths, measure};
+use sheetlight::transport::kernel::table;
+use sheetlight::transport::path::measure::half_space::{HalfSpace, PathStatistics, condense, measure};
 
 /// Photons of one half space.
 const PHOTONS: u64 = 250_000;
@@ -22,7 +22,7 @@ fn main() -> Result<()> {
     };
     let mut file = OpenOptions::new().create(true).read(true).append(true).open(&measurements)?;
     let lines = BufReader::new(file.try_clone()?).lines();
-    let mut done: Vec<Paths> = lines.map(|line| Ok(serde_json::from_str(&line?)?)).collect::<Result<_>>()?;
+    let mut done: Vec<PathStatistics> = lines.map(|line| Ok(serde_json::from_str(&line?)?)).collect::<Result<_>>()?;
     for of in spaces() {
         if done.iter().any(|paths| paths.of == of) {
             continue;
@@ -30,7 +30,7 @@ fn main() -> Result<()> {
         // Without cylinders the fibres' dive means nothing, but the table has a place for it.
         let same = done.iter().find(|paths| of.rho == 1.0 && paths.of.rho == 1.0 && paths.of.n == of.n);
         let paths = match same {
-            Some(paths) => Paths { of, ..paths.clone() },
+            Some(paths) => PathStatistics { of, ..paths.clone() },
             None => measure(of, PHOTONS, 0),
         };
         writeln!(file, "{}", serde_json::to_string(&paths)?)?;

@@ -42,6 +42,30 @@ pub fn viridis(t: f32) -> Rgb<u8> {
     Rgb(std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8))
 }
 
+/// A rectangle of a page [px].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Area {
+    /// Column of its left edge [px].
+    pub left: u32,
+    /// Row of its top edge [px].
+    pub top: u32,
+    /// Columns [px].
+    pub width: u32,
+    /// Rows [px].
+    pub height: u32,
+}
+
+/// The numbers at the ends of a colour scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScaleEnds<'a> {
+    /// Number of the first colour.
+    pub low: f32,
+    /// Number of the last colour.
+    pub high: f32,
+    /// Unit of both.
+    pub unit: &'a str,
+}
+
 /// A picture that can be written and drawn on; what lies outside of it is left out.
 pub struct Page(pub RgbImage);
 
@@ -75,14 +99,15 @@ impl Page {
         image::imageops::overlay(&mut self.0, picture, i64::from(x), i64::from(y));
     }
 
-    /// A bar of colours with its ends written below.
-    pub fn scale(&mut self, x: u32, y: u32, width: u32, (low, high, unit): (f32, f32, &str), ramp: Ramp) {
+    /// A bar of colours with the numbers of its ends below.
+    pub fn scale(&mut self, x: u32, y: u32, width: u32, ends: ScaleEnds, ramp: Ramp) {
+        let ScaleEnds { low, high, unit } = ends;
         let digits = if high - low < 10.0 { 2 } else { 0 };
-        self.bar(x, y, width, (&format!("{low:.digits$}"), &format!("{high:.digits$} {unit}")), ramp);
+        self.bar(x, y, width, &format!("{low:.digits$}"), &format!("{high:.digits$} {unit}"), ramp);
     }
 
     /// A bar of colours with words below its ends.
-    pub fn bar(&mut self, x: u32, y: u32, width: u32, (low, high): (&str, &str), ramp: Ramp) {
+    pub fn bar(&mut self, x: u32, y: u32, width: u32, low: &str, high: &str, ramp: Ramp) {
         let bar = RgbImage::from_fn(width, 10, |px, _| ramp(px as f32 / width as f32));
         self.picture(x, y, &bar);
         self.words(x, y + 24, low);

@@ -1,14 +1,12 @@
-//! The wall between what is there and what is measured: the digitised frame and the calibration that reads it.
+//! Digitised frame and the calibration that reads it: the wall between what is there and what is measured.
 //!
-//! The laser plane is y = 0; [`Rig`] says where its points are seen, docs/instrument.md derives it.
-
-mod rig;
-
-pub use self::rig::{Bent, Columns, Distortion, Reading, Rig, Sightline, image_distance, scheimpflug};
+//! The laser plane is y = 0; [`Rig`] projects points onto the sensor, docs/instrument.md derives it.
 
 mod locator;
+mod rig;
 
-pub use locator::Locator;
+pub use self::locator::Locator;
+pub use self::rig::{BackProjection, Rig, Sightline, Sightlines};
 
 /// Columns of digital numbers around the laser line.
 ///
@@ -27,7 +25,7 @@ pub struct Frame {
     pub dn: Vec<u16>,
 }
 
-/// What an extraction must know to turn sensor rows into numbers; it knows nothing of the object.
+/// What an extraction needs to turn sensor rows into heights; it knows nothing of the object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// The camera.
@@ -36,15 +34,15 @@ pub struct Calibration {
     pub sensor_rows: u32,
     /// Mean digital number without light [DN].
     pub dark_level: f32,
-    /// The camera as a table.
+    /// [`BackProjection`] as a table.
     pub locator: Locator,
 }
 
 impl Calibration {
     /// For a sensor of that many columns and rows [px].
     pub fn new(rig: Rig, [columns, rows]: [usize; 2], dark_level: f32) -> Self {
-        let reading = rig.reading();
-        let locator = Locator::new(columns, rows, |col, row| reading.locate(col, row));
+        let back = rig.back_projection();
+        let locator = Locator::new(columns, rows, |col, row| back.locate(col, row));
         Self { rig, sensor_rows: rows as u32, dark_level, locator }
     }
 }

@@ -13,36 +13,36 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
     }
 }
 
-/// The hits of one profile at even places along the line, as many as there are columns: of each the one whose true x is
-/// nearest, among those that are lit and seen as long as one of these lies within a pitch. Places more than half
+/// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x is
+/// nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
 /// a pitch beyond either end show the background.
 pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
     let sorted = |seen_alone: bool| -> Vec<&Hit> {
         let mut sorted: Vec<&Hit> = hits.iter().filter(|hit| !seen_alone || (hit.lit && hit.seen)).collect();
-        // Of two at one place the upper one hides the lower.
+        // Of two at one position the upper one hides the lower.
         sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(b.surface.z.total_cmp(&a.surface.z)));
         sorted
     };
     let (seen, all) = (sorted(true), sorted(false));
     let nearest = |list: &[&Hit], x: f32| -> Option<(f32, Hit)> {
         let above = list.partition_point(|hit| hit.x < x);
-        // The first of those at one place.
+        // The first of those at one position.
         let below = above.checked_sub(1).map(|last| list.partition_point(|hit| hit.x < list[last].x));
         let candidates = [below, Some(above)].into_iter().flatten().filter_map(|i| list.get(i));
         let apart = |hit: &&Hit| ((hit.x - x).abs(), **hit);
         candidates.map(apart).reduce(|a, b| if b.0 < a.0 { b } else { a })
     };
-    let place = |j: usize| {
+    let at_column = |j: usize| {
         let x = (first_mm + j as f64 * pitch_mm) as f32;
         let near = nearest(&seen, x).filter(|(apart, _)| f64::from(*apart) <= pitch_mm).or_else(|| nearest(&all, x));
         let ends = [all.first(), all.last()].map(|end| end.map_or(x, |hit| hit.x));
         let beyond = f64::from((ends[0] - x).max(x - ends[1])) > 0.5 * pitch_mm;
         near.map(|(_, hit)| if beyond { background(hit, x) } else { hit })
     };
-    (0..hits.len()).filter_map(place).collect()
+    (0..hits.len()).filter_map(at_column).collect()
 }
 
-/// A place of which nothing is known.
+/// The background at `x`, with the surface of `hit`.
 fn background(hit: Hit, x: f32) -> Hit {
     Hit { x, matter: Matter { class: Class::Background, instance: 0, ..hit.matter }, lit: false, seen: false, ..hit }
 }
@@ -57,10 +57,10 @@ pub fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
             let fibre = hit.matter.medium.fibre;
             let rise = fibre.dot(normal).clamp(-1.0, 1.0);
             let along = fibre - normal * rise;
-            // The fibre's sign has no meaning: the end that points along the scan gives the angle.
+            // A fibre is an axis without sign: the end that points along the scan gives the angle.
             let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
-            let turn = atan2(sign * along.x, sign * along.y).to_degrees();
-            (hit.surface.z, turn, atan2(rise.abs(), along.length()).to_degrees())
+            let azimuth = atan2(sign * along.x, sign * along.y).to_degrees();
+            (hit.surface.z, azimuth, atan2(rise.abs(), along.length()).to_degrees())
         };
     }
 }
@@ -131,19 +131,37 @@ pub fn areas(cols: usize, columns: usize, pixel_mm2: f64, share: impl Fn(f64) ->
     (0..cols / columns).map(|column| pixel_mm2 * share(middle(column))).collect()
 }
 
-/// What the label image shows: area and box of each instance, what lies in it included, with the body's numbers; `areas` are
+/// Extent of an instance in the label image.
+#[derive(Debug, Clone, Copy)]
+struct InstanceExtent {
+    /// Pixels.
+    pixels: u64,
+    /// Area of them [mm^2].
+    area: f64,
+    /// First column [px].
+    left: u32,
+    /// First row [px].
+    top: u32,
+    /// Column after the last [px].
+    right: u32,
+    /// Row after the last [px].
+    bottom: u32,
+}
+
+/// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers; `areas` are
 /// those of a pixel in each column [mm^2].
 pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {
-    let mut boxes = vec![(0u64, 0.0, [u32::MAX, u32::MAX, 0, 0]); instances.len()];
+    let none = InstanceExtent { pixels: 0, area: 0.0, left: u32::MAX, top: u32::MAX, right: 0, bottom: 0 };
+    let mut extents = vec![none; instances.len()];
     for (row, line) in labels.instance.chunks_exact(areas.len()).enumerate() {
         for (column, &id) in line.iter().enumerate() {
             let mut id = usize::from(id);
             while id > 0 {
-                let (pixels, area, [left, top, right, bottom]) = &mut boxes[id - 1];
-                *pixels += 1;
-                *area += areas[column];
-                (*left, *right) = ((*left).min(column as u32), (*right).max(column as u32 + 1));
-                (*top, *bottom) = ((*top).min(row as u32), (*bottom).max(row as u32 + 1));
+                let of = &mut extents[id - 1];
+                of.pixels += 1;
+                of.area += areas[column];
+                (of.left, of.right) = (of.left.min(column as u32), of.right.max(column as u32 + 1));
+                (of.top, of.bottom) = (of.top.min(row as u32), of.bottom.max(row as u32 + 1));
                 // What holds an instance has a smaller number, so this ends.
                 id = usize::from(instances[id - 1].within).min(id - 1);
             }
@@ -151,13 +169,13 @@ pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Ob
     }
     instances
         .iter()
-        .zip(boxes)
-        .filter(|(_, (pixels, ..))| *pixels > 0)
-        .map(|(&instance, (pixels, area, [left, top, right, bottom]))| Object {
+        .zip(extents)
+        .filter(|(_, of)| of.pixels > 0)
+        .map(|(&instance, of)| Object {
             instance,
-            area_px: pixels,
-            area_mm2: area,
-            bbox: [left, top, right - left, bottom - top],
+            area_px: of.pixels,
+            area_mm2: of.area,
+            bbox: [of.left, of.top, of.right - of.left, of.bottom - of.top],
         })
         .collect()
 }

@@ -1,4 +1,4 @@
-//! Elementary functions in plain arithmetic, so that loops over columns become vector code on any instruction set and
+//! Elementary functions for vector lanes: plain arithmetic, so that loops over columns become vector code on any instruction set and
 //! give the same bits on each: no fused multiply-add, no table, no call.
 //!
 //! Errors are stated with each function and tested against `f64`.
@@ -13,10 +13,10 @@ pub fn exp(x: f32) -> f32 {
 #[inline(always)]
 pub fn exp2(x: f32) -> f32 {
     /// 1.5 * 2^23: adding it rounds to the nearest whole number, left in the low bits.
-    const ROUND: f32 = 12_582_912.0;
+    const ROUNDING_SHIFT: f32 = 12_582_912.0;
     let x = x.clamp(-126.0, 126.0);
-    let shifted = x + ROUND;
-    let whole = shifted - ROUND;
+    let shifted = x + ROUNDING_SHIFT;
+    let whole = shifted - ROUNDING_SHIFT;
     let f = x - whole;
     // Taylor series of 2^f on [-1/2, 1/2]: ln(2)^n / n!.
     let p = 1.540_353e-4;
@@ -48,7 +48,7 @@ pub fn ln(x: f32) -> f32 {
 
 /// (cos, sin) of 2 pi u for u in [0, 1); absolute error under 4e-6.
 #[inline(always)]
-pub fn turn(u: f32) -> (f32, f32) {
+pub fn cos_sin_turns(u: f32) -> (f32, f32) {
     let x = u - 0.5;
     let a = x.abs();
     // Both are sines of an angle folded into a quarter turn; minus signs because x is u less half a turn.
@@ -83,7 +83,7 @@ pub fn normals(counter: u32, keys: [u32; 2]) -> (f32, f32) {
     let u = ((hash(counter ^ keys[0]) >> 8) as i32 as f32 + 0.5) * UNIT;
     let v = (hash(counter.wrapping_add(keys[1])) >> 8) as i32 as f32 * UNIT;
     let radius = (-2.0 * ln(u)).max(0.0).sqrt();
-    let (cos, sin) = turn(v);
+    let (cos, sin) = cos_sin_turns(v);
     (radius * cos, radius * sin)
 }
 
@@ -104,7 +104,7 @@ mod tests {
         for i in 0..10_000 {
             let u = i as f32 / 10_000.0;
             let angle = f64::from(u) * std::f64::consts::TAU;
-            let (cos, sin) = turn(u);
+            let (cos, sin) = cos_sin_turns(u);
             assert!((f64::from(cos) - angle.cos()).abs() < 6e-6, "cos {u}: {cos}");
             assert!((f64::from(sin) - angle.sin()).abs() < 6e-6, "sin {u}: {sin}");
         }

@@ -29,6 +29,9 @@
 //! - [`report`]: a dataset -> one HTML page for people
 //! - [`drawing`]: words, scales and colours of pictures
 //! - [`settings`]: what a recipe fixes for all samples
+//! - [`parameters`]: the numbers of the bench: scan, laser, camera, exposure, noise, speckle
+//! - [`lens`]: image distance, Scheimpflug's condition, distortion
+//! - [`split`]: training, validation, test
 //! - [`lanes`]: elementary functions for loops over columns
 //! - `quadrature`: nodes and weights of integrals
 //! - [`cli`]: the command line
@@ -50,9 +53,11 @@ pub mod generate;
 pub mod icon;
 pub mod labels;
 pub mod lanes;
+pub mod lens;
 pub mod medium;
 pub mod mesh;
 pub mod optics;
+pub mod parameters;
 pub mod pipeline;
 pub mod preview;
 mod quadrature;
@@ -61,6 +66,7 @@ pub mod record;
 pub mod report;
 pub mod settings;
 pub mod specimen;
+pub mod split;
 pub mod study;
 pub mod transport;
 pub mod validate;

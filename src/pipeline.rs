@@ -13,7 +13,7 @@ use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
-use crate::extract::{Grid, Profile, extract, rectify};
+use crate::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
 use crate::frame::{Calibration, Frame};
 use crate::labels;
 use crate::optics::encoder::turn;
@@ -82,7 +82,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Speci
         line_solver: line_solver(scene.transport, scene.stream),
         stream: scene.stream,
     });
-    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).turned(turn);
+    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     (sensor, specimen)
 }
 
@@ -127,7 +127,7 @@ impl Scan {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
         // A slow model takes so long for a line that work and progress go profile by profile.
         let length = match scene.transport {
-            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.has_relief()).min(profiles),
+            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_occlude_itself()).min(profiles),
             _ => 1,
         };
         let calibration = sensor.calibration();
@@ -214,7 +214,7 @@ impl Part<'_> {
         scene: &Scene,
         sensor: &Sensor,
         band: &Band,
-        (calibration, grid): (&Calibration, Option<&Grid>),
+        (calibration, grid): (&Calibration, Option<&RectifiedGrid>),
     ) -> Vec<StackFrame> {
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
@@ -258,7 +258,7 @@ impl Part<'_> {
         if let Some(grid) = grid {
             let maps = self.range.chunks_mut(columns).zip(self.reflectance.chunks_mut(columns));
             for ((range, reflectance), scatter) in maps.zip(self.scatter.chunks_mut(columns)) {
-                rectify(calibration, grid, [range, reflectance, scatter]);
+                rectify(calibration, grid, MeasuredProfile { range, reflectance, scatter });
             }
         }
         stack
@@ -266,7 +266,7 @@ impl Part<'_> {
 
     /// Reads frames into the pixels `line`.
     fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, calibration: &Calibration, scene: &Scene) {
-        let mut out = Profile {
+        let mut out = MeasuredProfile {
             range: &mut self.range[line.clone()],
             reflectance: &mut self.reflectance[line.clone()],
             scatter: &mut self.scatter[line],

@@ -8,7 +8,7 @@ use procedural::Class;
 
 use self::classes::Legend;
 pub use self::exposure::expose_profile;
-use crate::drawing::{LETTER, MARGIN, Page, Ramp, class_colour, viridis};
+use crate::drawing::{LETTER, MARGIN, Page, Ramp, ScaleEnds, class_colour, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene, Subject};
@@ -16,12 +16,12 @@ use crate::record::Record;
 use crate::settings::SensorStack;
 
 /// Largest panel [px].
-const PANEL: (u32, u32) = (400, 800);
+const MAX_PANEL_PX: (u32, u32) = (400, 800);
 /// Space for words above and below panels [px].
-const HEAD: u32 = 22;
-const FOOT: u32 = 46;
+const HEAD_PX: u32 = 22;
+const FOOT_PX: u32 = 46;
 /// Rows of the sensor frame shown above and below the line [px].
-const FRAME_MARGIN: usize = 20;
+const FRAME_MARGIN_ROWS: usize = 20;
 
 /// Renders sample `index` and draws it.
 pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
@@ -35,7 +35,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
 
 /// Draws a sample that kept an exposure.
 pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
-    let panel = Panel::fit(record);
+    let panel = PanelGrid::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
     let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark)[0];
     let on_body = |map: &[f32]| -> Vec<f32> {
@@ -48,47 +48,61 @@ pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
 
     let width = 4 * (panel.width + MARGIN) + MARGIN;
     let strip = frame_strip(scene, record, width - 2 * MARGIN);
-    let top = HEAD + strip.as_ref().map_or(0, |s| s.height() + FOOT);
+    let top = HEAD_PX + strip.as_ref().map_or(0, |s| s.height() + FOOT_PX);
     let legend = Legend::of(&record.labels.class, panel.width);
-    let mut page = Page::new(width, top + HEAD + panel.height + FOOT + legend.more());
+    let mut page = Page::new(width, top + HEAD_PX + panel.height + FOOT_PX + legend.more());
     if let Some(strip) = strip {
         page.words(
             MARGIN,
             15,
             &format!("Sensor frame, profile {}: square root of DN", record.stack[record.stack.len() / 2].profile),
         );
-        page.picture(MARGIN, HEAD, &strip);
+        page.picture(MARGIN, HEAD_PX, &strip);
         let size = format!("{} columns, {} rows around the line", scene.size.columns, strip_rows(scene, record).len());
-        page.words(MARGIN, HEAD + strip.height() + 14, &size);
+        page.words(MARGIN, HEAD_PX + strip.height() + 14, &size);
     }
     let title =
         format!("sample {}  class {}  split {}  {}", record.index, record.class, record.split.name(), record.id);
     page.words(MARGIN, top - 6, &title);
     let grey = |t: f32| Rgb([(255.0 * t) as u8; 3]);
-    type Map<'a> = (&'a str, &'a str, &'a [f32], f32, f32, Ramp<'a>);
-    let maps: [Map; 3] = [
-        ("Range", scene.extraction.range.unit(), &record.maps.range, low, high, &viridis),
-        ("Reflectance", "DN", &record.maps.reflectance, 0.0, bright, &grey),
-        ("Scatter less dark", "DN", &scatter, 0.0, deep, &grey),
+    let maps = [
+        MapPanel {
+            name: "Range",
+            values: &record.maps.range,
+            ends: ScaleEnds { low, high, unit: scene.extraction.range.unit() },
+            ramp: &viridis,
+        },
+        MapPanel {
+            name: "Reflectance",
+            values: &record.maps.reflectance,
+            ends: ScaleEnds { low: 0.0, high: bright, unit: "DN" },
+            ramp: &grey,
+        },
+        MapPanel {
+            name: "Scatter less dark",
+            values: &scatter,
+            ends: ScaleEnds { low: 0.0, high: deep, unit: "DN" },
+            ramp: &grey,
+        },
     ];
-    for (place, (name, unit, map, low, high, ramp)) in maps.into_iter().enumerate() {
-        let left = MARGIN + place as u32 * (panel.width + MARGIN);
-        page.words(left, top + 15, name);
-        page.picture(left, top + HEAD, &panel.paint(map, low, high, ramp));
-        page.scale(left, top + HEAD + panel.height + 8, panel.width, (low, high, unit), ramp);
+    for (number, map) in maps.into_iter().enumerate() {
+        let left = MARGIN + number as u32 * (panel.width + MARGIN);
+        page.words(left, top + 15, map.name);
+        page.picture(left, top + HEAD_PX, &panel.paint(&map));
+        page.scale(left, top + HEAD_PX + panel.height + 8, panel.width, map.ends, map.ramp);
     }
     let left = MARGIN + 3 * (panel.width + MARGIN);
     page.words(left, top + 15, "Labels");
-    page.picture(left, top + HEAD, &panel.paint_classes(&record.labels.class));
+    page.picture(left, top + HEAD_PX, &panel.paint_classes(&record.labels.class));
     if scene.plan.subject() == Subject::Blister {
-        name_pockets(&mut page, record, &panel, [left, top + HEAD]);
+        name_pockets(&mut page, record, &panel, [left, top + HEAD_PX]);
     }
-    legend.draw(&mut page, left, top + HEAD + panel.height + 8, panel.mm_per_px);
+    legend.draw(&mut page, left, top + HEAD_PX + panel.height + 8, panel.mm_per_px);
     page.0
 }
 
 /// Writes the number of each pocket on its upper left corner, and its state where that is a defect and the words fit.
-fn name_pockets(page: &mut Page, record: &Record, panel: &Panel, [left, top]: [u32; 2]) {
+fn name_pockets(page: &mut Page, record: &Record, panel: &PanelGrid, [left, top]: [u32; 2]) {
     for object in record.objects.iter().filter(|object| object.instance.within == 0) {
         let at = |pixel: u32, size: u32, count: usize| (u64::from(pixel) * u64::from(size) / count as u64) as u32;
         let x = left + at(object.bbox[0], panel.width, panel.cols);
@@ -123,7 +137,7 @@ fn strip_rows(scene: &Scene, record: &Record) -> std::ops::Range<usize> {
     };
     let first = (0..scene.size.rows).find(lit).unwrap_or(0);
     let last = (0..scene.size.rows).rev().find(lit).unwrap_or(scene.size.rows - 1);
-    first.saturating_sub(FRAME_MARGIN)..(last + FRAME_MARGIN + 1).min(scene.size.rows)
+    first.saturating_sub(FRAME_MARGIN_ROWS)..(last + FRAME_MARGIN_ROWS + 1).min(scene.size.rows)
 }
 
 fn frame_strip(scene: &Scene, record: &Record, width: u32) -> Option<RgbImage> {
@@ -139,8 +153,16 @@ fn frame_strip(scene: &Scene, record: &Record, width: u32) -> Option<RgbImage> {
     }))
 }
 
-/// A map shown true to scale.
-struct Panel {
+/// A map of a sample, and the colours that it is shown in.
+struct MapPanel<'a> {
+    name: &'static str,
+    values: &'a [f32],
+    ends: ScaleEnds<'a>,
+    ramp: Ramp<'a>,
+}
+
+/// The grid on which maps are shown true to scale.
+struct PanelGrid {
     cols: usize,
     rows: usize,
     width: u32,
@@ -148,10 +170,10 @@ struct Panel {
     mm_per_px: f64,
 }
 
-impl Panel {
+impl PanelGrid {
     fn fit(record: &Record) -> Self {
         let (across, along) = (record.cols as f64 * record.col_mm, record.rows as f64 * record.row_mm);
-        let mm_per_px = (across / f64::from(PANEL.0)).max(along / f64::from(PANEL.1));
+        let mm_per_px = (across / f64::from(MAX_PANEL_PX.0)).max(along / f64::from(MAX_PANEL_PX.1));
         let pixels = |mm: f64| (mm / mm_per_px).round().max(1.0) as u32;
         Self { cols: record.cols, rows: record.rows, width: pixels(across).max(150), height: pixels(along), mm_per_px }
     }
@@ -167,14 +189,15 @@ impl Panel {
         span(y, self.height, self.rows).flat_map(move |row| columns.clone().map(move |column| row * cols + column))
     }
 
-    fn paint(&self, map: &[f32], low: f32, high: f32, ramp: Ramp) -> RgbImage {
+    fn paint(&self, map: &MapPanel) -> RgbImage {
+        let ScaleEnds { low, high, .. } = map.ends;
         RgbImage::from_fn(self.width, self.height, |x, y| {
-            let values = self.behind(x, y).map(|i| map[i]).filter(|v| !v.is_nan());
+            let values = self.behind(x, y).map(|i| map.values[i]).filter(|v| !v.is_nan());
             let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
             if count == 0 {
                 return Rgb([60, 0, 40]);
             }
-            ramp((((sum / f64::from(count)) as f32 - low) / (high - low)).clamp(0.0, 1.0))
+            (map.ramp)((((sum / f64::from(count)) as f32 - low) / (high - low)).clamp(0.0, 1.0))
         })
     }
 

@@ -1,4 +1,4 @@
-//! Nodes and weights of Gauss and Legendre's rule, and normalised Legendre functions.
+//! Gauss-Legendre quadrature: nodes and weights; and normalised Legendre functions.
 //!
 //! The rule with n nodes is exact for polynomials of degree 2 n - 1 (Gauss 1814); nodes by Newton's method from
 //! Tricomi's first guess. Where an integrand has a kink or a square root (Fresnel's law at the critical angle), the

@@ -3,31 +3,7 @@
 use procedural::{Class, Instance};
 
 use crate::settings::RangeForm;
-
-/// Which part of the dataset a sample belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Split {
-    /// For training.
-    Train,
-    /// For choosing.
-    Validation,
-    /// For the last word.
-    Test,
-}
-
-impl Split {
-    /// Every split in the order of files.
-    pub const ALL: [Self; 3] = [Self::Train, Self::Validation, Self::Test];
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Train => "train",
-            Self::Validation => "validation",
-            Self::Test => "test",
-        }
-    }
-}
+use crate::split::Split;
 
 /// What the instrument measured, `[rows = profiles, cols]`, row-major.
 #[derive(Debug, Clone, Default, PartialEq)]

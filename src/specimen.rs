@@ -1,24 +1,32 @@
-//! A body made ready for light: which point each sensor column sees in the laser plane, and whether the laser and the
-//! camera reach it.
+//! Specimen: a body prepared for visibility queries: which point each sensor column sees in the laser plane, and whether
+//! laser and camera reach it.
 //!
-//! The upper surface of boards and packs is asked directly, since they are height fields; the hull in the ray tracer
-//! serves for shadows on the conveyor next to the body. A board never hides itself. A blister pack does: its upper surface
-//! is put on a grid ([`relief`]), which tells what its pockets hide from the lens and where mirrored light lands, and where
-//! its film is clear so is the surface of tablets and foil below. Of saw-teeth and parts from files the triangles of the
-//! hull are the surface, and rays tell everything (`solid`). Neglected: light that a body throws onto the conveyor.
+//! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for shadows
+//! on the conveyor next to the body. A board never occludes itself. A blister pack does: its upper surface is sampled on a
+//! grid ([`height_field`]), which answers what its pockets hide from the lens and where reflected light lands; where its
+//! film is clear, the surface of tablets and foil below has a grid of its own.
+//!
+//! Saw-teeth and parts from files have the triangles of the hull as their surface, overhangs and holes included. In the
+//! laser plane the points that a column can see lie on one line, straight but for distortion, from above the object down to
+//! the conveyor. The first point from above counts that is lit (nothing stands between it and the fan's origin) and seen
+//! (nothing stands between it and the lens), laser and lens being on the same side of the surface. Where there is none, the
+//! first intersection is shown, dark.
+//!
+//! Neglected: light that a body reflects onto the conveyor; of pieces made of triangles the other lit points of a column
+//! (behind the rim of a gap, say), facets steeper than 88.9 degrees, which count as that steep, and light that the piece
+//! reflects onto itself.
 
+pub mod height_field;
 mod rays;
-pub mod relief;
-mod solid;
-pub mod turned;
+pub mod turntable;
 
 use glam::Vec3;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
-use self::rays::{LEAVE_MM, Rays};
-use self::relief::Relief;
-use self::turned::{Pose, Turn};
-use crate::frame::{Columns, Rig, Sightline};
+use self::height_field::HeightField;
+use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
+use self::turntable::{BodyPose, Turntable};
+use crate::frame::{Rig, Sightline, Sightlines};
 
 /// What one sensor column sees at one position of the scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,30 +43,56 @@ pub struct Hit {
     pub seen: bool,
 }
 
-/// A body ready for rays.
+/// Where light reflected by a body lands on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReflectedHit {
+    /// The point [mm].
+    pub point: Vec3,
+    /// The surface there.
+    pub surface: Surface,
+    /// Whether the lens sees it.
+    pub seen: bool,
+}
+
+/// A body prepared for visibility queries.
 #[derive(Debug)]
 pub struct Specimen {
     body: Body,
-    rays: Rays,
+    triangles: TriangleBvh,
     rig: Rig,
     /// Height of the point that the laser fan comes from [mm].
     fan_height: f32,
-    /// The upper surface of a body that can hide itself.
-    upper: Option<Relief>,
-    /// What lies below its film, where light comes through.
-    lower: Option<Relief>,
-    /// Where it turns; `None` for a straight way.
-    turn: Option<Turn>,
+    /// The upper surface of a body that can occlude itself.
+    upper: Option<HeightField>,
+    /// The surface below its film, where the film is clear.
+    lower: Option<HeightField>,
+    /// The turntable; `None` for a straight scan.
+    turntable: Option<Turntable>,
 }
 
-/// Scattering over a film's thickness above which nothing is seen through it [1].
-const DENSE: f32 = 4.0;
-/// Steps towards the place that a column sees on a steep surface.
-const STEPS: usize = 6;
-/// How near such a place is found [mm].
-const NEAR_MM: f32 = 0.002;
+/// Scattering depth of a film above which nothing is seen through it [1].
+const OPAQUE_FILM_DEPTH: f32 = 4.0;
+/// Most steps of Newton's method towards the point that a column sees on a steep surface.
+const MAX_NEWTON_STEPS: usize = 6;
+/// Distance from the line of sight at which Newton's method ends [mm].
+const NEWTON_TOLERANCE_MM: f32 = 0.002;
+/// Least z of a surface normal: facets steeper than 88.9 degrees count as that steep, and so do overhangs [1].
+const MIN_NORMAL_Z: f32 = 0.02;
+/// Start of shadow rays above the surface that they leave [mm].
+const SHADOW_RAY_START_MM: f32 = 0.002;
+/// Step behind a surface from which the next one is searched [mm].
+const NEXT_SURFACE_STEP_MM: f32 = 0.001;
+/// Distance from its chord within which a line of sight counts as straight [mm].
+const STRAIGHT_TOLERANCE_MM: f32 = 0.0005;
+/// Height above and below within which a bent line of sight is replaced by its tangent [mm].
+const BENT_SEARCH_MM: f32 = 0.5;
+/// Distance from the laser plane at which columns look: a ray exactly along an edge between two triangles misses both,
+/// and parts have edges at round coordinates [mm].
+const PLANE_OFFSET_MM: f32 = 1e-4;
+/// Most surfaces, one behind the other, that a line of sight passes.
+const MAX_SURFACES_PER_SIGHTLINE: usize = 64;
 
-/// Height of what lies below a film whose upper side is `surface` [mm].
+/// Height of the surface below a film whose upper side is `surface` [mm].
 pub fn height_below(surface: &Surface, film: &Film) -> f32 {
     let upright = (1.0 + surface.slope_x * surface.slope_x + surface.slope_y * surface.slope_y).sqrt();
     surface.z - film.thickness_mm * upright - film.gap_mm.unwrap_or(0.0)
@@ -67,14 +101,14 @@ pub fn height_below(surface: &Surface, film: &Film) -> f32 {
 impl Specimen {
     /// Puts `body` under a camera and a laser fan from `fan_height` [mm].
     pub fn new(body: Body, rig: Rig, fan_height: f64) -> Self {
-        let rays = Rays::new(&body.hull());
-        let (upper, lower) = reliefs(&body, lens(&rig, 0.0));
-        Self { body, rays, rig, fan_height: fan_height as f32, upper, lower, turn: None }
+        let triangles = TriangleBvh::new(&body.hull());
+        let (upper, lower) = height_fields(&body, lens(&rig, 0.0));
+        Self { body, triangles, rig, fan_height: fan_height as f32, upper, lower, turntable: None }
     }
 
-    /// The same on a turntable, for a body that does not hide itself on a grid; scan positions are ways at its radius.
-    pub fn turned(self, turn: Option<Turn>) -> Self {
-        Self { turn, ..self }
+    /// The same on a turntable, for a body without a height field; scan positions are then the travel at its radius.
+    pub fn on_turntable(self, turntable: Option<Turntable>) -> Self {
+        Self { turntable, ..self }
     }
 
     /// The body.
@@ -84,57 +118,56 @@ impl Specimen {
 
     /// Height of the body's highest point [mm].
     pub fn top(&self) -> f32 {
-        self.rays.high.z
+        self.triangles.high.z
     }
 
-    /// Whether the body can hide parts of itself and throw light onto itself.
-    pub fn has_relief(&self) -> bool {
+    /// Whether the body can occlude itself and reflect light onto itself.
+    pub fn can_occlude_itself(&self) -> bool {
         self.upper.is_some()
     }
 
-    /// Whether what lies at `point` below a film is in sight of the lens with the laser at scan position `y`, the film
-    /// itself let aside [mm].
+    /// Whether the lens sees `point` below a film with the laser at scan position `y`, the film itself ignored [mm].
     pub fn sees_below(&self, point: Vec3, y: f32) -> bool {
         self.lower.as_ref().is_some_and(|lower| !lower.hides(point, lens(&self.rig, y)))
     }
 
-    /// Where light that leaves `from` on the surface along the unit vector `way` lands on the body within `reach` [mm],
-    /// the surface there, and whether it is in sight of the lens with the laser at scan position `y`.
-    pub fn lands(&self, from: Vec3, way: Vec3, reach: f32, y: f32) -> Option<(Vec3, Surface, bool)> {
+    /// Where light that leaves `from` on the surface along the unit vector `direction` lands on the body within `reach`
+    /// [mm], with the laser at scan position `y` [mm].
+    pub fn reflected_hit(&self, from: Vec3, direction: Vec3, reach: f32, y: f32) -> Option<ReflectedHit> {
         let upper = self.upper.as_ref()?;
-        let at = upper.meet(from, way, reach)?;
+        let at = upper.first_hit(from, direction, reach)?;
         let slope = upper.slope(at.x, at.y);
         let surface = Surface { z: at.z, slope_x: slope.x, slope_y: slope.y };
         let lens = lens(&self.rig, y);
         let seen = faces(&surface, lens - at) && !upper.hides(at, lens);
-        Some((at, surface, seen))
+        Some(ReflectedHit { point: at, surface, seen })
     }
 
     /// What `columns` see with the laser at scan position `y` [mm]; fills `hits`, one a column.
-    pub fn look(&self, y: f32, columns: &Columns, conveyor: Medium, hits: &mut Vec<Hit>) {
+    pub fn look(&self, y: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
         hits.clear();
-        if let Some(turn) = &self.turn {
-            return self.look_turned(turn, y, columns, conveyor, hits);
+        if let Some(table) = &self.turntable {
+            return self.look_turned(table, y, columns, conveyor, hits);
         }
         if self.body.is_its_hull() {
-            let near_y = self.near(y);
+            let near_y = self.may_shade_conveyor(y);
             let bare = |x: f32| self.conveyor(x, y, near_y, conveyor);
-            return self.look_at_triangles(&Pose::moved(y), columns, bare, hits);
+            return self.look_at_triangles(&BodyPose::moved(y), columns, bare, hits);
         }
         let slice = self.body.slice(y);
-        let near_y = self.near(y);
+        let near_y = self.may_shade_conveyor(y);
         let lens = lens(&self.rig, y);
-        let (mut guess, mut last) = (self.rays.high.z, (0.0, 0.0));
+        let (mut guess, mut last) = (self.triangles.high.z, (0.0, 0.0));
         for column in 0..columns.len() {
             let line = columns.of(column);
             let along = |z: f32| line.at(z);
             if self.upper.is_some() {
-                // As high as the last place's slope leads to, within reason.
+                // Extrapolated along the slope of the last point, within limits.
                 guess += ((along(guess) - last.0) * last.1).clamp(-0.5, 0.5);
             }
             let mut found = slice.surface(along(guess)).map(|s| (along(guess), s));
             if found.is_none() && self.upper.is_some() {
-                // Where the card ends on the lens's far side, a look from as high as the pockets goes past its edge.
+                // Where the card ends on the lens's far side, a guess as high as the pockets looks past its edge.
                 found = slice.surface(along(0.0)).map(|s| (along(0.0), s));
             }
             if let Some((_, first)) = found
@@ -143,10 +176,9 @@ impl Specimen {
                 // The guess was from another part of the body: look again where this column really meets it.
                 found = slice.surface(along(first.z)).map(|s| (along(first.z), s));
             }
-            if let (Some(upper), Some(place)) = (&self.upper, &mut found) {
-                *place = approach(*place, line, |x| slice.surface(x));
-                guess = place.1.z;
-                let (x, surface) = *place;
+            if let (Some(upper), Some((x, surface))) = (&self.upper, found) {
+                let (x, surface) = approach(x, surface, line, |x| slice.surface(x));
+                guess = surface.z;
                 last = (x, surface.slope_x);
                 let point = Vec3::new(x, y, surface.z);
                 let seen = faces(&surface, lens - point) && !upper.hides(point, lens);
@@ -168,8 +200,8 @@ impl Specimen {
         }
     }
 
-    /// Takes the laser from what stands in the shadow of the body's own steep walls: outwards along the line the fan's
-    /// angle must grow from point to point.
+    /// Marks as unlit what lies in the shadow of the body's own steep walls: outwards along the line the fan's angle must
+    /// grow from point to point.
     fn shade(&self, hits: &mut [Hit]) {
         let middle = hits.partition_point(|hit| hit.x < 0.0);
         let (left, right) = hits.split_at_mut(middle);
@@ -185,10 +217,10 @@ impl Specimen {
         shade(&mut left.iter_mut().rev());
     }
 
-    /// Whether a body can throw shadows on the conveyor at scan position `y` [mm].
-    fn near(&self, y: f32) -> bool {
-        let shadow = self.rays.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
-        y > self.rays.low.y - LEAVE_MM && y < self.rays.high.y + shadow
+    /// Whether the body can cast shadows on the conveyor at scan position `y` [mm].
+    fn may_shade_conveyor(&self, y: f32) -> bool {
+        let shadow = self.triangles.high.z * libm::tan(self.rig.tilt) as f32 * 1.2 + 1.0;
+        y > self.triangles.low.y - LEAVE_MM && y < self.triangles.high.y + shadow
     }
 
     fn conveyor(&self, x: f32, y: f32, near_y: bool, medium: Medium) -> Hit {
@@ -196,58 +228,183 @@ impl Specimen {
         let matter = Matter { medium, film: None, class: Class::Background, instance: 0 };
         let point = Vec3::new(x, y, 0.0);
         let lens = lens(&self.rig, y);
-        let Rays { low, high, .. } = self.rays;
-        // Shadows reach no further than the lower of fan and lens throws them over the body's top, and a margin.
+        let TriangleBvh { low, high, .. } = self.triangles;
+        // Shadows reach no further than the lower of fan and lens casts them over the body's top, and a margin.
         let over = (self.fan_height.min(lens.z) - high.z).max(1.0);
         let reach = high.z * x.abs() / over * 1.2 + 0.5;
         let near = near_y && x > low.x - reach && x < high.x + reach;
-        let lit = !near || self.rays.free(point, Vec3::new(0.0, y, self.fan_height));
-        let seen = !near || self.rays.free(point, lens);
+        let lit = !near || self.triangles.unobstructed(point, Vec3::new(0.0, y, self.fan_height));
+        let seen = !near || self.triangles.unobstructed(point, lens);
         Hit { x, surface, matter, lit, seen }
+    }
+
+    /// Intersection of a column's line of sight, which distortion bends, with the surface that its chord meets at `chord`:
+    /// point and normal; `None` where the line is straight, or meets nothing near.
+    fn meet_bent(&self, pose: &BodyPose, line: &Sightline, chord: Vec3) -> Option<(Vec3, Vec3)> {
+        if (pose.point_from_body(chord).x - line.at(chord.z)).abs() < STRAIGHT_TOLERANCE_MM {
+            return None;
+        }
+        let (x, lean) = (line.at(chord.z), line.lean(chord.z));
+        let at = |z: f32| pose.point_into_body(Vec3::new(x + lean * (z - chord.z), PLANE_OFFSET_MM, z));
+        let (from, to) = (at(chord.z + BENT_SEARCH_MM), at(chord.z - BENT_SEARCH_MM));
+        let Intersection { distance, normal } = self.triangles.first_hit(from, to, 0.0)?;
+        Some((from + (to - from).normalize() * distance, normal))
+    }
+
+    /// [`Specimen::look`] for pieces whose triangles are their surface.
+    ///
+    /// The body stands in `pose`; `conveyor` is what is seen at x where it is not.
+    fn look_at_triangles(
+        &self,
+        pose: &BodyPose,
+        columns: &Sightlines,
+        conveyor: impl Fn(f32) -> Hit,
+        hits: &mut Vec<Hit>,
+    ) {
+        let (low, high) = (self.triangles.low, self.triangles.high);
+        let [sky, ground] = [high.z + 1.0, low.z.min(0.0) - LEAVE_MM];
+        let [fan, lens] =
+            [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|from| pose.point_into_body(from));
+        for column in 0..columns.len() {
+            let line = columns.of(column);
+            let at = |z: f32| pose.point_into_body(Vec3::new(line.at(z), PLANE_OFFSET_MM, z));
+            let (from, to) = (at(sky), at(ground));
+            let (least, most) = (from.min(to), from.max(to));
+            let beside = most.x < low.x || least.x > high.x || most.y < low.y || least.y > high.y;
+            let (mut first, mut found) = (None, None);
+            let mut start = 0.0;
+            for _ in 0..if beside { 0 } else { MAX_SURFACES_PER_SIGHTLINE } {
+                let Some(met) = self.triangles.first_hit(from, to, start) else { break };
+                start = met.distance + NEXT_SURFACE_STEP_MM;
+                let chord = from + (to - from).normalize() * met.distance;
+                let (point, normal) = self.meet_bent(pose, &line, chord).unwrap_or((chord, met.normal));
+                // The side that faces the laser.
+                let normal = if normal.dot(fan - point) < 0.0 { -normal } else { normal };
+                let over = point + normal * SHADOW_RAY_START_MM;
+                let lit = self.triangles.unobstructed(over, fan);
+                let seen = normal.dot(lens - point) > 0.0 && self.triangles.unobstructed(over, lens);
+                let (up, out) = (normal.z.max(MIN_NORMAL_Z), pose.direction_from_body(normal));
+                let surface = Surface { z: point.z, slope_x: -out.x / up, slope_y: -out.y / up };
+                let mut matter = self.body.slice(point.y).matter(point.x, point.z);
+                matter.medium.fibre = pose.direction_from_body(matter.medium.fibre);
+                let hit = Hit { x: pose.point_from_body(point).x, surface, matter, lit, seen };
+                first = first.or(Some(hit));
+                if lit && seen {
+                    found = Some(hit);
+                    break;
+                }
+            }
+            let conveyor = || conveyor(line.at(0.0));
+            hits.push(match (found, first) {
+                (Some(hit), _) => hit,
+                (None, Some(first)) => Some(conveyor()).filter(|bare| bare.lit && bare.seen).unwrap_or(first),
+                (None, None) => conveyor(),
+            });
+        }
+    }
+
+    /// [`Specimen::look`] on a turntable after a travel [mm] of the points at its radius.
+    fn look_turned(&self, table: &Turntable, travel: f32, columns: &Sightlines, conveyor: Medium, hits: &mut Vec<Hit>) {
+        let pose = table.pose(f64::from(travel));
+        let stands =
+            [Vec3::new(0.0, 0.0, self.fan_height), lens(&self.rig, 0.0)].map(|point| pose.point_into_body(point));
+        let bare = |x: f32| {
+            let point = pose.point_into_body(Vec3::new(x, 0.0, 0.0));
+            let surface = Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 };
+            let matter = Matter { medium: conveyor, film: None, class: Class::Background, instance: 0 };
+            let [lit, seen] = stands.map(|stand| self.sees(point, stand));
+            Hit { x, surface, matter, lit, seen }
+        };
+        if self.body.is_its_hull() {
+            return self.look_at_triangles(&pose, columns, bare, hits);
+        }
+        let mut guess = self.triangles.high.z;
+        for column in 0..columns.len() {
+            let line = columns.of(column);
+            let at = |z: f32| (line.at(z), pose.point_into_body(Vec3::new(line.at(z), 0.0, z)));
+            let look = |z: f32| {
+                let (x, point) = at(z);
+                self.body.slice(point.y).surface(point.x).map(|surface| (x, point, surface))
+            };
+            let mut found = look(guess);
+            if let Some((.., first)) = found
+                && (first.z - guess).abs() > 0.05
+            {
+                found = look(first.z);
+            }
+            hits.push(match found {
+                Some((x, point, surface)) => {
+                    guess = surface.z;
+                    let mut matter = self.body.slice(point.y).matter(point.x, surface.z);
+                    matter.medium.fibre = pose.direction_from_body(matter.medium.fibre);
+                    let slope = pose.direction_from_body(Vec3::new(surface.slope_x, surface.slope_y, 0.0));
+                    let surface = Surface { z: surface.z, slope_x: slope.x, slope_y: slope.y };
+                    Hit { x, surface, matter, lit: true, seen: true }
+                }
+                None => bare(line.at(0.0)),
+            });
+        }
+    }
+
+    /// Whether nothing of the body stands between a point of the table and `stand`.
+    fn sees(&self, point: Vec3, stand: Vec3) -> bool {
+        // The body's top casts its shadow no further than the ray to the stand at its height.
+        let ray = stand - point;
+        let over = (ray.z - self.triangles.high.z).max(1.0);
+        let reach = self.triangles.high.z / over * (ray.x * ray.x + ray.y * ray.y).sqrt() * 1.2 + 0.5;
+        let near = point.x > self.triangles.low.x - reach
+            && point.x < self.triangles.high.x + reach
+            && point.y > self.triangles.low.y - reach
+            && point.y < self.triangles.high.y + reach;
+        !near || self.triangles.unobstructed(point, stand)
     }
 }
 
-/// Where the lens stands with the laser at scan position `y` [mm].
+/// Position of the lens with the laser at scan position `y` [mm].
 fn lens(rig: &Rig, y: f32) -> Vec3 {
     let (sin, cos) = libm::sincos(rig.tilt);
     Vec3::new(0.0, y - (rig.distance * sin) as f32, (rig.distance * cos) as f32)
 }
 
-/// Whether a surface faces `way`.
-fn faces(surface: &Surface, way: Vec3) -> bool {
-    Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).dot(way) > 0.0
+/// Whether a surface faces `direction`.
+fn faces(surface: &Surface, direction: Vec3) -> bool {
+    Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).dot(direction) > 0.0
 }
 
-/// Comes nearer to the place where a column's line of sight meets the surface (Newton's way). Where the
-/// surface ends before, the last place counts.
-fn approach(mut place: (f32, Surface), line: Sightline, surface: impl Fn(f32) -> Option<Surface>) -> (f32, Surface) {
-    for _ in 0..STEPS {
-        let (x, here) = place;
+/// Intersection of a column's line of sight with a surface, x and surface there, by Newton's method from a point near it.
+/// Where the surface ends before, the last point counts.
+fn approach(
+    mut x: f32,
+    mut here: Surface,
+    line: Sightline,
+    surface: impl Fn(f32) -> Option<Surface>,
+) -> (f32, Surface) {
+    for _ in 0..MAX_NEWTON_STEPS {
         let off = x - line.at(here.z);
-        if off.abs() < NEAR_MM {
+        if off.abs() < NEWTON_TOLERANCE_MM {
             break;
         }
         let next = x - off / (1.0 - line.lean(here.z) * here.slope_x).max(0.5);
         match surface(next) {
-            Some(there) => place = (next, there),
+            Some(there) => (x, here) = (next, there),
             None => break,
         }
     }
-    place
+    (x, here)
 }
 
-/// The upper surface of a body that can hide itself, and what lies below its film where that lets light through.
-fn reliefs(body: &Body, lens: Vec3) -> (Option<Relief>, Option<Relief>) {
+/// The upper surface of a body that can occlude itself, and the surface below its film where that is clear.
+fn height_fields(body: &Body, lens: Vec3) -> (Option<HeightField>, Option<HeightField>) {
     let Body::Pack(pack) = body else { return (None, None) };
     let (low, high) = body.bounds();
-    let upper = Relief::new(low, high, lens, |y, x, row| {
+    let upper = HeightField::new(low, high, lens, |y, x, row| {
         let slice = body.slice(y);
         for (z, &x) in row.iter_mut().zip(x) {
             *z = slice.surface(x).map_or(0.0, |surface| surface.z);
         }
     });
-    let lower = (pack.clearest() < DENSE).then(|| {
-        Relief::new(low, high, lens, |y, x, row| {
+    let lower = (pack.clearest() < OPAQUE_FILM_DEPTH).then(|| {
+        HeightField::new(low, high, lens, |y, x, row| {
             let slice = body.slice(y);
             for (z, &x) in row.iter_mut().zip(x) {
                 *z = slice.surface(x).map_or(0.0, |surface| match slice.matter(x, surface.z).film {

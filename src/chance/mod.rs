@@ -1,34 +1,34 @@
-//! Chances: the law of one number, and exact tests of whether numbers follow it.
+//! Hypothesis tests: the law of one number, and exact tests of whether numbers follow it.
 //!
-//! Every chance that a test gives is exact or an upper bound at any number of samples, and keeps its relative precision
+//! Every p-value is exact or an upper bound at any number of samples, and keeps its relative precision
 //! far out, where families of tests need it: a test that is made 200 times and may be wrong once in 10^6 asks for tails of
 //! 10^-9, of which no limit theorem says anything.
 
-mod family;
-mod smirnov;
-mod tallies;
+mod count_tests;
+mod holm;
+mod kolmogorov_smirnov;
 
-pub use self::family::holm;
-pub use self::smirnov::{GRID, Grid, smirnov};
-pub use self::tallies::{binomial, likelihood_ratio, likelihood_ratio_chance};
+pub use self::count_tests::{binomial, likelihood_ratio, likelihood_ratio_chance};
+pub use self::holm::holm;
+pub use self::kolmogorov_smirnov::{HISTOGRAM_CELLS, UnitHistogram, kolmogorov_smirnov};
 
-/// Share of the samples below a number.
-pub type Below = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+/// Cumulative distribution function of a law.
+pub type DistributionFunction = Box<dyn Fn(f64) -> f64 + Send + Sync>;
 
 /// How one number is drawn.
-pub enum Law {
+pub enum DrawLaw {
     /// Always the same.
     Fixed(f64),
     /// One of some numbers, ascending, each with its chance above 0; the chances sum to 1.
     Discrete(Vec<(f64, f64)>),
-    /// Anything between two numbers.
+    /// Any number between two.
     Continuous {
         /// Smallest.
         min: f64,
         /// Largest.
         max: f64,
         /// The distribution function: 0 at the smallest, 1 at the largest.
-        below: Below,
+        cdf: DistributionFunction,
     },
 }
 

@@ -66,16 +66,23 @@ pub struct BatchReader<'a> {
     pub batch: usize,
 }
 
+/// The reader's ends of the two channels between it and the model.
+pub struct BatchChannels {
+    /// Batches on their way to the model.
+    pub batches: SyncSender<Batch>,
+    /// Inputs that the model has seen: fresh pages cost more than filling old ones.
+    pub spare: Receiver<Vec<f32>>,
+}
+
 impl BatchReader<'_> {
     /// Sends every batch; ends early where nobody takes them any more. To call in the pool whose threads are to work.
-    /// Memory of inputs that were asked comes back through `spare`: fresh pages cost more than filling them.
     ///
     /// # Errors
     /// Where the dataset is damaged.
-    pub fn run(&self, batches: &SyncSender<Batch>, spare: &Receiver<Vec<f32>>) -> Result<(), CheckError> {
+    pub fn run(&self, channels: &BatchChannels) -> Result<(), CheckError> {
         let labels = self.plan.work.iter().any(|work| matches!(work, SampleWindows::Pixels(_) | SampleWindows::Tiles));
-        let channels: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
-        let mut names = channels.clone();
+        let maps: Vec<String> = self.sidecar.channels.iter().map(|channel| channel.name.clone()).collect();
+        let mut names = maps.clone();
         names.extend(labels.then(|| "label".to_owned()));
         let step = rayon::current_num_threads().clamp(1, MAX_SAMPLES_IN_MEMORY);
         let (mut batch, mut sample) = (Batch::default(), 0);
@@ -86,12 +93,12 @@ impl BatchReader<'_> {
                 let here = (0..rows.num_rows()).map(|i| (rows.slice(i, 1), sample + i, facts.get(row + i)));
                 let here: Vec<(RecordBatch, usize, Option<&Facts>)> = here.collect();
                 let read = |(rows, sample, facts): &(RecordBatch, usize, Option<&Facts>)| match facts {
-                    Some(facts) => self.sample(table, rows, *sample, facts, &channels, labels),
+                    Some(facts) => self.sample(table, rows, *sample, facts, &maps, labels),
                     None => Ok(None),
                 };
                 let read: Result<Vec<_>, CheckError> = here.par_iter().map(read).collect();
                 for (picture, units) in read?.into_iter().flatten() {
-                    if !self.cut(&picture, units, &mut batch, (batches, spare)) {
+                    if !self.cut(&picture, units, &mut batch, channels) {
                         return Ok(());
                     }
                 }
@@ -99,7 +106,7 @@ impl BatchReader<'_> {
             }
         }
         if !batch.units.is_empty() {
-            let _ = batches.send(batch);
+            let _ = channels.batches.send(batch);
         }
         Ok(())
     }
@@ -111,13 +118,13 @@ impl BatchReader<'_> {
         row: &RecordBatch,
         sample: usize,
         facts: &Facts,
-        channels: &[String],
+        maps: &[String],
         labels: bool,
     ) -> Result<Option<(SampleMaps, Vec<LabelledWindow>)>, CheckError> {
         let Some(work) = self.plan.work.get(sample).filter(|work| **work != SampleWindows::Nothing) else {
             return Ok(None);
         };
-        let picture = self.folder.picture(table, row, facts, channels, labels)?;
+        let picture = self.folder.picture(table, row, facts, maps, labels)?;
         let sidecar = self.sidecar;
         let units = match work {
             SampleWindows::Nothing => Vec::new(),
@@ -159,14 +166,14 @@ impl BatchReader<'_> {
         picture: &SampleMaps,
         units: Vec<LabelledWindow>,
         batch: &mut Batch,
-        (batches, spare): (&SyncSender<Batch>, &Receiver<Vec<f32>>),
+        channels: &BatchChannels,
     ) -> bool {
         let each = self.sidecar.channels.len() * self.sidecar.size[0] * self.sidecar.size[1];
         let mut units = units.into_iter().peekable();
         while units.peek().is_some() {
             let begin = batch.units.len();
             if begin == 0 {
-                batch.data = spare.try_recv().unwrap_or_else(|_| vec![0.0; self.batch * each]);
+                batch.data = channels.spare.try_recv().unwrap_or_else(|_| vec![0.0; self.batch * each]);
             }
             batch.units.extend(units.by_ref().take(self.batch - begin));
             // Every window is written as a whole, so what stood there before does not matter.
@@ -178,7 +185,7 @@ impl BatchReader<'_> {
             windows.for_each(|(out, unit)| {
                 fill_input(out, picture, unit.window, &self.sidecar.channels, self.sidecar.size, self.sidecar.layout);
             });
-            if batch.units.len() == self.batch && batches.send(std::mem::take(batch)).is_err() {
+            if batch.units.len() == self.batch && channels.batches.send(std::mem::take(batch)).is_err() {
                 return false;
             }
         }

@@ -15,7 +15,7 @@ use super::CheckError;
 use super::conditional::deciders;
 use super::window::{SampleMaps, StoredMap};
 use crate::dataset::{DatasetFolder, ExrChannel, read_exr};
-use crate::record::Split;
+use crate::split::Split;
 
 mod rows;
 

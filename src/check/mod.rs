@@ -36,7 +36,7 @@ pub use report::{AccuracySlice, CheckReport, CheckTiming};
 pub use run::check;
 
 use crate::dataset::ShardError;
-use crate::record::Split;
+use crate::split::Split;
 use crate::yaml::fault::{Faults, nearest};
 
 /// What to check, and with what.

@@ -50,8 +50,10 @@ pub struct CheckReport {
     pub head: DatasetHead,
     /// What the model takes and answers.
     pub sidecar: Sidecar,
-    /// SHA-256 of the model with its external weights, and of the sidecar, hexadecimal.
-    pub sums: [String; 2],
+    /// SHA-256 of the model with its external weights, hexadecimal.
+    pub model_sha256: String,
+    /// SHA-256 of the sidecar, hexadecimal.
+    pub sidecar_sha256: String,
     /// Samples that were asked about.
     pub samples: u64,
     /// Samples, objects or pixels that were not, for want of a class or because there were enough.
@@ -125,11 +127,11 @@ impl CheckReport {
                 "confidence": wrong.confidence, "picture": pictures.get(i),
             })
         });
-        let (head, [model, sidecar]) = (&self.head, &self.sums);
+        let head = &self.head;
         json!({
             "format": DOCUMENT_FORMAT,
             "schema_version": SCHEMA_VERSION,
-            "model": { "path": self.options.model.display().to_string(), "sha256": model, "sidecar_sha256": sidecar },
+            "model": { "path": self.options.model.display().to_string(), "sha256": self.model_sha256, "sidecar_sha256": self.sidecar_sha256 },
             "dataset": {
                 "path": self.options.dir.display().to_string(), "recipe": head.recipe.name,
                 "recipe_hash": head.recipe.hash, "seed": head.seed, "subject": head.subject,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::accuracy::Accuracy;
-use super::batches::{Batch, BatchReader, WindowLabel};
+use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLabel};
 use super::evaluation_plan::plan;
 use super::external_data::sum;
 use super::folder::{Facts, Folder};
@@ -20,7 +20,7 @@ use super::prediction::predict;
 use super::report::{AccuracySlice, CheckReport, CheckTiming};
 use super::sidecar::{Output, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
-use super::window::{NO_CLASS, Window};
+use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
 use crate::dataset::hex;
 
@@ -39,7 +39,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
     let numbers = slice_paths(&options.slices, folder.head())?;
     let mut model = Model::open(&options.model, &sidecar, options.threads)?;
-    let model_sum = sum(&options.model)?;
+    let model_sha256 = sum(&options.model)?;
     let begun = Instant::now();
     let facts = folder.facts(&numbers)?;
     let all: Vec<&Facts> = facts.iter().flatten().collect();
@@ -78,7 +78,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
         let (sender, batches) = sync_channel(MAX_WAITING_BATCHES);
         let (used, spare) = channel();
         let (reader, pool) = (&reader, &pool);
-        let reading = scope.spawn(move || pool.install(move || reader.run(&sender, &spare)));
+        let reading = scope.spawn(move || pool.install(move || reader.run(&BatchChannels { batches: sender, spare })));
         let mut done = 0;
         let asking = || {
             for Batch { units, mut data } in batches {
@@ -87,7 +87,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
                 asked += start.elapsed();
                 for (i, unit) in units.into_iter().enumerate() {
                     let input = &data[i * model.input_len()..][..model.input_len()];
-                    scorer.take(unit.sample, unit.window, &unit.truth, (&scores, i), input)?;
+                    scorer.take(&unit, &scores, i, input)?;
                 }
                 done += scores.values.len() as u64 / (scores.classes * scores.cells) as u64;
                 progress(done, plan.units);
@@ -103,7 +103,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
         answered.and(read)
     })?;
     let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
-    let sums = [model_sum, fs::read(&sidecar_path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default()];
+    let sidecar_sha256 = fs::read(&sidecar_path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default();
     let slices = scorer.slices(&numbers, options.slices.is_empty());
     let Scorer { metrics, rights, worst, left_out, .. } = scorer;
     let mut share = Accuracy::default();
@@ -116,7 +116,8 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
         options: options.clone(),
         head: folder.head().clone(),
         sidecar,
-        sums,
+        model_sha256,
+        sidecar_sha256,
         samples: share.samples,
         left_out: plan.left_out + left_out,
         unfinished: folder.unfinished,
@@ -159,14 +160,8 @@ impl<'a> Scorer<'a> {
     }
 
     /// Takes what the model says of unit `i` of a batch.
-    fn take(
-        &mut self,
-        sample: usize,
-        window: Window,
-        truth: &WindowLabel,
-        (scores, i): (&Scores, usize),
-        input: &[f32],
-    ) -> Result<(), CheckError> {
+    fn take(&mut self, unit: &LabelledWindow, scores: &Scores, i: usize, input: &[f32]) -> Result<(), CheckError> {
+        let &LabelledWindow { sample, window, ref truth } = unit;
         let output = self.sidecar.output;
         let facts = self.facts[sample];
         let fault = |what: String| {

@@ -44,18 +44,18 @@ pub enum Task {
     Segment,
 }
 
-/// Names of the tasks in sidecars.
-const TASKS: [(&str, Task); 4] = [
-    ("classify_samples", Task::Samples),
-    ("classify_objects", Task::Objects),
-    ("classify_pixels", Task::Pixels),
-    ("segment", Task::Segment),
-];
-
 impl Task {
+    /// Every task.
+    pub const ALL: [Self; 4] = [Self::Samples, Self::Objects, Self::Pixels, Self::Segment];
+
     /// Name in sidecars.
     pub fn name(self) -> &'static str {
-        TASKS.iter().find(|(_, task)| *task == self).map_or("", |(name, _)| name)
+        match self {
+            Self::Samples => "classify_samples",
+            Self::Objects => "classify_objects",
+            Self::Pixels => "classify_pixels",
+            Self::Segment => "segment",
+        }
     }
 
     /// What is counted, in words.
@@ -188,9 +188,10 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         return None;
     }
     let mut top = walk.section(root, "");
-    let task = required(walk, &mut top, "task", &format!("one of {}", TASKS.map(|(name, _)| name).join(", ")));
-    let task = task.and_then(|node| walk.word(node, "task", &TASKS.map(|(name, _)| name)));
-    let task = task.and_then(|name| TASKS.iter().find(|(known, _)| *known == name)).map(|(_, task)| *task);
+    let names = Task::ALL.map(Task::name);
+    let task = required(walk, &mut top, "task", &format!("one of {}", names.join(", ")));
+    let task = task.and_then(|node| walk.word(node, "task", &names));
+    let task = task.and_then(|name| Task::ALL.into_iter().find(|task| task.name() == name));
     let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
     let channels = channels.and_then(|node| read_channels(walk, node, head));
     let bits = number(walk, &mut top, "bits", Range { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);

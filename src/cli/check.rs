@@ -13,7 +13,7 @@ use super::progress::{Things, counted, duration, say};
 use super::{Outcome, Usage, print, whole};
 use crate::check::{CheckError, CheckOptions, CheckReport, check};
 use crate::dataset::{DatasetFolder, Sums};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Name of the document in the folder of pictures.
 const DOCUMENT: &str = "check.json";
@@ -205,7 +205,7 @@ fn save(dir: &Path, model: &Path, before: Sums, report: &CheckReport) -> Result<
     let is_other = |name: &String| {
         let text = fs::read(reports.join(format!("{name}.json")));
         let kept = text.ok().map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
-        kept.is_some_and(|kept| kept["model"]["sha256"] != *report.sums[0])
+        kept.is_some_and(|kept| kept["model"]["sha256"] != *report.model_sha256)
     };
     let mut name = usual.clone();
     let mut number = 1_u64;

@@ -15,7 +15,7 @@ use crate::dataset::DatasetFolder;
 use crate::generate::{recipe_of, sample};
 use crate::optics::speckle::PatternCache;
 use crate::preview::expose_profile;
-use crate::report::{ExposedProfile, Options, Render, Timing, report};
+use crate::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
 use crate::settings::Transport;
 
 /// Folder of kept results in the dataset's folder.
@@ -93,17 +93,17 @@ pub(super) fn run(arguments: &Report) -> Outcome {
         move |index: u64| {
             let start = Instant::now();
             sample(recipe, seed, index, tiles, &|_| ());
-            Timing { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
+            RenderTiming { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
         }
     });
     let bar = Things::new("steps");
-    let options = Options {
+    let options = ReportOptions {
         recipe: recipe.as_ref().map_err(Clone::clone),
         samples: arguments.samples,
         frames: arguments.frames as usize,
-        render: Render {
+        render: Renderer {
             expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> ExposedProfile + Sync)),
-            measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> Timing + Sync)),
+            measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> RenderTiming + Sync)),
         },
         watch: &|done, all| bar.show(done, all),
     };

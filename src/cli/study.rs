@@ -10,7 +10,7 @@ use super::progress::{Photons, say};
 use super::{Outcome, print, whole};
 use crate::recipe::Recipe;
 use crate::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
-use crate::study::{Report, Step, Watch, lines, packs, point, profile};
+use crate::study::{Progress, StudyEvent, StudyReport, lines, packs, point, profile};
 use crate::transport::path::Effort;
 
 /// Most photons for a single question: days of work.
@@ -119,8 +119,8 @@ pub(super) struct Common {
 
 pub(super) fn run(study: &Study) -> Outcome {
     match study {
-        Study::Point(arguments) => walk(arguments, "point", point::PHOTONS, point::work, point::study),
-        Study::Transport(arguments) => walk(arguments, "transport", lines::PHOTONS, lines::work, lines::study),
+        Study::Point(arguments) => walk(arguments, "point", point::PHOTONS, point::workload, point::study),
+        Study::Transport(arguments) => walk(arguments, "transport", lines::PHOTONS, lines::workload, lines::study),
         Study::Profile(one) => {
             let scene = Recipe::load(&one.recipe)?.draw(one.arguments.common.seed, one.index);
             let chosen = one.profile.unwrap_or(scene.size.profiles / 2);
@@ -128,8 +128,8 @@ pub(super) fn run(study: &Study) -> Outcome {
                 let last = scene.size.profiles - 1;
                 return Err(format!("profile {chosen} is beyond the scan: give --profile 0 to {last}").into());
             }
-            let study = |effort: Effort, watch: Watch<'_>| profile::study(&scene, chosen, effort, watch);
-            walk(&one.arguments, "profile", profile::PHOTONS, profile::work, study)
+            let study = |effort: Effort, progress: Progress<'_>| profile::study(&scene, chosen, effort, progress);
+            walk(&one.arguments, "profile", profile::PHOTONS, profile::workload, study)
         }
         Study::Triangulation(of) => again(of, "triangulation", triangulation::study),
         Study::Sensor(of) => again(of, "sensor", sensor::study),
@@ -137,7 +137,7 @@ pub(super) fn run(study: &Study) -> Outcome {
         Study::Laser(of) => again(of, "laser", laser::study),
         Study::Packs(of) => {
             let recipe = Recipe::load(&of.recipe)?;
-            make(&of.common, "packs", packs::work(), |watch| packs::study(&recipe, of.common.seed, watch))
+            make(&of.common, "packs", packs::workload(), |progress| packs::study(&recipe, of.common.seed, progress))
         }
     }
 }
@@ -148,19 +148,24 @@ fn walk(
     name: &str,
     photons: u64,
     work: fn(Effort) -> u64,
-    study: impl Fn(Effort, Watch) -> Report + Sync,
+    study: impl Fn(Effort, Progress) -> StudyReport + Sync,
 ) -> Outcome {
     let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed };
-    make(&arguments.common, name, work(effort), |watch| Ok(study(effort, watch)))
+    make(&arguments.common, name, work(effort), |progress| Ok(study(effort, progress)))
 }
 
 /// A study that is repeated.
-fn again(of: &Repeated, name: &str, study: fn(Trials, Watch) -> Report) -> Outcome {
+fn again(of: &Repeated, name: &str, study: fn(Trials, Progress) -> StudyReport) -> Outcome {
     let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed };
-    make(&of.common, name, trials.repeats, |watch| Ok(study(trials, watch)))
+    make(&of.common, name, trials.repeats, |progress| Ok(study(trials, progress)))
 }
 
-fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Result<Report, String> + Sync) -> Outcome {
+fn make(
+    common: &Common,
+    name: &str,
+    work: u64,
+    study: impl Fn(Progress) -> Result<StudyReport, String> + Sync,
+) -> Outcome {
     let threads = super::generate::threads(common.threads)?;
     let out = &common.out;
     let (json, png) = if out.extension().is_some_and(|extension| extension == "png") {
@@ -176,8 +181,8 @@ fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Result<
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let report = pool.install(|| {
         study(&|step| match step {
-            Step::Asks(what) => bar.say(what),
-            Step::Done(part) => bar.done(part),
+            StudyEvent::Asks(what) => bar.say(what),
+            StudyEvent::Done(part) => bar.done(part),
         })
     })?;
     bar.end();
@@ -189,7 +194,7 @@ fn make(common: &Common, name: &str, work: u64, study: impl Fn(Watch) -> Result<
     Ok(ExitCode::SUCCESS)
 }
 
-fn encoded(report: &Report) -> Result<Vec<u8>, image::ImageError> {
+fn encoded(report: &StudyReport) -> Result<Vec<u8>, image::ImageError> {
     let mut bytes = Vec::new();
     report.picture.write_with_encoder(PngEncoder::new_with_quality(
         &mut bytes,

@@ -21,21 +21,35 @@ pub struct Comparison {
     pub real: Statistics,
 }
 
+/// How far the two sides lie apart in one statistic.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NamedDistance {
+    /// What is compared.
+    pub name: &'static str,
+    /// Unit of the numbers; `1` for pure ones.
+    pub unit: &'static str,
+    /// The distance; `None` where one side lacks the numbers.
+    pub distance: Option<Distance>,
+}
+
 impl Comparison {
     /// Name of the unit of noise.
     pub(super) fn thousandth(&self) -> &'static str {
         self.sim.unit.or(self.real.unit).unwrap_or_default().thousandth()
     }
 
-    /// Name, unit, and distance of each pair of samples.
-    pub fn distances(&self) -> Vec<(&'static str, &'static str, Option<Distance>)> {
-        let of = |pick: fn(&Statistics) -> &EmpiricalDistribution| pick(&self.sim).distance(pick(&self.real));
-        vec![
-            ("range noise", self.thousandth(), of(|side| &side.noise_sample)),
-            ("reflectance", "DN", of(|side| &side.light_sample)),
-            ("speckle contrast", "1", of(|side| &side.contrast_sample)),
-            ("line width", "px", of(|side| &side.width_sample)),
-            ("line sigma", "px", of(|side| &side.sigma_sample)),
+    /// The distance of each pair of samples.
+    pub fn distances(&self) -> [NamedDistance; 5] {
+        let of = |name, unit, sample: fn(&Statistics) -> &EmpiricalDistribution| {
+            let distance = sample(&self.sim).distance(sample(&self.real));
+            NamedDistance { name, unit, distance }
+        };
+        [
+            of("range noise", self.thousandth(), |side| &side.noise_sample),
+            of("reflectance", "DN", |side| &side.light_sample),
+            of("speckle contrast", "1", |side| &side.contrast_sample),
+            of("line width", "px", |side| &side.width_sample),
+            of("line sigma", "px", |side| &side.sigma_sample),
         ]
     }
 
@@ -74,7 +88,7 @@ impl Comparison {
         line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_width_px)));
         line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_sigma_px)));
         let _ = writeln!(text, "\n{:20}{:>10}{:>10}{:>24}{:>28}", "apart", "KS", "p", "Wasserstein-1", "numbers");
-        for (name, unit, distance) in self.distances() {
+        for NamedDistance { name, unit, distance } in self.distances() {
             let Some(d) = distance else { continue };
             let apart = format!("{:.4} {}", d.wasserstein, if unit == "1" { "" } else { unit });
             let p = if d.p < 1e-4 { "< 0.0001".into() } else { format!("{:.4}", d.p) };
@@ -90,7 +104,7 @@ impl Comparison {
         let distances: serde_json::Map<String, Value> = self
             .distances()
             .into_iter()
-            .map(|(name, unit, found)| {
+            .map(|NamedDistance { name, unit, distance: found }| {
                 let key = if unit == "1" { name.to_string() } else { format!("{name} {unit}") };
                 (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
             })

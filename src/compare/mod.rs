@@ -20,7 +20,7 @@ mod source;
 pub mod speckle;
 mod statistics;
 
-pub use comparison::Comparison;
+pub use comparison::{Comparison, NamedDistance};
 pub use dataset::Dataset;
 pub use source::ScanSource;
 

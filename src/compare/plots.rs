@@ -6,7 +6,7 @@ use super::distribution::{Distance, EmpiricalDistribution};
 use super::noise::Direction;
 use super::{Comparison, Statistics};
 use crate::drawing::chart::{Axis, Chart, Series};
-use crate::drawing::{INK, MARGIN, Page};
+use crate::drawing::{Area, INK, MARGIN, Page};
 
 /// Size of a plot [px].
 const PLOT_PX: (u32, u32) = (400, 270);
@@ -53,7 +53,9 @@ pub(super) fn draw(comparison: &Comparison) -> RgbImage {
     for (i, chart) in charts.into_iter().enumerate() {
         let place = (MARGIN + i as u32 % 3 * (PLOT_PX.0 + MARGIN), HEADING_PX + i as u32 / 3 * (PLOT_PX.1 + MARGIN));
         match chart {
-            Some(chart) => chart.draw(&mut page, place, PLOT_PX),
+            Some(chart) => {
+                chart.draw(&mut page, Area { left: place.0, top: place.1, width: PLOT_PX.0, height: PLOT_PX.1 })
+            }
             None => page.words(place.0, place.1 + 12, "(neither side has it)"),
         }
     }

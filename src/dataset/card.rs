@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::card_columns::columns;
 use super::limits::limits;
-use crate::record::Split;
+use crate::split::Split;
 
 /// Samples of each class in each split.
 pub(crate) type Counts = BTreeMap<(String, String), u64>;

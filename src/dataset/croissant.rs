@@ -18,7 +18,7 @@ use super::croissant_fields::{frames, samples};
 use super::durable::sha256;
 use super::limits::limits;
 use super::{GENERATOR_DATE, card, folder};
-use crate::record::Split;
+use crate::split::Split;
 
 /// `croissant.json` of a dataset whose `present` splits have files; `document` is `dataset.json` as it is on disk.
 pub(super) fn croissant(head: &DatasetHead, present: &[Split], document: &[u8]) -> Vec<u8> {

@@ -8,8 +8,9 @@ use sha2::{Digest, Sha256};
 use super::durable::hex;
 use super::png::{range_numbers, rounded8, rounded16};
 use super::{Grey, exr, write_exr, write_png};
-use crate::record::{Object, Record, Split, StackFrame};
+use crate::record::{Object, Record, StackFrame};
 use crate::settings::{Channel, Output};
+use crate::split::Split;
 
 /// One sample, ready to be written.
 #[derive(Debug, Clone)]

@@ -15,7 +15,7 @@ use super::card::Counts;
 use super::durable::{create_directory, names, remove, write_whole};
 use super::lock::Lock;
 use super::{ShardError, card, croissant, refuse};
-use crate::record::Split;
+use crate::split::Split;
 
 /// An open dataset folder.
 #[derive(Debug, Clone)]

@@ -15,7 +15,7 @@ use super::lock::Lock;
 use super::rows::{row_batch, stack_batch};
 use super::table::Table;
 use super::{DatasetFolder, Encoded, ShardError};
-use crate::record::Split;
+use crate::split::Split;
 
 /// A shard in the making. Dropped before [`ShardWriter::finish`], it removes what it wrote.
 #[derive(Debug)]

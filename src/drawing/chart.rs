@@ -2,7 +2,7 @@
 
 use image::Rgb;
 
-use super::{INK, LETTER, Page};
+use super::{Area, INK, LETTER, Page};
 
 /// Space beside the plot for numbers, and above and below it for words [px].
 const LEFT: f64 = 48.0;
@@ -108,8 +108,9 @@ impl Axis {
 }
 
 impl Chart {
-    /// Draws it into the rectangle with the corner (left, top) [px].
-    pub fn draw(&self, page: &mut Page, (left, top): (u32, u32), (width, height): (u32, u32)) {
+    /// Draws it into an area of the page.
+    pub fn draw(&self, page: &mut Page, area: Area) {
+        let Area { left, top, width, height } = area;
         let (x0, y1) = (f64::from(left) + LEFT, f64::from(top) + ABOVE);
         let (x1, y0) = (f64::from(left + width) - RIGHT, f64::from(top + height) - BELOW);
         let across = |t: f64| x0 + t * (x1 - x0);
@@ -222,7 +223,7 @@ mod tests {
             let mut page = Page::new(300, 200);
             let (title, foot, x) = ("t".into(), (String::new(), red), Axis::even("x", 0.0, 1.0));
             let chart = Chart { title, x, y: axis, series: vec![series], foot };
-            chart.draw(&mut page, (0, 0), (300, 200));
+            chart.draw(&mut page, Area { left: 0, top: 0, width: 300, height: 200 });
             let lit = page.0.enumerate_pixels().filter(|(_, _, colour)| **colour == red);
             lit.map(|(_, y, _)| y).collect::<Vec<_>>()
         };

@@ -1,11 +1,11 @@
-//! What other layouts ask about pixel classes: which are objects, of what kind, and which count as good.
+//! Categories of pixel classes in other layouts: which have objects, of what kind, and which count as good.
 
 use output_schema::DatasetHead;
 
 use super::ExportError;
 
 /// Pixel classes that have objects, with what they are a kind of.
-const KINDS: [(&str, &[&str]); 8] = [
+const SUPERCATEGORIES: [(&str, &[&str]); 8] = [
     ("knot", &["sound_knot", "dead_knot"]),
     ("decay", &["rot"]),
     ("pocket", &["pocket"]),
@@ -16,10 +16,21 @@ const KINDS: [(&str, &[&str]); 8] = [
     ("seal", &["channel", "wrinkle", "delamination", "tablet_on_flange"]),
 ];
 
-/// Value, name and kind of every pixel class of the dataset's subject that has objects, in order.
-pub(super) fn categories(head: &DatasetHead) -> Vec<(usize, &str, &'static str)> {
-    let kind = |name: &str| KINDS.iter().find(|(_, names)| names.contains(&name)).map(|(kind, _)| *kind);
-    head.shown_classes().filter_map(|(value, name)| Some((value, name, kind(name)?))).collect()
+/// A pixel class that has objects: a category of COCO.
+pub(super) struct Category<'a> {
+    /// Value in label images.
+    pub value: usize,
+    /// Name.
+    pub name: &'a str,
+    /// What it is a kind of.
+    pub supercategory: &'static str,
+}
+
+/// The categories of the dataset's subject, in order of their values.
+pub(super) fn categories(head: &DatasetHead) -> Vec<Category<'_>> {
+    let kind = |name: &str| SUPERCATEGORIES.iter().find(|(_, names)| names.contains(&name)).map(|(kind, _)| *kind);
+    let category = |(value, name)| Some(Category { value, name, supercategory: kind(name)? });
+    head.shown_classes().filter_map(category).collect()
 }
 
 /// Names of the pixel classes that count as good unless the user says otherwise; `background` always does. Empty where a
@@ -58,7 +69,7 @@ pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], 
 }
 
 /// Refuses a name of a damaged `dataset.json` that would lead out of a folder.
-pub(super) fn safe(name: &str) -> Result<&str, ExportError> {
+pub(super) fn folder_name(name: &str) -> Result<&str, ExportError> {
     let known = |c: u8| c.is_ascii_alphanumeric() || c == b'_' || c == b'-';
     match !name.is_empty() && name.len() <= 64 && name.bytes().all(known) {
         true => Ok(name),
@@ -79,16 +90,16 @@ mod tests {
     fn every_class_is_known() {
         let without = ["background", "clear", "flange", "tooth", "object"];
         for name in output_schema::PIXEL_CLASSES {
-            let kinds = KINDS.iter().filter(|(_, names)| names.contains(&name)).count();
+            let kinds = SUPERCATEGORIES.iter().filter(|(_, names)| names.contains(&name)).count();
             assert_eq!(kinds, usize::from(!without.contains(&name)), "{name}");
         }
     }
 
     #[test]
     fn names_stay_in_their_folder() {
-        assert!(safe("dead_knot").is_ok());
+        assert!(folder_name("dead_knot").is_ok());
         for name in ["", "..", "a/b", "/etc", "a\\b", "a\0", &"a".repeat(65)] {
-            assert!(safe(name).is_err(), "{name:?}");
+            assert!(folder_name(name).is_err(), "{name:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Scans as the files of the real camera: a `.dat` and an `.xml` for each chosen sample.
+//! iCon files: a `.dat` and an `.xml`, as the real camera writes them, for each chosen sample.
 
 use std::fs;
 use std::path::Path;
@@ -6,8 +6,8 @@ use std::path::Path;
 use output_schema::Manifest;
 use serde_json::json;
 
-use super::out::refused;
-use super::{ExportError, Out, Progress, Source, Summary, key};
+use super::export_folder::refused;
+use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Source, key};
 use crate::compare::{Dataset, RangeUnit, ScanMaps};
 use crate::icon::{
     IconError, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
@@ -15,11 +15,11 @@ use crate::icon::{
 };
 
 /// Rows that are handled at a time.
-const ROWS: usize = 256;
+const CHUNK_ROWS: usize = 256;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct IconOptions {
     /// Heights as WORD instead of FLOAT.
     pub words: bool,
     /// Profiles a second, for the timestamps in Mark [Hz].
@@ -32,7 +32,12 @@ pub struct Options {
 ///
 /// # Errors
 /// Where the dataset is damaged or holds what no camera writes, or the folder cannot be written.
-pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress) -> Result<Summary, ExportError> {
+pub fn export(
+    source: &Source,
+    out: &Path,
+    options: &IconOptions,
+    progress: ExportProgress,
+) -> Result<ExportSummary, ExportError> {
     let dataset = Dataset::open(source.root())?;
     let images = &source.head().images;
     if images.bits > 8 {
@@ -48,7 +53,7 @@ pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress
         return Err(ExportError::at(source.root(), "no sensor frame was kept", remedy));
     }
     let asked = json!({"words": options.words, "rate_hz": options.rate, "sensor": options.sensor});
-    Out::write(out, "icon", asked, source, |out| {
+    ExportFolder::write(out, "icon", asked, source, |out| {
         let work = |manifest: &Manifest, index: u64| {
             let name = out.root().join(key(index));
             let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
@@ -56,8 +61,8 @@ pub fn export(source: &Source, out: &Path, options: &Options, progress: Progress
             if !files[1].exists() {
                 let frame = dataset.frame_of(manifest, index, options.sensor)?;
                 match options.sensor {
-                    true => sensor(&name, &frame)?,
-                    false => scan(&name, &frame, options)?,
+                    true => write_sensor_image(&name, &frame)?,
+                    false => write_scan(&name, &frame, options)?,
                 }
             }
             for file in &files {
@@ -78,7 +83,7 @@ fn mark(profile: usize, row_mm: f64, rate: f64) -> Mark {
     Mark { encoder, timestamp, ..Mark::default() }
 }
 
-fn scan(out: &Path, frame: &ScanMaps, options: &Options) -> Result<(), IconError> {
+fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(), IconError> {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
@@ -103,7 +108,7 @@ fn scan(out: &Path, frame: &ScanMaps, options: &Options) -> Result<(), IconError
             range: if words {
                 Range::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
             } else {
-                Range::World(heights.iter().map(|&z| written(z as f32)).collect())
+                Range::World(heights.iter().map(|&z| float_height(z as f32)).collect())
             },
             // Casts of floats saturate.
             light: part(&frame.reflectance)
@@ -114,14 +119,14 @@ fn scan(out: &Path, frame: &ScanMaps, options: &Options) -> Result<(), IconError
         }
     };
     let mut writer = ScanWriter::create(out, &rows(0, 0), frame.rows)?;
-    for from in (0..frame.rows).step_by(ROWS) {
-        writer.push(&rows(from, (from + ROWS).min(frame.rows)))?;
+    for from in (0..frame.rows).step_by(CHUNK_ROWS) {
+        writer.push(&rows(from, (from + CHUNK_ROWS).min(frame.rows)))?;
     }
     writer.finish()
 }
 
 /// A height as FLOAT: 0 means missing, so a height of just 0 is the least number above.
-fn written(height: f32) -> f32 {
+fn float_height(height: f32) -> f32 {
     if height.is_nan() {
         0.0
     } else if height == 0.0 {
@@ -131,7 +136,7 @@ fn written(height: f32) -> f32 {
     }
 }
 
-fn sensor(out: &Path, frame: &ScanMaps) -> Result<(), ExportError> {
+fn write_sensor_image(out: &Path, frame: &ScanMaps) -> Result<(), ExportError> {
     let Some(exposure) = frame.exposures.get(frame.exposures.len() / 2) else {
         let remedy = super::CHECK.into();
         return Err(ExportError { place: frame.name.clone(), what: "it has no sensor frame".into(), remedy });

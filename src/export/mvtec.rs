@@ -8,23 +8,26 @@
 //! alone. Those of `test` go to `test`; `validation` has no place in the layout.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde_json::json;
 
-use super::classes::{good, safe};
+use super::classes::{folder_name, good};
 use super::picture::Picture;
-use super::{ExportError, Out, Progress, Sample, Scalings, Show, Source, Summary};
+use super::{
+    ExportError, ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, Sample, Source,
+};
 use crate::dataset::{Grey, write_png};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
-const COMBINED: &str = "combined";
+const COMBINED_FOLDER: &str = "combined";
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct MvtecOptions {
     /// What pictures show.
-    pub show: Show,
+    pub show: PictureContent,
     /// Pixel classes that count as good; empty for the subject's own.
     pub good: Vec<String>,
     /// Side of the patches that pictures are cut into; none for whole ones [px].
@@ -41,10 +44,10 @@ pub struct Options {
 /// Where the dataset is damaged or lacks images, its subject has no defects, or the folder cannot be written.
 pub fn export(
     source: &Source,
-    out: &std::path::Path,
-    options: &Options,
-    progress: Progress,
-) -> Result<Summary, ExportError> {
+    out: &Path,
+    options: &MvtecOptions,
+    progress: ExportProgress,
+) -> Result<ExportSummary, ExportError> {
     let head = source.head();
     let maps = options.show.maps();
     let images = [maps, &["label"]].concat();
@@ -59,8 +62,8 @@ pub fn export(
         "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
         "range": options.range, "scatter": options.scatter,
     });
-    Out::write(out, "mvtec", asked, source, |out| {
-        let scalings = Scalings::of(source, maps, options.range, options.scatter, progress);
+    ExportFolder::write(out, "mvtec", asked, source, |out| {
+        let scalings = MapScales::of(source, maps, options.range, options.scatter, progress);
         let scalings = scalings.map_err(|e| out.withdrawn(e))?;
         let mut counts: BTreeMap<String, u64> = BTreeMap::new();
         let mut left_out = 0;
@@ -128,24 +131,24 @@ fn notes(source: &Source, left_out: u64, is_there: impl Fn(&str) -> bool) -> Vec
 /// Writes the pictures of a sample; gives the folder of each, none for those that are left out.
 fn pictures(
     sample: &Sample,
-    out: &Out,
-    options: &Options,
-    scalings: &Scalings,
+    out: &ExportFolder,
+    options: &MvtecOptions,
+    scalings: &MapScales,
     good: &[bool; 256],
 ) -> Result<Vec<Option<String>>, ExportError> {
     let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
     let picture = Picture::of(sample, scalings)?;
     let mut folders = Vec::new();
     for part in parts(sample, options.patch_px) {
-        let [top, left, rows, cols] = part;
+        let Region { top, left, rows, cols } = part;
         let line = |row: usize| &labels[row * sample.cols + left..][..cols];
         let mut seen = [false; 256];
         (top..top + rows).flat_map(line).for_each(|label| seen[usize::from(*label)] = true);
         let mut defects = (0..256).filter(|value| seen[*value] && !good[*value]);
         let defect = match (defects.next(), defects.next()) {
             (None, _) => None,
-            (Some(one), None) => Some(safe(sample.pixel_class(one as u64))?),
-            _ => Some(COMBINED),
+            (Some(one), None) => Some(folder_name(sample.pixel_class(one as u64))?),
+            _ => Some(COMBINED_FOLDER),
         };
         let name = match options.patch_px {
             Some(_) => format!("{}_r{top:05}_c{left:05}", sample.key),
@@ -173,14 +176,14 @@ fn pictures(
     Ok(folders)
 }
 
-/// The parts of a picture: first row, first column, rows, columns. Patches cover all of it, evenly apart, and overlap where
-/// its sides are no multiples of theirs.
-fn parts(sample: &Sample, patch_px: Option<usize>) -> Vec<[usize; 4]> {
-    let Some(side) = patch_px else { return vec![[0, 0, sample.rows, sample.cols]] };
+/// The parts of a picture. Patches cover all of it, evenly apart, and overlap where its sides are no multiples of theirs.
+fn parts(sample: &Sample, patch_px: Option<usize>) -> Vec<Region> {
+    let Some(side) = patch_px else { return vec![Region { top: 0, left: 0, rows: sample.rows, cols: sample.cols }] };
     let starts = |length: usize| {
         let count = length.div_ceil(side);
         let start = move |i: usize| if count > 1 { i * (length - side) / (count - 1) } else { 0 };
         (0..count).map(start)
     };
-    starts(sample.rows).flat_map(|top| starts(sample.cols).map(move |left| [top, left, side, side])).collect()
+    let patch = |top: usize| starts(sample.cols).map(move |left| Region { top, left, rows: side, cols: side });
+    starts(sample.rows).flat_map(patch).collect()
 }

@@ -1,17 +1,17 @@
-//! The picture of a sample that people train on: one map in 8 bits or as stored, or three of them as colours.
+//! Training pictures: one map of a sample in 8 bits or as stored, or three of them as colours.
 
 use std::io::Cursor;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-use super::scaling::meaning;
-use super::{ExportError, Sample, Scalings};
+use super::map_scale::physical_scale;
+use super::{ExportError, MapScales, Region, Sample};
 use crate::dataset::{Grey, write_png};
 
 /// What a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Show {
+pub enum PictureContent {
     /// Brightness at the peak.
     Reflectance,
     /// Light beside the peak.
@@ -22,7 +22,7 @@ pub enum Show {
     Rgb,
 }
 
-impl Show {
+impl PictureContent {
     /// The maps that it takes, in the order of channels.
     pub fn maps(self) -> &'static [&'static str] {
         match self {
@@ -52,11 +52,11 @@ pub(super) struct Picture {
 
 impl Picture {
     /// The picture of a sample, scaled as the whole dataset is.
-    pub(super) fn of(sample: &Sample, scalings: &Scalings) -> Result<Self, ExportError> {
+    pub(super) fn of(sample: &Sample, scalings: &MapScales) -> Result<Self, ExportError> {
         let channels = scalings.channels().count();
         let mut pixels = vec![0; sample.cols * sample.rows * channels];
         for (channel, (map, scaling)) in scalings.channels().enumerate() {
-            let [offset, scale] = meaning(sample, map)?;
+            let [offset, scale] = physical_scale(sample, map)?;
             let numbers = sample.grey(map)?.numbers();
             for (pixel, n) in pixels.chunks_exact_mut(channels).zip(numbers) {
                 pixel[channel] = if n == 0 { 0 } else { scaling.level(offset + scale * f64::from(n)) };
@@ -65,8 +65,9 @@ impl Picture {
         Ok(Self { cols: sample.cols, channels, pixels })
     }
 
-    /// A part of it: first row, first column, rows, columns.
-    pub(super) fn cut(&self, [top, left, rows, cols]: [usize; 4]) -> Self {
+    /// A part of it.
+    pub(super) fn cut(&self, region: Region) -> Self {
+        let Region { top, left, rows, cols } = region;
         let line = |row: usize| {
             let from = (row * self.cols + left) * self.channels;
             &self.pixels[from..from + cols * self.channels]

@@ -6,19 +6,20 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::path::Path;
 
 use output_schema::row::IMAGES;
 use serde_json::{Map, Value, json};
 
-use super::out::Growing;
+use super::export_folder::GrowingFile;
 use super::picture::colour_png;
-use super::{ExportError, Out, Progress, Sample, Source, Summary};
+use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Sample, Source};
 use crate::drawing::class_colour;
-use crate::record::Split;
+use crate::split::Split;
 
 /// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Options {
+pub struct PngOptions {
     /// Maps by name; empty for all that the dataset has.
     pub maps: Vec<String>,
     /// Labels as coloured pictures too.
@@ -43,10 +44,10 @@ pub(super) fn chosen(source: &Source, asked: &[String]) -> Result<Vec<&'static s
 /// Where the dataset is damaged or lacks images, or the folder cannot be written.
 pub fn export(
     source: &Source,
-    out: &std::path::Path,
-    options: &Options,
-    progress: Progress,
-) -> Result<Summary, ExportError> {
+    out: &Path,
+    options: &PngOptions,
+    progress: ExportProgress,
+) -> Result<ExportSummary, ExportError> {
     let maps = chosen(source, &options.maps)?;
     let images = match options.colour && !maps.contains(&"label") {
         true => [maps.as_slice(), &["label"]].concat(),
@@ -54,8 +55,8 @@ pub fn export(
     };
     source.needs(&images)?;
     let asked = json!({"maps": maps, "colour": options.colour});
-    Out::write(out, "png", asked, source, |out| {
-        let mut tables: BTreeMap<Split, (Growing, u64)> = BTreeMap::new();
+    ExportFolder::write(out, "png", asked, source, |out| {
+        let mut tables: BTreeMap<Split, (GrowingFile, u64)> = BTreeMap::new();
         let work = |sample: &Sample| {
             let mut files = Map::new();
             let place = |map: &str| format!("{}/{map}/{}.png", sample.split.name(), sample.key);

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 
 use super::{CHECK, ExportError, Source, key};
 use crate::dataset::{ExrChannel, Grey, Row, range_numbers, read_exr, read_png, rounded8, rounded16, write_png};
-use crate::record::Split;
+use crate::split::Split;
 
 /// One sample.
 #[derive(Debug)]

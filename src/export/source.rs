@@ -11,9 +11,9 @@ use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{CHECK, ExportError, Progress, Sample};
+use super::{CHECK, ExportError, ExportProgress, Sample};
 use crate::dataset::{DatasetFolder, ShardError, Sums, read_rows};
-use crate::record::Split;
+use crate::split::Split;
 
 pub(super) use part::Done;
 
@@ -183,7 +183,7 @@ impl Source {
     pub(super) fn each_index(
         &self,
         work: impl Fn(&Manifest, u64) -> Result<(), ExportError> + Sync,
-        progress: Progress,
+        progress: ExportProgress,
     ) -> Result<(), ExportError> {
         let mut done = self.done_samples;
         for &shard in &self.shards {
@@ -210,7 +210,7 @@ impl Source {
         images: &[&str],
         work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
         mut take: impl FnMut(&Sample, T) -> Result<(), ExportError>,
-        progress: Progress,
+        progress: ExportProgress,
     ) -> Result<(), ExportError> {
         let stored: Vec<&str> =
             images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();

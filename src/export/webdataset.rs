@@ -9,20 +9,25 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
 
 use serde_json::{Map, json};
-use tar::{EntryType, Header};
+use tar::{Archive, EntryType, Header};
 
-use super::out::Growing;
+use super::export_folder::GrowingFile;
 use super::png::chosen;
 use super::source::Done;
-use super::tars::{END, finished};
-use super::{ExportError, Out, Progress, Sample, Source, Summary};
-use crate::record::Split;
+use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Sample, Source};
+use crate::split::Split;
+
+/// What ends a tar: two empty blocks.
+const END_OF_TAR: [u8; 1024] = [0; 1024];
 
 /// What is asked for.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Options {
+pub struct WebDatasetOptions {
     /// Maps by name; empty for all that the dataset has.
     pub maps: Vec<String>,
     /// A tar is closed before it grows beyond this; one sample is always in it [bytes].
@@ -31,8 +36,8 @@ pub struct Options {
 
 /// The tars of one split: the one that grows, its size [bytes], how many are closed, and samples.
 #[derive(Default)]
-struct Tars {
-    open: Option<Growing>,
+struct SplitTars {
+    open: Option<GrowingFile>,
     size: u64,
     closed: u64,
     samples: u64,
@@ -44,14 +49,14 @@ struct Tars {
 /// Where the dataset is damaged or lacks images, or the folder cannot be written.
 pub fn export(
     source: &Source,
-    out: &std::path::Path,
-    options: &Options,
-    progress: Progress,
-) -> Result<Summary, ExportError> {
+    out: &Path,
+    options: &WebDatasetOptions,
+    progress: ExportProgress,
+) -> Result<ExportSummary, ExportError> {
     let maps = chosen(source, &options.maps)?;
     let asked = json!({"maps": maps, "most_bytes": options.most_bytes});
-    Out::write(out, "webdataset", asked, source, |out| {
-        let mut splits: BTreeMap<Split, Tars> = BTreeMap::new();
+    ExportFolder::write(out, "webdataset", asked, source, |out| {
+        let mut splits: BTreeMap<Split, SplitTars> = BTreeMap::new();
         let mut kept: BTreeMap<Split, Done> = BTreeMap::new();
         for split in Split::ALL {
             if let Some((tars, done)) = keep(&out, source, split, &maps)? {
@@ -70,9 +75,9 @@ pub fn export(
         let take = |sample: &Sample, files: Vec<u8>| {
             let tars = match splits.entry(sample.split) {
                 Entry::Occupied(entry) => entry.into_mut(),
-                Entry::Vacant(entry) => entry.insert(Tars::default()),
+                Entry::Vacant(entry) => entry.insert(SplitTars::default()),
             };
-            if tars.size + files.len() as u64 + END.len() as u64 > options.most_bytes {
+            if tars.size + files.len() as u64 + END_OF_TAR.len() as u64 > options.most_bytes {
                 tars.close(&out)?;
             }
             if tars.open.is_none() {
@@ -102,11 +107,16 @@ fn name(split: Split, number: u64) -> String {
 
 /// The tars of a split that a stopped run has finished, and what is in them; `None` where there are none, or where they
 /// are not the first of this export.
-fn keep(out: &Out, source: &Source, split: Split, maps: &[&str]) -> Result<Option<(Tars, Done)>, ExportError> {
-    let mut tars = Tars::default();
+fn keep(
+    out: &ExportFolder,
+    source: &Source,
+    split: Split,
+    maps: &[&str],
+) -> Result<Option<(SplitTars, Done)>, ExportError> {
+    let mut tars = SplitTars::default();
     let mut sizes = Vec::new();
     let mut last = None;
-    while let Some((bytes, done)) = finished(&out.root().join(name(split, tars.closed)), maps, last) {
+    while let Some((bytes, done)) = finished_tar(&out.root().join(name(split, tars.closed)), maps, last) {
         sizes.push(bytes);
         tars.closed += 1;
         tars.samples += done.samples;
@@ -121,10 +131,10 @@ fn keep(out: &Out, source: &Source, split: Split, maps: &[&str]) -> Result<Optio
     Ok(Some((tars, done)))
 }
 
-impl Tars {
-    fn close(&mut self, out: &Out) -> Result<(), ExportError> {
+impl SplitTars {
+    fn close(&mut self, out: &ExportFolder) -> Result<(), ExportError> {
         if let Some(mut tar) = self.open.take() {
-            tar.push(&END)?;
+            tar.push(&END_OF_TAR)?;
             out.finish_file(tar)?;
             self.closed += 1;
             self.size = 0;
@@ -148,4 +158,33 @@ fn entry(files: &mut Vec<u8>, sample: &Sample, name: &str, content: &[u8]) -> Re
     files.extend(content);
     files.resize(files.len().next_multiple_of(512), 0);
     Ok(())
+}
+
+/// The size of a tar [bytes] and the samples in it: whole ones, with these maps and their JSON, in the order of indices
+/// from after `before` on. `None` where there is no such tar.
+fn finished_tar(path: &Path, maps: &[&str], before: Option<u64>) -> Option<(u64, Done)> {
+    let mut file = File::open(path).ok()?;
+    let (mut end, mut samples, mut last) = (0, 0, before);
+    let mut wanted = Vec::new();
+    for entry in Archive::new(&file).entries_with_seek().ok()? {
+        let entry = entry.ok()?;
+        let name = entry.path().ok()?.to_str()?.to_owned();
+        if wanted.is_empty() {
+            let key = name.split('.').next()?;
+            let index: u64 = key.parse().ok().filter(|index| last.is_none_or(|last| *index > last))?;
+            last = Some(index);
+            samples += 1;
+            wanted.push(format!("{key}.json"));
+            wanted.extend(maps.iter().rev().map(|map| format!("{key}.{map}.png")));
+        }
+        if wanted.pop()? != name {
+            return None;
+        }
+        end = entry.size().checked_next_multiple_of(512)?.checked_add(entry.raw_file_position())?;
+    }
+    let mut rest = Vec::new();
+    file.seek(SeekFrom::Start(end)).ok()?;
+    (&file).take(END_OF_TAR.len() as u64 + 1).read_to_end(&mut rest).ok()?;
+    let is_whole = samples > 0 && wanted.is_empty() && rest == END_OF_TAR;
+    is_whole.then_some((end + END_OF_TAR.len() as u64, Done { samples, last: last? }))
 }

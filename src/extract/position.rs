@@ -1,4 +1,4 @@
-//! Where between the rows the line lies.
+//! Subpixel position of the line between the rows of the sensor.
 //!
 //! Model: the distance d of the line from the peak's row [px], from the light I less the dark level about it:
 //!
@@ -22,13 +22,13 @@
 
 use std::ops::Range;
 
-use super::scatter::{part, sides, span};
-use super::{LANES, line};
+use super::block::{LANES, load_row};
+use super::scatter::{row_span, side_weights, weighted_level};
 use crate::frame::Frame;
 use crate::settings::{Extraction, Method};
 
-/// Least light of which a logarithm is taken [DN].
-const FAINT: f32 = 0.5;
+/// Least level over dark of which a logarithm is taken [DN].
+const MIN_LOG_LEVEL_DN: f32 = 0.5;
 
 /// Centre of gravity less the peak [px], NaN where there is none, and Scatter [DN], in one pass.
 #[inline(always)]
@@ -40,17 +40,17 @@ pub(super) fn centre_of_gravity(
     settings: &Extraction,
 ) -> ([f32; LANES], [f32; LANES]) {
     let window = settings.window_rows as i32;
-    let (sides, span) = (sides(settings.scatter_mode), span(settings));
+    let (side_weights, row_span) = (side_weights(settings.scatter_mode), row_span(settings));
     let (mut sum, mut moment, mut scatter) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
     for k in 0..frame.rows {
-        let dn = line(frame, columns, k);
+        let dn = load_row(frame, columns, k);
         for c in 0..LANES {
             let d = k as i32 - i32::from(at[c]);
             let level = f32::from(dn[c]);
             let inside = if d.abs() <= window { level - dark } else { 0.0 };
             sum[c] += inside;
             moment[c] += inside * d as f32;
-            scatter[c] += part(d, level, span, sides);
+            scatter[c] += weighted_level(d, level, row_span, side_weights);
         }
     }
     let mut shift = [f32::NAN; LANES];
@@ -62,9 +62,9 @@ pub(super) fn centre_of_gravity(
     (shift, scatter)
 }
 
-/// Place of the line less the peak by any other method [px]; NaN where there is none.
+/// Position of the line less the peak by any other method [px]; NaN where there is none.
 #[inline(always)]
-pub(super) fn by_rows(
+pub(super) fn by_neighbouring_rows(
     frame: &Frame,
     columns: &Range<usize>,
     at: &[u16; LANES],
@@ -81,17 +81,17 @@ pub(super) fn by_rows(
             if inside { f32::from(frame.dn[k as usize * frame.cols + columns.start + c]) - dark } else { 0.0 }
         };
         shift[c] = match method {
-            Method::Parabola => vertex([-1, 0, 1].map(light)),
-            Method::Gaussian => vertex([-1, 0, 1].map(|d| libm::logf(light(d).max(FAINT)))),
+            Method::Parabola => parabola_vertex([-1, 0, 1].map(light)),
+            Method::Gaussian => parabola_vertex([-1, 0, 1].map(|d| libm::logf(light(d).max(MIN_LOG_LEVEL_DN)))),
             Method::BlaisRioux { order } => {
                 let half = order as i32 / 2;
-                zero(window, |i| (1..=half).map(|k| light(i + k) - light(i - k)).sum())
+                zero_crossing(window, |i| (1..=half).map(|k| light(i + k) - light(i - k)).sum())
             }
             Method::Fir { length } => {
-                let smooth = Smooth::new(length);
-                zero(window, |i| smooth.at(i + 1, light) - smooth.at(i - 1, light))
+                let smooth = BinomialFilter::new(length);
+                zero_crossing(window, |i| smooth.at(i + 1, light) - smooth.at(i - 1, light))
             }
-            // It has a function of its own.
+            // Done by [`centre_of_gravity`].
             Method::CentreOfGravity => f32::NAN,
         };
     }
@@ -99,13 +99,13 @@ pub(super) fn by_rows(
 }
 
 /// Vertex of the parabola through three numbers one apart, the middle one the greatest.
-fn vertex([before, at, behind]: [f32; 3]) -> f32 {
+fn parabola_vertex([before, at, behind]: [f32; 3]) -> f32 {
     let bend = before - 2.0 * at + behind;
     if bend < 0.0 { (0.5 * (before - behind) / bend).clamp(-0.5, 0.5) } else { f32::NAN }
 }
 
-/// The place nearest to 0 where `slope` passes from above to below 0, within `window` on either side.
-fn zero(window: usize, slope: impl Fn(i32) -> f32) -> f32 {
+/// The position nearest to 0 where `slope` passes from above to below 0, within `window` on either side.
+fn zero_crossing(window: usize, slope: impl Fn(i32) -> f32) -> f32 {
     let reach = window as i32;
     // Up to the last row on the rising side: from there to the first on the falling side it crosses.
     let rising = |i: i32| slope(i) > 0.0;
@@ -120,13 +120,13 @@ fn zero(window: usize, slope: impl Fn(i32) -> f32) -> f32 {
     before as f32 + high / (high - low)
 }
 
-/// Binomial smoothing.
-struct Smooth {
+/// Binomial smoothing filter.
+struct BinomialFilter {
     weights: [f32; 9],
     half: i32,
 }
 
-impl Smooth {
+impl BinomialFilter {
     /// Weights of a row of Pascal's triangle; `length` is odd and at most 9.
     fn new(length: usize) -> Self {
         let mut weights = [0.0f32; 9];

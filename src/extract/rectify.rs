@@ -1,26 +1,27 @@
-//! Profiles resampled onto an even grid along the line.
+//! Rectification: profiles resampled onto an even grid along the line.
 //!
-//! Model: each column has a place x and a height z in the laser plane. Between two neighbouring columns that both have a
+//! Model: each column sees a point (x, z) of the laser plane. Between two neighbouring columns that both have a
 //! height, Range, Reflectance and Scatter are linear in x; where the two heights lie further apart than a slope of
-//! [`STEEPEST`], there is an edge between them, and a point of the grid takes the nearer one. Where x goes back, as it does
-//! beside a step seen at a slant, the upper surface hides the lower one. A gap wider than [`WIDEST`] columns of the grid is
+//! [`MAX_SURFACE_SLOPE`], there is an edge between them, and a point of the grid takes the nearer one. Where x goes back, as it does
+//! beside a step seen at a slant, the upper surface hides the lower one. A gap wider than [`MAX_GAP_COLUMNS`] columns of the grid is
 //! missing, as is what lies beside a missing column. This is what the makers' rectification does in words; its details are
 //! not published.
 //!
 //! Neglected: the area that a column gathers from (a column wider than the grid's pitch is not sharpened, a narrower one
 //! not averaged); movement along y, since all of a profile lies at one y.
 
+use super::block::MeasuredProfile;
 use crate::frame::{Calibration, Rig};
 
-/// Steepest slope along the line over which heights are taken as one surface [1].
-const STEEPEST: f32 = 4.0;
+/// Steepest slope along the line over which two heights are one surface [1].
+const MAX_SURFACE_SLOPE: f32 = 4.0;
 /// Widest gap between two columns that is filled, in columns of the grid.
-const WIDEST: f32 = 2.0;
+const MAX_GAP_COLUMNS: f32 = 2.0;
 
-/// Even places along the line: column j stands at `first_mm + j * pitch_mm`.
+/// Even positions along the line: column j stands at `first_mm + j * pitch_mm`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grid {
-    /// Place of column 0 [mm].
+pub struct RectifiedGrid {
+    /// Position of column 0 [mm].
     pub first_mm: f64,
     /// Distance of two columns [mm].
     pub pitch_mm: f64,
@@ -28,7 +29,7 @@ pub struct Grid {
     pub columns: usize,
 }
 
-impl Grid {
+impl RectifiedGrid {
     /// As many columns as the sensor has, about what its middle sees at z = 0, as far apart as asked for or as those of the
     /// sensor are there.
     pub fn new(rig: &Rig, columns: usize, pitch_mm: Option<f64>) -> Self {
@@ -45,43 +46,44 @@ impl Grid {
     }
 }
 
-/// Room for one profile.
+/// Points of the laser plane that the columns of a profile measured [mm].
 #[derive(Debug, Clone, Default)]
-struct Room {
+struct ColumnPoints {
     x: Vec<f32>,
     z: Vec<f32>,
 }
 
-/// Turns a profile of sensor rows, `[range, reflectance, scatter]` of all columns, into heights on the grid [mm], in place.
-pub fn rectify(calibration: &Calibration, grid: &Grid, [range, reflectance, scatter]: [&mut [f32]; 3]) {
-    let mut room = Room { x: range.to_vec(), z: range.to_vec() };
-    calibration.locator.alongs(0, &mut room.x);
-    calibration.locator.heights(0, &mut room.z);
+/// Turns a whole profile of sensor rows into heights on the grid [mm], in place.
+pub fn rectify(calibration: &Calibration, grid: &RectifiedGrid, profile: MeasuredProfile<'_>) {
+    let MeasuredProfile { range, reflectance, scatter } = profile;
+    let mut points = ColumnPoints { x: range.to_vec(), z: range.to_vec() };
+    calibration.locator.alongs(0, &mut points.x);
+    calibration.locator.heights(0, &mut points.z);
     let (dn, sum) = (reflectance.to_vec(), scatter.to_vec());
     range.fill(f32::NAN);
     reflectance.fill(0.0);
     scatter.fill(0.0);
-    let places: Vec<f32> = room.x.iter().map(|&x| grid.column(x)).collect();
+    let positions: Vec<f32> = points.x.iter().map(|&x| grid.column(x)).collect();
     let last = grid.columns.min(range.len()) as f32 - 1.0;
-    for (i, pair) in places.windows(2).enumerate() {
+    for (i, pair) in positions.windows(2).enumerate() {
         let [from, to] = [pair[0], pair[1]];
         // NaN fails as well.
-        if !(to > from && to - from <= WIDEST) {
+        if !(to > from && to - from <= MAX_GAP_COLUMNS) {
             continue;
         }
-        let heights = [room.z[i], room.z[i + 1]];
-        let edge = (heights[1] - heights[0]).abs() > STEEPEST * (to - from) * grid.pitch_mm as f32;
+        let heights = [points.z[i], points.z[i + 1]];
+        let edge = (heights[1] - heights[0]).abs() > MAX_SURFACE_SLOPE * (to - from) * grid.pitch_mm as f32;
         let (first, end) = (from.ceil().max(0.0), to.floor().min(last));
-        let mut place = first;
-        while place <= end {
-            let t = (place - from) / (to - from);
+        let mut column = first;
+        while column <= end {
+            let t = (column - from) / (to - from);
             let t = if edge { t.round() } else { t };
             let mix = |[a, b]: [f32; 2]| a + t * (b - a);
-            let (j, z) = (place as usize, mix(heights));
+            let (j, z) = (column as usize, mix(heights));
             if range[j].is_nan() || z > range[j] {
                 (range[j], reflectance[j], scatter[j]) = (z, mix([dn[i], dn[i + 1]]), mix([sum[i], sum[i + 1]]));
             }
-            place += 1.0;
+            column += 1.0;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Light beside the peak, summed as the camera sums it.
+//! Scatter: light beside the peak, summed as the camera sums it.
 //!
 //! Model: the plain sum of digital numbers over rows `offset ..= offset + width - 1` from the peak, on both sides, on the
 //! side of smaller row numbers (front) or of greater ones (back); offset 0 includes the peak, once. The dark level stays in
@@ -7,14 +7,14 @@
 
 use std::ops::Range;
 
-use super::{LANES, line};
+use super::block::{LANES, load_row};
 use crate::frame::Frame;
 use crate::settings::{Extraction, ScatterDark, ScatterMode};
 
 /// Largest number of 16-bit output [DN].
-const MOST: f32 = 65535.0;
+const MAX_OUTPUT_DN: f32 = 65535.0;
 
-/// Number of pixels that Scatter sums.
+/// Number of pixels that Scatter scatter_sums.
 pub fn scatter_pixels(settings: &Extraction) -> usize {
     let side = settings.scatter_width_rows;
     match settings.scatter_mode {
@@ -24,8 +24,8 @@ pub fn scatter_pixels(settings: &Extraction) -> usize {
     }
 }
 
-/// What the dark level `dark` [DN] adds to a sum before it is written, less what is taken out of it: two numbers of which
-/// one is 0 [DN].
+/// Sum of the dark level `dark` [DN] over the window: the part that stays in Scatter, and the part that is subtracted; one
+/// of the two is 0 [DN].
 pub fn scatter_dark(settings: &Extraction, dark: f32) -> [f32; 2] {
     let all = scatter_pixels(settings) as f32 * dark;
     match settings.scatter_dark {
@@ -37,12 +37,12 @@ pub fn scatter_dark(settings: &Extraction, dark: f32) -> [f32; 2] {
 /// A sum as it is written [DN].
 #[inline(always)]
 pub(super) fn as_written(sum: f32, [_, taken]: [f32; 2]) -> f32 {
-    (sum - taken).clamp(0.0, MOST)
+    (sum - taken).clamp(0.0, MAX_OUTPUT_DN)
 }
 
 /// Weight of a row before the peak, and of one behind it.
 #[inline(always)]
-pub(super) fn sides(mode: ScatterMode) -> [f32; 2] {
+pub(super) fn side_weights(mode: ScatterMode) -> [f32; 2] {
     match mode {
         ScatterMode::Symmetric => [1.0, 1.0],
         ScatterMode::Front => [1.0, 0.0],
@@ -50,9 +50,9 @@ pub(super) fn sides(mode: ScatterMode) -> [f32; 2] {
     }
 }
 
-/// What a row `d` from the peak adds for its level.
+/// Contribution of a row `d` from the peak to the sum [DN].
 #[inline(always)]
-pub(super) fn part(d: i32, level: f32, [near, end]: [i32; 2], [front, back]: [f32; 2]) -> f32 {
+pub(super) fn weighted_level(d: i32, level: f32, [near, end]: [i32; 2], [front, back]: [f32; 2]) -> f32 {
     let side = if d < 0 {
         front
     } else if d > 0 {
@@ -64,21 +64,26 @@ pub(super) fn part(d: i32, level: f32, [near, end]: [i32; 2], [front, back]: [f3
     if aside >= near && aside < end { level * side } else { 0.0 }
 }
 
-/// Offset of the first row that is summed, and of the first beyond [px].
+/// Distance from the peak of the first row that is summed, and of the first beyond [px].
 #[inline(always)]
-pub(super) fn span(settings: &Extraction) -> [i32; 2] {
+pub(super) fn row_span(settings: &Extraction) -> [i32; 2] {
     [settings.scatter_offset_rows, settings.scatter_offset_rows + settings.scatter_width_rows].map(|rows| rows as i32)
 }
 
-/// The sums about the peaks `at`.
+/// Sums around the peaks `at` [DN].
 #[inline(always)]
-pub(super) fn sums(frame: &Frame, columns: &Range<usize>, at: &[u16; LANES], settings: &Extraction) -> [f32; LANES] {
-    let (sides, span) = (sides(settings.scatter_mode), span(settings));
+pub(super) fn scatter_sums(
+    frame: &Frame,
+    columns: &Range<usize>,
+    at: &[u16; LANES],
+    settings: &Extraction,
+) -> [f32; LANES] {
+    let (side_weights, row_span) = (side_weights(settings.scatter_mode), row_span(settings));
     let mut sums = [0.0f32; LANES];
     for k in 0..frame.rows {
-        let dn = line(frame, columns, k);
+        let dn = load_row(frame, columns, k);
         for c in 0..LANES {
-            sums[c] += part(k as i32 - i32::from(at[c]), f32::from(dn[c]), span, sides);
+            sums[c] += weighted_level(k as i32 - i32::from(at[c]), f32::from(dn[c]), row_span, side_weights);
         }
     }
     sums

@@ -1,20 +1,21 @@
-//! From places of the sensor to places of the laser plane, fast: what a calibrated camera keeps as a table.
+//! Calibration table: from pixels of the sensor to points of the laser plane, fast.
 //!
 //! Model: without lens distortion a column sees the laser plane by a homography, z = (a + b t) / (1 + k t) and x alike with
 //! the same k, t being the row on [-1, 1]. Distortion bends the numerators a little. So each column has two polynomials of
-//! degree 8 in t over one denominator, through nine rows at Chebyshev's places (Trefethen 2013); without distortion
+//! degree 8 in t over one denominator, through nine rows at Chebyshev nodes (Trefethen 2013); without distortion
 //! all but two of their coefficients vanish. Kept in single precision.
 //!
 //! Validity: rows of the sensor. Neglected: the remainder, which a test holds below 0.1 um.
 
-/// Coefficients of a numerator.
+/// Coefficients of a numerator [1].
 const TERMS: usize = 9;
 
 /// Where each pixel of a sensor sees the laser plane.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Locator {
-    /// Middle row and half of the rows [px].
+    /// Middle row [px].
     middle: f32,
+    /// Half of the number of rows [px].
     half: f32,
     /// k of the denominators `[columns]` [1].
     bend: Vec<f32>,
@@ -41,9 +42,9 @@ impl Locator {
             let [low, zero, high] = [-1.0, 0.0, 1.0].map(|t| locate(column as f64, row(t))[1]);
             let bend = if high == low { 0.0 } else { (2.0 * zero - high - low) / (high - low) };
             locator.bend.push(bend as f32);
-            let places = nodes.map(|t| locate(column as f64, row(t)).map(|mm| mm * (1.0 + bend * t)));
+            let points = nodes.map(|t| locate(column as f64, row(t)).map(|mm| mm * (1.0 + bend * t)));
             for (k, row) in powers.iter().enumerate() {
-                let term = |axis: usize| row.iter().zip(&places).map(|(p, place)| p * place[axis]).sum::<f64>();
+                let term = |axis: usize| row.iter().zip(&points).map(|(p, point)| p * point[axis]).sum::<f64>();
                 locator.along[k].push(term(0) as f32);
                 locator.height[k].push(term(1) as f32);
             }
@@ -51,13 +52,13 @@ impl Locator {
         locator
     }
 
-    /// Height of the laser plane in each of the columns from `first` at the `rows` [px], written in their place [mm].
+    /// Height of the laser plane in each of the columns from `first` at the `rows` [px], written in place [mm].
     #[inline(always)]
     pub fn heights(&self, first: usize, rows: &mut [f32]) {
         self.evaluate(&self.height, first, rows);
     }
 
-    /// Place along the line in each of the columns from `first` at the `rows` [px], written in their place [mm].
+    /// Position along the line in each of the columns from `first` at the `rows` [px], written in place [mm].
     #[inline(always)]
     pub fn alongs(&self, first: usize, rows: &mut [f32]) {
         self.evaluate(&self.along, first, rows);

@@ -8,7 +8,7 @@ use crate::dataset::{DatasetFolder, Encoded};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Distribution, Recipe};
-use crate::record::Split;
+use crate::split::Split;
 use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
 
 /// The recipe of a dataset, and what this program makes of it.

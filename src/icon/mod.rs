@@ -1,4 +1,4 @@
-//! iCon files: what a Ranger3 or Ruler3000 camera's own tools write and read, as a `.dat` with numbers and an `.xml` that
+//! iCon file format: what a Ranger3 or Ruler3000 camera's own tools write and read, as a `.dat` with numbers and an `.xml` that
 //! says how they lie.
 //!
 //! ```text
@@ -13,7 +13,7 @@
 //! A damaged file gives an [`IconError`], never a panic, and takes no more memory than its own size.
 //! [docs/files/icon.md](../../docs/files/icon.md) tells what every element means.
 
-mod form;
+mod layout;
 mod read;
 mod traits;
 mod write;

@@ -1,15 +1,15 @@
-//! iCon files from disk.
+//! Reader of iCon files.
 
 use std::fs::{self, File};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::form::{Form, Kind, Part, Plane, Subject};
+use super::layout::{Component, FileLayout, NumberType, Plane, PlaneContent};
 use super::traits::Traits;
 use super::{IconError, Light, Mark, Range, Scan, Scatter, SensorImage, xml};
 
 /// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
-const LONGEST_XML: u64 = 16 << 20;
+const MAX_XML_BYTES: u64 = 16 << 20;
 
 /// What a file holds.
 #[derive(Debug)]
@@ -24,13 +24,13 @@ pub enum Content {
 #[derive(Debug)]
 pub struct ScanReader {
     traits: Traits,
-    data: Data,
+    data: DataFile,
 }
 
 /// A `.dat` and how its numbers lie.
 #[derive(Debug)]
-struct Data {
-    form: Form,
+struct DataFile {
+    layout: FileLayout,
     /// Rows of every plane; all planes together are as long as the file was.
     rows: usize,
     file: File,
@@ -47,24 +47,24 @@ pub fn open(path: &Path) -> Result<Content, IconError> {
         if known { path.with_extension(extension) } else { PathBuf::from(format!("{}.{extension}", path.display())) }
     };
     let (description, data) = (side("xml"), side("dat"));
-    let form = read_form(&description)?;
-    let unreadable = |error: std::io::Error| fault(&data, format!("it cannot be read: {error}"), BESIDE);
+    let layout = read_layout(&description)?;
+    let unreadable = |error: std::io::Error| fault(&data, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
     let file = File::open(&data).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
-    let whole = form.line as u64;
+    let whole = layout.line as u64;
     if whole == 0 || !length.is_multiple_of(whole) {
         let what = format!("its {length} bytes are no whole number of rows of {whole} bytes, as its XML has them");
-        return Err(fault(&data, what, AGAIN));
+        return Err(fault(&data, what, COPY_AGAIN));
     }
-    let rows = usize::try_from(length / whole).map_err(|_| fault(&data, "it is beyond memory".into(), AGAIN))?;
-    let subject = form.subject;
-    let mut data = Data { form, rows, file, path: data };
+    let rows = usize::try_from(length / whole).map_err(|_| fault(&data, "it is beyond memory".into(), COPY_AGAIN))?;
+    let subject = layout.subject;
+    let mut data = DataFile { layout, rows, file, path: data };
     match subject {
-        Subject::Scan(traits) => Ok(Content::Scan(ScanReader { traits, data })),
-        Subject::Image(height, offset, plane) => {
+        Component::Scan(traits) => Ok(Content::Scan(ScanReader { traits, data })),
+        Component::SensorImage { rows: height, offset, plane } => {
             if height != rows {
                 let what = format!("it has {rows} rows of {whole} bytes, its XML says {height}");
-                return Err(fault(&data.path, what, AGAIN));
+                return Err(fault(&data.path, what, COPY_AGAIN));
             }
             let dn = data.bytes(&plane, 0, rows)?;
             Ok(Content::Image(SensorImage { cols: plane.width, rows, offset, dn }))
@@ -73,18 +73,18 @@ pub fn open(path: &Path) -> Result<Content, IconError> {
 }
 
 /// What to do about a file that is not whole.
-const AGAIN: &str = "copy both files again, or have them written again";
+const COPY_AGAIN: &str = "copy both files again, or have them written again";
 /// What to do about a file that is not there.
-const BESIDE: &str = "NAME.xml and NAME.dat must lie side by side";
+const SIDE_BY_SIDE: &str = "NAME.xml and NAME.dat must lie side by side";
 
 fn fault(path: &Path, what: String, remedy: &str) -> IconError {
     IconError { place: path.display().to_string(), what, remedy: remedy.into() }
 }
 
-fn read_form(path: &Path) -> Result<Form, IconError> {
-    let unreadable = |error: std::io::Error| fault(path, format!("it cannot be read: {error}"), BESIDE);
+fn read_layout(path: &Path) -> Result<FileLayout, IconError> {
+    let unreadable = |error: std::io::Error| fault(path, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
     let length = fs::metadata(path).map_err(unreadable)?.len();
-    if length > LONGEST_XML {
+    if length > MAX_XML_BYTES {
         return Err(fault(
             path,
             format!("it has {length} bytes, more than any description"),
@@ -98,7 +98,7 @@ fn read_form(path: &Path) -> Result<Form, IconError> {
         fault(path, format!("byte {at} is no UTF-8"), "save it as UTF-8 without other changes")
     })?;
     // Windows tools may begin with a mark of byte order.
-    let read = xml::read(text.trim_start_matches('\u{feff}')).and_then(|root| Form::read(&root));
+    let read = xml::read(text.trim_start_matches('\u{feff}')).and_then(|root| FileLayout::read(&root));
     read.map_err(|wrong| {
         let place = format!("{}, line {}", path.display(), wrong.line);
         IconError { place, what: wrong.what, remedy: "correct this line, or have the file written again".into() }
@@ -108,7 +108,7 @@ fn read_form(path: &Path) -> Result<Form, IconError> {
 impl ScanReader {
     /// Columns.
     pub fn width(&self) -> usize {
-        self.data.form.width()
+        self.data.layout.width()
     }
 
     /// Profiles.
@@ -129,45 +129,47 @@ impl ScanReader {
         let rows = count.min(self.data.rows.saturating_sub(first));
         let mut range = Range::World(Vec::new());
         let (mut light, mut scatter, mut marks) = (None, None, None);
-        for plane in self.data.form.planes.clone() {
+        for plane in self.data.layout.planes.clone() {
             let bytes = match plane.part {
-                Part::Other | Part::Image => continue,
+                PlaneContent::Other | PlaneContent::Image => continue,
                 _ => self.data.bytes(&plane, first, rows)?,
             };
             let words = |bytes: &[u8]| -> Vec<u16> {
                 bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
             };
             match (plane.part, plane.kind) {
-                (Part::Range, Kind::Word) => range = Range::Steps(words(&bytes)),
-                (Part::Range, _) => {
+                (PlaneContent::Range, NumberType::Word) => range = Range::Steps(words(&bytes)),
+                (PlaneContent::Range, _) => {
                     let heights = bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four));
                     range = Range::World(heights.collect());
                 }
-                (Part::Intensity, _) => light = Some(Light::Intensity(bytes)),
-                (Part::Reflectance, _) => light = Some(Light::Reflectance(bytes)),
-                (Part::Scatter, Kind::Word) => scatter = Some(Scatter::Word(words(&bytes))),
-                (Part::Scatter, _) => scatter = Some(Scatter::Byte(bytes)),
-                (Part::Mark, _) => marks = Some(bytes.chunks_exact(plane.line()).map(mark).collect()),
-                (Part::Other | Part::Image, _) => {}
+                (PlaneContent::Intensity, _) => light = Some(Light::Intensity(bytes)),
+                (PlaneContent::Reflectance, _) => light = Some(Light::Reflectance(bytes)),
+                (PlaneContent::Scatter, NumberType::Word) => scatter = Some(Scatter::Word(words(&bytes))),
+                (PlaneContent::Scatter, _) => scatter = Some(Scatter::Byte(bytes)),
+                (PlaneContent::Mark, _) => marks = Some(bytes.chunks_exact(plane.line()).map(mark).collect()),
+                (PlaneContent::Other | PlaneContent::Image, _) => {}
             }
         }
         Ok(Scan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
     }
 }
 
-impl Data {
+impl DataFile {
     /// The bytes of some rows of a plane.
     fn bytes(&mut self, plane: &Plane, first: usize, rows: usize) -> Result<Vec<u8>, IconError> {
-        let refused = |error: std::io::Error| fault(&self.path, format!("it cannot be read: {error}"), AGAIN);
+        let refused = |error: std::io::Error| fault(&self.path, format!("it cannot be read: {error}"), COPY_AGAIN);
         let mut bytes = vec![0; rows * plane.line()];
         // A plane on its own lies the same way in either layout.
-        if self.form.planar || plane.line() == self.form.line {
+        if self.layout.planar || plane.line() == self.layout.line {
             let at = self.rows as u64 * plane.before as u64 + first as u64 * plane.line() as u64;
             self.file.seek(SeekFrom::Start(at)).map_err(refused)?;
             self.file.read_exact(&mut bytes).map_err(refused)?;
         } else {
             for (row, line) in (first as u64..).zip(bytes.chunks_exact_mut(plane.line())) {
-                self.file.seek(SeekFrom::Start(row * self.form.line as u64 + plane.before as u64)).map_err(refused)?;
+                self.file
+                    .seek(SeekFrom::Start(row * self.layout.line as u64 + plane.before as u64))
+                    .map_err(refused)?;
                 self.file.read_exact(line).map_err(refused)?;
             }
         }

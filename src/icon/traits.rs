@@ -1,9 +1,9 @@
-//! What columns and numbers of a scan mean, and the XML elements that say so.
+//! Range traits of iCon files: what columns and numbers of a scan mean, and the XML elements that say so.
 
-use super::xml::{Fault, Node};
+use super::xml::{XmlFault, XmlNode};
 
 /// Steps of Range in a sensor row.
-const STEPS: f64 = 16.0;
+const STEPS_PER_ROW: f64 = 16.0;
 /// Steps between the lower and the upper bound of a calibrated WORD.
 const WORD_STEPS: f64 = 65534.0;
 
@@ -41,7 +41,7 @@ pub struct WorldTraits {
 impl SensorTraits {
     /// A region of the sensor with rows that count downwards.
     pub fn new(region_rows: u32, origin: [f64; 2]) -> Self {
-        Self { region_rows, origin, scale: [1.0, 1.0 / STEPS] }
+        Self { region_rows, origin, scale: [1.0, 1.0 / STEPS_PER_ROW] }
     }
 }
 
@@ -79,8 +79,8 @@ impl Traits {
     }
 
     /// The XML elements of a scan of `width` columns; `words` tells whether Range is WORD.
-    pub(super) fn nodes(&self, width: usize, words: bool) -> Vec<Node> {
-        let number = |(name, value): (&str, f64)| Node::parameter(name, &value.to_string());
+    pub(super) fn nodes(&self, width: usize, words: bool) -> Vec<XmlNode> {
+        let number = |(name, value): (&str, f64)| XmlNode::parameter(name, &value.to_string());
         match self {
             Self::Sensor(sensor) => {
                 let right = width.saturating_sub(1) as f64;
@@ -100,7 +100,7 @@ impl Traits {
                     ("scale z", sensor.scale[1]),
                 ];
                 let children = numbers.map(number).to_vec();
-                vec![Node::new("sensorrangetraits", &[], children)]
+                vec![XmlNode::new("sensorrangetraits", &[], children)]
             }
             Self::World(world) => {
                 let numbers = [
@@ -110,8 +110,8 @@ impl Traits {
                     ("upper bound R", world.upper[1]),
                 ];
                 let mut children = numbers.map(number).to_vec();
-                children.push(Node::parameter("coordinate unit", ""));
-                let mut nodes = vec![Node::new("worldrangetraits", &[], children)];
+                children.push(XmlNode::parameter("coordinate unit", ""));
+                let mut nodes = vec![XmlNode::new("worldrangetraits", &[], children)];
                 nodes.extend(world.row_mm.map(|row_mm| stream_traits(world, row_mm, width, words)));
                 nodes
             }
@@ -119,10 +119,11 @@ impl Traits {
     }
 
     /// Reads the element of a component.
-    pub(super) fn read(component: &Node, width: usize) -> Result<Self, Fault> {
+    pub(super) fn read(component: &XmlNode, width: usize) -> Result<Self, XmlFault> {
         if let Some(node) = component.child("worldrangetraits") {
             let stream = component.child("genistreamtraits");
-            let row_mm = stream.and_then(|stream| stream.find("b axis range scale")).map(Node::number).transpose()?;
+            let row_mm =
+                stream.and_then(|stream| stream.find("b axis range scale")).map(XmlNode::number).transpose()?;
             let lower = [node.get("lower bound x")?.number()?, node.get("lower bound R")?.number()?];
             let upper = [node.get("upper bound x")?.number()?, node.get("upper bound R")?.number()?];
             if lower[0] > upper[0] || lower[1] > upper[1] {
@@ -147,30 +148,31 @@ impl Traits {
 }
 
 /// What newer cameras add: scale and offset of each axis, among them the distance between profiles.
-fn stream_traits(world: &WorldTraits, row_mm: f64, width: usize, words: bool) -> Node {
+fn stream_traits(world: &WorldTraits, row_mm: f64, width: usize, words: bool) -> XmlNode {
     let (c_scale, c_offset) = if words {
         // The first step is 1, which means the lower bound.
         (world.step_mm(), world.lower[1] - world.step_mm())
     } else {
         (1.0, 0.0)
     };
-    let axis =
-        |name: &str, what: &str, value: f64| Node::parameter(&format!("{name} axis range {what}"), &value.to_string());
+    let axis = |name: &str, what: &str, value: f64| {
+        XmlNode::parameter(&format!("{name} axis range {what}"), &value.to_string())
+    };
     let children = vec![
-        Node::parameter("region id", "scan 3d extraction 1"),
-        Node::parameter("extraction method", "hi 3d"),
-        Node::parameter("output mode", "rectified c"),
+        XmlNode::parameter("region id", "scan 3d extraction 1"),
+        XmlNode::parameter("extraction method", "hi 3d"),
+        XmlNode::parameter("output mode", "rectified c"),
         axis("a", "scale", world.col_mm(width)),
         axis("a", "offset", world.lower[0]),
         axis("b", "scale", row_mm),
         axis("b", "offset", 0.0),
         axis("c", "scale", c_scale),
         axis("c", "offset", c_offset),
-        Node::parameter("c axis range missing", "true"),
+        XmlNode::parameter("c axis range missing", "true"),
         axis("c", "missing value", 0.0),
-        Node::parameter("unit", "millimeter"),
+        XmlNode::parameter("unit", "millimeter"),
     ];
-    Node::new("genistreamtraits", &[], children)
+    XmlNode::new("genistreamtraits", &[], children)
 }
 
 #[cfg(test)]

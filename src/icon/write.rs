@@ -1,17 +1,17 @@
-//! iCon files to disk: numbers under a temporary name as they come, the XML last.
+//! Writer of iCon files: numbers under a temporary name as they come, the XML last.
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::form::{Form, Part};
+use super::layout::{FileLayout, PlaneContent};
 use super::{IconError, Light, Mark, Range, Scan, Scatter, SensorImage};
 use crate::dataset::atomic_file;
 
 /// A scan that is being written. Without [`ScanWriter::finish`] nothing stays.
 #[derive(Debug)]
 pub struct ScanWriter {
-    form: Form,
+    layout: FileLayout,
     rows: usize,
     written: usize,
     data: PathBuf,
@@ -29,26 +29,26 @@ impl ScanWriter {
         let data = paths(name)?.0;
         let partial = partial(&data);
         let file = File::create(&partial).map_err(|error| refused(&data, &error))?;
-        Ok(Self { form: Form::of(like), rows, written: 0, data, partial, file })
+        Ok(Self { layout: FileLayout::of(like), rows, written: 0, data, partial, file })
     }
 
     /// Adds rows.
     ///
     /// # Errors
-    /// Where they have another form, are more than were announced, or the disk refuses.
+    /// Where they have another layout, are more than were announced, or the disk refuses.
     pub fn push(&mut self, rows: &Scan) -> Result<(), IconError> {
         let wrong = |what: String| IconError {
             place: self.data.display().to_string(),
             what,
             remedy: "give whole rows of the scan that was begun".into(),
         };
-        if Form::of(rows) != self.form {
+        if FileLayout::of(rows) != self.layout {
             return Err(wrong("these rows have other planes, another width or other traits".into()));
         }
         if self.written + rows.rows > self.rows {
             return Err(wrong(format!("{} rows are too many for {}", self.written + rows.rows, self.rows)));
         }
-        for plane in &self.form.planes {
+        for plane in &self.layout.planes {
             let bytes = bytes(rows, plane.part);
             if bytes.len() != rows.rows * plane.line() {
                 return Err(wrong(format!(
@@ -80,7 +80,7 @@ impl ScanWriter {
         }
         self.file.sync_all().map_err(|error| refused(&self.data, &error))?;
         atomic_file::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, &no.source))?;
-        write_text(&self.data.with_extension("xml"), &self.form.write())
+        write_text(&self.data.with_extension("xml"), &self.layout.write())
     }
 }
 
@@ -103,7 +103,7 @@ pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), IconError> {
     }
     let told = |no: atomic_file::Refused| refused(&data, &no.source);
     atomic_file::write(&partial(&data), &data, &image.dn).map_err(told)?;
-    write_text(&text, &Form::of_image(image.cols, image.rows, image.offset).write())
+    write_text(&text, &FileLayout::of_image(image.cols, image.rows, image.offset).write())
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), IconError> {
@@ -138,24 +138,24 @@ fn refused(path: &Path, error: &Error) -> IconError {
 }
 
 /// The bytes of a plane; none where the scan has no such plane.
-fn bytes(scan: &Scan, part: Part) -> Vec<u8> {
+fn bytes(scan: &Scan, part: PlaneContent) -> Vec<u8> {
     let words = |words: &[u16]| words.iter().flat_map(|n| n.to_le_bytes()).collect();
     match part {
-        Part::Range => match &scan.range {
+        PlaneContent::Range => match &scan.range {
             Range::Steps(steps) => words(steps),
             Range::World(heights) => heights.iter().flat_map(|z| z.to_le_bytes()).collect(),
         },
-        Part::Intensity | Part::Reflectance => match &scan.light {
+        PlaneContent::Intensity | PlaneContent::Reflectance => match &scan.light {
             Some(Light::Intensity(dn) | Light::Reflectance(dn)) => dn.clone(),
             None => Vec::new(),
         },
-        Part::Scatter => match &scan.scatter {
+        PlaneContent::Scatter => match &scan.scatter {
             Some(Scatter::Byte(dn)) => dn.clone(),
             Some(Scatter::Word(sums)) => words(sums),
             None => Vec::new(),
         },
-        Part::Mark => scan.marks.iter().flatten().flat_map(mark).collect(),
-        Part::Image | Part::Other => Vec::new(),
+        PlaneContent::Mark => scan.marks.iter().flatten().flat_map(mark).collect(),
+        PlaneContent::Image | PlaneContent::Other => Vec::new(),
     }
 }
 

@@ -7,11 +7,11 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
 /// Deepest nesting that is read: cameras nest four deep, and a tree is let go of recursively.
-const DEEPEST: usize = 32;
+const MAX_DEPTH: usize = 32;
 
 /// What is wrong, and in which line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Fault {
+pub(super) struct XmlFault {
     /// Line, from 1.
     pub line: usize,
     /// What is wrong.
@@ -20,7 +20,7 @@ pub(super) struct Fault {
 
 /// One element.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Node {
+pub(super) struct XmlNode {
     /// Its name.
     pub name: String,
     /// Its attributes in order.
@@ -28,12 +28,12 @@ pub(super) struct Node {
     /// Its own text without surrounding space.
     pub text: String,
     /// Elements within.
-    pub children: Vec<Node>,
+    pub children: Vec<XmlNode>,
     /// Line where it begins; 0 where it was not read.
     pub line: usize,
 }
 
-impl Node {
+impl XmlNode {
     /// An element with elements.
     pub fn new(name: &str, attributes: &[(&str, &str)], children: Vec<Self>) -> Self {
         let attributes = attributes.iter().map(|(name, value)| ((*name).into(), (*value).into())).collect();
@@ -61,26 +61,26 @@ impl Node {
         self.children.iter().find(named)
     }
 
-    /// As [`Node::find`], or that it is missing.
-    pub fn get(&self, name: &str) -> Result<&Self, Fault> {
+    /// As [`XmlNode::find`], or that it is missing.
+    pub fn get(&self, name: &str) -> Result<&Self, XmlFault> {
         self.find(name).ok_or_else(|| self.fault(format!("<{}> has no parameter '{name}'", self.name)))
     }
 
     /// The text as a finite number.
-    pub fn number(&self) -> Result<f64, Fault> {
+    pub fn number(&self) -> Result<f64, XmlFault> {
         let number = self.text.parse().ok().filter(|number: &f64| number.is_finite());
         number.ok_or_else(|| self.fault(format!("'{}' is '{}', which is no number", self.attribute("name"), self.text)))
     }
 
     /// The text as a count.
-    pub fn count(&self) -> Result<usize, Fault> {
+    pub fn count(&self) -> Result<usize, XmlFault> {
         let count = self.text.parse().ok();
         count.ok_or_else(|| self.fault(format!("'{}' is '{}', which is no count", self.attribute("name"), self.text)))
     }
 
     /// Something wrong with this element.
-    pub fn fault(&self, what: String) -> Fault {
-        Fault { line: self.line, what }
+    pub fn fault(&self, what: String) -> XmlFault {
+        XmlFault { line: self.line, what }
     }
 
     /// As text.
@@ -110,20 +110,20 @@ impl Node {
 }
 
 /// The root element of a document.
-pub(super) fn read(text: &str) -> Result<Node, Fault> {
+pub(super) fn read(text: &str) -> Result<XmlNode, XmlFault> {
     let mut reader = Reader::from_str(text);
     let line = |at: u64| 1 + text.bytes().take(at as usize).filter(|byte| *byte == b'\n').count();
     // Elements that are open, from the outermost.
-    let mut open: Vec<Node> = Vec::new();
+    let mut open: Vec<XmlNode> = Vec::new();
     loop {
         let at = reader.buffer_position();
-        let event = reader.read_event().map_err(|error| Fault { line: line(at), what: error.to_string() })?;
+        let event = reader.read_event().map_err(|error| XmlFault { line: line(at), what: error.to_string() })?;
         let done = match event {
             Event::Start(start) => {
-                if open.len() >= DEEPEST {
-                    return Err(Fault {
+                if open.len() >= MAX_DEPTH {
+                    return Err(XmlFault {
                         line: line(at),
-                        what: format!("more than {DEEPEST} elements within each other"),
+                        what: format!("more than {MAX_DEPTH} elements within each other"),
                     });
                 }
                 open.push(begun(&start, line(at))?);
@@ -145,7 +145,7 @@ pub(super) fn read(text: &str) -> Result<Node, Fault> {
                     Ok(Some(letter)) => Some(letter.to_string()),
                     _ => resolve_predefined_entity(name).map(String::from),
                 };
-                let unknown = || Fault { line: line(at), what: format!("&{name}; is no character that XML knows") };
+                let unknown = || XmlFault { line: line(at), what: format!("&{name}; is no character that XML knows") };
                 add(&mut open, &known.ok_or_else(unknown)?);
                 None
             }
@@ -154,7 +154,7 @@ pub(super) fn read(text: &str) -> Result<Node, Fault> {
                     Some(node) => format!("the file ends within <{}>", node.name),
                     None => "there is no XML element".into(),
                 };
-                return Err(Fault { line: line(at), what });
+                return Err(XmlFault { line: line(at), what });
             }
             Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => None,
         };
@@ -168,18 +168,18 @@ pub(super) fn read(text: &str) -> Result<Node, Fault> {
     }
 }
 
-fn add(open: &mut [Node], text: &str) {
+fn add(open: &mut [XmlNode], text: &str) {
     if let Some(node) = open.last_mut() {
         node.text.push_str(text);
     }
 }
 
-fn begun(start: &BytesStart, line: usize) -> Result<Node, Fault> {
-    let mut node = Node { name: start.name().as_ref().to_string(), line, ..Node::default() };
+fn begun(start: &BytesStart, line: usize) -> Result<XmlNode, XmlFault> {
+    let mut node = XmlNode { name: start.name().as_ref().to_string(), line, ..XmlNode::default() };
     for attribute in start.attributes() {
-        let attribute = attribute.map_err(|error| Fault { line, what: error.to_string() })?;
+        let attribute = attribute.map_err(|error| XmlFault { line, what: error.to_string() })?;
         let value = attribute.normalized_value(XmlVersion::Implicit1_0);
-        let value = value.map_err(|error| Fault { line, what: error.to_string() })?;
+        let value = value.map_err(|error| XmlFault { line, what: error.to_string() })?;
         node.attributes.push((attribute.key.as_ref().to_string(), value.into_owned()));
     }
     Ok(node)
@@ -192,8 +192,9 @@ mod tests {
     /// What is written is read again, with letters that XML keeps for itself.
     #[test]
     fn trees_come_back() {
-        let inner = Node::parameter("a <b> \"c\" & d", "1 < 2 & 'x' > \"y\"");
-        let tree = Node::new("root", &[("valuetype", ""), ("name", "")], vec![inner, Node::parameter("empty", "")]);
+        let inner = XmlNode::parameter("a <b> \"c\" & d", "1 < 2 & 'x' > \"y\"");
+        let tree =
+            XmlNode::new("root", &[("valuetype", ""), ("name", "")], vec![inner, XmlNode::parameter("empty", "")]);
         let mut back = read(&tree.write()).expect("it was just written");
         assert_eq!((back.line, back.children[0].line, back.children[1].line), (1, 2, 3));
         back.line = 0;
@@ -220,7 +221,7 @@ mod tests {
         }
         let deep = "<a>".repeat(100_000);
         assert!(read(&deep).expect_err("too deep").what.contains("within each other"));
-        let whole = Node::parameter("name", "text").write();
+        let whole = XmlNode::parameter("name", "text").write();
         for end in 0..whole.len() {
             assert!(read(&whole[..end]).is_err(), "{end} bytes are no whole element");
         }

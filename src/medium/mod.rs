@@ -4,10 +4,8 @@
 //! what is left after that is in range, so no model checks it again. All azimuths in files are measured from the motion
 //! (+y) towards the laser line (+x). recipes/media/README.md explains every key.
 
-mod layer;
-mod question;
-mod read;
-mod shown;
+mod json;
+mod reader;
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +14,7 @@ use crate::transport::stack::Stack;
 use crate::yaml::fault::Faults;
 use crate::yaml::text;
 
-pub use self::layer::axis;
+pub use self::reader::axis;
 
 /// Layers and what is asked about them; every number in it is in range.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,11 +46,11 @@ impl Medium {
     pub fn load(path: &Path) -> Result<Self, MediumError> {
         let bytes = text::read(path).map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;
         let origin = path.display().to_string();
-        Ok(Self::parse(&origin, &text::utf8(&origin, bytes, read::NOUN)?)?)
+        Ok(Self::parse(&origin, &text::utf8(&origin, bytes, reader::NOUN)?)?)
     }
 
     /// The medium that `text` writes; `origin` is where faults say that it comes from.
     pub fn parse(origin: &str, text: &str) -> Result<Self, Faults> {
-        read::read(origin, text)
+        reader::read(origin, text)
     }
 }

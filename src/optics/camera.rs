@@ -1,35 +1,32 @@
-//! How much light of which point arrives where on the sensor: radiometry of line and lens, and the local scale.
+//! Camera: where a point of the lit line is imaged, how sharp and how bright.
 //!
 //! Radiometry: a mm of the line carries what [`Laser`] says; a Lambertian patch sends the share Omega cos(theta) / pi of
 //! it into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda. docs/instrument.md holds the
-//! derivation. A point's spread has the variances of the lens's aberrations, of diffraction (Airy's core as a normal law
+//! derivation. A point's spread has the variances of the lens's aberrations, of diffraction (Airy's core as a Gaussian
 //! of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007), of crosstalk (2 x in either direction for a
-//! share x to each neighbour), of the pixel's box, and of the disc that lies out of focus (`super::focus`). Neglected:
+//! share x to each neighbour), of the pixel's box, and of defocus (`super::defocus`). Neglected:
 //! the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
 
-mod image;
-mod rig;
+mod projection;
 mod slant;
 
 use glam::Vec3;
 use procedural::Stream;
 
-use self::image::Image;
-use super::focus::Focus;
+use self::projection::{PIXEL_VARIANCE, Projection};
+use self::slant::Slant;
+use super::defocus::Defocus;
 use super::laser::Laser;
-use super::parameters::Bench;
 use super::vignetting::{self, Vignetting};
-use crate::frame::{Distortion, Rig};
+use crate::frame::Rig;
+use crate::lens::{DistortedDirection, Distortion, image_distance, scheimpflug};
+use crate::parameters::Bench;
 use crate::settings::{LensModel, Line, Scheimpflug, Size};
 
-pub use self::rig::rig;
-
 /// Planck's constant times the speed of light [J m].
-const HC: f64 = 1.986_445_86e-25;
-/// Standard deviation of a normal law that stands for the core of Airy's disc, in units of lambda N' [1].
-const AIRY: f64 = 0.42;
-/// Variance of a box of one pixel [px^2].
-const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+const PLANCK_TIMES_LIGHT_SPEED: f64 = 1.986_445_86e-25;
+/// Standard deviation of the Gaussian that stands for the core of Airy's disc, in units of lambda N' [1].
+const AIRY_SIGMA: f64 = 0.42;
 
 /// The camera over the laser plane, with everything that does not change during a scan.
 #[derive(Debug, Clone)]
@@ -38,32 +35,41 @@ pub struct Camera {
     pub rig: Rig,
     /// The laser.
     pub laser: Laser,
-    /// Electrons of all light of the laser's first line, 1 mm from the lens, for a white Lambertian surface seen straight.
+    /// Electrons of all light of the laser's first line on a white Lambertian surface, seen at right angles from 1 mm [e-].
     electrons: f32,
-    /// Lens [mm].
+    /// Position of the lens [mm].
     lens: Vec3,
-    /// Unit vector from the lens along the axis.
+    /// Unit vector along the optical axis, away from the lens.
     axis: Vec3,
     /// Variance of the lens's point spread along rows or columns [px^2].
     pub blur_variance: f32,
-    /// v0 / (cos(beta) pixel), sin and cos of the tilt, tan(beta), distance: the row as a function of (y, z).
-    row: [f32; 5],
-    /// cos(beta) [1].
+    projection: Projection,
+    /// Cosine of the sensor's tilt, cos(beta) [1].
     upright: f32,
     /// Distortion of the lens; `None` without.
-    bent: Option<Distortion>,
-    focus: Focus,
-    /// Whether what is out of focus is blurred, and something can be.
+    distortion: Option<Distortion>,
+    defocus: Defocus,
+    /// Whether points of the laser plane can be out of focus.
     blurs: bool,
-    /// Whether the lens is a thin one.
+    /// Whether the lens is a thin lens, and not a pinhole.
     thin: bool,
-    /// What mounts and filter take; `None` where they take nothing.
+    /// Loss by the lens's mounts and by the filter; `None` where there is none.
     field: Option<Vignetting>,
     /// Electrons of ambient light that a pixel on the axis sees of a white surface [e-].
     ambient: f32,
 }
 
-/// What the camera makes of one lit point.
+/// Image of a point, and the local scale of the image.
+struct PointImage {
+    /// Row [px].
+    row: f32,
+    /// Rows per mm along the motion [px/mm].
+    rows_per_mm: f32,
+    /// Width of a column along the line [mm].
+    pixel_mm: f32,
+}
+
+/// Image of the laser line at one lit point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
     /// Row of the line's centre [px].
@@ -95,7 +101,7 @@ impl Camera {
     pub fn new(bench: &Bench, size: &Size, line: &Line, stream: Stream) -> Self {
         let rig = rig(bench, size);
         let (camera, laser, exposure) = (&bench.camera, &bench.laser, &bench.exposure);
-        let photon = HC / (laser.wavelength_nm * 1e-9);
+        let photon = PLANCK_TIMES_LIGHT_SPEED / (laser.wavelength_nm * 1e-9);
         let pupil = 0.5 * camera.focal_length_mm / camera.f_number;
         let first = if laser.second_line_mm == 0.0 { 1.0 } else { 1.0 - laser.second_line_share };
         let electrons = first * laser.power_mw * 1e-3 * exposure.time_us * 1e-6 / photon
@@ -106,12 +112,12 @@ impl Camera {
         let v0 = rig.image_distance;
         let beta = rig.sensor_tilt;
         let (sin, cos) = libm::sincos(rig.tilt);
-        let airy = AIRY * laser.wavelength_nm * 1e-3 * camera.f_number * v0 / rig.focal_length;
+        let airy = AIRY_SIGMA * laser.wavelength_nm * 1e-3 * camera.f_number * v0 / rig.focal_length;
         let blur_um2 = camera.blur_um.powi(2) + if bench.optics.diffraction { airy * airy } else { 0.0 };
         let blur = blur_um2 / camera.pixel_um.powi(2) + 2.0 * camera.crosstalk;
         let row_mm = rig.distance * libm::cos(beta) * rig.pixel / (v0 * cos);
         let lens_mm = (blur + f64::from(PIXEL_VARIANCE)).sqrt() * row_mm;
-        let focus = Focus {
+        let defocus = Defocus {
             pupil: (2.0 * pupil) as f32,
             focal_length: rig.focal_length as f32,
             image_distance: v0 as f32,
@@ -132,7 +138,7 @@ impl Camera {
             * libm::cos(beta)
             * exposure.time_us
             * 1e-6
-            / (HC / (middle * 1e-9))
+            / (PLANCK_TIMES_LIGHT_SPEED / (middle * 1e-9))
             * exposure.quantum_efficiency
             * camera.transmission;
         Self {
@@ -142,16 +148,16 @@ impl Camera {
             lens: Vec3::new(0.0, (-rig.distance * sin) as f32, (rig.distance * cos) as f32),
             axis: Vec3::new(0.0, sin as f32, -cos as f32),
             blur_variance: blur as f32,
-            row: [
-                (v0 / (libm::cos(beta) * rig.pixel)) as f32,
-                sin as f32,
-                cos as f32,
-                libm::tan(beta) as f32,
-                rig.distance as f32,
-            ],
+            projection: Projection {
+                scale: (v0 / (libm::cos(beta) * rig.pixel)) as f32,
+                sin: sin as f32,
+                cos: cos as f32,
+                tan_beta: libm::tan(beta) as f32,
+                distance: rig.distance as f32,
+            },
             upright: libm::cos(beta) as f32,
-            bent: (!rig.distortion.is_none()).then_some(rig.distortion),
-            focus,
+            distortion: (!rig.distortion.is_none()).then_some(rig.distortion),
+            defocus,
             thin: bench.optics.lens == LensModel::ThinLens,
             blurs: bench.optics.lens == LensModel::ThinLens && bench.optics.scheimpflug == Scheimpflug::Given,
             field: (!field.is_open()).then_some(field),
@@ -171,7 +177,7 @@ impl Camera {
         (sigma * sigma) as f32 + self.blur_variance
     }
 
-    /// What becomes of the light at `x`, `z` of the laser plane, on a surface that rises by `slope_y` along the motion.
+    /// Image of the line at `x`, `z` of the laser plane, on a surface that rises by `slope_y` along the motion.
     #[inline]
     pub fn sight(&self, x: f32, z: f32, slope_y: f32) -> Sight {
         self.sight_on(x, z, [0.0, slope_y])
@@ -181,14 +187,15 @@ impl Camera {
     #[inline]
     pub fn sight_on(&self, x: f32, z: f32, slope: [f32; 2]) -> Sight {
         let slope_y = slope[1];
-        let [_, sin, cos, tan_beta, distance] = self.row;
+        let Projection { sin, cos, tan_beta, distance, .. } = self.projection;
         let (yc, zc) = (z * sin, distance - z * cos);
-        let Image { row, rows_per_mm, pixel_mm } = self.image(x, [yc, zc], [cos + slope_y * sin, sin - slope_y * cos]);
+        let PointImage { row, rows_per_mm, pixel_mm } =
+            self.point_image(x, [yc, zc], [cos + slope_y * sin, sin - slope_y * cos]);
         let rows_per_mm = rows_per_mm.max(1e-3);
-        let slant = self.slant(x, z, slope, pixel_mm);
+        let slant = Slant::new(&self.projection, &self.laser, [x, z], slope, pixel_mm);
         let rows_per_mm = rows_per_mm * (1.0 + slant.rate / rows_per_mm).clamp(0.5, 2.0);
         let [defocus, defocus_rows] =
-            if self.blurs { self.focus.variances(zc, zc / (zc - tan_beta * yc)) } else { [0.0; 2] };
+            if self.blurs { self.defocus.variances(zc, zc / (zc - tan_beta * yc)) } else { [0.0; 2] };
 
         let beam = self.laser.at(x, z);
         let row = row - beam.bow * rows_per_mm;
@@ -216,6 +223,119 @@ impl Camera {
             view,
             light: beam.light,
         }
+    }
+
+    /// Whether points of the laser plane can be out of focus.
+    pub fn blurs(&self) -> bool {
+        self.blurs
+    }
+
+    /// Diameter of the circle of confusion of a thin lens for a point at `y` from the laser plane and height `z` [mm].
+    pub fn circle_of_confusion(&self, y: f32, z: f32) -> f32 {
+        let [zc, bottom] = self.projection.depth(y, z);
+        self.defocus.circle_of_confusion(zc, zc / bottom)
+    }
+
+    /// Variances of defocus along columns and along rows at `y` from the laser plane and height `z` [px^2].
+    pub fn defocus(&self, y: f32, z: f32) -> [f32; 2] {
+        let [zc, bottom] = self.projection.depth(y, z);
+        if self.blurs { self.defocus.variances(zc, zc / bottom) } else { [0.0; 2] }
+    }
+
+    /// Variance of a thin lens's defocus along rows at `y` from the laser plane and height `z`, whatever the tilt of the
+    /// sensor [px^2].
+    pub fn off_plane(&self, y: f32, z: f32) -> f32 {
+        let [zc, bottom] = self.projection.depth(y, z);
+        if self.thin { self.defocus.variances(zc, zc / bottom)[1] } else { 0.0 }
+    }
+
+    /// How far a column's line of sight leans along the line over a level surface, dx/dy [1].
+    pub fn lean(&self, x: f32, z: f32) -> f32 {
+        let Projection { sin, cos, tan_beta, .. } = self.projection;
+        x * (sin - tan_beta * cos) / self.projection.depth(0.0, z)[1]
+    }
+
+    /// Electrons of ambient light in a pixel that sees a white surface at `x`, `z` of the laser plane [e-].
+    pub fn ambient(&self, x: f32, z: f32) -> f32 {
+        if self.ambient == 0.0 {
+            return 0.0;
+        }
+        let [zc, bottom] = self.projection.depth(0.0, z);
+        let yc = z * self.projection.sin;
+        let (tangent2, squeeze) = ((x * x + yc * yc) / (zc * zc), bottom / zc);
+        let cos2 = 1.0 / (1.0 + tangent2);
+        let mounts = self.field.as_ref().map_or(1.0, |field| field.mounts(tangent2));
+        self.ambient * mounts * cos2 * cos2 * squeeze * squeeze * squeeze
+    }
+
+    /// Whether there is ambient light.
+    pub fn has_ambient(&self) -> bool {
+        self.ambient > 0.0
+    }
+
+    /// Sensor column and row of a point in space, y from the laser plane [px].
+    #[inline]
+    pub fn place(&self, x: f32, y: f32, z: f32) -> [f32; 2] {
+        if self.distortion.is_some() {
+            let (col, row) = self.rig.project(f64::from(x), f64::from(y), f64::from(z));
+            return [col as f32, row as f32];
+        }
+        let Projection { scale, sin, cos, tan_beta, distance } = self.projection;
+        let (yc, zc) = (y * cos + z * sin, distance + y * sin - z * cos);
+        let bottom = zc - tan_beta * yc;
+        let along = scale * self.upright * x / bottom;
+        [self.rig.centre_col as f32 + along, self.rig.centre_row as f32 - scale * yc / bottom]
+    }
+
+    /// Image of a point whose coordinates in the lens's frame change by `dyc`, `dzc` with the motion.
+    #[inline]
+    fn point_image(&self, x: f32, [yc, zc]: [f32; 2], [dyc, dzc]: [f32; 2]) -> PointImage {
+        let Projection { scale, tan_beta, .. } = self.projection;
+        let bottom = zc - tan_beta * yc;
+        let Some(distortion) = &self.distortion else {
+            let rate = scale * (dyc * bottom - yc * (dzc - tan_beta * dyc)) / (bottom * bottom);
+            return PointImage {
+                row: self.rig.centre_row as f32 - scale * yc / bottom,
+                rows_per_mm: rate,
+                pixel_mm: self.rig.pixel as f32 * bottom / self.rig.image_distance as f32,
+            };
+        };
+        let [x, yc, zc, dyc, dzc] = [x, yc, zc, dyc, dzc].map(f64::from);
+        let (xn, yn) = (x / zc, yc / zc);
+        let DistortedDirection { direction: [xd, yd], slopes: [a, b, c] } = distortion.distort(xn, yn);
+        let rate = b * (-xn * dzc / zc) + c * (dyc - yn * dzc) / zc;
+        let (scale, lean) = (f64::from(scale), f64::from(tan_beta));
+        let flat = 1.0 - lean * yd;
+        let column = self.rig.image_distance / self.rig.pixel * (a * flat + xd * lean * b) / (flat * flat);
+        PointImage {
+            row: (self.rig.centre_row - scale * yd / flat) as f32,
+            rows_per_mm: (scale * rate / (flat * flat)) as f32,
+            pixel_mm: (zc / column) as f32,
+        }
+    }
+}
+
+/// Geometry of rig and sensor for a bench.
+pub fn rig(bench: &Bench, size: &Size) -> Rig {
+    let camera = &bench.camera;
+    let (f, tilt) = (camera.focal_length_mm, camera.tilt_deg.to_radians());
+    let (sharp, sensor_tilt) = match bench.optics.scheimpflug {
+        Scheimpflug::Solved => (camera.distance_mm, scheimpflug(f, camera.distance_mm, tilt)),
+        Scheimpflug::Given => (camera.focus_distance_mm, camera.sensor_tilt_deg.to_radians()),
+    };
+    Rig {
+        distance: camera.distance_mm,
+        tilt,
+        focal_length: f,
+        image_distance: image_distance(f, sharp),
+        sensor_tilt,
+        distortion: Distortion {
+            radial: [camera.distortion_k1, camera.distortion_k2, camera.distortion_k3],
+            tangential: [camera.distortion_p1, camera.distortion_p2],
+        },
+        pixel: camera.pixel_um * 1e-3,
+        centre_col: 0.5 * (size.columns as f64 - 1.0) - bench.optics.offset_columns,
+        centre_row: 0.5 * (size.rows as f64 - 1.0) - bench.optics.offset_rows,
     }
 }
 

@@ -1,28 +1,31 @@
-//! How far the spread of path lengths in matter washes speckle out.
+//! Coherence: how much the spread of path lengths in matter reduces speckle contrast.
 //!
 //! Goodman's rule for partial coherence over the path lengths of quantised diffusion (see [`crate::transport::kernel`]).
-//! Neglected: light that met cylinders alone has shorter paths than the diffusion gives it.
+//! Neglected: light scattered by cylinders alone has shorter paths than diffusion gives it.
 
 use procedural::Medium;
 
 use crate::transport::kernel::diffusion;
 
-/// Shortest and longest path [mm].
-const PATHS_MM: (f64, f64) = (0.003, 200.0);
+/// Shortest path [mm].
+const MIN_PATH_MM: f64 = 0.003;
+/// Longest path [mm].
+const MAX_PATH_MM: f64 = 200.0;
+/// Path lengths between the two, evenly spaced in their logarithm.
+const PATH_LENGTHS: usize = 200;
 
-/// Contrast of speckle in light from below after paths of different lengths, for a Gaussian laser line [1].
+/// Contrast of speckle in light from below after paths of different lengths, for a Gaussian spectrum of the laser [1].
 ///
 /// C^2 = sum over pairs of path lengths of w w' exp(-(pi (dlambda / lambda^2) n (tau - tau'))^2 / (2 ln 2)), Goodman's
 /// rule for partial coherence; `linewidth_nm` is the full width at half maximum. `boundary` is A(n).
 pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, linewidth_nm: f64) -> f64 {
-    const STEPS: usize = 200;
     let (a, s, k) = (f64::from(medium.mu_a), f64::from(medium.sigma_i), f64::from(medium.k));
     let (_, d_perp) = diffusion(s, k);
     let z0 = 1.0 / (s + k);
     let z2 = z0 + 4.0 * boundary * d_perp;
-    let weights: Vec<(f64, f64)> = (0..STEPS)
+    let weights: Vec<(f64, f64)> = (0..PATH_LENGTHS)
         .map(|i| {
-            let tau = PATHS_MM.0 * libm::pow(PATHS_MM.1 / PATHS_MM.0, i as f64 / (STEPS as f64 - 1.0));
+            let tau = MIN_PATH_MM * libm::pow(MAX_PATH_MM / MIN_PATH_MM, i as f64 / (PATH_LENGTHS as f64 - 1.0));
             let term = |z: f64| z * libm::exp(-z * z / (4.0 * d_perp * tau));
             (tau, (term(z0) + term(z2)) * libm::exp(-a * tau) / tau.sqrt())
         })
@@ -46,7 +49,7 @@ mod tests {
     use crate::transport::fresnel::boundary_factor;
     use procedural::Gloss;
 
-    /// Matter without fibres is the limit of few fibres, and the further light runs in it, the less speckle is left.
+    /// Matter without fibres is the limit of few fibres, and the further light travels in it, the less speckle is left.
     #[test]
     fn matter_without_fibres_washes_speckle_out_by_how_far_light_runs() {
         let contrast = |sigma: f32, k: f32| {

@@ -17,17 +17,17 @@ use std::f64::consts::TAU;
 
 use procedural::Stream;
 
-use super::parameters::Motion;
 use crate::lanes;
+use crate::parameters::MotionParameters;
 use crate::settings::Way;
-use crate::specimen::turned::Turn;
+use crate::specimen::turntable::Turntable;
 
 /// Largest jitter over the smallest step [1].
 const MAX_JITTER_SHARE: f64 = 0.45;
 
 /// Where an object turns; `None` for a straight way.
-pub fn turn(motion: &Motion, way: Way) -> Option<Turn> {
-    let turn = Turn { axis: [motion.turn_axis_x_mm, motion.turn_axis_y_mm], radius: motion.turn_radius_mm };
+pub fn turn(motion: &MotionParameters, way: Way) -> Option<Turntable> {
+    let turn = Turntable { axis: [motion.turn_axis_x_mm, motion.turn_axis_y_mm], radius: motion.turn_radius_mm };
     (way == Way::Turntable).then_some(turn)
 }
 
@@ -46,7 +46,7 @@ pub struct Encoder {
 
 impl Encoder {
     /// For one sample, to which `stream` belongs.
-    pub fn new(motion: &Motion, stream: Stream) -> Self {
+    pub fn new(motion: &MotionParameters, stream: Stream) -> Self {
         use rand::RngExt;
         let (wow, turn_per_mm) = (1e-3 * motion.wow_um, TAU / motion.wow_period_mm);
         let key = stream.child("jitter").key();
@@ -106,8 +106,8 @@ impl Encoder {
 mod tests {
     use super::*;
 
-    fn motion() -> Motion {
-        Motion::from_values(&mut |p| p.default)
+    fn motion() -> MotionParameters {
+        MotionParameters::from_values(&mut |p| p.default)
     }
 
     /// A thousand places spread by the jitter around even ones, each on its own; no jitter makes two change places.

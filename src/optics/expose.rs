@@ -75,7 +75,7 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mu
             if let Some(secondary) = &own.secondary {
                 compositing::composite(secondary, tile, scratch);
             }
-            streak::draw(streak::of_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
+            streak::draw(streak::near_tile(&own.streaks, tile), start, &mut scratch.windows[0]);
             if let Some(second) = &sensor.second {
                 let lit = LitProfile { camera: &sensor.camera, geometry: &sensor.geometry, band, profile };
                 second.add(&lit, tile, scratch);

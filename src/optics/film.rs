@@ -18,7 +18,7 @@ use super::row_view::RowView;
 use super::speckle::TILE;
 use crate::specimen::{Hit, height_below};
 use crate::transport::fresnel;
-use crate::transport::kernel::layers::{FilmStack, FilmStackKernel, FilmStackSpread};
+use crate::transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].

@@ -8,9 +8,9 @@
 
 use procedural::Stream;
 
-use super::parameters::Exposure;
 use super::speckle::TILE;
 use crate::lanes::{hash, normals};
+use crate::parameters::ExposureParameters;
 use crate::settings::Size;
 
 /// CodeSteps in a standard deviation.
@@ -81,7 +81,7 @@ impl WindowRuns {
 
 impl FixedPattern {
     /// The pixels of a sensor of `size` whose numbers are `scale` times those of 8 bits; `None` where all are alike.
-    pub fn new(exposure: &Exposure, scale: f64, size: &Size, stream: Stream) -> Option<Self> {
+    pub fn new(exposure: &ExposureParameters, scale: f64, size: &Size, stream: Stream) -> Option<Self> {
         let offset = (exposure.dsnu_dn.powi(2) + exposure.column_pattern_dn.powi(2)).sqrt();
         if exposure.prnu == 0.0 && offset == 0.0 && exposure.defect_share == 0.0 {
             return None;
@@ -153,8 +153,8 @@ mod tests {
 
     const SIZE: Size = Size { columns: 512, rows: 400, profiles: 1 };
 
-    fn pixels(set: impl Fn(&mut Exposure)) -> Option<FixedPattern> {
-        let mut exposure = Exposure::from_values(&mut |p: &'static Parameter| p.default);
+    fn pixels(set: impl Fn(&mut ExposureParameters)) -> Option<FixedPattern> {
+        let mut exposure = ExposureParameters::from_values(&mut |p: &'static Parameter| p.default);
         set(&mut exposure);
         FixedPattern::new(&exposure, 1.0, &SIZE, Stream::root(3))
     }

@@ -1,7 +1,7 @@
 //! Frames of the whole sensor: what recipes keep, and what the thesis' scripts work on.
 
 use super::band::Band;
-use super::postprocess::Picture;
+use super::postprocess::FrameLight;
 use super::sensor::Sensor;
 use super::speckle::TILE;
 use super::window::{ROWS, Scratch};
@@ -11,7 +11,7 @@ use crate::lanes;
 
 impl Sensor {
     /// Light of exposure `profile` without speckle and noise, in the rows that hold some.
-    pub fn light(&self, band: &Band, profile: usize) -> Picture {
+    pub fn light(&self, band: &Band, profile: usize) -> FrameLight {
         let (rows, columns) = (self.size.rows, self.size.columns);
         let mut places = Vec::new();
         let mut scratch = Scratch::default();
@@ -33,7 +33,7 @@ impl Sensor {
         let mut numbers = vec![0.0; (last - first_row) * columns];
         // Windows that lie over each other hold the same light.
         places.iter().for_each(|&(row, column, light)| numbers[(row - first_row) * columns + column] = light);
-        Picture { columns, first_row, numbers }
+        FrameLight { columns, first_row, numbers }
     }
 
     /// The whole sensor in exposure `profile` by the thesis' scripts; no rows where there are none.

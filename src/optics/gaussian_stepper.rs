@@ -16,7 +16,7 @@ use super::laser::{GaussianMixture, LineProfile};
 use super::row::Row;
 use super::speckle::TILE;
 use super::window::{CENTRE, MIN_VARIANCE, ROWS, load};
-use crate::lanes::{exp, turn};
+use crate::lanes::{cos_sin_turns, exp};
 
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
 const REACH_SIGMAS: f32 = 6.5;
@@ -249,7 +249,7 @@ impl GaussianStepper {
 #[inline(always)]
 fn row_sum(d: f32, v: f32) -> f32 {
     const TWO_PI2: f32 = 19.739_209;
-    let (cos, _) = turn(d - d.floor().min(d));
+    let (cos, _) = cos_sin_turns(d - d.floor().min(d));
     let first = exp(-TWO_PI2 * v);
     1.0 + 2.0 * first * (cos + first * first * first * (2.0 * cos * cos - 1.0))
 }

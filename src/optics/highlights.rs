@@ -10,11 +10,11 @@ use std::ops::Range;
 use procedural::{Class, Medium, Stream};
 
 use super::laser::segment_process::{Segment, SegmentProcess};
-use super::parameters::Laser;
 use super::row::Row;
 use super::row_view::RowView;
 use super::streak::{self, Streak};
 use crate::lanes::ln;
+use crate::parameters::LaserParameters;
 use crate::specimen::Hit;
 
 /// Fibres that run straighter across the motion than this guide no light along it [1].
@@ -38,7 +38,7 @@ pub struct HighlightScratch {
 
 impl Highlights {
     /// Of a bench; `stream` belongs to the sample.
-    pub fn new(bench: &Laser, stream: Stream) -> Self {
+    pub fn new(bench: &LaserParameters, stream: Stream) -> Self {
         let spots = |per_mm, length, name| SegmentProcess::new(per_mm, length, stream.child(name));
         Self {
             streaks: spots(bench.streaks_per_mm, bench.streak_length_mm, "streaks")
@@ -68,7 +68,7 @@ impl Highlights {
             let light = gain * -ln(segment.draw) * row.surface_light[column];
             let off =
                 view.camera.place(hit.x, 0.0, hit.surface.z)[0] - view.camera.place(segment.x, 0.0, hit.surface.z)[0];
-            for (side, part) in streak::columns(-off, view.camera.blur_variance + streak::PIXEL) {
+            for (side, part) in streak::columns(-off, view.camera.lens_variance()) {
                 let there = column.wrapping_add_signed(side);
                 if let Some(hit) = row.hits.get(there)
                     && hit.matter.class != Class::Background
@@ -106,7 +106,7 @@ impl Highlights {
                 lean: -lean / column_mm / rate,
                 rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
                 electrons: bright * wide * row.line_peak(column),
-                variance: [view.camera.blur_variance + streak::PIXEL + wide * wide / 12.0, view.camera.lens_variance()],
+                variance: [view.camera.lens_variance() + wide * wide / 12.0, view.camera.lens_variance()],
             });
         }
         row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));

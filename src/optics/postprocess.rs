@@ -1,4 +1,4 @@
-//! Frames as the thesis made them: light without speckle, noise or lens blur, then its scripts one after the other.
+//! Postprocessing of the thesis: frames of light without speckle, noise or lens blur, then its scripts one after the other.
 //!
 //! Kihl and Källberg 2021, sections 3.2.1, 3.2.2 and 3.3. The light of a whole frame is what [`super::expose`] gives, in DN
 //! over dark; each script works on the whole frame:
@@ -24,30 +24,35 @@ use rand::RngExt;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex32;
 
-use super::parameters::Bench;
 use crate::lanes;
+use crate::parameters::Bench;
 use crate::settings::{Postprocess, Readout, SpeckleLaw, Step};
 
-/// Standard deviations to which the blur reaches.
-const REACH: f64 = 4.0;
+/// Half length of the blur's kernel, in standard deviations [1].
+const KERNEL_REACH: f64 = 4.0;
 
 /// The scripts of one sample.
 #[derive(Debug, Clone)]
-pub struct Scripts {
+pub struct ThesisScripts {
     settings: Postprocess,
     /// Random phases `[size, size]`.
     phases: Vec<Complex32>,
-    /// Where the disc stands in profile 0, and its turn from profile to profile [rad].
-    turns: [f64; 2],
-    /// Mean and standard deviation of the noise [DN].
-    noise: [f32; 2],
-    most: f32,
+    /// Angle of the disc's centre on its circle in profile 0 [rad].
+    start_angle: f64,
+    /// Change of that angle from profile to profile [rad].
+    angle_step: f64,
+    /// Mean of the noise [DN].
+    dark_level: f32,
+    /// Standard deviation of the noise [DN].
+    dark_noise: f32,
+    /// Greatest digital number [DN].
+    max_dn: f32,
     stream: Stream,
 }
 
-/// Light or numbers of some rows of a frame.
+/// Light, or the numbers that scripts made of it, in some rows of a frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
+pub struct FrameLight {
     /// Columns [px].
     pub columns: usize,
     /// Sensor row of the first row [px].
@@ -56,8 +61,8 @@ pub struct Picture {
     pub numbers: Vec<f32>,
 }
 
-impl Scripts {
-    /// Of a sample whose bench is `bench`; `stream` belongs to the sample.
+impl ThesisScripts {
+    /// For a sample with the bench `bench`; `stream` belongs to the sample.
     pub fn new(settings: Postprocess, bench: &Bench, readout: Readout, stream: Stream) -> Self {
         let size = settings.pattern.size_px;
         let mut rng = stream.child("phases").rng();
@@ -73,35 +78,35 @@ impl Scripts {
         Self {
             settings,
             phases: phases.collect(),
-            turns: [std::f64::consts::TAU * rng.random::<f64>(), std::f64::consts::PI * shift / pupil],
-            noise: [bench.exposure.dark_level_dn * scale, (noise * noise - 1.0 / 12.0).max(0.0).sqrt()]
-                .map(|v| v as f32),
-            most: f32::from(readout.most()),
+            start_angle: std::f64::consts::TAU * rng.random::<f64>(),
+            angle_step: std::f64::consts::PI * shift / pupil,
+            dark_level: (bench.exposure.dark_level_dn * scale) as f32,
+            dark_noise: (noise * noise - 1.0 / 12.0).max(0.0).sqrt() as f32,
+            max_dn: f32::from(readout.most()),
             stream,
         }
     }
 
     /// Digital numbers of the whole sensor of `rows` rows in exposure `profile`, `[rows, columns]`, row-major [DN].
-    pub fn frame(&self, light: Picture, rows: usize, profile: usize) -> Vec<u16> {
-        let mut picture = light;
+    pub fn frame(&self, mut light: FrameLight, rows: usize, profile: usize) -> Vec<u16> {
         for step in self.settings.order.steps() {
-            picture = match step {
-                Step::Blur => blurred(&picture, self.settings.blur_radius_px, rows),
-                Step::Speckle => self.speckled(picture, profile),
-                Step::Noise => self.noisy(&picture, rows, profile),
+            light = match step {
+                Step::Blur => blurred(&light, self.settings.blur_radius_px, rows),
+                Step::Speckle => self.speckled(light, profile),
+                Step::Noise => self.noisy(&light, rows, profile),
             };
         }
-        picture.numbers.iter().map(|&v| (v.clamp(0.0, self.most) + 12_582_912.0).to_bits() as u16).collect()
+        light.numbers.iter().map(|&v| (v.clamp(0.0, self.max_dn) + 12_582_912.0).to_bits() as u16).collect()
     }
 
-    /// Times the pattern of a profile.
-    fn speckled(&self, mut picture: Picture, profile: usize) -> Picture {
+    /// Multiplies light with the pattern of a profile.
+    fn speckled(&self, mut light: FrameLight, profile: usize) -> FrameLight {
         let pattern = self.pattern(profile);
         let (size, factor) = (self.settings.pattern.size_px, self.settings.pattern.factor);
         let wrap = size - 1;
         let scale = self.settings.intensity_scale as f32 / (factor * factor) as f32;
         let mut sums = vec![0.0f32; wrap];
-        for (row, line) in (picture.first_row..).zip(picture.numbers.chunks_exact_mut(picture.columns)) {
+        for (row, line) in (light.first_row..).zip(light.numbers.chunks_exact_mut(light.columns)) {
             sums.fill(0.0);
             for part in 0..factor {
                 let from = (row * factor + part) % wrap * size;
@@ -112,13 +117,13 @@ impl Scripts {
                 *number *= scale * square;
             }
         }
-        picture
+        light
     }
 
-    /// The pattern of a profile, mean 1 `[size, size]`.
+    /// The pattern of a profile, of mean 1, `[size, size]`.
     fn pattern(&self, profile: usize) -> Vec<f32> {
         let (size, radius) = (self.settings.pattern.size_px, 0.5 * self.settings.pattern.mask_px as f64);
-        let (sin, cos) = libm::sincos(self.turns[0] + profile as f64 * self.turns[1]);
+        let (sin, cos) = libm::sincos(self.start_angle + profile as f64 * self.angle_step);
         let centre = [0.5 * size as f64 + radius * sin, 0.5 * size as f64 + radius * cos];
         // Other planners pick instructions by the CPU, and with them the last bits.
         let transform = FftPlannerScalar::new().plan_fft_forward(size);
@@ -153,37 +158,38 @@ impl Scripts {
         numbers
     }
 
-    /// Noise over the whole sensor, and what there is of a picture on it.
-    fn noisy(&self, picture: &Picture, rows: usize, profile: usize) -> Picture {
+    /// Noise over the whole sensor, with the light added to it.
+    fn noisy(&self, light: &FrameLight, rows: usize, profile: usize) -> FrameLight {
         let key = self.stream.child("noise").index(profile as u64).key();
         let keys = [key as u32, (key >> 32) as u32];
-        let noise = |pixel: usize| self.noise[0] + self.noise[1] * lanes::normals(pixel as u32, keys).0;
-        let mut numbers: Vec<f32> = (0..rows * picture.columns).map(noise).collect();
-        let from = picture.first_row * picture.columns;
-        numbers[from..].iter_mut().zip(&picture.numbers).for_each(|(sum, light)| *sum += light);
-        Picture { columns: picture.columns, first_row: 0, numbers }
+        let noise = |pixel: usize| self.dark_level + self.dark_noise * lanes::normals(pixel as u32, keys).0;
+        let mut numbers: Vec<f32> = (0..rows * light.columns).map(noise).collect();
+        let from = light.first_row * light.columns;
+        numbers[from..].iter_mut().zip(&light.numbers).for_each(|(sum, light)| *sum += light);
+        FrameLight { columns: light.columns, first_row: 0, numbers }
     }
 }
 
-/// A picture under a Gaussian of standard deviation `sigma` [px], on a sensor of `rows` rows whose edge pixels go on.
-fn blurred(picture: &Picture, sigma: f64, rows: usize) -> Picture {
-    let reach = (REACH * sigma).ceil() as usize;
+/// Light blurred by a Gaussian of standard deviation `sigma` [px], on a sensor of `rows` rows whose edge pixels extend
+/// beyond it.
+fn blurred(light: &FrameLight, sigma: f64, rows: usize) -> FrameLight {
+    let reach = (KERNEL_REACH * sigma).ceil() as usize;
     let weights: Vec<f64> =
         (0..=2 * reach).map(|i| libm::exp(-0.5 * ((i as f64 - reach as f64) / sigma.max(1e-9)).powi(2))).collect();
     let sum: f64 = weights.iter().sum();
     let weights: Vec<f32> = weights.iter().map(|w| (w / sum) as f32).collect();
-    let (columns, held) = (picture.columns, picture.numbers.len() / picture.columns.max(1));
-    let first = picture.first_row.saturating_sub(reach);
-    let last = (picture.first_row + held + reach).min(rows);
+    let (columns, held) = (light.columns, light.numbers.len() / light.columns.max(1));
+    let first = light.first_row.saturating_sub(reach);
+    let last = (light.first_row + held + reach).min(rows);
     let mut numbers = vec![0.0f32; (last - first) * columns];
     let mut line = vec![0.0f32; columns];
     for (row, out) in (first..).zip(numbers.chunks_exact_mut(columns)) {
         line.fill(0.0);
         for (i, weight) in weights.iter().enumerate() {
             let from = (row + i).saturating_sub(reach).min(rows - 1);
-            let held_row = from.checked_sub(picture.first_row).filter(|&row| row < held);
+            let held_row = from.checked_sub(light.first_row).filter(|&row| row < held);
             if let Some(held_row) = held_row {
-                let source = &picture.numbers[held_row * columns..][..columns];
+                let source = &light.numbers[held_row * columns..][..columns];
                 line.iter_mut().zip(source).for_each(|(sum, v)| *sum += weight * v);
             }
         }
@@ -195,7 +201,7 @@ fn blurred(picture: &Picture, sigma: f64, rows: usize) -> Picture {
                 .sum();
         }
     }
-    Picture { columns, first_row: first, numbers }
+    FrameLight { columns, first_row: first, numbers }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use glam::Vec3;
 use super::film::entering_share;
 use super::row::Reflection;
 use super::row_view::RowView;
-use crate::specimen::Hit;
+use crate::specimen::{Hit, ReflectedHit};
 use crate::transport::kernel::{BASIS, SPREAD_MM, SpreadRow};
 
 /// Square of the slope under which mirrored light rises too steeply to meet the body again: tan(39 deg)^2 [1].
@@ -156,7 +156,8 @@ impl LitRow<'_> {
         let thrown = gloss.share * (1.0 - entering_share(hit.matter.medium.n_eff, normal, -source.light));
         let way = source.light - normal * (2.0 * source.light.dot(normal));
         let from = Vec3::new(hit.x, y, hit.surface.z);
-        let (at, surface, _) = specimen.lands(from, way, MAX_WAY_MM, y).filter(|(.., seen)| *seen)?;
+        let ReflectedHit { point: at, surface, .. } =
+            specimen.reflected_hit(from, way, MAX_WAY_MM, y).filter(|hit| hit.seen)?;
         let place = camera.place(at.x, at.y - y, at.z);
         let sight = camera.sight(at.x, at.z, surface.slope_y);
         let facing = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize().dot(sight.view).max(0.0);

@@ -21,7 +21,7 @@ use super::secondary_light::SecondaryScratch;
 use super::spans::spans;
 use super::speckle::TILE;
 use super::surface_point::surface_point;
-use crate::frame::Columns;
+use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use crate::transport::fresnel;
 use crate::transport::kernel::{
@@ -39,7 +39,7 @@ pub struct RowMaker {
     conveyor: Medium,
     conveyor_reflectance: f32,
     /// Where each column looks.
-    columns: Columns,
+    columns: Sightlines,
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
     highlights: Highlights,
@@ -87,7 +87,7 @@ impl RowMaker {
     pub fn new(conveyor_reflectance: f64, camera: &Camera, highlights: Highlights, columns: usize, top: f64) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
-            columns: camera.rig.columns(columns, top),
+            columns: camera.rig.sightlines(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             highlights,
             shares: WidthShares::new(),
@@ -117,7 +117,7 @@ impl RowMaker {
         let own = if section.is_some() { padded } else { 0 };
         row.profile_unit.resize(own, 0.0);
         row.profile_node.resize(own, 0.0);
-        let relief = specimen.has_relief();
+        let relief = specimen.can_occlude_itself();
         if relief {
             row.secondary.get_or_insert_default();
             scratch.secondary.transmission.clear(columns);

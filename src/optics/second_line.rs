@@ -12,11 +12,11 @@ use super::band::Band;
 use super::camera::Camera;
 use super::compositing;
 use super::line_image::{LineShape, draw};
-use super::parameters::Laser;
 use super::row::Row;
 use super::scan_geometry::ScanGeometry;
 use super::speckle::TILE;
 use super::window::{ROWS, Scratch, without_overlap};
+use crate::parameters::LaserParameters;
 
 /// Rows beyond those that even steps would ask for, for steps that are not.
 pub const SPARE_ROWS: usize = 4;
@@ -47,7 +47,7 @@ pub struct LitProfile<'a> {
 
 impl SecondLine {
     /// The second line of a bench whose profiles are `step` apart [mm]; `None` for one line.
-    pub fn new(bench: &Laser, step: f64) -> Option<Self> {
+    pub fn new(bench: &LaserParameters, step: f64) -> Option<Self> {
         let offset = bench.second_line_mm;
         let ratio = bench.second_line_share / (1.0 - bench.second_line_share);
         let lit = offset != 0.0 && ratio > 0.0;

@@ -10,7 +10,7 @@ use super::reflections::{LitRow, ReflectionScratch};
 use super::row::{Row, SecondaryLight, WindowNeed};
 use super::speckle::TILE;
 use super::window::{ROWS, needs_own_window, window_start, without_overlap};
-use crate::transport::kernel::layers::FilmStackKernel;
+use crate::transport::kernel::film_stack::FilmStackKernel;
 
 /// Buffers in which these are made.
 #[derive(Debug, Default)]

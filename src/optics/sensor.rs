@@ -7,9 +7,8 @@ use super::camera::Camera;
 use super::coherence::coherence_contrast;
 use super::encoder::Encoder;
 use super::highlights::Highlights;
-use super::parameters::Bench;
 use super::per_line::{LineSolver, PerLine};
-use super::postprocess::Scripts;
+use super::postprocess::ThesisScripts;
 use super::row_maker::{RowMaker, RowScratch};
 use super::row_view::RowView;
 use super::scan_geometry::ScanGeometry;
@@ -17,8 +16,9 @@ use super::second_line::SecondLine;
 use super::signal_chain::SignalChain;
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use crate::frame::Calibration;
+use crate::parameters::Bench;
 use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw};
-use crate::specimen::{Hit, Specimen, turned::Turn};
+use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use crate::transport::fresnel;
 
 /// Light in one pixel under which secondary light is left out [DN of 8 bits].
@@ -46,7 +46,7 @@ pub struct SensorSetup<'a> {
     /// The thesis' scripts in place of speckle and noise, where the order is not `physical`.
     pub postprocess: Postprocess,
     /// Where the specimen turns; `None` for a straight way.
-    pub turn: Option<Turn>,
+    pub turn: Option<Turntable>,
     /// Model of light from below that answers one line at a time; `None` for the kernel.
     pub line_solver: Option<LineSolver>,
     /// Stream of the sample.
@@ -60,10 +60,10 @@ pub struct Sensor {
     pub(super) chain: SignalChain,
     pub(super) speckle: AnchoredSpeckle,
     /// The thesis' scripts in place of speckle and noise.
-    pub(super) scripts: Option<Scripts>,
+    pub(super) scripts: Option<ThesisScripts>,
     pub(super) geometry: ScanGeometry,
     pub(super) second: Option<SecondLine>,
-    pub(super) turn: Option<Turn>,
+    pub(super) turn: Option<Turntable>,
     pub(super) size: Size,
     /// Light in one pixel under which secondary light is left out [e-].
     pub(super) faint: f32,
@@ -99,7 +99,7 @@ impl Sensor {
                 stream.child("speckle").key(),
             ),
             scripts: scripted
-                .then(|| Scripts::new(setup.postprocess, bench, setup.readout, stream.child("postprocess"))),
+                .then(|| ThesisScripts::new(setup.postprocess, bench, setup.readout, stream.child("postprocess"))),
             geometry: ScanGeometry::new(encoder, step, rows_per_mm, exposed_share, setup.turn.is_some()),
             second: SecondLine::new(&bench.laser, step),
             turn: setup.turn,

@@ -28,8 +28,8 @@
 use procedural::{Stream, normal};
 
 use super::fixed_pattern::{CodeSteps, FixedPattern};
-use super::parameters::Exposure;
 use crate::lanes;
+use crate::parameters::ExposureParameters;
 use crate::settings::{Hdr, Readout, Size};
 
 /// The barrier over the full well [1].
@@ -95,7 +95,7 @@ impl Slopes {
 
 impl SignalChain {
     /// The chain of a sensor of `size`; `stream` belongs to the sample.
-    pub fn new(exposure: &Exposure, readout: Readout, size: &Size, stream: Stream) -> Self {
+    pub fn new(exposure: &ExposureParameters, readout: Readout, size: &Size, stream: Stream) -> Self {
         let scale = readout.scale();
         let full = (255.0 - exposure.dark_level_dn) * scale;
         let gain = full / exposure.full_well_e;

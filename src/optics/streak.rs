@@ -1,27 +1,25 @@
-//! Single fibres that guide light out of the line, drawn into the window of a tile.
+//! Streaks: single fibres that guide light out of the line, drawn into the window of a tile.
 //!
-//! An even stretch of light along the fibre, narrower than a column, with the blur of lens and pixel at its sides and at its
-//! ends. Neglected: light along the fibre grows fainter in truth; a streak is drawn in its column's own window only.
+//! A uniform stretch of light along the fibre, narrower than a column, with the blur of lens and pixel at its sides and at its
+//! ends. Neglected: light that fades along the fibre; what lies outside of its column's own window.
 
 use super::speckle::TILE;
 use super::window::{ROWS, Window};
 use crate::lanes::exp;
 
-/// Variance of a box of one pixel [px^2].
-pub const PIXEL: f32 = 1.0 / 12.0;
-/// Columns by which a streak may lean out of the tile that it starts in [px].
-const BESIDE: f32 = 24.0;
-/// Standard deviations beyond its ends at which a streak is left out.
-const REACH: f32 = 4.0;
+/// Most columns by which a streak may leave the tile that it starts in [px].
+const MAX_LEAN_COLUMNS: f32 = 24.0;
+/// Standard deviations beyond its ends to which a streak is drawn [1].
+const END_REACH: f32 = 4.0;
 
-/// A fibre that shines.
+/// A fibre that guides light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Streak {
     /// Sensor column where it crosses the line [px], and row of the line there [px].
     pub column: f32,
     /// See [`Self::column`].
     pub centre: f32,
-    /// Columns that it goes aside in a row [1].
+    /// Columns that it moves aside per row [1].
     pub lean: f32,
     /// Its first and last row [px].
     pub rows: [f32; 2],
@@ -31,14 +29,15 @@ pub struct Streak {
     pub variance: [f32; 2],
 }
 
-/// Those of a row's streaks, by rising column, that touch a tile.
-pub fn of_tile(streaks: &[Streak], tile: usize) -> &[Streak] {
+/// The streaks of a row, sorted by column, that may reach a tile.
+pub fn near_tile(streaks: &[Streak], tile: usize) -> &[Streak] {
     let at = |column: f32| streaks.partition_point(|streak| streak.column < column);
     let start = (tile * TILE) as f32;
-    &streaks[at(start - BESIDE)..at(start + TILE as f32 + BESIDE)]
+    &streaks[at(start - MAX_LEAN_COLUMNS)..at(start + TILE as f32 + MAX_LEAN_COLUMNS)]
 }
 
-/// Parts of a Gaussian of variance `v` in the columns about the nearest one, which lies `off` from its middle; they sum to 1.
+/// Shares of a Gaussian of variance `v` in the five columns around the nearest one, which lies `off` from its mean; they
+/// sum to 1.
 pub fn columns(off: f32, v: f32) -> [(isize, f32); 5] {
     let part = |side: isize| {
         let d = side as f32 - off;
@@ -53,14 +52,14 @@ pub fn columns(off: f32, v: f32) -> [(isize, f32); 5] {
 pub fn draw(streaks: &[Streak], start: usize, window: &mut Window) {
     for streak in streaks {
         let sigma = streak.variance[1].sqrt();
-        let (first, last) = (streak.rows[0] - REACH * sigma, streak.rows[1] + REACH * sigma);
-        // The normal law by the logistic one, within 1 %.
+        let (first, last) = (streak.rows[0] - END_REACH * sigma, streak.rows[1] + END_REACH * sigma);
+        // The normal distribution function by the logistic one, within 1 %.
         let below = |row: f32| 1.0 / (1.0 + exp((-1.702 * row / sigma).clamp(-80.0, 80.0)));
         for row in first.ceil() as i32..=last.floor() as i32 {
             let light = streak.electrons * (below(row as f32 - streak.rows[0]) - below(row as f32 - streak.rows[1]));
-            let place = streak.column + streak.lean * (row as f32 - streak.centre);
-            let nearest = place.round();
-            for (side, part) in columns(place - nearest, streak.variance[0]) {
+            let position = streak.column + streak.lean * (row as f32 - streak.centre);
+            let nearest = position.round();
+            for (side, part) in columns(position - nearest, streak.variance[0]) {
                 let column = nearest as isize + side - start as isize;
                 let Some(c) = usize::try_from(column).ok().filter(|&c| c < TILE) else { continue };
                 let k = row - window.first_row[c];

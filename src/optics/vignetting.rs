@@ -24,7 +24,7 @@
 
 use crate::settings::{Filter, Optics};
 
-use super::parameters::{Bench, Camera};
+use crate::parameters::{Bench, CameraParameters};
 
 /// Effective index of a filter's layers [M] [1].
 const FILTER_INDEX: f64 = 1.9;
@@ -89,7 +89,7 @@ impl Vignetting {
 }
 
 /// Share of a line of `wavelength` and full width `linewidth` [nm] that the filter passes at an angle [1].
-fn passes(camera: &Camera, tangent2: f64, wavelength: f64, linewidth: f64) -> f64 {
+fn passes(camera: &CameraParameters, tangent2: f64, wavelength: f64, linewidth: f64) -> f64 {
     let sin2 = tangent2 / (1.0 + tangent2);
     let straight = wavelength / (1.0 - sin2 / (FILTER_INDEX * FILTER_INDEX)).sqrt();
     let (edge, line) = (FILTER_EDGE * camera.filter_width_nm, linewidth / FWHM_SIGMAS);
@@ -100,7 +100,7 @@ fn passes(camera: &Camera, tangent2: f64, wavelength: f64, linewidth: f64) -> f6
 }
 
 /// Middle and width of the band in which ambient light reaches the sensor [nm].
-pub fn ambient_band(camera: &Camera, optics: &Optics, wavelength: f64) -> [f64; 2] {
+pub fn ambient_band(camera: &CameraParameters, optics: &Optics, wavelength: f64) -> [f64; 2] {
     match optics.filter {
         Filter::None => [wavelength, OPEN_BAND_NM],
         // The integral of T over wavelengths.
@@ -116,7 +116,7 @@ mod tests {
     /// wavelength (physics of interference filters); and T integrates to the width.
     #[test]
     fn filter_passes_its_band_and_shifts_with_the_angle() {
-        let mut camera = Camera::from_values(&mut |p| p.default);
+        let mut camera = CameraParameters::from_values(&mut |p| p.default);
         (camera.filter_centre_nm, camera.filter_width_nm) = (660.0, 10.0);
         let pass = |nm: f64, degrees: f64| passes(&camera, degrees.to_radians().tan().powi(2), nm, 0.8);
         assert!(pass(660.0, 0.0) > 0.9999 && (pass(655.0, 0.0) - 0.5).abs() < 1e-6 && pass(650.0, 0.0) < 1e-6);

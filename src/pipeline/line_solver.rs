@@ -4,7 +4,7 @@ use procedural::Stream;
 
 use crate::optics::LineSolver;
 use crate::settings::{ThesisMethod, Transport};
-use crate::transport::path::{Effort, body};
+use crate::transport::path::{self, Effort};
 use crate::transport::{diffusion, thesis};
 
 /// The solver that a recipe asks for; `None` where the kernel answers. `stream` belongs to the sample.
@@ -13,14 +13,17 @@ pub(super) fn line_solver(transport: Transport, stream: Stream) -> Option<LineSo
         Transport::Kernel => None,
         Transport::Path { photons } => Some(LineSolver::new(move |line, profile| {
             let seed = stream.child("transport").index(profile).key();
-            body::glow(line, Effort { photons, seed })
+            path::line_response(line, Effort { photons, seed })
         })),
         Transport::Diffusion { voxel_mm } => Some(LineSolver::new(move |line, _| {
-            diffusion::glow(line, &diffusion::DiffusionSettings { voxel_mm, ..diffusion::DiffusionSettings::default() })
+            diffusion::line_response(
+                line,
+                &diffusion::DiffusionSettings { voxel_mm, ..diffusion::DiffusionSettings::default() },
+            )
         })),
         Transport::Thesis { method, iterations, pixel_mm } => Some(LineSolver::new(move |line, _| {
             let method = thesis_method(method, iterations as u32);
-            thesis::glow(
+            thesis::line_response(
                 line,
                 &thesis::ThesisSettings { method, pitch_mm: pixel_mm, ..thesis::ThesisSettings::default() },
             )

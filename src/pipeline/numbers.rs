@@ -1,14 +1,14 @@
 //! What the numbers of Range mean: the grid of a rectified scan, offset and scale.
 
-use crate::extract::Grid;
+use crate::extract::RectifiedGrid;
 use crate::frame::Rig;
 use crate::recipe::Scene;
 use crate::settings::RangeForm;
 
 /// The grid of a rectified scan.
-pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<Grid> {
+pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
     match scene.extraction.range {
-        RangeForm::Rectified { pitch_mm } => Some(Grid::new(rig, scene.size.columns, pitch_mm)),
+        RangeForm::Rectified { pitch_mm } => Some(RectifiedGrid::new(rig, scene.size.columns, pitch_mm)),
         RangeForm::Calibrated | RangeForm::Uncalibrated => None,
     }
 }

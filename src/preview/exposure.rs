@@ -1,6 +1,6 @@
 //! One exposure of a profile: the sensor frame around the laser line, and the line that extraction finds in it.
 
-use crate::extract::{Profile, extract};
+use crate::extract::{MeasuredProfile, extract};
 use crate::frame::Frame;
 use crate::optics::Band;
 use crate::optics::speckle::PatternCache;
@@ -28,11 +28,11 @@ pub fn expose_profile(scene: &Scene, profile: usize, tiles: &PatternCache) -> Ex
     let mut settings = scene.extraction;
     settings.range = RangeForm::Uncalibrated;
     let calibration = sensor.calibration();
-    let mut out = Profile { range: &mut line, reflectance: &mut reflectance, scatter: &mut scatter };
+    let mut out = MeasuredProfile { range: &mut line, reflectance: &mut reflectance, scatter: &mut scatter };
     let dn = frame.dn.clone();
     extract(&[frame, Frame::default()], &calibration, &settings, &mut out);
-    let reading = calibration.rig.reading();
-    let place = |(column, row): (usize, &f32)| reading.locate(column as f64, f64::from(*row));
+    let back = calibration.rig.back_projection();
+    let place = |(column, row): (usize, &f32)| back.locate(column as f64, f64::from(*row));
     let points = line.iter().enumerate().map(place).collect();
     let known = || line.iter().filter(|row| !row.is_nan());
     let first = known().copied().fold(f32::INFINITY, f32::min).min(rows as f32) as usize;

@@ -7,7 +7,7 @@ use super::setting::{Kind, Setting, Value, setting};
 use super::settings::Settings;
 use super::table;
 use super::together::Together;
-use crate::frame::{Distortion, image_distance, scheimpflug};
+use crate::lens::{Distortion, image_distance, scheimpflug};
 use crate::settings::Scheimpflug;
 use crate::yaml::walk::{Walk, shown};
 

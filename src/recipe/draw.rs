@@ -10,9 +10,11 @@ use uuid::Uuid;
 
 use super::dist::pick;
 use super::{Class, Plan, Recipe, Scene};
-use crate::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
-use crate::record::Split;
+use crate::parameters::{
+    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+};
 use crate::settings::Splits;
+use crate::split::Split;
 
 /// The namespace of all sample ids; drawn once, at random.
 const NAMESPACE: Uuid = Uuid::from_u128(0x7d0b_5c1e_93a4_4f6b_8e27_51c6_d20f_a938);
@@ -31,11 +33,11 @@ impl Recipe {
             distribution.draw(parameter, stream.child(&path))
         };
         let bench = Bench {
-            motion: Motion::from_values(&mut value),
-            laser: Laser::from_values(&mut value),
-            camera: Camera::from_values(&mut value),
-            exposure: Exposure::from_values(&mut value),
-            speckle: Speckle::from_values(&mut value),
+            motion: MotionParameters::from_values(&mut value),
+            laser: LaserParameters::from_values(&mut value),
+            camera: CameraParameters::from_values(&mut value),
+            exposure: ExposureParameters::from_values(&mut value),
+            speckle: SpeckleParameters::from_values(&mut value),
             optics: self.settings.optics(),
         };
         let plan = Plan::from_values(self.subject, &mut value);

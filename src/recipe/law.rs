@@ -6,14 +6,14 @@
 use procedural::Parameter;
 
 use super::dist::Distribution;
-use crate::chance::Law;
+use crate::chance::DrawLaw;
 
 impl Distribution {
     /// The law of [`Self::draw`] for `parameter`.
-    pub fn law(&self, parameter: &Parameter) -> Law {
+    pub fn law(&self, parameter: &Parameter) -> DrawLaw {
         let (min, max) = self.bounds(parameter);
         if min >= max {
-            return Law::Fixed(min);
+            return DrawLaw::Fixed(min);
         }
         // The bounds of a truncated distribution are its own: what is cut is the one inside.
         let of = match self {
@@ -30,7 +30,7 @@ impl Distribution {
             None => {
                 let (of, inside) = (of.clone(), of.mass(min, max, 0.0));
                 let below = Box::new(move |x: f64| (of.mass(min, x, 0.0) / inside).clamp(0.0, 1.0));
-                return Law::Continuous { min, max, below };
+                return DrawLaw::Continuous { min, max, cdf: below };
             }
         };
         // The sum takes the sign from -0.
@@ -46,8 +46,8 @@ impl Distribution {
         });
         let sum: f64 = cells.iter().map(|cell| cell.1).sum();
         match cells.as_slice() {
-            [(value, _)] => Law::Fixed(*value),
-            _ => Law::Discrete(cells.into_iter().map(|(value, chance)| (value, chance / sum)).collect()),
+            [(value, _)] => DrawLaw::Fixed(*value),
+            _ => DrawLaw::Discrete(cells.into_iter().map(|(value, chance)| (value, chance / sum)).collect()),
         }
     }
 

@@ -36,9 +36,9 @@ use procedural::{Mesh, Stream};
 
 use self::settings::Settings;
 use crate::asset::{Asset, Files};
-use crate::optics::parameters::Bench;
-use crate::record::Split;
+use crate::parameters::Bench;
 use crate::settings::{Extraction, Line, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport, Way};
+use crate::split::Split;
 
 pub use self::canonical::differences;
 pub use self::dist::Distribution;

@@ -6,7 +6,7 @@ use super::dist::Distribution;
 use super::setting::{Kind, Setting, Value};
 use super::settings::Settings;
 use super::together::Together;
-use crate::optics::parameters::Speckle;
+use crate::parameters::SpeckleParameters;
 use crate::settings::{Order, Step};
 use crate::yaml::walk::Walk;
 
@@ -141,7 +141,7 @@ pub(super) fn scene(
         let problem = format!("`{key}` can be above 0 and has no effect on order `{name}`");
         scene.fault(walk, &[key, "postprocess.order"], problem, "set it to 0, or give `order: physical`");
     }
-    for parameter in Speckle::PARAMETERS {
+    for parameter in SpeckleParameters::PARAMETERS {
         let path = parameter.path();
         if (scene.least(&path), scene.most(&path)) != (parameter.default, parameter.default) {
             let problem = format!("has no effect on order `{name}`, which has a pattern of its own");

@@ -14,7 +14,7 @@ use super::laser;
 use super::motion;
 use super::setting::{self, Setting};
 use super::{postprocess, setting_extraction, transport};
-use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
+use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
 
 /// A group of keys.
 #[derive(Debug, Clone, Copy)]
@@ -58,11 +58,11 @@ const fn fixed(path: &'static str, doc: &'static str, settings: &'static [Settin
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
 pub(super) const SECTIONS: [Section; 26] = [
     fixed("scan", "Sizes of the scan.", setting::SCAN),
-    drawn!(Motion, &[], motion::TABLE),
-    drawn!(Laser, &[], laser::TABLE),
-    drawn!(Camera, &[], camera::TABLE),
-    drawn!(Exposure, &[], setting::EXPOSURE),
-    drawn!(Speckle, &[], motion::SPECKLE),
+    drawn!(MotionParameters, &[], motion::TABLE),
+    drawn!(LaserParameters, &[], laser::TABLE),
+    drawn!(CameraParameters, &[], camera::TABLE),
+    drawn!(ExposureParameters, &[], setting::EXPOSURE),
+    drawn!(SpeckleParameters, &[], motion::SPECKLE),
     drawn!(Board, &[Subject::Wood]),
     drawn!(Log, &[Subject::Wood]),
     drawn!(Knots, &[Subject::Wood]),

@@ -9,7 +9,7 @@ use output_schema::file::{data_path, manifest_path};
 use output_schema::{DatasetHead, Manifest};
 
 use crate::dataset::{DatasetFolder, ShardError};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Most faults that the page lists; the others are counted.
 pub(super) const LISTED: usize = 40;

@@ -1,68 +1,62 @@
-//! A dataset -> one HTML page for people, with everything that it shows inside of it.
+//! Report of a dataset: one HTML page for people, with everything that it shows inside of it.
 //!
 //! ```text
-//! folder ---> tally (every row, twice) ---> sample (the rows that are shown) ---> page
+//! folder ---> dataset_counts (every row, twice) ---> sheet_sample (the rows that are shown) ---> page
 //! ```
 //!
 //! Works on what is there: of an unfinished or damaged dataset the page says what is missing. Nothing but the section on
 //! time depends on anything but the folder, so that the same folder gives the same bytes. How a sample is exposed again,
 //! and how long that takes, is asked of functions from outside.
 
-mod cells;
-mod colours;
-mod density;
+mod dataset_counts;
+mod declared_distribution;
 mod exposed_profile;
 mod folder;
+mod histogram;
+mod kept_documents;
 mod page;
-mod pick;
-mod results;
+mod page_data;
+mod palette;
 mod rows;
-mod sample;
-mod tally;
+mod selection;
+mod sheet_sample;
 
 use std::path::Path;
 
 use output_schema::{DatasetHead, NumberColumn};
 
-use self::density::Declared;
+use self::dataset_counts::RowPlace;
+use self::declared_distribution::DeclaredDistribution;
 use self::folder::Folder;
-use self::sample::Sample;
-use self::tally::{Place, Tally};
+use self::page_data::PageData;
+use self::sheet_sample::SheetSample;
 use crate::dataset::{DatasetFolder, ShardError, Sums};
 use crate::recipe::Recipe;
 
 pub use self::exposed_profile::ExposedProfile;
 pub use self::folder::Trouble;
+pub use self::page_data::RenderTiming;
 
 /// Bytes of pictures that the contact sheet may take; more samples have smaller pictures [bytes].
-const SHEET_BYTES: f64 = 7.0e6;
+const MAX_SHEET_BYTES: f64 = 7.0e6;
 /// Bytes in the page of one pixel of the three maps, in base64, measured on noisy maps.
 const PIXEL_BYTES: f64 = 3.3;
-/// Most and fewest pixels of a picture.
-const PIXELS: (f64, f64) = (120_000.0, 2_000.0);
-
-/// How long a sample took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Timing {
-    /// The sample that was rendered.
-    pub index: u64,
-    /// To render and encode it [s].
-    pub seconds: f64,
-    /// Threads that worked on it.
-    pub threads: usize,
-}
+/// Fewest pixels of a picture.
+const MIN_PICTURE_PX: f64 = 2_000.0;
+/// Most pixels of a picture.
+const MAX_PICTURE_PX: f64 = 120_000.0;
 
 /// What is asked of whoever can render.
 #[derive(Clone, Copy, Default)]
-pub struct Render<'a> {
+pub struct Renderer<'a> {
     /// Exposes a sample at a place along its scan, 0 at the first profile and 1 at the last.
     pub expose: Option<&'a (dyn Fn(u64, f64) -> ExposedProfile + Sync)>,
     /// Renders a sample as a whole.
-    pub measure: Option<&'a (dyn Fn(u64) -> Timing + Sync)>,
+    pub measure: Option<&'a (dyn Fn(u64) -> RenderTiming + Sync)>,
 }
 
 /// What to show.
-pub struct Options<'a> {
+pub struct ReportOptions<'a> {
     /// The dataset's recipe, or why it cannot be had.
     pub recipe: Result<&'a Recipe, String>,
     /// Most samples in the contact sheet.
@@ -70,14 +64,14 @@ pub struct Options<'a> {
     /// Most exposures.
     pub frames: usize,
     /// Frames and time; nothing is rendered where there are none.
-    pub render: Render<'a>,
+    pub render: Renderer<'a>,
     /// Told of steps done and of all steps.
     pub watch: &'a (dyn Fn(u64, u64) + Sync),
 }
 
 /// A page and what it is about.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct DatasetPage {
     /// The page.
     pub html: String,
     /// Samples whose pictures it shows.
@@ -86,24 +80,11 @@ pub struct Report {
     pub troubles: u64,
 }
 
-/// Everything that the page is made from.
-struct Facts<'a> {
-    root: &'a Path,
-    head: &'a DatasetHead,
-    folder: Folder,
-    tally: Tally,
-    samples: Vec<Sample>,
-    exposures: Vec<(usize, ExposedProfile)>,
-    timing: Option<Timing>,
-    recipe: &'a Result<&'a Recipe, String>,
-    sums: Sums,
-}
-
 /// Makes the page of the dataset in `root`; one that cannot be opened has a page that says why.
-pub fn report(root: &Path, options: &Options) -> Report {
+pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     let folder = match DatasetFolder::open(root) {
         Ok(folder) => folder,
-        Err(error) => return Report { html: unreadable(root, &error), shown: 0, troubles: 1 },
+        Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1 },
     };
     let head = folder.head();
     let mut found = Folder::look(&folder);
@@ -113,7 +94,7 @@ pub fn report(root: &Path, options: &Options) -> Report {
     };
     let declared = |column: &NumberColumn, counts: &[u64]| {
         let parameter = parameters.iter().find(|parameter| parameter.path() == column.path())?;
-        Declared::of(options.recipe.as_ref().ok()?, parameter, counts)
+        DeclaredDistribution::of(options.recipe.as_ref().ok()?, parameter, counts)
     };
     let tables = found.tables.len() as u64;
     let steps = 2 * tables + options.samples.min(head.samples) + options.frames as u64 + 1;
@@ -124,22 +105,22 @@ pub fn report(root: &Path, options: &Options) -> Report {
     };
     // The first pass counts the classes, so the second one knows which of their samples are shown.
     let (mut places, mut quotas, mut seen) = (Vec::new(), Vec::new(), vec![0; head.classes.len()]);
-    let tally = tally::count(head, &mut found, &declared, &step, &mut |tally, place: Place| {
+    let counts = dataset_counts::count(head, &mut found, &declared, &step, &mut |tally, place: RowPlace| {
         if quotas.is_empty() {
             let counts: Vec<u64> = (0..head.classes.len()).map(|class| tally.of_class(class)).collect();
-            quotas = pick::quotas(&counts, options.samples);
+            quotas = selection::quotas(&counts, options.samples);
         }
         let class = place.class;
-        if pick::is_shown(seen[class], tally.of_class(class), quotas[class]) {
+        if selection::is_shown(seen[class], tally.of_class(class), quotas[class]) {
             places.push(place);
         }
         seen[class] += 1;
     });
-    let pixels = (SHEET_BYTES / PIXEL_BYTES / places.len().max(1) as f64).clamp(PIXELS.1, PIXELS.0);
-    let mut samples: Vec<Sample> = Vec::new();
+    let pixels = (MAX_SHEET_BYTES / PIXEL_BYTES / places.len().max(1) as f64).clamp(MIN_PICTURE_PX, MAX_PICTURE_PX);
+    let mut samples: Vec<SheetSample> = Vec::new();
     for place in places {
         let table = found.tables[place.table].clone();
-        match sample::read(root, head, (&table, place.row), place.class, pixels) {
+        match sheet_sample::read(root, head, (&table, place.row), place.class, pixels) {
             Ok(sample) => samples.push(sample),
             Err(what) => found.trouble(table.relative, what, "`gen validate` says what is damaged"),
         }
@@ -149,18 +130,18 @@ pub fn report(root: &Path, options: &Options) -> Report {
     let exposures = exposures(&samples, head, options, &step);
     let timing = options.render.measure.and_then(|measure| Some(measure(samples.first()?.index)));
     step(1);
-    let facts = Facts {
+    let facts = PageData {
         root,
         head,
         folder: found,
-        tally,
+        counts,
         samples,
         exposures,
         timing,
         recipe: &options.recipe,
         sums: Sums::of(root, head.shards),
     };
-    Report {
+    DatasetPage {
         html: page::page(&facts).into_string(),
         shown: facts.samples.len() as u64,
         troubles: facts.folder.troubles.len() as u64 + facts.folder.more,
@@ -174,9 +155,9 @@ fn unreadable(root: &Path, error: &ShardError) -> String {
 
 /// Exposes a profile of some samples, one a class as far as they go: through the most of what is no plain surface.
 fn exposures(
-    samples: &[Sample],
+    samples: &[SheetSample],
     head: &DatasetHead,
-    options: &Options,
+    options: &ReportOptions,
     step: &dyn Fn(u64),
 ) -> Vec<(usize, ExposedProfile)> {
     let Some(expose) = options.render.expose else { return Vec::new() };
@@ -199,8 +180,8 @@ fn exposures(
 }
 
 /// The row of labels that shows most of what is no plain surface, as a share of the scan; its middle where none does.
-fn through(sample: &Sample, head: &DatasetHead) -> f64 {
-    let plain = page::plain(head);
+fn through(sample: &SheetSample, head: &DatasetHead) -> f64 {
+    let plain = page::plain_classes(head);
     let count = |row: &[u8]| row.iter().filter(|class| !plain.contains(class)).count();
     let rows: Vec<usize> = sample.labels.chunks(sample.width.max(1) as usize).map(count).collect();
     let most = rows.iter().max().copied().unwrap_or(0);

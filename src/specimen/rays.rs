@@ -1,4 +1,4 @@
-//! Triangles ready for rays. The only file that names obvhs.
+//! Ray tracing of triangles through a bounding volume hierarchy. The only file that names obvhs.
 
 use std::time::Duration;
 
@@ -13,9 +13,9 @@ use procedural::Mesh;
 /// Start of a ray off the surface that it leaves [mm]; above obvhs' absolute epsilon of 1e-4.
 pub const LEAVE_MM: f32 = 0.01;
 
-/// The triangles of a body.
+/// Bounding volume hierarchy of a body's triangles.
 #[derive(Debug)]
-pub struct Rays {
+pub struct TriangleBvh {
     tree: CwBvh,
     triangles: Vec<Triangle>,
     /// Lowest corner of the box around them [mm].
@@ -24,8 +24,17 @@ pub struct Rays {
     pub high: Vec3,
 }
 
-impl Rays {
-    /// Sorts the triangles of `mesh`.
+/// Intersection of a ray with a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intersection {
+    /// From the start of the ray [mm].
+    pub distance: f32,
+    /// Unit normal of the triangle, of either sign.
+    pub normal: Vec3,
+}
+
+impl TriangleBvh {
+    /// The hierarchy of the triangles of `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
         let corner = |i: u32| Vec3A::from(mesh.positions[i as usize]);
         let soup: Vec<Triangle> =
@@ -36,16 +45,15 @@ impl Rays {
         Self { tree, triangles, low: fold(Vec3::min), high: fold(Vec3::max) }
     }
 
-    /// Whether nothing stands between two points.
-    pub fn free(&self, from: Vec3, to: Vec3) -> bool {
-        let (ray, _) = way(from, to, LEAVE_MM);
+    /// Whether no triangle stands between two points.
+    pub fn unobstructed(&self, from: Vec3, to: Vec3) -> bool {
+        let (ray, _) = segment(from, to, LEAVE_MM);
         self.triangles.is_empty() || self.tree.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
     }
 
-    /// How far from `from` on the straight way to `to` the first triangle is met beyond `start`, and its unit normal, of
-    /// either sign [mm].
-    pub fn meet(&self, from: Vec3, to: Vec3, start: f32) -> Option<(f32, Vec3)> {
-        let (ray, length) = way(from, to, start);
+    /// The first triangle on the segment from `from` to `to`, beyond a distance `start` [mm].
+    pub fn first_hit(&self, from: Vec3, to: Vec3, start: f32) -> Option<Intersection> {
+        let (ray, length) = segment(from, to, start);
         if self.triangles.is_empty() || start >= length {
             return None;
         }
@@ -53,14 +61,15 @@ impl Rays {
         let met = self.tree.ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray));
         met.then(|| {
             let Triangle { v0, v1, v2 } = self.triangles[hit.primitive_id as usize];
-            (hit.t, Vec3::from((v1 - v0).cross(v2 - v0).normalize_or_zero()))
+            let normal = Vec3::from((v1 - v0).cross(v2 - v0).normalize_or_zero());
+            Intersection { distance: hit.t, normal }
         })
     }
 }
 
-/// The ray between two points from `start` on, and its length [mm].
-fn way(from: Vec3, to: Vec3, start: f32) -> (Ray, f32) {
-    let way = to - from;
-    let length = way.length();
-    (Ray::new(from.into(), (way / length).into(), start, length), length)
+/// The ray between two points from `start` on, and their distance [mm].
+fn segment(from: Vec3, to: Vec3, start: f32) -> (Ray, f32) {
+    let ray = to - from;
+    let length = ray.length();
+    (Ray::new(from.into(), (ray / length).into(), start, length), length)
 }

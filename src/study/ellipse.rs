@@ -17,17 +17,17 @@
 
 use glam::{DMat2, DVec2};
 
-use super::fit::{Fit, Row, fit};
+use super::poisson_fit::{Observation, PoissonFit, fit};
 use crate::transport::answer::Estimate;
 
 /// Half width of the belt, in elliptical radii.
 const BELT: f64 = 0.25;
 /// Newton's steps.
-const STEPS: usize = 60;
+const MAX_NEWTON_STEPS: usize = 60;
 
 /// Light per cell around a point, `[2 cells + 1, 2 cells + 1]`, row-major, rows along y.
 #[derive(Debug, Clone, Copy)]
-pub struct Map<'a> {
+pub struct LightMap<'a> {
     /// Light of each cell.
     pub light: &'a [f64],
     /// Cells on either side of the central one.
@@ -50,9 +50,9 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// Half of the diameter in direction `way`, a unit vector [mm].
-    pub fn reach(&self, way: DVec2) -> f64 {
-        1.0 / (self.frame().inverse() * way).length()
+    /// Half of the diameter in direction `direction`, a unit vector [mm].
+    pub fn reach(&self, direction: DVec2) -> f64 {
+        1.0 / (self.frame().inverse() * direction).length()
     }
 
     /// Takes the unit circle to the ellipse about its own centre: columns are the half axes.
@@ -65,11 +65,11 @@ impl Ellipse {
 /// The ellipse of equal light whose half diameter in the direction of `through` is as long as `through` [mm].
 ///
 /// `None` where the belt leaves the map, the light does not fall off, or no ellipse is found.
-pub fn ellipse(map: Map, through: DVec2) -> Option<Ellipse> {
-    let way = through.normalize();
+pub fn ellipse(map: LightMap, through: DVec2) -> Option<Ellipse> {
+    let direction = through.normalize();
     let mut centre = DVec2::ZERO;
     let mut frame = DMat2::from_diagonal(DVec2::splat(through.length()));
-    let mut fitted: Option<Fit> = None;
+    let mut fitted: Option<PoissonFit> = None;
     for step in 0.. {
         let rows = belt(map, centre, frame)?;
         let start = fitted.map_or_else(|| level(&rows), |fit| fit.b);
@@ -81,35 +81,35 @@ pub fn ellipse(map: Map, through: DVec2) -> Option<Ellipse> {
         let calm = |v: f64| (-v / slope).clamp(-0.2, 0.2);
         let (p, r, move_to) = (calm(now.b[3]), calm(now.b[5]), DVec2::new(calm(now.b[7]), calm(now.b[8])));
         if p.abs().max(r.abs()).max(move_to.length()) < 1e-6 {
-            return Some(found(centre, frame, &now));
+            return Some(fitted_ellipse(centre, frame, &now));
         }
-        if step == STEPS {
+        if step == MAX_NEWTON_STEPS {
             return None;
         }
         centre += frame * move_to;
         frame = upright(frame * DMat2::from_cols(DVec2::new(1.0 + p, r), DVec2::new(r, 1.0 - p)));
-        frame *= through.length() * (frame.inverse() * way).length();
+        frame *= through.length() * (frame.inverse() * direction).length();
         fitted = Some(now);
     }
     None
 }
 
 /// A start for the fit: even light.
-fn level(rows: &[Row]) -> [f64; super::fit::TERMS] {
+fn level(rows: &[Observation]) -> [f64; super::poisson_fit::TERMS] {
     let mean = rows.iter().map(|row| row.y).sum::<f64>() / rows.len() as f64;
-    let mut start = [0.0; super::fit::TERMS];
+    let mut start = [0.0; super::poisson_fit::TERMS];
     start[0] = libm::log(mean.max(1e-300));
     start
 }
 
 /// Cells about the ellipse with the terms of the model; `None` where some lie outside of the map.
-fn belt(map: Map, centre: DVec2, frame: DMat2) -> Option<Vec<Row>> {
+fn belt(map: LightMap, centre: DVec2, frame: DMat2) -> Option<Vec<Observation>> {
     let inverse = frame.inverse();
     let rows = DVec2::new(frame.x_axis.x, frame.y_axis.x).length();
     let columns = DVec2::new(frame.x_axis.y, frame.y_axis.y).length();
-    let most = map.cells as f64 * map.cell_mm;
+    let limit = map.cells as f64 * map.cell_mm;
     let reach = DVec2::new(rows, columns) * (1.0 + BELT) + centre.abs();
-    if reach.is_nan() || reach.max_element() > most {
+    if reach.is_nan() || reach.max_element() > limit {
         return None;
     }
     let side = 2 * map.cells + 1;
@@ -128,11 +128,11 @@ fn belt(map: Map, centre: DVec2, frame: DMat2) -> Option<Vec<Row>> {
         let (c2, s2) = (c * c - s * s, 2.0 * c * s);
         let taper = 1.0 - (t / BELT).powi(2);
         let x = [1.0, t, t * t, c2, t * c2, s2, t * s2, c, s];
-        Some(Row { x, y: map.light[i], share: taper * taper })
+        Some(Observation { x, y: map.light[i], share: taper * taper })
     };
-    let rows: Vec<Row> = (0..side * side).filter_map(term).collect();
+    let rows: Vec<Observation> = (0..side * side).filter_map(term).collect();
     let lit = rows.iter().filter(|row| row.y > 0.0).count();
-    (lit > 3 * super::fit::TERMS).then_some(rows)
+    (lit > 3 * super::poisson_fit::TERMS).then_some(rows)
 }
 
 /// The same ellipse with its half axes as columns, the long one first.
@@ -146,7 +146,7 @@ fn upright(frame: DMat2) -> DMat2 {
     DMat2::from_cols(long * DVec2::new(cos, sin), short * DVec2::new(-sin, cos))
 }
 
-fn found(centre: DVec2, frame: DMat2, fit: &Fit) -> Ellipse {
+fn fitted_ellipse(centre: DVec2, frame: DMat2, fit: &PoissonFit) -> Ellipse {
     // `frame` is upright but for the first step, in which it is a circle.
     let frame = upright(frame);
     let (long, short) = (frame.x_axis.length(), frame.y_axis.length());

@@ -8,9 +8,10 @@ use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
 use super::media::{WOODS, Wood};
-use super::{Report, Watch, ask, head, photons, told};
+use super::{Progress, StudyReport, ask, describe, document_head, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
-use crate::drawing::{MARGIN, Page};
+use crate::drawing::{Area, MARGIN, Page};
+use crate::medium::Medium;
 use crate::transport::answer::{Answer, Estimate, LineSide, Question};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
@@ -18,26 +19,26 @@ use crate::transport::path::Effort;
 /// Photons for each medium unless told otherwise.
 pub const PHOTONS: u64 = 300_000;
 /// Rows on either side of the central one.
-const ROWS: usize = 20;
+const ROWS_ASIDE: usize = 20;
 
 /// A medium and what the models say of it, in the order of [`Model::ALL`].
-struct Case {
+struct MediumCase {
     pub wood: Wood,
     pub answers: Vec<Result<Answer, String>>,
 }
 
 /// How far the kernel may be off the judge.
 #[derive(Debug, Clone, Copy)]
-enum Bar {
-    /// So much.
-    By(f64),
-    /// Such a part of what the judge says.
-    Part(f64),
+enum Tolerance {
+    /// Difference from the reference.
+    Absolute(f64),
+    /// Difference over the reference [1].
+    Relative(f64),
 }
 
 /// Where a number stands against its bar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mark {
+enum Verdict {
     Within,
     Beyond,
     /// Two standard errors reach over the bar.
@@ -45,57 +46,57 @@ enum Mark {
 }
 
 /// What is read off a line spread.
-struct Figure {
+struct SpreadFigure {
     key: &'static str,
     pub name: &'static str,
-    bar: Bar,
+    tolerance: Tolerance,
 }
 
-const fn figure(key: &'static str, name: &'static str, bar: Bar) -> Figure {
-    Figure { key, name, bar }
+const fn figure(key: &'static str, name: &'static str, tolerance: Tolerance) -> SpreadFigure {
+    SpreadFigure { key, name, tolerance }
 }
 
-const FIGURES: [Figure; 5] = [
-    figure("reflectance", "R", Bar::By(0.01)),
-    figure("towards_lens_over_reflectance", "lens / R", Bar::Part(0.05)),
-    figure("rows_1_to_8", "S(1,8)", Bar::Part(0.05)),
-    figure("rows_7_to_11", "S(7,5)", Bar::Part(0.05)),
-    figure("asymmetry_rows_1_to_8", "asymmetry", Bar::By(0.03)),
+const FIGURES: [SpreadFigure; 5] = [
+    figure("reflectance", "R", Tolerance::Absolute(0.01)),
+    figure("towards_lens_over_reflectance", "lens / R", Tolerance::Relative(0.05)),
+    figure("rows_1_to_8", "S(1,8)", Tolerance::Relative(0.05)),
+    figure("rows_7_to_11", "S(7,5)", Tolerance::Relative(0.05)),
+    figure("asymmetry_rows_1_to_8", "asymmetry", Tolerance::Absolute(0.03)),
 ];
 
-impl Bar {
+impl Tolerance {
     /// What `figure` is off the judge, in the bar's own measure.
     fn off(self, figure: Estimate, judge: Estimate) -> Estimate {
         let (f, j) = (figure.value, judge.value);
         match self {
-            Self::By(_) => Estimate { value: f - j, error: libm::hypot(figure.error, judge.error) },
-            Self::Part(_) => {
+            Self::Absolute(_) => Estimate { value: f - j, error: libm::hypot(figure.error, judge.error) },
+            Self::Relative(_) => {
                 Estimate { value: f / j - 1.0, error: libm::hypot(figure.error, judge.error * f / j) / j.abs() }
             }
         }
     }
 
-    fn mark(self, figure: Estimate, judge: Estimate) -> Mark {
-        let (Self::By(most) | Self::Part(most)) = self;
+    fn verdict(self, figure: Estimate, judge: Estimate) -> Verdict {
+        let (Self::Absolute(most) | Self::Relative(most)) = self;
         let Estimate { value, error } = self.off(figure, judge);
         if value.abs() + 2.0 * error <= most {
-            Mark::Within
+            Verdict::Within
         } else if value.abs() - 2.0 * error > most {
-            Mark::Beyond
+            Verdict::Beyond
         } else {
-            Mark::Open
+            Verdict::Open
         }
     }
 
     fn words(self) -> String {
         match self {
-            Self::By(most) => format!("{most}"),
-            Self::Part(most) => format!("{} %", 100.0 * most),
+            Self::Absolute(most) => format!("{most}"),
+            Self::Relative(most) => format!("{} %", 100.0 * most),
         }
     }
 }
 
-impl Mark {
+impl Verdict {
     /// As a word.
     pub fn name(self) -> &'static str {
         match self {
@@ -106,15 +107,15 @@ impl Mark {
     }
 }
 
-impl Case {
+impl MediumCase {
     fn answer(&self, model: Model) -> Option<&Answer> {
         Model::ALL.into_iter().zip(&self.answers).find(|(known, _)| *known == model)?.1.as_ref().ok()
     }
 
     /// The kernel's marks in the order of [`FIGURES`]; `None` where it or the judge refuses.
-    pub fn marks(&self) -> Option<[Mark; FIGURES.len()]> {
+    pub fn verdicts(&self) -> Option<[Verdict; FIGURES.len()]> {
         let (judge, kernel) = (figures(self.answer(Model::Path)?), figures(self.answer(Model::Kernel)?));
-        Some(std::array::from_fn(|i| FIGURES[i].bar.mark(kernel[i], judge[i])))
+        Some(std::array::from_fn(|i| FIGURES[i].tolerance.verdict(kernel[i], judge[i])))
     }
 }
 
@@ -139,44 +140,47 @@ fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
 }
 
 /// Photons that [`study`] walks.
-pub fn work(effort: Effort) -> u64 {
-    photons(effort, WOODS.len() as u64)
+pub fn workload(effort: Effort) -> u64 {
+    total_photons(effort, WOODS.len() as u64)
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, watch: Watch) -> Report {
-    let question = Question { rows: ROWS, cells: 0, angles: 0, ..Question::default() };
+pub fn study(effort: Effort, progress: Progress) -> StudyReport {
+    let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
     let answers = |wood: &Wood, model: Model| {
-        ask(model, wood.name, (&wood.stack(), &question), effort, watch).map_err(|refusal| refusal.to_string())
+        ask(model, wood.name, &Medium { stack: wood.stack(), question }, effort, progress)
+            .map_err(|refusal| refusal.to_string())
     };
-    let case =
-        |wood: &Wood| Case { wood: *wood, answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect() };
-    let cases: Vec<Case> = WOODS.iter().map(case).collect();
-    Report { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
+    let case = |wood: &Wood| MediumCase {
+        wood: *wood,
+        answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect(),
+    };
+    let cases: Vec<MediumCase> = WOODS.iter().map(case).collect();
+    StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
 }
 
-fn table(cases: &[Case]) -> String {
+fn table(cases: &[MediumCase]) -> String {
     let mut text =
         String::from("Shares of a line's energy; asymmetry: rows 1 to 8 ahead less behind, over their sum.\n");
     text += "In brackets what a model has over the judge, `path`. Published Monte Carlo figures (docs/physics.md) are those\n";
     text += "of an earlier walk: R agrees, S(1,8) of clear wood was 0.420.\n";
     text += "ok, off: the kernel against its bar; ?: two standard errors of the judge reach over it.\n";
     text += &format!("  {:20}{:10}", "medium", "model");
-    for Figure { name, .. } in FIGURES {
+    for SpreadFigure { name, .. } in FIGURES {
         text += &format!("{name:>22}");
     }
     text += "\n";
     for case in cases {
         let judge = case.answer(Model::Path).map(figures);
         for (model, answer) in Model::ALL.into_iter().zip(&case.answers) {
-            let marks = case.marks().filter(|_| model == Model::Kernel);
+            let verdicts = case.verdicts().filter(|_| model == Model::Kernel);
             text += &format!("  {:20}{:10}", case.wood.name, model.name());
             match answer {
                 Ok(answer) => {
                     for (i, figure) in figures(answer).into_iter().enumerate() {
                         let judge = judge.filter(|_| model != Model::Path).map(|judge| judge[i]);
-                        let mark = marks.map_or("", |marks| marks[i].name());
-                        text += &format!("{:>18} {mark:3}", words(FIGURES[i].bar, figure, judge));
+                        let verdict = verdicts.map_or("", |verdicts| verdicts[i].name());
+                        text += &format!("{:>18} {verdict:3}", words(FIGURES[i].tolerance, figure, judge));
                     }
                 }
                 Err(reason) => text += &format!("  refuses: {reason}"),
@@ -184,40 +188,40 @@ fn table(cases: &[Case]) -> String {
             text = text.trim_end().to_owned() + "\n";
         }
     }
-    text + &marked(cases)
+    text + &kernel_summary(cases)
 }
 
 /// How many media the kernel has within each bar.
-fn marked(cases: &[Case]) -> String {
-    let marks: Vec<_> = cases.iter().filter_map(Case::marks).collect();
-    let each = FIGURES.iter().enumerate().map(|(i, Figure { name, bar, .. })| {
-        let count = |mark: Mark| marks.iter().filter(|marks| marks[i] == mark).count();
-        let open = if count(Mark::Open) > 0 { format!(", {} open", count(Mark::Open)) } else { String::new() };
-        format!("{name} to {}: {} of {}{open}", bar.words(), count(Mark::Within), cases.len())
+fn kernel_summary(cases: &[MediumCase]) -> String {
+    let verdicts: Vec<_> = cases.iter().filter_map(MediumCase::verdicts).collect();
+    let each = FIGURES.iter().enumerate().map(|(i, SpreadFigure { name, tolerance, .. })| {
+        let count = |verdict: Verdict| verdicts.iter().filter(|verdicts| verdicts[i] == verdict).count();
+        let open = if count(Verdict::Open) > 0 { format!(", {} open", count(Verdict::Open)) } else { String::new() };
+        format!("{name} to {}: {} of {}{open}", tolerance.words(), count(Verdict::Within), cases.len())
     });
     let each: Vec<_> = each.collect();
     format!("kernel within its bars: {}\n", each.join("; "))
 }
 
 /// A number beside what the judge has.
-fn words(bar: Bar, figure: Estimate, judge: Option<Estimate>) -> String {
-    let own = told(figure, 4);
-    match judge.map(|judge| (bar, bar.off(figure, judge).value)) {
-        Some((Bar::By(_), off)) => format!("{own} ({off:+.4})"),
-        Some((Bar::Part(_), off)) => format!("{own} ({:+.1}%)", 100.0 * off),
+fn words(tolerance: Tolerance, figure: Estimate, judge: Option<Estimate>) -> String {
+    let own = describe(figure, 4);
+    match judge.map(|judge| (tolerance, tolerance.off(figure, judge).value)) {
+        Some((Tolerance::Absolute(_), off)) => format!("{own} ({off:+.4})"),
+        Some((Tolerance::Relative(_), off)) => format!("{own} ({:+.1}%)", 100.0 * off),
         None => own,
     }
 }
 
-fn json(cases: &[Case], effort: Effort) -> Value {
-    let mut document = head("transport", effort);
+fn json(cases: &[MediumCase], effort: Effort) -> Value {
+    let mut document = document_head("transport", effort);
     let question = Question::default();
     document["row_mm"] = json!(question.row_mm);
     document["line_sd_mm"] = json!(question.line_mm);
     let answer = |(model, answer): (Model, &Result<Answer, String>)| match answer {
         Ok(answer) => {
             let mut shown = json!({ "model": model.name() });
-            for (Figure { key, .. }, figure) in FIGURES.into_iter().zip(figures(answer)) {
+            for (SpreadFigure { key, .. }, figure) in FIGURES.into_iter().zip(figures(answer)) {
                 shown[key] = json!(figure);
             }
             shown["line"] = json!(answer.line);
@@ -225,15 +229,15 @@ fn json(cases: &[Case], effort: Effort) -> Value {
         }
         Err(reason) => json!({ "model": model.name(), "refuses": reason }),
     };
-    let case = |case: &Case| {
+    let case = |case: &MediumCase| {
         let [mu_a, sigma_i, sigma_c, n] = case.wood.coefficients;
         json!({
             "medium": case.wood.name,
             "mu_a_per_mm": mu_a, "sigma_i_per_mm": sigma_i, "sigma_c_per_mm": sigma_c, "n": n,
             "dive_deg": case.wood.dive, "azimuth_deg": case.wood.azimuth,
             "models": Model::ALL.into_iter().zip(&case.answers).map(answer).collect::<Vec<_>>(),
-            "kernel_marks": case.marks().map(|marks| {
-                let each = FIGURES.iter().zip(marks).map(|(figure, mark)| (figure.key.to_owned(), json!(mark.name())));
+            "kernel_marks": case.verdicts().map(|verdicts| {
+                let each = FIGURES.iter().zip(verdicts).map(|(figure, verdict)| (figure.key.to_owned(), json!(verdict.name())));
                 Value::Object(each.collect())
             }),
         })
@@ -242,31 +246,34 @@ fn json(cases: &[Case], effort: Effort) -> Value {
     document
 }
 
-const COLUMNS: u32 = 3;
+const CHART_COLUMNS: u32 = 3;
 /// Width and height of a chart [px].
-const CHART: (u32, u32) = (430, 270);
-const HEAD: u32 = 46;
+const CHART_PX: (u32, u32) = (430, 270);
+const HEADING_PX: u32 = 46;
 
-fn draw(cases: &[Case]) -> RgbImage {
-    let rows = (cases.len() as u32).div_ceil(COLUMNS);
-    let mut page = Page::new(MARGIN + COLUMNS * (CHART.0 + MARGIN), HEAD + rows * (CHART.1 + MARGIN) + MARGIN);
+fn draw(cases: &[MediumCase]) -> RgbImage {
+    let rows = (cases.len() as u32).div_ceil(CHART_COLUMNS);
+    let mut page =
+        Page::new(MARGIN + CHART_COLUMNS * (CHART_PX.0 + MARGIN), HEADING_PX + rows * (CHART_PX.1 + MARGIN) + MARGIN);
     let words = "A line of light: share of its energy that leaves in each row along the motion. Below each chart the kernel \
                  against its bars: ok, off, or ? where the judge's error hides it";
     page.words(MARGIN, 20, words);
-    page.words_in(MARGIN, 36, marked(cases).trim_end(), ComparedModel::Model(Model::Kernel).colour());
+    page.words_in(MARGIN, 36, kernel_summary(cases).trim_end(), ComparedModel::Model(Model::Kernel).colour());
     for (i, case) in cases.iter().enumerate() {
-        let (row, column) = (i as u32 / COLUMNS, i as u32 % COLUMNS);
-        let place = (MARGIN + column * (CHART.0 + MARGIN), HEAD + row * (CHART.1 + MARGIN));
-        chart(case).draw(&mut page, place, CHART);
+        let (row, column) = (i as u32 / CHART_COLUMNS, i as u32 % CHART_COLUMNS);
+        let (left, top) = (MARGIN + column * (CHART_PX.0 + MARGIN), HEADING_PX + row * (CHART_PX.1 + MARGIN));
+        let area = Area { left, top, width: CHART_PX.0, height: CHART_PX.1 };
+        chart(case).draw(&mut page, area);
     }
     page.0
 }
 
-fn chart(case: &Case) -> Chart {
+fn chart(case: &MediumCase) -> Chart {
     let series = Model::ALL.into_iter().zip(&case.answers).filter_map(|(model, answer)| {
         let answer = answer.as_ref().ok()?;
-        let at =
-            |(row, share): (usize, &Estimate)| ((row as f64 - ROWS as f64) * answer.row_mm, share.value, share.error);
+        let at = |(row, share): (usize, &Estimate)| {
+            ((row as f64 - ROWS_ASIDE as f64) * answer.row_mm, share.value, share.error)
+        };
         let points = answer.line.iter().enumerate().map(at).collect();
         Some(Series {
             name: model.name().into(),
@@ -281,12 +288,14 @@ fn chart(case: &Case) -> Chart {
         x: Axis::even("y [mm]", -2.1, 2.1),
         y: Axis::log("share of the energy in a row", 1e-4, 0.5),
         series: series.collect(),
-        foot: (marks(case), ComparedModel::Model(Model::Kernel).colour()),
+        foot: (verdicts(case), ComparedModel::Model(Model::Kernel).colour()),
     }
 }
 
 /// What the kernel's bars say.
-fn marks(case: &Case) -> String {
-    let each = |marks| FIGURES.iter().zip(marks).map(|(figure, mark): (_, Mark)| [figure.name, mark.name()].join(" "));
-    case.marks().map_or_else(String::new, |marks| each(marks).collect::<Vec<_>>().join("  "))
+fn verdicts(case: &MediumCase) -> String {
+    let each = |verdicts| {
+        FIGURES.iter().zip(verdicts).map(|(figure, verdict): (_, Verdict)| [figure.name, verdict.name()].join(" "))
+    };
+    case.verdicts().map_or_else(String::new, |verdicts| each(verdicts).collect::<Vec<_>>().join("  "))
 }

@@ -6,74 +6,68 @@
 //! - [`instrument`]: triangulation, sensor, speckle, laser
 //! - [`packs`]: one blister pack of each defect
 //!
-//! A study of light inside matter walks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a question
-//! stands in it with its reason.
+//! A study of light inside matter asks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a
+//! question is listed with its reason.
 
 pub mod compared_model;
 pub mod ellipse;
-mod fit;
 pub mod instrument;
 pub mod lines;
 pub mod media;
 pub mod packs;
 pub mod point;
+mod poisson_fit;
 pub mod profile;
 
 use image::RgbImage;
 use serde_json::{Value, json};
 
-use crate::transport::answer::{Answer, Estimate, Question};
+use crate::medium::Medium;
+use crate::transport::answer::{Answer, Estimate};
 use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
-use crate::transport::stack::Stack;
 
-/// What a study has found.
+/// Result of a study.
 #[derive(Debug, Clone)]
-pub struct Report {
+pub struct StudyReport {
     /// A table for the terminal.
     pub table: String,
-    /// Everything, with standard errors.
+    /// All numbers, with standard errors.
     pub json: Value,
-    /// The same as a picture.
+    /// Charts and maps of the numbers.
     pub picture: RgbImage,
 }
 
-/// How far a study is.
+/// What a study reports while it runs.
 #[derive(Debug, Clone, Copy)]
-pub enum Step<'a> {
+pub enum StudyEvent<'a> {
     /// A model is asked about something.
     Asks(&'a str),
-    /// So many photons more are done, or so many repeats.
+    /// So many photons or repeats more are done.
     Done(u64),
 }
 
-/// Whoever wants to know.
-pub type Watch<'a> = &'a (dyn Fn(Step) + Sync);
+/// Receives the events of a study.
+pub type Progress<'a> = &'a (dyn Fn(StudyEvent) + Sync);
 
-/// Asks a model, and tells who watches.
-fn ask(
-    model: Model,
-    what: &str,
-    (stack, question): (&Stack, &Question),
-    effort: Effort,
-    watch: Watch,
-) -> Result<Answer, ModelError> {
-    asks(model.name(), what, watch);
-    model.ask(stack, question, effort, &|photons| watch(Step::Done(photons)))
+/// Asks a model, and reports how far it is.
+fn ask(model: Model, what: &str, medium: &Medium, effort: Effort, progress: Progress) -> Result<Answer, ModelError> {
+    announce(model.name(), what, progress);
+    model.ask(&medium.stack, &medium.question, effort, &|photons| progress(StudyEvent::Done(photons)))
 }
 
-/// Tells who watches that somebody is asked.
-fn asks(name: &str, what: &str, watch: Watch) {
-    watch(Step::Asks(&format!("{name} about {what}")));
+/// Reports that a model is asked about something.
+fn announce(name: &str, what: &str, progress: Progress) {
+    progress(StudyEvent::Asks(&format!("{name} about {what}")));
 }
 
 /// Photons of a study that asks each model `times` times.
-fn photons(effort: Effort, times: u64) -> u64 {
+fn total_photons(effort: Effort, times: u64) -> u64 {
     Model::ALL.into_iter().filter(|model| model.walks()).count() as u64 * times * effort.walked()
 }
 
 /// The head of every study's document.
-fn head(study: &str, effort: Effort) -> Value {
+fn document_head(study: &str, effort: Effort) -> Value {
     json!({
         "schema_version": 1,
         "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
@@ -83,7 +77,7 @@ fn head(study: &str, effort: Effort) -> Value {
 }
 
 /// A number with its error where it has one.
-fn told(estimate: Estimate, digits: usize) -> String {
+fn describe(estimate: Estimate, digits: usize) -> String {
     let Estimate { value, error } = estimate;
     // What rounds to nothing has no sign.
     let value = if value.abs() < 0.5 * libm::pow(0.1, digits as f64) { 0.0 } else { value };

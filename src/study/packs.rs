@@ -8,7 +8,7 @@ use procedural::blister::{Blister, Defects};
 use procedural::{Class, Instance};
 use serde_json::{Value, json};
 
-use super::{Report, Step, Watch, asks};
+use super::{Progress, StudyEvent, StudyReport, announce};
 use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
@@ -18,9 +18,9 @@ use crate::record::Record;
 /// Severity of the defects on show [1].
 const SEVERITY: f64 = 0.9;
 /// Scattering of semi-transparent, clear and opaque film [mm^-1].
-const FILM_PER_MM: f64 = 12.0;
-const CLEAR_PER_MM: f64 = 0.05;
-const OPAQUE_PER_MM: f64 = 150.0;
+const FILM_SIGMA_PER_MM: f64 = 12.0;
+const CLEAR_SIGMA_PER_MM: f64 = 0.05;
+const OPAQUE_SIGMA_PER_MM: f64 = 150.0;
 /// Exposure time of a good scan, and of one as overexposed as those of Kihl and Källberg [us].
 const GOOD_US: f64 = 40.0;
 const OVEREXPOSED_US: f64 = 400.0;
@@ -45,13 +45,13 @@ const PACKS: [Change; 24] = [
     ("shallow", |b, _| b.defects.shallow = 1.0),
     ("collapsed", |b, _| b.defects.collapsed = 1.0),
     ("punctured", |b, _| b.defects.punctured = 1.0),
-    ("pinhole, clear film", |b, _| (b.defects.pinhole, b.web.sigma_per_mm) = (3.0, CLEAR_PER_MM)),
+    ("pinhole, clear film", |b, _| (b.defects.pinhole, b.web.sigma_per_mm) = (3.0, CLEAR_SIGMA_PER_MM)),
     ("channel", |b, _| b.defects.channel = 1.0),
     ("wrinkle", |b, _| b.defects.wrinkle = 1.0),
     ("delamination", |b, _| b.defects.delamination = 1.0),
     ("tablet on flange", |b, _| b.defects.tablet_on_flange = 1.0),
-    ("missing, clear film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, CLEAR_PER_MM)),
-    ("missing, opaque film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, OPAQUE_PER_MM)),
+    ("missing, clear film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, CLEAR_SIGMA_PER_MM)),
+    ("missing, opaque film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, OPAQUE_SIGMA_PER_MM)),
     ("missing, overexposed", |b, time_us| {
         b.defects.missing = 1.0;
         *time_us = OVEREXPOSED_US;
@@ -62,7 +62,7 @@ const PACKS: [Change; 24] = [
 ];
 
 /// A pack on show.
-struct Pack {
+struct PackSample {
     pub name: &'static str,
     pub record: Record,
     /// What the dark level adds to Scatter [DN].
@@ -70,21 +70,21 @@ struct Pack {
 }
 
 /// Packs of the whole study.
-pub fn work() -> u64 {
+pub fn workload() -> u64 {
     PACKS.len() as u64
 }
 
 /// Renders the packs of `recipe`; what is wrong where it is about something else.
-pub fn study(recipe: &Recipe, seed: u64, watch: Watch) -> Result<Report, String> {
+pub fn study(recipe: &Recipe, seed: u64, progress: Progress) -> Result<StudyReport, String> {
     let tiles = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
     for (number, (name, change)) in PACKS.into_iter().enumerate() {
-        asks("kernel", name, watch);
+        announce("kernel", name, progress);
         let scene = scene(recipe, seed, number as u64, change)?;
         let record = pipeline::render(&scene, &tiles, &|_| ());
         let dark = record.physics.iter().find(|(name, _)| *name == "scatter_dark_dn");
-        packs.push(Pack { name, dark_dn: dark.map_or(0.0, |(_, dn)| *dn), record });
-        watch(Step::Done(1));
+        packs.push(PackSample { name, dark_dn: dark.map_or(0.0, |(_, dn)| *dn), record });
+        progress(StudyEvent::Done(1));
     }
     let mut table =
         format!("{:22} {:>10} {:>10} {:>10} {:>10}  defects\n", "pack", "Scatter", "others", "Range", "others");
@@ -103,7 +103,7 @@ pub fn study(recipe: &Recipe, seed: u64, watch: Watch) -> Result<Report, String>
         "seed": seed,
         "packs": rows,
     });
-    Ok(Report { table, json, picture: page(&packs) })
+    Ok(StudyReport { table, json, picture: page(&packs) })
 }
 
 /// Sample `index` of the recipe with nothing wrong, and then `change`.
@@ -118,7 +118,7 @@ fn scene(recipe: &Recipe, seed: u64, index: u64, change: fn(&mut Blister, &mut f
     };
     blister.defects = Defects::from_values(&mut |parameter| parameter.default);
     blister.defects.severity = SEVERITY;
-    blister.web.sigma_per_mm = FILM_PER_MM;
+    blister.web.sigma_per_mm = FILM_SIGMA_PER_MM;
     scene.bench.exposure.time_us = GOOD_US;
     change(blister, &mut scene.bench.exposure.time_us);
     (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
@@ -126,7 +126,7 @@ fn scene(recipe: &Recipe, seed: u64, index: u64, change: fn(&mut Blister, &mut f
 }
 
 /// Mean Scatter without the dark level [DN] and mean Range [mm] of the pockets that `chosen` picks; `None` for none.
-fn mean(pack: &Pack, chosen: impl Fn(&Instance) -> bool) -> Option<[f64; 2]> {
+fn mean(pack: &PackSample, chosen: impl Fn(&Instance) -> bool) -> Option<[f64; 2]> {
     let record = &pack.record;
     let ids: Vec<u16> = record.objects.iter().map(|o| o.instance).filter(|i| chosen(i)).map(|i| i.id).collect();
     let parent = |id: u16| {
@@ -143,7 +143,7 @@ fn mean(pack: &Pack, chosen: impl Fn(&Instance) -> bool) -> Option<[f64; 2]> {
 }
 
 /// A pack's line in the table, and the same as JSON.
-fn told(pack: &Pack) -> (String, Value) {
+fn told(pack: &PackSample) -> (String, Value) {
     let pocket = |i: &Instance| i.within == 0 && (i.class == Class::Pocket || i.state != Class::Pocket);
     let concerned = mean(pack, |i| pocket(i) && i.state != Class::Pocket);
     let others = mean(pack, |i| pocket(i) && i.state == Class::Pocket);
@@ -166,39 +166,39 @@ fn told(pack: &Pack) -> (String, Value) {
 }
 
 /// Packs in a line of the page.
-const ACROSS: u32 = 3;
+const PACKS_ACROSS: u32 = 3;
 /// Space for a pack's name [px].
-const HEAD: u32 = 18;
+const NAME_PX: u32 = 18;
 /// Space between the pictures of a pack [px].
-const SEAM: u32 = 3;
+const SEAM_PX: u32 = 3;
 /// Columns and profiles behind one pixel of the page.
 const SHRINK: usize = 2;
 /// Share of a picture's pixels that are whiter than white.
-const CLIP: f64 = 0.004;
+const CLIPPED_SHARE: f64 = 0.004;
 /// Outlines of defects.
 const OUTLINE: Rgb<u8> = Rgb([255, 60, 40]);
 /// Where nothing was measured.
 const MISSING: Rgb<u8> = Rgb([60, 0, 40]);
 
 /// The page.
-fn page(packs: &[Pack]) -> RgbImage {
+fn page(packs: &[PackSample]) -> RgbImage {
     let size = |record: &Record| ((record.cols / SHRINK) as u32, (record.rows / SHRINK) as u32);
     let (width, height) = packs.first().map_or((1, 1), |pack| size(&pack.record));
-    let (cell, line) = (3 * width + 2 * SEAM + MARGIN, HEAD + height + MARGIN);
-    let mut page = Page::new(ACROSS * cell + MARGIN, (packs.len() as u32).div_ceil(ACROSS) * line + MARGIN);
+    let (cell, line) = (3 * width + 2 * SEAM_PX + MARGIN, NAME_PX + height + MARGIN);
+    let mut page = Page::new(PACKS_ACROSS * cell + MARGIN, (packs.len() as u32).div_ceil(PACKS_ACROSS) * line + MARGIN);
     for (number, pack) in packs.iter().enumerate() {
         let number = number as u32;
-        let (left, top) = (MARGIN + number % ACROSS * cell, MARGIN + number / ACROSS * line);
-        page.words(left, top + HEAD - 6, pack.name);
+        let (left, top) = (MARGIN + number % PACKS_ACROSS * cell, MARGIN + number / PACKS_ACROSS * line);
+        page.words(left, top + NAME_PX - 6, pack.name);
         for (place, picture) in pictures(pack).iter().enumerate() {
-            page.picture(left + place as u32 * (width + SEAM), top + HEAD, picture);
+            page.picture(left + place as u32 * (width + SEAM_PX), top + NAME_PX, picture);
         }
     }
     page.0
 }
 
 /// Range, Reflectance and Scatter of a pack.
-fn pictures(pack: &Pack) -> [RgbImage; 3] {
+fn pictures(pack: &PackSample) -> [RgbImage; 3] {
     let maps = &pack.record.maps;
     let dark = pack.dark_dn as f32;
     let scatter: Vec<f32> = maps.scatter.iter().map(|v| if *v > 0.0 { (v - dark).max(0.1) } else { 0.0 }).collect();
@@ -213,7 +213,7 @@ fn paint(record: &Record, map: &[f32], ramp: fn(f32) -> Rgb<u8>) -> RgbImage {
     let on = |i: &usize| record.labels.class[*i] != Class::Background as u8 && map[*i] > 0.0;
     let mut values: Vec<f32> = (0..map.len()).filter(on).map(|i| map[i]).collect();
     values.sort_by(f32::total_cmp);
-    let white = values.get(((1.0 - CLIP) * values.len() as f64) as usize).copied().unwrap_or(1.0);
+    let white = values.get(((1.0 - CLIPPED_SHARE) * values.len() as f64) as usize).copied().unwrap_or(1.0);
     RgbImage::from_fn((record.cols / SHRINK) as u32, (record.rows / SHRINK) as u32, |x, y| {
         let seen: Vec<f32> = behind(record, x, y).map(|i| map[i]).filter(|v| *v > 0.0).collect();
         if seen.is_empty() {

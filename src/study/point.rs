@@ -11,11 +11,12 @@ use image::{Rgb, RgbImage};
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::ellipse::{Ellipse, Map, ellipse};
+use super::ellipse::{Ellipse, LightMap, ellipse};
 use super::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
-use super::{Report, Watch, ask, asks, head, photons, told};
+use super::{Progress, StudyReport, announce, ask, describe, document_head, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
-use crate::drawing::{LETTER, MARGIN, Page, viridis};
+use crate::drawing::{Area, LETTER, MARGIN, Page, viridis};
+use crate::medium::Medium;
 use crate::transport::answer::{Estimate, Question};
 use crate::transport::kernel::diffusion;
 use crate::transport::model::ModelError;
@@ -82,12 +83,12 @@ impl Case {
 }
 
 /// Photons that [`study`] walks.
-pub fn work(effort: Effort) -> u64 {
-    photons(effort, AZIMUTHS.len() as u64 + 1)
+pub fn workload(effort: Effort) -> u64 {
+    total_photons(effort, AZIMUTHS.len() as u64 + 1)
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, watch: Watch) -> Report {
+pub fn study(effort: Effort, progress: Progress) -> StudyReport {
     let case = |wood, title, azimuths, known| Case { wood, title, azimuths, known, spots: Vec::new() };
     let mut cases = [
         case(CLEAR_WOOD, "Clear wood, fibre in the surface", &AZIMUTHS[..], 2.17),
@@ -98,11 +99,11 @@ pub fn study(effort: Effort, watch: Watch) -> Report {
             // The conservative stencil takes seconds for each.
             let asked = |azimuth: &f64| by != ComparedModel::Conservative || *azimuth == case.drawn();
             for azimuth in case.azimuths.iter().copied().filter(asked).collect::<Vec<_>>() {
-                case.spots.push(spot(case, by, azimuth, effort, watch));
+                case.spots.push(spot(case, by, azimuth, effort, progress));
             }
         }
     }
-    Report { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
+    StudyReport { table: table(&cases), json: json(&cases, effort), picture: draw(&cases) }
 }
 
 impl ComparedModel {
@@ -128,12 +129,14 @@ impl ComparedModel {
     ///
     /// # Errors
     /// Where the model refuses.
-    pub fn point_light(self, wood: &Wood, effort: Effort, watch: Watch) -> Result<Vec<Estimate>, ModelError> {
+    pub fn point_light(self, wood: &Wood, effort: Effort, progress: Progress) -> Result<Vec<Estimate>, ModelError> {
         let middle = DVec2::splat(CELLS as f64);
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (spot, method) = match self {
             Self::Model(model) => {
-                return Ok(ask(model, &what, (&wood.stack(), &question()), effort, watch)?.point);
+                return Ok(
+                    ask(model, &what, &Medium { stack: wood.stack(), question: question() }, effort, progress)?.point
+                );
             }
             Self::Thesis if is_knot(&ground(wood)) => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
             Self::Thesis => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),
@@ -141,7 +144,7 @@ impl ComparedModel {
                 (thesis::LaserPoint { at: middle, diameter: 1.0, deviation: 1.0 }, SpreadMethod::CONSERVATIVE)
             }
         };
-        asks(self.name(), &what, watch);
+        announce(self.name(), &what, progress);
         Ok(thesis::point(&ground(wood), &spot, method).light.into_iter().map(Estimate::exact).collect())
     }
 }
@@ -162,9 +165,9 @@ fn question() -> Question {
     Question { rows: 0, angles: 0, cells: CELLS, cell_mm: CELL_MM, ..Question::default() }
 }
 
-fn spot(case: &Case, by: ComparedModel, azimuth: f64, effort: Effort, watch: Watch) -> Spot {
+fn spot(case: &Case, by: ComparedModel, azimuth: f64, effort: Effort, progress: Progress) -> Spot {
     let wood = case.wood.turned(azimuth);
-    let light = by.point_light(&wood, effort, watch).map_err(|refusal| refusal.to_string());
+    let light = by.point_light(&wood, effort, progress).map_err(|refusal| refusal.to_string());
     let drawn = azimuth == case.drawn();
     let map = light.as_ref().ok().filter(|_| drawn).map_or_else(Vec::new, |light| values(light));
     let found = light.map(|light| ACROSS.iter().map(|across| contour(&light, azimuth, *across)).collect());
@@ -188,7 +191,7 @@ pub fn contour(light: &[Estimate], azimuth: f64, across: f64) -> Option<Contour>
     let values = values(light);
     let (x, y) = libm::sincos(azimuth.to_radians());
     let (along, sideways) = (DVec2::new(x, y), DVec2::new(-y, x));
-    let map = Map { light: &values, cells: CELLS, cell_mm: CELL_MM };
+    let map = LightMap { light: &values, cells: CELLS, cell_mm: CELL_MM };
     let mut ellipse = ellipse(map, across * sideways)?;
     if light.iter().all(|cell| cell.error == 0.0) {
         // What the fit calls errors is then the shape's misfit alone.
@@ -257,18 +260,18 @@ fn angle_table(case: &Case) -> String {
 
 impl Contour {
     fn words(&self) -> String {
-        format!("{}  {:>10}", told(self.aspect, 3), self.angle())
+        format!("{}  {:>10}", describe(self.aspect, 3), self.angle())
     }
 
     /// Of the long axis against the fibre; a circle has none.
     fn angle(&self) -> String {
         let round = self.off.error > 15.0 || self.ellipse.aspect.value < 1.02;
-        if round { "round".to_owned() } else { told(self.off, 1) }
+        if round { "round".to_owned() } else { describe(self.off, 1) }
     }
 }
 
 fn json(cases: &[Case], effort: Effort) -> Value {
-    let mut document = head("point", effort);
+    let mut document = document_head("point", effort);
     let each = |case: &Case| {
         let [mu_a, sigma_i, sigma_c, n] = case.wood.coefficients;
         json!({
@@ -339,10 +342,10 @@ fn draw(cases: &[Case]) -> RgbImage {
             let name = spot.by.name();
             page.words_in(left, top + HEAD - 6, name, spot.by.colour());
             page.words(left + LETTER * (name.len() as u32 + 2), top + HEAD - 6, &spot.note);
-            draw_map(&mut page, (left, top + HEAD), spot, case);
+            draw_map(&mut page, left, top + HEAD, spot, case);
         }
         let ramp = |t: f32| viridis(t);
-        page.bar(MARGIN, top + HEAD + SIDE + 8, SIDE, ("1e-5", "log scale  10 per mm2"), &ramp);
+        page.bar(MARGIN, top + HEAD + SIDE + 8, SIDE, "1e-5", "log scale  10 per mm2", &ramp);
         let words =
             "white: equal light at 0.5, 1, 1.5 mm across the fibre; orange: the fibre; x right, y (motion) down";
         page.words(2 * MARGIN + SIDE, top + HEAD + SIDE + 17, words);
@@ -351,12 +354,13 @@ fn draw(cases: &[Case]) -> RgbImage {
     let charts: Vec<_> = cases.iter().map(aspect_chart).chain([angle_chart(&cases[0])]).collect();
     let pitch = width / charts.len() as u32;
     for (column, chart) in charts.iter().enumerate() {
-        chart.draw(&mut page, (MARGIN + column as u32 * pitch, top), (pitch - MARGIN, CHART));
+        let area = Area { left: MARGIN + column as u32 * pitch, top, width: pitch - MARGIN, height: CHART };
+        chart.draw(&mut page, area);
     }
     page.0
 }
 
-fn draw_map(page: &mut Page, (left, top): (u32, u32), spot: &Spot, case: &Case) {
+fn draw_map(page: &mut Page, left: u32, top: u32, spot: &Spot, case: &Case) {
     let contours = match &spot.found {
         Ok(contours) => contours,
         Err(reason) => return page.words(left, top + 20, reason),

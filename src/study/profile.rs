@@ -7,9 +7,9 @@
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::{Report, Step, Watch, asks, head};
+use super::{Progress, StudyEvent, StudyReport, announce, document_head};
 use crate::drawing::chart::{Axis, Chart, Series};
-use crate::drawing::{MARGIN, Page};
+use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, TILE, expose};
 use crate::pipeline;
@@ -22,27 +22,27 @@ use crate::transport::path::Effort;
 /// Photons of the judge in all.
 pub const PHOTONS: u64 = 2_000_000;
 /// Independent walks of the judge.
-const REPEATS: u64 = 8;
+const WALKS: u64 = 8;
 /// Columns averaged into one.
-const BIN: usize = 8;
+const BIN_COLUMNS: usize = 8;
 /// Rows beside the peak that Scatter sums on each side.
-const BESIDE: usize = 8;
-const CHART: (u32, u32) = (1100, 420);
+const SCATTER_ROWS: usize = 8;
+const CHART_PX: (u32, u32) = (1100, 420);
 
 /// What a model says of the bins along the line: Scatter and all light [e-].
-struct Line {
-    by: ComparedModel,
+struct ProfileLine {
+    model: ComparedModel,
     scatter: Vec<Estimate>,
     light: Vec<Estimate>,
 }
 
 /// Photons of the whole study.
-pub fn work(effort: Effort) -> u64 {
-    effort.photons.div_ceil(REPEATS) * REPEATS
+pub fn workload(effort: Effort) -> u64 {
+    effort.photons.div_ceil(WALKS) * WALKS
 }
 
 /// Asks every model about `profile` of `scene`.
-pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Report {
+pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: Progress) -> StudyReport {
     let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();
@@ -53,22 +53,22 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Rep
         let band = sensor.band(&specimen, profile..profile + 1, Band::default());
         let hits = &band.row(profile).hits;
         x = hits
-            .chunks(BIN)
+            .chunks(BIN_COLUMNS)
             .map(|bin| bin.iter().map(|hit| f64::from(hit.x)).sum::<f64>() / bin.len() as f64)
             .collect();
         let mut columns = Vec::new();
         let mut scratch = Scratch::default();
         for tile in 0..hits.len().div_ceil(TILE) {
             expose::window(&sensor, &band, profile, tile, &mut scratch);
-            columns.extend((0..TILE.min(hits.len() - tile * TILE)).map(|column| read(&scratch, column)));
+            columns.extend((0..TILE.min(hits.len() - tile * TILE)).map(|column| column_light(&scratch, column)));
         }
         let mean = |bin: &[[f64; 2]]| [0, 1].map(|i| bin.iter().map(|v| v[i]).sum::<f64>() / bin.len() as f64);
-        columns.chunks(BIN).map(mean).collect::<Vec<_>>()
+        columns.chunks(BIN_COLUMNS).map(mean).collect::<Vec<_>>()
     };
     let what = format!("profile {profile} of sample {}", scene.index);
     let (method, pixel_mm) = (ThesisMethod::Diffusion, 0.05);
     let models = [
-        (ComparedModel::Model(Model::Path), Transport::Path { photons: effort.photons.div_ceil(REPEATS) }),
+        (ComparedModel::Model(Model::Path), Transport::Path { photons: effort.photons.div_ceil(WALKS) }),
         (ComparedModel::Model(Model::Diffusion), Transport::Diffusion { voxel_mm: 0.1 }),
         (ComparedModel::Model(Model::Kernel), Transport::Kernel),
         (ComparedModel::Thesis, Transport::Thesis { method, iterations: 20, pixel_mm }),
@@ -77,74 +77,79 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, watch: Watch) -> Rep
     let knows = |transport: &Transport| {
         scene.plan.subject() == Subject::Wood || matches!(transport, Transport::Path { .. } | Transport::Kernel)
     };
-    let lines: Vec<Line> = models
+    let lines: Vec<ProfileLine> = models
         .into_iter()
         .filter(|(_, transport)| knows(transport))
-        .map(|(by, transport)| {
-            asks(by.name(), &what, watch);
-            let repeats = if matches!(transport, Transport::Path { .. }) { REPEATS } else { 1 };
+        .map(|(model, transport)| {
+            announce(model.name(), &what, progress);
+            let repeats = if matches!(transport, Transport::Path { .. }) { WALKS } else { 1 };
             let looks: Vec<_> = (0..repeats)
                 .map(|repeat| {
                     let look = look(transport, repeat);
                     if repeats > 1 {
-                        watch(Step::Done(effort.photons.div_ceil(REPEATS)));
+                        progress(StudyEvent::Done(effort.photons.div_ceil(WALKS)));
                     }
                     look
                 })
                 .collect();
             let all = |i: usize| (0..looks[0].len()).map(|bin| Estimate::of(looks.iter().map(|l| l[bin][i]))).collect();
-            Line { by, scatter: all(0), light: all(1) }
+            ProfileLine { model, scatter: all(0), light: all(1) }
         })
         .collect();
     report(scene, profile, &x, &lines, effort)
 }
 
 /// Scatter and all light of a column [e-].
-fn read(scratch: &Scratch, column: usize) -> [f64; 2] {
+fn column_light(scratch: &Scratch, column: usize) -> [f64; 2] {
     let at = |k: usize| f64::from(scratch.electrons(k, column));
     let peak = (0..ROWS).max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0);
-    let beside =
-        (1..=BESIDE).map(|d| if peak + d < ROWS { at(peak + d) } else { 0.0 } + peak.checked_sub(d).map_or(0.0, at));
+    let beside = (1..=SCATTER_ROWS)
+        .map(|d| if peak + d < ROWS { at(peak + d) } else { 0.0 } + peak.checked_sub(d).map_or(0.0, at));
     [beside.sum(), (0..ROWS).map(at).sum()]
 }
 
 /// Root mean square of a model's relative difference in Scatter from the judge, over bins that the judge knows to 10 %.
-fn apart(model: &Line, judge: &Line) -> f64 {
+fn scatter_rms(model: &ProfileLine, judge: &ProfileLine) -> f64 {
     let pairs = model.scatter.iter().zip(&judge.scatter);
     let known = pairs.filter(|(_, judge)| judge.error > 0.0 && judge.error < 0.1 * judge.value);
     let squares: Vec<f64> = known.map(|(model, judge)| (model.value / judge.value - 1.0).powi(2)).collect();
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[Line], effort: Effort) -> Report {
+fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effort: Effort) -> StudyReport {
     let judge = &lines[0];
-    let total = |line: &Line| line.light.iter().map(|e| e.value).sum::<f64>();
+    let total = |line: &ProfileLine| line.light.iter().map(|e| e.value).sum::<f64>();
     let mut table = format!(
-        "Profile {profile} of sample {} ({}): scatter is rows 1 to {BESIDE} on both sides of the peak, bins of {BIN} columns\n\
+        "Profile {profile} of sample {} ({}): scatter is rows 1 to {SCATTER_ROWS} on both sides of the peak, bins of {BIN_COLUMNS} columns\n\
          {:14} {:>14} {:>26}\n",
         scene.index, scene.class, "model", "light/judge", "rms of scatter to judge"
     );
     for line in lines {
-        table += &format!("{:14} {:14.3} {:26.3}\n", line.by.name(), total(line) / total(judge), apart(line, judge));
+        table += &format!(
+            "{:14} {:14.3} {:26.3}\n",
+            line.model.name(),
+            total(line) / total(judge),
+            scatter_rms(line, judge)
+        );
     }
-    let model = |line: &Line| -> Value {
+    let model = |line: &ProfileLine| -> Value {
         json!({
-            "model": line.by.name(),
-            "rms_of_scatter_to_judge": apart(line, judge),
+            "model": line.model.name(),
+            "rms_of_scatter_to_judge": scatter_rms(line, judge),
             "scatter_e": line.scatter,
             "light_e": line.light,
         })
     };
-    let mut json = head("profile", effort);
+    let mut json = document_head("profile", effort);
     json["sample"] = json!({ "index": scene.index, "id": scene.id, "class": scene.class, "profile": profile });
     json["x_mm"] = json!(x);
     json["models"] = lines.iter().map(model).collect();
     let most = lines.iter().flat_map(|line| &line.scatter).map(|e| e.value).fold(1.0, f64::max);
     let series = lines.iter().map(|line| Series {
-        name: line.by.name().into(),
-        colour: line.by.colour(),
+        name: line.model.name().into(),
+        colour: line.model.colour(),
         points: x.iter().zip(&line.scatter).map(|(&x, e)| (x, e.value, e.error)).collect(),
-        joined: line.by != ComparedModel::Model(Model::Path),
+        joined: line.model != ComparedModel::Model(Model::Path),
     });
     let ends = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
     let chart = Chart {
@@ -154,7 +159,7 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[Line], effort: Effo
         series: series.collect(),
         foot: (String::new(), ComparedModel::Model(Model::Kernel).colour()),
     };
-    let mut page = Page::new(CHART.0 + 2 * MARGIN, CHART.1 + 2 * MARGIN);
-    chart.draw(&mut page, (MARGIN, MARGIN), CHART);
-    Report { table, json, picture: page.0 }
+    let mut page = Page::new(CHART_PX.0 + 2 * MARGIN, CHART_PX.1 + 2 * MARGIN);
+    chart.draw(&mut page, Area { left: MARGIN, top: MARGIN, width: CHART_PX.0, height: CHART_PX.1 });
+    StudyReport { table, json, picture: page.0 }
 }

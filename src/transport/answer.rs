@@ -1,4 +1,5 @@
-//! What a model of transport says of a stack under a thin vertical beam or line of unit energy.
+//! Answers of the transport models: reflectance, transmittance, absorption and spreads of a stack under a thin vertical beam
+//! or line of unit energy.
 
 use serde::Serialize;
 
@@ -105,7 +106,7 @@ pub struct Answer {
     pub row_mm: f64,
     /// Share of a line's energy that leaves in each row along y, `[2 rows + 1]`, row 0 at the smallest y [1].
     pub line: Vec<Estimate>,
-    /// Radiance factor of each row of a line, `[2 rows + 1]` [1]; empty where the model has none. The judge counts light
+    /// Radiance factor of each row of a line, `[2 rows + 1]` [1]; empty where the model has none. Monte Carlo counts light
     /// within 5 degrees of the lens, at all azimuths where they are alike.
     pub seen: Vec<Estimate>,
     /// Pitch of `point` [mm].

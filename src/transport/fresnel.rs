@@ -1,4 +1,4 @@
-//! What happens at the surface: Fresnel reflection, internal reflection of diffuse light, rough gloss.
+//! Fresnel reflection, internal reflection of diffuse light, and microfacet gloss of a surface.
 //!
 //! Models: unpolarised Fresnel reflectance of a smooth dielectric; the boundary factor A(n) of diffusion theory
 //! (Contini, Martelli, Zaccanti 1997), A = (1 + 3 int mu^2 R) / (1 - 2 int mu R) over cosines from inside;
@@ -35,11 +35,11 @@ pub fn fresnel_dielectric(n: f64, other: f64, mu: f64) -> (f64, f64) {
 
 /// Boundary factor A(n) of diffusion theory [1].
 pub fn boundary_factor(n: f64) -> f64 {
-    const STEPS: usize = 4000;
+    const QUADRATURE_STEPS: usize = 4000;
     let (mut first, mut second) = (0.0, 0.0);
-    for i in 0..STEPS {
-        let mu = (i as f64 + 0.5) / STEPS as f64;
-        let r = internal_reflectance(n, mu) / STEPS as f64;
+    for i in 0..QUADRATURE_STEPS {
+        let mu = (i as f64 + 0.5) / QUADRATURE_STEPS as f64;
+        let r = internal_reflectance(n, mu) / QUADRATURE_STEPS as f64;
         first += mu * r;
         second += mu * mu * r;
     }

@@ -1,4 +1,4 @@
-//! A laser line on a body: what the models without tables are asked about in a scan.
+//! Line source on a body, and the response to it that a lens sees: what the models without tables are asked in a scan.
 
 use glam::DVec3;
 use procedural::Body;

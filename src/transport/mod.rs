@@ -1,9 +1,9 @@
-//! Light inside matter: where light that enters a body comes out again, and towards whom.
+//! Light transport inside matter: where light that enters a body leaves it again, and in which directions.
 //!
 //! Three models answer the same question about plane layers and are asked by name ([`model`]), from the slowest and
 //! truest to the fastest:
 //!
-//! - [`path`]: Monte Carlo of the transport equation, the judge
+//! - [`path`]: Monte Carlo of the transport equation, the reference
 //! - [`diffusion`]: a tensor of diffusion, in layers or on voxels
 //! - [`kernel`]: Gaussians over path length, what datasets are rendered with
 //!

@@ -22,7 +22,7 @@ pub enum Model {
 pub struct ModelError(pub String);
 
 impl Model {
-    /// Every model, the judge first.
+    /// Every model, the reference first.
     pub const ALL: [Self; 3] = [Self::Path, Self::Diffusion, Self::Kernel];
 
     /// Name on the command line and in answers.
@@ -34,12 +34,12 @@ impl Model {
         }
     }
 
-    /// Whether it walks photons, so that effort and seed mean something.
+    /// Whether it tracks photons, so that effort and seed mean something.
     pub fn walks(self) -> bool {
         matches!(self, Self::Path)
     }
 
-    /// Asks the model about `stack`; one that walks tells `watch` how many photons are done.
+    /// Asks the model about `stack`; one that tracks photons tells `watch` how many photons are done.
     pub fn ask(
         self,
         stack: &Stack,

@@ -1,4 +1,4 @@
-//! Into which direction light is scattered: sampling and density of each law.
+//! Phase functions: sampling and density of each law of scattering.
 //!
 //! - Henyey and Greenstein 1941: p(cos) = (1 - g^2) / (4 pi (1 + g^2 - 2 g cos)^(3/2)), mean cosine g;
 //! - a cylinder with axis f keeps the angle between light and f and turns light about f by an angle phi. Wrapped Cauchy
@@ -125,6 +125,37 @@ pub fn dispersed(axis: DVec3, across: (DVec3, DVec3), s: f64, rng: &mut impl Rng
     let (sin, cos) = libm::sincos(s * (-2.0 * libm::log(r2)).sqrt());
     let scale = sin / r2.sqrt();
     axis * cos + across.0 * (x * scale) + across.1 * (y * scale)
+}
+
+/// What a collision in a medium of fibres was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FibreCollision {
+    /// The isotropic background.
+    Background,
+    /// A cylinder with this axis.
+    Cylinder(DVec3),
+    /// Nothing: the cylinder shows light less than its whole width.
+    Null,
+}
+
+/// Draws what light in direction `w` collides with where the extinction is sigma_i + sigma_c (delta tracking, Woodcock et
+/// al. 1965); `fibre` draws a cylinder's axis.
+#[inline(always)]
+pub fn fibre_collision<R: Rng>(
+    w: DVec3,
+    sigma_i: f64,
+    sigma_c: f64,
+    rng: &mut R,
+    fibre: impl FnOnce(&mut R) -> DVec3,
+) -> FibreCollision {
+    let choice = uniform(rng) * (sigma_i + sigma_c);
+    if choice < sigma_i {
+        return FibreCollision::Background;
+    }
+    let fibre = fibre(rng);
+    let along = w.dot(fibre);
+    let hit = (choice - sigma_i) / sigma_c;
+    if hit * hit < 1.0 - along * along { FibreCollision::Cylinder(fibre) } else { FibreCollision::Null }
 }
 
 /// Density of the law of dispersion at tilt `t` [sr^-1].

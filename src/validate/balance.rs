@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::report::{Code, Fault};
 use super::tally::{Declared, Numbers, Tally, classes_of};
-use crate::chance::{Law, binomial, holm, likelihood_ratio, likelihood_ratio_chance, smirnov};
+use crate::chance::{DrawLaw, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
 /// Chance that a dataset which was drawn as declared is faulted for any of its statistics.
 pub const ALPHA: f64 = 1e-6;
@@ -164,10 +164,10 @@ fn splits(tally: &Tally) -> Vec<Test> {
 }
 
 /// Name, statistic and chance; a number that is never drawn has no chance at all.
-fn test(law: &Law, numbers: &Numbers) -> (&'static str, f64, f64) {
+fn test(law: &DrawLaw, numbers: &Numbers) -> (&'static str, f64, f64) {
     let (name, statistic, p) = match law {
-        Law::Fixed(_) => ("fixed", numbers.impossible as f64, 1.0),
-        Law::Discrete(cells) => {
+        DrawLaw::Fixed(_) => ("fixed", numbers.impossible as f64, 1.0),
+        DrawLaw::Discrete(cells) => {
             let chances: Vec<f64> = cells.iter().map(|cell| cell.1).collect();
             let n: u64 = numbers.cells.iter().sum();
             match (numbers.cells.as_slice(), chances.as_slice()) {
@@ -178,9 +178,9 @@ fn test(law: &Law, numbers: &Numbers) -> (&'static str, f64, f64) {
                 }
             }
         }
-        Law::Continuous { .. } => {
+        DrawLaw::Continuous { .. } => {
             let (samples, distance) = numbers.grid.as_ref().map_or((0, 0.0), |grid| (grid.samples(), grid.distance()));
-            ("kolmogorov-smirnov", distance, smirnov(samples, distance))
+            ("kolmogorov-smirnov", distance, kolmogorov_smirnov(samples, distance))
         }
     };
     (name, statistic, if numbers.impossible > 0 { 0.0 } else { p })

@@ -10,7 +10,7 @@ use output_schema::file::{CROISSANT, DATASET};
 use super::files::unread;
 use super::report::{Code, Fault, Report};
 use crate::dataset::{Counts, descriptions};
-use crate::record::Split;
+use crate::split::Split;
 
 /// First words of the lines that belong to whoever publishes the dataset.
 const OWN: [&str; 2] = ["license: ", "  \"license\": "];

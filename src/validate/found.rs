@@ -6,7 +6,7 @@ use super::alike;
 use super::report::{Code, Fault, PRINTED, Report};
 use super::shard::{Finding, Row};
 use crate::dataset::Counts;
-use crate::record::Split;
+use crate::split::Split;
 
 /// What some jobs found.
 #[derive(Default)]

@@ -18,7 +18,7 @@ use super::report::{Code, Fault, Report};
 use super::shard::{self, Finding, Row, Shard};
 use super::task::Task;
 use super::{files, sample, stack};
-use crate::record::Split;
+use crate::split::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
 type Jobs<'a> = Box<dyn Iterator<Item = Job<'a>> + Send + 'a>;

@@ -52,7 +52,7 @@ use self::found::Found;
 use self::tally::Tally;
 use self::task::Task;
 use crate::dataset::Encoded;
-use crate::record::Split;
+use crate::split::Split;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
 pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);

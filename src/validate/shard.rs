@@ -13,7 +13,7 @@ use super::task::Task;
 use super::{expected, files};
 use crate::dataset::atomic_file;
 use crate::dataset::{Counts, document};
-use crate::record::Split;
+use crate::split::Split;
 
 /// One shard whose manifest can be read.
 pub(super) struct Shard<'a> {

@@ -1,6 +1,6 @@
 //! Counts of what rows say, from which the statistics of a dataset follow: their size does not grow with its samples.
 
-use crate::chance::{Grid, Law};
+use crate::chance::{DrawLaw, UnitHistogram};
 
 /// How the rows of a dataset are drawn, as its recipe declares it.
 pub struct Declared {
@@ -19,7 +19,7 @@ pub struct DeclaredParameter {
     /// Its path, for instance `laser.power_mw`.
     pub path: String,
     /// The laws that it has in one class or another.
-    pub laws: Vec<Law>,
+    pub laws: Vec<DrawLaw>,
     /// For each class, which of the laws it follows.
     pub law_of_class: Vec<usize>,
 }
@@ -47,7 +47,7 @@ pub(super) struct Numbers {
     /// How often each cell of a discrete law came.
     pub(super) cells: Vec<u64>,
     /// Where the numbers of a continuous law lie in it.
-    pub(super) grid: Option<Grid>,
+    pub(super) grid: Option<UnitHistogram>,
 }
 
 /// Floats that a range must hold for its numbers to count as continuous [1]: many more than the test has cells.
@@ -69,12 +69,12 @@ impl<'a> Tally<'a> {
     /// Nothing counted.
     pub(super) fn new(declared: &'a Declared) -> Self {
         let classes = declared.classes.len();
-        let numbers = |law: &Law| Numbers {
+        let numbers = |law: &DrawLaw| Numbers {
             samples: 0,
             impossible: 0,
             first: None,
-            cells: if let Law::Discrete(cells) = law { vec![0; cells.len()] } else { Vec::new() },
-            grid: is_fine(law).then(Grid::default),
+            cells: if let DrawLaw::Discrete(cells) = law { vec![0; cells.len()] } else { Vec::new() },
+            grid: is_fine(law).then(UnitHistogram::default),
         };
         Self {
             declared,
@@ -107,24 +107,24 @@ impl<'a> Tally<'a> {
 
 /// Whether a law is continuous and its range wide enough for the spread of its numbers to be told: where floats are as
 /// coarse as the range, its numbers come in steps that no continuous law knows.
-fn is_fine(law: &Law) -> bool {
-    matches!(law, Law::Continuous { min, max, .. } if max - min > FINE * f64::EPSILON * min.abs().max(max.abs()))
+fn is_fine(law: &DrawLaw) -> bool {
+    matches!(law, DrawLaw::Continuous { min, max, .. } if max - min > FINE * f64::EPSILON * min.abs().max(max.abs()))
 }
 
 impl Numbers {
-    fn add(&mut self, law: &Law, index: u64, value: f64) {
+    fn add(&mut self, law: &DrawLaw, index: u64, value: f64) {
         self.samples += 1;
         let possible = match law {
-            Law::Fixed(fixed) => value == *fixed,
+            DrawLaw::Fixed(fixed) => value == *fixed,
             // A sum with 0 takes the sign from -0, to which small counts are rounded.
-            Law::Discrete(cells) => match cells.binary_search_by(|cell| cell.0.total_cmp(&(value + 0.0))) {
+            DrawLaw::Discrete(cells) => match cells.binary_search_by(|cell| cell.0.total_cmp(&(value + 0.0))) {
                 Ok(cell) => {
                     self.cells[cell] += 1;
                     true
                 }
                 Err(_) => false,
             },
-            Law::Continuous { min, max, below } => {
+            DrawLaw::Continuous { min, max, cdf: below } => {
                 let inside = (min..=max).contains(&&value);
                 if let (true, Some(grid)) = (inside, &mut self.grid) {
                     grid.add(below(value));

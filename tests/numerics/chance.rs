@@ -3,7 +3,9 @@
 use procedural::Stream;
 use rand::RngExt;
 
-use sheetlight::chance::{GRID, Grid, binomial, holm, likelihood_ratio, likelihood_ratio_chance, smirnov};
+use sheetlight::chance::{
+    HISTOGRAM_CELLS, UnitHistogram, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance,
+};
 
 /// Even numbers of [0, 1), the same in every run.
 fn even(name: &str, index: u64, n: usize) -> Vec<f64> {
@@ -11,8 +13,8 @@ fn even(name: &str, index: u64, n: usize) -> Vec<f64> {
     (0..n).map(|_| rng.random()).collect()
 }
 
-fn grid(numbers: impl IntoIterator<Item = f64>) -> Grid {
-    let mut grid = Grid::default();
+fn grid(numbers: impl IntoIterator<Item = f64>) -> UnitHistogram {
+    let mut grid = UnitHistogram::default();
     numbers.into_iter().for_each(|u| grid.add(u));
     grid
 }
@@ -22,19 +24,19 @@ fn smirnov_is_that_of_tables() {
     // Kolmogorov's critical values (Miller 1956, table 1): two sides at 0.05 and 0.01; one side at half of them.
     for (n, critical) in [(5, [0.56328, 0.66853]), (20, [0.29408, 0.35241]), (100, [0.13403, 0.16081])] {
         for (d, p) in critical.into_iter().zip([0.05, 0.01]) {
-            let found = smirnov(n, d);
+            let found = kolmogorov_smirnov(n, d);
             assert!((found / p - 1.0).abs() < 1e-3, "n {n}, d {d}: {found}, not {p}");
         }
     }
     // One sample is at a distance of max(u, 1 - u).
-    assert!((smirnov(1, 0.9) - 0.2).abs() < 1e-15);
-    assert_eq!([smirnov(0, 0.5), smirnov(9, 0.0), smirnov(9, 1.0)], [1.0, 1.0, 0.0]);
+    assert!((kolmogorov_smirnov(1, 0.9) - 0.2).abs() < 1e-15);
+    assert_eq!([kolmogorov_smirnov(0, 0.5), kolmogorov_smirnov(9, 0.0), kolmogorov_smirnov(9, 1.0)], [1.0, 1.0, 0.0]);
 }
 
 #[test]
 fn the_limit_continues_the_sum() {
     for lambda in [0.8f64, 1.5, 2.5, 3.5, 4.5] {
-        let [sum, limit] = [10_000, 10_001].map(|n| smirnov(n, lambda / (n as f64).sqrt()));
+        let [sum, limit] = [10_000, 10_001].map(|n| kolmogorov_smirnov(n, lambda / (n as f64).sqrt()));
         assert!((limit / sum - 1.0).abs() < 0.02, "lambda {lambda}: {sum}, then {limit}");
     }
 }
@@ -43,7 +45,7 @@ fn the_limit_continues_the_sum() {
 fn chances_of_even_numbers_are_even() {
     // 2000 sets of 50: a share alpha of them has a chance below alpha, within 4.5 standard errors (false once in 10^5).
     const SETS: u64 = 2000;
-    let chances: Vec<f64> = (0..SETS).map(|i| smirnov(50, grid(even("grid", i, 50)).distance())).collect();
+    let chances: Vec<f64> = (0..SETS).map(|i| kolmogorov_smirnov(50, grid(even("grid", i, 50)).distance())).collect();
     for alpha in [0.005, 0.02, 0.05, 0.1] {
         let below = chances.iter().filter(|p| **p < alpha).count() as f64;
         let (mean, error) = (SETS as f64 * alpha, (SETS as f64 * alpha * (1.0 - alpha)).sqrt());
@@ -60,7 +62,7 @@ fn a_grid_is_never_farther_off_than_its_numbers() {
         let n = numbers.len() as f64;
         let distance = numbers.iter().enumerate().map(|(i, u)| (u - i as f64 / n).max((i + 1) as f64 / n - u));
         let exact = distance.fold(0.0, f64::max);
-        assert!(found <= exact && found > exact - 1.0 / GRID as f64, "{found}, exactly {exact}");
+        assert!(found <= exact && found > exact - 1.0 / HISTOGRAM_CELLS as f64, "{found}, exactly {exact}");
     }
     assert_eq!(grid([]).distance(), 0.0);
 }

@@ -68,7 +68,7 @@ fn discs_out_of_focus_widen_the_line() {
             .iter()
             .enumerate()
             .fold([0.0; 3], |[s, p, q], (i, f)| [s + f, p + f * i as f64, q + f * (i * i) as f64]);
-        (place2 / sum - (place / sum).powi(2), f64::from(sensor.camera().confusion(0.0, 20.0)) / 0.006)
+        (place2 / sum - (place / sum).powi(2), f64::from(sensor.camera().circle_of_confusion(0.0, 20.0)) / 0.006)
     };
     let mut hole = level.clone();
     hole.bench.optics.lens = LensModel::Pinhole;

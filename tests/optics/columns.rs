@@ -1,7 +1,8 @@
 //! Columns of a sensor with a line in them, and what is read from them.
 
-use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::{Calibration, Distortion, Frame, Rig, image_distance, scheimpflug};
+use sheetlight::extract::{MeasuredProfile, extract};
+use sheetlight::frame::{Calibration, Frame, Rig};
+use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::{Extraction, Method, RangeForm};
 
@@ -46,7 +47,7 @@ pub fn read_both(frames: &[Frame; 2], dark: f32, settings: &Extraction) -> [Vec<
     let cols = frames[0].cols;
     let calibration = Calibration::new(rig(cols), [cols, SENSOR], dark);
     let [mut range, mut reflectance, mut scatter] = [0, 1, 2].map(|_| vec![0.0; cols]);
-    let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+    let mut out = MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
     extract(frames, &calibration, settings, &mut out);
     [range, reflectance, scatter]
 }

@@ -1,7 +1,9 @@
 //! Every number of the bench and every setting of the extraction changes what comes out, one by one.
 
 use procedural::Parameter;
-use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
+use sheetlight::parameters::{
+    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
@@ -64,11 +66,11 @@ fn changed(parameter: &'static Parameter) -> Bench {
 
 fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
     Bench {
-        motion: Motion::from_values(value),
-        laser: Laser::from_values(value),
-        camera: Camera::from_values(value),
-        exposure: Exposure::from_values(value),
-        speckle: Speckle::from_values(value),
+        motion: MotionParameters::from_values(value),
+        laser: LaserParameters::from_values(value),
+        camera: CameraParameters::from_values(value),
+        exposure: ExposureParameters::from_values(value),
+        speckle: SpeckleParameters::from_values(value),
         optics: sheetlight::settings::Optics::default(),
     }
 }
@@ -98,7 +100,12 @@ fn every_number_of_the_bench_has_an_effect() {
     let base = base();
     let usual = render(&base);
     // The laser's: tests/optics/laser_keys.rs.
-    let tables = [Motion::PARAMETERS, Camera::PARAMETERS, Exposure::PARAMETERS, Speckle::PARAMETERS];
+    let tables = [
+        MotionParameters::PARAMETERS,
+        CameraParameters::PARAMETERS,
+        ExposureParameters::PARAMETERS,
+        SpeckleParameters::PARAMETERS,
+    ];
     let mut idle = Vec::new();
     for parameter in tables.into_iter().flatten() {
         let mut scene = awake(parameter);

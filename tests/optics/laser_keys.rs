@@ -3,8 +3,8 @@
 use std::io::Cursor;
 
 use procedural::{Body, Gloss, Medium, Parameter};
-use sheetlight::optics::parameters::Laser;
 use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use sheetlight::parameters::LaserParameters;
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Recipe, Scene};
 use sheetlight::settings::Shape;
@@ -48,13 +48,13 @@ fn awake(name: &str) -> (Scene, Body) {
 }
 
 /// A quarter of its value or a twentieth of its range more, or less where that leaves it.
-fn changed(laser: &Laser, parameter: &'static Parameter) -> Laser {
+fn changed(laser: &LaserParameters, parameter: &'static Parameter) -> LaserParameters {
     let values = laser.values();
     let old = values.iter().find(|(p, _)| *p == parameter).expect("its own parameter").1;
     let step = (0.25 * old.abs()).max(0.05 * (parameter.max - parameter.min).min(4.0));
     let step = if parameter.integer { 1.0 } else { step };
     let new = if old + step <= parameter.max { old + step } else { old - step };
-    Laser::from_values(&mut |p| {
+    LaserParameters::from_values(&mut |p| {
         if p == parameter { new } else { values.iter().find(|(known, _)| *known == p).expect("all of them").1 }
     })
 }
@@ -62,15 +62,15 @@ fn changed(laser: &Laser, parameter: &'static Parameter) -> Laser {
 #[test]
 fn every_number_of_the_laser_has_an_effect() {
     let mut idle = Vec::new();
-    for parameter in Laser::PARAMETERS {
+    for parameter in LaserParameters::PARAMETERS {
         let (scene, body) = awake(parameter.name);
         let mut other = scene.clone();
         other.bench.laser = changed(&scene.bench.laser, parameter);
         if parameter.name.starts_with("smile") {
             // Hundredths of a mm on a line of 8 mm.
-            other.bench.laser = Laser { smile_um: 40.0, ..scene.bench.laser };
+            other.bench.laser = LaserParameters { smile_um: 40.0, ..scene.bench.laser };
             if parameter.name == "smile_cubic_um" {
-                other.bench.laser = Laser { smile_cubic_um: 40.0, ..scene.bench.laser };
+                other.bench.laser = LaserParameters { smile_cubic_um: 40.0, ..scene.bench.laser };
             }
         }
         let [plain, with] = [&scene, &other].map(|s| pipeline::render_body(s, body.clone(), tiles(), &|_| ()).maps);

@@ -2,8 +2,9 @@
 
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::extract::{Profile, extract};
-use sheetlight::frame::{Calibration, Distortion, Frame, Rig, image_distance, scheimpflug};
+use sheetlight::extract::{MeasuredProfile, extract};
+use sheetlight::frame::{Calibration, Frame, Rig};
+use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
 
 const ROWS: usize = 44;
@@ -67,7 +68,7 @@ fn two_windows_read_like_the_whole_sensor() {
     assert!(other > COLUMNS / 5, "the second window holds the peak in {other} columns");
     let read = |frames: &[Frame; 2]| {
         let (mut range, mut reflectance, mut scatter) = (vec![0.0; COLUMNS], vec![0.0; COLUMNS], vec![0.0; COLUMNS]);
-        let mut out = Profile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
+        let mut out = MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
         extract(frames, &calibration, &settings, &mut out);
         (range, reflectance, scatter)
     };

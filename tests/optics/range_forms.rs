@@ -1,8 +1,9 @@
 //! Range as heights, as sensor rows, and on an even grid: the same scan three times.
 
 use crate::columns::rig;
-use sheetlight::extract::{Grid, rectify};
-use sheetlight::frame::{Calibration, Distortion, Locator, Rig, image_distance, scheimpflug};
+use sheetlight::extract::{MeasuredProfile, RectifiedGrid, rectify};
+use sheetlight::frame::{Calibration, Locator, Rig};
+use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Scene;
 use sheetlight::record::Record;
 use sheetlight::settings::RangeForm;
@@ -37,8 +38,8 @@ fn locator_is_exact_to_a_tenth_of_a_micrometre() {
     const ROWS: usize = 832;
     for (name, rig) in rigs() {
         let rig = Rig { centre_row: 0.5 * (ROWS as f64 - 1.0), ..rig };
-        let reading = rig.reading();
-        let locator = Locator::new(2560, ROWS, |col, row| reading.locate(col, row));
+        let back = rig.back_projection();
+        let locator = Locator::new(2560, ROWS, |col, row| back.locate(col, row));
         let mut worst = 0.0f64;
         for step in 0..=160 {
             let row = 5.1875 * f64::from(step);
@@ -48,7 +49,7 @@ fn locator_is_exact_to_a_tenth_of_a_micrometre() {
                 locator.heights(first, &mut heights);
                 locator.alongs(first, &mut alongs);
                 for c in 0..128 {
-                    let [x, z] = reading.locate((first + c) as f64, row);
+                    let [x, z] = back.locate((first + c) as f64, row);
                     worst = worst.max((f64::from(alongs[c]) - x).abs()).max((f64::from(heights[c]) - z).abs());
                 }
             }
@@ -78,9 +79,9 @@ fn profile(calibration: &Calibration, surface: impl Fn(f64) -> Option<f64>) -> [
     [rows, reflectance, scatter]
 }
 
-fn rectified(calibration: &Calibration, grid: &Grid, mut maps: [Vec<f32>; 3]) -> [Vec<f32>; 3] {
+fn rectified(calibration: &Calibration, grid: &RectifiedGrid, mut maps: [Vec<f32>; 3]) -> [Vec<f32>; 3] {
     let [range, reflectance, scatter] = &mut maps;
-    rectify(calibration, grid, [range, reflectance, scatter]);
+    rectify(calibration, grid, MeasuredProfile { range, reflectance, scatter });
     maps
 }
 
@@ -90,7 +91,7 @@ fn rectified(calibration: &Calibration, grid: &Grid, mut maps: [Vec<f32>; 3]) ->
 fn planes_and_gaps_are_resampled() {
     let calibration = Calibration::new(rig(256), [256, crate::columns::SENSOR], 0.0);
     for pitch_mm in [None, Some(0.05), Some(0.2)] {
-        let grid = Grid::new(&calibration.rig, 256, pitch_mm);
+        let grid = RectifiedGrid::new(&calibration.rig, 256, pitch_mm);
         let plane = |x: f64| 3.0 + 0.2 * x;
         let hole = |x: f64| (!(2.0..=3.0).contains(&x)).then(|| plane(x));
         let [range, reflectance, scatter] = rectified(&calibration, &grid, profile(&calibration, hole));
@@ -113,7 +114,7 @@ fn planes_and_gaps_are_resampled() {
 #[test]
 fn edges_stay_sharp_and_in_place() {
     let calibration = Calibration::new(rig(256), [256, crate::columns::SENSOR], 0.0);
-    let grid = Grid::new(&calibration.rig, 256, None);
+    let grid = RectifiedGrid::new(&calibration.rig, 256, None);
     let step = |x: f64| Some(if (-4.0..4.0).contains(&x) { 3.0 } else { 1.0 });
     let [range, ..] = rectified(&calibration, &grid, profile(&calibration, step));
     for (j, z) in range.iter().enumerate().filter(|(_, z)| z.is_finite()) {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use procedural::{Parameter, Stream};
 use sheetlight::recipe::{Distribution, Recipe, Scene, Subject, differences};
-use sheetlight::record::Split;
+use sheetlight::split::Split;
 
 /// Draws in each test of a law.
 const DRAWS: u64 = 40_000;

@@ -5,7 +5,7 @@ use procedural::{Film, Gloss, Medium, Stream};
 use sheetlight::transport::answer::{Answer, Estimate, LineSide, Question};
 use sheetlight::transport::fresnel::gloss;
 use sheetlight::transport::kernel;
-use sheetlight::transport::kernel::layers::{FilmStack, FilmStackKernel};
+use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
 use sheetlight::transport::path::{Effort, solve};
 use sheetlight::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 

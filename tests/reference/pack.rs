@@ -5,11 +5,11 @@ use glam::Vec3;
 use procedural::blister::{Blister, Pack};
 use procedural::{Body, Instance, Stream};
 use sheetlight::transport::answer::{Estimate, Question};
-use sheetlight::transport::kernel::layers::{FilmStack, FilmStackKernel};
+use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
 use sheetlight::transport::kernel::{BASIS, SPREAD_MM};
 use sheetlight::transport::line::LineSource;
 use sheetlight::transport::path::Effort;
-use sheetlight::transport::path::body::judge;
+use sheetlight::transport::path::line_response::line_response_with_balance;
 
 const ROW_MM: f64 = 0.101;
 const ROWS: usize = 20;
@@ -62,16 +62,16 @@ fn judged(pack: &Pack, columns: usize) -> Vec<Estimate> {
         row_mm: ROW_MM,
         rows: ROWS,
     };
-    let (glow, books) = judge(&line, Effort { photons: PHOTONS * columns as u64, seed: 1 });
-    let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
+    let (response, balance) = line_response_with_balance(&line, Effort { photons: PHOTONS * columns as u64, seed: 1 });
+    let sum = balance.absorbed.value + balance.left.value + balance.dropped.value + balance.lost.value;
     assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
     let row = |of: &[f32], row: usize| {
         of[columns * row + half - 1..columns * row + half + 2].iter().map(|&v| f64::from(v)).collect::<Vec<_>>()
     };
     (0..=2 * ROWS)
         .map(|r| Estimate {
-            value: row(&glow.light, r).iter().sum::<f64>() / 3.0,
-            error: row(&glow.error, r).iter().map(|e| e * e).sum::<f64>().sqrt() / 3.0,
+            value: row(&response.light, r).iter().sum::<f64>() / 3.0,
+            error: row(&response.error, r).iter().map(|e| e * e).sum::<f64>().sqrt() / 3.0,
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-use sheetlight::export::{Selection, Show, Source, coco};
+use sheetlight::export::{PictureContent, Selection, Source, coco};
 use test_support::program::{Place, assert_same, recipe, sawtooth_recipe};
 
 /// A dataset of eight samples in shards of four, in `set`.
@@ -83,10 +83,10 @@ fn a_marker_that_was_left_is_removed() {
 fn shards_that_are_finished_later_change_no_scale() {
     let place = dataset(recipe(&[]));
     let (later, hidden) = (place.path("set/shards/00001.json"), place.path("later.json"));
-    let options = coco::Options {
-        show: Show::Range,
+    let options = coco::CocoOptions {
+        show: PictureContent::Range,
         stored: false,
-        mask: coco::Mask::Whole,
+        mask: coco::MaskExtent::Whole,
         plain: false,
         range: None,
         scatter: None,

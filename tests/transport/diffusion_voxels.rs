@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use procedural::flat::Flat;
 use procedural::{Body, Medium};
-use sheetlight::transport::diffusion::glow::{DiffusionSettings, glow_with_account};
+use sheetlight::transport::diffusion::line_response::{DiffusionSettings, line_response_with_report};
 use sheetlight::transport::diffusion::solver::solve;
 use sheetlight::transport::diffusion::tensor::{Diffusive, uniaxial};
 use sheetlight::transport::diffusion::voxels::{Voxel, Voxels};
@@ -64,12 +64,12 @@ fn half_space_has_its_closed_form_and_converges() {
     let power = [0.1f32; 10];
     let ask = |pitch: f64| {
         let settings = DiffusionSettings { voxel_mm: pitch, tolerance: 1e-9, ..DiffusionSettings::default() };
-        let (glow, account) = glow_with_account(&line(&body, &x, &power), &settings);
-        assert!((account.left + account.lost + account.absorbed - 1.0).abs() < 1e-6, "{account:?}");
-        let rows: Vec<f32> = glow.light.chunks_exact(10).map(|light| light.iter().sum()).collect();
+        let (response, report) = line_response_with_report(&line(&body, &x, &power), &settings);
+        assert!((report.left + report.lost + report.absorbed - 1.0).abs() < 1e-6, "{report:?}");
+        let rows: Vec<f32> = response.light.chunks_exact(10).map(|light| light.iter().sum()).collect();
         assert!(rows.iter().zip(rows.iter().rev()).all(|(a, b)| (a - b).abs() < 1e-6), "even about the line");
-        println!("pitch {pitch}: R {} of {}, {account:?}", account.left, wave(0.0));
-        account
+        println!("pitch {pitch}: R {} of {}, {report:?}", report.left, wave(0.0));
+        report
     };
     let error = |pitch: f64| (ask(pitch).left - wave(0.0)).abs();
     let [coarse, fine] = pitches.map(error);
@@ -81,8 +81,8 @@ fn half_space_has_its_closed_form_and_converges() {
         let power = [1.0f32; 60];
         let settings = DiffusionSettings { voxel_mm: pitch, tolerance: 1e-9, ..DiffusionSettings::default() };
         let line = LineSource { row_mm: width, ..line(&body, &long, &power) };
-        let (glow, _) = glow_with_account(&line, &settings);
-        (0..41).map(|j| f64::from(glow.light[j * 60 + 30])).collect::<Vec<_>>()
+        let (response, _) = line_response_with_report(&line, &settings);
+        (0..41).map(|j| f64::from(response.light[j * 60 + 30])).collect::<Vec<_>>()
     };
     let worst = |pitch: f64| {
         let error = |(j, own): (usize, &f64)| (own - row((j as f64 - 20.0) * width)).abs();
@@ -246,14 +246,14 @@ fn slopes_cost_no_staircase() {
     for slopes in [(0.0, 0.0), (0.5, 0.0), (0.3, -0.4)] {
         let body = plate(medium, slopes.0, slopes.1);
         let settings = DiffusionSettings { voxel_mm: 0.05, ..DiffusionSettings::default() };
-        let (_, account) = glow_with_account(&line(&body, &x, &power), &settings);
+        let (_, report) = line_response_with_report(&line(&body, &x, &power), &settings);
         let sine2 = 1.0 - 1.0 / (1.0 + f64::from(slopes.0 * slopes.0 + slopes.1 * slopes.1));
         let z0 = (1.0 - sine2 / 1.44).sqrt() / 8.0;
         let (q, ze) = ((0.5 / d.d.z_axis.z).sqrt(), 2.0 * boundary_factor(1.2) * d.d.z_axis.z);
         let expected = (-q * z0).exp() / (1.0 + q * ze);
-        println!("slopes {slopes:?}: {} against {expected}", account.left);
-        assert!((account.left - expected).abs() < 2e-3, "slopes {slopes:?}: {} against {expected}", account.left);
-        assert!((account.left + account.lost + account.absorbed - 1.0).abs() < 1e-5, "{account:?}");
+        println!("slopes {slopes:?}: {} against {expected}", report.left);
+        assert!((report.left - expected).abs() < 2e-3, "slopes {slopes:?}: {} against {expected}", report.left);
+        assert!((report.left + report.lost + report.absorbed - 1.0).abs() < 1e-5, "{report:?}");
     }
 }
 
@@ -278,11 +278,11 @@ fn diving_fibres_shift_the_glow() {
         // The source in the middle of a voxel: shared between two, it would favour the shallower one.
         let pitch = -h.z / tilt.cos() / 1.5;
         let line = LineSource { rows: 40, ..line(&body, &x, &power) };
-        let (glow, account) =
-            glow_with_account(&line, &DiffusionSettings { voxel_mm: pitch, ..DiffusionSettings::default() });
-        let rows = || glow.light.chunks_exact(10).map(|light| light.iter().map(|&v| f64::from(v)).sum::<f64>());
+        let (response, report) =
+            line_response_with_report(&line, &DiffusionSettings { voxel_mm: pitch, ..DiffusionSettings::default() });
+        let rows = || response.light.chunks_exact(10).map(|light| light.iter().map(|&v| f64::from(v)).sum::<f64>());
         let mean = rows().enumerate().map(|(j, v)| v * (j as f64 - 40.0) * 0.1).sum::<f64>() / rows().sum::<f64>();
-        println!("dive {dive} slope {slope}: {mean} against {expected}; {account:?}");
+        println!("dive {dive} slope {slope}: {mean} against {expected}; {report:?}");
         assert!((mean - expected).abs() < 5e-4, "dive {dive}, slope {slope}: {mean} against {expected}");
     }
 }

@@ -6,8 +6,8 @@ use rand::Rng;
 use rayon::prelude::*;
 use sheetlight::transport::answer::Estimate;
 use sheetlight::transport::kernel::diffusion;
-use sheetlight::transport::path::walk::{Photon, meet};
-use sheetlight::transport::phase::{isotropic, uniform};
+use sheetlight::transport::path::tracker::Photon;
+use sheetlight::transport::phase::{fibre_collision, isotropic, uniform};
 use sheetlight::transport::stack::CylinderPhase;
 
 /// Windows of a walk, and their length in mean free paths of the background, after which light forgets its direction.
@@ -20,21 +20,23 @@ const WALKS: u64 = 160_000;
 /// Light runs straight before it turns, so <x^2> = 2 D (path - lag): the same lag after one window as after two, but for
 /// exp(-7). The difference of both mean squares knows no lag, and every window of a walk is as good as the first.
 fn walk(sigma_i: f64, k: f64, rng: &mut impl Rng) -> [f64; 2] {
-    let (way, length) = (isotropic(rng), WINDOW / sigma_i);
-    let mut photon = Photon { place: DVec3::ZERO, way, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
+    let (direction, length) = (isotropic(rng), WINDOW / sigma_i);
+    let mut photon =
+        Photon { position: DVec3::ZERO, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
     let drawn = |rng: &mut _| -libm::log(uniform(rng)) / (sigma_i + k);
     let mut free = drawn(rng);
     let steps: [DVec3; WINDOWS] = std::array::from_fn(|_| {
-        let (start, mut left) = (photon.place, length);
+        let (start, mut left) = (photon.position, length);
         while free < left {
-            photon.place += photon.way * free;
+            photon.position += photon.direction * free;
             left -= free;
-            meet(photon.way, sigma_i, k, rng, |_| DVec3::Z).apply(&mut photon, CylinderPhase::Cauchy(0.0), rng);
+            let collision = fibre_collision(photon.direction, sigma_i, k, rng, |_| DVec3::Z);
+            photon.scatter_by(collision, CylinderPhase::Cauchy(0.0), rng);
             free = drawn(rng);
         }
-        photon.place += photon.way * left;
+        photon.position += photon.direction * left;
         free -= left;
-        photon.place - start
+        photon.position - start
     });
     let square = |v: DVec3| DVec3::new(0.5 * (v.x * v.x + v.y * v.y), 0.0, v.z * v.z);
     let one = steps.iter().map(|&step| square(step)).sum::<DVec3>() / WINDOWS as f64;

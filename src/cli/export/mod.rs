@@ -13,8 +13,10 @@ use options::{Coco, Icon, Map, Mask};
 use super::generate::threads;
 use super::progress::{Things, bytes, counted, say};
 use super::{Outcome, Usage, whole};
-use crate::export::{ExportError, Progress, Selection, Show, Source, Summary, coco, icon, mvtec, png, webdataset};
-use crate::record::Split;
+use crate::export::{
+    ExportError, ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
+};
+use crate::split::Split;
 
 pub(super) fn run(format: &Format) -> Outcome {
     let common = format.common();
@@ -37,7 +39,7 @@ pub(super) fn run(format: &Format) -> Outcome {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(common.threads)?).build()?;
     let source = Source::open(&common.dir, Selection { splits, indices: common.index.clone() })?;
     if let Format::Coco(Coco { pictures, bits, .. }) = format
-        && (bits == "16" && pictures.show() == Show::Reflectance && source.head().images.bits <= 8)
+        && (bits == "16" && pictures.show() == PictureContent::Reflectance && source.head().images.bits <= 8)
     {
         let what = "--bits 16 has no effect: the dataset stores reflectance with 8 bits; leave it away, or give another --image";
         return Err(Usage(what.into()).into());
@@ -69,15 +71,15 @@ pub(super) fn run(format: &Format) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn write(format: &Format, source: &Source, out: &Path, progress: Progress) -> Result<Summary, ExportError> {
+fn write(format: &Format, source: &Source, out: &Path, progress: ExportProgress) -> Result<ExportSummary, ExportError> {
     match format {
         Format::Coco(coco) => {
-            let options = coco::Options {
+            let options = coco::CocoOptions {
                 show: coco.pictures.show(),
                 stored: coco.bits == "16",
                 mask: match coco.mask {
-                    Mask::Whole => coco::Mask::Whole,
-                    Mask::Own => coco::Mask::Own,
+                    Mask::Whole => coco::MaskExtent::Whole,
+                    Mask::Own => coco::MaskExtent::Own,
                 },
                 plain: coco.plain_rle,
                 range: coco.pictures.range_ends,
@@ -86,7 +88,7 @@ fn write(format: &Format, source: &Source, out: &Path, progress: Progress) -> Re
             coco::export(source, out, &options, progress)
         }
         Format::Mvtec(mvtec) => {
-            let options = mvtec::Options {
+            let options = mvtec::MvtecOptions {
                 show: mvtec.pictures.show(),
                 good: mvtec.good.clone(),
                 patch_px: mvtec.patch_px.map(|side| side as usize),
@@ -96,14 +98,16 @@ fn write(format: &Format, source: &Source, out: &Path, progress: Progress) -> Re
             mvtec::export(source, out, &options, progress)
         }
         Format::Webdataset(tars) => {
-            let options = webdataset::Options { maps: names(&tars.maps), most_bytes: tars.tar_mb * 1_000_000 };
+            let options =
+                webdataset::WebDatasetOptions { maps: names(&tars.maps), most_bytes: tars.tar_mb * 1_000_000 };
             webdataset::export(source, out, &options, progress)
         }
         Format::Png(png) => {
-            png::export(source, out, &png::Options { maps: names(&png.maps), colour: png.colour }, progress)
+            png::export(source, out, &png::PngOptions { maps: names(&png.maps), colour: png.colour }, progress)
         }
         Format::Icon(icon) => {
-            let options = icon::Options { words: icon.words, rate: icon.rate.unwrap_or(1000.0), sensor: icon.sensor };
+            let options =
+                icon::IconOptions { words: icon.words, rate: icon.rate.unwrap_or(1000.0), sensor: icon.sensor };
             icon::export(source, out, &options, progress)
         }
     }

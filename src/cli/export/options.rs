@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::check::Part;
-use crate::export::Show;
+use crate::export::PictureContent;
 
 /// Formats with their options.
 #[derive(Debug, Subcommand)]
@@ -184,12 +184,12 @@ impl Format {
 }
 
 impl Pictures {
-    pub(super) fn show(&self) -> Show {
+    pub(super) fn show(&self) -> PictureContent {
         match self.image {
-            Image::Reflectance => Show::Reflectance,
-            Image::Scatter => Show::Scatter,
-            Image::Range => Show::Range,
-            Image::Rgb => Show::Rgb,
+            Image::Reflectance => PictureContent::Reflectance,
+            Image::Scatter => PictureContent::Scatter,
+            Image::Range => PictureContent::Range,
+            Image::Rgb => PictureContent::Rgb,
         }
     }
 
@@ -207,7 +207,7 @@ impl Pictures {
     }
 
     fn without_effect_as_stored(&self) -> Option<&'static str> {
-        if self.show() == Show::Rgb {
+        if self.show() == PictureContent::Rgb {
             return Some(
                 "--bits 16: colours of 16 bits are read by few; choose one map with --image, or leave --bits away",
             );

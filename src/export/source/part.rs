@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{Selection, Source};
-use crate::export::{ExportError, Progress, Sample};
-use crate::record::Split;
+use crate::export::{ExportError, ExportProgress, Sample};
+use crate::split::Split;
 
 /// What a stopped run has exported of a split: its first samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Source {
         images: &[&str],
         work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
         mut take: impl FnMut(T),
-        progress: Progress,
+        progress: ExportProgress,
     ) -> Result<(), ExportError> {
         let all: u64 = self.finished.iter().map(|(_, samples)| samples).sum();
         let count = count.min(all);

@@ -1,19 +1,19 @@
 //! The camera against published numbers and the exact geometry.
 
 use super::*;
-use crate::frame::{Bent, image_distance};
-use crate::optics::parameters::{Camera as CameraNumbers, Exposure, Laser, Motion, Speckle};
+use crate::lens::{DistortedDirection, image_distance};
+use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
 use crate::settings::Optics;
 
 /// Every number of the bench at its declared default.
 pub fn bench() -> Bench {
     let d = &mut |p: &'static procedural::Parameter| p.default;
     Bench {
-        motion: Motion::from_values(d),
-        laser: Laser::from_values(d),
-        camera: CameraNumbers::from_values(d),
-        exposure: Exposure::from_values(d),
-        speckle: Speckle::from_values(d),
+        motion: MotionParameters::from_values(d),
+        laser: LaserParameters::from_values(d),
+        camera: CameraParameters::from_values(d),
+        exposure: ExposureParameters::from_values(d),
+        speckle: SpeckleParameters::from_values(d),
         optics: Optics::default(),
     }
 }
@@ -86,7 +86,7 @@ fn bent_lenses_are_straightened_exactly() {
     for bench in [bench(), bent()] {
         let rig = rig(&bench, &SIZE);
         let (low, high) = (0.0, 74.0);
-        let columns = rig.columns(SIZE.columns, high);
+        let columns = rig.sightlines(SIZE.columns, high);
         let mut worst = [0.0f64; 2];
         for row in 0..=64 {
             for column in (0..SIZE.columns).step_by(71).chain([SIZE.columns - 1]) {
@@ -123,11 +123,12 @@ fn distortion_by_hand() {
         x * gain + 2.0 * 1e-3 * x * y - 2e-3 * (r2 + 2.0 * x * x),
         y * gain + 1e-3 * (r2 + 2.0 * y * y) - 2.0 * 2e-3 * x * y,
     ];
-    let Bent { to, slopes } = distortion.bend(x, y);
+    let DistortedDirection { direction: to, slopes } = distortion.distort(x, y);
     assert!((0..2).all(|i| (to[i] - by_hand[i]).abs() < 1e-15));
     let step = 1e-6;
     let rate = |dx: f64, dy: f64, i: usize| {
-        (distortion.bend(x + dx, y + dy).to[i] - distortion.bend(x - dx, y - dy).to[i]) / (2.0 * step)
+        (distortion.distort(x + dx, y + dy).direction[i] - distortion.distort(x - dx, y - dy).direction[i])
+            / (2.0 * step)
     };
     for (slope, rate) in slopes.into_iter().zip([rate(step, 0.0, 0), rate(0.0, step, 0), rate(0.0, step, 1)]) {
         assert!((slope - rate).abs() < 1e-8, "{slope} {rate}");
@@ -141,7 +142,7 @@ fn sight_follows_the_bent_lens() {
     let (bench, open) = (bent(), Bench { camera: bench().camera, ..bent() });
     let camera = camera_of(&bench);
     let straight = camera_of(&Bench {
-        camera: CameraNumbers { sensor_tilt_deg: 5.0, focus_distance_mm: 380.0, ..open.camera },
+        camera: CameraParameters { sensor_tilt_deg: 5.0, focus_distance_mm: 380.0, ..open.camera },
         ..open
     });
     for (x, z) in [(0.0, 0.0), (110.0, 0.0), (-104.0, 30.0), (60.0, 60.0), (-100.0, -60.0)] {
@@ -170,17 +171,21 @@ fn sight_follows_the_bent_lens() {
 fn discs_out_of_focus_match_published_numbers() {
     let solved = camera_of(&bench());
     for (y, um) in [(0.5, 1.7), (1.0, 3.3), (2.0, 6.7), (5.0, 16.7)] {
-        let c = 1e3 * solved.confusion(y, 0.0);
+        let c = 1e3 * solved.circle_of_confusion(y, 0.0);
         assert!((c - um).abs() < 0.06, "{y} mm off the plane: {c} um, published {um}");
     }
     for z in [-60.0, 0.0, 50.0] {
-        assert!(solved.confusion(0.0, z) < 2e-5, "the plane itself: {} mm", solved.confusion(0.0, z));
+        assert!(
+            solved.circle_of_confusion(0.0, z) < 2e-5,
+            "the plane itself: {} mm",
+            solved.circle_of_confusion(0.0, z)
+        );
     }
     let mut b = bench();
     b.optics.scheimpflug = Scheimpflug::Given;
     let level = camera_of(&b);
     for (z, um) in [(5.0, 6.5), (10.0, 13.1), (20.0, 26.8)] {
-        let c = 1e3 * level.confusion(0.0, z);
+        let c = 1e3 * level.circle_of_confusion(0.0, z);
         assert!((c - um).abs() < 0.1, "{z} mm high: {c} um, published {um}");
     }
     // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the rows.

@@ -15,8 +15,8 @@ use procedural::Stream;
 use rand::RngExt;
 
 use super::texture::LineTexture;
-use crate::lanes::turn;
-use crate::optics::parameters::Laser;
+use crate::lanes::cos_sin_turns;
+use crate::parameters::LaserParameters;
 use crate::settings::{self, Line};
 
 /// Steps of a tabulated fan.
@@ -35,7 +35,7 @@ pub(super) enum FanProfile {
 
 impl FanProfile {
     /// The fan of a bench with the tangent `half` at its ends.
-    pub fn new(bench: &Laser, line: &Line, half: f64, image: Option<&LineTexture>, stream: Stream) -> Self {
+    pub fn new(bench: &LaserParameters, line: &Line, half: f64, image: Option<&LineTexture>, stream: Stream) -> Self {
         let even = Self::Even { half: half as f32, soft: bench.fan_soft_ends as f32 };
         let ripple = Ripple::new(bench.fan_ripple, half, stream);
         match (image, line.fan) {
@@ -105,7 +105,7 @@ impl Ripple {
         let side = 0.5 + 0.5 * t / self.half;
         let wave = |[amplitude, periods, phase]: &[f64; 3]| {
             let turns = periods * side + phase;
-            amplitude * f64::from(turn((turns - turns.floor()).min(1.0 - 1e-7) as f32).0)
+            amplitude * f64::from(cos_sin_turns((turns - turns.floor()).min(1.0 - 1e-7) as f32).0)
         };
         1.0 + self.waves.iter().map(wave).sum::<f64>()
     }

@@ -17,7 +17,7 @@
 //! returns all of it.
 
 use super::texture::LineTexture;
-use crate::optics::parameters::Laser;
+use crate::parameters::LaserParameters;
 use crate::settings::Shape;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
@@ -70,7 +70,7 @@ pub struct LineProfile {
 
 impl LineProfile {
     /// Profile of a bench whose lens and pixel blur light by `lens_mm` on the object; `None` for a single Gaussian.
-    pub fn new(bench: &Laser, shape: Shape, image: Option<&LineTexture>, lens_mm: f64) -> Option<Self> {
+    pub fn new(bench: &LaserParameters, shape: Shape, image: Option<&LineTexture>, lens_mm: f64) -> Option<Self> {
         let unit_mm = match shape {
             Shape::Gaussian | Shape::Point => 0.5 * bench.waist_mm,
             Shape::Slit => bench.line_width_mm,
@@ -192,7 +192,7 @@ fn boxes(width: f32, count: usize) -> Vec<GaussianComponent> {
 }
 
 /// A Gaussian line with its side lobes and its skirt; w is two units.
-fn line_with_lobes_and_skirt(bench: &Laser) -> Vec<GaussianComponent> {
+fn line_with_lobes_and_skirt(bench: &LaserParameters) -> Vec<GaussianComponent> {
     let mut components = vec![(0.0, 1.0, 1.0 - bench.lobe_share - bench.skirt_share)];
     let pairs = bench.lobe_pairs.max(1.0) as usize;
     let sum: f64 = (1..=pairs).map(|i| 1.0 / (i * i) as f64).sum();
@@ -244,8 +244,8 @@ fn merged(components: &[GaussianComponent], sigma: f64) -> Vec<GaussianComponent
 mod tests {
     use super::*;
 
-    fn bench() -> Laser {
-        Laser::from_values(&mut |p| p.default)
+    fn bench() -> LaserParameters {
+        LaserParameters::from_values(&mut |p| p.default)
     }
 
     fn height(components: &[GaussianComponent], y: f64, blur: f64) -> f64 {

@@ -29,7 +29,7 @@ use procedural::Stream;
 use self::fan::FanProfile;
 use self::texture::LineTexture;
 use self::width_jitter::WidthJitter;
-use super::parameters;
+use crate::parameters::LaserParameters;
 use crate::settings::{Line, Shape};
 
 pub use self::line_profile::{GaussianComponent, GaussianMixture, LineProfile};
@@ -83,7 +83,7 @@ pub struct Beam {
 
 impl Laser {
     /// The laser of a bench whose lens and pixel blur light by `lens_mm` on the object; `stream` belongs to the sample.
-    pub fn new(bench: &parameters::Laser, line: &Line, lens_mm: f64, stream: Stream) -> Self {
+    pub fn new(bench: &LaserParameters, line: &Line, lens_mm: f64, stream: Stream) -> Self {
         let stream = stream.child("laser");
         let height = bench.fan_height_mm;
         let rayleigh = std::f64::consts::PI * bench.waist_mm.powi(2) / (bench.m_squared * bench.wavelength_nm * 1e-6);

@@ -5,7 +5,7 @@
 //! the Gaussian that falls on its own width, by the error function. All of the power is in the spot. Neglected: that its far half
 //! is a little wider than its near one.
 
-use crate::optics::parameters::Laser;
+use crate::parameters::LaserParameters;
 
 /// Standard deviations of the spot beyond which a column gets no light [1].
 const REACH_SIGMAS: f32 = 6.5;
@@ -23,7 +23,7 @@ pub struct PointLaser {
 
 impl PointLaser {
     /// The point laser of a bench.
-    pub fn new(bench: &Laser) -> Self {
+    pub fn new(bench: &LaserParameters) -> Self {
         Self { start: bench.point_x_mm, step: bench.point_step_mm, span: bench.point_span_mm }
     }
 

@@ -7,7 +7,7 @@
 use procedural::Stream;
 
 use crate::lanes::normals;
-use crate::optics::parameters::Laser;
+use crate::parameters::LaserParameters;
 
 /// Grid steps per correlation length [1].
 const STEPS_PER_CORRELATION_LENGTH: f64 = 8.0;
@@ -29,7 +29,7 @@ pub(super) struct WidthJitter {
 
 impl WidthJitter {
     /// Along a line that is 2 `half` long [mm]; `None` for an even one.
-    pub fn new(bench: &Laser, half: f64, stream: Stream) -> Option<Self> {
+    pub fn new(bench: &LaserParameters, half: f64, stream: Stream) -> Option<Self> {
         if bench.width_jitter == 0.0 {
             return None;
         }
@@ -70,7 +70,7 @@ mod tests {
     /// Spread and correlation along a line of 2500 correlation lengths, within 3.5 standard errors.
     #[test]
     fn width_varies_as_asked_for() {
-        let mut bench = Laser::from_values(&mut |p| p.default);
+        let mut bench = LaserParameters::from_values(&mut |p| p.default);
         (bench.width_jitter, bench.width_jitter_mm) = (0.05, 4.0);
         let jitter = WidthJitter::new(&bench, 5000.0, Stream::root(1)).expect("an uneven line");
         let at = |mm: f64| f64::from(jitter.at(mm as f32)) - 1.0;

@@ -1,7 +1,7 @@
 use procedural::Parameter;
 
-use super::super::parameters::{Camera, Exposure, Laser, Motion, Speckle};
 use super::*;
+use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
 use crate::settings::{Order, Pattern};
 
 const ROWS: usize = 120;
@@ -10,24 +10,24 @@ const COLUMNS: usize = 400;
 fn bench() -> Bench {
     let default = &mut |p: &'static Parameter| p.default;
     Bench {
-        motion: Motion::from_values(default),
-        laser: Laser::from_values(default),
-        camera: Camera::from_values(default),
-        exposure: Exposure::from_values(default),
-        speckle: Speckle::from_values(default),
+        motion: MotionParameters::from_values(default),
+        laser: LaserParameters::from_values(default),
+        camera: CameraParameters::from_values(default),
+        exposure: ExposureParameters::from_values(default),
+        speckle: SpeckleParameters::from_values(default),
         optics: crate::settings::Optics::default(),
     }
 }
 
-fn scripts(order: Order, law: SpeckleLaw, blur_radius_px: f64) -> Scripts {
+fn scripts(order: Order, law: SpeckleLaw, blur_radius_px: f64) -> ThesisScripts {
     let pattern = Pattern { size_px: 1000, mask_px: 500, factor: 5, law };
     let settings = Postprocess { order, blur_radius_px, intensity_scale: 1.0, pattern };
-    Scripts::new(settings, &bench(), Readout::PLAIN, Stream::root(4))
+    ThesisScripts::new(settings, &bench(), Readout::PLAIN, Stream::root(4))
 }
 
 /// A line of 100 DN, 12 rows wide.
-fn line() -> Picture {
-    Picture { columns: COLUMNS, first_row: 50, numbers: vec![100.0; 12 * COLUMNS] }
+fn line() -> FrameLight {
+    FrameLight { columns: COLUMNS, first_row: 50, numbers: vec![100.0; 12 * COLUMNS] }
 }
 
 /// Mean and standard deviation.
@@ -45,7 +45,7 @@ fn patterns_have_the_contrast_of_their_law() {
         let (mean, spread) = moments(scripts.pattern(0).into_iter());
         // 196 000 speckles: under 1 %.
         assert!((mean - 1.0).abs() < 1e-4 && (spread / fine - 1.0).abs() < 0.01, "{law:?}: {mean}, {spread}");
-        let even = Picture { columns: 200, first_row: 0, numbers: vec![1.0; 200 * 200] };
+        let even = FrameLight { columns: 200, first_row: 0, numbers: vec![1.0; 200 * 200] };
         let (mean, spread) = moments(scripts.speckled(even, 0).numbers.into_iter());
         assert!((mean - 1.0).abs() < 0.005 && (spread / coarse - 1.0).abs() < 0.02, "{law:?}: {mean}, {spread}");
     }
@@ -56,8 +56,8 @@ fn patterns_have_the_contrast_of_their_law() {
 fn patterns_change_as_their_discs_move() {
     let mut scripts = scripts(Order::NoiseSpeckle, SpeckleLaw::Exponential, 0.5);
     // 0.126 mm of a pupil of 8.9 mm, times pi.
-    assert!((scripts.turns[1] / std::f64::consts::PI - 0.0141).abs() < 2e-4, "{}", scripts.turns[1]);
-    scripts.turns[1] = 0.2;
+    assert!((scripts.angle_step / std::f64::consts::PI - 0.0141).abs() < 2e-4, "{}", scripts.angle_step);
+    scripts.angle_step = 0.2;
     let first = scripts.pattern(0);
     for profile in [1, 3, 6] {
         let other = scripts.pattern(profile);
@@ -73,7 +73,7 @@ fn patterns_change_as_their_discs_move() {
 #[test]
 fn blur_keeps_light_and_has_its_variance() {
     for sigma in [0.05, 0.5, 1.0, 3.0] {
-        let mut point = Picture { columns: 41, first_row: 20, numbers: vec![0.0; 41] };
+        let mut point = FrameLight { columns: 41, first_row: 20, numbers: vec![0.0; 41] };
         point.numbers[20] = 10.0;
         let seen = blurred(&point, sigma, 41);
         let light: f64 = seen.numbers.iter().map(|&v| f64::from(v)).sum();
@@ -103,7 +103,7 @@ fn blur_keeps_light_and_has_its_variance() {
 fn each_order_differs_as_it_must() {
     // The field is one whole pattern, of 200 pixels a side; further on it would come again and tell nothing new.
     const SIDE: usize = 200;
-    let field = || Picture { columns: SIDE, first_row: 30, numbers: vec![100.0; SIDE * SIDE] };
+    let field = || FrameLight { columns: SIDE, first_row: 30, numbers: vec![100.0; SIDE * SIDE] };
     let frame = |order: Order| scripts(order, SpeckleLaw::Rayleigh, 1.0).frame(field(), SIDE + 60, 0);
     let seen = |order: Order| {
         let (mean, spread) = moments(frame(order)[40 * SIDE..220 * SIDE].iter().map(|&dn| f32::from(dn)));

@@ -14,7 +14,7 @@ use super::boiling::Boiling;
 use super::contrast::pixel_contrast;
 use super::pupil::TILE;
 use super::stack::{PatternCache, PatternStack, STACK_PATTERNS};
-use crate::optics::parameters::Bench;
+use crate::parameters::Bench;
 use crate::settings::SpeckleLaw;
 
 /// Rows over which points change from one pattern of the stack to the next, one after the other [px].

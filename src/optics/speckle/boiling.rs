@@ -18,7 +18,7 @@
 //! Neglected: what the movement along l itself adds, quadratic in dz / dz0 and under 1 in 1000 over the lit rows; slopes of
 //! the surface; M^2, beyond its share in z_R.
 
-use crate::optics::parameters::Bench;
+use crate::parameters::Bench;
 
 /// Lens and laser wavefront that determine the boiling.
 #[derive(Debug, Clone, Copy)]
@@ -89,16 +89,18 @@ impl Boiling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::parameters::{Camera, Exposure, Laser, Motion, Speckle};
+    use crate::parameters::{
+        CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+    };
 
     fn bench() -> Bench {
         let d = &mut |p: &'static procedural::Parameter| p.default;
         Bench {
-            motion: Motion::from_values(d),
-            laser: Laser::from_values(d),
-            camera: Camera::from_values(d),
-            exposure: Exposure::from_values(d),
-            speckle: Speckle::from_values(d),
+            motion: MotionParameters::from_values(d),
+            laser: LaserParameters::from_values(d),
+            camera: CameraParameters::from_values(d),
+            exposure: ExposureParameters::from_values(d),
+            speckle: SpeckleParameters::from_values(d),
             optics: crate::settings::Optics::default(),
         }
     }

@@ -82,7 +82,8 @@ impl Pupil {
                 let down = off(row, self.diameter[1]);
                 if across * across + down * down <= 1.0 {
                     let phase_row = (row + shift) % self.phase_rows();
-                    let (cos, sin) = lanes::turn((lanes::hash(phase_row as u32 ^ key) >> 8) as f32 / 16_777_216.0);
+                    let (cos, sin) =
+                        lanes::cos_sin_turns((lanes::hash(phase_row as u32 ^ key) >> 8) as f32 / 16_777_216.0);
                     *cell = Complex32::new(cos, sin);
                 }
             }

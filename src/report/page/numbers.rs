@@ -2,25 +2,25 @@
 
 use maud::{Markup, html};
 
-use super::super::Facts;
-use super::super::tally::Number;
-use super::chart;
-use super::words::{count, number, with_unit};
+use super::format::{count, number, with_unit};
+use super::svg;
+use crate::report::dataset_counts::NumberCounts;
+use crate::report::page_data::PageData;
 
 /// The section.
-pub(super) fn section(facts: &Facts) -> Markup {
-    let mut groups: Vec<(&str, Vec<&Number>)> = Vec::new();
-    for number in &facts.tally.numbers {
+pub(super) fn section(facts: &PageData) -> Markup {
+    let mut groups: Vec<(&str, Vec<&NumberCounts>)> = Vec::new();
+    for number in &facts.counts.numbers {
         let group = if number.column.group.is_empty() { "physics" } else { &number.column.group };
         match groups.iter_mut().find(|(name, _)| *name == group) {
             Some((_, numbers)) => numbers.push(number),
             None => groups.push((group, vec![number])),
         }
     }
-    let varied = facts.tally.numbers.iter().filter(|number| number.cells.is_some()).count();
+    let varied = facts.counts.numbers.iter().filter(|number| number.cells.is_some()).count();
     html! {
         p {
-            (varied) " of " (facts.tally.numbers.len()) " numbers vary. Bars are the samples, the line over them is the density that the recipe declares, "
+            (varied) " of " (facts.counts.numbers.len()) " numbers vary. Bars are the samples, the line over them is the density that the recipe declares, "
             "the thick line below is its range. " em { "physics" } " follows from the others."
         }
         div.controls {
@@ -46,7 +46,7 @@ pub(super) fn section(facts: &Facts) -> Markup {
     }
 }
 
-fn multiple(drawn: &Number) -> Markup {
+fn multiple(drawn: &NumberCounts) -> Markup {
     let (column, extent) = (&drawn.column, &drawn.extent);
     let unit = if column.unit == "1" { String::new() } else { format!(" [{}]", column.unit) };
     let title = format!(
@@ -61,7 +61,7 @@ fn multiple(drawn: &Number) -> Markup {
         figure.multiple data-name=(column.path()) title=(column.doc) {
             figcaption { (column.key) span.dim { (unit) } }
             @if let Some(cells) = &drawn.cells {
-                (chart::histogram(cells, &declared.map_or(Vec::new(), |law| law.curve(cells.axis)), declared.map(|law| (law.min, law.max)), &title))
+                (svg::histogram(cells, &declared.map_or(Vec::new(), |law| law.curve(cells.axis)), declared.map(|law| (law.min, law.max)), &title))
             }
             p.dim {
                 "mean " (number(extent.mean().unwrap_or(f64::NAN)))

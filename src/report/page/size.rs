@@ -2,12 +2,12 @@
 
 use maud::{Markup, html};
 
-use super::super::Facts;
-use super::words::{bytes, count, time};
+use super::format::{bytes, count, time};
+use crate::report::page_data::PageData;
 
 /// The section.
-pub(super) fn section(facts: &Facts) -> Markup {
-    let (folder, total) = (&facts.folder, facts.tally.total().max(1));
+pub(super) fn section(facts: &PageData) -> Markup {
+    let (folder, total) = (&facts.folder, facts.counts.total().max(1));
     let all = folder.bytes() as f64;
     let row = |n: f64| bytes(n / total as f64);
     html! {

@@ -3,26 +3,26 @@
 use maud::{Markup, html};
 use serde_json::{Map, Value};
 
-use super::super::Facts;
-use super::super::results::{VALIDATION, kept};
-use super::staleness;
-use super::words::{bytes, count, name, number, word};
+use super::elements::staleness;
+use super::format::{bytes, count, name, number, shell_word};
+use crate::report::kept_documents::{VALIDATION, kept};
+use crate::report::page_data::PageData;
 
 /// Name of the document.
-const NAME: &str = "validation.json";
+const DOCUMENT_NAME: &str = "validation.json";
 /// Faults of one code that are listed.
-const LISTED: usize = 20;
+const MAX_LISTED_FAULTS: usize = 20;
 /// Rows of any other table.
-const ROWS: usize = 400;
+const MAX_TABLE_ROWS: usize = 400;
 /// Numbers of the document, and what is said of one and of several.
-const COUNTS: [(&str, &str, &str); 4] = [
+const COUNTED: [(&str, &str, &str); 4] = [
     ("samples", "sample", "samples"),
     ("images", "image", "images"),
     ("rerendered", "sample rendered again", "samples rendered again"),
     ("files", "file", "files"),
 ];
 /// Keys that are shown elsewhere.
-const KNOWN: [&str; 17] = [
+const KEYS_SHOWN_ELSEWHERE: [&str; 17] = [
     "format",
     "schema_version",
     "clean",
@@ -43,9 +43,9 @@ const KNOWN: [&str; 17] = [
 ];
 
 /// The section.
-pub(super) fn section(facts: &Facts) -> Markup {
-    let again = format!("gen validate {} --save", word(facts.root));
-    let Some(kept) = kept(facts.root, NAME, &VALIDATION, &facts.sums) else {
+pub(super) fn section(facts: &PageData) -> Markup {
+    let again = format!("gen validate {} --save", shell_word(facts.root));
+    let Some(kept) = kept(facts.root, DOCUMENT_NAME, &VALIDATION, &facts.sums) else {
         return html! { p.note { "Nothing is kept. Make it: " code { (again) } } };
     };
     // The sums are of the documents alone: what became of other files since, the page may have found itself.
@@ -71,12 +71,12 @@ fn verdict(document: &Value, holds: bool) -> Markup {
                 Some(true) => "clean when it was validated",
                 _ => { span.badge.bad { "faults" } " " (count(faults as u64)) " listed" }
             }
-            @for (key, one, several) in COUNTS {
+            @for (key, one, several) in COUNTED {
                 @if let Some(n) = document[key].as_u64() { ", " (count(n)) " " (if n == 1 { one } else { several }) }
             }
             @if let Some(n) = document["bytes"].as_f64() { ", " (bytes(n)) }
             @for (key, value) in document.as_object().into_iter().flatten() {
-                @if let (Some(n), false) = (value.as_u64(), KNOWN.contains(&key.as_str())) { ", " (count(n)) " " (name(key)) }
+                @if let (Some(n), false) = (value.as_u64(), KEYS_SHOWN_ELSEWHERE.contains(&key.as_str())) { ", " (count(n)) " " (name(key)) }
             }
         }
     }
@@ -93,8 +93,8 @@ fn faults(document: &Value) -> Markup {
             @let of: Vec<_> = list.iter().filter(|fault| text(fault, "code") == *code).collect();
             details.fault open {
                 summary { code { (code) } " " small { (of.len()) } " " span.dim { (of.first().map_or(String::new(), |fault| text(fault, "remedy"))) } }
-                ul { @for fault in of.iter().take(LISTED) { li { code { (text(fault, "place")) } ": " (text(fault, "what")) } } }
-                @if of.len() > LISTED { p.dim { "and " (of.len() - LISTED) " more" } }
+                ul { @for fault in of.iter().take(MAX_LISTED_FAULTS) { li { code { (text(fault, "place")) } ": " (text(fault, "what")) } } }
+                @if of.len() > MAX_LISTED_FAULTS { p.dim { "and " (of.len() - MAX_LISTED_FAULTS) " more" } }
             }
         }
     }
@@ -115,11 +115,11 @@ fn statistics(document: &Value) -> Markup {
                 summary { "Tests" }
                 div.scroll tabindex="0" { table {
                     thead { tr { @for title in ["of", "test", "samples", "statistic", "p", "corrected p"] { th { (title) } } } }
-                    tbody { @for test in tests.iter().take(ROWS) { tr {
+                    tbody { @for test in tests.iter().take(MAX_TABLE_ROWS) { tr {
                         @for key in ["of", "test", "samples", "statistic", "p", "adjusted_p"] { td { (field(test, key)) } }
                     } } }
                 } }
-                @if tests.len() > ROWS { p.dim { "and " (tests.len() - ROWS) " more" } }
+                @if tests.len() > MAX_TABLE_ROWS { p.dim { "and " (tests.len() - MAX_TABLE_ROWS) " more" } }
             }
         }
     }
@@ -129,7 +129,7 @@ fn statistics(document: &Value) -> Markup {
 fn others(document: &Value) -> Markup {
     html! {
         @for (key, value) in document.as_object().into_iter().flatten() {
-            @if !KNOWN.contains(&key.as_str()) && (value.is_object() || value.as_array().is_some_and(|list| !list.is_empty())) {
+            @if !KEYS_SHOWN_ELSEWHERE.contains(&key.as_str()) && (value.is_object() || value.as_array().is_some_and(|list| !list.is_empty())) {
                 details.group { summary { (key.replace('_', " ")) } (any(value, 0)) }
             }
         }
@@ -153,12 +153,12 @@ fn any(value: &Value, depth: usize) -> Markup {
             html! {
                 div.scroll tabindex="0" { table {
                     thead { tr { @for key in &keys { th { (key.replace('_', " ")) } } } }
-                    tbody { @for row in rows.iter().take(ROWS) { tr { @for key in &keys { td { (row.get(*key).map_or(html! {}, |value| any(value, depth + 1))) } } } } }
+                    tbody { @for row in rows.iter().take(MAX_TABLE_ROWS) { tr { @for key in &keys { td { (row.get(*key).map_or(html! {}, |value| any(value, depth + 1))) } } } } }
                 } }
-                @if rows.len() > ROWS { p.dim { "and " (rows.len() - ROWS) " more" } }
+                @if rows.len() > MAX_TABLE_ROWS { p.dim { "and " (rows.len() - MAX_TABLE_ROWS) " more" } }
             }
         }
-        Value::Array(list) => html! { (list.iter().take(ROWS).map(plain).collect::<Vec<_>>().join(", ")) },
+        Value::Array(list) => html! { (list.iter().take(MAX_TABLE_ROWS).map(plain).collect::<Vec<_>>().join(", ")) },
         other => html! { (plain(other)) },
     }
 }

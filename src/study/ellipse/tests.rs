@@ -21,8 +21,8 @@ fn light(of: impl Fn(DVec2) -> f64) -> Vec<f64> {
     (0..side * side).map(|i| of(DVec2::new(at(i % side), at(i / side)))).collect()
 }
 
-fn map(light: &[f64]) -> Map<'_> {
-    Map { light, cells: CELLS, cell_mm: CELL_MM }
+fn map(light: &[f64]) -> LightMap<'_> {
+    LightMap { light, cells: CELLS, cell_mm: CELL_MM }
 }
 
 /// Unit vector across a fibre of this azimuth [deg].

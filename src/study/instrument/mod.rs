@@ -9,21 +9,21 @@
 //! repeats, its standard error comes from their spread, and Student's t says whether theory is so far away that chance
 //! cannot be blamed; what counts as far is divided by the number of figures of the table (Bonferroni).
 
-pub mod beam;
-pub mod centre;
-pub mod chance;
+pub mod centroid;
+pub mod closed_forms;
 pub mod laser;
-mod page;
-pub mod pattern;
+mod layout;
 pub mod sensor;
-mod setup;
+pub mod significance;
 pub mod speckle;
+pub mod speckle_theory;
+mod targets;
 pub mod triangulation;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{Step, Watch};
+use super::{Progress, StudyEvent};
 use crate::transport::answer::Estimate;
 
 /// Chance that some figure of a table is called off although all of them are right.
@@ -51,22 +51,22 @@ pub struct Figure {
     /// What theory says.
     pub theory: f64,
     /// Chance of being so far away or farther if theory is right [1].
-    pub chance: f64,
+    pub p_value: f64,
 }
 
 impl Figure {
     /// From what each repeat has found.
     pub fn of(name: &str, repeats: &[f64], theory: f64) -> Self {
         let measured = Estimate::of(repeats.iter().copied());
-        let mut figure = Self { name: name.to_owned(), measured, theory, chance: 1.0 };
-        figure.chance = chance::student(figure.z(), repeats.len() as f64 - 1.0);
+        let mut figure = Self { name: name.to_owned(), measured, theory, p_value: 1.0 };
+        figure.p_value = significance::student(figure.z(), repeats.len() as f64 - 1.0);
         figure
     }
 
     /// A distance of Kolmogorov and Smirnov between `n` independent draws and a law.
     pub fn distance(name: &str, distance: f64, n: usize) -> Self {
         let measured = Estimate::exact(distance);
-        Self { name: name.to_owned(), measured, theory: 0.0, chance: chance::kolmogorov(distance, n as f64) }
+        Self { name: name.to_owned(), measured, theory: 0.0, p_value: significance::kolmogorov(distance, n as f64) }
     }
 
     /// Measured less expected in standard errors.
@@ -77,7 +77,7 @@ impl Figure {
 
     /// Whether chance alone may have made the difference, in a table of `many` figures.
     pub fn holds(&self, many: usize) -> bool {
-        self.chance >= ALPHA / many as f64
+        self.p_value >= ALPHA / many as f64
     }
 }
 
@@ -109,7 +109,7 @@ fn table(title: &str, trials: Trials, figures: &[Figure], notes: &[&str]) -> Str
                 figure.name,
                 "",
                 "",
-                told(figure.chance)
+                describe(figure.p_value)
             )
         };
     }
@@ -124,9 +124,9 @@ fn table(title: &str, trials: Trials, figures: &[Figure], notes: &[&str]) -> Str
     text
 }
 
-/// A chance in few letters.
-fn told(chance: f64) -> String {
-    if chance < 5e-4 { "p<.001".into() } else { format!("p {chance:.2}") }
+/// A p-value in few letters.
+fn describe(p_value: f64) -> String {
+    if p_value < 5e-4 { "p<.001".into() } else { format!("p {p_value:.2}") }
 }
 
 /// The head of a study's document, and its figures.
@@ -134,7 +134,7 @@ fn document(study: &str, trials: Trials, figures: &[Figure]) -> Value {
     let each = |figure: &Figure| {
         json!({
             "name": figure.name, "measured": figure.measured, "theory": figure.theory,
-            "chance": figure.chance, "holds": figure.holds(figures.len()),
+            "chance": figure.p_value, "holds": figure.holds(figures.len()),
         })
     };
     json!({
@@ -148,22 +148,22 @@ fn document(study: &str, trials: Trials, figures: &[Figure]) -> Value {
 }
 
 /// Does `one` for every repeat, and tells who watches.
-fn repeat<T: Send>(trials: Trials, watch: Watch, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
+fn repeat_trials<T: Send>(trials: Trials, progress: Progress, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let done = |repeat| {
         let found = one(repeat);
-        watch(Step::Done(1));
+        progress(StudyEvent::Done(1));
         found
     };
     (0..trials.repeats).into_par_iter().map(done).collect()
 }
 
 /// One number of every repeat.
-fn each<T>(repeats: &[T], number: impl Fn(&T) -> f64) -> Vec<f64> {
+fn per_repeat<T>(repeats: &[T], number: impl Fn(&T) -> f64) -> Vec<f64> {
     repeats.iter().map(number).collect()
 }
 
 /// Mean and variance [unit, unit^2].
-fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let n = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / n;
     (mean, values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0))

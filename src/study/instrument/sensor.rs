@@ -20,34 +20,34 @@ use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
 use serde_json::{Value, json};
 
-use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
-use super::setup::{BARE, Look, bare, gain, scene, stream};
-use super::{Figure, Trials, chance, document, each, moments, repeat, table};
+use super::layout::{BLUE, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::targets::{BARE_PROFILE, TargetView, bare, gain, scene, stream};
+use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, significance, table};
 use crate::drawing::chart::Axis;
-use crate::drawing::{INK, Page};
+use crate::drawing::{Area, INK, Page};
 use crate::optics::CENTRE;
 use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
 use crate::settings::{Hdr, Readout};
-use crate::study::{Report, Watch};
+use crate::study::{Progress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Exposure times, and the step between them as a share of that which fills a pixel.
 const LEVELS: usize = 24;
-const STEP: f64 = 0.05;
+const LEVEL_STEP: f64 = 0.05;
 /// Levels that the line is fitted to: up to 70 % of full, as EMVA 1288 has it.
-const FITTED: std::ops::RangeInclusive<usize> = 0..=14;
+const FITTED_LEVELS: std::ops::RangeInclusive<usize> = 0..=14;
 /// Levels whose variance the table shows.
-const SHOWN: [usize; 4] = [2, 6, 10, 14];
+const TABLE_LEVELS: [usize; 4] = [2, 6, 10, 14];
 /// Columns, and rows around the line's middle, of the patch.
-const COLUMNS: usize = 256;
-const ROWS: std::ops::Range<usize> = CENTRE - 2..CENTRE + 2;
+const PATCH_COLUMNS: usize = 256;
+const PATCH_ROWS: std::ops::Range<usize> = CENTRE - 2..CENTRE + 2;
 /// Exposures at each level, and dark frames, of one repeat.
 const EXPOSURES: usize = 24;
-const DARK: usize = 6;
+const DARK_EXPOSURES: usize = 6;
 
 /// What dark frames say.
-struct Dark {
+struct DarkFrames {
     /// Variance of a pixel within its row, of a row's mean in time, and of rows' means that stay [DN^2].
     variances: [f64; 3],
     /// Variance of row means times columns over the variance of a pixel [1].
@@ -56,15 +56,15 @@ struct Dark {
     pub spectrum: Vec<f64>,
 }
 
-struct Found {
+struct SensorRepeat {
     /// Mean and variance in time at each level [DN, DN^2].
     levels: Vec<[f64; 2]>,
     /// With rows that stand out, and without.
-    dark: [Dark; 2],
+    dark: [DarkFrames; 2],
 }
 
 /// Everything that the picture shows.
-struct Seen {
+struct SensorPlots {
     pub scene: Scene,
     /// Electrons, mean and variance at each level [e-, DN, DN^2].
     pub levels: Vec<(f64, Estimate, Estimate)>,
@@ -73,74 +73,75 @@ struct Seen {
     pub gain: Estimate,
     /// Mean spectra with and without rows that stand out [DN^2].
     pub spectra: [Vec<f64>; 2],
-    /// A dark frame with rows, and one without; `[rows, COLUMNS]`.
+    /// A dark frame with rows, and one without; `[rows, PATCH_COLUMNS]`.
     pub frames: [Vec<u16>; 2],
     /// With one slope and with two.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<SlopeMode>,
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, watch: Watch) -> Report {
+pub fn study(trials: Trials, progress: Progress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
-    let full = full(&tiles);
-    let found = repeat(trials, watch, |one| found(trials, one, &full, &tiles));
-    let (figures, seen) = figures(trials, &found, &full, &tiles);
+    let patch = full_well_patch(&tiles);
+    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &tiles));
+    let (figures, plots) = figures(trials, &repeats, &patch, &tiles);
     let table = table("Sensor", trials, &figures, &[]);
     let mut json = document("sensor", trials, &figures);
     let level = |(electrons, mean, variance): &(f64, Estimate, Estimate)| json!({ "electrons_e": electrons, "mean_dn": mean, "variance_dn2": variance });
-    json["levels"] = seen.levels.iter().map(level).collect();
-    json["slopes"] = slope_document(&seen.modes);
-    json["spectrum_with_rows_dn2"] = json!(seen.spectra[0]);
-    json["spectrum_without_rows_dn2"] = json!(seen.spectra[1]);
-    Report { picture: draw(&seen, &table), table, json }
+    json["levels"] = plots.levels.iter().map(level).collect();
+    json["slopes"] = slope_document(&plots.modes);
+    json["spectrum_with_rows_dn2"] = json!(plots.spectra[0]);
+    json["spectrum_without_rows_dn2"] = json!(plots.spectra[1]);
+    StudyReport { picture: draw(&plots, &table), table, json }
 }
 
 /// The patch: a scene whose exposure time fills the pixels, and electrons of the patch then [e-].
-struct Full {
+struct FullWellPatch {
     pub scene: Scene,
     pub electrons: f64,
 }
 
-fn full(tiles: &PatternCache) -> Full {
-    let mut scene = scene(procedural::Stream::root(0), COLUMNS, BARE + EXPOSURES);
+fn full_well_patch(tiles: &PatternCache) -> FullWellPatch {
+    let mut scene = scene(procedural::Stream::root(0), PATCH_COLUMNS, BARE_PROFILE + EXPOSURES);
     (scene.bench.motion.conveyor_reflectance, scene.bench.laser.waist_mm) = (1.0, 2.0);
     scene.bench.speckle.strength = 0.0;
-    let light = Look::at(&scene, bare(), tiles, BARE..BARE + 1).light(BARE);
-    let (electrons, _) = moments(light[ROWS.start * COLUMNS..ROWS.end * COLUMNS].iter().copied());
+    let light = TargetView::new(&scene, bare(), tiles, BARE_PROFILE..BARE_PROFILE + 1).light(BARE_PROFILE);
+    let (electrons, _) =
+        mean_and_variance(light[PATCH_ROWS.start * PATCH_COLUMNS..PATCH_ROWS.end * PATCH_COLUMNS].iter().copied());
     scene.bench.exposure.time_us *= scene.bench.exposure.full_well_e / electrons;
-    Full { electrons: scene.bench.exposure.full_well_e, scene }
+    FullWellPatch { electrons: scene.bench.exposure.full_well_e, scene }
 }
 
-fn found(trials: Trials, one: u64, full: &Full, tiles: &PatternCache) -> Found {
+fn measure(trials: Trials, one: u64, patch: &FullWellPatch, tiles: &PatternCache) -> SensorRepeat {
     let own = stream("sensor", trials, one);
     let level = |i: usize| {
-        let mut scene = full.scene.clone();
+        let mut scene = patch.scene.clone();
         // Profiles of their own have noise of their own, over the same fixed pattern.
         scene.stream = own.child("levels");
-        scene.bench.exposure.time_us = share(i) * full.scene.bench.exposure.time_us;
-        patch(&scene, BARE + i * EXPOSURES, EXPOSURES, tiles)
+        scene.bench.exposure.time_us = share(i) * patch.scene.bench.exposure.time_us;
+        patch_moments(&scene, BARE_PROFILE + i * EXPOSURES, EXPOSURES, tiles)
     };
     let dark = |rows: bool| {
-        let mut scene = full.scene.clone();
+        let mut scene = patch.scene.clone();
         scene.stream = own.child("dark");
         dark(&dark_frames(&mut scene, rows, tiles))
     };
-    Found { levels: (0..LEVELS).map(level).collect(), dark: [dark(true), dark(false)] }
+    SensorRepeat { levels: (0..LEVELS).map(level).collect(), dark: [dark(true), dark(false)] }
 }
 
 /// Exposure of a level over the one that fills a pixel [1].
 fn share(level: usize) -> f64 {
-    (level as f64 * STEP).max(1e-3)
+    (level as f64 * LEVEL_STEP).max(1e-3)
 }
 
 /// Mean of the patch, and the mean over its pixels of their variance in time [DN, DN^2].
-fn patch(scene: &Scene, first: usize, exposures: usize, tiles: &PatternCache) -> [f64; 2] {
+fn patch_moments(scene: &Scene, first: usize, exposures: usize, tiles: &PatternCache) -> [f64; 2] {
     let profiles = first..first + exposures;
-    let look = Look::at(scene, bare(), tiles, profiles.clone());
+    let look = TargetView::new(scene, bare(), tiles, profiles.clone());
     let frames: Vec<_> = profiles.map(|profile| look.frame(profile)).collect();
-    let pixels = ROWS.start * COLUMNS..ROWS.end * COLUMNS;
+    let pixels = PATCH_ROWS.start * PATCH_COLUMNS..PATCH_ROWS.end * PATCH_COLUMNS;
     let n = pixels.len() as f64;
-    let sums = pixels.map(|pixel| moments(frames.iter().map(move |frame| f64::from(frame.dn[pixel]))));
+    let sums = pixels.map(|pixel| mean_and_variance(frames.iter().map(move |frame| f64::from(frame.dn[pixel]))));
     sums.fold([0.0; 2], |[mean, variance], (m, v)| [mean + m / n, variance + v / n])
 }
 
@@ -149,37 +150,37 @@ fn dark_frames(scene: &mut Scene, rows: bool, tiles: &PatternCache) -> Vec<Vec<u
     if !rows {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
     }
-    let look = Look::at(scene, bare(), tiles, BARE..BARE + DARK);
-    (BARE..BARE + DARK).map(|profile| look.sensor_frame(profile)).collect()
+    let look = TargetView::new(scene, bare(), tiles, BARE_PROFILE..BARE_PROFILE + DARK_EXPOSURES);
+    (BARE_PROFILE..BARE_PROFILE + DARK_EXPOSURES).map(|profile| look.sensor_frame(profile)).collect()
 }
 
-fn dark(frames: &[Vec<u16>]) -> Dark {
-    let rows = frames[0].len() / COLUMNS;
-    let transform = FftPlannerScalar::new().plan_fft_forward(COLUMNS);
+fn dark(frames: &[Vec<u16>]) -> DarkFrames {
+    let rows = frames[0].len() / PATCH_COLUMNS;
+    let transform = FftPlannerScalar::new().plan_fft_forward(PATCH_COLUMNS);
     let (mut pixel, mut all_means) = (0.0, Vec::new());
-    let mut spectrum = vec![0.0; COLUMNS / 2 + 1];
+    let mut spectrum = vec![0.0; PATCH_COLUMNS / 2 + 1];
     for frame in frames {
-        let (mean, _) = moments(frame.iter().map(|&dn| f64::from(dn)));
+        let (mean, _) = mean_and_variance(frame.iter().map(|&dn| f64::from(dn)));
         let mut means = Vec::new();
-        for row in frame.chunks(COLUMNS) {
-            let (m, v) = moments(row.iter().map(|&dn| f64::from(dn)));
+        for row in frame.chunks(PATCH_COLUMNS) {
+            let (m, v) = mean_and_variance(row.iter().map(|&dn| f64::from(dn)));
             pixel += v / (rows * frames.len()) as f64;
             means.push(m);
             let mut line: Vec<_> = row.iter().map(|&dn| Complex64::new(f64::from(dn) - mean, 0.0)).collect();
             transform.process(&mut line);
             for (sum, wave) in spectrum.iter_mut().zip(&line) {
-                *sum += wave.norm_sqr() / (COLUMNS * rows * frames.len()) as f64;
+                *sum += wave.norm_sqr() / (PATCH_COLUMNS * rows * frames.len()) as f64;
             }
         }
         all_means.push(means);
     }
     let n = frames.len() as f64;
-    let within = all_means.iter().map(|means| moments(means.iter().copied()).1).sum::<f64>() / n;
-    let of_row = |row: usize| moments(all_means.iter().map(move |means| means[row]));
+    let within = all_means.iter().map(|means| mean_and_variance(means.iter().copied()).1).sum::<f64>() / n;
+    let of_row = |row: usize| mean_and_variance(all_means.iter().map(move |means| means[row]));
     let in_time = (0..rows).map(|row| of_row(row).1).sum::<f64>() / rows as f64;
-    let staying = moments((0..rows).map(|row| of_row(row).0)).1 - in_time / n;
-    let by_chance = pixel / COLUMNS as f64;
-    Dark { variances: [pixel, in_time - by_chance, staying], ratio: within / by_chance, spectrum }
+    let staying = mean_and_variance((0..rows).map(|row| of_row(row).0)).1 - in_time / n;
+    let by_chance = pixel / PATCH_COLUMNS as f64;
+    DarkFrames { variances: [pixel, in_time - by_chance, staying], ratio: within / by_chance, spectrum }
 }
 
 /// Straight line through levels: value at 0 and slope, each level weighted by the inverse of its `scatter`.
@@ -193,81 +194,87 @@ fn line(levels: impl Iterator<Item = (f64, f64, f64)>) -> [f64; 2] {
     [(s[2] - slope * s[1]) / s[0], slope]
 }
 
-fn figures(trials: Trials, found: &[Found], full: &Full, tiles: &PatternCache) -> (Vec<Figure>, Seen) {
-    let exposure = full.scene.bench.exposure;
-    let k = gain(&full.scene);
-    let electrons = |i: usize| share(i) * full.electrons;
+fn figures(
+    trials: Trials,
+    repeats: &[SensorRepeat],
+    patch: &FullWellPatch,
+    tiles: &PatternCache,
+) -> (Vec<Figure>, SensorPlots) {
+    let exposure = patch.scene.bench.exposure;
+    let k = gain(&patch.scene);
+    let electrons = |i: usize| share(i) * patch.electrons;
     // The fixed pattern of rows is the same in all exposures: no noise in time.
     let in_time = exposure.dark_noise_dn.powi(2) - exposure.row_pattern_dn.powi(2);
-    let transfer = |f: &Found| line(FITTED.map(|i| (f.levels[i][0], f.levels[i][1], f.levels[i][1])));
-    let response = |f: &Found| line(FITTED.map(|i| (electrons(i), f.levels[i][0], 1.0)));
-    let gains = each(found, |f| transfer(f)[1]);
-    let bend = |f: &Found| {
+    let transfer = |f: &SensorRepeat| line(FITTED_LEVELS.map(|i| (f.levels[i][0], f.levels[i][1], f.levels[i][1])));
+    let response = |f: &SensorRepeat| line(FITTED_LEVELS.map(|i| (electrons(i), f.levels[i][0], 1.0)));
+    let gains = per_repeat(repeats, |f| transfer(f)[1]);
+    let bend = |f: &SensorRepeat| {
         let [start, slope] = response(f);
         // A parabola over the fitted levels has a third of its height in the middle's residue, twice a sixth at the ends.
         let off = |i: usize| f.levels[i][0] - start - slope * electrons(i);
-        let (first, last) = (*FITTED.start(), *FITTED.end());
+        let (first, last) = (*FITTED_LEVELS.start(), *FITTED_LEVELS.end());
         100.0 * (off((first + last) / 2) - 0.5 * (off(first) + off(last))) / (slope * electrons(last))
     };
-    let row = |on: usize, i: usize| move |f: &Found| f.dark[on].variances[i];
-    let spread = |i: usize| move |f: &Found| f.dark[0].variances[i].max(0.0).sqrt();
+    let row = |on: usize, i: usize| move |f: &SensorRepeat| f.dark[on].variances[i];
+    let spread = |i: usize| move |f: &SensorRepeat| f.dark[0].variances[i].max(0.0).sqrt();
     let staying = exposure.row_noise_dn.powi(2) + exposure.row_pattern_dn.powi(2);
     let pixel = exposure.dark_noise_dn.powi(2) - staying;
     let mut figures = vec![
         Figure::of("gain K, slope of variance over mean [DN/e-]", &gains, k),
         Figure::of(
             "full well, (255 - dark) / K [e-]",
-            &each(&gains, |g| (255.0 - exposure.dark_level_dn) / g),
+            &per_repeat(&gains, |g| (255.0 - exposure.dark_level_dn) / g),
             exposure.full_well_e,
         ),
         Figure::of(
             "noise in time without light [DN]",
-            &each(found, |f| f.levels[0][1].sqrt()),
+            &per_repeat(repeats, |f| f.levels[0][1].sqrt()),
             (in_time + k * k * electrons(0)).sqrt(),
         ),
-        Figure::of("response, slope of mean over electrons [DN/e-]", &each(found, |f| response(f)[1]), k),
-        Figure::of("bend of the response, % of its range", &each(found, bend), 0.0),
-        Figure::of("row noise, new each exposure [DN]", &each(found, spread(1)), exposure.row_noise_dn),
-        Figure::of("row pattern that stays [DN]", &each(found, spread(2)), exposure.row_pattern_dn),
-        Figure::of("pixel in its row, dark [DN]", &each(found, spread(0)), pixel.sqrt()),
+        Figure::of("response, slope of mean over electrons [DN/e-]", &per_repeat(repeats, |f| response(f)[1]), k),
+        Figure::of("bend of the response, % of its range", &per_repeat(repeats, bend), 0.0),
+        Figure::of("row noise, new each exposure [DN]", &per_repeat(repeats, spread(1)), exposure.row_noise_dn),
+        Figure::of("row pattern that stays [DN]", &per_repeat(repeats, spread(2)), exposure.row_pattern_dn),
+        Figure::of("pixel in its row, dark [DN]", &per_repeat(repeats, spread(0)), pixel.sqrt()),
         Figure::of(
             "row means' variance ratio",
-            &each(found, |f| f.dark[0].ratio),
-            1.0 + staying * COLUMNS as f64 / pixel,
+            &per_repeat(repeats, |f| f.dark[0].ratio),
+            1.0 + staying * PATCH_COLUMNS as f64 / pixel,
         ),
-        Figure::of("row means' variance ratio, row noise off", &each(found, |f| f.dark[1].ratio), 1.0),
-        Figure::of("pixel, row noise off [DN^2]", &each(found, row(1, 0)), exposure.dark_noise_dn.powi(2)),
+        Figure::of("row means' variance ratio, row noise off", &per_repeat(repeats, |f| f.dark[1].ratio), 1.0),
+        Figure::of("pixel, row noise off [DN^2]", &per_repeat(repeats, row(1, 0)), exposure.dark_noise_dn.powi(2)),
     ];
-    figures.extend(SHOWN.map(|i| {
+    figures.extend(TABLE_LEVELS.map(|i| {
         let name = format!("variance at {:.0} DN [DN^2]", exposure.dark_level_dn + k * electrons(i));
-        Figure::of(&name, &each(found, |f| f.levels[i][1]), in_time + k * k * electrons(i))
+        Figure::of(&name, &per_repeat(repeats, |f| f.levels[i][1]), in_time + k * k * electrons(i))
     }));
-    let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
+    let estimate = |number: &dyn Fn(&SensorRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
     // Without light the patch shows its rows' fixed pattern.
     let mean = |i: usize| estimate(&|f| f.levels[i][0] - f.levels[0][0] + exposure.dark_level_dn + k * electrons(0));
     let levels = (0..LEVELS).map(|i| (electrons(i), mean(i), estimate(&|f| f.levels[i][1])));
     let curve = (0..=230).map(|i| {
-        let e = f64::from(i) * 0.005 * full.electrons;
+        let e = f64::from(i) * 0.005 * patch.electrons;
         let [mean, variance] = clipped(exposure.dark_level_dn + k * e, in_time + k * k * e);
         [e, mean, variance]
     });
     let frames = [true, false].map(|rows| {
-        let mut scene = full.scene.clone();
+        let mut scene = patch.scene.clone();
         scene.stream = stream("sensor", trials, 0).child("dark");
         dark_frames(&mut scene, rows, tiles).swap_remove(0)
     });
-    let spectra =
-        [0, 1].map(|on| (0..=COLUMNS / 2).map(|i| estimate(&|f: &Found| f.dark[on].spectrum[i]).value).collect());
-    let seen = Seen {
+    let spectra = [0, 1].map(|on| {
+        (0..=PATCH_COLUMNS / 2).map(|i| estimate(&|f: &SensorRepeat| f.dark[on].spectrum[i]).value).collect()
+    });
+    let plots = SensorPlots {
         levels: levels.collect(),
         expected: curve.collect(),
         gain: figures[0].measured,
         spectra,
         frames,
-        modes: modes(full, tiles),
-        scene: full.scene.clone(),
+        modes: modes(patch, tiles),
+        scene: patch.scene.clone(),
     };
-    (figures, seen)
+    (figures, plots)
 }
 
 /// Mean and variance of a normal number that is clipped at 255 [DN, DN^2].
@@ -275,7 +282,7 @@ fn clipped(mean: f64, variance: f64) -> [f64; 2] {
     // The twelfth that rounding adds is in the variance; what is clipped has none.
     let sigma = variance.sqrt();
     let t = (255.0 - mean) / sigma;
-    let (below, density) = (chance::normal_below(t), libm::exp(-0.5 * t * t) / (2.0 * PI).sqrt());
+    let (below, density) = (significance::normal_below(t), libm::exp(-0.5 * t * t) / (2.0 * PI).sqrt());
     // Of min(x, t) for a standard normal x.
     let first = -density + t * (1.0 - below);
     let second = below - t * density + t * t * (1.0 - below);
@@ -288,30 +295,30 @@ const SLOPE_LEVELS: usize = 27;
 const SLOPE_LIGHT: [f64; 2] = [0.03, 20.0];
 
 /// One mode.
-struct Mode {
+struct SlopeMode {
     pub hdr: Hdr,
     /// Light [full wells], mean over dark [DN], variance in time [DN^2] at each level, as measured.
-    pub seen: Vec<[f64; 3]>,
+    pub plots: Vec<[f64; 3]>,
     /// The same by theory, up to the light that fills a pixel.
     pub expected: Vec<[f64; 3]>,
 }
 
 /// Every mode.
-fn modes(full: &Full, tiles: &PatternCache) -> Vec<Mode> {
-    Hdr::ALL.into_iter().map(|hdr| mode(full, hdr, tiles)).collect()
+fn modes(patch: &FullWellPatch, tiles: &PatternCache) -> Vec<SlopeMode> {
+    Hdr::ALL.into_iter().map(|hdr| mode(patch, hdr, tiles)).collect()
 }
 
 fn slope_light(level: usize) -> f64 {
     SLOPE_LIGHT[0] * libm::pow(SLOPE_LIGHT[1] / SLOPE_LIGHT[0], level as f64 / (SLOPE_LEVELS - 1) as f64)
 }
 
-fn mode(full: &Full, hdr: Hdr, tiles: &PatternCache) -> Mode {
-    let exposure = full.scene.bench.exposure;
+fn mode(patch: &FullWellPatch, hdr: Hdr, tiles: &PatternCache) -> SlopeMode {
+    let exposure = patch.scene.bench.exposure;
     let one = |level: usize| {
-        let mut scene = full.scene.clone();
+        let mut scene = patch.scene.clone();
         scene.readout = Readout { bits: 8, hdr };
         scene.bench.exposure.time_us *= slope_light(level);
-        let [mean, variance] = patch(&scene, BARE + level * SLOPE_EXPOSURES, SLOPE_EXPOSURES, tiles);
+        let [mean, variance] = patch_moments(&scene, BARE_PROFILE + level * SLOPE_EXPOSURES, SLOPE_EXPOSURES, tiles);
         [slope_light(level), mean - exposure.dark_level_dn, variance]
     };
     let most = 255.0 - exposure.dark_level_dn;
@@ -321,43 +328,44 @@ fn mode(full: &Full, hdr: Hdr, tiles: &PatternCache) -> Mode {
         let phi = SLOPE_LIGHT[0] * libm::pow(hdr.gain() / SLOPE_LIGHT[0], i as f64 / 100.0);
         let bent = hdr != Hdr::None && phi * (1.0 - rest) > 0.5;
         let (level, noisy) = if bent { (0.5 + rest * phi, rest * phi) } else { (phi, phi) };
-        [phi, most * level, still + gain(&full.scene) * most * noisy]
+        [phi, most * level, still + gain(&patch.scene) * most * noisy]
     };
-    Mode { hdr, seen: (0..SLOPE_LEVELS).map(one).collect(), expected: (0..=100).map(theory).collect() }
+    SlopeMode { hdr, plots: (0..SLOPE_LEVELS).map(one).collect(), expected: (0..=100).map(theory).collect() }
 }
 
 /// For the study's document.
-fn slope_document(modes: &[Mode]) -> Value {
+fn slope_document(modes: &[SlopeMode]) -> Value {
     let row = |[light, mean, variance]: &[f64; 3]| json!({ "light_full_wells": light, "mean_dn": mean, "variance_dn2": variance });
-    let one = |mode: &Mode| json!({ "hdr": mode.hdr.name(), "levels": mode.seen.iter().map(row).collect::<Vec<_>>() });
+    let one =
+        |mode: &SlopeMode| json!({ "hdr": mode.hdr.name(), "levels": mode.plots.iter().map(row).collect::<Vec<_>>() });
     modes.iter().map(one).collect()
 }
 
 /// Side of a cut of a dark frame [px], and pixels of the page for each of its.
-const CUT: u32 = 120;
+const CUT_PX: u32 = 120;
 const ZOOM: u32 = 2;
 
-fn draw(seen: &Seen, table: &str) -> RgbImage {
-    let exposure = seen.scene.bench.exposure;
-    let heading = (
-        "The sensor by photon transfer",
-        "A white plane under a broad line without speckle, exposed again and again; read off digital numbers alone. Grey: theory.",
-    );
+fn draw(plots: &SensorPlots, table: &str) -> RgbImage {
+    let exposure = plots.scene.bench.exposure;
+    let heading = Heading {
+        title: "The sensor by photon transfer",
+        subtitle: "A white plane under a broad line without speckle, exposed again and again; read off digital numbers alone. Grey: theory.",
+    };
     let mut page = page(2, 3, heading, table);
-    let (k, dark) = (gain(&seen.scene), exposure.dark_level_dn);
+    let (k, dark) = (gain(&plots.scene), exposure.dark_level_dn);
 
     let transfer = chart(
         "Photon transfer: the slope is the gain",
         Axis::even("mean [DN]", 0.0, 265.0),
         Axis::even("variance in time [DN^2]", 0.0, 4.0),
         vec![
-            curve(GREY, seen.expected.iter().map(|e| (e[1], e[2]))),
-            marks(BLUE, seen.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
+            curve(GREY, plots.expected.iter().map(|e| (e[1], e[2]))),
+            marks(BLUE, plots.levels.iter().map(|(_, mean, v)| (mean.value, v.value, v.error))),
         ],
     );
-    transfer.draw(&mut page, corner(0, 0), CHART);
-    let (x, y) = corner(0, 0);
-    page.words_in(x + 74, y + 66, &format!("K = {:.6} +- {:.6} DN/e-", seen.gain.value, seen.gain.error), BLUE);
+    transfer.draw(&mut page, area(0, 0));
+    let Area { left: x, top: y, .. } = area(0, 0);
+    page.words_in(x + 74, y + 66, &format!("K = {:.6} +- {:.6} DN/e-", plots.gain.value, plots.gain.error), BLUE);
     page.words_in(x + 74, y + 82, &format!("set: {k:.6}"), GREY);
     page.words_in(x + 400, y + 230, "clipped at 255", GREY);
 
@@ -366,22 +374,22 @@ fn draw(seen: &Seen, table: &str) -> RgbImage {
         Axis::even("electrons / 1000", 0.0, 29.0),
         Axis::even("[%]", -0.15, 0.15),
         vec![
-            curve(GREY, seen.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark)))),
+            curve(GREY, plots.expected.iter().map(|e| (e[0] / 1e3, 100.0 * (e[1] - dark - k * e[0]) / (255.0 - dark)))),
             marks(
                 BLUE,
-                seen.levels.iter().map(|(e, mean, _)| {
+                plots.levels.iter().map(|(e, mean, _)| {
                     let off = mean.value - dark - k * e;
                     (e / 1e3, 100.0 * off / (255.0 - dark), 100.0 * mean.error / (255.0 - dark))
                 }),
             ),
         ],
     );
-    linear.draw(&mut page, corner(1, 0), CHART);
+    linear.draw(&mut page, area(1, 0));
 
-    let n = 2.0 * (seen.spectra[0].len() - 1) as f64;
-    let spectrum = |i: usize| seen.spectra[i].iter().enumerate().map(move |(f, p)| (f as f64 / n, *p));
+    let n = 2.0 * (plots.spectra[0].len() - 1) as f64;
+    let spectrum = |i: usize| plots.spectra[i].iter().enumerate().map(move |(f, p)| (f as f64 / n, *p));
     let level =
-        |i: usize| if i == 0 { exposure.dark_noise_dn.powi(2) - rows(seen) } else { exposure.dark_noise_dn.powi(2) };
+        |i: usize| if i == 0 { exposure.dark_noise_dn.powi(2) - rows(plots) } else { exposure.dark_noise_dn.powi(2) };
     let zero = |power: f64| vec![(0.0, power, 0.0)].into_iter();
     let spectra = chart(
         "Dark frames: power along the rows",
@@ -392,58 +400,58 @@ fn draw(seen: &Seen, table: &str) -> RgbImage {
             curve(GREY, [0.0, 0.5].map(|f| (f, level(1))).into_iter()),
             curve(ORANGE, spectrum(1).skip(1)),
             curve(BLUE, spectrum(0).skip(1)),
-            marks(ORANGE, zero(seen.spectra[1][0])),
-            marks(BLUE, zero(seen.spectra[0][0])),
+            marks(ORANGE, zero(plots.spectra[1][0])),
+            marks(BLUE, zero(plots.spectra[0][0])),
         ],
     );
-    spectra.draw(&mut page, corner(0, 1), CHART);
-    let (x, y) = corner(0, 1);
-    legend(&mut page, (x + 90, y + 70), &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
+    spectra.draw(&mut page, area(0, 1));
+    let Area { left: x, top: y, .. } = area(0, 1);
+    legend(&mut page, x + 90, y + 70, &[(BLUE, "rows stand out (as set)"), (ORANGE, "row noise and pattern off")]);
     page.words_in(x + 66, y + 120, "<- row means: frequency 0", GREY);
 
-    let (x, y) = corner(1, 1);
+    let Area { left: x, top: y, .. } = area(1, 1);
     page.words(x, y + 12, "Dark frames, 120 x 120 pixels, 9 to 15 DN");
     for (i, (frame, words)) in
-        seen.frames.iter().zip(["rows stand out (as set)", "row noise and pattern off"]).enumerate()
+        plots.frames.iter().zip(["rows stand out (as set)", "row noise and pattern off"]).enumerate()
     {
-        let left = x + 20 + i as u32 * (CUT * ZOOM + 30);
-        let columns = frame.len() as u32 / seen.scene.size.rows as u32;
-        let picture = RgbImage::from_fn(CUT * ZOOM, CUT * ZOOM, |px, py| {
+        let left = x + 20 + i as u32 * (CUT_PX * ZOOM + 30);
+        let columns = frame.len() as u32 / plots.scene.size.rows as u32;
+        let picture = RgbImage::from_fn(CUT_PX * ZOOM, CUT_PX * ZOOM, |px, py| {
             let dn = frame[(py / ZOOM * columns + px / ZOOM) as usize];
             let grey = ((f32::from(dn) - 9.0) / 6.0).clamp(0.0, 1.0) * 255.0;
             Rgb([grey as u8; 3])
         });
         page.picture(left, y + 40, &picture);
-        page.words_in(left, y + 40 + CUT * ZOOM + 16, words, [BLUE, ORANGE][i]);
+        page.words_in(left, y + 40 + CUT_PX * ZOOM + 16, words, [BLUE, ORANGE][i]);
     }
     let words = "mean 11.6, sd 1.09 DN in both";
-    page.words_in(x + 20, y + 40 + CUT * ZOOM + 34, words, INK);
-    draw_slopes(&mut page, seen);
+    page.words_in(x + 20, y + 40 + CUT_PX * ZOOM + 34, words, INK);
+    draw_slopes(&mut page, plots);
     page.0
 }
 
 /// Numbers and noise over light with one slope and with two.
-fn draw_slopes(page: &mut Page, seen: &Seen) {
+fn draw_slopes(page: &mut Page, plots: &SensorPlots) {
     const COLOURS: [Rgb<u8>; 4] = [BLUE, ORANGE, PURPLE, GREEN];
     let light = || Axis::log("light / light that fills one slope", 0.03, 20.0);
     for (place, title, axis) in [
         (0, "Two slopes: mean less dark", Axis::even("[DN]", 0.0, 260.0)),
         (1, "Two slopes: variance in time", Axis::even("[DN^2]", 0.0, 4.0)),
     ] {
-        let theory = seen.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
-        let measured = seen.modes.iter().zip(COLOURS);
+        let theory = plots.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
+        let measured = plots.modes.iter().zip(COLOURS);
         let measured =
-            measured.map(|(mode, colour)| marks(colour, mode.seen.iter().map(|v| (v[0], v[1 + place], 0.0))));
-        let place = corner(place as u32, 2);
-        chart(title, light(), axis, theory.chain(measured).collect()).draw(page, place, CHART);
+            measured.map(|(mode, colour)| marks(colour, mode.plots.iter().map(|v| (v[0], v[1 + place], 0.0))));
+        let area = area(place as u32, 2);
+        chart(title, light(), axis, theory.chain(measured).collect()).draw(page, area);
         let names: Vec<_> =
-            COLOURS.into_iter().zip(&seen.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();
-        legend(page, (place.0 + 90, place.1 + 70), &names);
+            COLOURS.into_iter().zip(&plots.modes).map(|(colour, mode)| (colour, mode.hdr.name())).collect();
+        legend(page, area.left + 90, area.top + 70, &names);
     }
 }
 
 /// Variance that rows have of their own [DN^2].
-fn rows(seen: &Seen) -> f64 {
-    let exposure = seen.scene.bench.exposure;
+fn rows(plots: &SensorPlots) -> f64 {
+    let exposure = plots.scene.bench.exposure;
     exposure.row_noise_dn.powi(2) + exposure.row_pattern_dn.powi(2)
 }

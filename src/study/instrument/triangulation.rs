@@ -19,42 +19,42 @@ use image::{Rgb, RgbImage};
 use procedural::Body;
 use serde_json::json;
 
-use super::beam::{column_width, height_per_row, row_up};
-use super::centre::spread;
-use super::page::{BLUE, CHART, GREEN, GREY, ORANGE, PURPLE, chart, corner, curve, legend, marks, page};
-use super::pattern::Correlation;
-use super::setup::{Look, ceramic, expose_to, gain, plate, scene, stream};
-use super::{Figure, Trials, document, each, moments, repeat, table};
+use super::centroid::spread;
+use super::closed_forms::{column_width, height_per_row, row_up};
+use super::layout::{BLUE, CHART_WIDTH, GREEN, GREY, Heading, ORANGE, PURPLE, area, chart, curve, legend, marks, page};
+use super::speckle_theory::PixelCorrelation;
+use super::targets::{TargetView, ceramic, expose_to_peak, gain, plate, scene, stream};
+use super::{Figure, Trials, document, mean_and_variance, per_repeat, repeat_trials, table};
 use crate::drawing::chart::Axis;
-use crate::drawing::{MARGIN, Page};
+use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::ROWS;
-use crate::optics::parameters::Bench;
 use crate::optics::speckle::PatternCache;
+use crate::parameters::Bench;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::Scheimpflug;
-use crate::study::{Report, Watch};
+use crate::study::{Progress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plates [mm].
-const HEIGHTS: [f64; 8] = [2.0, 9.0, 16.0, 23.0, 30.0, 37.0, 44.0, 51.0];
+const HEIGHTS_MM: [f64; 8] = [2.0, 9.0, 16.0, 23.0, 30.0, 37.0, 44.0, 51.0];
 /// Slopes of the plates along the line and along the motion [1].
 const SLOPES: [(f64, f64); 3] = [(0.0, 0.0), (0.15, 0.0), (0.0, 0.15)];
 /// Heights of the plates that the table shows.
-const SHOWN: [usize; 3] = [0, 3, 7];
+const TABLE_HEIGHTS: [usize; 3] = [0, 3, 7];
 const COLUMNS: usize = 256;
 /// Profiles of a plate, and those of them at its front edge that are left out: there light from below sees the edge.
 const PROFILES: usize = 40;
-const EDGE: usize = 4;
-const CERAMIC_EDGE: usize = 40;
+const EDGE_PROFILES: usize = 4;
+const CERAMIC_EDGE_PROFILES: usize = 40;
 /// Profiles of the map that is drawn.
-const MAPPED: usize = 112;
+const MAP_PROFILES: usize = 112;
 /// Brightest pixel [DN over dark].
-const PEAK: f64 = 185.0;
+const PEAK_DN: f64 = 185.0;
 
 /// Mean error, its spread, line of Range over columns.
 #[derive(Clone, Copy)]
-struct Plate {
+struct PlateError {
     /// Mean of Range less truth [um].
     error: f64,
     /// Standard deviation of Range less truth [um].
@@ -63,11 +63,11 @@ struct Plate {
     scale: f64,
 }
 
-struct Found {
+struct TriangulationRepeat {
     /// By slope and height.
-    plates: Vec<Vec<Plate>>,
+    plates: Vec<Vec<PlateError>>,
     /// Level ceramic with speckle, by shown height.
-    ceramic: Vec<Plate>,
+    ceramic: Vec<PlateError>,
     /// Sensor row of the line on level plates by height [px].
     rows: Vec<f64>,
     /// Mean error at the edge of a bent lens's field [um].
@@ -75,7 +75,7 @@ struct Found {
 }
 
 /// Everything that the picture shows.
-struct Seen {
+struct TriangulationPlots {
     pub bench: Bench,
     /// Mean error by slope and height [um].
     pub error: Vec<Vec<Estimate>>,
@@ -93,28 +93,28 @@ struct Seen {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, watch: Watch) -> Report {
+pub fn study(trials: Trials, progress: Progress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
-    let found = repeat(trials, watch, |one| found(trials, one, &tiles));
-    let (figures, seen) = figures(trials, &found, &tiles);
+    let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
+    let (figures, plots) = figures(trials, &repeats, &tiles);
     let table = table("Triangulation", trials, &figures, &[]);
     let mut json = document("triangulation", trials, &figures);
     let plates = |slope: usize| {
-        let at = |i: usize| json!({ "height_mm": HEIGHTS[i], "error_um": seen.error[slope][i], "spread_um": seen.spread[slope][i] });
-        json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS.len()).map(at).collect::<Vec<_>>() })
+        let at = |i: usize| json!({ "height_mm": HEIGHTS_MM[i], "error_um": plots.error[slope][i], "spread_um": plots.spread[slope][i] });
+        json!({ "slopes": SLOPES[slope], "heights": (0..HEIGHTS_MM.len()).map(at).collect::<Vec<_>>() })
     };
     json["plates"] = (0..SLOPES.len()).map(plates).collect();
-    Report { picture: draw(&seen, &table), table, json }
+    StudyReport { picture: draw(&plots, &table), table, json }
 }
 
 /// A scene over a plate of metal without speckle, or of ceramic with it.
 fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &PatternCache) -> Scene {
-    let edge = if speckle { CERAMIC_EDGE } else { EDGE };
+    let edge = if speckle { CERAMIC_EDGE_PROFILES } else { EDGE_PROFILES };
     let mut scene = scene(own, COLUMNS, edge + PROFILES);
     if !speckle {
         scene.bench.speckle.strength = 0.0;
     }
-    expose_to(&mut scene, body, tiles, edge + PROFILES / 2, PEAK);
+    expose_to_peak(&mut scene, body, tiles, edge + PROFILES / 2, PEAK_DN);
     scene
 }
 
@@ -140,58 +140,58 @@ fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: (
     (errors, if under > 0.0 { over / under } else { 1.0 })
 }
 
-fn told(scene: &Scene, body: Body, tiles: &PatternCache, plane: (f64, DVec2)) -> Plate {
+fn told(scene: &Scene, body: Body, tiles: &PatternCache, plane: (f64, DVec2)) -> PlateError {
     let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
-    let (error, variance) = moments(errors.iter().copied());
-    Plate { error, spread: variance.sqrt(), scale }
+    let (error, variance) = mean_and_variance(errors.iter().copied());
+    PlateError { error, spread: variance.sqrt(), scale }
 }
 
-fn found(trials: Trials, one: u64, tiles: &PatternCache) -> Found {
+fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> TriangulationRepeat {
     let own = stream("triangulation", trials, one);
     // Other repeats lie on other patterns of speckle.
     let patterns = PatternCache::new(trials.seed.wrapping_mul(1 << 20).wrapping_add(one));
     let metal = |slope: usize, i: usize| {
         let (x, y) = SLOPES[slope];
-        let body = plate(HEIGHTS[i] as f32, x as f32, y as f32);
-        let scene = set(own.child("metal").index((slope * HEIGHTS.len() + i) as u64), &body, false, tiles);
-        told(&scene, body, tiles, (HEIGHTS[i], DVec2::new(x, y)))
+        let body = plate(HEIGHTS_MM[i] as f32, x as f32, y as f32);
+        let scene = set(own.child("metal").index((slope * HEIGHTS_MM.len() + i) as u64), &body, false, tiles);
+        told(&scene, body, tiles, (HEIGHTS_MM[i], DVec2::new(x, y)))
     };
     let white = |i: usize| {
-        let body = ceramic(HEIGHTS[i] as f32);
+        let body = ceramic(HEIGHTS_MM[i] as f32);
         let scene = set(own.child("ceramic").index(i as u64), &body, true, &patterns);
-        told(&scene, body, &patterns, (HEIGHTS[i], DVec2::ZERO))
+        told(&scene, body, &patterns, (HEIGHTS_MM[i], DVec2::ZERO))
     };
     let row = |i: usize| {
-        let body = plate(HEIGHTS[i] as f32, 0.0, 0.0);
+        let body = plate(HEIGHTS_MM[i] as f32, 0.0, 0.0);
         centre(&set(own.child("row").index(i as u64), &body, false, tiles), body, tiles)
     };
-    Found {
-        plates: (0..SLOPES.len()).map(|slope| (0..HEIGHTS.len()).map(|i| metal(slope, i)).collect()).collect(),
-        ceramic: SHOWN.map(white).to_vec(),
-        rows: (0..HEIGHTS.len()).map(row).collect(),
+    TriangulationRepeat {
+        plates: (0..SLOPES.len()).map(|slope| (0..HEIGHTS_MM.len()).map(|i| metal(slope, i)).collect()).collect(),
+        ceramic: TABLE_HEIGHTS.map(white).to_vec(),
+        rows: (0..HEIGHTS_MM.len()).map(row).collect(),
         bent: bent(own.child("bent"), tiles),
     }
 }
 
 /// Mean error on a level plate at the edge of the field of a bent lens, on a sensor out of the rule of Scheimpflug [um].
 fn bent(own: procedural::Stream, tiles: &PatternCache) -> f64 {
-    let body = plate(HEIGHTS[SHOWN[1]] as f32, 0.0, 0.0);
-    let mut scene = scene(own, COLUMNS, EDGE + PROFILES);
+    let body = plate(HEIGHTS_MM[TABLE_HEIGHTS[1]] as f32, 0.0, 0.0);
+    let mut scene = scene(own, COLUMNS, EDGE_PROFILES + PROFILES);
     scene.bench.speckle.strength = 0.0;
     let (camera, optics) = (&mut scene.bench.camera, &mut scene.bench.optics);
     (camera.distortion_k1, camera.distortion_k2, camera.distortion_p1) = (-0.06, 0.05, 5e-4);
     (camera.sensor_tilt_deg, camera.focus_distance_mm) = (7.0, 405.0);
     (optics.scheimpflug, optics.offset_columns) = (Scheimpflug::Given, 1100.0);
-    expose_to(&mut scene, &body, tiles, EDGE + PROFILES / 2, PEAK);
-    told(&scene, body, tiles, (HEIGHTS[SHOWN[1]], DVec2::ZERO)).error
+    expose_to_peak(&mut scene, &body, tiles, EDGE_PROFILES + PROFILES / 2, PEAK_DN);
+    told(&scene, body, tiles, (HEIGHTS_MM[TABLE_HEIGHTS[1]], DVec2::ZERO)).error
 }
 
 /// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
 fn centre(scene: &Scene, body: Body, tiles: &PatternCache) -> f64 {
-    let look = Look::at(scene, body, tiles, EDGE..EDGE + 8);
+    let look = TargetView::new(scene, body, tiles, EDGE_PROFILES..EDGE_PROFILES + 8);
     let dark = scene.bench.exposure.dark_level_dn;
     let (mut sum, mut moment) = (0.0, 0.0);
-    for profile in EDGE..EDGE + 8 {
+    for profile in EDGE_PROFILES..EDGE_PROFILES + 8 {
         let frame = look.frame(profile);
         // All light is within eight rows of the middle of the window.
         for k in ROWS / 2 - 8..=ROWS / 2 + 8 {
@@ -206,9 +206,9 @@ fn centre(scene: &Scene, body: Body, tiles: &PatternCache) -> f64 {
 }
 
 /// Standard deviation of Range that noise and speckle make in the middle column, the whole column's shift left out [um].
-fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, correlation: &Correlation) -> f64 {
+fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, correlation: &PixelCorrelation) -> f64 {
     let profile = scene.size.profiles - PROFILES / 2;
-    let look = Look::at(scene, body.clone(), tiles, profile..profile + 1);
+    let look = TargetView::new(scene, body.clone(), tiles, profile..profile + 1);
     let (k, exposure) = (gain(scene), &scene.bench.exposure);
     let light = look.light(profile);
     let line: Vec<f64> = (0..ROWS).map(|row| k * light[row * COLUMNS + COLUMNS / 2]).collect();
@@ -219,102 +219,109 @@ fn expected(scene: &Scene, body: &Body, tiles: &PatternCache, contrast: f64, cor
     1000.0 * height_per_row(&scene.bench, z) * variance.sqrt()
 }
 
-fn figures(trials: Trials, found: &[Found], tiles: &PatternCache) -> (Vec<Figure>, Seen) {
+fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache) -> (Vec<Figure>, TriangulationPlots) {
     let own = stream("triangulation", trials, 0);
     let bench = scene(own, COLUMNS, 1).bench;
-    let correlation = Correlation::of(super::pattern::grain_px(&bench));
+    let correlation = PixelCorrelation::of(super::speckle_theory::grain_px(&bench));
     let names = ["level", "dz/dx .15", "dz/dy .15"];
     let expect = |z: &f64| {
         let body = plate(*z as f32, 0.0, 0.0);
         expected(&set(own, &body, false, tiles), &body, tiles, 0.0, &correlation)
     };
-    let level: Vec<f64> = HEIGHTS.iter().map(expect).collect();
+    let level: Vec<f64> = HEIGHTS_MM.iter().map(expect).collect();
     let mut white = Vec::new();
     let mut figures = Vec::new();
     for (slope, name) in names.iter().enumerate() {
-        for i in SHOWN {
-            let z = HEIGHTS[i];
+        for i in TABLE_HEIGHTS {
+            let z = HEIGHTS_MM[i];
             figures.push(Figure::of(
                 &format!("{name}, {z:.0} mm: mean error [um]"),
-                &each(found, |f| f.plates[slope][i].error),
+                &per_repeat(repeats, |f| f.plates[slope][i].error),
                 0.0,
             ));
         }
     }
-    for i in SHOWN {
-        let name = format!("level, {:.0} mm: spread [um]", HEIGHTS[i]);
-        figures.push(Figure::of(&name, &each(found, |f| f.plates[0][i].spread), level[i]));
+    for i in TABLE_HEIGHTS {
+        let name = format!("level, {:.0} mm: spread [um]", HEIGHTS_MM[i]);
+        figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.plates[0][i].spread), level[i]));
     }
-    for (place, i) in SHOWN.into_iter().enumerate() {
-        let z = HEIGHTS[i];
+    for (place, i) in TABLE_HEIGHTS.into_iter().enumerate() {
+        let z = HEIGHTS_MM[i];
         let body = ceramic(z as f32);
         let scene = set(own, &body, true, tiles);
-        let contrast = f64::from(Look::at(&scene, body.clone(), tiles, 0..1).sensor.speckle_contrast()[1]);
+        let contrast = f64::from(TargetView::new(&scene, body.clone(), tiles, 0..1).sensor.speckle_contrast()[1]);
         let theory = expected(&scene, &body, tiles, contrast, &correlation);
         figures.push(Figure::of(
             &format!("ceramic, {z:.0} mm: mean error [um]"),
-            &each(found, |f| f.ceramic[place].error),
+            &per_repeat(repeats, |f| f.ceramic[place].error),
             0.0,
         ));
         figures.push(Figure::of(
             &format!("ceramic, {z:.0} mm: spread, speckle too [um]"),
-            &each(found, |f| f.ceramic[place].spread),
+            &per_repeat(repeats, |f| f.ceramic[place].spread),
             theory,
         ));
-        white.push((Estimate::of(each(found, |f| f.ceramic[place].spread).iter().copied()), theory));
+        white.push((Estimate::of(per_repeat(repeats, |f| f.ceramic[place].spread).iter().copied()), theory));
     }
-    let name = format!("bent lens, field's edge, {:.0} mm: mean error [um]", HEIGHTS[SHOWN[1]]);
-    figures.push(Figure::of(&name, &each(found, |f| f.bent), 0.0));
-    let pitch = |i: usize| move |f: &Found| 1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (f.rows[i + 1] - f.rows[i]);
+    let name = format!("bent lens, field's edge, {:.0} mm: mean error [um]", HEIGHTS_MM[TABLE_HEIGHTS[1]]);
+    figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.bent), 0.0));
+    let pitch = |i: usize| {
+        move |f: &TriangulationRepeat| 1000.0 * (HEIGHTS_MM[i + 1] - HEIGHTS_MM[i]) / (f.rows[i + 1] - f.rows[i])
+    };
     let truth = |i: usize| {
-        1000.0 * (HEIGHTS[i + 1] - HEIGHTS[i]) / (row_up(&bench, HEIGHTS[i + 1]) - row_up(&bench, HEIGHTS[i]))
+        1000.0 * (HEIGHTS_MM[i + 1] - HEIGHTS_MM[i])
+            / (row_up(&bench, HEIGHTS_MM[i + 1]) - row_up(&bench, HEIGHTS_MM[i]))
     };
     for i in [0, 3, 6] {
-        let name = format!("height of a row, {:.0} to {:.0} mm [um]", HEIGHTS[i], HEIGHTS[i + 1]);
-        figures.push(Figure::of(&name, &each(found, pitch(i)), truth(i)));
+        let name = format!("height of a row, {:.0} to {:.0} mm [um]", HEIGHTS_MM[i], HEIGHTS_MM[i + 1]);
+        figures.push(Figure::of(&name, &per_repeat(repeats, pitch(i)), truth(i)));
     }
-    let width = |i: usize| move |f: &Found| 1000.0 * column_width(&bench, HEIGHTS[i]) * f.plates[1][i].scale;
-    for i in SHOWN {
-        let name = format!("width of a column at {:.0} mm [um]", HEIGHTS[i]);
-        figures.push(Figure::of(&name, &each(found, width(i)), 1000.0 * column_width(&bench, HEIGHTS[i])));
+    let width =
+        |i: usize| move |f: &TriangulationRepeat| 1000.0 * column_width(&bench, HEIGHTS_MM[i]) * f.plates[1][i].scale;
+    for i in TABLE_HEIGHTS {
+        let name = format!("width of a column at {:.0} mm [um]", HEIGHTS_MM[i]);
+        figures.push(Figure::of(&name, &per_repeat(repeats, width(i)), 1000.0 * column_width(&bench, HEIGHTS_MM[i])));
     }
-    let estimate = |number: &dyn Fn(&Found) -> f64| Estimate::of(each(found, number).iter().copied());
-    let all = |number: &dyn Fn(&Plate) -> f64| {
+    let estimate =
+        |number: &dyn Fn(&TriangulationRepeat) -> f64| Estimate::of(per_repeat(repeats, number).iter().copied());
+    let all = |number: &dyn Fn(&PlateError) -> f64| {
         (0..SLOPES.len())
-            .map(|s| (0..HEIGHTS.len()).map(|i| estimate(&|f| number(&f.plates[s][i]))).collect())
+            .map(|s| (0..HEIGHTS_MM.len()).map(|i| estimate(&|f| number(&f.plates[s][i]))).collect())
             .collect()
     };
     let body = ceramic(23.0);
     let mut map_scene = set(own.child("map"), &body, true, tiles);
-    map_scene.size.profiles = CERAMIC_EDGE + MAPPED;
-    let seen = Seen {
+    map_scene.size.profiles = CERAMIC_EDGE_PROFILES + MAP_PROFILES;
+    let plots = TriangulationPlots {
         bench,
         error: all(&|p| p.error),
         spread: all(&|p| p.spread),
         expected: level,
         ceramic: white,
-        row_um: (0..HEIGHTS.len() - 1).map(|i| (0.5 * (HEIGHTS[i] + HEIGHTS[i + 1]), estimate(&pitch(i)))).collect(),
-        column_um: (0..HEIGHTS.len()).map(|i| (HEIGHTS[i], estimate(&width(i)))).collect(),
-        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE, tiles, (23.0, DVec2::ZERO)).0),
+        row_um: (0..HEIGHTS_MM.len() - 1)
+            .map(|i| (0.5 * (HEIGHTS_MM[i] + HEIGHTS_MM[i + 1]), estimate(&pitch(i))))
+            .collect(),
+        column_um: (0..HEIGHTS_MM.len()).map(|i| (HEIGHTS_MM[i], estimate(&width(i)))).collect(),
+        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE_PROFILES, tiles, (23.0, DVec2::ZERO)).0),
     };
-    (figures, seen)
+    (figures, plots)
 }
 
 /// Ends of the map's scale [um].
-const MOST_UM: f64 = 45.0;
+const MAP_LIMIT_UM: f64 = 45.0;
 
-fn draw(seen: &Seen, table: &str) -> RgbImage {
-    let heading = (
-        "Triangulation on flat targets",
-        "Range of level and tilted plates, rendered from body to map, less the plane itself. Grey: theory.",
-    );
+fn draw(plots: &TriangulationPlots, table: &str) -> RgbImage {
+    let heading = Heading {
+        title: "Triangulation on flat targets",
+        subtitle: "Range of level and tilted plates, rendered from body to map, less the plane itself. Grey: theory.",
+    };
     let mut page = page(2, 2, heading, table);
     let z = || (0..=110).map(|i| 0.5 * f64::from(i));
     let aside = |slope: usize| 0.8 * (slope as f64 - 1.0);
 
     let colours = [BLUE, ORANGE, PURPLE];
     let error = |slope: usize| {
-        let at = HEIGHTS.iter().zip(&seen.error[slope]);
+        let at = HEIGHTS_MM.iter().zip(&plots.error[slope]);
         marks(colours[slope], at.map(move |(z, e)| (z + aside(slope), e.value, e.error)))
     };
     let errors = chart(
@@ -323,66 +330,74 @@ fn draw(seen: &Seen, table: &str) -> RgbImage {
         Axis::even("[um]; bars: standard errors", -2.0, 2.0),
         vec![curve(GREY, [(0.0, 0.0), (55.0, 0.0)].into_iter()), error(0), error(1), error(2)],
     );
-    errors.draw(&mut page, corner(0, 0), CHART);
-    let (x, y) = corner(0, 0);
-    legend(&mut page, (x + 380, y + 52), &[(BLUE, "level"), (ORANGE, "dz/dx = 0.15"), (PURPLE, "dz/dy = 0.15")]);
+    errors.draw(&mut page, area(0, 0));
+    let Area { left: x, top: y, .. } = area(0, 0);
+    legend(&mut page, x + 380, y + 52, &[(BLUE, "level"), (ORANGE, "dz/dx = 0.15"), (PURPLE, "dz/dy = 0.15")]);
     page.words_in(x + 60, y + 52, "1 um is 1/200 row", GREY);
 
-    let level = HEIGHTS.iter().zip(&seen.spread[0]).map(|(z, e)| (*z, e.value, e.error));
-    let white = SHOWN.iter().zip(&seen.ceramic).map(|(i, (e, _))| (HEIGHTS[*i], e.value, e.error));
+    let level = HEIGHTS_MM.iter().zip(&plots.spread[0]).map(|(z, e)| (*z, e.value, e.error));
+    let white = TABLE_HEIGHTS.iter().zip(&plots.ceramic).map(|(i, (e, _))| (HEIGHTS_MM[*i], e.value, e.error));
     let spread = chart(
         "Spread of Range, level plates",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("standard deviation [um]", 0.0, 16.0),
         vec![
-            curve(GREY, HEIGHTS.iter().zip(&seen.expected).map(|(z, e)| (*z, *e))),
-            curve(GREY, SHOWN.iter().zip(&seen.ceramic).map(|(i, (_, e))| (HEIGHTS[*i], *e))),
+            curve(GREY, HEIGHTS_MM.iter().zip(&plots.expected).map(|(z, e)| (*z, *e))),
+            curve(GREY, TABLE_HEIGHTS.iter().zip(&plots.ceramic).map(|(i, (_, e))| (HEIGHTS_MM[*i], *e))),
             marks(BLUE, level),
             marks(GREEN, white),
         ],
     );
-    spread.draw(&mut page, corner(1, 0), CHART);
-    let (x, y) = corner(1, 0);
-    legend(&mut page, (x + 300, y + 52), &[(GREEN, "ceramic, speckle and noise"), (BLUE, "metal, sensor noise alone")]);
+    spread.draw(&mut page, area(1, 0));
+    let Area { left: x, top: y, .. } = area(1, 0);
+    legend(&mut page, x + 300, y + 52, &[(GREEN, "ceramic, speckle and noise"), (BLUE, "metal, sensor noise alone")]);
 
     let scales = chart(
         "A row in height, a column in width",
         Axis::even("height [mm]", 0.0, 55.0),
         Axis::even("[um]", 60.0, 240.0),
         vec![
-            curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&seen.bench, z)))),
-            curve(GREY, z().map(|z| (z, 1000.0 * column_width(&seen.bench, z)))),
-            marks(BLUE, seen.row_um.iter().map(|(z, e)| (*z, e.value, e.error))),
-            marks(ORANGE, seen.column_um.iter().map(|(z, e)| (*z, e.value, e.error))),
+            curve(GREY, z().map(|z| (z, 1000.0 * height_per_row(&plots.bench, z)))),
+            curve(GREY, z().map(|z| (z, 1000.0 * column_width(&plots.bench, z)))),
+            marks(BLUE, plots.row_um.iter().map(|(z, e)| (*z, e.value, e.error))),
+            marks(ORANGE, plots.column_um.iter().map(|(z, e)| (*z, e.value, e.error))),
         ],
     );
-    scales.draw(&mut page, corner(0, 1), CHART);
-    let (x, y) = corner(0, 1);
+    scales.draw(&mut page, area(0, 1));
+    let Area { left: x, top: y, .. } = area(0, 1);
     legend(
         &mut page,
-        (x + 270, y + 180),
+        x + 270,
+        y + 180,
         &[(BLUE, "height of a row, level plates"), (ORANGE, "width of a column, dz/dx = 0.15")],
     );
 
-    let (x, y) = corner(1, 1);
+    let Area { left: x, top: y, .. } = area(1, 1);
     page.words(x, y + 12, "Range less truth on level ceramic at 23 mm, speckle and noise");
     page.words(x, y + 28, "columns right, profiles down");
-    map(&mut page, (x, y + 40), seen);
+    draw_error_map(&mut page, x, y + 40, plots);
     page.0
 }
 
-fn map(page: &mut Page, (left, top): (u32, u32), seen: &Seen) {
-    let (columns, errors) = &seen.map;
+fn draw_error_map(page: &mut Page, left: u32, top: u32, plots: &TriangulationPlots) {
+    let (columns, errors) = &plots.map;
     let rows = errors.len() / columns;
-    let (width, height) = (CHART.0 - MARGIN, (CHART.0 - MARGIN) * rows as u32 / *columns as u32);
+    let (width, height) = (CHART_WIDTH - MARGIN, (CHART_WIDTH - MARGIN) * rows as u32 / *columns as u32);
     let at = |px: u32, py: u32| {
         let (column, row) = (px as usize * columns / width as usize, py as usize * rows / height as usize);
         errors[row * columns + column]
     };
-    let picture = RgbImage::from_fn(width, height, |px, py| diverging(at(px, py) / MOST_UM));
+    let picture = RgbImage::from_fn(width, height, |px, py| diverging(at(px, py) / MAP_LIMIT_UM));
     page.picture(left, top, &picture);
     let ramp = |t: f32| diverging(2.0 * f64::from(t) - 1.0);
-    page.bar(left, top + height + 12, width / 2, (&format!("-{MOST_UM:.0}"), &format!("+{MOST_UM:.0} um")), &ramp);
+    page.bar(
+        left,
+        top + height + 12,
+        width / 2,
+        &format!("-{MAP_LIMIT_UM:.0}"),
+        &format!("+{MAP_LIMIT_UM:.0} um"),
+        &ramp,
+    );
 }
 
 /// Blue below, white at 0, red above, for a number in [-1, 1].

@@ -24,15 +24,15 @@ use crate::quadrature::{composite, legendre};
 use crate::transport::fresnel::internal_reflectance;
 
 /// Nodes of the cosine in each interval.
-const COSINES: usize = 100;
+const COSINE_NODES: usize = 100;
 /// Nodes of the azimuth in a quarter turn.
-const AZIMUTHS: usize = 64;
+const AZIMUTH_NODES: usize = 64;
 /// Highest degree of the series.
-const DEGREES: usize = 99;
+const MAX_DEGREE: usize = 99;
 
 /// One harmonic: order m, degree l and its coefficient times g^l / (1 - g^l).
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Term {
+struct Harmonic {
     m: usize,
     l: usize,
     value: f64,
@@ -45,7 +45,7 @@ pub struct Generalized {
     /// Mean free path [mm].
     free: f64,
     /// Series of F of each axis.
-    series: [Vec<Term>; 3],
+    series: [Vec<Harmonic>; 3],
     /// Diffusion coefficient along each axis [mm].
     pub d: DVec3,
 }
@@ -53,15 +53,15 @@ pub struct Generalized {
 impl Generalized {
     /// The coefficients of a medium with scattering `mu_s` [mm^-1] along x, y, z and mean cosine `g`.
     pub fn new(mu_s: DVec3, g: f64) -> Self {
-        let cosines = composite(&[0.0, 1.0], COSINES);
+        let cosines = composite(&[0.0, 1.0], COSINE_NODES);
         let mut medium = Self { mu_s, free: 0.0, series: [vec![], vec![], vec![]], d: DVec3::ZERO };
         let azimuths = azimuths();
         let directions = || {
             let azimuths = &azimuths;
             cosines.iter().flat_map(move |&(mu, w)| azimuths.iter().map(move |&phi| (direction(mu, phi), w)))
         };
-        // Each node stands for its eight mirror images, each azimuth for pi / (2 AZIMUTHS).
-        let solid = 4.0 * PI / AZIMUTHS as f64;
+        // Each node stands for its eight mirror images, each azimuth for pi / (2 AZIMUTH_NODES).
+        let solid = 4.0 * PI / AZIMUTH_NODES as f64;
         medium.free = directions().map(|(s, w)| w / medium.mu(s)).sum::<f64>() * solid / (4.0 * PI);
         for axis in 0..3 {
             let plain = directions().map(|(s, w)| w * (s[axis] / medium.mu(s)).powi(2)).sum::<f64>() * solid;
@@ -78,14 +78,21 @@ impl Generalized {
     }
 
     /// The series of one axis, and what it adds to the integral `plain`.
-    fn harmonics(&self, axis: usize, g: f64, plain: f64, cosines: &[(f64, f64)], azimuths: &[f64]) -> (Vec<Term>, f64) {
+    fn harmonics(
+        &self,
+        axis: usize,
+        g: f64,
+        plain: f64,
+        cosines: &[(f64, f64)],
+        azimuths: &[f64],
+    ) -> (Vec<Harmonic>, f64) {
         let (mut series, mut added) = (Vec::new(), 0.0);
         if g == 0.0 {
             return (series, added);
         }
         let scale = 4.0 * PI / azimuths.len() as f64;
         // Projection on cos(m phi) or sin(m phi) at each cosine; x and y have odd orders alone, z even ones.
-        let projected: Vec<Vec<f64>> = (0..=DEGREES)
+        let projected: Vec<Vec<f64>> = (0..=MAX_DEGREE)
             .map(|m| {
                 let at = |mu: f64| -> f64 {
                     let sum = azimuths.iter().map(|&phi| {
@@ -99,15 +106,15 @@ impl Generalized {
             })
             .collect();
         let tables: Vec<Vec<Vec<f64>>> =
-            (0..=DEGREES).map(|m| cosines.iter().map(|&(mu, _)| legendre(m, DEGREES, mu)).collect()).collect();
-        for l in (1..=DEGREES).step_by(2) {
+            (0..=MAX_DEGREE).map(|m| cosines.iter().map(|&(mu, _)| legendre(m, MAX_DEGREE, mu)).collect()).collect();
+        for l in (1..=MAX_DEGREE).step_by(2) {
             let power = libm::pow(g.abs(), l as f64).copysign(g);
             let weight = power / (1.0 - power);
             let mut degree = 0.0;
             for m in (usize::from(axis < 2)..=l).step_by(2) {
                 let nodes = cosines.iter().zip(&projected[m]).zip(&tables[m]);
                 let own: f64 = nodes.map(|((&(_, w), value), table)| w * value * table[l - m]).sum::<f64>() * scale;
-                series.push(Term { m, l, value: weight * own });
+                series.push(Harmonic { m, l, value: weight * own });
                 degree += weight * own * own;
             }
             added += degree;
@@ -123,7 +130,7 @@ impl Generalized {
         let s = direction(mu, phi);
         let (mut sum, mut order, mut table) = (s[axis] / self.mu(s), usize::MAX, Vec::new());
         let degree = self.series[axis].last().map_or(0, |term| term.l);
-        let mut terms: Vec<&Term> = self.series[axis].iter().collect();
+        let mut terms: Vec<&Harmonic> = self.series[axis].iter().collect();
         terms.sort_by_key(|term| (term.m, term.l));
         for term in terms {
             if term.m != order {
@@ -144,7 +151,7 @@ impl Generalized {
     pub fn extrapolation(&self, n: f64) -> f64 {
         let critical = if n > 1.0 { (1.0 - 1.0 / (n * n)).sqrt() } else { 0.0 };
         let edges = if critical > 0.0 { vec![0.0, critical, 1.0] } else { vec![0.0, 1.0] };
-        self.extrapolation_with(n, &composite(&edges, COSINES))
+        self.extrapolation_with(n, &composite(&edges, COSINE_NODES))
     }
 
     pub(super) fn extrapolation_with(&self, n: f64, cosines: &[(f64, f64)]) -> f64 {
@@ -173,7 +180,7 @@ fn direction(mu: f64, phi: f64) -> DVec3 {
 
 /// Midpoints of a quarter turn.
 fn azimuths() -> Vec<f64> {
-    (0..AZIMUTHS).map(|j| (j as f64 + 0.5) * 0.5 * PI / AZIMUTHS as f64).collect()
+    (0..AZIMUTH_NODES).map(|j| (j as f64 + 0.5) * 0.5 * PI / AZIMUTH_NODES as f64).collect()
 }
 
 /// Azimuthal part of a real harmonic: F along y is odd in y, along x and z even.

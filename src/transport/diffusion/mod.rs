@@ -8,23 +8,22 @@
 //!
 //! - [`tensor`], [`generalized`]: D, source place and boundary of a medium
 //! - [`slab`]: plane layers, in closed form for each wave in the plane; `spread` brings the waves together
-//! - [`voxels`], [`solver`], [`glow`]: a laser line on a body, finite volumes and conjugate gradients
+//! - [`voxels`], [`solver`], [`line_response`](mod@line_response): a laser line on a body, finite volumes and conjugate gradients
 //!
 //! Valid some mean free paths from the source, where absorption is small against reduced scattering; the file of each
-//! part says what it leaves out. The judge is the path model.
+//! part says what it leaves out. Its reference is Monte Carlo.
 
 pub mod generalized;
-pub mod glow;
-mod grid;
+pub mod line_response;
 mod operator;
-mod sheets;
 pub mod slab;
 pub mod solver;
 mod spread;
 pub mod tensor;
+mod transmission_line;
 pub mod voxels;
 
-pub use self::glow::{DiffusionSettings, glow};
+pub use self::line_response::{DiffusionSettings, line_response};
 pub use self::slab::solve;
 
 /// Why diffusion has no answer; layers count from 0 at the top.

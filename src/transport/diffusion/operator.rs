@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use super::voxels::Voxels;
 
 /// Planes of x that one task takes on.
-pub(super) const BLOCK: usize = 16;
+pub(super) const BLOCK_PLANES: usize = 16;
 
-/// Cross terms of one plane: a quarter of sum rho u of each axis, and the fluence on the surface.
+/// CrossTerms terms of one plane: a quarter of sum rho u of each axis, and the fluence on the surface.
 #[derive(Debug, Clone, Default)]
-struct Cross {
+struct CrossTerms {
     terms: [Vec<f64>; 3],
     surface: Vec<f64>,
 }
@@ -21,16 +21,16 @@ impl Voxels {
     /// What leaves each voxel: `out` = A `phi`.
     pub fn apply(&self, phi: &[f64], out: &mut [f64]) {
         let plane = self.shape[1] * self.shape[2];
-        out.par_chunks_mut(BLOCK * plane).enumerate().for_each(|(block, out)| {
-            let first = block * BLOCK;
-            let mut last = Cross::default();
-            let mut here = if first > 0 { self.cross(first - 1, phi) } else { Cross::default() };
+        out.par_chunks_mut(BLOCK_PLANES * plane).enumerate().for_each(|(block, out)| {
+            let first = block * BLOCK_PLANES;
+            let mut last = CrossTerms::default();
+            let mut here = if first > 0 { self.cross(first - 1, phi) } else { CrossTerms::default() };
             let mut next = self.cross(first, phi);
             for (n, out) in out.chunks_exact_mut(plane).enumerate() {
                 let i = first + n;
                 std::mem::swap(&mut last, &mut here);
                 std::mem::swap(&mut here, &mut next);
-                next = if i + 1 < self.shape[0] { self.cross(i + 1, phi) } else { Cross::default() };
+                next = if i + 1 < self.shape[0] { self.cross(i + 1, phi) } else { CrossTerms::default() };
                 self.balance(i, phi, [&last, &here, &next], out);
             }
         });
@@ -52,10 +52,10 @@ impl Voxels {
 
     /// Steps across the faces of plane `i`, times sqrt(T), summed over the two faces of each voxel and axis; then the
     /// cross terms. Rows run along y.
-    fn cross(&self, i: usize, phi: &[f64]) -> Cross {
+    fn cross(&self, i: usize, phi: &[f64]) -> CrossTerms {
         let [nx, ny, nz] = self.shape;
         let plane = ny * nz;
-        let mut cross = Cross { terms: std::array::from_fn(|_| vec![0.0; plane]), surface: vec![0.0; ny] };
+        let mut cross = CrossTerms { terms: std::array::from_fn(|_| vec![0.0; plane]), surface: vec![0.0; ny] };
         let (mut ax, mut ay, mut az) = (vec![0.0; ny], vec![0.0; ny], vec![0.0; ny]);
         let mut steps = vec![0.0; ny];
         for k in 0..nz {
@@ -111,7 +111,7 @@ impl Voxels {
     }
 
     /// Fluxes out of the voxels of plane `i`, given the cross terms of the planes around it.
-    fn balance(&self, i: usize, phi: &[f64], cross: [&Cross; 3], out: &mut [f64]) {
+    fn balance(&self, i: usize, phi: &[f64], cross: [&CrossTerms; 3], out: &mut [f64]) {
         let [nx, ny, nz] = self.shape;
         let plane = ny * nz;
         let [last, here, next] = cross;

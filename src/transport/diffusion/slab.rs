@@ -10,7 +10,7 @@
 //!   (docs/physics.md). One layer gives R = (1 - R_sp) / 2 (e^(-z0 K) + e^(-(z0 + 2 z_e) K)).
 //! - Between layers: the flux is the same on both sides; Phi / n^2 jumps by J 6 (int mu^2 R_12 + int mu^2 R_21) /
 //!   (n_1^2 (1 - 2 int mu R_12)), which is 0 for equal n (Aronson 1995, in the P1 form of the outer boundary).
-//! - Source: light runs straight, refracted from layer to layer, and loses its direction in each with the depth scale of
+//! - DiffuseSource: light runs straight, refracted from layer to layer, and loses its direction in each with the depth scale of
 //!   the persistence vector; what ends in a layer is put at its mean place there. What reaches the bottom leaves as
 //!   Fresnel's law says; the rest of it turns back into the last layer. The first surface takes its Fresnel share;
 //!   partial reflection of straight light between layers is left out.
@@ -23,18 +23,18 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::DiffusionError;
-use super::sheets::{Line, Source};
 use super::spread::{line_spread, point_spread};
 use super::tensor::refracted;
+use super::transmission_line::{DiffuseSource, TransmissionLine};
 use crate::quadrature::composite;
 use crate::transport::answer::{AngleBin, Answer, Estimate, Question};
 use crate::transport::fresnel::{boundary_factor, internal_reflectance};
 use crate::transport::stack::{Scattering, Stack};
 
 /// Least depth at which light begins to diffuse, over the length of its persistence vector [1].
-const LEAST_DEPTH: f64 = 0.05;
+const MIN_RELATIVE_DEPTH: f64 = 0.05;
 /// Cosines and azimuths that stand for diffuse light.
-const DIFFUSE: [usize; 2] = [6, 8];
+const DIFFUSE_NODES: [usize; 2] = [6, 8];
 
 /// What diffusion says of `stack`; `error` is 0 everywhere.
 ///
@@ -43,7 +43,7 @@ const DIFFUSE: [usize; 2] = [6, 8];
 /// # Errors
 /// Layers that diffusion knows nothing of.
 pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, DiffusionError> {
-    let line = Line::new(stack)?;
+    let line = TransmissionLine::new(stack)?;
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
     let (mut sources, mut absorbed) = (Vec::new(), vec![0.0; stack.layers.len()]);
@@ -54,7 +54,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, DiffusionErro
         straight += share * entry.straight;
         absorbed.iter_mut().zip(&entry.paid).for_each(|(sum, paid)| *sum += share * paid);
         unscattered += share * entry.unscattered;
-        sources.extend(entry.sources.into_iter().map(|source| Source { share: share * source.share, ..source }));
+        sources.extend(entry.sources.into_iter().map(|source| DiffuseSource { share: share * source.share, ..source }));
     }
     sources.retain(|source| source.share > 0.0);
     let (mut reflected, mut transmitted) = (0.0, 0.0);
@@ -64,7 +64,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, DiffusionErro
         transmitted += source.share * down;
         absorbed.iter_mut().zip(own).for_each(|(sum, own)| *sum += source.share * own);
     }
-    let (top, bottom) = (stack.layers[0].n / stack.above, stack.layers[line.sheets.len() - 1].n / line.below);
+    let (top, bottom) = (stack.layers[0].n / stack.above, stack.layers[line.sections.len() - 1].n / line.below);
     let exact = |values: Vec<f64>| values.into_iter().map(Estimate::exact).collect();
     Ok(Answer {
         model: "diffusion".into(),
@@ -92,7 +92,7 @@ fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, DiffusionError> 
         DVec3::new(sine * x, sine * y, -cos)
     };
     let Some(angle) = question.incidence else {
-        let [cosines, azimuths] = DIFFUSE;
+        let [cosines, azimuths] = DIFFUSE_NODES;
         let turn = |j: usize| 2.0 * PI * (j as f64 + 0.5) / azimuths as f64;
         let rule = composite(&[0.0, 1.0], cosines);
         let at =
@@ -140,48 +140,53 @@ fn angles(count: usize, n: [f64; 2], flux: [f64; 2]) -> Vec<AngleBin> {
 
 /// Light in direction `s` outside: Fresnel share of the first surface, sources, what leaves straight at the bottom, and
 /// the part of that which was never scattered.
-struct Entry {
+struct EntryShares {
     specular: f64,
-    sources: Vec<Source>,
+    sources: Vec<DiffuseSource>,
     straight: f64,
     unscattered: f64,
     /// What each layer absorbs of the light that crosses all of them.
     paid: Vec<f64>,
 }
 
-fn enter(stack: &Stack, line: &Line, s: DVec3) -> Entry {
+fn enter(stack: &Stack, line: &TransmissionLine, s: DVec3) -> EntryShares {
     let first = stack.layers[0].n;
     let specular = internal_reflectance(stack.above / first, -s.z);
-    let mut entry =
-        Entry { specular, sources: Vec::new(), straight: 0.0, unscattered: 0.0, paid: vec![0.0; line.sheets.len()] };
+    let mut entry = EntryShares {
+        specular,
+        sources: Vec::new(),
+        straight: 0.0,
+        unscattered: 0.0,
+        paid: vec![0.0; line.sections.len()],
+    };
     let (mut left, mut place, mut optical, mut direction, mut n) = (1.0 - specular, DVec2::ZERO, 0.0, s, stack.above);
-    let (mut end, mut total, mut absorption) = (None, false, vec![0.0; line.sheets.len()]);
-    for (i, sheet) in line.sheets.iter().enumerate() {
-        let Some(inside) = refracted(direction, DVec3::Z, sheet.medium.n / n) else {
+    let (mut end, mut total, mut absorption) = (None, false, vec![0.0; line.sections.len()]);
+    for (i, section) in line.sections.iter().enumerate() {
+        let Some(inside) = refracted(direction, DVec3::Z, section.medium.n / n) else {
             // Total reflection between layers: the light stays in the layer above.
             total = true;
             break;
         };
-        (direction, n) = (inside, sheet.medium.n);
-        let h = sheet.medium.persistence(inside);
+        (direction, n) = (inside, section.medium.n);
+        let h = section.medium.persistence(inside);
         // Slanted light on fibres that rise towards it is led upwards, on average; it still begins below the surface.
-        let scale = (-h.z).max(LEAST_DEPTH * h.length());
-        let keep = if sheet.thickness.is_infinite() { 0.0 } else { libm::exp(-sheet.thickness / scale) };
-        let depth = if keep > 0.0 { scale - sheet.thickness * keep / (1.0 - keep) } else { scale };
-        entry.sources.push(Source {
+        let scale = (-h.z).max(MIN_RELATIVE_DEPTH * h.length());
+        let keep = if section.thickness.is_infinite() { 0.0 } else { libm::exp(-section.thickness / scale) };
+        let depth = if keep > 0.0 { scale - section.thickness * keep / (1.0 - keep) } else { scale };
+        entry.sources.push(DiffuseSource {
             share: left * (1.0 - keep),
             layer: i,
             depth,
             exit: place + h.truncate() * (depth / scale),
         });
         if keep > 0.0 {
-            place += inside.truncate() / -inside.z * sheet.thickness;
-            let way = sheet.thickness / -inside.z;
+            place += inside.truncate() / -inside.z * section.thickness;
+            let way = section.thickness / -inside.z;
             optical += extinction(stack, i, inside) * way;
-            absorption[i] = sheet.medium.mu_a * way;
+            absorption[i] = section.medium.mu_a * way;
         }
         left *= keep;
-        end = Some((i, sheet.thickness - depth, place));
+        end = Some((i, section.thickness - depth, place));
     }
     for (paid, absorption) in entry.paid.iter_mut().zip(&absorption) {
         *paid = left * (1.0 - libm::exp(-absorption));
@@ -194,11 +199,11 @@ fn enter(stack: &Stack, line: &Line, s: DVec3) -> Entry {
         let back = if total { 1.0 } else { internal_reflectance(n / line.below, -direction.z) };
         entry.straight = left * (1.0 - back);
         entry.unscattered = ((1.0 - specular) * (1.0 - back) * libm::exp(-optical)).min(entry.straight);
-        entry.sources.push(Source { share: left * back, layer, depth, exit: place });
+        entry.sources.push(DiffuseSource { share: left * back, layer, depth, exit: place });
     }
     for source in &mut entry.sources {
-        source.exit += line.sheets[source.layer].medium.drift() * source.depth;
-        for above in &line.sheets[..source.layer] {
+        source.exit += line.sections[source.layer].medium.drift() * source.depth;
+        for above in &line.sections[..source.layer] {
             source.exit += above.medium.drift() * above.thickness;
         }
     }

@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::operator::BLOCK;
+use super::operator::BLOCK_PLANES;
 use super::voxels::Voxels;
 
 /// A fluence and how well it solves.
@@ -25,7 +25,7 @@ pub struct Solution {
 /// Fluence in `voxels` for the power `source` in each.
 pub fn solve(voxels: &Voxels, source: Vec<f64>, tolerance: f64, iterations: usize) -> Solution {
     let chunk = voxels.shape[1] * voxels.shape[2];
-    let factor = Factor::new(voxels);
+    let factor = IncompleteCholesky::new(voxels);
     let mut phi = vec![0.0; voxels.len()];
     let mut rest = source;
     rest.iter_mut().for_each(|s| *s /= voxels.pitch);
@@ -36,7 +36,7 @@ pub fn solve(voxels: &Voxels, source: Vec<f64>, tolerance: f64, iterations: usiz
     }
     let mut near = vec![0.0; voxels.len()];
     factor.solve(voxels, &rest, &mut near);
-    let mut way = near.clone();
+    let mut direction = near.clone();
     let mut image = vec![0.0; voxels.len()];
     let mut slope = dot(&rest, &near, chunk);
     let mut norm = size;
@@ -44,15 +44,15 @@ pub fn solve(voxels: &Voxels, source: Vec<f64>, tolerance: f64, iterations: usiz
         if norm <= tolerance * size {
             return solution(phi, step, norm);
         }
-        voxels.apply(&way, &mut image);
-        let length = slope / dot(&way, &image, chunk);
-        add(&mut phi, length, &way, chunk);
+        voxels.apply(&direction, &mut image);
+        let length = slope / dot(&direction, &image, chunk);
+        add(&mut phi, length, &direction, chunk);
         add(&mut rest, -length, &image, chunk);
         factor.solve(voxels, &rest, &mut near);
         let next = dot(&rest, &near, chunk);
         let keep = next / slope;
-        way.par_chunks_mut(chunk).zip(near.par_chunks(chunk)).for_each(|(way, near)| {
-            way.iter_mut().zip(near).for_each(|(way, near)| *way = near + keep * *way);
+        direction.par_chunks_mut(chunk).zip(near.par_chunks(chunk)).for_each(|(direction, near)| {
+            direction.iter_mut().zip(near).for_each(|(direction, near)| *direction = near + keep * *direction);
         });
         slope = next;
         norm = dot(&rest, &rest, chunk).sqrt();
@@ -73,17 +73,17 @@ fn add(a: &mut [f64], factor: f64, b: &[f64], chunk: usize) {
 }
 
 /// Reciprocal pivots of the incomplete factorisation.
-struct Factor(Vec<f32>);
+struct IncompleteCholesky(Vec<f32>);
 
-impl Factor {
+impl IncompleteCholesky {
     fn new(voxels: &Voxels) -> Self {
         let [_, ny, nz] = voxels.shape;
         let plane = ny * nz;
         let square = |axis: usize, c: usize| f64::from(voxels.face[axis][c]) * f64::from(voxels.face[axis][c]);
         let mut pivots = vec![0.0f32; voxels.len()];
-        pivots.par_chunks_mut(BLOCK * plane).enumerate().for_each(|(block, pivots)| {
+        pivots.par_chunks_mut(BLOCK_PLANES * plane).enumerate().for_each(|(block, pivots)| {
             for own in 0..pivots.len() {
-                let c = block * BLOCK * plane + own;
+                let c = block * BLOCK_PLANES * plane + own;
                 let (i, k, j) = (c / plane, (c % plane) / ny, c % ny);
                 let mut sum = f64::from(voxels.absorb[c]) + f64::from(voxels.drain[c]);
                 if k == 0 {
@@ -111,8 +111,8 @@ impl Factor {
     fn solve(&self, voxels: &Voxels, rest: &[f64], out: &mut [f64]) {
         let [_, ny, nz] = voxels.shape;
         let plane = ny * nz;
-        out.par_chunks_mut(BLOCK * plane).enumerate().for_each(|(block, out)| {
-            let first = block * BLOCK * plane;
+        out.par_chunks_mut(BLOCK_PLANES * plane).enumerate().for_each(|(block, out)| {
+            let first = block * BLOCK_PLANES * plane;
             let faces = [0, 1, 2].map(|axis| &voxels.face[axis][first..first + out.len()]);
             let pivots = &self.0[first..first + out.len()];
             let rest = &rest[first..first + out.len()];

@@ -1,7 +1,7 @@
 //! From waves back to places: line and point spread of plane layers.
 //!
 //! The light that leaves at place r is the Fourier integral over waves k of sum_s share_s T_s(k) e^(i k . (r - exit_s)),
-//! with the transfer T_s of [`super::sheets`]. Each row or cell takes the mean of its width (a sinc), the laser line its
+//! with the transfer T_s of [`super::transmission_line`]. Each row or cell takes the mean of its width (a sinc), the laser line its
 //! Gaussian. Integrals by Gauss and Legendre's rule on panels, which shrink by halves towards k = 0, where T has a kink
 //! when nothing absorbs. Waves end where T has fallen to 1e-13 in the line and 1e-8 in the point, or at 48 waves a row
 //! and 12 a cell; that is the only error that matters, and only within a source depth of much less than a cell.
@@ -11,12 +11,12 @@ use std::f64::consts::PI;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::sheets::{Line, Source};
+use super::transmission_line::{DiffuseSource, TransmissionLine};
 use crate::quadrature::composite;
 use crate::transport::answer::Question;
 
 /// Waves that one task takes on; fixed, so that sums do not depend on threads.
-const CHUNK: usize = 64;
+const CHUNK_WAVES: usize = 64;
 
 /// sin(x) / x.
 fn sinc(x: f64) -> f64 {
@@ -37,22 +37,22 @@ fn positive(end: f64, width: f64, count: usize) -> Vec<(f64, f64)> {
 
 /// The wave number along the axis with unit vector `axis` at which the shallowest source has fallen to e^-`decay`, the
 /// other component being as good as it can; `free` lets it be anything but 0.
-fn last_wave(line: &Line, sources: &[Source], axis: DVec2, decay: f64, free: bool) -> f64 {
+fn last_wave(line: &TransmissionLine, sources: &[DiffuseSource], axis: DVec2, decay: f64, free: bool) -> f64 {
     let rate = |i: usize| {
-        let medium = &line.sheets[i].medium;
-        let plane = line.sheets[i].plane;
+        let medium = &line.sections[i].medium;
+        let plane = line.sections[i].plane;
         let along = if free { 1.0 / axis.dot(plane.inverse() * axis) } else { axis.dot(plane * axis) };
         (along / medium.d.z_axis.z).sqrt()
     };
-    let depth = |source: &Source| {
-        let above: f64 = (0..source.layer).map(|i| rate(i) * line.sheets[i].thickness).sum();
+    let depth = |source: &DiffuseSource| {
+        let above: f64 = (0..source.layer).map(|i| rate(i) * line.sections[i].thickness).sum();
         above + rate(source.layer) * source.depth
     };
     decay / sources.iter().map(depth).fold(f64::INFINITY, f64::min)
 }
 
 /// Share of a line's light in each row across it, `[2 rows + 1]`.
-pub(super) fn line_spread(line: &Line, sources: &[Source], question: &Question) -> Vec<f64> {
+pub(super) fn line_spread(line: &TransmissionLine, sources: &[DiffuseSource], question: &Question) -> Vec<f64> {
     let count = 2 * question.rows + 1;
     if sources.is_empty() {
         return vec![0.0; count];
@@ -85,7 +85,7 @@ pub(super) fn line_spread(line: &Line, sources: &[Source], question: &Question) 
 }
 
 /// Share of a beam's light in each cell, `[2 cells + 1, 2 cells + 1]`, row-major, rows along y; empty for 0 cells.
-pub(super) fn point_spread(line: &Line, sources: &[Source], question: &Question) -> Vec<f64> {
+pub(super) fn point_spread(line: &TransmissionLine, sources: &[DiffuseSource], question: &Question) -> Vec<f64> {
     if question.cells == 0 {
         return Vec::new();
     }
@@ -114,7 +114,7 @@ pub(super) fn point_spread(line: &Line, sources: &[Source], question: &Question)
         .collect();
     let scale = 2.0 * cell * cell / (4.0 * PI * PI);
     let parts: Vec<Vec<f64>> = along
-        .par_chunks(CHUNK)
+        .par_chunks(CHUNK_WAVES)
         .map(|chunk| {
             let (mut waves, mut part) = (Vec::new(), vec![0.0; side * side]);
             for &(ky, w) in chunk {

@@ -21,7 +21,7 @@ use crate::transport::stack::{Layer, Scattering};
 
 /// How light moves on average in a medium.
 #[derive(Debug, Clone, PartialEq)]
-enum Walk {
+enum ScatteringLaw {
     Isotropic { reduced: f64 },
     Fibres { sigma_i: f64, k: f64, axis: DVec3 },
     Tensor(Box<Generalized>),
@@ -36,7 +36,7 @@ pub struct Diffusive {
     pub n: f64,
     /// Diffusion tensor; the flux is -D grad Phi [mm].
     pub d: DMat3,
-    walk: Walk,
+    law: ScatteringLaw,
 }
 
 impl Diffusive {
@@ -45,13 +45,13 @@ impl Diffusive {
     /// # Errors
     /// Matter in which light does not lose its direction in some way: clear layers, gaps, cylinders without background.
     pub fn new(layer: &Layer, index: usize) -> Result<Self, DiffusionError> {
-        let (walk, d) = match layer.scattering {
+        let (law, d) = match layer.scattering {
             Scattering::Isotropic { mu_s, g } => {
                 let reduced = mu_s * (1.0 - g);
                 if reduced <= 0.0 {
                     return Err(DiffusionError::Clear { layer: index });
                 }
-                (Walk::Isotropic { reduced }, DMat3::from_diagonal(DVec3::splat(1.0 / (3.0 * reduced))))
+                (ScatteringLaw::Isotropic { reduced }, DMat3::from_diagonal(DVec3::splat(1.0 / (3.0 * reduced))))
             }
             Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {
                 let k = sigma_c * (1.0 - turn.mean_cosine());
@@ -63,7 +63,7 @@ impl Diffusive {
                     });
                 }
                 let (along, across) = diffusion(sigma_i, k);
-                (Walk::Fibres { sigma_i, k, axis }, uniaxial(along, across, axis))
+                (ScatteringLaw::Fibres { sigma_i, k, axis }, uniaxial(along, across, axis))
             }
             Scattering::Tensor { mu_s, g } => {
                 if mu_s.min_element() <= 0.0 {
@@ -71,30 +71,30 @@ impl Diffusive {
                 }
                 let medium = Generalized::new(mu_s, g);
                 let d = DMat3::from_diagonal(medium.d);
-                (Walk::Tensor(Box::new(medium)), d)
+                (ScatteringLaw::Tensor(Box::new(medium)), d)
             }
         };
-        Ok(Self { mu_a: layer.mu_a, n: layer.n, d, walk })
+        Ok(Self { mu_a: layer.mu_a, n: layer.n, d, law })
     }
 
     /// Mean displacement of light that enters in direction `s`: where it begins to diffuse [mm].
     pub fn persistence(&self, s: DVec3) -> DVec3 {
-        match &self.walk {
-            Walk::Isotropic { reduced } => s / *reduced,
-            Walk::Fibres { sigma_i, k, axis } => {
+        match &self.law {
+            ScatteringLaw::Isotropic { reduced } => s / *reduced,
+            ScatteringLaw::Fibres { sigma_i, k, axis } => {
                 let along = s.dot(*axis);
                 let across = s - along * *axis;
                 across / (sigma_i + k * across.length()) + along / sigma_i * *axis
             }
-            Walk::Tensor(medium) => medium.persistence(s),
+            ScatteringLaw::Tensor(medium) => medium.persistence(s),
         }
     }
 
     /// Height above a surface across z at which the fluence vanishes, with the index `outside` beyond it [mm].
     pub fn extrapolation(&self, outside: f64) -> f64 {
         let n = self.n / outside;
-        match &self.walk {
-            Walk::Tensor(medium) => medium.extrapolation(n),
+        match &self.law {
+            ScatteringLaw::Tensor(medium) => medium.extrapolation(n),
             _ => 2.0 * boundary_factor(n) * self.d.z_axis.z,
         }
     }
@@ -120,10 +120,10 @@ pub fn uniaxial(along: f64, across: f64, axis: DVec3) -> DMat3 {
 
 /// First and second moment of the reflectance for light inside index `n` that meets index 1: int mu R, int mu^2 R [1].
 pub fn moments(n: f64) -> (f64, f64) {
-    const STEPS: usize = 4000;
-    (0..STEPS).fold((0.0, 0.0), |(first, second), i| {
-        let mu = (i as f64 + 0.5) / STEPS as f64;
-        let r = mu * internal_reflectance(n, mu) / STEPS as f64;
+    const QUADRATURE_STEPS: usize = 4000;
+    (0..QUADRATURE_STEPS).fold((0.0, 0.0), |(first, second), i| {
+        let mu = (i as f64 + 0.5) / QUADRATURE_STEPS as f64;
+        let r = mu * internal_reflectance(n, mu) / QUADRATURE_STEPS as f64;
         (first + r, second + mu * r)
     })
 }

@@ -4,9 +4,9 @@ use glam::{DVec2, DVec3};
 use serde_json::Value;
 
 use super::generalized::Generalized;
-use super::sheets::{Line, Source};
 use super::spread::point_spread;
 use super::tensor::Diffusive;
+use super::transmission_line::{DiffuseSource, TransmissionLine};
 use crate::quadrature::composite;
 use crate::transport::answer::Question;
 use crate::transport::fresnel::boundary_factor;
@@ -101,10 +101,10 @@ fn slab_has_the_published_answer() {
     let slab = &reference()["slab"];
     let scattering = Scattering::Tensor { mu_s: vector(&slab["mu_s"]), g: number(&slab["g"]) };
     let stack = Stack::slab(number(&slab["thickness"]), 1.4, number(&slab["mu_a"]), scattering);
-    let mut line = Line::new(&stack).expect("it scatters");
+    let mut line = TransmissionLine::new(&stack).expect("it scatters");
     // Their z_e, to compare the rest.
     line.ends = [1.6799748029623103; 2];
-    let source = |exit| Source { share: 1.0, layer: 0, depth: 1.1147137372544524, exit };
+    let source = |exit| DiffuseSource { share: 1.0, layer: 0, depth: 1.1147137372544524, exit };
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
     let (up, down, absorbed) = line.energy(&source(DVec2::ZERO), &waves);

@@ -1,7 +1,7 @@
-//! The production model: where a thin line of light comes out again, and towards whom, from a table.
+//! Subsurface scattering kernel of production: line spread and radiance factor of a thin line of light, from a table.
 //!
 //! Light that leaves after a path of length tau has spread like a Gaussian (quantised diffusion, d'Eon and Irving 2011);
-//! what weight, shift and variances it has was measured with the judge ([`super::path`]) for a grid of half spaces
+//! what weight, shift and variances it has was measured by Monte Carlo for a grid of half spaces
 //! without absorption. Absorption is exact, exp(-mu_a tau); lengths scale with 1 / (sigma_i + k). So three numbers are
 //! left to tabulate: index, background's share of scattering and dive. Light that met cylinders alone leaves into its
 //! cone and is kept apart ([`view`]).
@@ -13,29 +13,27 @@
 //! Valid for half spaces of one medium around source and exit, light from straight above, fibres dispersed by 5 degrees.
 //! Neglected: layers, finite thickness, the difference of media between source and exit other than through the blend.
 
-mod condense;
-mod infinite;
-pub mod layers;
+mod diffusion_tensor;
+pub mod film_stack;
+mod half_space;
 pub mod table;
-mod tensor;
 pub mod view;
 pub mod widths;
 
 use multiversion::multiversion;
 
-pub use self::condense::condense;
-pub use self::infinite::{Gaussian, KernelError, gaussians, solve};
-use self::table::{BINS, CONE, LANES, Table};
-pub use self::tensor::diffusion;
+pub use self::diffusion_tensor::diffusion;
+pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
+use self::table::{BINS, CONE, HalfSpaceTable, LANES};
 use self::view::View;
 pub use self::widths::{BASIS, SPREAD_MM, WidthShares};
 use crate::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
-/// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from the judge on bodies [1].
+/// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from Monte Carlo on bodies [1].
 const RUN: f32 = 1.3;
-/// Share of cylinder scattering that ends a run along the fibre; from the judge on bodies [1].
+/// Share of cylinder scattering that ends a run along the fibre; from Monte Carlo on bodies [1].
 const ENDS_ALONG: f32 = 0.33;
 /// Weight of a bin that is left out [1].
 const FAINT: f32 = 2e-6;
@@ -112,7 +110,7 @@ impl SpreadRow {
 /// Fills `spread` from texel `first` on for `texels`.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, spread: &mut SpreadRow) {
-    let table = Table::get();
+    let table = HalfSpaceTable::get();
     for (i, texel) in texels.iter().enumerate() {
         let answer = one(texel, table, shares);
         for j in 0..BASIS {
@@ -125,7 +123,7 @@ pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, 
 
 /// Square roots of weights, exits and shifts of one texel.
 #[inline(always)]
-fn one(texel: &SurfacePoint, table: &Table, shares: &WidthShares) -> [[f32; BASIS]; 3] {
+fn one(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[f32; BASIS]; 3] {
     let scattering = texel.sigma_i + texel.k;
     let free = 1.0 / scattering;
     let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive);

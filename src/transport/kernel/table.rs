@@ -1,4 +1,4 @@
-//! The table of light after each length of path, measured with the judge and kept beside this file as `table.bin`.
+//! Table of light by length of path in half spaces, measured by Monte Carlo and kept beside this file as `table.bin`.
 //!
 //! Three axes: index of refraction, background's share of scattering, the fibres' dive; linear between values.
 //! Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it anew; docs/physics.md says how and what
@@ -6,7 +6,11 @@
 
 use std::sync::OnceLock;
 
-/// Bins of path lengths of light that met cylinders alone, and of the rest.
+/// End of the first bin of path lengths [mean free paths].
+pub const FIRST_PATH: f64 = 0.05;
+/// Ratio of the ends of a bin of path lengths [1].
+pub const PATH_RATIO: f64 = 1.8225;
+/// Bins of path lengths of light that met cylinders alone.
 pub const CONE: usize = 14;
 /// Bins in all, cone light first.
 pub const BINS: usize = 38;
@@ -29,9 +33,9 @@ pub const DIVE_DEG: [f32; 11] = [0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 7
 /// What is kept of one half space, or between half spaces.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub struct Node(pub [f32; NODE]);
+pub struct HalfSpaceNode(pub [f32; NODE]);
 
-impl Node {
+impl HalfSpaceNode {
     /// Weight of each bin, of light that entered [1].
     pub fn weight(&self) -> &[f32; LANES] {
         self.field(0)
@@ -74,19 +78,19 @@ const _: () = assert!(BYTES.len() == 4 * NODE * N.len() * RHO.len() * DIVE_DEG.l
 
 /// The whole table, `[N][RHO][DIVE]`.
 #[derive(Debug)]
-pub struct Table {
-    nodes: Vec<Node>,
+pub struct HalfSpaceTable {
+    nodes: Vec<HalfSpaceNode>,
     /// [`steepness`] of [`DIVE_DEG`].
     dives: [f32; DIVE_DEG.len()],
 }
 
-impl Table {
+impl HalfSpaceTable {
     /// The table, read once.
     pub fn get() -> &'static Self {
-        static TABLE: OnceLock<Table> = OnceLock::new();
+        static TABLE: OnceLock<HalfSpaceTable> = OnceLock::new();
         TABLE.get_or_init(|| {
             let words: Vec<f32> = BYTES.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-            let nodes = words.as_chunks().0.iter().map(|node| Node(*node)).collect();
+            let nodes = words.as_chunks().0.iter().map(|node| HalfSpaceNode(*node)).collect();
             Self { nodes, dives: DIVE_DEG.map(|dive| steepness(libm::sin(f64::from(dive).to_radians()) as f32)) }
         })
     }
@@ -94,7 +98,7 @@ impl Table {
     /// The half space of index `n`, background's share `rho` and sine of dive `sin_dive`, clamped to the table's ends:
     /// linear in the tetrahedron of four neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995).
     #[inline(always)]
-    pub fn between(&self, n: f32, rho: f32, sin_dive: f32) -> Node {
+    pub fn between(&self, n: f32, rho: f32, sin_dive: f32) -> HalfSpaceNode {
         let (a, fa) = locate(&N, n);
         let (b, fb) = locate(&RHO, rho);
         let (c, fc) = locate(&self.dives, steepness(sin_dive));
@@ -111,7 +115,7 @@ impl Table {
         let corners = [first, second, third, third + steps[2].1].map(|at| &self.nodes[at].0);
         let [(f0, _), (f1, _), (f2, _)] = steps;
         let weights = [1.0 - f0, f0 - f1, f1 - f2, f2];
-        let mut out = Node([0.0; NODE]);
+        let mut out = HalfSpaceNode([0.0; NODE]);
         for l in 0..NODE {
             let [p, q, r, s] = corners;
             out.0[l] = weights[0] * p[l] + weights[1] * q[l] + weights[2] * r[l] + weights[3] * s[l];

@@ -1,8 +1,8 @@
-//! Towards whom light leaves: radiance factors of cone light and of the rest.
+//! Radiance factors towards a view, of cone light and of the rest.
 //!
 //! Cone light keeps its angle to the fibre. For light from above and fibres f that dive by d, with v' the direction
 //! inside that refraction turns into the view v, it would leave where c = v' . f - sin(d) is 0; dispersion blurs that.
-//! Fitted to what the judge measures, with s the part of v along the fibre's track (positive on its diving side), x the
+//! Fitted to what Monte Carlo measures, with s the part of v along the fibre's track (positive on its diving side), x the
 //! part across it and u its height:
 //!
 //! ```text

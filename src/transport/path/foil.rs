@@ -19,9 +19,9 @@ use crate::transport::stack::Foil;
 const DRAWS: usize = 32;
 
 impl Foil {
-    /// Direction of light that met the foil in direction `way`, downwards, drawn.
-    pub(super) fn mirror(&self, way: DVec3, rng: &mut impl Rng) -> DVec3 {
-        let back = -way;
+    /// Direction of light that met the foil travelling along `direction`, downwards, drawn.
+    pub(super) fn mirror(&self, direction: DVec3, rng: &mut impl Rng) -> DVec3 {
+        let back = -direction;
         for _ in 0..DRAWS {
             let facet = self.facet(back, rng);
             let out = facet * (2.0 * back.dot(facet)) - back;
@@ -29,7 +29,7 @@ impl Foil {
                 return out.normalize();
             }
         }
-        DVec3::new(way.x, way.y, -way.z)
+        DVec3::new(direction.x, direction.y, -direction.z)
     }
 
     /// Normal of a facet among those that are seen from direction `v`, upwards.

@@ -1,4 +1,4 @@
-//! The judge: Monte Carlo of the transport equation.
+//! Reference Monte Carlo of the transport equation.
 //!
 //! Model: radiance in plane layers ([`Stack`]) with the three laws of [`Scattering`](super::stack::Scattering) and
 //! Fresnel's law at every plane where the index changes. No approximation but chance: every number comes with its
@@ -9,22 +9,25 @@
 //! straight to the lens, times what gets through. It needs dispersed fibres; parallel ones (dispersion 0) send light
 //! to a point with probability zero.
 
-pub mod body;
-pub mod film;
+mod body;
 mod foil;
+pub mod line_response;
+pub mod measure;
+mod next_event;
 mod pack;
-pub mod paths;
-mod tally;
-mod towards;
-pub mod walk;
+pub mod plane_layers;
+mod stack_observer;
+pub mod tracker;
 
 use glam::DVec3;
 use procedural::Stream;
 use rand::Rng;
 use rayon::prelude::*;
 
-use self::tally::Count;
-use self::walk::{Photon, Tally, Walk};
+pub use self::line_response::line_response;
+use self::plane_layers::{StackGeometry, StackObserver};
+use self::stack_observer::StackCounts;
+use self::tracker::Photon;
 use super::answer::{Answer, Question};
 use super::fresnel::fresnel_dielectric;
 use super::phase::disc;
@@ -62,22 +65,22 @@ impl Effort {
     }
 }
 
-/// Asks the judge about `stack`.
+/// Monte Carlo's answer about `stack`.
 pub fn solve(stack: &Stack, question: &Question, effort: Effort) -> Answer {
     solve_watched(stack, question, effort, &|_| ())
 }
 
 /// As [`solve`]; tells `watch` after each batch how many photons it was.
 pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: &(dyn Fn(u64) + Sync)) -> Answer {
-    let walk = Walk::new(stack, LONGEST_MM);
+    let walk = StackGeometry::new(stack, LONGEST_MM);
     let each = effort.each();
-    let counts: Vec<Count> = (0..BATCHES)
+    let counts: Vec<StackCounts> = (0..BATCHES)
         .into_par_iter()
         .map(|batch| {
             let stream = Stream::root(effort.seed).child("transport").child("path").index(batch);
             // Streams of their own: the width of the line changes no walk.
             let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
-            let mut count = Count::new(&walk, stack, question);
+            let mut count = StackCounts::new(&walk, stack, question);
             for _ in 0..each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
                 count.begin(thrown, &mut line);
@@ -88,18 +91,18 @@ pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: 
             count
         })
         .collect();
-    tally::answer(&counts, each, stack, question)
+    stack_observer::answer(&counts, each, stack, question)
 }
 
 /// A photon that has passed the first layer's coat.
-fn coated(photon: Photon, coat: f64, count: &mut Count) -> Photon {
+fn coated(photon: Photon, coat: f64, count: &mut StackCounts) -> Photon {
     count.absorb(0, photon.weight * (1.0 - coat));
     Photon { weight: photon.weight * coat, ..photon }
 }
 
 /// A photon below the surface at the origin, and the share that the first surface threw back.
 fn enter(stack: &Stack, question: &Question, rng: &mut impl Rng) -> (Photon, f64) {
-    let way = match question.incidence {
+    let direction = match question.incidence {
         Some(angle) => {
             let (sin, cos) = libm::sincos(angle);
             let (up, along) = libm::sincos(question.incidence_azimuth);
@@ -111,9 +114,9 @@ fn enter(stack: &Stack, question: &Question, rng: &mut impl Rng) -> (Photon, f64
         }
     };
     let n = stack.layers[0].n;
-    let (thrown, cosine) = fresnel_dielectric(stack.above, n, -way.z);
+    let (thrown, cosine) = fresnel_dielectric(stack.above, n, -direction.z);
     let ratio = stack.above / n;
-    let way = DVec3::new(way.x * ratio, way.y * ratio, -cosine);
-    let place = DVec3::ZERO;
-    (Photon { place, way, weight: 1.0 - thrown, layer: 0, path: 0.0, turned: 0, guided: 0 }, thrown)
+    let direction = DVec3::new(direction.x * ratio, direction.y * ratio, -cosine);
+    let position = DVec3::ZERO;
+    (Photon { position, direction, weight: 1.0 - thrown, layer: 0, path: 0.0, turned: 0, guided: 0 }, thrown)
 }

@@ -3,7 +3,6 @@
 use procedural::Stream;
 
 use super::*;
-use crate::transport::path::walk::{Event, meet};
 use crate::transport::stack::WOOD_DISPERSION;
 
 const DRAWS: usize = 200_000;
@@ -157,8 +156,8 @@ fn light_stays_on_its_cone() {
 
 /// Light in direction `w` after a cylinder of width sin(w, f'), or none.
 fn by_cylinder(w: DVec3, axis: DVec3, turn: CylinderPhase, s: f64, rng: &mut impl Rng) -> Option<DVec3> {
-    match meet(w, 0.0, 1.0, rng, |rng| dispersed(axis, frame(axis), s, rng)) {
-        Event::Cylinder(fibre) => Some(turned(w, fibre, turn.sample(rng))),
+    match fibre_collision(w, 0.0, 1.0, rng, |rng| dispersed(axis, frame(axis), s, rng)) {
+        FibreCollision::Cylinder(fibre) => Some(turned(w, fibre, turn.sample(rng))),
         _ => None,
     }
 }

@@ -25,9 +25,9 @@ use super::{Picture, PixelGround};
 /// Shortest and longest path [mm].
 const PATHS_MM: (f64, f64) = (0.003, 200.0);
 /// Residual at which a step is solved, over the light.
-const RESIDUAL: f64 = 1e-9;
+const MAX_RESIDUAL: f64 = 1e-9;
 /// Iterations after which a step counts as solved.
-const MOST: usize = 10_000;
+const MAX_ITERATIONS: usize = 10_000;
 
 /// A symmetric tensor of diffusion in the plane.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -88,14 +88,14 @@ impl Stencil {
 
     /// Light after one implicit step of path length `dt` [mm], without absorption; both with the ring.
     fn step(&self, start: &[f64], dt: f64) -> Vec<f64> {
-        let aim = RESIDUAL * self.sum(|i| start[i].abs());
+        let aim = MAX_RESIDUAL * self.sum(|i| start[i].abs());
         let diagonal = self.each(|i| self.flow(i, |at| if at == i { 1.0 } else { 0.0 }, dt));
         let mut light = start.to_vec();
         let mut rest = self.each(|i| start[i] - self.flow(i, |at| light[at], dt));
         let mut way = self.each(|i| rest[i] / diagonal[i]);
         let mut pushed = self.each(|_| 0.0);
         let mut size = self.sum(|i| rest[i] * way[i]);
-        for _ in 0..MOST {
+        for _ in 0..MAX_ITERATIONS {
             if self.sum(|i| rest[i].abs()) <= aim {
                 break;
             }

@@ -15,19 +15,19 @@
 use glam::DVec2;
 
 mod conservative;
-mod glow;
-mod ground;
-mod lines;
-mod map;
+mod direction_map;
+mod line_drawing;
+mod line_response;
+mod pixel_ground;
 mod stam;
 #[cfg(test)]
 mod tests;
 
 pub use self::conservative::{PlanarTensor, Stencil};
-pub use self::glow::{LaserPoint, glow, point};
-pub use self::ground::{CLEAR_FROM, PixelGround, PlanarDiffusion, alpha};
-pub use self::lines::LineRule;
-pub use self::map::{DirectionMap, MapError};
+pub use self::direction_map::{DirectionMap, MapError};
+pub use self::line_drawing::LineRule;
+pub use self::line_response::{LaserPoint, line_response, point};
+pub use self::pixel_ground::{CLEAR_FROM, PixelGround, PlanarDiffusion, alpha};
 
 /// How light is spread. The defaults of each are [`SpreadMethod::BRESENHAM`] and its kin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +93,7 @@ impl SpreadMethod {
     pub const CONSERVATIVE: Self = Self::Conservative { paths: 16, steps: 4 };
 }
 
-/// What [`glow`] needs beside the line.
+/// What [`line_response`] needs beside the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThesisSettings {
     /// How light is spread.
@@ -163,9 +163,9 @@ pub fn spread(picture: &Picture, ground: &PixelGround, method: SpreadMethod) -> 
     let map = &ground.map;
     assert_eq!((picture.rows, picture.cols), (map.rows(), map.cols()), "picture and ground have one size");
     match method {
-        SpreadMethod::LinearEquation { reach } => lines::spread(picture, map, LineRule::LinearEquation, reach),
-        SpreadMethod::AntiAliased { reach } => lines::spread(picture, map, LineRule::AntiAliased, reach),
-        SpreadMethod::Bresenham { reach } => lines::spread(picture, map, LineRule::Bresenham, reach),
+        SpreadMethod::LinearEquation { reach } => line_drawing::spread(picture, map, LineRule::LinearEquation, reach),
+        SpreadMethod::AntiAliased { reach } => line_drawing::spread(picture, map, LineRule::AntiAliased, reach),
+        SpreadMethod::Bresenham { reach } => line_drawing::spread(picture, map, LineRule::Bresenham, reach),
         SpreadMethod::Diffusion { iterations, sweeps, rate, sharpness } => {
             stam::spread(picture, map, iterations, sweeps, &stam::coefficients(map, rate, sharpness))
         }

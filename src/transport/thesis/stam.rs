@@ -22,13 +22,13 @@ use rayon::prelude::*;
 use super::{DirectionMap, Picture};
 
 /// Neighbours E, NE, N, NW as (columns, rows); the other four lie opposite.
-const HALF: [(i64, i64); 4] = [(1, 0), (1, 1), (0, 1), (-1, 1)];
+const HALF_NEIGHBOURS: [(i64, i64); 4] = [(1, 0), (1, 1), (0, 1), (-1, 1)];
 
 /// Coefficients of each pixel for both neighbours on each of the lines W-E, SW-NE, S-N, SE-NW; they sum to `rate`.
 pub(super) fn coefficients(map: &DirectionMap, rate: f64, sharpness: u32) -> Vec<[f64; 4]> {
     let of = |i: usize| {
         let weights = match map.direction(i) {
-            Some(along) if map.alpha(i) == 1.0 => HALF.map(|(x, y)| {
+            Some(along) if map.alpha(i) == 1.0 => HALF_NEIGHBOURS.map(|(x, y)| {
                 let (x, y) = (x as f64, y as f64);
                 let dot = along.x * x + along.y * y;
                 let cos2 = dot * dot / (x * x + y * y);
@@ -64,7 +64,7 @@ pub(super) fn spread(
                         light[((row + y).clamp(0, rows - 1) * cols + (col + x).clamp(0, cols - 1)) as usize]
                     };
                     let (mut sum, mut total) = (start[i], 1.0);
-                    for (&a, (x, y)) in coefficients[i].iter().zip(HALF) {
+                    for (&a, (x, y)) in coefficients[i].iter().zip(HALF_NEIGHBOURS) {
                         sum += a * (at(x, y) + at(-x, -y));
                         total += 2.0 * a;
                     }

@@ -244,7 +244,7 @@ fn a_line_on_a_plate_keeps_its_light() {
     let ask = |body: &Body, method: SpreadMethod, pitch_mm: f64| {
         let (view, row_mm, rows) = (DVec3::Z, 0.1, 40);
         let line = LineSource { body, y: 30.0, line_mm: 0.05, x: &x, power: &power, view, row_mm, rows };
-        glow(&line, &ThesisSettings { method, pitch_mm, margin_mm: 3.0, returned: 0.5 })
+        line_response(&line, &ThesisSettings { method, pitch_mm, margin_mm: 3.0, returned: 0.5 })
     };
     let body = plate(CLEAR);
     let sum = |light: &[f32]| light.iter().map(|&light| f64::from(light)).sum::<f64>();

@@ -7,7 +7,7 @@
 //! ray by Airy's law with all of its rings: 1 - J0(v)^2 - J1(v)^2 of the light falls within v = pi r / (lambda N').
 
 use glam::{DVec2, DVec3};
-use sheetlight::optics::parameters::Bench;
+use sheetlight::parameters::Bench;
 use sheetlight::settings::{LensModel, Scheimpflug};
 
 use super::Chance;

@@ -13,7 +13,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use sheetlight::optics::parameters::Laser;
+use sheetlight::parameters::LaserParameters;
 
 use super::Chance;
 
@@ -53,7 +53,7 @@ pub struct Light {
 }
 
 /// Half width at 1/e^2 at `rho` from the source [mm].
-pub fn half_width(laser: &Laser, rho: f64) -> f64 {
+pub fn half_width(laser: &LaserParameters, rho: f64) -> f64 {
     let waist = laser.waist_mm;
     let rayleigh = PI * waist * waist / (laser.m_squared * laser.wavelength_nm * 1e-6);
     let off = (rho - (laser.fan_height_mm - laser.waist_height_mm)) / rayleigh;
@@ -61,12 +61,12 @@ pub fn half_width(laser: &Laser, rho: f64) -> f64 {
 }
 
 /// Tangent of half the fan's angle.
-pub fn half_fan(laser: &Laser) -> f64 {
+pub fn half_fan(laser: &LaserParameters) -> f64 {
     (0.5 * laser.fan_angle_deg).to_radians().tan()
 }
 
 /// A Powell lens: even on a plane, without its soft ends.
-pub fn powell(laser: &Laser) -> Along {
+pub fn powell(laser: &LaserParameters) -> Along {
     let fan = half_fan(laser);
     Box::new(move |tan| {
         assert!(tan.abs() < 0.97 * fan, "the soft ends of the fan are not judged");
@@ -75,7 +75,7 @@ pub fn powell(laser: &Laser) -> Along {
 }
 
 /// A cylindrical lens: p = exp(-2 tan^2 / tan^2 (Phi / 2)) / norm, the norm by the midpoint rule.
-pub fn cylindrical(laser: &Laser) -> Along {
+pub fn cylindrical(laser: &LaserParameters) -> Along {
     let fan = half_fan(laser);
     let shape = move |tan: f64| (-2.0 * (tan / fan).powi(2)).exp();
     let steps = 20_000;
@@ -85,7 +85,7 @@ pub fn cylindrical(laser: &Laser) -> Along {
 }
 
 /// A Gaussian beam across.
-pub fn gaussian(laser: &Laser) -> Across {
+pub fn gaussian(laser: &LaserParameters) -> Across {
     let laser = *laser;
     Box::new(move |y, _, rho| {
         let w = half_width(&laser, rho);
@@ -94,7 +94,7 @@ pub fn gaussian(laser: &Laser) -> Across {
 }
 
 /// Even over a width that is `width` at the conveyor and grows with the distance from the source [mm].
-pub fn slit(laser: &Laser, width: f64) -> Across {
+pub fn slit(laser: &LaserParameters, width: f64) -> Across {
     let height = laser.fan_height_mm;
     Box::new(move |y, tan, rho| {
         let wide = width * rho / (1.0 + tan * tan).sqrt() / height;
@@ -103,7 +103,7 @@ pub fn slit(laser: &Laser, width: f64) -> Across {
 }
 
 /// `across` about a line that bows off the plane by `bow` at the conveyor, a function of tan over that of half the fan [mm].
-pub fn bowed(laser: &Laser, across: Across, bow: impl Fn(f64) -> f64 + 'static) -> Across {
+pub fn bowed(laser: &LaserParameters, across: Across, bow: impl Fn(f64) -> f64 + 'static) -> Across {
     let (fan, height) = (half_fan(laser), laser.fan_height_mm);
     Box::new(move |y, tan, rho| {
         let near = rho / (1.0 + tan * tan).sqrt() / height;
@@ -113,7 +113,7 @@ pub fn bowed(laser: &Laser, across: Across, bow: impl Fn(f64) -> f64 + 'static) 
 
 impl Light {
     /// The laser's power behind a lens and through a section; rays between `tans` are drawn, as wide as a Gaussian line.
-    pub fn new(laser: &Laser, tans: [f64; 2], along: Along, across: Across) -> Self {
+    pub fn new(laser: &LaserParameters, tans: [f64; 2], along: Along, across: Across) -> Self {
         let sigma = 0.5 * half_width(laser, laser.fan_height_mm - 10.0);
         Self {
             watts: laser.power_mw * 1e-3,
@@ -126,7 +126,7 @@ impl Light {
     }
 
     /// A Gaussian sheet behind a Powell lens.
-    pub fn plain(laser: &Laser, tans: [f64; 2]) -> Self {
+    pub fn plain(laser: &LaserParameters, tans: [f64; 2]) -> Self {
         Self::new(laser, tans, powell(laser), gaussian(laser))
     }
 

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use procedural::{Body, Gloss, Medium};
-use sheetlight::optics::parameters::Bench;
 use sheetlight::optics::{Band, ROWS, Scratch, TILE, expose};
+use sheetlight::parameters::Bench;
 use sheetlight::pipeline;
 use sheetlight::recipe::Scene;
 

@@ -3,9 +3,11 @@
 use std::sync::OnceLock;
 
 use procedural::{Body, Medium, Parameter, flat::Flat};
-use sheetlight::optics::parameters::{Bench, Camera, Exposure, Laser, Motion, Speckle};
 use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Sensor};
+use sheetlight::parameters::{
+    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
+};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
 use sheetlight::record::Record;
@@ -14,11 +16,11 @@ use sheetlight::record::Record;
 pub fn nominal() -> Bench {
     let default = &mut |p: &'static Parameter| p.default;
     Bench {
-        motion: Motion::from_values(default),
-        laser: Laser::from_values(default),
-        camera: Camera::from_values(default),
-        exposure: Exposure::from_values(default),
-        speckle: Speckle::from_values(default),
+        motion: MotionParameters::from_values(default),
+        laser: LaserParameters::from_values(default),
+        camera: CameraParameters::from_values(default),
+        exposure: ExposureParameters::from_values(default),
+        speckle: SpeckleParameters::from_values(default),
         optics: sheetlight::settings::Optics::default(),
     }
 }

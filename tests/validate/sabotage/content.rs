@@ -2,8 +2,8 @@
 
 use procedural::Class;
 use sheetlight::dataset::{Encoded, Grey, Samples, write_png};
-use sheetlight::record::Split;
 use sheetlight::settings::Channel;
+use sheetlight::split::Split;
 use sheetlight::validate::Code::*;
 
 use super::place::{SIZE, boards, exr, labels, png, relabel, with};

@@ -5,7 +5,7 @@ use std::fs;
 
 use procedural::Class;
 use serde_json::json;
-use sheetlight::chance::Law;
+use sheetlight::chance::DrawLaw;
 use sheetlight::dataset::{DatasetFolder, Encoded};
 use sheetlight::validate::Code::*;
 use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
@@ -143,7 +143,7 @@ fn a_range_of_few_floats_is_not_tested_for_its_spread() {
         splits: vec![("train".into(), 1.0)],
         parameters: vec![DeclaredParameter {
             path: "laser.power_mw".into(),
-            laws: vec![Law::Continuous { min, max, below }],
+            laws: vec![DrawLaw::Continuous { min, max, cdf: below }],
             law_of_class: vec![0],
         }],
     };

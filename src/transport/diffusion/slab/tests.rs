@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use super::super::DiffusionError;
-use super::super::sheets::{Line, Source};
 use super::super::tensor::moments;
+use super::super::transmission_line::{DiffuseSource, TransmissionLine};
 use super::radiance_factor;
 use super::solve;
 use crate::transport::answer::{LineSide, Question};
@@ -58,15 +58,15 @@ fn cuts_through_a_medium_change_nothing() {
     assert!((a.reflectance.value - b.reflectance.value).abs() < 0.02, "{:?} {:?}", a.reflectance, b.reflectance);
     let deep = Stack { layers: vec![layer(1.4), layer(50.0)], ..one.clone() };
     let whole = Stack { layers: vec![layer(51.4)], ..one.clone() };
-    let line = Line::new(&deep).expect("it scatters");
-    let other = Line::new(&whole).expect("it scatters");
+    let line = TransmissionLine::new(&deep).expect("it scatters");
+    let other = TransmissionLine::new(&whole).expect("it scatters");
     let (mut waves, mut others) = (Vec::new(), Vec::new());
     for k in [DVec2::ZERO, DVec2::new(3.0, -1.0), DVec2::new(0.0, 20.0)] {
         line.wave(k, &mut waves);
         other.wave(k, &mut others);
         for (layer, depth) in [(0, 0.2), (0, 1.1), (1, 0.1)] {
-            let source = Source { share: 1.0, layer, depth, exit: DVec2::ZERO };
-            let same = Source { layer: 0, depth: depth + 1.4 * layer as f64, ..source };
+            let source = DiffuseSource { share: 1.0, layer, depth, exit: DVec2::ZERO };
+            let same = DiffuseSource { layer: 0, depth: depth + 1.4 * layer as f64, ..source };
             close(line.exit(&source, &waves), other.exit(&same, &others), 1e-10, "exit");
         }
     }
@@ -89,10 +89,10 @@ fn unlike_layers_agree_with_finite_differences() {
     let layers = [(0.5, 0.1, 8.0), (0.8, 0.6, 3.0), (1.2, 0.02, 15.0)];
     let layer = |&(thickness, mu_a, mu_s): &(f64, f64, f64)| Layer::new(thickness, 1.4, mu_a, isotropic(mu_s));
     let stack = Stack { above: 1.0, layers: layers.iter().map(layer).collect(), below: Substrate::Index(1.4) };
-    let line = Line::new(&stack).expect("it scatters");
+    let line = TransmissionLine::new(&stack).expect("it scatters");
     let mut waves = Vec::new();
     line.wave(DVec2::ZERO, &mut waves);
-    let source = Source { share: 1.0, layer: 1, depth: 0.2, exit: DVec2::ZERO };
+    let source = DiffuseSource { share: 1.0, layer: 1, depth: 0.2, exit: DVec2::ZERO };
     let (up, down, absorbed) = line.energy(&source, &waves);
     // Cells of h from z_e above to z_e below, Phi = 0 at both ends.
     let h = 2e-4;

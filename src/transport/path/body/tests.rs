@@ -1,12 +1,12 @@
-//! The judge on bodies against the judge of plane layers, against symmetry, and against itself.
+//! Monte Carlo on bodies against Monte Carlo in plane layers, against symmetry, and against itself.
 
 use glam::{DVec3, Vec3};
 use procedural::flat::Flat;
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Gloss, Medium};
 
-use super::relief::{Relief, Stop};
-use super::{Books, judge};
+use super::super::line_response::{EnergyBalance, line_response_with_balance};
+use super::height_field::{FlightEnd, HeightField};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::path::{Effort, solve};
@@ -52,9 +52,9 @@ fn ask(
     (row_mm, rows): (f64, usize),
     photons: u64,
     seed: u64,
-) -> (LineResponse, Books) {
+) -> (LineResponse, EnergyBalance) {
     let line = LineSource { body, y: 30.0, line_mm: 0.05, x, power, view: view(), row_mm, rows };
-    judge(&line, Effort { photons, seed })
+    line_response_with_balance(&line, Effort { photons, seed })
 }
 
 /// Columns all light of a wide one falls into.
@@ -87,17 +87,17 @@ fn plates_are_stacks() {
     {
         let scattering = (&medium).into();
         let stack = Stack::slab(f64::from(height), f64::from(medium.n_eff), f64::from(medium.mu_a), scattering);
-        let (glow, books) = ask(&plate(medium, height, 0.0), &WIDE.0, &WIDE.1, (60.0, 0), 60_000, 1);
+        let (response, balance) = ask(&plate(medium, height, 0.0), &WIDE.0, &WIDE.1, (60.0, 0), 60_000, 1);
         let truth = layered(&stack, Question::default(), 60_000);
-        agree(&format!("{name}, left"), books.left, entered(&truth, truth.reflectance));
-        let seen = glow.light.iter().map(|&light| f64::from(light)).sum::<f64>();
-        assert!((seen / books.seen.value - 1.0).abs() < 1e-5, "all light falls into the grid: {seen}");
+        agree(&format!("{name}, left"), balance.left, entered(&truth, truth.reflectance));
+        let seen = response.light.iter().map(|&light| f64::from(light)).sum::<f64>();
+        assert!((seen / balance.seen.value - 1.0).abs() < 1e-5, "all light falls into the grid: {seen}");
         if height < 5.0 {
-            agree(&format!("{name}, dropped"), books.dropped, entered(&truth, truth.transmittance));
+            agree(&format!("{name}, dropped"), balance.dropped, entered(&truth, truth.transmittance));
         } else {
-            // Planes that reflect below leave the layered judge a cone of directions only, so ask about a half space.
+            // Planes that reflect below leave the layered model a cone of directions only, so ask about a half space.
             let half = layered(&Stack::from(&medium), Question::default(), 60_000);
-            agree(&format!("{name}, seen"), books.seen, entered(&half, half.towards_lens.unwrap_or_default()));
+            agree(&format!("{name}, seen"), balance.seen, entered(&half, half.towards_lens.unwrap_or_default()));
         }
     }
 }
@@ -110,7 +110,7 @@ fn tilted_plates_have_radiance_factors() {
     let along = unit(Vec3::new(0.0, 1.0, slope));
     let up = unit(Vec3::new(0.0, -slope, 1.0));
     let medium = Medium { fibre: along, ..rot() };
-    let (_, books) = ask(&plate(medium, 15.0, slope), &WIDE.0, &WIDE.1, (60.0, 0), 60_000, 2);
+    let (_, balance) = ask(&plate(medium, 15.0, slope), &WIDE.0, &WIDE.1, (60.0, 0), 60_000, 2);
     let level = Stack::from(&Medium { fibre: Vec3::Y, ..medium });
     let local = |axis: Vec3| view().dot(axis.as_dvec3());
     // Light goes straight on where it enters the plate; the stack refracts it into that direction.
@@ -123,9 +123,9 @@ fn tilted_plates_have_radiance_factors() {
         ..Question::default()
     };
     let truth = layered(&level, question, 60_000);
-    agree("seen", books.seen, entered(&truth, truth.towards_lens.unwrap_or_default()));
+    agree("seen", balance.seen, entered(&truth, truth.towards_lens.unwrap_or_default()));
     // Part of what leaves a slope goes down.
-    let out = Estimate { value: books.left.value + books.dropped.value, error: books.left.error };
+    let out = Estimate { value: balance.left.value + balance.dropped.value, error: balance.left.error };
     agree("out", out, entered(&truth, truth.reflectance));
 }
 
@@ -142,12 +142,12 @@ fn the_line_spread_of_a_knot_is_that_of_the_stack() {
     let view = DVec3::new(view().y, 0.0, view().z);
     let body = plate(medium, 15.0, 0.0);
     let line = LineSource { body: &body, y: 30.0, line_mm: 0.05, x, power, view, row_mm: 0.2, rows };
-    let (glow, _) = judge(&line, Effort { photons: 60_000, seed: 3 });
+    let (response, _) = line_response_with_balance(&line, Effort { photons: 60_000, seed: 3 });
     let row = |row: usize, of: &[f32]| -> Vec<f64> { of[3 * row..3 * row + 3].iter().map(|&v| f64::from(v)).collect() };
     let got: Vec<Estimate> = (0..=2 * rows)
         .map(|r| Estimate {
-            value: row(r, &glow.light).iter().sum(),
-            error: row(r, &glow.error).iter().map(|e| e * e).sum::<f64>().sqrt(),
+            value: row(r, &response.light).iter().sum(),
+            error: row(r, &response.error).iter().map(|e| e * e).sum::<f64>().sqrt(),
         })
         .collect();
     let pair = |of: &[Estimate], r: usize| {
@@ -172,15 +172,15 @@ fn the_line_spread_of_a_knot_is_that_of_the_stack() {
 fn far_from_a_border_each_side_is_alone() {
     let body = strips(&[(30.0, 0.0, clear(Vec3::Y)), (30.0, 0.0, rot())]);
     let x: Vec<f32> = (0..7).map(|i| -12.0 + 4.0 * i as f32).collect();
-    let (glow, books) = ask(&body, &x, &[1.0; 7], (50.0, 0), 60_000, 4);
-    let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
+    let (response, balance) = ask(&body, &x, &[1.0; 7], (50.0, 0), 60_000, 4);
+    let sum = balance.absorbed.value + balance.left.value + balance.dropped.value + balance.lost.value;
     assert!((sum - 1.0).abs() < 1e-9, "energy {sum}");
     for (column, medium) in [(1, clear(Vec3::Y)), (5, rot())] {
         let truth = layered(&Stack::from(&medium), Question::default(), 60_000);
-        let got = Estimate { value: f64::from(glow.light[column]), error: f64::from(glow.error[column]) };
+        let got = Estimate { value: f64::from(response.light[column]), error: f64::from(response.error[column]) };
         agree(&format!("column {column}"), got, entered(&truth, truth.towards_lens.unwrap_or_default()));
     }
-    let (left, right) = (f64::from(glow.light[1]), f64::from(glow.light[5]));
+    let (left, right) = (f64::from(response.light[1]), f64::from(response.light[5]));
     assert!(left > 1.1 * right, "the sides differ: {left}, {right}");
 }
 
@@ -192,12 +192,12 @@ fn wide_cracks_isolate() {
     let across = |body: &Body, wall: f32, far: f32, seed: u64| {
         // Light enters 0.5 mm from the wall; what comes out beyond the crack is in the last columns.
         let x = [wall - 1.0, wall - 0.5, wall, far, far + 0.5, far + 6.0];
-        let (glow, books) = ask(body, &x, &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], (50.0, 0), 30_000, seed);
-        let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
+        let (response, balance) = ask(body, &x, &[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], (50.0, 0), 30_000, seed);
+        let sum = balance.absorbed.value + balance.left.value + balance.dropped.value + balance.lost.value;
         assert!((sum - 1.0).abs() < 1e-9, "energy {sum}");
         let sum = |columns: std::ops::Range<usize>| Estimate {
-            value: glow.light[columns.clone()].iter().map(|&v| f64::from(v)).sum(),
-            error: glow.error[columns].iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt(),
+            value: response.light[columns.clone()].iter().map(|&v| f64::from(v)).sum(),
+            error: response.error[columns].iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt(),
         };
         (sum(0..3), sum(4..6))
     };
@@ -236,7 +236,7 @@ fn threads_do_not_matter() {
     assert_eq!(run(1), run(3));
 }
 
-type Run = (LineResponse, Books);
+type Run = (LineResponse, EnergyBalance);
 type Pick<'a> = &'a dyn Fn(&Run) -> Estimate;
 
 /// Standard errors are what repeated seeds show: chi-square of 23 degrees of freedom, two-sided alpha 0.001 each.
@@ -265,7 +265,7 @@ fn standard_errors_are_honest() {
 const LOW: f64 = 6.924;
 const HIGH: f64 = 52.0;
 
-/// A long way meets the wall of a narrow crack where it stands, half a cell at most off, and the far wall through the air.
+/// A long line meets the wall of a narrow crack where it stands, half a cell at most off, and the far wall through the air.
 #[test]
 fn no_way_jumps_a_crack() {
     let wood = rot();
@@ -280,17 +280,19 @@ fn no_way_jumps_a_crack() {
         row_mm: 0.1,
         rows: 1,
     };
-    let (relief, _) = Relief::new(&line);
+    let (heights, _) = HeightField::new(&line);
     for i in 0..200 {
         let (sin, cos) = libm::sincos(-0.6 + 0.006 * f64::from(i));
-        let way = DVec3::new(cos, sin, 0.0);
+        let direction = DVec3::new(cos, sin, 0.0);
         let start = DVec3::new(-4.0, 30.0 + 0.011 * f64::from(i), 12.5);
-        let stop = relief.march(start, way, true, |_, _| None);
-        let Stop::Surface(length, cell) = stop else { panic!("no wall: {stop:?}") };
-        let wall = start + way * length;
+        let stop = heights.march(start, direction, true, |_, _| None);
+        let FlightEnd::Surface(length, cell) = stop else { panic!("no wall: {stop:?}") };
+        let wall = start + direction * length;
         assert!((wall.x + 0.15).abs() < 0.051, "wall met at {wall}");
-        assert!(relief.normal(cell, wall).x > 0.99);
-        let Stop::Surface(gap, _) = relief.march(wall, way, false, |_, _| None) else { panic!("no far wall") };
-        assert!((wall.x + way.x * gap - 0.15).abs() < 0.051);
+        assert!(heights.normal(cell, wall).x > 0.99);
+        let FlightEnd::Surface(gap, _) = heights.march(wall, direction, false, |_, _| None) else {
+            panic!("no far wall")
+        };
+        assert!((wall.x + direction.x * gap - 0.15).abs() < 0.051);
     }
 }

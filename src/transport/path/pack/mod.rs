@@ -1,36 +1,585 @@
-//! The judge on packs: Monte Carlo of light in film, air, tablets and foil in their true shape.
+//! Monte Carlo of light in a pack: film, air, tablets and foil in their true shape.
 //!
 //! Model: the film is a body of its own between two height fields, its upper side and its lower one ([`shape`]); light
 //! walks in it as in a layer, leaves it by Fresnel's law through either side, flies straight through the air and meets
-//! film, tablets and foil where they stand ([`roam`]). Tablets are walked in like layers. No plane layers, no diffuse gaps,
-//! no tables: nothing is shared with the kernel but coefficients. What the lens sees: [`look`].
+//! film, tablets and foil where they stand. Tablets are walked in like layers. No plane layers, no diffuse gaps,
+//! no tables: nothing is shared with the kernel but coefficients.
 //!
 //! A cell of the answer holds the light that leaves the *film* over it towards the lens (or whatever lies open, in a
-//! hole). A ray is a ray: through clear film the lens sees that place of the film, wherever the light was last turned.
+//! hole). A ray is a ray: through clear film the lens sees that point of the film, wherever the light was last turned.
 //!
-//! Valid for shapes coarser than 0.1 mm. Neglected: polarisation and waves, roughness of film and tablets, mirror images
-//! ([`look`]), light farther than 20 mm from the line's grid (booked as astray).
+//! Valid for shapes coarser than 0.1 mm. Neglected: polarisation and waves, roughness of film and tablets, mirror images,
+//! light farther than 20 mm from the line's grid (booked as lost).
+//!
+//! # Photons
+//!
+//! In film and solids: free paths, Henyey and Greenstein's law in the film (its pigment's mean cosine) and none but
+//! isotropic turns in solids, absorption and roulette as in plane layers. At the film's sides and at solids: Fresnel's
+//! law decides by chance; a solid's coat takes its share of what passes. In the air: straight lines to the next film,
+//! solid or foil. At the foil: facets ([`Microfacets`]); where the film is sealed to it, they lie on the film's lower side.
+//!
+//! Neglected: roughness of film and solids, refraction by anything finer than a cell.
+//!
+//! # Light towards the lens
+//!
+//! A lens far away in direction v gets the intensity I = w p(w -> v') T exp(-depth) cos(v) / (n^2 cos(v')) per photon
+//! from a collision, with v' the direction that refraction turns into v, and I = w R f(w -> v) from foil, f the
+//! facets' density. What comes from below the film passes it unturned: Fresnel's law on both sides, exp(-depth), and
+//! what comes after two reflections between the sides. Light of the film that its own lower side throws back is seen
+//! too. The lens sees pi I / facing, with the cosine `facing` between view and normal where the light *entered*: times
+//! that same cosine, which optics puts into the line's power, it is the intensity, wherever the light leaves. So a white
+//! Lambertian surface returns what entered however it is tilted.
+//!
+//! Refraction takes the normal where light leaves, after one correction of a first guess. Which of them are followed is left
+//! to chance by what they promise.
+//!
+//! Neglected: mirror images of what lies elsewhere, on film and solids (of the line itself they are glare, and booked by
+//! optics); light that would come through a second wall of film.
 
-mod facets;
-mod look;
-mod march;
-mod raster;
-mod roam;
-mod room;
+mod clearance;
+mod microfacets;
+mod moved_net;
 mod shape;
-mod spot;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::PI;
+
+use glam::DVec3;
 use procedural::blister::Pack;
+use rand::Rng;
 
-pub(super) use self::roam::Roam;
-use self::shape::Shape;
+use self::clearance::Clearance;
+use self::microfacets::Microfacets;
+use self::shape::{Face, FilmMatter, PackFlightEnd, PackShape, Region};
+use super::LONGEST_MM;
+use super::tracker::{Fate, LineObserver, Photon, ROULETTE_WEIGHT, Target};
+use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::line::LineSource;
+use crate::transport::phase::{henyey_greenstein, henyey_greenstein_density, isotropic, uniform};
+use crate::transport::stack::PIGMENT_G;
 
-impl Roam {
-    /// In `pack`, about `line`.
+/// Meetings with surfaces after which light is given up: it is caught in a wedge.
+const MAX_MEETINGS: u32 = 10_000;
+/// Light enters at least so far towards the lens; less is grazing, and optics sends hardly any [1].
+const MIN_FACING: f64 = 0.02;
+/// Push that brings light on a solid's surface back inside [mm].
+const PUSH_INSIDE_MM: f64 = 1e-5;
+
+/// Intensity that is always followed [sr^-1].
+const SURE_INTENSITY: f64 = 0.1;
+/// Depth beyond which light is not looked for: 1e-9 of it is left [1].
+const MAX_DEPTH: f64 = 20.0;
+/// A little off a surface [mm].
+const OFF_SURFACE_MM: f64 = 1e-7;
+
+/// A pack about a line of light, as photons meet it.
+#[derive(Debug)]
+pub(super) struct PackGeometry {
+    shape: PackShape,
+    /// Unit vector towards the lens.
+    view: DVec3,
+    /// The view into the film at each cell.
+    windows: Vec<Option<RefractedView>>,
+}
+
+/// A photon with what it is worth to the lens.
+#[derive(Debug, Clone, Copy)]
+struct PackPhoton {
+    pub photon: Photon,
+    /// Light that the lens sees per intensity towards it [sr].
+    pub scale: f64,
+    /// PackCell that it is in, or was last.
+    pub cell: usize,
+    /// Clearance about it in a solid.
+    pub clearance: Clearance,
+}
+
+impl Target for PackGeometry {
+    fn illuminate(&self, x: f64, y: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let above = DVec3::new(x, y, self.shape.top + 1.0);
+        let (length, stop) = self.shape.march(above, DVec3::NEG_Z, Region::Above, f64::INFINITY);
+        let position = above - DVec3::Z * length;
+        let (position, normal, n, region, cell) = match stop {
+            PackFlightEnd::Face(Face::Upper, cell) => {
+                let normal = self.shape.normal(cell, Face::Upper, position);
+                (position, normal, self.shape.slab(cell).n, Region::Film, cell)
+            }
+            // Through a hole onto a solid; what enters foil stays there.
+            _ => match (self.shape.solid(above, DVec3::NEG_Z, None), self.shape.cell(above)) {
+                (Some((number, length)), Some(cell)) => {
+                    let position = above - DVec3::Z * length;
+                    let solid = &self.shape.solids[number];
+                    let normal = solid.normal(position.as_vec3()).as_dvec3();
+                    (position, normal, f64::from(solid.medium.n_eff), Region::Solid(number), cell)
+                }
+                (None, Some(cell)) if self.shape.cells[cell].foil => return observer.book(Fate::Absorbed, 1.0),
+                _ => return observer.book(Fate::Lost, 1.0),
+            },
+        };
+        let direction = refracted(DVec3::NEG_Z, -normal, 1.0 / n, fresnel_dielectric(1.0, n, normal.z).1);
+        let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
+        let scale = std::f64::consts::PI / normal.dot(self.view).max(MIN_FACING);
+        self.follow(PackPhoton { photon, scale, cell, clearance: Clearance::default() }, region, observer, rng);
+    }
+}
+
+impl PackGeometry {
+    /// `pack` about `line`.
     pub(super) fn in_pack(pack: &Pack, line: &LineSource) -> Self {
-        Self::new(Shape::of(pack, line), line.view)
+        Self::new(PackShape::of(pack, line), line.view)
+    }
+
+    /// A shape, seen from `view`.
+    fn new(shape: PackShape, view: DVec3) -> Self {
+        let window = |cell: usize| {
+            let film = shape.cells[cell].film;
+            film.then(|| RefractedView::new(view, shape.cells[cell].normal, shape.slab(cell).n)).flatten()
+        };
+        let windows = (0..shape.cells.len()).map(window).collect();
+        Self { shape, view, windows }
+    }
+
+    /// Follows light until it is gone.
+    fn follow(&self, mut light: PackPhoton, mut region: Region, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        // The solid that light has just left or been thrown back by; convex, it is not met again on a straight line.
+        let mut left = None;
+        let mut meetings = 0;
+        while light.photon.weight > 0.0 {
+            if light.photon.path > LONGEST_MM || meetings > MAX_MEETINGS {
+                return observer.book(Fate::Lost, light.photon.weight);
+            }
+            let (position, direction) = (light.photon.position, light.photon.direction);
+            if let Region::Solid(number) = region {
+                if self.walk(&mut light, number, observer, rng) {
+                    meetings += 1;
+                    light.clearance = Clearance::default();
+                    (region, left) = (self.outside(&mut light), Some(number));
+                }
+                continue;
+            }
+            let next = if region == Region::Under { self.shape.solid(position, direction, left) } else { None };
+            let free = match region {
+                Region::Film => -libm::log(uniform(rng)) / self.shape.slab(light.cell).extinction(),
+                _ => next.map_or(f64::INFINITY, |(_, length)| length),
+            };
+            if region == Region::Film && self.shape.stays(position + direction * free, light.cell) {
+                light.photon.position += direction * free;
+                light.photon.path += free;
+                self.collide(&mut light, observer, rng);
+                continue;
+            }
+            let (length, stop) = self.shape.march(position, direction, region, free);
+            light.photon.position += direction * length;
+            match stop {
+                PackFlightEnd::Length => match next {
+                    Some((number, _)) => {
+                        meetings += 1;
+                        left = Some(number);
+                        if self.enter_solid(&mut light.photon, number, observer, rng) {
+                            region = Region::Solid(number);
+                        }
+                    }
+                    None => {
+                        light.photon.path += length;
+                        if let Some(cell) = self.shape.cell(light.photon.position) {
+                            light.cell = cell;
+                        }
+                        self.collide(&mut light, observer, rng);
+                    }
+                },
+                PackFlightEnd::Face(face, cell) => {
+                    meetings += 1;
+                    light.cell = cell;
+                    light.photon.path += length;
+                    left = None;
+                    region = self.meet(&mut light, face, region, observer, rng);
+                }
+                PackFlightEnd::Region(other) => region = other,
+                PackFlightEnd::Ground => return observer.book(Fate::Dropped, light.photon.weight),
+                PackFlightEnd::Beyond if direction.z < 0.0 => return observer.book(Fate::Dropped, light.photon.weight),
+                PackFlightEnd::Beyond => return observer.book(Fate::Left, light.photon.weight),
+                PackFlightEnd::Lost => return observer.book(Fate::Lost, light.photon.weight),
+            }
+        }
+    }
+
+    /// A collision in the film.
+    fn collide(&self, light: &mut PackPhoton, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let slab = *self.shape.slab(light.cell);
+        self.next_event_from_film(light, &slab, observer, rng);
+        lose(&mut light.photon, slab.mu_a / slab.extinction(), observer, rng);
+        light.photon.direction = henyey_greenstein(light.photon.direction, PIGMENT_G, rng);
+    }
+
+    /// Light at a face of film or foil: the region it goes on in.
+    fn meet(
+        &self,
+        light: &mut PackPhoton,
+        face: Face,
+        region: Region,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) -> Region {
+        let (shape, photon) = (&self.shape, &mut light.photon);
+        let normal = shape.normal(light.cell, face, photon.position);
+        let sealed = face == Face::Lower && region == Region::Film && shape.cells[light.cell].sealed;
+        if face == Face::Foil || sealed {
+            let facets = Microfacets::new(shape.metal(light.cell), normal);
+            self.next_event_from_foil(light, &facets, sealed, observer, rng);
+            lose(&mut light.photon, 1.0 - facets.reflectance, observer, rng);
+            if light.photon.weight > 0.0 {
+                light.photon.direction = facets.sample(light.photon.direction, rng);
+            }
+            return region;
+        }
+        let n = shape.slab(light.cell).n;
+        // The normal on the side that light goes to.
+        let ahead = if (face == Face::Upper) == (region == Region::Film) { normal } else { -normal };
+        let beyond = match (region, face) {
+            (Region::Film, Face::Upper) => Region::Above,
+            (Region::Film, _) => Region::Under,
+            _ => Region::Film,
+        };
+        let (from, to) = if region == Region::Film { (n, 1.0) } else { (1.0, n) };
+        if cross(photon, ahead, from, to, rng) { beyond } else { region }
+    }
+
+    /// Light in the air at a solid: whether it enters.
+    fn enter_solid(
+        &self,
+        photon: &mut Photon,
+        number: usize,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) -> bool {
+        let solid = &self.shape.solids[number];
+        let normal = solid.normal(photon.position.as_vec3()).as_dvec3();
+        let enters = cross(photon, -normal, 1.0, f64::from(solid.medium.n_eff), rng);
+        if enters {
+            lose(photon, 1.0 - f64::from(solid.medium.coat), observer, rng);
+        }
+        enters
+    }
+
+    /// One free path in a solid: whether light comes out.
+    fn walk(
+        &self,
+        light: &mut PackPhoton,
+        number: usize,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) -> bool {
+        let solid = &self.shape.solids[number];
+        let medium = &solid.medium;
+        let extinction = f64::from(medium.mu_a) + f64::from(medium.sigma_i);
+        let photon = &mut light.photon;
+        let free = -libm::log(uniform(rng)) / extinction;
+        let far = if free < light.clearance.free(photon.position) {
+            f64::INFINITY
+        } else {
+            let span = solid.span(photon.position.as_vec3(), photon.direction.as_vec3());
+            span.map_or(0.0, |[_, far]| f64::from(far).max(0.0))
+        };
+        photon.position += photon.direction * free.min(far);
+        photon.path += free.min(far);
+        if free < far {
+            if far < f64::INFINITY {
+                light.clearance.renew(photon.position, solid, extinction);
+            }
+            self.next_event_from_solid(light, number, observer, rng);
+            lose(&mut light.photon, f64::from(medium.mu_a) / extinction, observer, rng);
+            light.photon.direction = isotropic(rng);
+            return false;
+        }
+        let normal = solid.normal(photon.position.as_vec3()).as_dvec3();
+        if photon.direction.dot(normal) <= 0.0 {
+            // Rounding has put it out.
+            photon.position -= normal * PUSH_INSIDE_MM;
+            return false;
+        }
+        let out = cross(photon, normal, f64::from(medium.n_eff), 1.0, rng);
+        if out {
+            lose(photon, 1.0 - f64::from(medium.coat), observer, rng);
+        }
+        out
+    }
+
+    /// Where light is that has left a solid: a little over the film's lower side where both touch.
+    fn outside(&self, light: &mut PackPhoton) -> Region {
+        let (shape, position) = (&self.shape, &mut light.photon.position);
+        let Some(cell) = shape.cell(*position) else { return Region::Under };
+        light.cell = cell;
+        if shape.cells[cell].film {
+            let (lower, upper) =
+                (shape.height(cell, Face::Lower, *position), shape.height(cell, Face::Upper, *position));
+            if position.z > lower && position.z < upper {
+                position.z = lower;
+            }
+        }
+        Region::Under
+    }
+}
+
+/// Takes a share of the light away, and lets chance decide about faint light.
+fn lose(photon: &mut Photon, share: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+    let lost = photon.weight * share;
+    observer.book(Fate::Absorbed, lost);
+    photon.weight -= lost;
+    if photon.weight < ROULETTE_WEIGHT && photon.weight > 0.0 {
+        observer.book(Fate::Absorbed, photon.russian_roulette(rng));
+    }
+}
+
+/// Takes light through a surface or back: whether it is through. `ahead` is the normal on the far side.
+fn cross(photon: &mut Photon, ahead: DVec3, n: f64, other: f64, rng: &mut impl Rng) -> bool {
+    let mu = photon.direction.dot(ahead).clamp(0.0, 1.0);
+    let (reflectance, cosine) = fresnel_dielectric(n, other, mu);
+    let through = uniform(rng) > reflectance;
+    photon.direction = if through {
+        refracted(photon.direction, ahead, n / other, cosine)
+    } else {
+        (photon.direction - ahead * (2.0 * mu)).normalize()
+    };
+    through
+}
+
+/// A direction beyond a surface whose normal there is `ahead`, with this ratio of indices and cosine.
+fn refracted(direction: DVec3, ahead: DVec3, ratio: f64, cosine: f64) -> DVec3 {
+    (direction * ratio + ahead * (cosine - ratio * direction.dot(ahead))).normalize()
+}
+
+/// Refraction of the view into matter: the direction inside, what gets through, and that times cos(v) / (n^2 cos(v')).
+#[derive(Debug, Clone, Copy)]
+struct RefractedView {
+    direction: DVec3,
+    passed: f64,
+    factor: f64,
+    cosine: f64,
+}
+
+impl RefractedView {
+    /// Into index `n` below a surface with this normal; `None` where it is turned away from the lens.
+    fn new(view: DVec3, normal: DVec3, n: f64) -> Option<Self> {
+        let facing = view.dot(normal);
+        if facing <= 0.0 {
+            return None;
+        }
+        let (thrown, cosine) = fresnel_dielectric(1.0, n, facing);
+        // The view reversed goes in; the direction to the lens is opposite.
+        let direction = -refracted(-view, -normal, 1.0 / n, cosine);
+        let passed = 1.0 - thrown;
+        Some(Self { direction, passed, factor: passed * facing / (n * n * cosine), cosine })
+    }
+}
+
+/// A little more than exp(-depth), quickly: for promises.
+#[inline(always)]
+fn falls(depth: f64) -> f64 {
+    let d = depth.clamp(0.0, MAX_DEPTH) * 0.25;
+    let root = 1.0 / (1.0 + d * (1.0 + d * (0.5 + d * (1.0 / 6.0 + d / 24.0))));
+    (root * root) * (root * root)
+}
+
+/// Follows only some of the faint, by what they `promise`: the light with its weight, or nothing.
+fn followed(intensity: f64, promise: f64, rng: &mut impl Rng) -> Option<f64> {
+    let worth = promise / SURE_INTENSITY;
+    if worth >= 1.0 {
+        return Some(intensity);
+    }
+    (uniform(rng) <= worth).then(|| intensity / worth)
+}
+
+impl PackGeometry {
+    /// What a collision in the film sends, straight and by way of the film's lower side.
+    #[inline(never)]
+    fn next_event_from_film(
+        &self,
+        light: &PackPhoton,
+        slab: &FilmMatter,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let (shape, photon) = (&self.shape, &light.photon);
+        // The cell's own window does for a guess.
+        let (here, Some(window)) = (&shape.cells[light.cell], &self.windows[light.cell]) else { return };
+        let strength = photon.weight * slab.mu_s / slab.extinction() * window.factor;
+        let towards =
+            |direction: DVec3| strength * henyey_greenstein_density(photon.direction.dot(direction), PIGMENT_G);
+        let below = (here.middle - photon.position).dot(here.normal).max(0.0);
+        let depth = slab.extinction() * below / window.cosine;
+        let intensity = towards(window.direction);
+        if depth < MAX_DEPTH
+            && let Some(intensity) = followed(intensity, intensity * falls(0.7 * depth), rng)
+        {
+            self.rise(photon.position, window.direction, intensity, slab, light.scale, observer);
+        }
+        if here.sealed {
+            return;
+        }
+        let down = window.direction - here.normal * (2.0 * window.cosine);
+        let intensity = towards(down) * (1.0 - window.passed);
+        let Some(intensity) = followed(intensity, intensity * falls(0.5 * depth), rng) else { return };
+        let (length, stop) = shape.march(photon.position, down, Region::Film, f64::INFINITY);
+        if let PackFlightEnd::Face(Face::Lower, _) = stop {
+            let position = photon.position + down * length;
+            let intensity = intensity * libm::exp(-slab.extinction() * length);
+            self.rise(position, window.direction, intensity, slab, light.scale, observer);
+        }
+    }
+
+    /// Takes light in the film up and out of it, to the lens.
+    fn rise(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        intensity: f64,
+        slab: &FilmMatter,
+        scale: f64,
+        observer: &mut impl LineObserver,
+    ) {
+        let (shape, mut direction) = (&self.shape, direction);
+        for correction in [true, false] {
+            let (length, stop) = shape.march(position, direction, Region::Film, f64::INFINITY);
+            let PackFlightEnd::Face(Face::Upper, cell) = stop else { return };
+            let end = position + direction * length;
+            let normal = shape.normal(cell, Face::Upper, end);
+            let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
+            if correction && window.direction.dot(direction) < 1.0 - 1e-7 {
+                direction = window.direction;
+                continue;
+            }
+            if self.visible(end + normal * OFF_SURFACE_MM) {
+                observer.see(end, scale * intensity * libm::exp(-slab.extinction() * length));
+            }
+            return;
+        }
+    }
+
+    /// Whether nothing stands between a point above the film and the lens.
+    fn visible(&self, position: DVec3) -> bool {
+        matches!(self.shape.march(position, self.view, Region::Above, f64::INFINITY).1, PackFlightEnd::Beyond)
+    }
+
+    /// What a collision in a solid sends.
+    #[inline(never)]
+    fn next_event_from_solid(
+        &self,
+        light: &PackPhoton,
+        number: usize,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let (solid, photon) = (&self.shape.solids[number], &light.photon);
+        let (n, coat) = (f64::from(solid.medium.n_eff), f64::from(solid.medium.coat));
+        let extinction = f64::from(solid.medium.mu_a) + f64::from(solid.medium.sigma_i);
+        let albedo = f64::from(solid.medium.sigma_i) / extinction;
+        let strength = photon.weight * albedo / (4.0 * PI) * coat;
+        // The depth of the film above, and at least that of the solid.
+        let film = self.shape.cell(photon.position).map_or(0.0, |cell| f64::from(self.shape.depths[cell]));
+        let below = extinction * light.clearance.free(photon.position);
+        if below > MAX_DEPTH {
+            return;
+        }
+        let promise = strength / (n * n) * falls(film + 0.7 * below);
+        let Some(strength) = followed(strength, promise, rng) else { return };
+        let Some(mut window) = RefractedView::new(self.view, solid.normal(photon.position.as_vec3()).as_dvec3(), n)
+        else {
+            return;
+        };
+        let mut end = photon.position;
+        let mut depth = 0.0;
+        for _ in 0..2 {
+            let Some([_, far]) = solid.span(photon.position.as_vec3(), window.direction.as_vec3()) else { return };
+            depth = extinction * f64::from(far).max(0.0);
+            if depth > MAX_DEPTH {
+                return;
+            }
+            end = photon.position + window.direction * f64::from(far).max(0.0);
+            let normal = solid.normal(end.as_vec3()).as_dvec3();
+            let Some(right) = RefractedView::new(self.view, normal, n) else { return };
+            if right.direction.dot(window.direction) > 1.0 - 1e-7 {
+                break;
+            }
+            window = right;
+        }
+        let intensity = strength * window.factor * libm::exp(-depth);
+        self.through(end, Some(number), intensity, light.scale, observer, rng);
+    }
+
+    /// What foil sends, in the air or under sealed film.
+    #[inline(never)]
+    fn next_event_from_foil(
+        &self,
+        light: &PackPhoton,
+        facets: &Microfacets,
+        sealed: bool,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let photon = &light.photon;
+        let strength = photon.weight * facets.reflectance;
+        if !sealed {
+            let intensity = strength * facets.density(photon.direction, self.view);
+            return self.through(photon.position, None, intensity, light.scale, observer, rng);
+        }
+        let slab = *self.shape.slab(light.cell);
+        let normal = self.shape.normal(light.cell, Face::Upper, photon.position);
+        let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
+        let intensity = strength * facets.density(photon.direction, window.direction) * window.factor;
+        let over = (self.shape.height(light.cell, Face::Upper, photon.position) - photon.position.z) * normal.z;
+        let promise = intensity * falls(0.7 * slab.extinction() * over / window.cosine);
+        if let Some(intensity) = followed(intensity, promise, rng) {
+            self.rise(photon.position, window.direction, intensity, &slab, light.scale, observer);
+        }
+    }
+
+    /// Takes light from a point in the air below towards the lens: through the film, or through a hole.
+    fn through(
+        &self,
+        position: DVec3,
+        but: Option<usize>,
+        intensity: f64,
+        scale: f64,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let shape = &self.shape;
+        let Some(cell) = shape.cell(position) else { return };
+        let Some(intensity) = followed(intensity, intensity * falls(f64::from(shape.depths[cell])), rng) else {
+            return;
+        };
+        let mut position = position;
+        if let Some(lower) = shape.cells[cell].film.then(|| shape.height(cell, Face::Lower, position)) {
+            // A solid that touches the film, by rounding.
+            if position.z > lower && position.z < shape.height(cell, Face::Upper, position) {
+                position.z = lower;
+            }
+        }
+        let (length, stop) = shape.march(position, self.view, Region::Under, f64::INFINITY);
+        let end = position + self.view * length;
+        if shape.solid(position, self.view, but).is_some_and(|(_, blocked)| blocked < length) {
+            return;
+        }
+        match stop {
+            PackFlightEnd::Face(Face::Lower, cell) => {
+                let slab = shape.slab(cell);
+                let Some(window) = RefractedView::new(self.view, shape.normal(cell, Face::Lower, end), slab.n) else {
+                    return;
+                };
+                let (length, stop) = shape.march(end, window.direction, Region::Film, f64::INFINITY);
+                let PackFlightEnd::Face(Face::Upper, cell) = stop else { return };
+                let end = end + window.direction * length;
+                if self.visible(end + shape.normal(cell, Face::Upper, end) * OFF_SURFACE_MM) {
+                    let pass = libm::exp(-slab.extinction() * length);
+                    let back = (1.0 - window.passed) * pass;
+                    let unturned = window.passed * window.passed * pass / (1.0 - back * back);
+                    observer.see(end, scale * intensity * unturned);
+                }
+            }
+            PackFlightEnd::Region(Region::Above) if self.visible(end) => observer.see(position, scale * intensity),
+            PackFlightEnd::Beyond => observer.see(position, scale * intensity),
+            _ => {}
+        }
     }
 }

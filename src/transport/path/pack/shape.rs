@@ -1,4 +1,4 @@
-//! The shape of a pack as light meets it: the film's two sides and the foil as height fields, and convex solids.
+//! Geometry of a pack: the film's two sides and the foil as height fields, and convex solids.
 //!
 //! Model: heights at the nodes of a grid, bilinear between them. The film's lower side is where its thickness across it
 //! takes the upper one: nodes are moved along the normal, and the moved net is laid back on the grid, its lowest sheet
@@ -7,25 +7,57 @@
 //! as they are.
 //!
 //! Neglected: edges cut upright, shapes finer than a cell.
+//!
+//! Straight lines go from cell to cell, as in a body of wood. Within a cell the crossing with a face, a hyperbolic paraboloid,
+//! is the root of a quadratic equation.
 
 use glam::{DVec2, DVec3};
-use procedural::Gloss;
-use procedural::blister::{Pack, Solid};
+use procedural::blister::{Pack, Sheet, Solid};
+use procedural::{Gloss, Medium, Surface};
 
-use super::facets::bottom;
-use super::raster::lay;
-use super::spot::{Slab, Spot, normal, number};
+use super::microfacets::bottom;
+use super::moved_net::lay;
 use crate::transport::line::LineSource;
-use crate::transport::path::film::PIGMENT_G;
+use crate::transport::stack::PIGMENT_G;
 
 /// Cells are as near to this size as divides the card evenly [mm].
-const PITCH_MM: f64 = 0.1;
+const TARGET_PITCH_MM: f64 = 0.1;
 /// The region goes on so far beyond the line's rows and columns [mm].
-const REACH_MM: f64 = 20.0;
+const MARGIN_MM: f64 = 20.0;
+/// A little over a cell's border, so that the next direction begins beyond it [mm].
+const OVER_MM: f64 = 1e-9;
+
+/// What a pack is at one point, from above.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PackColumn {
+    /// The film, unless there is a hole.
+    pub sheet: Option<Sheet>,
+    /// The foil below.
+    pub foil: (Surface, Medium),
+}
+
+/// The film's matter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FilmMatter {
+    /// Refractive index [1].
+    pub n: f64,
+    /// Absorption [mm^-1].
+    pub mu_a: f64,
+    /// Scattering [mm^-1].
+    pub mu_s: f64,
+}
+
+impl FilmMatter {
+    /// Extinction [mm^-1].
+    #[inline(always)]
+    pub fn extinction(&self) -> f64 {
+        self.mu_a + self.mu_s
+    }
+}
 
 /// Heights at a node [mm].
 #[derive(Debug, Clone, Copy, Default)]
-struct Node {
+struct PackNode {
     heights: [f64; 3],
     film: bool,
     card: bool,
@@ -47,7 +79,7 @@ pub(super) enum Face {
 
 /// What a cell holds.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell {
+pub(super) struct PackCell {
     /// Lowest node of each face [mm].
     pub low: [f64; 3],
     /// Highest node of each face [mm].
@@ -68,46 +100,46 @@ pub(super) struct Cell {
 
 /// A pack about a line of light.
 #[derive(Debug)]
-pub(super) struct Shape {
+pub(super) struct PackShape {
     /// Place of the first node [mm].
     pub low: DVec2,
     /// Size of cells [mm].
     pub pitch: DVec2,
     /// Cells along x and y.
     pub size: [usize; 2],
-    nodes: Vec<Node>,
-    pub cells: Vec<Cell>,
+    nodes: Vec<PackNode>,
+    pub cells: Vec<PackCell>,
     /// Optical depth straight through the film of each cell, apart since it is asked for most [1].
     pub depths: Vec<f32>,
     /// Highest of film and solids [mm].
     pub top: f64,
-    slabs: Vec<Slab>,
+    slabs: Vec<FilmMatter>,
     metals: Vec<Gloss>,
     pub solids: Vec<Solid>,
 }
 
-impl Shape {
+impl PackShape {
     /// The region of `pack` about `line`.
     pub fn of(pack: &Pack, line: &LineSource) -> Self {
         let (low, high) = pack.bounds();
         let card = [[low.x, low.y], [high.x, high.y]].map(|end| DVec2::new(f64::from(end[0]), f64::from(end[1])));
         let ends = [line.x.first(), line.x.last()].map(|x| f64::from(x.copied().unwrap_or(0.0)));
         let rows = line.row_mm * (line.rows as f64 + 0.5);
-        let region = [DVec2::new(ends[0], line.y - rows) - REACH_MM, DVec2::new(ends[1], line.y + rows) + REACH_MM];
+        let region = [DVec2::new(ends[0], line.y - rows) - MARGIN_MM, DVec2::new(ends[1], line.y + rows) + MARGIN_MM];
         Self::new(card, region, pack.solids().to_vec(), |x, y| {
-            pack.slice(y).surface(x).map(|_| Spot { sheet: pack.sheet(x, y), foil: pack.foil(x, y) })
+            pack.slice(y).surface(x).map(|_| PackColumn { sheet: pack.sheet(x, y), foil: pack.foil(x, y) })
         })
     }
 
-    /// What `ask` says about places (x, y) [mm] on a card, `None` beside it, within a region; both by their low and high
+    /// What `ask` says about points (x, y) [mm] on a card, `None` beside it, within a region; both by their low and high
     /// corners [mm].
     pub fn new(
         card: [DVec2; 2],
         region: [DVec2; 2],
         solids: Vec<Solid>,
-        ask: impl Fn(f32, f32) -> Option<Spot>,
+        ask: impl Fn(f32, f32) -> Option<PackColumn>,
     ) -> Self {
-        let count = ((card[1] - card[0]) / PITCH_MM).round().max(DVec2::ONE);
+        let count = ((card[1] - card[0]) / TARGET_PITCH_MM).round().max(DVec2::ONE);
         let pitch = (card[1] - card[0]) / count;
         // One node beyond the card on each side closes it.
         let node = |v: DVec2| ((v - card[0]) / pitch).floor().clamp(DVec2::NEG_ONE, count);
@@ -131,14 +163,14 @@ impl Shape {
         let mut moved = Vec::with_capacity(shape.nodes.capacity());
         for j in 0..=size[1] {
             for i in 0..=size[0] {
-                let place = low + DVec2::new(i as f64, j as f64) * pitch;
-                let spot = ask(place.x as f32, place.y as f32);
-                moved.push(spot.and_then(|spot| spot.sheet).map(|sheet| {
+                let position = low + DVec2::new(i as f64, j as f64) * pitch;
+                let column = ask(position.x as f32, position.y as f32);
+                moved.push(column.and_then(|column| column.sheet).map(|sheet| {
                     let through = normal(&sheet.surface) * f64::from(sheet.thickness_mm);
                     let flat = DVec2::new(i as f64, j as f64) - DVec2::new(through.x, through.y) / pitch;
                     flat.extend(f64::from(sheet.surface.z) - through.z)
                 }));
-                let node = shape.node(spot);
+                let node = shape.node(column);
                 shape.nodes.push(node);
             }
         }
@@ -147,15 +179,15 @@ impl Shape {
     }
 
     /// A node as asked, its film's lower side still missing.
-    fn node(&mut self, spot: Option<Spot>) -> Node {
-        let Some(spot) = spot else { return Node::default() };
-        let mut node = Node { card: true, ..Node::default() };
-        node.heights[Face::Foil as usize] = f64::from(spot.foil.0.z);
-        node.foil = number(&mut self.metals, bottom(&spot.foil.1));
-        if let Some(sheet) = spot.sheet {
+    fn node(&mut self, column: Option<PackColumn>) -> PackNode {
+        let Some(column) = column else { return PackNode::default() };
+        let mut node = PackNode { card: true, ..PackNode::default() };
+        node.heights[Face::Foil as usize] = f64::from(column.foil.0.z);
+        node.foil = number(&mut self.metals, bottom(&column.foil.1));
+        if let Some(sheet) = column.sheet {
             let (z, medium) = (f64::from(sheet.surface.z), &sheet.medium);
             let mu_s = f64::from(medium.sigma_i) / (1.0 - PIGMENT_G);
-            let slab = Slab { n: f64::from(medium.n_eff), mu_a: f64::from(medium.mu_a), mu_s };
+            let slab = FilmMatter { n: f64::from(medium.n_eff), mu_a: f64::from(medium.mu_a), mu_s };
             (node.film, node.sealed, node.slab) = (true, sheet.sealed, number(&mut self.slabs, slab));
             node.heights[Face::Upper as usize] = z;
             node.heights[Face::Lower as usize] = z - f64::from(sheet.thickness_mm) / normal(&sheet.surface).z;
@@ -200,7 +232,7 @@ impl Shape {
                 std::array::from_fn(|face| nodes.iter().map(|node| node.heights[face]).reduce(pick).unwrap_or(0.0))
             };
             let covered = nodes.iter().find(|node| node.film);
-            self.cells.push(Cell {
+            self.cells.push(PackCell {
                 low: of(f64::min),
                 high: of(f64::max),
                 film: covered.is_some(),
@@ -231,40 +263,40 @@ impl Shape {
         [at, at + 1, at + row, at + row + 1].map(|node| self.nodes[node].heights[face])
     }
 
-    /// The cell over or under a place, if it is in the region.
+    /// The cell over or under a point, if it is in the region.
     #[inline(always)]
-    pub fn cell(&self, place: DVec3) -> Option<usize> {
-        let local = (DVec2::new(place.x, place.y) - self.low) / self.pitch;
+    pub fn cell(&self, position: DVec3) -> Option<usize> {
+        let local = (DVec2::new(position.x, position.y) - self.low) / self.pitch;
         let inside = local.x >= 0.0 && local.y >= 0.0 && local.x < self.size[0] as f64 && local.y < self.size[1] as f64;
         inside.then(|| local.y as usize * self.size[0] + local.x as usize)
     }
 
-    /// Part of the way through its cell that a place is, along x and y.
+    /// Where in its cell a point lies, along x and y [cells].
     #[inline(always)]
-    pub fn within(&self, cell: usize, place: DVec3) -> DVec2 {
+    pub fn within(&self, cell: usize, position: DVec3) -> DVec2 {
         let corner = DVec2::new((cell % self.size[0]) as f64, (cell / self.size[0]) as f64);
-        (DVec2::new(place.x, place.y) - self.low) / self.pitch - corner
+        (DVec2::new(position.x, position.y) - self.low) / self.pitch - corner
     }
 
-    /// Height of a face above a place of a cell [mm].
+    /// Height of a face above a point of a cell [mm].
     #[inline]
-    pub fn height(&self, cell: usize, face: Face, place: DVec3) -> f64 {
+    pub fn height(&self, cell: usize, face: Face, position: DVec3) -> f64 {
         let [h, x, y, xy] = self.corners(cell, face);
-        let at = self.within(cell, place);
+        let at = self.within(cell, position);
         h + (x - h) * at.x + (y - h) * at.y + (h + xy - x - y) * at.x * at.y
     }
 
-    /// Upward normal of a face above a place of a cell.
+    /// Upward normal of a face above a point of a cell.
     #[inline]
-    pub fn normal(&self, cell: usize, face: Face, place: DVec3) -> DVec3 {
+    pub fn normal(&self, cell: usize, face: Face, position: DVec3) -> DVec3 {
         let [h, x, y, xy] = self.corners(cell, face);
-        let (at, twist) = (self.within(cell, place), h + xy - x - y);
+        let (at, twist) = (self.within(cell, position), h + xy - x - y);
         DVec3::new(-((x - h) + twist * at.y) / self.pitch.x, -((y - h) + twist * at.x) / self.pitch.y, 1.0).normalize()
     }
 
     /// The film's matter in a cell.
     #[inline(always)]
-    pub fn slab(&self, cell: usize) -> &Slab {
+    pub fn slab(&self, cell: usize) -> &FilmMatter {
         &self.slabs[usize::from(self.cells[cell].slab)]
     }
 
@@ -273,4 +305,203 @@ impl Shape {
     pub fn metal(&self, cell: usize) -> &Gloss {
         &self.metals[usize::from(self.cells[cell].metal)]
     }
+}
+
+/// Where light is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Region {
+    /// In the air above the film.
+    Above,
+    /// In the film.
+    Film,
+    /// In the air below the film, in a hole or beside the card.
+    Under,
+    /// In the solid of this number.
+    Solid(usize),
+}
+
+/// What ends a straight direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PackFlightEnd {
+    /// Its given length.
+    Length,
+    /// A face in this cell.
+    Face(Face, usize),
+    /// Another region, without a surface between.
+    Region(Region),
+    /// The conveyor.
+    Ground,
+    /// The open sky, or the region's end in the open.
+    Beyond,
+    /// The region's end, in or under the film.
+    Lost,
+}
+
+impl PackShape {
+    /// Follows a ray outside of solids from `position` for at most `length` [mm]: how far it goes [mm], and what ends it.
+    #[inline]
+    pub fn march(&self, position: DVec3, direction: DVec3, region: Region, length: f64) -> (f64, PackFlightEnd) {
+        let local = (DVec2::new(position.x, position.y) - self.low) / self.pitch;
+        let mut cell = [local.x.floor() as i64, local.y.floor() as i64];
+        let mut next: [f64; 2] = std::array::from_fn(|axis| match direction[axis] {
+            0.0 => f64::INFINITY,
+            along => {
+                let border = (cell[axis] + i64::from(along > 0.0)) as f64 - local[axis];
+                border * self.pitch[axis] / along
+            }
+        });
+        let step: [f64; 2] = std::array::from_fn(|axis| (self.pitch[axis] / direction[axis]).abs());
+        let (mut gone, mut open) = (0.0f64, false);
+        loop {
+            if (0..2).any(|axis| cell[axis] < 0 || cell[axis] >= self.size[axis] as i64) {
+                let covered = region == Region::Film || (region == Region::Under && !open && gone > 0.0);
+                return (gone, if covered { PackFlightEnd::Lost } else { PackFlightEnd::Beyond });
+            }
+            let number = cell[1] as usize * self.size[0] + cell[0] as usize;
+            let here = &self.cells[number];
+            let axis = usize::from(next[1] < next[0]);
+            let end = next[axis].max(gone).min(length);
+            let start = position + direction * gone;
+            let far = position.z + direction.z * end;
+            let (low, high) = (start.z.min(far), start.z.max(far));
+            let mut stop = (end - gone, None);
+            let mut meet = |face: Face, side: f64| {
+                let length = self.crossing(number, face, start, direction, side);
+                if length <= stop.0 {
+                    stop = (length, Some(PackFlightEnd::Face(face, number)));
+                }
+            };
+            match region {
+                Region::Film => {
+                    if !here.film {
+                        return (gone + OVER_MM, PackFlightEnd::Region(Region::Under));
+                    }
+                    if high >= here.low[0] {
+                        meet(Face::Upper, 1.0);
+                    }
+                    if low <= here.high[1] {
+                        meet(Face::Lower, -1.0);
+                    }
+                }
+                Region::Above => {
+                    if !here.film {
+                        return (gone + OVER_MM, PackFlightEnd::Region(Region::Under));
+                    }
+                    if direction.z >= 0.0 && start.z > self.top {
+                        return (gone, PackFlightEnd::Beyond);
+                    }
+                    if low <= here.high[0] {
+                        meet(Face::Upper, -1.0);
+                    }
+                }
+                Region::Under | Region::Solid(_) => {
+                    if here.film {
+                        if open && start.z > self.height(number, Face::Upper, start) {
+                            return (gone + OVER_MM, PackFlightEnd::Region(Region::Above));
+                        }
+                        if high >= here.low[1] {
+                            meet(Face::Lower, 1.0);
+                        }
+                    } else if direction.z >= 0.0 && start.z > self.top {
+                        return (gone, PackFlightEnd::Beyond);
+                    }
+                    if here.foil {
+                        if low <= here.high[2] {
+                            meet(Face::Foil, -1.0);
+                        }
+                    } else if low < 0.0 && direction.z < 0.0 {
+                        let down = (-start.z / direction.z).max(0.0);
+                        if down <= stop.0 {
+                            stop = (down, Some(PackFlightEnd::Ground));
+                        }
+                    }
+                    open = !here.film;
+                }
+            }
+            if let (length, Some(what)) = stop {
+                return (gone + length, what);
+            }
+            if end >= length {
+                return (length, PackFlightEnd::Length);
+            }
+            gone = end;
+            cell[axis] += if direction[axis] > 0.0 { 1 } else { -1 };
+            next[axis] += step[axis];
+        }
+    }
+
+    /// Whether a direction in the film that ends at `end` meets nothing: it ends in the cell where it began, between all that
+    /// bounds the film there.
+    #[inline(always)]
+    pub fn stays(&self, end: DVec3, cell: usize) -> bool {
+        let here = &self.cells[cell];
+        let half = 0.5 * self.pitch;
+        (end.x - here.middle.x).abs() < half.x
+            && (end.y - here.middle.y).abs() < half.y
+            && end.z > here.high[1]
+            && end.z < here.low[0]
+    }
+
+    /// Length from `start` to where a direction comes above a face in this cell (`side` 1) or below it (-1); infinite if it
+    /// does not [mm].
+    #[inline]
+    fn crossing(&self, cell: usize, face: Face, start: DVec3, direction: DVec3, side: f64) -> f64 {
+        let [h, x, y, xy] = self.corners(cell, face);
+        let at = self.within(cell, start);
+        let (du, dv) = (direction.x / self.pitch.x, direction.y / self.pitch.y);
+        let (rise_x, rise_y, twist) = (x - h, y - h, h + xy - x - y);
+        // Height over the face along the direction: a t^2 + b t + c; it rises through 0 where light gets to the other side.
+        let a = side * -twist * du * dv;
+        let b = side * (direction.z - rise_x * du - rise_y * dv - twist * (at.x * dv + at.y * du));
+        let c = side * (start.z - h - rise_x * at.x - rise_y * at.y - twist * at.x * at.y);
+        if c >= 0.0 && b > 0.0 {
+            // On the face, or beyond it by rounding.
+            return 0.0;
+        }
+        let d = b * b - 4.0 * a * c;
+        if d < 0.0 {
+            return f64::INFINITY;
+        }
+        let root = if b > 0.0 { -2.0 * c / (b + d.sqrt()) } else { (d.sqrt() - b) / (2.0 * a) };
+        if root >= 0.0 { root } else { f64::INFINITY }
+    }
+
+    /// The next solid along a direction, but for one: its number and how far it is [mm].
+    #[inline]
+    pub fn solid(&self, position: DVec3, direction: DVec3, but: Option<usize>) -> Option<(usize, f64)> {
+        let mut next = None;
+        let (from, along) = (position.as_vec3(), direction.as_vec3());
+        for (number, solid) in self.solids.iter().enumerate() {
+            let (low, high) = ((solid.bounds[0] - from) / along, (solid.bounds[1] - from) / along);
+            let (near, far) = (low.min(high).max_element(), low.max(high).min_element());
+            if Some(number) == but || near > far || far < 0.0 || next.is_some_and(|(_, best)| f64::from(near) > best) {
+                continue;
+            }
+            // Light that begins on or a little inside a solid it touches enters only if it goes inwards.
+            if let Some([near, far]) = solid.span(from, along)
+                && far > 0.0
+                && (near > 0.0 || solid.normal(from).dot(along) < 0.0)
+            {
+                let near = f64::from(near).max(0.0);
+                if next.is_none_or(|(_, best)| near < best) {
+                    next = Some((number, near));
+                }
+            }
+        }
+        next
+    }
+}
+
+/// Upward normal of a surface.
+pub(super) fn normal(surface: &Surface) -> DVec3 {
+    DVec3::new(-f64::from(surface.slope_x), -f64::from(surface.slope_y), 1.0).normalize()
+}
+
+/// The number of a value in a list without repetitions.
+pub(super) fn number<T: PartialEq>(list: &mut Vec<T>, value: T) -> u16 {
+    let at = list.iter().rposition(|other| *other == value).unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    });
+    u16::try_from(at).unwrap_or(u16::MAX)
 }

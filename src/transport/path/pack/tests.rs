@@ -1,23 +1,22 @@
-//! The judge on packs against the judge of plane layers, against closed forms, and against itself.
+//! Monte Carlo on packs against Monte Carlo in plane layers, against closed forms, and against itself.
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
 use procedural::blister::{Sheet, Solid, solid};
 use procedural::flat::Flat;
 use procedural::{Body, Class, Gloss, Medium, Stream, Surface};
 
-use super::facets::Facets;
-use super::roam::Roam;
-use super::shape::Shape;
-use super::spot::Spot;
+use super::PackGeometry;
+use super::microfacets::Microfacets;
+use super::shape::{PackColumn, PackShape};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::line::{LineResponse, LineSource};
-use crate::transport::path::body::{Books, light};
-use crate::transport::path::film::PIGMENT_G;
+use crate::transport::path::line_response::{EnergyBalance, illuminate_target};
 use crate::transport::path::{Effort, solve};
+use crate::transport::stack::PIGMENT_G;
 use crate::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 
 const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.9, roughness: [0.1, 0.3], matte: 0.0 };
-/// Smoother, so that few facets throw light into the foil: layered judge and this one then differ in what becomes of it.
+/// Smoother, so that few facets throw light into the foil: the layered model and this one then differ in what becomes of it.
 const SMOOTH: Gloss = Gloss { roughness: [0.05, 0.1], ..METAL };
 /// Upper side of the film over the conveyor [mm].
 const TOP: f32 = 20.0;
@@ -38,33 +37,38 @@ fn disc(top: f32, radius: f32, thickness: f32, turn: Mat3, medium: Medium) -> So
 }
 
 /// A card of 60 mm, `sheet` over `foil`, sloping along y.
-fn card(sheet: Sheet, foil: (Surface, Medium), solids: Vec<Solid>) -> Roam {
+fn card(sheet: Sheet, foil: (Surface, Medium), solids: Vec<Solid>) -> PackGeometry {
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let at = |surface: Surface, y: f32| Surface { z: surface.z + surface.slope_y * y, ..surface };
-    let shape = Shape::new(corners, corners, solids, |x, y| {
+    let shape = PackShape::new(corners, corners, solids, |x, y| {
         let sheet = Sheet { surface: at(sheet.surface, y), ..sheet };
-        (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: Some(sheet), foil: (at(foil.0, y), foil.1) })
+        (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil: (at(foil.0, y), foil.1) })
     });
-    Roam::new(shape, Question::default().view)
+    PackGeometry::new(shape, Question::default().view)
 }
 
 /// A level card, film of `thickness` [mm], foil `gap` [mm] below it.
-fn flat(medium: Medium, thickness: f32, gap: Option<f32>, foil: Gloss, solids: Vec<Solid>) -> Roam {
+fn flat(medium: Medium, thickness: f32, gap: Option<f32>, foil: Gloss, solids: Vec<Solid>) -> PackGeometry {
     let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
     let sheet = Sheet { surface: level(TOP), thickness_mm: thickness, sealed: gap.is_none(), medium };
     card(sheet, (level(TOP - thickness - gap.unwrap_or(0.0)), Medium::opaque(foil)), solids)
 }
 
-fn ask(roam: &Roam, (row_mm, rows): (f64, usize), photons: u64, seed: u64) -> (LineResponse, Books) {
+fn ask(
+    geometry: &PackGeometry,
+    (row_mm, rows): (f64, usize),
+    photons: u64,
+    seed: u64,
+) -> (LineResponse, EnergyBalance) {
     // Any body: the ground is given.
     let medium = tablet(0.0, 1.0);
     let body = Body::Flat(Flat { height_mm: 1.0, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium });
     let (x, power) = (&[-20.0, 0.0, 20.0], &[0.0, 1.0, 0.0]);
-    let line = LineSource { body: &body, y: 0.0, line_mm: 0.05, x, power, view: roam.view, row_mm, rows };
-    let (glow, books) = light(&line, Effort { photons, seed }, roam);
-    let sum = books.absorbed.value + books.left.value + books.dropped.value + books.astray.value;
+    let line = LineSource { body: &body, y: 0.0, line_mm: 0.05, x, power, view: geometry.view, row_mm, rows };
+    let (response, balance) = illuminate_target(&line, Effort { photons, seed }, geometry);
+    let sum = balance.absorbed.value + balance.left.value + balance.dropped.value + balance.lost.value;
     assert!((sum - 1.0).abs() < 1e-6, "energy {sum}");
-    (glow, books)
+    (response, balance)
 }
 
 fn layer(thickness: f64, medium: &Medium, g: f64) -> Layer {
@@ -88,8 +92,8 @@ fn entered(answer: &Answer, share: Estimate) -> Estimate {
     Estimate { value: share.value * scale, error: share.error * scale }
 }
 
-/// Level packs are stacks: what leaves, and what the lens sees against the layered judge's count in a cone. 3.6 standard
-/// errors: 14 comparisons, alpha 0.005 together. Light that goes astray along the gap might have left.
+/// Level packs are stacks: what leaves, and what the lens sees against the layered model's count in a cone. 3.6 standard
+/// errors: 14 comparisons, alpha 0.005 together. Light that goes lost along the gap might have left.
 #[test]
 fn level_packs_are_stacks() {
     let (cover, pill) = (film(0.02, 12.0), tablet(0.02, 0.8));
@@ -114,14 +118,14 @@ fn level_packs_are_stacks() {
         ("sealed", flat(cover, 0.2, None, SMOOTH, Vec::new()), vec![slab(&cover)], foil),
         ("sealed tint", flat(tint, 0.2, None, SMOOTH, Vec::new()), vec![slab(&tint)], foil),
     ];
-    for (seed, (name, roam, layers, below)) in cases.into_iter().enumerate() {
+    for (seed, (name, geometry, layers, below)) in cases.into_iter().enumerate() {
         let effort = Effort { photons: 60_000, seed: 20 + seed as u64 };
         let truth = solve(&Stack { above: 1.0, layers, below }, &Question { cells: 0, ..Question::default() }, effort);
-        let (_, books) = ask(&roam, (60.0, 0), 40_000, 40 + seed as u64);
-        let half = 0.5 * books.astray.value;
-        let left = Estimate { value: books.left.value + half, error: books.left.error + half / 3.0 };
+        let (_, balance) = ask(&geometry, (60.0, 0), 40_000, 40 + seed as u64);
+        let half = 0.5 * balance.lost.value;
+        let left = Estimate { value: balance.left.value + half, error: balance.left.error + half / 3.0 };
         agree(&format!("{name}, left"), left, entered(&truth, truth.reflectance), 3.6);
-        agree(&format!("{name}, seen"), books.seen, entered(&truth, truth.cone.unwrap_or_default()), 3.6);
+        agree(&format!("{name}, seen"), balance.seen, entered(&truth, truth.cone.unwrap_or_default()), 3.6);
     }
 }
 
@@ -131,19 +135,19 @@ fn level_packs_are_stacks() {
 fn the_line_spread_is_that_of_the_stack() {
     let (cover, pill, rows) = (film(0.02, 20.0), tablet(0.05, 1.0), 8);
     let solids = vec![disc(TOP - 0.2, 25.0, 15.0, Mat3::IDENTITY, pill)];
-    let mut roam = flat(cover, 0.2, Some(16.0), METAL, solids);
+    let mut geometry = flat(cover, 0.2, Some(16.0), METAL, solids);
     // Seen from beside the line: from before it, light leaves nearer to the lens than where it was turned.
-    let view = DVec3::new(roam.view.y, 0.0, roam.view.z);
-    roam = Roam::new(roam.shape, view);
-    let (glow, _) = ask(&roam, (0.1, rows), 80_000, 3);
+    let view = DVec3::new(geometry.view.y, 0.0, geometry.view.z);
+    geometry = PackGeometry::new(geometry.shape, view);
+    let (response, _) = ask(&geometry, (0.1, rows), 80_000, 3);
     let layers = vec![layer(0.2, &cover, PIGMENT_G), Layer::air(1e-9), layer(f64::INFINITY, &pill, 0.0)];
     let question = Question { cells: 0, row_mm: 0.1, rows, ..Question::default() };
     let stack = Stack { above: 1.0, layers, below: Substrate::Index(1.0) };
     let truth = solve(&stack, &question, Effort { photons: 80_000, seed: 4 });
     let got = |row: usize| {
         let cells = 3 * row..3 * row + 3;
-        let value = glow.light[cells.clone()].iter().map(|&v| f64::from(v)).sum();
-        Estimate { value, error: glow.error[cells].iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt() }
+        let value = response.light[cells.clone()].iter().map(|&v| f64::from(v)).sum();
+        Estimate { value, error: response.error[cells].iter().map(|&v| f64::from(v).powi(2)).sum::<f64>().sqrt() }
     };
     let pair = |a: Estimate, b: Estimate| Estimate { value: a.value + b.value, error: a.error.hypot(b.error) };
     let ours: Vec<Estimate> = (1..=rows).map(|d| pair(got(rows - d), got(rows + d))).collect();
@@ -165,17 +169,17 @@ fn a_bare_tilted_tablet_is_a_half_space_lit_aslant() {
     let turn = Mat3::from_rotation_x(tilt as f32);
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let black = (Surface { z: 0.0, slope_x: 0.0, slope_y: 0.0 }, Medium::opaque(Gloss::NONE));
-    let shape = Shape::new(corners, corners, vec![disc(20.0, 14.0, 9.0, turn, pill)], |_, _| {
-        Some(Spot { sheet: None, foil: black })
+    let shape = PackShape::new(corners, corners, vec![disc(20.0, 14.0, 9.0, turn, pill)], |_, _| {
+        Some(PackColumn { sheet: None, foil: black })
     });
-    let roam = Roam::new(shape, Question::default().view);
-    let (_, books) = ask(&roam, (60.0, 0), 60_000, 5);
+    let geometry = PackGeometry::new(shape, Question::default().view);
+    let (_, balance) = ask(&geometry, (60.0, 0), 60_000, 5);
     let [along, up] = [turn.y_axis, turn.z_axis].map(|axis| axis.as_dvec3());
     let question = Question {
         incidence: Some(tilt),
         // Light goes towards -z, which is towards -y of the tilted surface.
         incidence_azimuth: -std::f64::consts::FRAC_PI_2,
-        view: DVec3::new(0.0, roam.view.dot(along), roam.view.dot(up)),
+        view: DVec3::new(0.0, geometry.view.dot(along), geometry.view.dot(up)),
         cells: 0,
         ..Question::default()
     };
@@ -183,11 +187,14 @@ fn a_bare_tilted_tablet_is_a_half_space_lit_aslant() {
     let stack = Stack { above: 1.0, layers, below: Substrate::Index(1.0) };
     let truth = solve(&stack, &question, Effort { photons: 60_000, seed: 6 });
     // The coat takes its share of what enters, which the stack counts as having come.
-    agree("seen", books.seen, scaled(entered(&truth, truth.towards_lens.unwrap_or_default()), pill), 3.3);
+    agree("seen", balance.seen, scaled(entered(&truth, truth.towards_lens.unwrap_or_default()), pill), 3.3);
     // What leaves downwards ends at the black foil, with what the tablet absorbs.
     let out = entered(&truth, truth.reflectance);
     let bound = scaled(out, pill).value;
-    assert!(books.left.value < bound + 3.0 * books.left.error && books.left.value > 0.9 * bound, "{books:?}, {bound}");
+    assert!(
+        balance.left.value < bound + 3.0 * balance.left.error && balance.left.value > 0.9 * bound,
+        "{balance:?}, {bound}"
+    );
 }
 
 /// The coat that light has passed where it enters bare.
@@ -202,16 +209,18 @@ fn sloping_sealed_film_is_a_stack_lit_aslant() {
     let (cover, slope) = (film(0.05, 8.0), 0.35f32);
     let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: slope };
     let sheet = Sheet { surface: level(TOP), thickness_mm: 0.25, sealed: true, medium: cover };
-    let roam = card(sheet, (level(TOP - 0.4), Medium::opaque(SMOOTH)), Vec::new());
-    let (_, books) = ask(&roam, (60.0, 0), 60_000, 7);
+    let geometry = card(sheet, (level(TOP - 0.4), Medium::opaque(SMOOTH)), Vec::new());
+    let (_, balance) = ask(&geometry, (60.0, 0), 60_000, 7);
     let foil = Substrate::Foil(Foil { reflectance: 0.9, roughness: [0.05, 0.1] });
     let stack = Stack { above: 1.0, layers: vec![layer(0.25, &cover, PIGMENT_G)], below: foil };
     let incidence = Some(libm::atan(f64::from(slope)));
     let question =
         Question { incidence, incidence_azimuth: -std::f64::consts::FRAC_PI_2, cells: 0, ..Question::default() };
     let truth = solve(&stack, &question, Effort { photons: 60_000, seed: 8 });
-    let out =
-        Estimate { value: books.left.value + books.dropped.value, error: books.left.error.max(books.absorbed.error) };
+    let out = Estimate {
+        value: balance.left.value + balance.dropped.value,
+        error: balance.left.error.max(balance.absorbed.error),
+    };
     agree("out", out, entered(&truth, truth.reflectance), 3.3);
 }
 
@@ -222,25 +231,25 @@ fn nothing_is_lost_in_a_white_pack() {
     let metal = Medium::opaque(Gloss { reflectance: 1.0, ..METAL });
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let turn = Mat3::from_rotation_y(0.1);
-    let shape = Shape::new(corners, corners, vec![disc(TOP - 1.0, 4.0, 3.0, turn, pill)], |x, y| {
+    let shape = PackShape::new(corners, corners, vec![disc(TOP - 1.0, 4.0, 3.0, turn, pill)], |x, y| {
         let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
         let sealed = x.hypot(y) > 6.0;
         let sheet = Sheet { surface: level(TOP), thickness_mm: 0.2, sealed, medium: cover };
         let foil = (level(if sealed { TOP - 0.2 } else { TOP - 6.0 }), metal);
-        (x.abs() < 30.0 && y.abs() < 30.0).then_some(Spot { sheet: Some(sheet), foil })
+        (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil })
     });
-    let (_, books) = ask(&Roam::new(shape, Question::default().view), (60.0, 0), 10_000, 9);
-    assert!(books.absorbed.value.abs() < 1e-12 && books.left.value > 0.999, "{books:?}");
+    let (_, balance) = ask(&PackGeometry::new(shape, Question::default().view), (60.0, 0), 10_000, 9);
+    assert!(balance.absorbed.value.abs() < 1e-12 && balance.left.value > 0.999, "{balance:?}");
 }
 
 /// The same bits for any number of threads.
 #[test]
 fn threads_do_not_matter() {
     let solids = || vec![disc(TOP - 0.5, 5.0, 3.0, Mat3::from_rotation_y(0.05), tablet(0.01, 0.9))];
-    let roam = flat(film(0.02, 12.0), 0.2, Some(4.0), METAL, solids());
+    let geometry = flat(film(0.02, 12.0), 0.2, Some(4.0), METAL, solids());
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| ask(&roam, (0.1, 10), 2_000, 10))
+        pool.install(|| ask(&geometry, (0.1, 10), 2_000, 10))
     };
     let one = run(1);
     assert!(one.1.seen.value > 0.3);
@@ -248,12 +257,12 @@ fn threads_do_not_matter() {
     assert_eq!(one, run(3));
 }
 
-/// Facets throw their share back under every angle, and their density is that of their samples.
+/// Microfacets throw their share back under every angle, and their density is that of their samples.
 #[test]
 fn facets_keep_their_share() {
     let mut rng = Stream::root(1).child("facets").rng();
-    let facets = Facets::new(&METAL, DVec3::new(0.2, -0.1, 1.0).normalize());
-    for way in [DVec3::NEG_Z, DVec3::new(0.7, 0.2, -0.6).normalize(), DVec3::new(0.1, 0.95, -0.25).normalize()] {
+    let facets = Microfacets::new(&METAL, DVec3::new(0.2, -0.1, 1.0).normalize());
+    for direction in [DVec3::NEG_Z, DVec3::new(0.7, 0.2, -0.6).normalize(), DVec3::new(0.1, 0.95, -0.25).normalize()] {
         let (steps, mut sum, mut mean) = (1000, 0.0, DVec3::ZERO);
         for i in 0..steps {
             let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
@@ -261,12 +270,12 @@ fn facets_keep_their_share() {
                 let (sin, cos) = libm::sincos((f64::from(j) + 0.5) / f64::from(steps) * std::f64::consts::TAU);
                 let flat = (1.0 - z * z).sqrt();
                 let view = DVec3::new(flat * cos, flat * sin, z);
-                let share = facets.density(way, view) * 4.0 * std::f64::consts::PI / f64::from(steps * steps);
+                let share = facets.density(direction, view) * 4.0 * std::f64::consts::PI / f64::from(steps * steps);
                 (sum, mean) = (sum + share, mean + view * share);
             }
         }
         assert!((sum - 1.0).abs() < 2e-3, "all directions {sum}");
-        let drawn = (0..100_000).map(|_| facets.sample(way, &mut rng)).sum::<DVec3>() / 1e5;
+        let drawn = (0..100_000).map(|_| facets.sample(direction, &mut rng)).sum::<DVec3>() / 1e5;
         // Each part of a unit vector varies by at most 1.
         assert!((drawn - mean).length() < 3.0 * 3f64.sqrt() / 1e5f64.sqrt(), "{drawn} against {mean}");
     }

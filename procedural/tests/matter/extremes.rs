@@ -1,0 +1,48 @@
+//! Anything that the ranges of the recipe allow gives a sane board.
+
+use crate::boards::grow;
+use procedural::wood::parameters::Wood;
+use procedural::{Class, Stream};
+use rand::RngExt;
+
+/// Boards whose parameters are drawn evenly over their whole ranges.
+const BOARDS: u64 = 150;
+
+#[test]
+fn every_draw_gives_finite_matter_and_a_fitting_label() {
+    for seed in 0..BOARDS {
+        let mut rng = Stream::root(seed).child("extremes").rng();
+        // A third at each end, a third between: corners of the box are where things break.
+        let wood = Wood::from_values(&mut |p| match rng.random_range(0..3) {
+            0 => p.min,
+            1 => p.max,
+            _ if p.integer => (p.min + (p.max - p.min) * rng.random::<f64>()).round(),
+            _ => p.min + (p.max - p.min) * rng.random::<f64>(),
+        });
+        let plank = grow(seed, &wood);
+        let knots = wood.knots.sound_count + wood.knots.dead_count;
+        let rot = wood.rot.reach_mm > 0.0 && wood.rot.severity > 0.0;
+        assert_eq!(plank.instances().len(), knots as usize + usize::from(rot));
+        let (low, high) = plank.bounds();
+        assert!(low.is_finite() && high.is_finite() && low.cmplt(high).all());
+        assert!(plank.hull().positions.iter().all(|p| p.is_finite()));
+        for _ in 0..300 {
+            let share: [f32; 3] = std::array::from_fn(|_| rng.random());
+            let (x, y) = (low.x + share[0] * (high.x - low.x), low.y + share[1] * (high.y - low.y));
+            let slice = plank.slice(y);
+            let Some(surface) = slice.surface(x) else { continue };
+            assert!(
+                (surface.z + surface.slope_x + surface.slope_y).is_finite(),
+                "seed {seed}: {surface:?} in {wood:?}"
+            );
+            let matter = slice.matter(x, surface.z * share[2]);
+            let m = matter.medium;
+            let sane =
+                m.mu_a > 0.0 && m.sigma_i > 0.0 && m.k >= 0.0 && (1.0..=1.6).contains(&m.n_eff) && m.gloss.share >= 0.0;
+            assert!(sane && (m.mu_a + m.sigma_i + m.k + m.n_eff).is_finite(), "seed {seed}: {matter:?} in {wood:?}");
+            assert!((m.fibre.length() - 1.0).abs() < 1.0e-4, "seed {seed}: {matter:?} in {wood:?}");
+            let instance = plank.instances().iter().find(|i| i.id == matter.instance);
+            assert_eq!(instance.map_or(Class::Clear, |i| i.class), matter.class, "seed {seed}");
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Boards, packs and solid pieces from outside.
+
+mod blister;
+mod blister_truth;
+mod board;
+mod boards;
+mod extremes;
+mod knots;
+mod solid;

@@ -1,0 +1,286 @@
+//! iCon file layout: the planes of a file in order, read from XML and written to XML.
+
+use super::traits::Traits;
+use super::xml::{XmlFault, XmlNode};
+use super::{Light, Range, Scan, Scatter};
+
+/// Type of a plane's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NumberType {
+    Byte,
+    Word,
+    Int,
+    Float,
+}
+
+impl NumberType {
+    const ALL: [Self; 4] = [Self::Byte, Self::Word, Self::Int, Self::Float];
+
+    /// Value type in XML.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Byte => "BYTE",
+            Self::Word => "WORD",
+            Self::Int => "INT",
+            Self::Float => "FLOAT",
+        }
+    }
+
+    /// Bytes of one number.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Byte => 1,
+            Self::Word => 2,
+            Self::Int | Self::Float => 4,
+        }
+    }
+}
+
+/// What a plane holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PlaneContent {
+    Range,
+    Intensity,
+    Reflectance,
+    Scatter,
+    Mark,
+    Image,
+    /// Something that is stepped over.
+    Other,
+}
+
+impl PlaneContent {
+    const NAMES: [(Self, &'static str); 7] = [
+        (Self::Range, "Range"),
+        (Self::Range, "Range R"),
+        (Self::Intensity, "Intensity"),
+        (Self::Reflectance, "Reflectance"),
+        (Self::Scatter, "Scatter"),
+        (Self::Mark, "Mark"),
+        (Self::Image, "Image"),
+    ];
+
+    fn named(name: &str) -> Self {
+        Self::NAMES
+            .into_iter()
+            .find(|(_, known)| known.eq_ignore_ascii_case(name))
+            .map_or(Self::Other, |(part, _)| part)
+    }
+
+    fn name(self) -> &'static str {
+        Self::NAMES.into_iter().find(|(part, _)| *part == self).map_or("", |(_, name)| name)
+    }
+
+    /// The kinds that it may have.
+    fn kinds(self) -> &'static [NumberType] {
+        match self {
+            Self::Range => &[NumberType::Word, NumberType::Float],
+            Self::Scatter => &[NumberType::Byte, NumberType::Word],
+            Self::Intensity | Self::Reflectance | Self::Image => &[NumberType::Byte],
+            Self::Mark => &[NumberType::Int],
+            Self::Other => &[NumberType::Byte, NumberType::Word, NumberType::Int, NumberType::Float],
+        }
+    }
+}
+
+/// One subcomponent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Plane {
+    pub part: PlaneContent,
+    pub kind: NumberType,
+    /// Numbers in a row.
+    pub width: usize,
+    /// Bytes of one row of all planes before it.
+    pub before: usize,
+}
+
+impl Plane {
+    /// Bytes of one of its rows.
+    pub fn line(&self) -> usize {
+        self.width * self.kind.bytes()
+    }
+}
+
+/// A component that can be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Component {
+    Scan(Traits),
+    SensorImage {
+        rows: usize,
+        /// Where the region begins on the sensor: column, row [px].
+        offset: [u32; 2],
+        plane: Plane,
+    },
+}
+
+/// Everything that the XML says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FileLayout {
+    pub subject: Component,
+    /// Planes of the component that is read, in order.
+    pub planes: Vec<Plane>,
+    /// Bytes of one row of all planes of all components.
+    pub line: usize,
+    /// Whether all rows of a plane lie together (layout SUBCOMPONENT), not all planes of a row (SCAN).
+    pub planar: bool,
+}
+
+impl FileLayout {
+    /// The layout of a scan.
+    pub fn of(scan: &Scan) -> Self {
+        let mut list = vec![match &scan.range {
+            Range::Steps(_) => (PlaneContent::Range, NumberType::Word, scan.width),
+            Range::World(_) => (PlaneContent::Range, NumberType::Float, scan.width),
+        }];
+        list.extend(scan.light.as_ref().map(|light| match light {
+            Light::Intensity(_) => (PlaneContent::Intensity, NumberType::Byte, scan.width),
+            Light::Reflectance(_) => (PlaneContent::Reflectance, NumberType::Byte, scan.width),
+        }));
+        list.extend(scan.scatter.as_ref().map(|scatter| match scatter {
+            Scatter::Byte(_) => (PlaneContent::Scatter, NumberType::Byte, scan.width),
+            Scatter::Word(_) => (PlaneContent::Scatter, NumberType::Word, scan.width),
+        }));
+        list.extend(scan.marks.as_ref().map(|_| (PlaneContent::Mark, NumberType::Int, 5)));
+        let mut line = 0;
+        let mut planes = Vec::new();
+        for (part, kind, width) in list {
+            planes.push(Plane { part, kind, width, before: line });
+            line += width * kind.bytes();
+        }
+        Self { subject: Component::Scan(scan.traits), planes, line, planar: true }
+    }
+
+    /// The layout of a sensor image.
+    pub fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
+        let plane = Plane { part: PlaneContent::Image, kind: NumberType::Byte, width: cols, before: 0 };
+        Self { subject: Component::SensorImage { rows, offset, plane }, planes: vec![plane], line: cols, planar: false }
+    }
+
+    /// Columns: planes of pixels all have as many.
+    pub fn width(&self) -> usize {
+        let wide = |plane: &&Plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image);
+        self.planes.iter().find(wide).map_or(0, |plane| plane.width)
+    }
+
+    /// As XML.
+    pub fn write(&self) -> String {
+        let parameter = |name: &str, count: usize| XmlNode::parameter(name, &count.to_string());
+        let layout = XmlNode::parameter("layout", if self.planar { "SUBCOMPONENT" } else { "SCAN" });
+        let words = self.planes.iter().any(|plane| plane.part == PlaneContent::Range && plane.kind == NumberType::Word);
+        let (root, size, height, mut inner, component) = match &self.subject {
+            Component::Scan(traits) => {
+                let component = [("valuetype", "Hi3D"), ("name", "Ranger3Range")];
+                ([("valuetype", ""), ("name", "")], self.line, 1, traits.nodes(self.width(), words), component)
+            }
+            Component::SensorImage { rows, offset, .. } => {
+                let traits = vec![
+                    parameter("size x", self.width()),
+                    parameter("size y", *rows),
+                    parameter("offset x", offset[0] as usize),
+                    parameter("offset y", offset[1] as usize),
+                ];
+                let component = [("valuetype", "image"), ("name", "Ranger3Image")];
+                let root = [("valuetype", "IMAGE"), ("name", "IMAGE")];
+                (root, self.line * rows, *rows, vec![XmlNode::new("imagetraits", &[], traits)], component)
+            }
+        };
+        inner.extend(self.planes.iter().map(|plane| {
+            let attributes = [("valuetype", plane.kind.name()), ("name", plane.part.name())];
+            let children = vec![parameter("size", plane.line()), parameter("width", plane.width)];
+            XmlNode::new("subcomponent", &attributes, children)
+        }));
+        let mut children = vec![parameter("size", self.line), parameter("height", height)];
+        children.append(&mut inner);
+        let component = XmlNode::new("component", &component, children);
+        let children = vec![parameter("size", size), XmlNode::parameter("version", "1"), layout, component];
+        XmlNode::new("icon_data_format", &root, children).write()
+    }
+
+    /// From the root element.
+    pub fn read(root: &XmlNode) -> Result<Self, XmlFault> {
+        if root.name != "icon_data_format" {
+            return Err(root.fault(format!("its root is <{}>, not <icon_data_format>", root.name)));
+        }
+        let version = root.get("version")?;
+        if version.text != "1" {
+            return Err(version.fault(format!("its version is '{}', and only 1 is known", version.text)));
+        }
+        let layout = root.get("layout")?;
+        let planar = match layout.text.as_str() {
+            "SUBCOMPONENT" => true,
+            "SCAN" => false,
+            other => return Err(layout.fault(format!("its layout is '{other}', neither SUBCOMPONENT nor SCAN"))),
+        };
+        let mut line = 0;
+        let mut found: Option<(&XmlNode, Vec<Plane>)> = None;
+        for component in root.children.iter().filter(|child| child.name == "component") {
+            let planes = planes(component, &mut line)?;
+            let holds = planes.iter().any(|plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image));
+            if holds && found.is_none() {
+                found = Some((component, planes));
+            }
+        }
+        let none = || root.fault("no component has a subcomponent 'Range' or 'Image'".into());
+        let (component, planes) = found.ok_or_else(none)?;
+        let image = planes.iter().find(|plane| plane.part == PlaneContent::Image);
+        let subject = match image {
+            Some(plane) => image_subject(component, *plane)?,
+            None => {
+                let size = root.get("size")?;
+                if size.count()? != line {
+                    let what = format!("it says {} bytes a row, but its subcomponents take {line}", size.text);
+                    return Err(size.fault(what));
+                }
+                let width =
+                    planes.iter().find(|plane| plane.part == PlaneContent::Range).map_or(0, |plane| plane.width);
+                Component::Scan(Traits::read(component, width)?)
+            }
+        };
+        Ok(Self { subject, planes, line, planar })
+    }
+}
+
+fn image_subject(component: &XmlNode, plane: Plane) -> Result<Component, XmlFault> {
+    let rows = component.get("height")?.count()?;
+    let traits = component.child("imagetraits");
+    let offset = |name| {
+        let Some(node) = traits.and_then(|traits| traits.find(name)) else { return Ok(0) };
+        u32::try_from(node.count()?).map_err(|_| node.fault(format!("'{name}' is beyond any sensor")))
+    };
+    Ok(Component::SensorImage { rows, offset: [offset("offset x")?, offset("offset y")?], plane })
+}
+
+/// The subcomponents of a component; `line` grows by their bytes.
+fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault> {
+    let mut planes: Vec<Plane> = Vec::new();
+    for node in component.children.iter().filter(|child| child.name == "subcomponent") {
+        let (name, kind) = (node.attribute("name"), node.attribute("valuetype"));
+        let part = PlaneContent::named(name);
+        let known = NumberType::ALL.into_iter().find(|known| known.name() == kind);
+        let kind = known.ok_or_else(|| node.fault(format!("'{name}' is {kind}, not BYTE, WORD, INT or FLOAT")))?;
+        if !part.kinds().contains(&kind) {
+            return Err(node.fault(format!("'{name}' is {}, which it never is", kind.name())));
+        }
+        let (size, width) = (node.get("size")?.count()?, node.get("width")?.count()?);
+        if width == 0 || width.checked_mul(kind.bytes()) != Some(size) {
+            return Err(node.fault(format!("'{name}' has {width} numbers of {} bytes in {size} bytes", kind.bytes())));
+        }
+        if part == PlaneContent::Mark && !matches!(width, 2 | 5) {
+            return Err(node.fault(format!("'{name}' has {width} numbers, neither 2 nor 5")));
+        }
+        if part != PlaneContent::Other && planes.iter().any(|plane| plane.part == part) {
+            return Err(node.fault(format!("'{name}' is there twice")));
+        }
+        planes.push(Plane { part, kind, width, before: *line });
+        *line = line.checked_add(size).ok_or_else(|| node.fault("its rows are beyond any memory".into()))?;
+    }
+    let wide = planes.iter().find(|plane| matches!(plane.part, PlaneContent::Range | PlaneContent::Image));
+    let mut pixels = planes.iter().filter(|plane| !matches!(plane.part, PlaneContent::Mark | PlaneContent::Other));
+    if let Some(wide) = wide
+        && let Some(other) = pixels.find(|other| other.width != wide.width)
+    {
+        let (name, second) = (wide.part.name(), other.part.name());
+        return Err(component.fault(format!("{name} is {} wide, {second} is {}", wide.width, other.width)));
+    }
+    Ok(planes)
+}

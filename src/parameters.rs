@@ -1,0 +1,214 @@
+//! The numbers of the bench: scan, laser, camera, exposure, noise and speckle.
+//!
+//! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in docs/instrument.md.
+
+use procedural::parameters;
+
+use crate::settings::Optics;
+
+parameters! {
+    /// Movement of the object under the laser.
+    motion: MotionParameters {
+        /// Distance between two profiles.
+        step_mm: 0.001, 5.0, 0.068, "[T]";
+        /// Profiles a second while the object moves on; 0: it stands still while it is exposed.
+        line_rate_hz: 0.0, 100000.0, 0.0, "free; 0 leaves motion blur out";
+        /// Diffuse reflectance of the conveyor.
+        conveyor_reflectance: 0.0, 1.0, 0.04, "[M] black rubber";
+        /// Standard deviation of a profile's place, each on its own; cut at 0.45 of the smallest step, so that profiles
+        /// stay in order.
+        encoder_jitter_um: 0.0, 1000.0, 0.0, "[M] off; 0.5 to 5 with an encoder";
+        /// Amplitude of an error of the place that comes again and again: an eccentric wheel.
+        wow_um: 0.0, 5000.0, 0.0, "[M] off; 10 to 100 with a wheel";
+        /// Way after which it comes again: the wheel's circumference. Needs `wow_um`.
+        wow_period_mm: 0.1, 10000.0, 200.0, "[M]";
+        /// For `kind: turntable`: distance from the axis at which profiles are `step_mm` apart.
+        turn_radius_mm: 0.1, 5000.0, 50.0, "free";
+        /// For `kind: turntable`: where along the line the axis stands.
+        turn_axis_x_mm: -500.0, 500.0, 0.0, "free";
+        /// For `kind: turntable`: the part of the object that stands on the axis, along the scan.
+        turn_axis_y_mm: -5000.0, 5000.0, 0.0, "free";
+    }
+}
+
+parameters! {
+    /// The laser line, straight down along the plane y = 0.
+    laser: LaserParameters {
+        /// Wavelength in vacuum.
+        wavelength_nm: 400.0, 1100.0, 660.0, "[T]";
+        /// Optical power of the whole line.
+        power_mw: 0.01, 5000.0, 50.0, "[M] 5 to 150";
+        /// Half width at 1/e^2 in the waist, across the line.
+        waist_mm: 0.005, 2.0, 0.1, "[V]";
+        /// Height of the waist over the conveyor.
+        waist_height_mm: -500.0, 500.0, 20.0, "[M]";
+        /// Beam quality M^2.
+        m_squared: 1.0, 50.0, 1.3, "[V] from 200 um over 70 mm";
+        /// Height of the point that the fan comes from over the conveyor.
+        fan_height_mm: 20.0, 5000.0, 400.0, "[M] 200 to 600";
+        /// Full angle of the fan: its ends behind a Powell lens, 1/e^2 behind a cylindrical one.
+        fan_angle_deg: 1.0, 120.0, 45.0, "[M] 20 to 75";
+        /// Half width of the ramps at the ends of a Powell lens's fan, over half the fan.
+        fan_soft_ends: 0.001, 0.5, 0.02, "[M] 0.02 to 0.05";
+        /// Greatest departure from an even line: 3 to 5 sinusoids along the fan.
+        fan_ripple: 0.0, 0.5, 0.0, "[V] 0.05 to 0.2";
+        /// Spectral width at half maximum.
+        linewidth_nm: 0.001, 20.0, 0.8, "[M] 0.3 to 1.0";
+        /// Width of a slit's line at the conveyor.
+        line_width_mm: 0.02, 3.0, 0.3, "[T] a slit; width free";
+        /// Extent of a texture along the line, at the conveyor.
+        texture_length_mm: 1.0, 5000.0, 300.0, "free";
+        /// Extent of a texture across the line, at the conveyor.
+        texture_width_mm: 0.05, 4.0, 0.61, "0.01 a pixel of the thesis' line, as wide as the default waist then";
+        /// Where a point laser stands along the line in the first profile, at the conveyor.
+        point_x_mm: -2000.0, 2000.0, 0.0, "free";
+        /// How far a point laser goes on from profile to profile.
+        point_step_mm: -100.0, 100.0, 0.0924, "[C] a column";
+        /// Length of line about its first place that a point laser goes round in.
+        point_span_mm: 0.01, 4000.0, 100.0, "free";
+        /// Distance along the motion of a second line, parallel to the first; 0 for none.
+        second_line_mm: -20.0, 20.0, 0.0, "off";
+        /// Share of the power in the second line.
+        second_line_share: 0.0, 0.9, 0.5, "[M]";
+        /// Bow of the line at both ends of the fan, at the conveyor (smile, quadratic); unknown to the calibration.
+        smile_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50";
+        /// The same with unlike signs at the two ends (cubic).
+        smile_cubic_um: -1000.0, 1000.0, 0.0, "[M] 0 to 50";
+        /// Share of the power in lines beside the line.
+        lobe_share: 0.0, 0.5, 0.0, "[M] 0.001 to 0.02";
+        /// Pairs of them, each further pair with 1, 1/4, 1/9 of the first one's light.
+        lobe_pairs: 1.0, 3.0, 1.0, "[M]", count;
+        /// Distance of the first pair from the line, in half widths w of the line.
+        lobe_distance: 1.0, 8.0, 2.5, "[M] 1.5 to 4";
+        /// Share of the power in a wide halo around the line.
+        skirt_share: 0.0, 0.5, 0.0, "[M] 0.005 to 0.03";
+        /// Full width of the halo at half its height, in half widths w of the line.
+        skirt_width: 1.0, 40.0, 10.0, "[M] 5 to 20";
+        /// Standard deviation of the line's width along itself, over its width.
+        width_jitter: 0.0, 0.3, 0.0, "[M] 0.05";
+        /// Correlation length of that, at the conveyor.
+        width_jitter_mm: 0.1, 500.0, 4.0, "[M] 1 to 10";
+        /// Single fibres that guide light out of the line, on wood, at any moment.
+        streaks_per_mm: 0.0, 50.0, 0.0, "[M] 0.5 to 2";
+        /// Their width.
+        streak_width_um: 5.0, 200.0, 40.0, "[M] 30 to 50, a tracheid";
+        /// Mean length on either side of the line, an exponential law.
+        streak_length_mm: 0.02, 5.0, 0.4, "[M]";
+        /// Their mean irradiance over the peak of the line.
+        streak_share: 0.0, 0.5, 0.03, "[M] 0.01 to 0.05";
+        /// Facets of metal that mirror light into the lens, at any moment.
+        glints_per_mm: 0.0, 50.0, 0.0, "[M]";
+        /// Mean light of such a facet over that of the metal around it in a column, an exponential law.
+        glint_gain: 0.0, 1000.0, 4.0, "[M]";
+        /// Mean length of a facet along the motion, an exponential law.
+        glint_length_mm: 0.01, 5.0, 0.15, "[M] two passes of a cutter";
+    }
+}
+
+parameters! {
+    /// The camera, tilted against the laser plane, and its lens.
+    camera: CameraParameters {
+        /// From the lens to the origin.
+        distance_mm: 50.0, 5000.0, 410.0, "[T]";
+        /// Between the optical axis and the laser plane.
+        tilt_deg: 5.0, 75.0, 25.0, "[T]";
+        /// Focal length.
+        focal_length_mm: 4.0, 200.0, 25.0, "[T]";
+        /// f-number.
+        f_number: 1.0, 32.0, 2.8, "[T]";
+        /// Tilt of the sensor about the line's direction, where `scheimpflug` is `given`.
+        sensor_tilt_deg: -30.0, 30.0, 0.0, "[T] no adapter in the simulation";
+        /// Distance along the axis at which the lens is sharp, where `scheimpflug` is `given`; 1e9 is infinity.
+        focus_distance_mm: 20.0, 1e9, 410.0, "the bench; [T] infinity in the simulation";
+        /// Radial distortion of second order (Brown and Conrady) of normalised directions.
+        distortion_k1: -0.5, 0.5, 0.0, "[M] -0.1 to 0 for 25 mm lenses";
+        /// Radial distortion of fourth order.
+        distortion_k2: -1.0, 1.0, 0.0, "[M] 0 to 0.1";
+        /// Radial distortion of sixth order.
+        distortion_k3: -2.0, 2.0, 0.0, "[M]";
+        /// Tangential distortion, most of it along the rows' order.
+        distortion_p1: -0.02, 0.02, 0.0, "[M] 0.0005";
+        /// Tangential distortion, most of it along the line.
+        distortion_p2: -0.02, 0.02, 0.0, "[M] 0.0005";
+        /// Pitch of the pixels.
+        pixel_um: 1.0, 30.0, 6.0, "[T]";
+        /// Standard deviation of the lens's point spread on the sensor by aberrations.
+        blur_um: 0.0, 30.0, 2.5, "[M] 1.5 to 6";
+        /// Share of a pixel's charge that each of its four neighbours collects.
+        crosstalk: 0.0, 0.1, 0.0, "[M] 0.01 to 0.02";
+        /// Transmission of lens and band-pass filter, in the filter's middle.
+        transmission: 0.01, 1.0, 0.75, "[M]";
+        /// Share of light that the lens's mounts take half a sensor's width away from the axis, rising with the square.
+        vignetting: 0.0, 0.95, 0.0, "[M] 0 to 0.3, beyond the cosines of geometry";
+        /// Middle of the band that the filter passes at right angles, where `filter` is `band_pass`.
+        filter_centre_nm: 350.0, 1200.0, 660.0, "[T]";
+        /// Full width of that band at half of its height.
+        filter_width_nm: 2.0, 300.0, 30.0, "[T] 660 +- 15";
+        /// Spectral irradiance of the object by lamps and windows, the same from all sides.
+        ambient_w_per_m2_nm: 0.0, 3.0, 0.0, "[M] 0.005 in a lit hall, 1.3 in sunlight; 0 under a hood";
+    }
+}
+
+parameters! {
+    /// From light to digital numbers (EMVA 1288). DN count on the scale of 8 bits (0 to 255) whatever `bits` is.
+    exposure: ExposureParameters {
+        /// Exposure time.
+        time_us: 0.1, 100000.0, 40.0, "[C] 10 to 400";
+        /// Electrons per photon.
+        quantum_efficiency: 0.01, 1.0, 0.55, "[M] 0.45 to 0.65";
+        /// Electrons at which a pixel is full; it reads the greatest number then.
+        full_well_e: 500.0, 1000000.0, 25000.0, "[M] 10000 to 40000";
+        /// Mean digital number without light.
+        dark_level_dn: 0.0, 128.0, 11.6, "[T]";
+        /// Standard deviation of a dark pixel, everything included but for dark current.
+        dark_noise_dn: 0.3, 30.0, 1.09, "[T]";
+        /// Part of that which is common to a row and changes with each exposure.
+        row_noise_dn: 0.0, 10.0, 0.3, "[M]";
+        /// Part of that which is common to a row and stays.
+        row_pattern_dn: 0.0, 10.0, 0.2, "[M]";
+        /// Part of that which is common to a column and stays.
+        column_pattern_dn: 0.0, 10.0, 0.0, "[M] 0.1; off";
+        /// Part of that by which pixels differ without light (DSNU).
+        dsnu_dn: 0.0, 10.0, 0.0, "[M] 0.25; off";
+        /// Standard deviation of the pixels' response to light (PRNU).
+        prnu: 0.0, 0.2, 0.0, "[M] 0.005 to 0.02; off";
+        /// Electrons that gather in a pixel without light.
+        dark_current_e_per_s: 0.0, 1e6, 50.0, "[M]";
+        /// Share of the charge above the full well that flows to the neighbours along the column.
+        blooming: 0.0, 1.0, 0.0, "[M] none, as in a global shutter with a drain";
+        /// Share of the pixels that are dead or always full, one half each.
+        defect_share: 0.0, 0.01, 0.0, "[M] 1e-5; off";
+        /// Scale of the photon noise: 1 as nature has it, 0 to switch it off.
+        shot_noise: 0.0, 1.0, 1.0, "Poisson";
+    }
+}
+
+parameters! {
+    /// Speckle, anchored to the object.
+    speckle: SpeckleParameters {
+        /// Scale of the contrast: 1 as physics has it, 0 to switch it off.
+        strength: 0.0, 1.0, 1.0, "Goodman";
+        /// Independent patterns in light reflected by the surface: 1 polarised, 2 depolarised. The law is that of the
+        /// largest of 1, 2 and 4 patterns below it.
+        surface_patterns: 1.0, 64.0, 1.0, "[C]", count;
+        /// Extra independent patterns in light from below the surface, on top of path spread and depolarisation.
+        volume_patterns: 1.0, 64.0, 2.0, "[C]", count;
+    }
+}
+
+/// The whole bench of one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bench {
+    /// Movement.
+    pub motion: MotionParameters,
+    /// Laser.
+    pub laser: LaserParameters,
+    /// Camera.
+    pub camera: CameraParameters,
+    /// Exposure.
+    pub exposure: ExposureParameters,
+    /// Speckle.
+    pub speckle: SpeckleParameters,
+    /// What of the camera is the same for all samples.
+    pub optics: Optics,
+}

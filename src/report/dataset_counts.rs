@@ -1,0 +1,252 @@
+//! Counts over all rows of a dataset, in two passes: first extents, then the bins of histograms. Memory
+//! does not grow with the number of samples.
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int32Type, Int64Type};
+use arrow_array::{Array, Float64Array, RecordBatch};
+use output_schema::{DatasetHead, NumberColumn};
+
+use super::declared_distribution::DeclaredDistribution;
+use super::folder::{Folder, Table};
+use super::histogram::{DERIVED_ROUNDING, DRAWN_ROUNDING, Histogram, HistogramAxis, RunningRange};
+use super::rows;
+
+/// Pixels and objects of one pixel class.
+#[derive(Debug, Clone)]
+pub(super) struct PixelClassCounts {
+    /// Value in label images.
+    pub value: usize,
+    /// Name.
+    pub name: String,
+    /// Pixels in all samples.
+    pub pixels: u64,
+    /// Samples that show it.
+    pub samples: u64,
+    /// Objects of it.
+    pub objects: u64,
+    /// Their diameters [mm].
+    pub extent: RunningRange,
+    /// Histogram of the diameters.
+    pub cells: Option<Histogram>,
+}
+
+/// A drawn or derived number.
+#[derive(Debug, Clone)]
+pub(super) struct NumberCounts {
+    /// Its column.
+    pub column: NumberColumn,
+    /// What it holds.
+    pub extent: RunningRange,
+    /// What the recipe declares, where that is known.
+    pub declared: Option<DeclaredDistribution>,
+    /// Histogram; none for a constant.
+    pub cells: Option<Histogram>,
+}
+
+/// The counts.
+#[derive(Debug)]
+pub(super) struct DatasetCounts {
+    /// Samples `[classes, splits]`.
+    pub samples: Vec<[u64; 3]>,
+    /// By pixel class, those alone that labels of the subject can show.
+    pub kinds: Vec<PixelClassCounts>,
+    /// Drawn numbers, then derived ones.
+    pub numbers: Vec<NumberCounts>,
+    /// Extent of images along rows and columns [mm].
+    pub field: [RunningRange; 2],
+}
+
+/// Where a sample stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowPlace {
+    /// Class of the recipe.
+    pub class: usize,
+    /// Table in [`Folder::tables`].
+    pub table: usize,
+    /// Row of the table.
+    pub row: usize,
+}
+
+impl DatasetCounts {
+    /// Samples that were read.
+    pub fn total(&self) -> u64 {
+        self.samples.iter().flatten().sum()
+    }
+
+    /// Samples of a class.
+    pub fn of_class(&self, class: usize) -> u64 {
+        self.samples.get(class).map_or(0, |splits| splits.iter().sum())
+    }
+}
+
+/// Reads every row twice; `place` is told of each in the second pass.
+pub(super) fn count(
+    head: &DatasetHead,
+    folder: &mut Folder,
+    declared: &dyn Fn(&NumberColumn, &[u64]) -> Option<DeclaredDistribution>,
+    step: &dyn Fn(u64),
+    place: &mut dyn FnMut(&DatasetCounts, RowPlace),
+) -> DatasetCounts {
+    let kind = |(value, name): (usize, &str)| PixelClassCounts {
+        value,
+        name: name.into(),
+        pixels: 0,
+        samples: 0,
+        objects: 0,
+        extent: RunningRange::default(),
+        cells: None,
+    };
+    let number = |column: &NumberColumn| NumberCounts {
+        column: column.clone(),
+        extent: RunningRange::default(),
+        declared: None,
+        cells: None,
+    };
+    let mut counts = DatasetCounts {
+        samples: vec![[0; 3]; head.classes.len()],
+        kinds: head.shown_classes().map(kind).collect(),
+        numbers: head.parameters.iter().chain(&head.physics).map(number).collect(),
+        field: [RunningRange::default(); 2],
+    };
+    let tables = folder.tables.clone();
+    for table in &tables {
+        if let Err(what) = extents(table, &mut counts) {
+            folder.trouble(table.relative.clone(), what, "`gen validate` says what is damaged");
+        }
+        step(1);
+    }
+    prepare(&mut counts, head, declared);
+    for (number, table) in tables.iter().enumerate() {
+        // What cannot be read was told by the first pass.
+        let _ = fill(table, number, &mut counts, place);
+        step(1);
+    }
+    counts
+}
+
+fn wanted(name: &str) -> bool {
+    const OTHERS: [&str; 10] =
+        ["id", "index", "seed", "split", "calibration", "defect_classes", "range", "reflectance", "scatter", "label"];
+    !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
+}
+
+/// The group that a number is a field of.
+fn group(column: &NumberColumn) -> &str {
+    if column.group.is_empty() { "physics" } else { &column.group }
+}
+
+fn number_column<'a>(batch: &'a RecordBatch, column: &NumberColumn) -> Result<&'a Float64Array, String> {
+    rows::field::<Float64Type>(rows::structure(batch, group(column))?, &column.key)
+}
+
+fn class_of(batch: &RecordBatch, row: usize) -> Result<usize, String> {
+    usize::try_from(rows::numbers::<Int64Type>(batch, "class")?.value(row)).map_err(|_| "`class` is negative".into())
+}
+
+fn extents(table: &Table, counts: &mut DatasetCounts) -> Result<(), String> {
+    rows::read(&table.path, &wanted, &mut |batch| {
+        for row in 0..batch.num_rows() {
+            let class = class_of(batch, row)?;
+            let splits = counts.samples.get_mut(class).ok_or_else(|| format!("there is no class {class}"))?;
+            splits[table.split] += 1;
+        }
+        for (field, [count, pitch]) in counts.field.iter_mut().zip([["rows", "row_mm"], ["cols", "col_mm"]]) {
+            let (count, pitch) =
+                (rows::numbers::<Int32Type>(batch, count)?, rows::numbers::<Float64Type>(batch, pitch)?);
+            let sides = count.values().iter().zip(pitch.values());
+            sides.for_each(|(&count, &pitch)| field.add(f64::from(count) * pitch));
+        }
+        for number in &mut counts.numbers {
+            let column = number_column(batch, &number.column)?;
+            (0..batch.num_rows()).for_each(|row| number.extent.add(rows::known(column, row)));
+        }
+        let areas = rows::structure(batch, "class_area_px")?;
+        for kind in &mut counts.kinds {
+            let counts = rows::field::<Int64Type>(areas, &kind.name)?;
+            for area in counts.iter().flatten().filter(|&area| area > 0) {
+                kind.pixels += area.unsigned_abs();
+                kind.samples += 1;
+            }
+        }
+        objects(batch, &mut |_, class, size| {
+            if let Some(kind) = counts.kinds.iter_mut().find(|kind| kind.value == class) {
+                kind.objects += 1;
+                kind.extent.add(size);
+            }
+        })
+    })
+}
+
+/// Gives row, pixel class and diameter [mm] of every object.
+fn objects(batch: &RecordBatch, take: &mut dyn FnMut(usize, usize, f64)) -> Result<(), String> {
+    let lists = rows::column(batch, "objects")?.as_list_opt::<i32>().ok_or("`objects` is no list")?;
+    for row in 0..batch.num_rows() {
+        let list = lists.value(row);
+        let fields = list.as_struct_opt().ok_or("`objects` is no list of structs")?;
+        let (class, size) =
+            (rows::field::<Int64Type>(fields, "class")?, rows::field::<Float64Type>(fields, "diameter_mm")?);
+        for object in 0..fields.len() {
+            take(row, usize::try_from(class.value(object)).unwrap_or(usize::MAX), rows::known(size, object));
+        }
+    }
+    Ok(())
+}
+
+/// Lays out the histograms.
+fn prepare(
+    counts: &mut DatasetCounts,
+    head: &DatasetHead,
+    declared: &dyn Fn(&NumberColumn, &[u64]) -> Option<DeclaredDistribution>,
+) {
+    let classes: Vec<u64> = (0..head.classes.len()).map(|class| counts.of_class(class)).collect();
+    for number in &mut counts.numbers {
+        number.declared = declared(&number.column, &classes);
+        let extent = &number.extent;
+        let rounding = if number.column.group.is_empty() { DERIVED_ROUNDING } else { DRAWN_ROUNDING };
+        if extent.count == 0 || extent.is_constant(rounding) {
+            continue;
+        }
+        let (mut min, mut max) = (extent.min, extent.max);
+        // What is declared is shown as a whole unless it is far wider than what was drawn, as the ends of a normal law.
+        if let Some(declared) = &number.declared
+            && declared.max - declared.min < 2.0 * (max - min)
+        {
+            (min, max) = (min.min(declared.min), max.max(declared.max));
+        }
+        let log = number.declared.as_ref().is_some_and(|declared| declared.log);
+        number.cells = Some(Histogram::new(HistogramAxis::new(min, max, extent.whole, log), head.classes.len()));
+    }
+    for kind in counts.kinds.iter_mut().filter(|kind| kind.extent.count > 0 && !kind.extent.is_constant(DRAWN_ROUNDING))
+    {
+        let axis = HistogramAxis::new(0.0, kind.extent.max, false, false);
+        kind.cells = Some(Histogram::new(axis, head.classes.len()));
+    }
+}
+
+fn fill(
+    table: &Table,
+    number: usize,
+    counts: &mut DatasetCounts,
+    place: &mut dyn FnMut(&DatasetCounts, RowPlace),
+) -> Result<(), String> {
+    let mut first = 0;
+    rows::read(&table.path, &wanted, &mut |batch| {
+        let classes: Vec<usize> = (0..batch.num_rows()).map(|row| class_of(batch, row)).collect::<Result<_, _>>()?;
+        for number in &mut counts.numbers {
+            let column = number_column(batch, &number.column)?;
+            let Some(cells) = &mut number.cells else { continue };
+            (0..batch.num_rows()).for_each(|row| cells.add(classes[row], rows::known(column, row)));
+        }
+        objects(batch, &mut |row, class, size| {
+            let kind = counts.kinds.iter_mut().find(|kind| kind.value == class);
+            if let Some(cells) = kind.and_then(|kind| kind.cells.as_mut()) {
+                cells.add(classes[row], size);
+            }
+        })?;
+        for (row, &class) in classes.iter().enumerate() {
+            place(counts, RowPlace { class, table: number, row: first + row });
+        }
+        first += batch.num_rows();
+        Ok(())
+    })
+}

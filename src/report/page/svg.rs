@@ -1,0 +1,121 @@
+//! SVG drawings: histograms, bars of colour, polylines.
+
+use std::fmt::Write;
+
+use maud::{Markup, html};
+
+use super::format::number;
+use crate::report::histogram::{Histogram, HistogramAxis};
+use crate::report::palette::ColourMap;
+
+/// Size of a histogram's drawing, and of its bars.
+const HISTOGRAM_WIDTH: f64 = 200.0;
+const HISTOGRAM_HEIGHT: f64 = 60.0;
+
+/// Bars stacked by class, a curve of what is expected, a line for what is declared, and the ends of the axis.
+pub(super) fn histogram(cells: &Histogram, curve: &[f64], declared: Option<(f64, f64)>, title: &str) -> Markup {
+    let n = cells.axis.bins();
+    let most = curve.iter().copied().fold(cells.most().max(1) as f64, |a, b| if b < 2.0 * a { a.max(b) } else { a });
+    let scale = HISTOGRAM_HEIGHT / most;
+    let step = HISTOGRAM_WIDTH / n as f64;
+    let mut below = vec![0u64; n];
+    let mut paths = Vec::new();
+    for (class, counts) in cells.counts.iter().enumerate() {
+        let mut path = String::new();
+        for (cell, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+            let (top, high) = (HISTOGRAM_HEIGHT - (below[cell] + count) as f64 * scale, count as f64 * scale);
+            // A bar, half a unit apart from the next one.
+            let _ = write!(
+                path,
+                "M{:.1} {top:.1}h{:.1}v{high:.1}h-{:.1}z",
+                cell as f64 * step + 0.25,
+                step - 0.5,
+                step - 0.5
+            );
+            below[cell] += count;
+        }
+        paths.push((class, path));
+    }
+    let x = |value: f64| (cells.axis.place(value) * HISTOGRAM_WIDTH).clamp(0.0, HISTOGRAM_WIDTH);
+    let line = curve.iter().enumerate().fold(String::new(), |mut line, (i, value)| {
+        let x = i as f64 / (curve.len() - 1).max(1) as f64 * HISTOGRAM_WIDTH;
+        let _ = write!(
+            line,
+            "{}{x:.1} {:.1}",
+            if i == 0 { "M" } else { "L" },
+            (HISTOGRAM_HEIGHT - value * scale).max(-4.0)
+        );
+        line
+    });
+    let (left, right) = match cells.axis {
+        HistogramAxis::Linear(min, max) | HistogramAxis::Log(min, max) | HistogramAxis::Whole(min, max) => (min, max),
+    };
+    html! {
+        svg.histogram viewBox="0 -4 200 86" role="img" aria-label=(title) {
+            g.bars { @for (class, path) in paths.iter().filter(|(_, path)| !path.is_empty()) {
+                path class={ "c" (class) } data-c=(class) d=(path) {}
+            } }
+            line.axis x1="0" x2="200" y1="60" y2="60" {}
+            @if let Some((min, max)) = declared {
+                line.declared x1=(format!("{:.1}", x(min))) x2=(format!("{:.1}", x(max).max(x(min) + 1.0))) y1="64" y2="64" {}
+            }
+            @if !line.is_empty() { path.curve d=(line) {} }
+            text x="0" y="78" { (number(left)) }
+            text x="200" y="78" text-anchor="end" { (number(right)) }
+            @if matches!(cells.axis, HistogramAxis::Log(..)) { text.dim x="100" y="78" text-anchor="middle" { "logarithmic" } }
+        }
+    }
+}
+
+/// A bar of colours with about five round numbers below it.
+pub(super) fn scale(ramp: ColourMap, low: f64, high: f64, unit: &str) -> Markup {
+    let place = |value: f64| 4.0 + (value - low) / (high - low) * 252.0;
+    html! {
+        svg.scale viewBox="0 0 260 34" role="img" aria-label={ "Colours from " (number(low)) " to " (number(high)) " " (unit) } {
+            @for i in 0..84u8 {
+                rect x=(4 + 3 * u32::from(i)) y="0" width="3.5" height="12" fill=(hex(ramp.at(f32::from(i) / 83.0))) {}
+            }
+            @for tick in ticks(low, high) {
+                line.axis x1=(format!("{:.1}", place(tick))) x2=(format!("{:.1}", place(tick))) y1="12" y2="17" {}
+                text x=(format!("{:.1}", place(tick).clamp(12.0, 246.0))) y="29" text-anchor="middle" { (number(tick)) }
+            }
+        }
+    }
+}
+
+fn hex([r, g, b]: [u8; 3]) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// Round numbers from `low` to `high`, three to six of them.
+pub(super) fn ticks(low: f64, high: f64) -> Vec<f64> {
+    let span = high - low;
+    if !(span > 0.0 && span.is_finite()) {
+        return Vec::new();
+    }
+    let power = libm::pow(10.0, libm::floor(libm::log10(span / 4.0)));
+    let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|step| step * power);
+    let step = steps.into_iter().find(|step| span / step <= 5.0).unwrap_or(10.0 * power);
+    let first = (low / step).ceil() as i64;
+    (first..).map(|i| i as f64 * step).take_while(|tick| *tick <= high + 1e-9 * span).take(8).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ticks are round, inside, and few.
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(ticks(0.0, 255.0), [0.0, 100.0, 200.0]);
+        assert_eq!(ticks(-1.2, 1.3), [-1.0, -0.5, 0.0, 0.5, 1.0]);
+        assert!(ticks(1.0, 1.0).is_empty() && ticks(f64::NAN, 1.0).is_empty());
+        for (low, high) in [(0.0, 1e-3), (186.0, 4000.0), (-0.01, 17.3)] {
+            let found = ticks(low, high);
+            assert!(
+                (2..=6).contains(&found.len()) && found.iter().all(|t| (low..=high * 1.001).contains(t)),
+                "{found:?}"
+            );
+        }
+    }
+}
