@@ -14,7 +14,7 @@ ALL = --release --locked --workspace
 # Tests that take seconds and need neither .venv nor Chromium.
 QUICK = architecture dataset dictionary matter numerics program recipe recipe_schema tools transport validate
 
-.PHONY: help build test quick prepare built check bench wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -53,6 +53,9 @@ check: prepare ## what CI runs: format, lints, docs, tests
 
 bench: ## profiles and photons a second, bytes and MB/s of writing
 	cargo bench --locked
+
+same-bytes: ## whether REF=<commit> and the working tree write the same bytes: datasets, exports, reports, studies
+	tests/same_bytes.sh compare $(REF)
 
 wood: build ## full-size wood dataset of N samples (N=2) in out/wood
 	$(GEN) --recipe recipes/wood.yaml --n $(N) --out out/wood

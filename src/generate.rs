@@ -1,7 +1,7 @@
 //! A recipe and a number of samples -> a dataset folder, shard by shard, continued wherever it stopped.
 
-mod again;
 mod estimate;
+mod expected_dataset;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -20,11 +20,11 @@ use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::Recipe;
 
-pub use self::again::{Again, declared};
-pub use self::estimate::Estimate;
+pub use self::estimate::GenerateEstimate;
+pub use self::expected_dataset::{ExpectedDataset, declared};
 
 /// Memory for samples on their way to disk [bytes].
-const FLIGHT_BYTES: usize = 900 << 20;
+const IN_FLIGHT_BYTES: usize = 900 << 20;
 /// Bytes of maps, truth and encoded images that a pixel needs while its sample is on the way.
 const BYTES_PER_PIXEL: usize = 40;
 /// Bytes of a pixel of a kept sensor frame that a sample holds at most: as exposed, and as a row of a table.
@@ -33,9 +33,9 @@ const FRAME_BYTES: usize = 4;
 /// Bytes of a triangle of a part while its sample is on the way: placed, as a soup, and in a tree for rays.
 const TRIANGLE_BYTES: usize = 200;
 
-/// What to make.
+/// The dataset to make, and which part of it.
 #[derive(Debug, Clone)]
-pub struct Order {
+pub struct DatasetRequest {
     /// Samples that the dataset shall have.
     pub samples: u64,
     /// Seed.
@@ -48,9 +48,9 @@ pub struct Order {
     pub samples_per_shard: Option<u64>,
 }
 
-/// What happened, for whoever shows it.
+/// What a run reports while it makes a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Event {
+pub enum GenerateEvent {
     /// So many samples with so many profiles each will be rendered.
     Begin {
         /// Samples to render.
@@ -70,7 +70,7 @@ pub enum Event {
 
 /// What a run did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Summary {
+pub struct GenerateSummary {
     /// Samples rendered.
     pub samples: u64,
     /// Shards finished by this run.
@@ -116,11 +116,12 @@ pub fn recipe_of(folder: &DatasetFolder) -> Result<Recipe, String> {
     Err(format!("the recipe in dataset.json means something else to this program: {}", keys.join("; ")))
 }
 
-/// The head of the dataset that `order` describes.
-pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
-    let per_shard =
-        order.samples_per_shard.unwrap_or_else(|| dataset::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
-    let parameters = recipe.draw(order.seed, 0).values();
+/// The head of the dataset that `request` describes.
+pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest) -> DatasetHead {
+    let per_shard = request
+        .samples_per_shard
+        .unwrap_or_else(|| dataset::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
+    let parameters = recipe.draw(request.seed, 0).values();
     let splits = recipe.splits();
     let subject = recipe.subject();
     let files = SubjectFiles::named(subject.name()).expect("every subject has files; a test names them all");
@@ -136,10 +137,10 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
             canonical: recipe.canonical(),
         },
         assets: assets(recipe),
-        seed: order.seed,
-        samples: order.samples,
+        seed: request.seed,
+        samples: request.samples,
         samples_per_shard: per_shard,
-        shards: DatasetHead::shards_for(order.samples, per_shard),
+        shards: DatasetHead::shards_for(request.samples, per_shard),
         classes: recipe.classes().iter().map(|class| class.name.clone()).collect(),
         subject: subject.name().into(),
         pixel_classes: files.pixel_classes(),
@@ -152,7 +153,7 @@ pub fn head(recipe: &Recipe, order: &Order) -> DatasetHead {
 }
 
 /// Renders and encodes one sample.
-pub fn sample(
+pub fn render_sample(
     recipe: &Recipe,
     seed: u64,
     index: u64,
@@ -168,46 +169,52 @@ pub fn sample(
 ///
 /// # Errors
 /// [`ShardError`] as folder and shards give it; finished shards stay, and the same order continues.
-pub fn generate(recipe: &Recipe, order: &Order, watch: &(dyn Fn(Event) + Sync)) -> Result<Summary, ShardError> {
-    let folder = DatasetFolder::open_or_create(&order.out, head(recipe, order))?;
+pub fn generate(
+    recipe: &Recipe,
+    request: &DatasetRequest,
+    progress: &(dyn Fn(GenerateEvent) + Sync),
+) -> Result<GenerateSummary, ShardError> {
+    let folder = DatasetFolder::open_or_create(&request.out, dataset_head(recipe, request))?;
     for (file, asset) in recipe.files().zip(&folder.head().assets) {
         folder.keep(&asset.path, file.1.bytes())?;
     }
     let head = folder.head();
-    let (part, parts) = order.part;
+    let (part, parts) = request.part;
     let mine: Vec<u64> = (part..head.shards).step_by(parts as usize).collect();
     let remaining = folder.remaining(mine.iter().copied());
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
-    watch(Event::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
+    progress(GenerateEvent::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
 
-    let tiles = PatternCache::new(order.seed);
-    let mut summary = Summary { total: head.samples, ..Summary::default() };
+    let tiles = PatternCache::new(request.seed);
+    let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
     for shard in remaining {
         let mut writer = match ShardWriter::create(&folder, shard) {
             Err(ShardError::Busy { .. }) => {
                 summary.busy += 1;
-                watch(Event::Busy(shard));
+                progress(GenerateEvent::Busy(shard));
                 continue;
             }
             Err(error) if error.is_skip() => continue,
             other => other?,
         };
         let (first, count) = writer.span();
-        for flight in flights(first..first + count, in_flight(recipe)) {
-            let encoded: Vec<Encoded> = flight
+        for batch in batches(first..first + count, in_flight(recipe)) {
+            let encoded: Vec<Encoded> = batch
                 .into_par_iter()
-                .map(|index| sample(recipe, order.seed, index, &tiles, &|n| watch(Event::Profiles(n))))
+                .map(|index| {
+                    render_sample(recipe, request.seed, index, &tiles, &|n| progress(GenerateEvent::Profiles(n)))
+                })
                 .collect();
             for sample in encoded {
                 let bytes = sample.bytes();
                 writer.push(sample)?;
                 summary.samples += 1;
-                watch(Event::Sample(bytes));
+                progress(GenerateEvent::Sample(bytes));
             }
         }
         writer.finish()?;
         summary.shards += 1;
-        watch(Event::Shard(shard));
+        progress(GenerateEvent::Shard(shard));
     }
     if folder.remaining(0..folder.head().shards).is_empty() {
         folder.complete()?;
@@ -220,11 +227,11 @@ fn in_flight(recipe: &Recipe) -> u64 {
     let size = recipe.size();
     let frames = FRAME_BYTES * recipe.output().frames(&size) * size.columns * size.rows;
     let parts = recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len());
-    let fitting = FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames + parts).max(1);
+    let fitting = IN_FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames + parts).max(1);
     (4 * rayon::current_num_threads()).min(fitting).max(1) as u64
 }
 
-fn flights(samples: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>> {
+fn batches(samples: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>> {
     let end = samples.end;
     samples.step_by(length as usize).map(move |start| start..(start + length).min(end))
 }

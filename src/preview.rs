@@ -1,13 +1,13 @@
 //! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
 
-mod classes;
 mod exposure;
+mod legend;
 
 use image::{Rgb, RgbImage};
 use procedural::Class;
 
-use self::classes::Legend;
 pub use self::exposure::expose_profile;
+use self::legend::Legend;
 use crate::drawing::{LETTER, MARGIN, Page, Ramp, ScaleEnds, class_colour, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;

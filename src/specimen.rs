@@ -3,7 +3,7 @@
 //!
 //! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for shadows
 //! on the conveyor next to the body. A board never occludes itself. A blister pack does: its upper surface is sampled on a
-//! grid ([`height_field`]), which answers what its pockets hide from the lens and where reflected light lands; where its
+//! grid ([`surface_grid`]), which answers what its pockets hide from the lens and where reflected light lands; where its
 //! film is clear, the surface of tablets and foil below has a grid of its own.
 //!
 //! Saw-teeth and parts from files have the triangles of the hull as their surface, overhangs and holes included. In the
@@ -16,15 +16,15 @@
 //! (behind the rim of a gap, say), facets steeper than 88.9 degrees, which count as that steep, and light that the piece
 //! reflects onto itself.
 
-pub mod height_field;
 mod rays;
+pub mod surface_grid;
 pub mod turntable;
 
 use glam::Vec3;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
-use self::height_field::HeightField;
 use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
+use self::surface_grid::SurfaceGrid;
 use self::turntable::{BodyPose, Turntable};
 use crate::frame::{Rig, Sightline, Sightlines};
 
@@ -63,9 +63,9 @@ pub struct Specimen {
     /// Height of the point that the laser fan comes from [mm].
     fan_height: f32,
     /// The upper surface of a body that can occlude itself.
-    upper: Option<HeightField>,
+    upper: Option<SurfaceGrid>,
     /// The surface below its film, where the film is clear.
-    lower: Option<HeightField>,
+    lower: Option<SurfaceGrid>,
     /// The turntable; `None` for a straight scan.
     turntable: Option<Turntable>,
 }
@@ -102,11 +102,11 @@ impl Specimen {
     /// Puts `body` under a camera and a laser fan from `fan_height` [mm].
     pub fn new(body: Body, rig: Rig, fan_height: f64) -> Self {
         let triangles = TriangleBvh::new(&body.hull());
-        let (upper, lower) = height_fields(&body, lens(&rig, 0.0));
+        let (upper, lower) = surface_grids(&body, lens(&rig, 0.0));
         Self { body, triangles, rig, fan_height: fan_height as f32, upper, lower, turntable: None }
     }
 
-    /// The same on a turntable, for a body without a height field; scan positions are then the travel at its radius.
+    /// The same on a turntable, for a body without surface grids; scan positions are then the travel at its radius.
     pub fn on_turntable(self, turntable: Option<Turntable>) -> Self {
         Self { turntable, ..self }
     }
@@ -394,17 +394,17 @@ fn approach(
 }
 
 /// The upper surface of a body that can occlude itself, and the surface below its film where that is clear.
-fn height_fields(body: &Body, lens: Vec3) -> (Option<HeightField>, Option<HeightField>) {
+fn surface_grids(body: &Body, lens: Vec3) -> (Option<SurfaceGrid>, Option<SurfaceGrid>) {
     let Body::Pack(pack) = body else { return (None, None) };
     let (low, high) = body.bounds();
-    let upper = HeightField::new(low, high, lens, |y, x, row| {
+    let upper = SurfaceGrid::new(low, high, lens, |y, x, row| {
         let slice = body.slice(y);
         for (z, &x) in row.iter_mut().zip(x) {
             *z = slice.surface(x).map_or(0.0, |surface| surface.z);
         }
     });
     let lower = (pack.clearest() < OPAQUE_FILM_DEPTH).then(|| {
-        HeightField::new(low, high, lens, |y, x, row| {
+        SurfaceGrid::new(low, high, lens, |y, x, row| {
             let slice = body.slice(y);
             for (z, &x) in row.iter_mut().zip(x) {
                 *z = slice.surface(x).map_or(0.0, |surface| match slice.matter(x, surface.z).film {

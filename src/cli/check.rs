@@ -6,23 +6,22 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use output_schema::file::REPORTS;
 use serde_json::Value;
 
 use super::generate::threads;
-use super::progress::{Things, counted, duration, say};
-use super::{Outcome, Usage, print, whole};
+use super::progress::{CountBar, counted, describe_duration, say};
+use super::{CommandResult, UsageError, output, print};
 use crate::check::{CheckError, CheckOptions, CheckReport, check};
 use crate::dataset::{DatasetFolder, Sums};
 use crate::split::Split;
 
 /// Name of the document in the folder of pictures.
-const DOCUMENT: &str = "check.json";
-/// Folder of kept results in a dataset's folder.
-const REPORTS: &str = "reports";
+const REPORT_FILE: &str = "check.json";
 /// What to do where nothing can be kept there.
-const UNSAVED: &str = "make the folder writable, or check without --save";
+const UNSAVED_REMEDY: &str = "make the folder writable, or check without --save";
 /// Exit status where the accuracy is below what was asked for.
-const BELOW: u8 = 3;
+const EXIT_BELOW_ACCURACY: u8 = 3;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -43,7 +42,7 @@ onnxruntime is found when this runs: ORT_DYLIB_PATH, a Python environment with t
 onnxruntime (.venv here or above), or the system.
 
 Exit status: 0 done, 1 it cannot be done, 2 unusable arguments, 3 below --min-accuracy.")]
-pub(super) struct Check {
+pub(super) struct CheckArgs {
     /// Folder of the dataset
     dir: PathBuf,
     /// The model (ONNX)
@@ -53,8 +52,8 @@ pub(super) struct Check {
     #[arg(long, value_name = "FILE")]
     sidecar: Option<PathBuf>,
     /// Part of the dataset
-    #[arg(long, value_enum, default_value_t = Part::Test)]
-    split: Part,
+    #[arg(long, value_enum, default_value_t = SplitChoice::Test)]
+    split: SplitChoice,
     /// Accuracy by this number too; may be given several times [default: knot width, film pigment, exposure]
     #[arg(long, value_name = "COLUMN")]
     slice: Vec<String>,
@@ -87,14 +86,14 @@ pub(super) struct Check {
 
 /// Part of a dataset, or all of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Part {
+pub(super) enum SplitChoice {
     Train,
     Validation,
     Test,
     All,
 }
 
-impl Part {
+impl SplitChoice {
     /// The split; none for all.
     pub(super) fn split(self) -> Option<Split> {
         match self {
@@ -111,7 +110,7 @@ fn share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| format!("'{text}' is no share from 0 to 1, for instance 0.95"))
 }
 
-pub(super) fn run(arguments: &Check) -> Outcome {
+pub(super) fn run(arguments: &CheckArgs) -> CommandResult {
     let threads = match threads(arguments.threads)? {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
@@ -119,7 +118,7 @@ pub(super) fn run(arguments: &Check) -> Outcome {
     if let Some(out) = &arguments.out {
         prepare(out)?;
     }
-    let before = if arguments.save { tried(&arguments.dir)? } else { None };
+    let before = if arguments.save { sums_before(&arguments.dir)? } else { None };
     let options = CheckOptions {
         dir: arguments.dir.clone(),
         model: arguments.model.clone(),
@@ -132,11 +131,11 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         worst: arguments.worst as usize,
         pictures: arguments.out.is_some() || arguments.save,
     };
-    let bar = Things::new("windows");
+    let bar = CountBar::new("windows");
     let report = check(&options, &|done, all| bar.show(done, all));
     bar.end();
     let report = report.map_err(|error| match error {
-        CheckError::Argument(what) => Box::<dyn Error + Send + Sync>::from(Usage(what)),
+        CheckError::Argument(what) => Box::<dyn Error + Send + Sync>::from(UsageError(what)),
         other => other.into(),
     })?;
     if report.unfinished > 0 {
@@ -148,11 +147,11 @@ pub(super) fn run(arguments: &Check) -> Outcome {
     print(&if arguments.json { format!("{document:#}\n") } else { report.table() });
     if bar.is_seen() {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
-        say(&format!("{} in {}", counted(bar.done(), "window"), duration(time)));
+        say(&format!("{} in {}", counted(bar.done(), "window"), describe_duration(time)));
     }
     let drawn = arguments.out.as_ref().map_or(Ok(()), |out| {
         let remedy = "give another place with --out";
-        write(out, (DOCUMENT, &document), "", &report, remedy)
+        write(out, REPORT_FILE, &document, "", &report, remedy)
     });
     let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report));
     let failed: Vec<String> = [drawn, saved].into_iter().filter_map(Result::err).collect();
@@ -160,7 +159,7 @@ pub(super) fn run(arguments: &Check) -> Outcome {
         Some(least) if report.accuracy() < least => {
             failed.iter().for_each(|what| say(&format!("gen: {what}")));
             say(&format!("gen: accuracy {:.4} is below --min-accuracy {least}", report.accuracy()));
-            Ok(ExitCode::from(BELOW))
+            Ok(ExitCode::from(EXIT_BELOW_ACCURACY))
         }
         _ if !failed.is_empty() => Err(failed.join("; ").into()),
         _ => Ok(ExitCode::SUCCESS),
@@ -168,25 +167,25 @@ pub(super) fn run(arguments: &Check) -> Outcome {
 }
 
 /// Makes the folder, or takes an earlier one; what else lies there is nobody's to overwrite.
-fn prepare(out: &Path) -> Result<(), Usage> {
-    let told = |what: String| Usage(format!("--out {}: {what}; give a new folder", out.display()));
+fn prepare(out: &Path) -> Result<(), UsageError> {
+    let describe = |what: String| UsageError(format!("--out {}: {what}; give a new folder", out.display()));
     if !out.exists() {
-        return fs::create_dir(out).map_err(|e| told(format!("it cannot be made: {e}")));
+        return fs::create_dir(out).map_err(|e| describe(format!("it cannot be made: {e}")));
     }
-    let mut entries = fs::read_dir(out).map_err(|e| told(e.to_string()))?;
-    if entries.next().is_some() && !out.join(DOCUMENT).is_file() {
-        return Err(told("it holds other things".into()));
+    let mut entries = fs::read_dir(out).map_err(|e| describe(e.to_string()))?;
+    if entries.next().is_some() && !out.join(REPORT_FILE).is_file() {
+        return Err(describe("it holds other things".into()));
     }
-    whole::check(&out.join(DOCUMENT)).map_err(Usage)
+    output::check_writable(&out.join(REPORT_FILE)).map_err(UsageError)
 }
 
 /// Sums of the dataset before the work, and whether its folder can be written; nothing where it is no dataset, which the
 /// check itself tells.
-fn tried(dir: &Path) -> Result<Option<Sums>, String> {
+fn sums_before(dir: &Path) -> Result<Option<Sums>, String> {
     let Some(sums) = sums(dir) else { return Ok(None) };
     let reports = dir.join(REPORTS);
     let folder = if reports.exists() { &reports } else { dir };
-    whole::check_or(&folder.join(DOCUMENT), UNSAVED)?;
+    output::check_writable_or(&folder.join(REPORT_FILE), UNSAVED_REMEDY)?;
     Ok(Some(sums))
 }
 
@@ -197,7 +196,7 @@ fn sums(dir: &Path) -> Option<Sums> {
 /// Keeps the report in the dataset's folder, with the sums of what it was made from.
 fn save(dir: &Path, model: &Path, before: Sums, report: &CheckReport) -> Result<(), String> {
     let reports = dir.join(REPORTS);
-    fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED}", reports.display()))?;
+    fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED_REMEDY}", reports.display()))?;
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();
     let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     let usual: String = format!("check-{stem}-{}", report.split()).chars().map(plain).collect();
@@ -219,7 +218,7 @@ fn save(dir: &Path, model: &Path, before: Sums, report: &CheckReport) -> Result<
     document["dataset_sha256"] = before.dataset.into();
     document["manifests_sha256"] = before.manifests.into();
     let file = format!("{name}.json");
-    write(&reports, (&file, &document), &before_names, report, UNSAVED)?;
+    write(&reports, &file, &document, &before_names, report, UNSAVED_REMEDY)?;
     say(&format!("kept as {}", reports.join(&file).display()));
     if number > 1 {
         say(&format!(
@@ -242,28 +241,28 @@ fn names(before: &str, report: &CheckReport) -> Vec<String> {
 /// Writes the pictures of the worst answers, then the document that names them; those of an earlier one go at last.
 fn write(
     folder: &Path,
-    (file, document): (&str, &Value),
+    file: &str,
+    document: &Value,
     before: &str,
     report: &CheckReport,
     remedy: &str,
 ) -> Result<(), String> {
     let names = names(before, report);
     for (name, picture) in names.iter().zip(report.worst.iter().filter_map(|wrong| wrong.picture.as_ref())) {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        picture.write_to(&mut bytes, image::ImageFormat::Png).map_err(|e| format!("{name}: {e}; {remedy}"))?;
-        whole::write_or(&folder.join(name), &bytes.into_inner(), remedy)?;
+        let bytes = output::png(picture).map_err(|e| format!("{name}: {e}; {remedy}"))?;
+        output::write_or(&folder.join(name), &bytes, remedy)?;
     }
-    whole::write_or(&folder.join(file), format!("{document:#}\n").as_bytes(), remedy)?;
+    output::write_or(&folder.join(file), format!("{document:#}\n").as_bytes(), remedy)?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
     let is_picture = |name: &str| {
         let rest = name.strip_prefix(before).and_then(|rest| rest.strip_prefix("wrong-")?.strip_suffix(".png"));
         rest.and_then(|rest| rest.split_once("-sample-")).is_some_and(|(a, b)| is_number(a) && is_number(b))
     };
-    let told = |e: std::io::Error| format!("old pictures in {} cannot be removed: {e}; {remedy}", folder.display());
-    for entry in fs::read_dir(folder).map_err(told)?.flatten() {
+    let describe = |e: std::io::Error| format!("old pictures in {} cannot be removed: {e}; {remedy}", folder.display());
+    for entry in fs::read_dir(folder).map_err(describe)?.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         if is_picture(&name) && !names.contains(&name) {
-            fs::remove_file(entry.path()).map_err(told)?;
+            fs::remove_file(entry.path()).map_err(describe)?;
         }
     }
     Ok(())

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::progress::say;
-use super::{Outcome, print, whole};
+use super::{CommandResult, output, print};
 use crate::compare::{Comparison, ScanSource, SourceError, Statistics, StatisticsBuilder};
 
 #[derive(Debug, Args)]
@@ -20,7 +20,7 @@ use crate::compare::{Comparison, ScanSource, SourceError, Statistics, Statistics
 Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
 the real camera, .json as programs on the camera store it. docs/compare.md explains
 every number.")]
-pub(super) struct Compare {
+pub(super) struct CompareArgs {
     /// Simulated side: a dataset, a folder of scans, or a scan
     sim: PathBuf,
     /// Real side, in the same way
@@ -36,9 +36,9 @@ pub(super) struct Compare {
     json: bool,
 }
 
-pub(super) fn run(arguments: &Compare) -> Outcome {
+pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
     if let Some(out) = &arguments.out {
-        whole::check(out)?;
+        output::check_writable(out)?;
     }
     let sources = [&arguments.sim, &arguments.real].map(|path| ScanSource::open(path, arguments.scans));
     let [sim, real] = sources;
@@ -56,9 +56,7 @@ pub(super) fn run(arguments: &Compare) -> Outcome {
     print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() });
     if let Some(out) = &arguments.out {
         let page = comparison.page();
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        page.write_to(&mut bytes, image::ImageFormat::Png)?;
-        whole::write(out, &bytes.into_inner())?;
+        output::write(out, &output::png(&page)?)?;
         if std::io::stderr().is_terminal() {
             say(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
         }

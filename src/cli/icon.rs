@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use clap::Args;
 use output_schema::file::DATASET;
 
-use super::{Outcome, Usage, print};
+use super::{CommandResult, UsageError, print};
 use crate::icon::{Content, IconError, Light, Range, Scan, ScanReader, Scatter, SensorImage, Traits, open};
 
 /// Rows that are handled at a time.
-const ROWS: usize = 256;
+const ROWS_AT_A_TIME: usize = 256;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -19,16 +19,16 @@ const ROWS: usize = 256;
   gen export icon planks --index 3 --out scans     writes such files: scans/00000003.dat and .xml
 
 docs/files/icon.md describes the files.")]
-pub(super) struct Icon {
+pub(super) struct IconArgs {
     /// The .xml of a file to look at, with its .dat beside it
     path: PathBuf,
 }
 
-pub(super) fn run(arguments: &Icon) -> Outcome {
+pub(super) fn run(arguments: &IconArgs) -> CommandResult {
     if arguments.path.join(DATASET).is_file() {
         let dir = arguments.path.display();
         let remedy = format!("`gen export icon {dir} --index 0 --out OUT` writes its samples as such files");
-        return Err(Usage(format!("{dir} is a dataset, not a file of the camera: {remedy}")).into());
+        return Err(UsageError(format!("{dir} is a dataset, not a file of the camera: {remedy}")).into());
     }
     print(&match open(&arguments.path)? {
         Content::Scan(mut reader) => describe(&mut reader)?,
@@ -48,8 +48,8 @@ fn describe(reader: &mut ScanReader) -> Result<String, IconError> {
     let mut planes = Vec::new();
     let (mut missing, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
     let (mut saturated, mut encoder): (usize, Option<(i32, i32)>) = (0, None);
-    for from in (0..reader.rows()).step_by(ROWS) {
-        let scan = reader.read(from, ROWS)?;
+    for from in (0..reader.rows()).step_by(ROWS_AT_A_TIME) {
+        let scan = reader.read(from, ROWS_AT_A_TIME)?;
         for z in scan.heights() {
             missing += usize::from(!z.is_finite());
             (low, high) = (low.min(z), high.max(z));

@@ -8,12 +8,12 @@ mod compare;
 mod export;
 mod generate;
 mod icon;
+mod output;
 mod progress;
 mod report;
 mod study;
 mod transport;
 mod validate;
-mod whole;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -48,47 +48,47 @@ struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
-    generate: Generate,
+    generate: GenerateArgs,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Draw one sample: sensor frame, Range, Reflectance, Scatter and labels side by side
-    Preview(Preview),
+    Preview(PreviewArgs),
     /// Check a dataset: files, draws, images, labels, statistics, samples rendered again
-    Validate(validate::Validate),
+    Validate(validate::ValidateArgs),
     /// Ask a model of light inside matter about plane layers: reflectance, spread, angles, with standard errors
-    Transport(transport::Transport),
+    Transport(transport::TransportArgs),
     /// Compare the models of light inside matter: a table, a JSON file and a picture
     Study {
         /// What to compare
         #[command(subcommand)]
-        what: study::Study,
+        what: study::StudyCommand,
     },
     /// Put the statistics of a simulated and a real scan side by side: noise, speckle, distances, plots
-    Compare(compare::Compare),
+    Compare(compare::CompareArgs),
     /// Run a trained model (ONNX) over a dataset: confusion, accuracy, calibration, slices, the worst answers
-    Check(check::Check),
+    Check(check::CheckArgs),
     /// Write a dataset in other people's formats: COCO, MVTec AD folders, WebDataset, PNG, files of the real camera
     Export {
         /// Which format
         #[command(subcommand)]
-        format: export::Format,
+        format: export::ExportCommand,
     },
     /// Show a dataset as one HTML page: samples, classes, histograms, frames, sizes, and results that are kept
-    Report(report::Report),
+    Report(report::ReportArgs),
     /// Say what files of the real camera (iCon .dat and .xml) hold
-    Icon(icon::Icon),
+    Icon(icon::IconArgs),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
     Schema {
         /// What to print
-        what: Schema,
+        what: SchemaKind,
     },
 }
 
 /// Arguments of a generating run.
 #[derive(Debug, Args)]
-pub(crate) struct Generate {
+pub(crate) struct GenerateArgs {
     /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), or the folder of a dataset to continue
     #[arg(long, value_name = "FILE")]
     recipe: Option<String>,
@@ -116,7 +116,7 @@ pub(crate) struct Generate {
 }
 
 #[derive(Debug, Args)]
-struct Preview {
+struct PreviewArgs {
     /// Recipe: a YAML file, or a built-in one
     #[arg(long, value_name = "FILE")]
     recipe: String,
@@ -132,7 +132,7 @@ struct Preview {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Schema {
+enum SchemaKind {
     /// JSON Schema of a recipe
     Recipe,
     /// JSON Schema of dataset.json and the manifests, with every column
@@ -142,13 +142,13 @@ enum Schema {
 }
 
 /// What a command ends with.
-type Outcome = Result<ExitCode, Box<dyn std::error::Error + Send + Sync>>;
+type CommandResult = Result<ExitCode, Box<dyn std::error::Error + Send + Sync>>;
 
 /// Reads the arguments and does what they say.
 pub fn run() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
-        Some(Command::Preview(arguments)) => show(&arguments),
+        Some(Command::Preview(arguments)) => preview_command(&arguments),
         Some(Command::Validate(arguments)) => validate::run(&arguments),
         Some(Command::Transport(arguments)) => transport::run(&arguments),
         Some(Command::Study { what }) => study::run(&what),
@@ -157,7 +157,7 @@ pub fn run() -> ExitCode {
         Some(Command::Export { format }) => export::run(&format),
         Some(Command::Report(arguments)) => report::run(&arguments),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
-        Some(Command::Schema { what }) => schema(what),
+        Some(Command::Schema { what }) => schema_command(what),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
             print(&Cli::command().render_help().to_string());
@@ -167,14 +167,14 @@ pub fn run() -> ExitCode {
     };
     outcome.unwrap_or_else(|error| {
         say(&format!("gen: {}", error.to_string().trim_end()));
-        if error.is::<Usage>() { ExitCode::from(2) } else { ExitCode::FAILURE }
+        if error.is::<UsageError>() { ExitCode::from(2) } else { ExitCode::FAILURE }
     })
 }
 
 /// Arguments that cannot be used, and what to give instead.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-struct Usage(String);
+struct UsageError(String);
 
 /// Writes to standard output. A reader that has gone away is no fault.
 fn print(text: &str) {
@@ -189,22 +189,20 @@ fn load(name: &str) -> Result<Recipe, Box<dyn std::error::Error + Send + Sync>> 
     Ok(Recipe::load(name)?)
 }
 
-fn show(arguments: &Preview) -> Outcome {
+fn preview_command(arguments: &PreviewArgs) -> CommandResult {
     let recipe = load(&arguments.recipe)?;
     generate::warn(&recipe);
     let picture = preview::preview(&recipe, arguments.seed, arguments.index);
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut bytes, image::ImageFormat::Png)?;
-    whole::write(&arguments.out, &bytes.into_inner())?;
+    output::write(&arguments.out, &output::png(&picture)?)?;
     say(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
     Ok(ExitCode::SUCCESS)
 }
 
-fn schema(what: Schema) -> Outcome {
+fn schema_command(what: SchemaKind) -> CommandResult {
     let text = match what {
-        Schema::Recipe => format!("{:#}\n", recipe::schema()),
-        Schema::Dataset => format!("{:#}\n", output_schema::json_schema()),
-        Schema::RecipeReference => recipe::reference_markdown(),
+        SchemaKind::Recipe => format!("{:#}\n", recipe::schema()),
+        SchemaKind::Dataset => format!("{:#}\n", output_schema::json_schema()),
+        SchemaKind::RecipeReference => recipe::reference_markdown(),
     };
     print(&text);
     Ok(ExitCode::SUCCESS)

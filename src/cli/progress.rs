@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::generate::{Event, Order};
+use crate::generate::{DatasetRequest, GenerateEvent};
 use crate::recipe::Recipe;
 use crate::validate::Step;
 
@@ -15,7 +15,7 @@ use crate::validate::Step;
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
 /// Shows the events of a run.
-pub(super) struct Progress {
+pub(super) struct GenerateBar {
     bar: Option<ProgressBar>,
     profiles_per_sample: u64,
     total: AtomicU64,
@@ -26,12 +26,11 @@ pub(super) struct Progress {
     hint: String,
 }
 
-impl Progress {
+impl GenerateBar {
     /// For a run; nothing is shown before its first event.
-    pub(super) fn new(name: &str, recipe: &Recipe, order: &Order) -> Self {
+    pub(super) fn new(name: &str, recipe: &Recipe, request: &DatasetRequest) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
-            let template = "{bar:24} {percent:>3} %  {msg}  {per_sec}, {eta} left";
-            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            let style = style("{bar:24} {percent:>3} %  {msg}  {per_sec}, {eta} left");
             let style = style.with_key("per_sec", |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
                 let _ = write!(out, "{:.0} profiles/s", state.per_sec());
             });
@@ -45,33 +44,33 @@ impl Progress {
             bytes: AtomicU64::new(0),
             started: Instant::now(),
             line: Mutex::new(Instant::now()),
-            hint: format!("gen preview --recipe {name} --seed {}", order.seed),
+            hint: format!("gen preview --recipe {name} --seed {}", request.seed),
         }
     }
 
     /// Takes one event.
-    pub(super) fn show(&self, event: Event) {
+    pub(super) fn show(&self, event: GenerateEvent) {
         match event {
-            Event::Begin { samples, finished } => self.begin(samples, finished),
-            Event::Profiles(n) => {
+            GenerateEvent::Begin { samples, finished } => self.begin(samples, finished),
+            GenerateEvent::Profiles(n) => {
                 if let Some(bar) = &self.bar {
                     bar.inc(n);
                 }
             }
-            Event::Sample(size) => {
+            GenerateEvent::Sample(size) => {
                 let samples = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
                 let written = self.bytes.fetch_add(size, Ordering::Relaxed) + size;
                 match &self.bar {
                     Some(bar) => bar.set_message(format!(
                         "{samples}/{} samples, {}",
                         self.total.load(Ordering::Relaxed),
-                        bytes(written)
+                        describe_bytes(written)
                     )),
                     None => self.line(samples, written),
                 }
             }
-            Event::Shard(_) => {}
-            Event::Busy(shard) => self.say(&format!("shard {shard} is being made by another process")),
+            GenerateEvent::Shard(_) => {}
+            GenerateEvent::Busy(shard) => self.say(&format!("shard {shard} is being made by another process")),
         }
     }
 
@@ -106,7 +105,11 @@ impl Progress {
         let elapsed = self.started.elapsed();
         let left = elapsed.mul_f64((total.saturating_sub(samples)) as f64 / samples.max(1) as f64);
         let rate = (samples * self.profiles_per_sample) as f64 / elapsed.as_secs_f64();
-        say(&format!("{samples}/{total} samples, {}, {rate:.0} profiles/s, {} left", bytes(written), duration(left)));
+        say(&format!(
+            "{samples}/{total} samples, {}, {rate:.0} profiles/s, {} left",
+            describe_bytes(written),
+            describe_duration(left)
+        ));
     }
 
     fn say(&self, text: &str) {
@@ -117,28 +120,23 @@ impl Progress {
     }
 }
 
-/// A bar for photons that are walked; hidden where standard error is no terminal.
-pub(super) struct Photons(ProgressBar);
+/// A bar for work that is counted in photons or repeats.
+pub(super) struct WorkBar(ProgressBar);
 
-impl Photons {
-    /// For `total` photons.
+impl WorkBar {
+    /// For `total` photons or repeats.
     pub(super) fn new(total: u64) -> Self {
-        if total == 0 || !std::io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
-        }
-        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}  {eta} left");
-        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-        Self(ProgressBar::new(total).with_style(style))
+        Self(bar("{bar:24} {percent:>3} %  {msg}  {eta} left", Some(total)))
     }
 
-    /// Says what is being walked.
+    /// Says what is being done.
     pub(super) fn say(&self, text: &str) {
         self.0.set_message(text.to_owned());
     }
 
-    /// Takes photons that are done.
-    pub(super) fn done(&self, photons: u64) {
-        self.0.inc(photons);
+    /// Adds photons or repeats that are done.
+    pub(super) fn done(&self, work: u64) {
+        self.0.inc(work);
     }
 
     /// Takes the bar away.
@@ -147,18 +145,14 @@ impl Photons {
     }
 }
 
-/// A bar for things that are done one after the other; hidden where standard error is no terminal.
-pub(super) struct Things(ProgressBar);
+/// A bar that counts things, whose number is known once the first is done.
+pub(super) struct CountBar(ProgressBar);
 
-impl Things {
+impl CountBar {
     /// Nothing is shown before the first of the `things`.
     pub(super) fn new(things: &str) -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
-        }
         let template = format!("{{bar:24}} {{percent:>3}} %  {{pos}}/{{len}} {things}  {{per_sec}}, {{eta}} left");
-        let style = ProgressStyle::with_template(&template);
-        Self(ProgressBar::no_length().with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+        Self(bar(&template, None))
     }
 
     /// Takes things done and things in all.
@@ -183,18 +177,14 @@ impl Things {
     }
 }
 
-/// A bar for samples that are checked; hidden where standard error is no terminal.
-pub(super) struct Samples(ProgressBar, AtomicU64);
+/// A bar for samples that are validated, with the bytes that were read.
+pub(super) struct ValidationBar(ProgressBar, AtomicU64);
 
-impl Samples {
+impl ValidationBar {
     /// For `total` samples.
     pub(super) fn new(total: u64) -> Self {
-        if total == 0 || !std::io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden(), AtomicU64::new(0));
-        }
         let template = "{bar:24} {percent:>3} %  {pos}/{len} samples, {msg}  {per_sec}, {eta} left";
-        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        Self(ProgressBar::new(total).with_style(style), AtomicU64::new(0))
+        Self(bar(template, Some(total)), AtomicU64::new(0))
     }
 
     /// Takes a step that is done.
@@ -204,7 +194,7 @@ impl Samples {
         }
         let read = self.1.fetch_add(step.bytes, Ordering::Relaxed) + step.bytes;
         let rate = read as f64 / self.0.elapsed().as_secs_f64().max(1e-3);
-        self.0.set_message(format!("{}, {}/s", bytes(read), bytes(rate as u64)));
+        self.0.set_message(format!("{}, {}/s", describe_bytes(read), describe_bytes(rate as u64)));
         self.0.inc(step.samples);
     }
 
@@ -212,6 +202,19 @@ impl Samples {
     pub(super) fn end(&self) {
         self.0.finish_and_clear();
     }
+}
+
+/// A bar for `total` things, or for a number that is told later; hidden where there is nothing to do or standard error is no
+/// terminal.
+fn bar(template: &str, total: Option<u64>) -> ProgressBar {
+    if total == Some(0) || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    total.map_or_else(ProgressBar::no_length, ProgressBar::new).with_style(style(template))
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 /// A line for the user. Whoever closes the other end of standard error does not stop the work.
@@ -225,7 +228,7 @@ pub(super) fn counted(n: u64, thing: &str) -> String {
 }
 
 /// A size in words.
-pub(super) fn bytes(n: u64) -> String {
+pub(super) fn describe_bytes(n: u64) -> String {
     let units = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
     let n = n as f64;
     units
@@ -235,7 +238,7 @@ pub(super) fn bytes(n: u64) -> String {
 }
 
 /// A time in words.
-pub(super) fn duration(time: Duration) -> String {
+pub(super) fn describe_duration(time: Duration) -> String {
     let s = time.as_secs();
     match s {
         0..60 => format!("{:.1} s", time.as_secs_f64()),

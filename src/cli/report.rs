@@ -6,20 +6,17 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
-use output_schema::file::DATASET;
+use output_schema::file::{DATASET, REPORTS};
 
 use super::generate::threads;
-use super::progress::{Things, bytes, counted, say};
-use super::{Outcome, Usage, whole};
+use super::progress::{CountBar, counted, describe_bytes, say};
+use super::{CommandResult, UsageError, output};
 use crate::dataset::DatasetFolder;
-use crate::generate::{recipe_of, sample};
+use crate::generate::{recipe_of, render_sample};
 use crate::optics::speckle::PatternCache;
 use crate::preview::expose_profile;
 use crate::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
 use crate::settings::Transport;
-
-/// Folder of kept results in the dataset's folder.
-const REPORTS: &str = "reports";
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -32,7 +29,7 @@ A filter can be part of the address: report.html#class=rot&split=test
 
 Exit status: 0 done, 1 the dataset cannot be opened (the page says why) or the page not be written,
 2 unusable arguments. An unfinished dataset has a page that says what is missing.")]
-pub(super) struct Report {
+pub(super) struct ReportArgs {
     /// Folder of the dataset
     dir: PathBuf,
     /// Where the page goes [default: DIR/reports/report.html]
@@ -52,29 +49,31 @@ pub(super) struct Report {
     threads: Option<usize>,
 }
 
-pub(super) fn run(arguments: &Report) -> Outcome {
+pub(super) fn run(arguments: &ReportArgs) -> CommandResult {
     let root = &arguments.dir;
     if !root.is_dir() {
-        return Err(Usage(format!("{}: there is no such folder; name the folder of a dataset", root.display())).into());
+        return Err(
+            UsageError(format!("{}: there is no such folder; name the folder of a dataset", root.display())).into()
+        );
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
     let out = match &arguments.out {
         Some(out) => out.clone(),
         None if root.join(DATASET).exists() => {
             let folder = root.join(REPORTS);
-            let told = |e| format!("cannot make {}: {e}; give another place with --out", folder.display());
-            fs::create_dir_all(&folder).map_err(told)?;
+            let describe = |e| format!("cannot make {}: {e}; give another place with --out", folder.display());
+            fs::create_dir_all(&folder).map_err(describe)?;
             folder.join("report.html")
         }
         None => {
             let what = format!("{}: it holds no {DATASET}; name the folder of a dataset", root.display());
-            return Err(Usage(what).into());
+            return Err(UsageError(what).into());
         }
     };
     if let Some(what) = misplaced(root, &out) {
-        return Err(Usage(format!("--out {}: {what}", out.display())).into());
+        return Err(UsageError(format!("--out {}: {what}", out.display())).into());
     }
-    whole::check(&out)?;
+    output::check_writable(&out)?;
     let folder = DatasetFolder::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
@@ -92,11 +91,11 @@ pub(super) fn run(arguments: &Report) -> Outcome {
         let tiles = &tiles;
         move |index: u64| {
             let start = Instant::now();
-            sample(recipe, seed, index, tiles, &|_| ());
+            render_sample(recipe, seed, index, tiles, &|_| ());
             RenderTiming { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
         }
     });
-    let bar = Things::new("steps");
+    let bar = CountBar::new("steps");
     let options = ReportOptions {
         recipe: recipe.as_ref().map_err(Clone::clone),
         samples: arguments.samples,
@@ -109,8 +108,8 @@ pub(super) fn run(arguments: &Report) -> Outcome {
     };
     let page = pool.install(|| report(root, &options));
     bar.end();
-    whole::write(&out, page.html.as_bytes())?;
-    let size = bytes(page.html.len() as u64);
+    output::write(&out, page.html.as_bytes())?;
+    let size = describe_bytes(page.html.len() as u64);
     say(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
     if page.troubles > 0 {
         say(&format!(
@@ -125,7 +124,7 @@ pub(super) fn run(arguments: &Report) -> Outcome {
 /// Why a page must not be written to `out`, which lies among the dataset's files or is a kept result.
 fn misplaced(root: &Path, out: &Path) -> Option<&'static str> {
     // The page takes the place of a link, not of what that leads to.
-    let folder = whole::place(&out.parent()?.join("."))?;
+    let folder = output::resolve(&out.parent()?.join("."))?;
     let root = root.canonicalize().ok()?;
     if !folder.starts_with(&root) {
         return None;

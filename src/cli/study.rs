@@ -6,82 +6,82 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
-use super::progress::{Photons, say};
-use super::{Outcome, print, whole};
+use super::progress::{WorkBar, say};
+use super::{CommandResult, output, print};
 use crate::recipe::Recipe;
 use crate::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
-use crate::study::{Progress, StudyEvent, StudyReport, lines, packs, point, profile};
+use crate::study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
 use crate::transport::path::Effort;
 
 /// Most photons for a single question: days of work.
-const MOST_PHOTONS: u64 = 10_000_000_000;
+const MAX_PHOTONS: u64 = 10_000_000_000;
 /// Most repeats of a study of the instrument: hours of work.
-const MOST_REPEATS: u64 = 10_000;
+const MAX_REPEATS: u64 = 10_000;
 
 #[derive(Debug, Subcommand)]
-pub(super) enum Study {
+pub(super) enum StudyCommand {
     /// A point of light on clear wood and on a knot: the ellipses that it makes
     #[command(after_help = "Examples:
   gen study point                                  writes out/study/point.json and point.png
   gen study point --photons 100000 --out quick     a rough look")]
-    Point(Arguments),
+    Point(PhotonArgs),
     /// A line of light on fifteen media: reflectance, spread, asymmetry
     #[command(after_help = "Examples:
   gen study transport                              writes out/study/transport.json and transport.png
   gen study transport --photons 3000000            errors three times smaller")]
-    Transport(Arguments),
+    Transport(PhotonArgs),
     /// One profile of a recipe's sample by every model, with the judge's standard errors
     #[command(after_help = "Examples:
   gen study profile --recipe wood-small.yaml --index 12 --profile 128
                                                    writes out/study/profile.json and profile.png")]
-    Profile(Profile),
+    Profile(ProfileArgs),
     /// Flat targets, level and tilted: errors of Range, height of a row, width of a column
     #[command(after_help = "Examples:
   gen study triangulation                          writes out/study/triangulation.json and .png
   gen study triangulation --out targets.png        the picture there, the JSON file beside it")]
-    Triangulation(Repeated),
+    Triangulation(InstrumentArgs),
     /// Photon transfer: gain, noise, linearity, full well, rows that stand out
     #[command(after_help = "Examples:
   gen study sensor                                 writes out/study/sensor.json and sensor.png
   gen study sensor --repeats 64                    errors half as large")]
-    Sensor(Repeated),
+    Sensor(InstrumentArgs),
     /// Speckle: contrast in a pixel, its law, correlation and movement, what it does to the line's centre
     #[command(after_help = "Examples:
   gen study speckle                                writes out/study/speckle.json and speckle.png
   gen study speckle --repeats 4 --seed 7           a rough look at other patterns")]
-    Speckle(Repeated),
+    Speckle(InstrumentArgs),
     /// The laser line: width over height, evenness along it, electrons a column
     #[command(after_help = "Examples:
   gen study laser                                  writes out/study/laser.json and laser.png
   gen study laser --out line.png > line.txt        the table in a file")]
-    Laser(Repeated),
+    Laser(InstrumentArgs),
     /// One blister pack of each defect: Range, Reflectance, Scatter, and means of the pockets concerned
     #[command(after_help = "Examples:
   gen study packs                                  writes out/study/packs.json and packs.png
   gen study packs --recipe mine.yaml --seed 3      the same defects in packs of a recipe of yours")]
-    Packs(Packs),
+    Packs(PacksArgs),
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Packs {
+pub(super) struct PacksArgs {
     #[command(flatten)]
-    common: Common,
+    common: StudyArgs,
     /// Recipe for blister packs: a YAML file, or a built-in one
     #[arg(long, value_name = "FILE", default_value = "blister-small")]
     recipe: String,
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Repeated {
+pub(super) struct InstrumentArgs {
     #[command(flatten)]
-    common: Common,
+    common: StudyArgs,
     /// Independent repeats, from whose spread errors come [default: 16]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MOST_REPEATS))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=MAX_REPEATS))]
     repeats: Option<u64>,
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Profile {
+pub(super) struct ProfileArgs {
     /// Recipe: a YAML file, or a built-in one
     #[arg(long, value_name = "FILE")]
     recipe: String,
@@ -92,20 +92,20 @@ pub(super) struct Profile {
     #[arg(long, value_name = "P")]
     profile: Option<usize>,
     #[command(flatten)]
-    arguments: Arguments,
+    arguments: PhotonArgs,
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub(super) struct PhotonArgs {
     #[command(flatten)]
-    common: Common,
+    common: StudyArgs,
     /// Photons for each question [default: 1000000 for point, 300000 for transport, 2000000 for profile]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_PHOTONS))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_PHOTONS))]
     photons: Option<u64>,
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Common {
+pub(super) struct StudyArgs {
     /// Folder for the JSON file and the picture, or the picture's own name, ending in .png; folders are made
     #[arg(long, value_name = "PATH", default_value = "out/study")]
     out: PathBuf,
@@ -117,55 +117,65 @@ pub(super) struct Common {
     threads: Option<usize>,
 }
 
-pub(super) fn run(study: &Study) -> Outcome {
+pub(super) fn run(study: &StudyCommand) -> CommandResult {
     match study {
-        Study::Point(arguments) => walk(arguments, "point", point::PHOTONS, point::workload, point::study),
-        Study::Transport(arguments) => walk(arguments, "transport", lines::PHOTONS, lines::workload, lines::study),
-        Study::Profile(one) => {
+        StudyCommand::Point(arguments) => {
+            run_photon_study(arguments, "point", point::PHOTONS, point::workload, point::study)
+        }
+        StudyCommand::Transport(arguments) => {
+            run_photon_study(arguments, "transport", lines::PHOTONS, lines::workload, lines::study)
+        }
+        StudyCommand::Profile(one) => {
             let scene = Recipe::load(&one.recipe)?.draw(one.arguments.common.seed, one.index);
             let chosen = one.profile.unwrap_or(scene.size.profiles / 2);
             if chosen >= scene.size.profiles {
                 let last = scene.size.profiles - 1;
                 return Err(format!("profile {chosen} is beyond the scan: give --profile 0 to {last}").into());
             }
-            let study = |effort: Effort, progress: Progress<'_>| profile::study(&scene, chosen, effort, progress);
-            walk(&one.arguments, "profile", profile::PHOTONS, profile::workload, study)
+            let study = |effort: Effort, progress: StudyProgress<'_>| profile::study(&scene, chosen, effort, progress);
+            run_photon_study(&one.arguments, "profile", profile::PHOTONS, profile::workload, study)
         }
-        Study::Triangulation(of) => again(of, "triangulation", triangulation::study),
-        Study::Sensor(of) => again(of, "sensor", sensor::study),
-        Study::Speckle(of) => again(of, "speckle", speckle::study),
-        Study::Laser(of) => again(of, "laser", laser::study),
-        Study::Packs(of) => {
+        StudyCommand::Triangulation(of) => run_instrument_study(of, "triangulation", triangulation::study),
+        StudyCommand::Sensor(of) => run_instrument_study(of, "sensor", sensor::study),
+        StudyCommand::Speckle(of) => run_instrument_study(of, "speckle", speckle::study),
+        StudyCommand::Laser(of) => run_instrument_study(of, "laser", laser::study),
+        StudyCommand::Packs(of) => {
             let recipe = Recipe::load(&of.recipe)?;
-            make(&of.common, "packs", packs::workload(), |progress| packs::study(&recipe, of.common.seed, progress))
+            run_study(&of.common, "packs", packs::workload(), |progress| {
+                packs::study(&recipe, of.common.seed, progress)
+            })
         }
     }
 }
 
 /// A study that walks photons.
-fn walk(
-    arguments: &Arguments,
+fn run_photon_study(
+    arguments: &PhotonArgs,
     name: &str,
     photons: u64,
     work: fn(Effort) -> u64,
-    study: impl Fn(Effort, Progress) -> StudyReport + Sync,
-) -> Outcome {
+    study: impl Fn(Effort, StudyProgress) -> StudyReport + Sync,
+) -> CommandResult {
     let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed };
-    make(&arguments.common, name, work(effort), |progress| Ok(study(effort, progress)))
+    run_study(&arguments.common, name, work(effort), |progress| Ok(study(effort, progress)))
 }
 
 /// A study that is repeated.
-fn again(of: &Repeated, name: &str, study: fn(Trials, Progress) -> StudyReport) -> Outcome {
+fn run_instrument_study(
+    of: &InstrumentArgs,
+    name: &str,
+    study: fn(Trials, StudyProgress) -> StudyReport,
+) -> CommandResult {
     let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed };
-    make(&of.common, name, trials.repeats, |progress| Ok(study(trials, progress)))
+    run_study(&of.common, name, trials.repeats, |progress| Ok(study(trials, progress)))
 }
 
-fn make(
-    common: &Common,
+fn run_study(
+    common: &StudyArgs,
     name: &str,
     work: u64,
-    study: impl Fn(Progress) -> Result<StudyReport, String> + Sync,
-) -> Outcome {
+    study: impl Fn(StudyProgress) -> Result<StudyReport, String> + Sync,
+) -> CommandResult {
     let threads = super::generate::threads(common.threads)?;
     let out = &common.out;
     let (json, png) = if out.extension().is_some_and(|extension| extension == "png") {
@@ -176,8 +186,8 @@ fn make(
     let folder = png.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make {}: {error}; give another place with --out", folder.display()))?;
-    whole::check(&json)?;
-    let bar = Photons::new(work);
+    output::check_writable(&json)?;
+    let bar = WorkBar::new(work);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let report = pool.install(|| {
         study(&|step| match step {
@@ -187,10 +197,10 @@ fn make(
     })?;
     bar.end();
     print(&report.table);
-    whole::write(&json, format!("{:#}\n", report.json).as_bytes())?;
-    whole::write(&png, &encoded(&report)?)?;
-    let told = |path: &Path| path.display().to_string();
-    say(&format!("{}, {}", told(&json), told(&png)));
+    output::write(&json, format!("{:#}\n", report.json).as_bytes())?;
+    output::write(&png, &encoded(&report)?)?;
+    let name = |path: &Path| path.display().to_string();
+    say(&format!("{}, {}", name(&json), name(&png)));
     Ok(ExitCode::SUCCESS)
 }
 

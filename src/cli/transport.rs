@@ -8,8 +8,8 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use serde_json::{Value, json};
 
-use super::progress::{Photons, say};
-use super::{Outcome, print, whole};
+use super::progress::{WorkBar, say};
+use super::{CommandResult, output, print};
 use crate::medium::Medium;
 use crate::transport::answer::{Answer, Estimate, LineSide};
 use crate::transport::model::Model;
@@ -18,7 +18,7 @@ use crate::transport::path::Effort;
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
 /// Most photons: weeks of work.
-const MOST_PHOTONS: u64 = 1_000_000_000_000;
+const MAX_PHOTONS: u64 = 1_000_000_000_000;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -28,7 +28,7 @@ const MOST_PHOTONS: u64 = 1_000_000_000_000;
 
 recipes/media/README.md explains every key of a medium. The same medium, model, photons and seed
 give the same bytes for any number of threads.")]
-pub(super) struct Transport {
+pub(super) struct TransportArgs {
     /// Layers and question: a YAML file
     #[arg(long, value_name = "FILE")]
     medium: PathBuf,
@@ -37,7 +37,7 @@ pub(super) struct Transport {
     model: String,
     /// Photons to walk, rounded up to 128 equal batches; models without chance take no notice
     #[arg(long, value_name = "N", default_value_t = Effort::default().photons,
-          value_parser = clap::value_parser!(u64).range(1..=MOST_PHOTONS))]
+          value_parser = clap::value_parser!(u64).range(1..=MAX_PHOTONS))]
     photons: u64,
     /// Seed of all chance
     #[arg(long, value_name = "S", default_value_t = 0)]
@@ -50,15 +50,15 @@ pub(super) struct Transport {
     threads: Option<usize>,
 }
 
-pub(super) fn run(arguments: &Transport) -> Outcome {
+pub(super) fn run(arguments: &TransportArgs) -> CommandResult {
     let threads = super::generate::threads(arguments.threads)?;
     let model = Model::ALL.into_iter().find(|model| model.name() == arguments.model).ok_or("no such model")?;
     let medium = Medium::load(&arguments.medium)?;
     if let Some(out) = &arguments.out {
-        whole::check(out)?;
+        output::check_writable(out)?;
     }
     let effort = Effort { photons: arguments.photons, seed: arguments.seed };
-    let bar = Photons::new(if model.walks() { effort.walked() } else { 0 });
+    let bar = WorkBar::new(if model.walks() { effort.walked() } else { 0 });
     bar.say("photons");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let answer = pool.install(|| model.ask(&medium.stack, &medium.question, effort, &|photons| bar.done(photons)));
@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Transport) -> Outcome {
     let answer = answer?;
     let document = format!("{:#}\n", document(model, effort, &medium, &answer)?);
     match &arguments.out {
-        Some(out) => whole::write(out, document.as_bytes())?,
+        Some(out) => output::write(out, document.as_bytes())?,
         None => print(&document),
     }
     if std::io::stderr().is_terminal() || arguments.out.is_some() {

@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use output_schema::file::REPORTS;
 use serde_json::{Value, json};
 
 use super::generate::{threads, warn};
-use super::progress::{Samples, counted, say};
-use super::{Outcome, print, whole};
+use super::progress::{ValidationBar, counted, say};
+use super::{CommandResult, output, print};
 use crate::dataset::{DatasetFolder, Sums};
-use crate::generate::Again;
+use crate::generate::ExpectedDataset;
 use crate::validate::{Declared, Derive, Expect, Options, Report, validate};
 
-/// Where `--save` keeps the report, in the dataset's folder.
-const SAVED: [&str; 2] = ["reports", "validation.json"];
+/// Name of the report that `--save` keeps.
+const REPORT_FILE: &str = "validation.json";
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -28,7 +29,7 @@ const SAVED: [&str; 2] = ["reports", "validation.json"];
 docs/validate.md explains every check and fault.
 
 Exit status: 0 nothing is wrong, 1 there are faults, 2 unusable arguments.")]
-pub(super) struct Validate {
+pub(super) struct ValidateArgs {
     /// Folder of the dataset
     dir: PathBuf,
     /// How many samples to render again and compare byte for byte
@@ -48,7 +49,7 @@ pub(super) struct Validate {
     save: bool,
 }
 
-pub(super) fn run(arguments: &Validate) -> Outcome {
+pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
     let folder = DatasetFolder::open(&arguments.dir).ok();
     let shards = folder.as_ref().map(|folder| folder.head().shards);
@@ -58,20 +59,22 @@ pub(super) fn run(arguments: &Validate) -> Outcome {
         return Err(format!("--save: {dir} holds no readable dataset.json; validate without --save to see why").into());
     }
     // Where dataset.json cannot be read, validation says so itself.
-    let again = folder.as_ref().map(Again::of).unwrap_or(Err("there is no readable dataset.json".into()));
-    if let Ok(again) = &again
+    let expected_dataset =
+        folder.as_ref().map(ExpectedDataset::of).unwrap_or(Err("there is no readable dataset.json".into()));
+    if let Ok(expected_dataset) = &expected_dataset
         && arguments.rerender > 0
     {
-        warn(again.recipe());
+        warn(expected_dataset.recipe());
     }
-    let again = again.as_ref().map_err(String::as_str);
-    let declared: Option<Declared> = again.ok().map(Again::declared);
-    let expect = again.ok().map(|again| |index: u64| again.expected(index));
-    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
-    let rerender = |index: u64| again.map(|again| again.sample(index)).map_err(String::from);
-    let bar = Samples::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
+    let expected_dataset = expected_dataset.as_ref().map_err(String::as_str);
+    let declared: Option<Declared> = expected_dataset.ok().map(ExpectedDataset::declared);
+    let expect = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.expected(index));
+    let derive = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.unlit(index));
+    let rerender =
+        |index: u64| expected_dataset.map(|expected_dataset| expected_dataset.sample(index)).map_err(String::from);
+    let bar = ValidationBar::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
     let options = Options {
-        expect_head: Some(again.map(Again::head)),
+        expect_head: Some(expected_dataset.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
         declared: declared.as_ref(),
@@ -103,11 +106,11 @@ fn save(dir: &Path, sums: &Sums, report: &Report) -> Result<(), String> {
     if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
         document.extend(report);
     }
-    let folder = dir.join(SAVED[0]);
+    let folder = dir.join(REPORTS);
     let made = fs::create_dir(&folder);
     if let Err(e) = made.as_ref().or_else(|e| if folder.is_dir() { Ok(&()) } else { Err(e) }) {
         return Err(format!("cannot make {}: {e}; make room there, or validate without --save", folder.display()));
     }
     let remedy = "make room there, or validate without --save";
-    whole::write_or(&folder.join(SAVED[1]), format!("{document:#}\n").as_bytes(), remedy)
+    output::write_or(&folder.join(REPORT_FILE), format!("{document:#}\n").as_bytes(), remedy)
 }

@@ -35,7 +35,7 @@ pub fn margin(settings: &Extraction) -> usize {
 
 /// Reads every column of the windows in `frames`; the second has no rows where one is enough.
 ///
-/// Rectified scans are read_columns as uncalibrated ones first: `rectify` needs a whole profile.
+/// Rectified scans are read as uncalibrated ones first: `rectify` needs a whole profile.
 pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
     if frames[1].rows == 0 {
         return read_window(&frames[0], calibration, settings, out);

@@ -1,32 +1,32 @@
-//! What a dataset would take: time, disk, samples of each class.
+//! Estimate of what a dataset takes: time, disk, samples of each class.
 
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::{Order, head, in_flight, sample};
+use super::{DatasetRequest, dataset_head, in_flight, render_sample};
 use crate::dataset::{self, DatasetFolder, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
 use crate::optics::speckle::PatternCache;
 use crate::recipe::Recipe;
 use crate::settings::Transport;
 
 /// Samples of each class in the whole dataset, in the recipe's order.
-fn classes(recipe: &Recipe, order: &Order) -> Vec<(String, u64)> {
+fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, u64)> {
     let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
     let one = |mut counts: Vec<u64>, index: u64| {
-        let class = &recipe.class_of(order.seed, index).name;
+        let class = &recipe.class_of(request.seed, index).name;
         names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| *count += 1);
         counts
     };
     let none = || vec![0; names.len()];
     let sum = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
-    let counts = (0..order.samples).into_par_iter().fold(none, one).reduce(none, sum);
+    let counts = (0..request.samples).into_par_iter().fold(none, one).reduce(none, sum);
     names.iter().map(|name| name.to_string()).zip(counts).collect()
 }
 
 /// What a dataset would take.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
+pub struct GenerateEstimate {
     /// Samples still to be made by this order.
     pub samples: u64,
     /// Shards that they fill.
@@ -41,35 +41,37 @@ pub struct Estimate {
     pub classes: Vec<(String, u64)>,
 }
 
-impl Estimate {
+impl GenerateEstimate {
     /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy; only one
     /// where the transport is a slow one.
-    pub fn trial(recipe: &Recipe, order: &Order) -> u64 {
+    pub fn trial(recipe: &Recipe, request: &DatasetRequest) -> u64 {
         let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
-        together.min(order.samples)
+        together.min(request.samples)
     }
 
     /// Renders the first samples to see what one takes, and counts.
-    pub fn measure(recipe: &Recipe, order: &Order) -> Self {
-        let tiles = PatternCache::new(order.seed);
-        let together = Self::trial(recipe, order);
+    pub fn measure(recipe: &Recipe, request: &DatasetRequest) -> Self {
+        let tiles = PatternCache::new(request.seed);
+        let together = Self::trial(recipe, request);
         if together > 1 {
             // Tables are filled before the clock runs; a sample so large that it flies alone hides them.
-            sample(recipe, order.seed, 0, &tiles, &|_| ());
+            render_sample(recipe, request.seed, 0, &tiles, &|_| ());
         }
         let start = Instant::now();
-        let bytes: u64 =
-            (0..together).into_par_iter().map(|i| sample(recipe, order.seed, i, &tiles, &|_| ()).bytes()).sum();
+        let bytes: u64 = (0..together)
+            .into_par_iter()
+            .map(|i| render_sample(recipe, request.seed, i, &tiles, &|_| ()).bytes())
+            .sum();
         let sample_time = start.elapsed() / together as u32;
-        let (count, classes) = (Self::count(recipe, order), classes(recipe, order));
+        let (count, classes) = (Self::count(recipe, request), class_counts(recipe, request));
         Self { sample_bytes: bytes / together + ROW_BYTES, sample_time, classes, ..count }
     }
 
     /// Counts what is to be made; size from the recipe's channels, no time and no classes.
-    pub fn count(recipe: &Recipe, order: &Order) -> Self {
-        let (part, parts) = order.part;
-        let folder = DatasetFolder::open(&order.out).ok();
-        let head = head(recipe, order);
+    pub fn count(recipe: &Recipe, request: &DatasetRequest) -> Self {
+        let (part, parts) = request.part;
+        let folder = DatasetFolder::open(&request.out).ok();
+        let head = dataset_head(recipe, request);
         // A shard that the folder's head ends early is made again.
         let missing = |&shard: &u64| {
             folder.as_ref().is_none_or(|f| f.head().span(shard) != head.span(shard) || !f.is_done(shard))
@@ -84,7 +86,7 @@ impl Estimate {
             shards,
             sample_bytes: estimated_bytes_per_sample(&recipe.output(), &recipe.size()),
             sample_time: Duration::ZERO,
-            free: dataset::free_bytes(&order.out),
+            free: dataset::free_bytes(&request.out),
             classes: Vec::new(),
         }
     }

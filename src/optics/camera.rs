@@ -244,13 +244,13 @@ impl Camera {
 
     /// Variance of a thin lens's defocus along rows at `y` from the laser plane and height `z`, whatever the tilt of the
     /// sensor [px^2].
-    pub fn off_plane(&self, y: f32, z: f32) -> f32 {
+    pub fn off_plane_defocus(&self, y: f32, z: f32) -> f32 {
         let [zc, bottom] = self.projection.depth(y, z);
         if self.thin { self.defocus.variances(zc, zc / bottom)[1] } else { 0.0 }
     }
 
     /// How far a column's line of sight leans along the line over a level surface, dx/dy [1].
-    pub fn lean(&self, x: f32, z: f32) -> f32 {
+    pub fn sightline_lean(&self, x: f32, z: f32) -> f32 {
         let Projection { sin, cos, tan_beta, .. } = self.projection;
         x * (sin - tan_beta * cos) / self.projection.depth(0.0, z)[1]
     }
@@ -275,7 +275,7 @@ impl Camera {
 
     /// Sensor column and row of a point in space, y from the laser plane [px].
     #[inline]
-    pub fn place(&self, x: f32, y: f32, z: f32) -> [f32; 2] {
+    pub fn project(&self, x: f32, y: f32, z: f32) -> [f32; 2] {
         if self.distortion.is_some() {
             let (col, row) = self.rig.project(f64::from(x), f64::from(y), f64::from(z));
             return [col as f32, row as f32];

@@ -113,7 +113,7 @@ impl TransmissionScratch {
             return;
         }
         self.below[column] = Some(TransmittedPoint {
-            column: view.camera.place(hit.x, 0.0, z)[0],
+            column: view.camera.project(hit.x, 0.0, z)[0],
             z,
             sight,
             light: through.map(|t| t * white),

@@ -66,8 +66,8 @@ impl Highlights {
             }
             // An exponential law of brightness, as of facets that lie more or less right.
             let light = gain * -ln(segment.draw) * row.surface_light[column];
-            let off =
-                view.camera.place(hit.x, 0.0, hit.surface.z)[0] - view.camera.place(segment.x, 0.0, hit.surface.z)[0];
+            let off = view.camera.project(hit.x, 0.0, hit.surface.z)[0]
+                - view.camera.project(segment.x, 0.0, hit.surface.z)[0];
             for (side, part) in streak::columns(-off, view.camera.lens_variance()) {
                 let there = column.wrapping_add_signed(side);
                 if let Some(hit) = row.hits.get(there)
@@ -93,8 +93,8 @@ impl Highlights {
             if hit.matter.class == Class::Background || !hit.seen {
                 continue;
             }
-            let x = segment.x - segment.reach[0] * lean;
-            let place = view.camera.place(x, 0.0, hit.surface.z)[0];
+            let x = segment.x - segment.start * lean;
+            let place = view.camera.project(x, 0.0, hit.surface.z)[0];
             let rate = row.rows_per_mm[column];
             let column_mm = view.camera.sight(hit.x, hit.surface.z, 0.0).column_mm;
             let wide = width / column_mm;
@@ -104,9 +104,11 @@ impl Highlights {
                 column: place,
                 centre: row.centre[column],
                 lean: -lean / column_mm / rate,
-                rows: [row.centre[column] - rate * segment.reach[1], row.centre[column] - rate * segment.reach[0]],
+                first_row: row.centre[column] - rate * segment.end,
+                last_row: row.centre[column] - rate * segment.start,
                 electrons: bright * wide * row.line_peak(column),
-                variance: [view.camera.lens_variance() + wide * wide / 12.0, view.camera.lens_variance()],
+                column_variance: view.camera.lens_variance() + wide * wide / 12.0,
+                row_variance: view.camera.lens_variance(),
             });
         }
         row.streaks.sort_by(|a, b| a.column.total_cmp(&b.column));

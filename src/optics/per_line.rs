@@ -98,7 +98,7 @@ impl PerLine<'_> {
                 // The window's middle row holds the centre. Beside the body light is seen as if the line's height went on.
                 let first = row.centre[column].floor() - CENTRE as f32;
                 let (place, z) = match cut.surface(of.x[column]) {
-                    Some(surface) => (self.camera.place(of.x[column], y as f32, surface.z)[1] - first, surface.z),
+                    Some(surface) => (self.camera.project(of.x[column], y as f32, surface.z)[1] - first, surface.z),
                     None => {
                         (row.centre[column] - first - y as f32 * row.rows_per_mm[column], row.hits[column].surface.z)
                     }

@@ -158,7 +158,7 @@ impl LitRow<'_> {
         let from = Vec3::new(hit.x, y, hit.surface.z);
         let ReflectedHit { point: at, surface, .. } =
             specimen.reflected_hit(from, way, MAX_WAY_MM, y).filter(|hit| hit.seen)?;
-        let place = camera.place(at.x, at.y - y, at.z);
+        let place = camera.project(at.x, at.y - y, at.z);
         let sight = camera.sight(at.x, at.z, surface.slope_y);
         let facing = Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).normalize().dot(sight.view).max(0.0);
         let target = (place[0].round().max(0.0) as usize).min(self.hits.len() - 1);

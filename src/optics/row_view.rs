@@ -3,6 +3,7 @@
 use procedural::Surface;
 
 use super::camera::{Camera, Sight};
+use super::laser::SpotLight;
 use crate::specimen::Specimen;
 
 /// Body, camera and laser at one position of the scan.
@@ -32,9 +33,9 @@ impl RowView<'_> {
     #[inline]
     pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
         match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
-            Some([share, off]) => {
+            Some(SpotLight { share, off }) => {
                 // A column looks along a slant: beside the spot's middle it sees more of one half than of the other.
-                let row = sight.row + off * self.camera.lean(x, z) * sight.rows_per_mm;
+                let row = sight.row + off * self.camera.sightline_lean(x, z) * sight.rows_per_mm;
                 Sight { electrons: sight.electrons * share / sight.column_mm, row, ..sight }
             }
             None => sight,

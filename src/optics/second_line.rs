@@ -78,7 +78,7 @@ impl SecondLine {
         let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, ahead + geometry.neighbours[k]));
         let Scratch { windows, spare, used, .. } = scratch;
         let middle = &row.hits[(from + TILE / 2).min(row.hits.len() - 1)];
-        let disc = |y: f32| camera.off_plane(y, middle.surface.z);
+        let disc = |y: f32| camera.off_plane_defocus(y, middle.surface.z);
         let blur = disc(self.offset as f32) - disc(0.0);
         let line = LineShape { centre: &centre, blur, profile: camera.laser.line_profile() };
         draw(row, &neighbours, from, &line, spare);
@@ -96,7 +96,7 @@ impl SecondLine {
     fn columns(&self, camera: &Camera, row: &Row, start: usize, columns: usize) -> usize {
         let middle = start + columns / 2;
         let hit = &row.hits[middle];
-        let seen = camera.place(hit.x, self.offset as f32, hit.surface.z)[0];
+        let seen = camera.project(hit.x, self.offset as f32, hit.surface.z)[0];
         let from = start as f32 + (middle as f32 - seen).round();
         (from.max(0.0) as usize).min(row.centre.len() - TILE)
     }
@@ -108,9 +108,9 @@ impl SecondLine {
         let surface = &hit.surface;
         let z = surface.z + surface.slope_y * rest;
         let y = self.offset as f32;
-        let seen = camera.place(hit.x, y, z)[0];
+        let seen = camera.project(hit.x, y, z)[0];
         let x = (column as f32 - seen) * camera.sight(hit.x, z, 0.0).column_mm;
-        let place = camera.place(hit.x + x, y, z + surface.slope_x * x)[1];
+        let place = camera.project(hit.x + x, y, z + surface.slope_x * x)[1];
         place - camera.laser.at(hit.x, z).bow * row.rows_per_mm[own]
     }
 }

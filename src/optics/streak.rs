@@ -15,18 +15,22 @@ const END_REACH: f32 = 4.0;
 /// A fibre that guides light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Streak {
-    /// Sensor column where it crosses the line [px], and row of the line there [px].
+    /// Sensor column where it crosses the line [px].
     pub column: f32,
-    /// See [`Self::column`].
+    /// Sensor row of the line there [px].
     pub centre: f32,
     /// Columns that it moves aside per row [1].
     pub lean: f32,
-    /// Its first and last row [px].
-    pub rows: [f32; 2],
+    /// Its first row [px].
+    pub first_row: f32,
+    /// Its last row [px].
+    pub last_row: f32,
     /// Light in each of its rows [e-].
     pub electrons: f32,
-    /// Variance along the columns and along the rows [px^2].
-    pub variance: [f32; 2],
+    /// Variance across the columns [px^2].
+    pub column_variance: f32,
+    /// Variance along the rows [px^2].
+    pub row_variance: f32,
 }
 
 /// The streaks of a row, sorted by column, that may reach a tile.
@@ -51,15 +55,15 @@ pub fn columns(off: f32, v: f32) -> [(isize, f32); 5] {
 /// Draws streaks into the columns `start..` of a window, as light from below.
 pub fn draw(streaks: &[Streak], start: usize, window: &mut Window) {
     for streak in streaks {
-        let sigma = streak.variance[1].sqrt();
-        let (first, last) = (streak.rows[0] - END_REACH * sigma, streak.rows[1] + END_REACH * sigma);
+        let sigma = streak.row_variance.sqrt();
+        let (first, last) = (streak.first_row - END_REACH * sigma, streak.last_row + END_REACH * sigma);
         // The normal distribution function by the logistic one, within 1 %.
         let below = |row: f32| 1.0 / (1.0 + exp((-1.702 * row / sigma).clamp(-80.0, 80.0)));
         for row in first.ceil() as i32..=last.floor() as i32 {
-            let light = streak.electrons * (below(row as f32 - streak.rows[0]) - below(row as f32 - streak.rows[1]));
+            let light = streak.electrons * (below(row as f32 - streak.first_row) - below(row as f32 - streak.last_row));
             let position = streak.column + streak.lean * (row as f32 - streak.centre);
             let nearest = position.round();
-            for (side, part) in columns(position - nearest, streak.variance[0]) {
+            for (side, part) in columns(position - nearest, streak.column_variance) {
                 let column = nearest as isize + side - start as isize;
                 let Some(c) = usize::try_from(column).ok().filter(|&c| c < TILE) else { continue };
                 let k = row - window.first_row[c];

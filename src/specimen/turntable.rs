@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Slopes and fibres are turned into the frame of laser and camera, rays for shadows into the body's. A full turn sees
-//! each point twice where the line reaches over the axis. For all bodies but packs, whose height field is made for one
+//! each point twice where the line reaches over the axis. For all bodies but packs, whose surface grid is made for one
 //! direction of view. Neglected: that an uneven gloss turns with the body.
 
 use glam::{Vec2, Vec3};

@@ -1,4 +1,5 @@
-//! A line of light on the fifteen media of docs/physics.md: where it comes out again, by every model.
+//! Line spread of fifteen media: reflectance, radiance factor towards the lens, shares of rows and asymmetry by every model
+//! of transport, on the media of docs/physics.md.
 //!
 //! Rows and line are the table's: 0.101 mm, standard deviation 0.05 mm. Errors of sums over rows take rows as
 //! independent, which photons that leave in one row or another are but for a share of their number.
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
 use super::media::{WOODS, Wood};
-use super::{Progress, StudyReport, ask, describe, document_head, total_photons};
+use super::{StudyProgress, StudyReport, ask, describe, document_head, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::medium::Medium;
@@ -27,7 +28,7 @@ struct MediumCase {
     pub answers: Vec<Result<Answer, String>>,
 }
 
-/// How far the kernel may be off the judge.
+/// How far the kernel may be off the reference Monte Carlo.
 #[derive(Debug, Clone, Copy)]
 enum Tolerance {
     /// Difference from the reference.
@@ -36,16 +37,16 @@ enum Tolerance {
     Relative(f64),
 }
 
-/// Where a number stands against its bar.
+/// Where a number of the kernel stands against its tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Verdict {
     Within,
     Beyond,
-    /// Two standard errors reach over the bar.
+    /// Two standard errors reach over the tolerance.
     Open,
 }
 
-/// What is read off a line spread.
+/// A number that is measured on a line spread.
 struct SpreadFigure {
     key: &'static str,
     pub name: &'static str,
@@ -65,7 +66,7 @@ const FIGURES: [SpreadFigure; 5] = [
 ];
 
 impl Tolerance {
-    /// What `figure` is off the judge, in the bar's own measure.
+    /// Difference of `figure` from the reference, absolute or relative.
     fn off(self, figure: Estimate, judge: Estimate) -> Estimate {
         let (f, j) = (figure.value, judge.value);
         match self {
@@ -112,7 +113,7 @@ impl MediumCase {
         Model::ALL.into_iter().zip(&self.answers).find(|(known, _)| *known == model)?.1.as_ref().ok()
     }
 
-    /// The kernel's marks in the order of [`FIGURES`]; `None` where it or the judge refuses.
+    /// The kernel's verdicts in the order of [`FIGURES`]; `None` where it or the reference refuses.
     pub fn verdicts(&self) -> Option<[Verdict; FIGURES.len()]> {
         let (judge, kernel) = (figures(self.answer(Model::Path)?), figures(self.answer(Model::Kernel)?));
         Some(std::array::from_fn(|i| FIGURES[i].tolerance.verdict(kernel[i], judge[i])))
@@ -145,7 +146,7 @@ pub fn workload(effort: Effort) -> u64 {
 }
 
 /// Makes the study.
-pub fn study(effort: Effort, progress: Progress) -> StudyReport {
+pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
     let answers = |wood: &Wood, model: Model| {
         ask(model, wood.name, &Medium { stack: wood.stack(), question }, effort, progress)
@@ -191,7 +192,7 @@ fn table(cases: &[MediumCase]) -> String {
     text + &kernel_summary(cases)
 }
 
-/// How many media the kernel has within each bar.
+/// For how many media the kernel is within each tolerance.
 fn kernel_summary(cases: &[MediumCase]) -> String {
     let verdicts: Vec<_> = cases.iter().filter_map(MediumCase::verdicts).collect();
     let each = FIGURES.iter().enumerate().map(|(i, SpreadFigure { name, tolerance, .. })| {
@@ -203,7 +204,7 @@ fn kernel_summary(cases: &[MediumCase]) -> String {
     format!("kernel within its bars: {}\n", each.join("; "))
 }
 
-/// A number beside what the judge has.
+/// A number, and its difference from the reference in brackets.
 fn words(tolerance: Tolerance, figure: Estimate, judge: Option<Estimate>) -> String {
     let own = describe(figure, 4);
     match judge.map(|judge| (tolerance, tolerance.off(figure, judge).value)) {
@@ -292,7 +293,7 @@ fn chart(case: &MediumCase) -> Chart {
     }
 }
 
-/// What the kernel's bars say.
+/// Verdict of each figure of the kernel.
 fn verdicts(case: &MediumCase) -> String {
     let each = |verdicts| {
         FIGURES.iter().zip(verdicts).map(|(figure, verdict): (_, Verdict)| [figure.name, verdict.name()].join(" "))

@@ -1,4 +1,4 @@
-//! The fifteen media of docs/physics.md's table.
+//! Fifteen kinds of wood with their optical coefficients: those of docs/physics.md's table.
 
 use procedural::{Gloss, Medium};
 

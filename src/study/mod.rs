@@ -48,16 +48,22 @@ pub enum StudyEvent<'a> {
 }
 
 /// Receives the events of a study.
-pub type Progress<'a> = &'a (dyn Fn(StudyEvent) + Sync);
+pub type StudyProgress<'a> = &'a (dyn Fn(StudyEvent) + Sync);
 
 /// Asks a model, and reports how far it is.
-fn ask(model: Model, what: &str, medium: &Medium, effort: Effort, progress: Progress) -> Result<Answer, ModelError> {
+fn ask(
+    model: Model,
+    what: &str,
+    medium: &Medium,
+    effort: Effort,
+    progress: StudyProgress,
+) -> Result<Answer, ModelError> {
     announce(model.name(), what, progress);
     model.ask(&medium.stack, &medium.question, effort, &|photons| progress(StudyEvent::Done(photons)))
 }
 
 /// Reports that a model is asked about something.
-fn announce(name: &str, what: &str, progress: Progress) {
+fn announce(name: &str, what: &str, progress: StudyProgress) {
     progress(StudyEvent::Asks(&format!("{name} about {what}")));
 }
 

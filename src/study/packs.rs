@@ -1,4 +1,5 @@
-//! One blister pack of each defect as the camera sees it, and what Range and Scatter say of the pockets concerned.
+//! Range and Scatter of blister packs with one defect each: means over the pockets concerned and over the others, and the
+//! maps as the camera sees them.
 //!
 //! Every pack has draws of its own, those of samples 0, 1, 2 ... of the recipe, but one film, one exposure and the defects
 //! of `PACKS`; so apart from the defect packs differ as they do in a dataset.
@@ -8,7 +9,7 @@ use procedural::blister::{Blister, Defects};
 use procedural::{Class, Instance};
 use serde_json::{Value, json};
 
-use super::{Progress, StudyEvent, StudyReport, announce};
+use super::{StudyEvent, StudyProgress, StudyReport, announce};
 use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
@@ -25,43 +26,51 @@ const OPAQUE_SIGMA_PER_MM: f64 = 150.0;
 const GOOD_US: f64 = 40.0;
 const OVEREXPOSED_US: f64 = 400.0;
 
-/// A name, and what makes the pack so: its numbers and the exposure time [us].
-type Change = (&'static str, fn(&mut Blister, &mut f64));
+/// A pack of the study: what makes it so.
+struct PackCase {
+    name: &'static str,
+    /// Changes the numbers of a sound pack and the exposure time [us].
+    change: fn(&mut Blister, &mut f64),
+}
+
+const fn pack(name: &'static str, change: fn(&mut Blister, &mut f64)) -> PackCase {
+    PackCase { name, change }
+}
 
 /// The packs on show: sound, each defect alone, then other films and light, then several defects together.
-const PACKS: [Change; 24] = [
-    ("sound", |_, _| ()),
-    ("missing", |b, _| b.defects.missing = 1.0),
-    ("broken", |b, _| b.defects.broken = 1.0),
-    ("chipped", |b, _| b.defects.chipped = 1.0),
-    ("cracked", |b, _| b.defects.cracked = 1.0),
-    ("capped", |b, _| b.defects.capped = 1.0),
-    ("foreign tablet", |b, _| b.defects.foreign_tablet = 1.0),
-    ("wrong coat", |b, _| b.defects.wrong_coat = 1.0),
-    ("double", |b, _| b.defects.double = 1.0),
-    ("particle", |b, _| b.defects.particle = 1.0),
-    ("fibre", |b, _| b.defects.fibre = 1.0),
-    ("powder", |b, _| b.defects.powder = 1.0),
-    ("shallow", |b, _| b.defects.shallow = 1.0),
-    ("collapsed", |b, _| b.defects.collapsed = 1.0),
-    ("punctured", |b, _| b.defects.punctured = 1.0),
-    ("pinhole, clear film", |b, _| (b.defects.pinhole, b.web.sigma_per_mm) = (3.0, CLEAR_SIGMA_PER_MM)),
-    ("channel", |b, _| b.defects.channel = 1.0),
-    ("wrinkle", |b, _| b.defects.wrinkle = 1.0),
-    ("delamination", |b, _| b.defects.delamination = 1.0),
-    ("tablet on flange", |b, _| b.defects.tablet_on_flange = 1.0),
-    ("missing, clear film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, CLEAR_SIGMA_PER_MM)),
-    ("missing, opaque film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, OPAQUE_SIGMA_PER_MM)),
-    ("missing, overexposed", |b, time_us| {
+const PACKS: [PackCase; 24] = [
+    pack("sound", |_, _| ()),
+    pack("missing", |b, _| b.defects.missing = 1.0),
+    pack("broken", |b, _| b.defects.broken = 1.0),
+    pack("chipped", |b, _| b.defects.chipped = 1.0),
+    pack("cracked", |b, _| b.defects.cracked = 1.0),
+    pack("capped", |b, _| b.defects.capped = 1.0),
+    pack("foreign tablet", |b, _| b.defects.foreign_tablet = 1.0),
+    pack("wrong coat", |b, _| b.defects.wrong_coat = 1.0),
+    pack("double", |b, _| b.defects.double = 1.0),
+    pack("particle", |b, _| b.defects.particle = 1.0),
+    pack("fibre", |b, _| b.defects.fibre = 1.0),
+    pack("powder", |b, _| b.defects.powder = 1.0),
+    pack("shallow", |b, _| b.defects.shallow = 1.0),
+    pack("collapsed", |b, _| b.defects.collapsed = 1.0),
+    pack("punctured", |b, _| b.defects.punctured = 1.0),
+    pack("pinhole, clear film", |b, _| (b.defects.pinhole, b.web.sigma_per_mm) = (3.0, CLEAR_SIGMA_PER_MM)),
+    pack("channel", |b, _| b.defects.channel = 1.0),
+    pack("wrinkle", |b, _| b.defects.wrinkle = 1.0),
+    pack("delamination", |b, _| b.defects.delamination = 1.0),
+    pack("tablet on flange", |b, _| b.defects.tablet_on_flange = 1.0),
+    pack("missing, clear film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, CLEAR_SIGMA_PER_MM)),
+    pack("missing, opaque film", |b, _| (b.defects.missing, b.web.sigma_per_mm) = (1.0, OPAQUE_SIGMA_PER_MM)),
+    pack("missing, overexposed", |b, time_us| {
         b.defects.missing = 1.0;
         *time_us = OVEREXPOSED_US;
     }),
-    ("several", |b, _| {
+    pack("several", |b, _| {
         (b.defects.missing, b.defects.broken, b.defects.powder, b.defects.channel) = (1.0, 1.0, 1.0, 1.0);
     }),
 ];
 
-/// A pack on show.
+/// A pack that was rendered.
 struct PackSample {
     pub name: &'static str,
     pub record: Record,
@@ -75,10 +84,10 @@ pub fn workload() -> u64 {
 }
 
 /// Renders the packs of `recipe`; what is wrong where it is about something else.
-pub fn study(recipe: &Recipe, seed: u64, progress: Progress) -> Result<StudyReport, String> {
+pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<StudyReport, String> {
     let tiles = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
-    for (number, (name, change)) in PACKS.into_iter().enumerate() {
+    for (number, PackCase { name, change }) in PACKS.into_iter().enumerate() {
         announce("kernel", name, progress);
         let scene = scene(recipe, seed, number as u64, change)?;
         let record = pipeline::render(&scene, &tiles, &|_| ());
@@ -91,9 +100,9 @@ pub fn study(recipe: &Recipe, seed: u64, progress: Progress) -> Result<StudyRepo
     table += &format!("{:22} {:>10} {:>10} {:>10} {:>10}\n", "", "[DN]", "[DN]", "[mm]", "[mm]");
     let mut rows = Vec::new();
     for pack in &packs {
-        let (line, row) = told(pack);
+        let PackRow { line, json } = describe(pack);
         table += &line;
-        rows.push(row);
+        rows.push(json);
     }
     let json = json!({
         "schema_version": 1,
@@ -125,8 +134,17 @@ fn scene(recipe: &Recipe, seed: u64, index: u64, change: fn(&mut Blister, &mut f
     Ok(scene)
 }
 
-/// Mean Scatter without the dark level [DN] and mean Range [mm] of the pockets that `chosen` picks; `None` for none.
-fn mean(pack: &PackSample, chosen: impl Fn(&Instance) -> bool) -> Option<[f64; 2]> {
+/// Means over the pixels of some pockets.
+#[derive(Clone, Copy)]
+struct PocketMeans {
+    /// Scatter without the dark level [DN].
+    scatter_dn: f64,
+    /// Range [mm].
+    range_mm: f64,
+}
+
+/// Means of the pockets that `chosen` picks; `None` for none.
+fn pocket_means(pack: &PackSample, chosen: impl Fn(&Instance) -> bool) -> Option<PocketMeans> {
     let record = &pack.record;
     let ids: Vec<u16> = record.objects.iter().map(|o| o.instance).filter(|i| chosen(i)).map(|i| i.id).collect();
     let parent = |id: u16| {
@@ -139,30 +157,38 @@ fn mean(pack: &PackSample, chosen: impl Fn(&Instance) -> bool) -> Option<[f64; 2
     };
     let pixels: Vec<usize> = (0..record.labels.instance.len()).filter(seen).collect();
     let of = |map: &[f32]| pixels.iter().map(|&i| f64::from(map[i])).sum::<f64>() / pixels.len() as f64;
-    (!pixels.is_empty()).then(|| [of(&record.maps.scatter) - pack.dark_dn, of(&record.maps.range)])
+    (!pixels.is_empty())
+        .then(|| PocketMeans { scatter_dn: of(&record.maps.scatter) - pack.dark_dn, range_mm: of(&record.maps.range) })
 }
 
-/// A pack's line in the table, and the same as JSON.
-fn told(pack: &PackSample) -> (String, Value) {
+/// What the study says of a pack: its line in the table, and the same as JSON.
+struct PackRow {
+    line: String,
+    json: Value,
+}
+
+/// Describes a pack.
+fn describe(pack: &PackSample) -> PackRow {
     let pocket = |i: &Instance| i.within == 0 && (i.class == Class::Pocket || i.state != Class::Pocket);
-    let concerned = mean(pack, |i| pocket(i) && i.state != Class::Pocket);
-    let others = mean(pack, |i| pocket(i) && i.state == Class::Pocket);
+    let concerned = pocket_means(pack, |i| pocket(i) && i.state != Class::Pocket);
+    let others = pocket_means(pack, |i| pocket(i) && i.state == Class::Pocket);
     let defects: Vec<&str> =
         pack.record.objects.iter().map(|o| o.instance.class).filter(|c| *c != Class::Pocket).map(Class::name).collect();
-    let number = |of: Option<[f64; 2]>, i: usize, digits: usize| {
-        of.map_or("-".to_owned(), |values| format!("{:.digits$}", values[i]))
-    };
+    let number = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
     let line = format!(
         "{:22} {:>10} {:>10} {:>10} {:>10}  {}\n",
         pack.name,
-        number(concerned, 0, 1),
-        number(others, 0, 1),
-        number(concerned, 1, 2),
-        number(others, 1, 2),
+        number(concerned.map(|means| means.scatter_dn), 1),
+        number(others.map(|means| means.scatter_dn), 1),
+        number(concerned.map(|means| means.range_mm), 2),
+        number(others.map(|means| means.range_mm), 2),
         defects.join(", ")
     );
-    let pair = |of: Option<[f64; 2]>| of.map(|[scatter, range]| json!({"scatter_dn": scatter, "range_mm": range}));
-    (line, json!({"name": pack.name, "defects": defects, "concerned": pair(concerned), "others": pair(others)}))
+    let pair = |of: Option<PocketMeans>| {
+        of.map(|PocketMeans { scatter_dn, range_mm }| json!({"scatter_dn": scatter_dn, "range_mm": range_mm}))
+    };
+    let json = json!({"name": pack.name, "defects": defects, "concerned": pair(concerned), "others": pair(others)});
+    PackRow { line, json }
 }
 
 /// Packs in a line of the page.

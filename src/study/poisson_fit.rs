@@ -1,4 +1,4 @@
-//! Fit of counts: y ~ exp(sum of b_k x_k), the variance of y proportional to its mean (quasi-Poisson, log link).
+//! Quasi-Poisson regression of counts: y ~ exp(sum of b_k x_k), the variance of y proportional to its mean (log link).
 //!
 //! Sparse counts are no trouble, since no logarithm of a count is taken. Solved by iteratively reweighted least squares
 //! (Nelder and Wedderburn 1972). Observations may count less than whole: with such shares u and W = u mean, covariance of

@@ -1,13 +1,13 @@
-//! One profile of a recipe's sample by every model of light below the surface: what production makes of knots and borders
-//! against the judge, with the judge's standard errors.
+//! Scatter along one profile of a recipe's sample, by every model of light below the surface: what the kernel makes of knots
+//! and borders, against the reference Monte Carlo with its standard errors.
 //!
-//! All models look through the same bench, free of sensor noise and speckle. The judge walks eight independent times;
-//! mean and standard error of a bin of columns are taken from them.
+//! All models look through the same bench, free of sensor noise and speckle. The reference is walked eight independent
+//! times; mean and standard error of a bin of columns are taken from these walks.
 
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::{Progress, StudyEvent, StudyReport, announce, document_head};
+use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::speckle::PatternCache;
@@ -19,9 +19,9 @@ use crate::transport::answer::Estimate;
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
 
-/// Photons of the judge in all.
+/// Photons of the reference Monte Carlo in all.
 pub const PHOTONS: u64 = 2_000_000;
-/// Independent walks of the judge.
+/// Independent walks of the reference Monte Carlo.
 const WALKS: u64 = 8;
 /// Columns averaged into one.
 const BIN_COLUMNS: usize = 8;
@@ -29,7 +29,7 @@ const BIN_COLUMNS: usize = 8;
 const SCATTER_ROWS: usize = 8;
 const CHART_PX: (u32, u32) = (1100, 420);
 
-/// What a model says of the bins along the line: Scatter and all light [e-].
+/// Scatter and all light of the bins along the line by one model [e-].
 struct ProfileLine {
     model: ComparedModel,
     scatter: Vec<Estimate>,
@@ -42,11 +42,11 @@ pub fn workload(effort: Effort) -> u64 {
 }
 
 /// Asks every model about `profile` of `scene`.
-pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: Progress) -> StudyReport {
+pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
     let mut x = Vec::new();
-    let mut look = |transport: Transport, repeat: u64| {
+    let mut expose_bins = |transport: Transport, repeat: u64| {
         let mut own = scene.clone();
         (own.transport, own.stream) = (transport, scene.stream.child("study").index(effort.seed).index(repeat));
         let (sensor, specimen) = pipeline::set_up(&own, body.clone(), &tiles);
@@ -62,7 +62,10 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: Progress) 
             expose::window(&sensor, &band, profile, tile, &mut scratch);
             columns.extend((0..TILE.min(hits.len() - tile * TILE)).map(|column| column_light(&scratch, column)));
         }
-        let mean = |bin: &[[f64; 2]]| [0, 1].map(|i| bin.iter().map(|v| v[i]).sum::<f64>() / bin.len() as f64);
+        let mean = |bin: &[ColumnLight]| ColumnLight {
+            scatter: bin.iter().map(|v| v.scatter).sum::<f64>() / bin.len() as f64,
+            total: bin.iter().map(|v| v.total).sum::<f64>() / bin.len() as f64,
+        };
         columns.chunks(BIN_COLUMNS).map(mean).collect::<Vec<_>>()
     };
     let what = format!("profile {profile} of sample {}", scene.index);
@@ -83,32 +86,46 @@ pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: Progress) 
         .map(|(model, transport)| {
             announce(model.name(), &what, progress);
             let repeats = if matches!(transport, Transport::Path { .. }) { WALKS } else { 1 };
-            let looks: Vec<_> = (0..repeats)
+            let walks: Vec<_> = (0..repeats)
                 .map(|repeat| {
-                    let look = look(transport, repeat);
+                    let bins = expose_bins(transport, repeat);
                     if repeats > 1 {
                         progress(StudyEvent::Done(effort.photons.div_ceil(WALKS)));
                     }
-                    look
+                    bins
                 })
                 .collect();
-            let all = |i: usize| (0..looks[0].len()).map(|bin| Estimate::of(looks.iter().map(|l| l[bin][i]))).collect();
-            ProfileLine { model, scatter: all(0), light: all(1) }
+            let bins = 0..walks[0].len();
+            ProfileLine {
+                model,
+                scatter: bins.clone().map(|bin| Estimate::of(walks.iter().map(|l| l[bin].scatter))).collect(),
+                light: bins.map(|bin| Estimate::of(walks.iter().map(|l| l[bin].total))).collect(),
+            }
         })
         .collect();
     report(scene, profile, &x, &lines, effort)
 }
 
-/// Scatter and all light of a column [e-].
-fn column_light(scratch: &Scratch, column: usize) -> [f64; 2] {
+/// Light of a column, or its mean over a bin of columns [e-].
+#[derive(Clone, Copy)]
+struct ColumnLight {
+    /// In the rows beside the peak that Scatter sums.
+    scatter: f64,
+    /// In all rows.
+    total: f64,
+}
+
+/// Light of a column of the window in `scratch`.
+fn column_light(scratch: &Scratch, column: usize) -> ColumnLight {
     let at = |k: usize| f64::from(scratch.electrons(k, column));
     let peak = (0..ROWS).max_by(|&a, &b| at(a).total_cmp(&at(b))).unwrap_or(0);
     let beside = (1..=SCATTER_ROWS)
         .map(|d| if peak + d < ROWS { at(peak + d) } else { 0.0 } + peak.checked_sub(d).map_or(0.0, at));
-    [beside.sum(), (0..ROWS).map(at).sum()]
+    ColumnLight { scatter: beside.sum(), total: (0..ROWS).map(at).sum() }
 }
 
-/// Root mean square of a model's relative difference in Scatter from the judge, over bins that the judge knows to 10 %.
+/// Root mean square of a model's relative difference in Scatter from the reference, over bins that the reference knows to
+/// 10 % [1].
 fn scatter_rms(model: &ProfileLine, judge: &ProfileLine) -> f64 {
     let pairs = model.scatter.iter().zip(&judge.scatter);
     let known = pairs.filter(|(_, judge)| judge.error > 0.0 && judge.error < 0.1 * judge.value);

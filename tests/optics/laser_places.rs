@@ -211,7 +211,7 @@ fn streaks_lie_on_the_board() {
     let count = streaks.len() as f64;
     assert!((count - 88.0).abs() < 3.5 * 88f64.sqrt(), "{count} streaks");
     let added: f64 = lit.iter().zip(&dark).map(|(lit, dark)| lit.2 - dark.2).sum();
-    let told: f64 = streaks.iter().map(|s| f64::from(s.electrons * (s.rows[1] - s.rows[0]))).sum();
+    let told: f64 = streaks.iter().map(|s| f64::from(s.electrons * (s.last_row - s.first_row))).sum();
     assert!(added > 0.0 && (added / told - 1.0).abs() < 0.03, "{added} of {told} electrons");
     // A step of the scan further, those that still reach the line have moved by a step.
     let rate = f64::from(band.row(16).rows_per_mm[512]);
@@ -220,10 +220,10 @@ fn streaks_lie_on_the_board() {
     for streak in streaks {
         let next = band.row(17).streaks.iter().find(|next| {
             (next.column - streak.column).abs() < 0.3
-                && (f64::from((next.rows[1] - next.rows[0]) - (streak.rows[1] - streak.rows[0]))).abs() < 0.05
+                && (f64::from((next.last_row - next.first_row) - (streak.last_row - streak.first_row))).abs() < 0.05
         });
         if let Some(next) = next {
-            let moved = f64::from((next.rows[0] - next.centre) - (streak.rows[0] - streak.centre));
+            let moved = f64::from((next.first_row - next.centre) - (streak.first_row - streak.centre));
             assert!((moved - step).abs() < 0.05, "{moved} rows, {step}");
             stay += 1;
         }

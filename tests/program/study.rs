@@ -23,9 +23,9 @@ fn ellipses_lie_along_the_fibre() {
                 .point_light(&CLEAR_WOOD.turned(azimuth), effort, &|_| ())
                 .expect("it answers");
             let far = contour(&light, azimuth, 1.5).expect("an ellipse");
-            println!("{} {azimuth}: {:?} {:?}", model.name(), far.aspect, far.off);
-            assert!(far.off.value.abs() < 1.6, "{} at {azimuth}: {:?}", model.name(), far.off);
-            assert!(far.off.error < 0.5, "{} at {azimuth}: {:?}", model.name(), far.off);
+            println!("{} {azimuth}: {:?} {:?}", model.name(), far.aspect, far.misalignment);
+            assert!(far.misalignment.value.abs() < 1.6, "{} at {azimuth}: {:?}", model.name(), far.misalignment);
+            assert!(far.misalignment.error < 0.5, "{} at {azimuth}: {:?}", model.name(), far.misalignment);
             // The Monte Carlo of docs/physics.md found 2.17, the closed form 2.13.
             assert!((far.aspect.value / 2.17 - 1.0).abs() < 0.08, "{} at {azimuth}: {:?}", model.name(), far.aspect);
         }
@@ -41,17 +41,17 @@ fn pictures_of_the_thesis_are_pulled_to_the_diagonal() {
         contour(&light, wood.azimuth, 1.5).expect("an ellipse")
     };
     let thesis = [0.0, 22.5, 45.0, 67.5, 90.0].map(|azimuth| far(ComparedModel::Thesis, &CLEAR_WOOD.turned(azimuth)));
-    println!("{:?}", thesis.map(|found| (found.aspect.value, found.off.value)));
+    println!("{:?}", thesis.map(|found| (found.aspect.value, found.misalignment.value)));
     for straight in [0, 2, 4] {
-        assert!(thesis[straight].off.value.abs() < 1.0, "{:?}", thesis[straight].off);
+        assert!(thesis[straight].misalignment.value.abs() < 1.0, "{:?}", thesis[straight].misalignment);
     }
-    let [up, down] = [thesis[1].off.value, -thesis[3].off.value];
+    let [up, down] = [thesis[1].misalignment.value, -thesis[3].misalignment.value];
     assert!((8.0..12.0).contains(&up) && (8.0..12.0).contains(&down), "{up} {down}");
     let round = far(ComparedModel::Thesis, &SOUND_KNOT).aspect.value;
     assert!((round - 1.0).abs() < 0.05, "{round}");
     let kept = far(ComparedModel::Conservative, &CLEAR_WOOD.turned(22.5));
     println!("{round} {kept:?}");
-    assert!(kept.off.value.abs() < 0.5, "{:?}", kept.off);
+    assert!(kept.misalignment.value.abs() < 0.5, "{:?}", kept.misalignment);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::cli::check::Part;
+use crate::cli::check::SplitChoice;
 use crate::export::PictureContent;
 
 /// Formats with their options.
@@ -18,29 +18,29 @@ use crate::export::PictureContent;
   gen export icon planks --out scans --index 3                 files of the real camera
 
 A stopped export is finished by the same command. docs/export.md describes every file.")]
-pub(in crate::cli) enum Format {
+pub(in crate::cli) enum ExportCommand {
     /// COCO instances: pictures, boxes, run-length masks, one document for each split
-    Coco(Coco),
+    Coco(CocoArgs),
     /// Folders as MVTec AD has them: train/good, test/good, test/<defect>, ground_truth/<defect>
-    Mvtec(Mvtec),
+    Mvtec(MvtecArgs),
     /// WebDataset tars: every map as PNG and every number as JSON
-    Webdataset(Webdataset),
+    Webdataset(WebdatasetArgs),
     /// Folders of PNG files as they are stored, and the rows as lines of JSON
-    Png(Png),
+    Png(PngArgs),
     /// Files of the real camera (iCon .dat and .xml), one pair for each sample
-    Icon(Icon),
+    Icon(ExportIconArgs),
 }
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct Common {
+pub(in crate::cli) struct ExportArgs {
     /// Folder of the dataset
     pub(super) dir: PathBuf,
     /// Folder of the export: a new or empty one, or that of the same export, stopped
     #[arg(long, value_name = "OUT")]
     pub(super) out: PathBuf,
     /// Part of the dataset
-    #[arg(long, value_enum, default_value_t = Part::All)]
-    pub(super) split: Part,
+    #[arg(long, value_enum, default_value_t = SplitChoice::All)]
+    pub(super) split: SplitChoice,
     /// Samples by number: 3, 0-99, or several: 0-99,205 [default: all]
     #[arg(long, value_name = "I", value_delimiter = ',', value_parser = indices)]
     pub(super) index: Vec<RangeInclusive<u64>>,
@@ -50,10 +50,10 @@ pub(in crate::cli) struct Common {
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Pictures {
+pub(super) struct PictureArgs {
     /// What pictures show; rgb is Range, Reflectance and Scatter as red, green and blue
-    #[arg(long, value_enum, default_value_t = Image::Reflectance)]
-    pub(super) image: Image,
+    #[arg(long, value_enum, default_value_t = ImageChoice::Reflectance)]
+    pub(super) image: ImageChoice,
     /// Heights (or sensor rows) at the ends of 8 bits [default: from 64 samples of the dataset]
     #[arg(long, value_name = "LOW,HIGH", value_parser = ends, allow_hyphen_values = true)]
     pub(super) range_ends: Option<[f64; 2]>,
@@ -63,28 +63,28 @@ pub(super) struct Pictures {
 }
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct Coco {
+pub(in crate::cli) struct CocoArgs {
     #[command(flatten)]
-    pub(super) common: Common,
+    pub(super) common: ExportArgs,
     #[command(flatten)]
-    pub(super) pictures: Pictures,
+    pub(super) pictures: PictureArgs,
     /// 16 writes one map as it is stored instead of scaling it to 8 bits
     #[arg(long, default_value = "8", value_parser = ["8", "16"])]
     pub(super) bits: String,
     /// Pixels of an object that others lie in: with them, or its own alone
-    #[arg(long, value_enum, default_value_t = Mask::Whole)]
-    pub(super) mask: Mask,
+    #[arg(long, value_enum, default_value_t = MaskChoice::Whole)]
+    pub(super) mask: MaskChoice,
     /// Masks as lists of run lengths instead of packed strings
     #[arg(long)]
     pub(super) plain_rle: bool,
 }
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct Mvtec {
+pub(in crate::cli) struct MvtecArgs {
     #[command(flatten)]
-    pub(super) common: Common,
+    pub(super) common: ExportArgs,
     #[command(flatten)]
-    pub(super) pictures: Pictures,
+    pub(super) pictures: PictureArgs,
     /// Pixel classes that count as good [default: clear of wood, flange and pocket of packs; none of others]
     #[arg(long, value_name = "CLASS", value_delimiter = ',')]
     pub(super) good: Vec<String>,
@@ -94,33 +94,33 @@ pub(in crate::cli) struct Mvtec {
 }
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct Webdataset {
+pub(in crate::cli) struct WebdatasetArgs {
     #[command(flatten)]
-    pub(super) common: Common,
+    pub(super) common: ExportArgs,
     /// Maps [default: all that the dataset has]
     #[arg(long, value_enum, value_delimiter = ',')]
-    pub(super) maps: Vec<Map>,
+    pub(super) maps: Vec<MapChoice>,
     /// Largest tar, in MB; a sample that is larger has one for itself
     #[arg(long, value_name = "MB", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub(super) tar_mb: u64,
 }
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct Png {
+pub(in crate::cli) struct PngArgs {
     #[command(flatten)]
-    pub(super) common: Common,
+    pub(super) common: ExportArgs,
     /// Maps [default: all that the dataset has]
     #[arg(long, value_enum, value_delimiter = ',')]
-    pub(super) maps: Vec<Map>,
+    pub(super) maps: Vec<MapChoice>,
     /// Labels as coloured pictures too
     #[arg(long)]
     pub(super) colour: bool,
 }
 
 #[derive(Debug, Args)]
-pub(in crate::cli) struct Icon {
+pub(in crate::cli) struct ExportIconArgs {
     #[command(flatten)]
-    pub(super) common: Common,
+    pub(super) common: ExportArgs,
     /// Heights as WORD instead of FLOAT
     #[arg(long)]
     pub(super) words: bool,
@@ -133,7 +133,7 @@ pub(in crate::cli) struct Icon {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum Image {
+pub(super) enum ImageChoice {
     Reflectance,
     Scatter,
     Range,
@@ -141,13 +141,13 @@ pub(super) enum Image {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum Mask {
+pub(super) enum MaskChoice {
     Whole,
     Own,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum Map {
+pub(super) enum MapChoice {
     Range,
     Reflectance,
     Scatter,
@@ -155,27 +155,29 @@ pub(super) enum Map {
     Instance,
 }
 
-impl Format {
+impl ExportCommand {
     /// What every format takes.
-    pub(super) fn common(&self) -> &Common {
+    pub(super) fn common(&self) -> &ExportArgs {
         match self {
-            Self::Coco(Coco { common, .. })
-            | Self::Mvtec(Mvtec { common, .. })
-            | Self::Webdataset(Webdataset { common, .. })
-            | Self::Png(Png { common, .. })
-            | Self::Icon(Icon { common, .. }) => common,
+            Self::Coco(CocoArgs { common, .. })
+            | Self::Mvtec(MvtecArgs { common, .. })
+            | Self::Webdataset(WebdatasetArgs { common, .. })
+            | Self::Png(PngArgs { common, .. })
+            | Self::Icon(ExportIconArgs { common, .. }) => common,
         }
     }
 
     /// Why an option would have no effect, and what to do.
     pub(super) fn without_effect(&self) -> Option<&'static str> {
         match self {
-            Self::Coco(Coco { pictures, bits, .. }) if bits == "16" => pictures.without_effect_as_stored(),
-            Self::Coco(Coco { pictures, .. }) | Self::Mvtec(Mvtec { pictures, .. }) => pictures.without_effect(),
-            Self::Icon(Icon { sensor: true, words: true, .. }) => {
+            Self::Coco(CocoArgs { pictures, bits, .. }) if bits == "16" => pictures.without_effect_as_stored(),
+            Self::Coco(CocoArgs { pictures, .. }) | Self::Mvtec(MvtecArgs { pictures, .. }) => {
+                pictures.without_effect()
+            }
+            Self::Icon(ExportIconArgs { sensor: true, words: true, .. }) => {
                 Some("--words is of the heights of scans, and --sensor writes sensor frames; leave one of them away")
             }
-            Self::Icon(Icon { sensor: true, rate: Some(_), .. }) => {
+            Self::Icon(ExportIconArgs { sensor: true, rate: Some(_), .. }) => {
                 Some("--rate is of the marks of scans, and --sensor writes sensor frames; leave one of them away")
             }
             Self::Webdataset(_) | Self::Png(_) | Self::Icon(_) => None,
@@ -183,13 +185,13 @@ impl Format {
     }
 }
 
-impl Pictures {
+impl PictureArgs {
     pub(super) fn show(&self) -> PictureContent {
         match self.image {
-            Image::Reflectance => PictureContent::Reflectance,
-            Image::Scatter => PictureContent::Scatter,
-            Image::Range => PictureContent::Range,
-            Image::Rgb => PictureContent::Rgb,
+            ImageChoice::Reflectance => PictureContent::Reflectance,
+            ImageChoice::Scatter => PictureContent::Scatter,
+            ImageChoice::Range => PictureContent::Range,
+            ImageChoice::Rgb => PictureContent::Rgb,
         }
     }
 

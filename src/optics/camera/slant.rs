@@ -10,8 +10,8 @@
 //! variance     + r^2 (1/12 + blur),        r = m q width of the column / e
 //! ```
 //!
-//! A column is as wide as a pixel and the lens throws light of its neighbours into it; their lines stand r rows away,
-//! which smears the column's own, exactly so in its variance. And it looks along a slant, so that light before and behind
+//! A column is as wide as a pixel and the lens blurs light of its neighbours into it; their lines lie r rows away, which
+//! smears the column's own line by exactly that variance. And it looks along a slant, so that light before and behind
 //! the line's middle comes from other heights. Held by tests/reference/expose_parts.rs. Neglected: distortion of the lens;
 //! walls that end within a column, and what they smear beyond [`MAX_SMEAR_ROWS`].
 

@@ -54,7 +54,7 @@ fn projection_inverts() {
         assert!((camera.rig.height(row) - z).abs() < 1e-9);
         assert!((camera.rig.along(col, z) - 31.0).abs() < 1e-9);
         let exact = camera.rig.project(31.0, -2.5, z);
-        let [along, across] = camera.place(31.0, -2.5, z as f32).map(f64::from);
+        let [along, across] = camera.project(31.0, -2.5, z as f32).map(f64::from);
         assert!((along - exact.0).abs() < 1e-3 && (across - exact.1).abs() < 1e-3, "{along} {across} {exact:?}");
         for slope in [0.0, 0.2] {
             let sight = camera.sight(31.0, z as f32, slope as f32);

@@ -83,9 +83,19 @@ impl FanProfile {
 
 /// Ripple: sinusoids along the fan.
 struct Ripple {
+    /// Tangent of half the fan's angle [1].
     half: f64,
-    /// Amplitude, periods over the fan, phase in turns.
-    waves: Vec<[f64; 3]>,
+    waves: Vec<Sinusoid>,
+}
+
+/// One sinusoid of a ripple.
+struct Sinusoid {
+    /// Amplitude [1].
+    amplitude: f64,
+    /// Periods over the fan [1].
+    periods: f64,
+    /// Phase [turns].
+    phase: f64,
 }
 
 impl Ripple {
@@ -93,17 +103,21 @@ impl Ripple {
     fn new(amplitude: f64, half: f64, stream: Stream) -> Self {
         let mut rng = stream.rng();
         let count = 3 + (rng.random::<u32>() % 3) as usize;
-        let mut wave = || [0.5 + rng.random::<f64>(), 1.5 + 10.5 * rng.random::<f64>(), rng.random::<f64>()];
+        let mut wave = || Sinusoid {
+            amplitude: 0.5 + rng.random::<f64>(),
+            periods: 1.5 + 10.5 * rng.random::<f64>(),
+            phase: rng.random(),
+        };
         let mut ripple = Self { half, waves: (0..count).map(|_| wave()).collect() };
         let tangent = |i: usize| half * (2.0 * i as f64 / TABLE_STEPS as f64 - 1.0);
-        let most = (0..=TABLE_STEPS).map(|i| (ripple.at(tangent(i)) - 1.0).abs()).fold(0.0, f64::max);
-        ripple.waves.iter_mut().for_each(|wave| wave[0] *= amplitude / most.max(1e-9));
+        let largest = (0..=TABLE_STEPS).map(|i| (ripple.at(tangent(i)) - 1.0).abs()).fold(0.0, f64::max);
+        ripple.waves.iter_mut().for_each(|wave| wave.amplitude *= amplitude / largest.max(1e-9));
         ripple
     }
 
     fn at(&self, t: f64) -> f64 {
         let side = 0.5 + 0.5 * t / self.half;
-        let wave = |[amplitude, periods, phase]: &[f64; 3]| {
+        let wave = |Sinusoid { amplitude, periods, phase }: &Sinusoid| {
             let turns = periods * side + phase;
             amplitude * f64::from(cos_sin_turns((turns - turns.floor()).min(1.0 - 1e-7) as f32).0)
         };

@@ -58,8 +58,10 @@ pub struct Laser {
     waist: Waist,
     /// Width of a slit at the conveyor [mm].
     slit: f32,
-    /// Quadratic and cubic bow of the line at the ends of the fan, at the conveyor [mm].
-    smile: [f32; 2],
+    /// Quadratic bow of the line at the ends of the fan, at the conveyor [mm].
+    smile: f32,
+    /// Cubic bow of the line, likewise [mm].
+    cubic_smile: f32,
     jitter: Option<WidthJitter>,
     line_profile: Option<LineProfile>,
     point: Option<PointLaser>,
@@ -77,8 +79,17 @@ pub struct Beam {
     pub unit: f32,
     /// Standard deviation across the line, lobes and skirt let aside [mm].
     pub sigma: f32,
-    /// How far the line's centre stands off the plane y = 0 [mm].
+    /// Distance of the line's centre from the plane y = 0 [mm].
     pub bow: f32,
+}
+
+/// Light of a point laser in one column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpotLight {
+    /// Share of the laser's power [1].
+    pub share: f32,
+    /// Distance along the line of the column's middle from the spot's [mm].
+    pub off: f32,
 }
 
 impl Laser {
@@ -104,7 +115,8 @@ impl Laser {
                 rayleigh: rayleigh as f32,
             },
             slit: bench.line_width_mm as f32,
-            smile: [bench.smile_um, bench.smile_cubic_um].map(|um| um as f32 * 1e-3),
+            smile: bench.smile_um as f32 * 1e-3,
+            cubic_smile: bench.smile_cubic_um as f32 * 1e-3,
             jitter: WidthJitter::new(bench, half * height, stream.child("width_jitter")),
             line_profile: LineProfile::new(bench, line.shape, image.as_ref(), lens_mm),
             point: (line.shape == Shape::Point).then(|| PointLaser::new(bench)),
@@ -132,7 +144,7 @@ impl Laser {
         }
         let sigma = unit * self.line_profile.as_ref().map_or(1.0, LineProfile::core_sigma);
         let side = t / self.half;
-        let bow = (self.smile[0] + self.smile[1] * side) * side * side * near;
+        let bow = (self.smile + self.cubic_smile * side) * side * side * near;
         let per_mm = if self.point.is_some() { 1.0 } else { self.fan.at(t) / depth };
         Beam { per_mm, light: ray / rho, unit, sigma, bow }
     }
@@ -153,15 +165,14 @@ impl Laser {
         self.point.is_some()
     }
 
-    /// Share of a point laser's power in a column `width` wide that looks at `x`, `z` in a profile [1], and the distance of
-    /// that point from the spot's middle [mm]; `None` for a line.
-    pub fn spot(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<[f32; 2]> {
+    /// Light of a point laser in a column `width` wide that looks at `x`, `z` in a profile; `None` for a line.
+    pub fn spot(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<SpotLight> {
         let spot = self.point.as_ref()?;
         let near = (self.height - z).max(1.0) / self.height;
         let off = x - spot.x(profile) as f32 * near;
         let beam = self.at(x, z);
         // A pencil that comes in at a slant lights more of the line.
-        Some([spot.share(off, beam.sigma / -beam.light.z, width), off])
+        Some(SpotLight { share: spot.share(off, beam.sigma / -beam.light.z, width), off })
     }
 
     /// Position along the nodes of the line profile [1].

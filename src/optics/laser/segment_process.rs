@@ -33,8 +33,10 @@ pub struct SegmentProcess {
 pub struct Segment {
     /// Position along the line [mm].
     pub x: f32,
-    /// Its start, at most 0, and its end along the motion, from the line [mm].
-    pub reach: [f32; 2],
+    /// Its start along the motion, from the line, at most 0 [mm].
+    pub start: f32,
+    /// Its end along the motion, from the line, above 0 [mm].
+    pub end: f32,
     /// A uniform random number of its own in (0, 1].
     pub draw: f32,
 }
@@ -63,7 +65,7 @@ impl SegmentProcess {
                     let end = start - self.length * f64::from(ln(length as f32));
                     if start <= 0.0 && end > 0.0 {
                         let x = (across as f64 + 1.0 - across_share) * CELL_MM;
-                        found.push(Segment { x: x as f32, reach: [start as f32, end as f32], draw: draw as f32 });
+                        found.push(Segment { x: x as f32, start: start as f32, end: end as f32, draw: draw as f32 });
                     }
                 }
             }
@@ -87,8 +89,8 @@ mod tests {
             // So far apart that few segments are met twice.
             process.meet(f64::from(line) * 5.0, -50.0..49.999, &mut found);
             for segment in &found {
-                reach[0].push(f64::from(-segment.reach[0]));
-                reach[1].push(f64::from(segment.reach[1]));
+                reach[0].push(f64::from(-segment.start));
+                reach[1].push(f64::from(segment.end));
             }
         }
         let n = reach[0].len() as f64;
@@ -106,10 +108,10 @@ mod tests {
         process.meet(7.0, 0.0..20.0, &mut here);
         process.meet(7.05, 0.0..20.0, &mut there);
         let mut stay = 0;
-        for segment in here.iter().filter(|segment| segment.reach[1] > 0.051) {
+        for segment in here.iter().filter(|segment| segment.end > 0.051) {
             let same = |other: &&Segment| other.x == segment.x;
             let moved = there.iter().find(same).expect("a segment that still reaches the line is still there");
-            assert!((moved.reach[0] + 0.05 - segment.reach[0]).abs() < 1e-5);
+            assert!((moved.start + 0.05 - segment.start).abs() < 1e-5);
             stay += 1;
         }
         assert!(stay > 10, "{stay} segments stay");

@@ -1,6 +1,5 @@
-//! How the centre of gravity of a line spreads by noise and speckle.
-//!
-//! To first order, and beyond it for speckle, whose law is skew.
+//! Standard deviation of a line's centre of gravity under noise and speckle: to first order, and beyond it for speckle,
+//! whose law is skew.
 
 use rand::RngExt;
 

@@ -1,4 +1,4 @@
-//! The laser line: how wide it is over height, how even along itself, and how many electrons a column gets.
+//! The laser line: width over height, light along the line, and electrons of a column.
 //!
 //! Width: exposures of a level metal plate are averaged and fitted with a Gaussian; less the variance of lens and pixel it
 //! is the laser's, in mm through the rows per mm of the projection. It is held to a Gaussian beam (Siegman 1986),
@@ -36,7 +36,7 @@ use crate::optics::{CENTRE, ROWS};
 use crate::parameters::Bench;
 use crate::recipe::Scene;
 use crate::settings::Size;
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plate [mm].
@@ -53,9 +53,13 @@ const NARROW_FAN_DEG: f64 = 27.0;
 /// Brightest pixel [DN over dark].
 const PEAK_DN: f64 = 170.0;
 
-/// A bench and its name.
-type LightBudget = (&'static str, Bench);
+/// A bench whose electrons are counted.
+struct LightBudget {
+    name: &'static str,
+    bench: Bench,
+}
 
+/// What one repeat measures.
 struct LaserRepeat {
     /// Half width at 1/e^2 at each height [mm].
     width: Vec<f64>,
@@ -79,7 +83,7 @@ struct MeasuredLine {
     pub line: Vec<f64>,
 }
 
-/// Everything that the picture shows.
+/// What the picture shows.
 struct LaserPlots {
     pub bench: Bench,
     pub width: Vec<Estimate>,
@@ -92,7 +96,7 @@ struct LaserPlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
     let (figures, plots) = figures(&repeats, &tiles);
@@ -122,17 +126,17 @@ fn budgets() -> Vec<LightBudget> {
         bench
     };
     vec![
-        ("default bench", nominal),
-        (
-            "50 mW over 236.4 mm, QE 0.5, 50 us",
-            change(|b| {
+        LightBudget { name: "default bench", bench: nominal },
+        LightBudget {
+            name: "50 mW over 236.4 mm, QE 0.5, 50 us",
+            bench: change(|b| {
                 (b.exposure.quantum_efficiency, b.exposure.time_us) = (0.5, 50.0);
                 b.laser.fan_angle_deg = 2.0 * libm::atan(118.2 / 400.0).to_degrees();
             }),
-        ),
-        ("f/5.6", change(|b| b.camera.f_number = 5.6)),
-        ("d = 820 mm", change(|b| b.camera.distance_mm = 820.0)),
-        ("405 nm", change(|b| b.laser.wavelength_nm = 405.0)),
+        },
+        LightBudget { name: "f/5.6", bench: change(|b| b.camera.f_number = 5.6) },
+        LightBudget { name: "d = 820 mm", bench: change(|b| b.camera.distance_mm = 820.0) },
+        LightBudget { name: "405 nm", bench: change(|b| b.laser.wavelength_nm = 405.0) },
     ]
 }
 
@@ -170,7 +174,7 @@ fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> LaserRepeat {
         scene.bench.laser.fan_angle_deg = fan.unwrap_or(scene.bench.laser.fan_angle_deg);
         bin_light(&white_line(scene, tiles))
     };
-    let budget = |(i, (_, bench)): (usize, LightBudget)| {
+    let budget = |(i, LightBudget { bench, .. }): (usize, LightBudget)| {
         let mut scene = white_scene(COLUMNS);
         (scene.bench, scene.stream) = (bench, own.child("budget").index(i as u64));
         let bins = bin_light(&white_line(scene, tiles));
@@ -243,7 +247,7 @@ fn figures(repeats: &[LaserRepeat], tiles: &PatternCache) -> (Vec<Figure>, Laser
         &per_repeat(repeats, |f| edge(&|i| f.along[0][i])),
         edge(&|i| bin_electrons(&bench, i)),
     ));
-    for (i, (name, bench)) in budgets().into_iter().enumerate() {
+    for (i, LightBudget { name, bench }) in budgets().into_iter().enumerate() {
         let name = format!("white, z = 0, {name} [e-]");
         figures.push(Figure::of(&name, &per_repeat(repeats, |f| f.budgets[i]), electrons(&bench, 0.0, 0.0)));
     }

@@ -1,4 +1,4 @@
-//! What the pages of the instrument's studies have in common: a heading, charts side by side, legends, the table.
+//! Layout of the pictures of the instrument's studies: heading, charts side by side, legends, table.
 
 use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_10X20};
 use embedded_graphics::pixelcolor::Rgb888;

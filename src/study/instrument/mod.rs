@@ -1,4 +1,4 @@
-//! Studies of the instrument: what production's frames and maps say, against theory.
+//! Studies of the instrument: frames and maps of the simulator, measured and compared with theory.
 //!
 //! - [`triangulation`]: Range on flat targets
 //! - [`sensor`]: photon transfer, dark noise, rows that stand out
@@ -23,7 +23,7 @@ pub mod triangulation;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{Progress, StudyEvent};
+use super::{StudyEvent, StudyProgress};
 use crate::transport::answer::Estimate;
 
 /// Chance that some figure of a table is called off although all of them are right.
@@ -148,7 +148,7 @@ fn document(study: &str, trials: Trials, figures: &[Figure]) -> Value {
 }
 
 /// Does `one` for every repeat, and tells who watches.
-fn repeat_trials<T: Send>(trials: Trials, progress: Progress, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
+fn repeat_trials<T: Send>(trials: Trials, progress: StudyProgress, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let done = |repeat| {
         let found = one(repeat);
         progress(StudyEvent::Done(1));

@@ -1,4 +1,4 @@
-//! The sensor by photon transfer: gain, noise, linearity and rows, read off digital numbers alone.
+//! Photon transfer of the sensor (EMVA 1288): gain, noise, linearity and row patterns, measured on digital numbers alone.
 //!
 //! A white plane lit by a line of 4 mm is exposed again and again without speckle. Signal and noise of a pixel follow
 //! (EMVA 1288)
@@ -10,8 +10,11 @@
 //! so the slope of variance over mean is the gain K, whatever the light. Rows are read off dark frames: where pixels alone
 //! are noisy, the variance of row means is that of pixels over the number of columns; rows that stand out show as a line
 //! at frequency 0 of the spectrum along the rows. Close to 255 the numbers are clipped; the expected curve there is that
-//! of a clipped normal. Pixels are alike here: what stays with
-//! them is no noise in time, and tests/optics/sensor_chain.rs holds it.
+//! of a clipped normal. Pixels are alike here: their fixed pattern is no noise in time; tests/optics/sensor_chain.rs checks
+//! it.
+//!
+//! Modes with a second slope are exposed for 0.03 to 20 times the light that fills a pixel with one slope; theory is the
+//! closed form B + r phi above the knee, with the noise of r phi.
 
 use std::f64::consts::PI;
 
@@ -29,7 +32,7 @@ use crate::optics::CENTRE;
 use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
 use crate::settings::{Hdr, Readout};
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Exposure times, and the step between them as a share of that which fills a pixel.
@@ -46,7 +49,7 @@ const PATCH_ROWS: std::ops::Range<usize> = CENTRE - 2..CENTRE + 2;
 const EXPOSURES: usize = 24;
 const DARK_EXPOSURES: usize = 6;
 
-/// What dark frames say.
+/// Noise of dark frames.
 struct DarkFrames {
     /// Variance of a pixel within its row, of a row's mean in time, and of rows' means that stay [DN^2].
     variances: [f64; 3],
@@ -56,6 +59,7 @@ struct DarkFrames {
     pub spectrum: Vec<f64>,
 }
 
+/// What one repeat measures.
 struct SensorRepeat {
     /// Mean and variance in time at each level [DN, DN^2].
     levels: Vec<[f64; 2]>,
@@ -63,7 +67,7 @@ struct SensorRepeat {
     dark: [DarkFrames; 2],
 }
 
-/// Everything that the picture shows.
+/// What the picture shows.
 struct SensorPlots {
     pub scene: Scene,
     /// Electrons, mean and variance at each level [e-, DN, DN^2].
@@ -80,7 +84,7 @@ struct SensorPlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let patch = full_well_patch(&tiles);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &patch, &tiles));
@@ -294,11 +298,11 @@ const SLOPE_EXPOSURES: usize = 12;
 const SLOPE_LEVELS: usize = 27;
 const SLOPE_LIGHT: [f64; 2] = [0.03, 20.0];
 
-/// One mode.
+/// Photon transfer of one mode.
 struct SlopeMode {
     pub hdr: Hdr,
     /// Light [full wells], mean over dark [DN], variance in time [DN^2] at each level, as measured.
-    pub plots: Vec<[f64; 3]>,
+    pub measured: Vec<[f64; 3]>,
     /// The same by theory, up to the light that fills a pixel.
     pub expected: Vec<[f64; 3]>,
 }
@@ -330,14 +334,13 @@ fn mode(patch: &FullWellPatch, hdr: Hdr, tiles: &PatternCache) -> SlopeMode {
         let (level, noisy) = if bent { (0.5 + rest * phi, rest * phi) } else { (phi, phi) };
         [phi, most * level, still + gain(&patch.scene) * most * noisy]
     };
-    SlopeMode { hdr, plots: (0..SLOPE_LEVELS).map(one).collect(), expected: (0..=100).map(theory).collect() }
+    SlopeMode { hdr, measured: (0..SLOPE_LEVELS).map(one).collect(), expected: (0..=100).map(theory).collect() }
 }
 
 /// For the study's document.
 fn slope_document(modes: &[SlopeMode]) -> Value {
     let row = |[light, mean, variance]: &[f64; 3]| json!({ "light_full_wells": light, "mean_dn": mean, "variance_dn2": variance });
-    let one =
-        |mode: &SlopeMode| json!({ "hdr": mode.hdr.name(), "levels": mode.plots.iter().map(row).collect::<Vec<_>>() });
+    let one = |mode: &SlopeMode| json!({ "hdr": mode.hdr.name(), "levels": mode.measured.iter().map(row).collect::<Vec<_>>() });
     modes.iter().map(one).collect()
 }
 
@@ -441,7 +444,7 @@ fn draw_slopes(page: &mut Page, plots: &SensorPlots) {
         let theory = plots.modes.iter().map(|mode| curve(GREY, mode.expected.iter().map(|v| (v[0], v[1 + place]))));
         let measured = plots.modes.iter().zip(COLOURS);
         let measured =
-            measured.map(|(mode, colour)| marks(colour, mode.plots.iter().map(|v| (v[0], v[1 + place], 0.0))));
+            measured.map(|(mode, colour)| marks(colour, mode.measured.iter().map(|v| (v[0], v[1 + place], 0.0))));
         let area = area(place as u32, 2);
         chart(title, light(), axis, theory.chain(measured).collect()).draw(page, area);
         let names: Vec<_> =

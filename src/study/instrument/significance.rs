@@ -1,4 +1,4 @@
-//! Laws of chance by which measured and expected numbers are compared.
+//! Significance tests that compare measured with expected numbers: Student's t, and the distance of Kolmogorov and Smirnov.
 //!
 //! Student's law through the incomplete beta function (continued fraction of Abramowitz and Stegun 1964, 26.5), Kolmogorov's
 //! law with Stephens' (1970) correction for samples of finite size. Tested against table values.

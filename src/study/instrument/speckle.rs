@@ -1,12 +1,15 @@
-//! Speckle as production makes it, against the theory of [`super::speckle_theory`].
+//! Speckle: contrast, intensity law, correlation, movement and boiling of the pattern in frames and patterns of the
+//! simulator, against the theory of [`super::speckle_theory`].
 //!
 //! - Contrast in frames of an evenly lit white plane without noise, for eight pixels from 1.2 to 12 um.
 //! - The law of one pixel, read off the pattern itself ([`PatternCache`]) at pixels far enough apart to be independent: distance of
 //!   Kolmogorov and Smirnov to the law of Karhunen and Loeve's exponential parts. Mean and contrast of a pattern are its own.
 //! - Correlation along columns and rows, and between profiles: the pattern lies on the object, so that profile n + j shows
 //!   that of profile n moved by j step rows/mm rows, and less of it, since it boils.
-//! - Patterns of the stack before pixels.
-//! - Spread of the line's centre on a plane of speckle alone, through production's Range.
+//! - Patterns of the stack before pixels gather them: a grid of 512 samples behind a pupil of 256. The law of points four
+//!   grains apart is held to exp(-I), and patterns u steps apart of Bergmann's M = 16, whose pupils stand s = sin(pi u / 32)
+//!   diameters apart, to the overlap of the pupils.
+//! - Spread of the line's centre on a plane of speckle alone, through the simulator's own Range.
 //!
 //! Repeats have patterns of their own, since all columns and profiles of one share a pattern of 128 by 128 pixels.
 
@@ -30,7 +33,7 @@ use crate::optics::{CENTRE, ROWS};
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::SpeckleLaw;
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Pixels whose contrast is measured [um].
@@ -58,6 +61,7 @@ const WAISTS_MM: [f64; 3] = [0.05, 0.1, 0.2];
 const NOTES: [&str; 1] =
     ["Mean and contrast of a pattern are its own; grains in steps of 3 %, contrast carried over by Goodman's ratio."];
 
+/// What one repeat measures.
 struct SpeckleRepeat {
     /// Contrast by pixel [1].
     contrast: Vec<f64>,
@@ -75,7 +79,7 @@ struct SpeckleRepeat {
     stack: StackRepeat,
 }
 
-/// Everything that the picture shows.
+/// What the picture shows.
 struct SpecklePlots {
     pub contrast: Vec<Estimate>,
     pub lags: [Vec<Estimate>; 2],
@@ -97,7 +101,7 @@ struct SpecklePlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one));
     let (figures, plots) = figures(trials, &repeats);
     let table = table("Speckle", trials, &figures, &NOTES);

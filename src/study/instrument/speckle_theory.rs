@@ -1,4 +1,4 @@
-//! What theory says of fully developed speckle behind square pixels.
+//! Theory of fully developed speckle behind square pixels: contrast, correlation, intensity law, boiling.
 //!
 //! A round lens of working f-number N (1 + m) makes grains of L = lambda N (1 + m) whose intensity is correlated by
 //! |mu|^2 = [2 J1(pi r / L) / (pi r / L)]^2 (Goodman 2007, 4.4). Behind a pixel of side a the contrast is

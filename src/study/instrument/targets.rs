@@ -1,4 +1,4 @@
-//! The bench at its nominal values, targets under it, and exposures of them through production's own light and sensor.
+//! Flat targets under the bench at its nominal values, and exposures of them by the simulator's own light and sensor.
 
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium, Parameter, Stream};

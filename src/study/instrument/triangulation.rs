@@ -1,6 +1,6 @@
-//! Range on flat targets: whether it is right, how it spreads, and the scales of rows and columns.
+//! Triangulation on flat targets: mean error and spread of Range, height of a row, width of a column.
 //!
-//! Metal plates, level and tilted along each axis, and level white ceramic, go production's way from body to Range
+//! Metal plates, level and tilted along each axis, and level white ceramic, are rendered from body to Range
 //! map. The truth is the plane itself. Expected spread of the centre of gravity over rows k with light I_k [DN], to first
 //! order in noise:
 //!
@@ -33,7 +33,7 @@ use crate::parameters::Bench;
 use crate::pipeline;
 use crate::recipe::Scene;
 use crate::settings::Scheimpflug;
-use crate::study::{Progress, StudyReport};
+use crate::study::{StudyProgress, StudyReport};
 use crate::transport::answer::Estimate;
 
 /// Heights of the plates [mm].
@@ -63,6 +63,7 @@ struct PlateError {
     scale: f64,
 }
 
+/// What one repeat measures.
 struct TriangulationRepeat {
     /// By slope and height.
     plates: Vec<Vec<PlateError>>,
@@ -74,7 +75,7 @@ struct TriangulationRepeat {
     bent: f64,
 }
 
-/// Everything that the picture shows.
+/// What the picture shows.
 struct TriangulationPlots {
     pub bench: Bench,
     /// Mean error by slope and height [um].
@@ -93,7 +94,7 @@ struct TriangulationPlots {
 }
 
 /// Makes the study.
-pub fn study(trials: Trials, progress: Progress) -> StudyReport {
+pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
     let (figures, plots) = figures(trials, &repeats, &tiles);

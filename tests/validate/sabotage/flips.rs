@@ -5,7 +5,7 @@ use std::fs;
 use procedural::Stream;
 use rand::RngExt;
 use sheetlight::dataset::DatasetFolder;
-use sheetlight::generate::Again;
+use sheetlight::generate::ExpectedDataset;
 
 use super::place::{compare, inspect};
 use test_support::program::{FRAMES, Place};
@@ -27,7 +27,7 @@ fn a_thousand_flips_are_found() {
     place.make("set", "--n 2");
     let root = place.path("set");
     let folder = DatasetFolder::open(&root).expect("it opens");
-    let again = Again::of(&folder).expect("its recipe loads");
+    let again = ExpectedDataset::of(&folder).expect("its recipe loads");
     assert!(compare(&root, Ok(&again)).is_clean());
     let files = place.tree("set");
     let mut rng = Stream::root(6).child("flips").rng();

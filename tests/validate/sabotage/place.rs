@@ -8,7 +8,7 @@ use procedural::Class;
 use serde_json::Value;
 use sheetlight::dataset::{DatasetFolder, Encoded, ExrChannel, Grey, Samples, ShardWriter};
 use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
-use sheetlight::generate::{Again, Order, head};
+use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::Channel;
 use sheetlight::validate::{Code, Derive, Expect, Options, Report, validate};
@@ -40,10 +40,11 @@ pub fn boards() -> &'static Boards {
         let shares = ["{train: 0.8, validation: 0.1, test: 0.1}", "{train: 0.75, validation: 0.25, test: 0}"];
         let text = text.replacen(shares[0], shares[1], 1);
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
-        let order = Order { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
+        let order =
+            DatasetRequest { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
         let tiles = sheetlight::optics::speckle::PatternCache::new(order.seed);
-        let sample = |index| sheetlight::generate::sample(&recipe, order.seed, index, &tiles, &|_| ());
-        Boards { head: head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
+        let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
+        Boards { head: dataset_head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
     })
 }
 
@@ -71,16 +72,16 @@ pub fn whole() -> TempDir {
 /// What validation says, given what the recipe in the folder draws, as `gen validate` gives it.
 pub fn inspect(root: &Path) -> Report {
     let folder = DatasetFolder::open(root).ok();
-    let again = folder.as_ref().map_or(Err("no dataset".to_owned()), Again::of);
+    let again = folder.as_ref().map_or(Err("no dataset".to_owned()), ExpectedDataset::of);
     compare(root, again.as_ref().map_err(String::as_str))
 }
 
 /// The same with a recipe that was read before.
-pub fn compare(root: &Path, again: Result<&Again, &str>) -> Report {
+pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> Report {
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
     let derive = again.ok().map(|again| |index: u64| again.unlit(index));
     let options = Options {
-        expect_head: Some(again.map(Again::head)),
+        expect_head: Some(again.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
         ..Options::default()

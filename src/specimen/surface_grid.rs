@@ -1,4 +1,4 @@
-//! Height field: an upper surface on a grid, for occlusion and for where reflected light lands.
+//! Surface grid: the height of an upper surface on a regular grid, for occlusion and for where reflected light lands.
 //!
 //! Heights are sampled at nodes `PITCH_MM` apart and bilinear between them; rays are marched in steps of half that. A
 //! surface of curvature radius R is met to PITCH^2 / (8 R), 2 um at an edge of 0.8 mm. For most points one comparison
@@ -19,7 +19,7 @@ const FIRST_STEP_MM: f32 = 0.15;
 
 /// Heights over a rectangle; the conveyor, at height 0, goes on around it.
 #[derive(Debug, Clone)]
-pub struct HeightField {
+pub struct SurfaceGrid {
     /// Position of the first node [mm].
     low: Vec2,
     /// Nodes along x and along y.
@@ -32,7 +32,7 @@ pub struct HeightField {
     top: f32,
 }
 
-impl HeightField {
+impl SurfaceGrid {
     /// Heights over the box `low`..`high` [mm]: `line` gives those of the nodes at scan position y, asked at many x.
     /// `lens` is where the lens stands over y = 0 [mm].
     pub fn new(low: Vec3, high: Vec3, lens: Vec3, line: impl Fn(f32, &[f32], &mut [f32]) + Sync) -> Self {
@@ -138,9 +138,9 @@ mod tests {
     const LENS: Vec3 = Vec3::new(0.0, -173.3, 371.6);
 
     /// A wall of 4 mm across the motion that rises from y = 10 to 11 and falls from y = 12 to 13, on a plate of 1 mm.
-    fn wall() -> HeightField {
+    fn wall() -> SurfaceGrid {
         let height = |y: f32| 1.0 + 4.0 * ((y - 10.0).clamp(0.0, 1.0) - (y - 12.0).clamp(0.0, 1.0));
-        HeightField::new(Vec3::ZERO, Vec3::new(20.0, 30.0, 5.0), LENS, move |y, x, row| {
+        SurfaceGrid::new(Vec3::ZERO, Vec3::new(20.0, 30.0, 5.0), LENS, move |y, x, row| {
             for (z, _) in row.iter_mut().zip(x) {
                 *z = height(y);
             }

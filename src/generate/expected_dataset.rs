@@ -1,9 +1,9 @@
-//! What a finished dataset should hold, made again from its own `dataset.json`: for whoever checks it.
+//! Expected content of a finished dataset, made again from its own `dataset.json`: for validation.
 
 use output_schema::DatasetHead;
 use procedural::Parameter;
 
-use super::{Order, head, recipe_of, sample};
+use super::{DatasetRequest, dataset_head, recipe_of, render_sample};
 use crate::dataset::{DatasetFolder, Encoded};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
@@ -12,13 +12,13 @@ use crate::split::Split;
 use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
 
 /// The recipe of a dataset, and what this program makes of it.
-pub struct Again {
+pub struct ExpectedDataset {
     recipe: Recipe,
     tiles: PatternCache,
     head: DatasetHead,
 }
 
-impl Again {
+impl ExpectedDataset {
     /// Of the dataset in `folder`, with its number of samples and its cuts into shards.
     ///
     /// # Errors
@@ -26,14 +26,14 @@ impl Again {
     pub fn of(folder: &DatasetFolder) -> Result<Self, String> {
         let recipe = recipe_of(folder)?;
         let found = folder.head();
-        let order = Order {
+        let request = DatasetRequest {
             samples: found.samples,
             seed: found.seed,
             out: folder.root().to_owned(),
             part: (0, 1),
             samples_per_shard: Some(found.samples_per_shard),
         };
-        Ok(Self { tiles: PatternCache::new(found.seed), head: head(&recipe, &order), recipe })
+        Ok(Self { tiles: PatternCache::new(found.seed), head: dataset_head(&recipe, &request), recipe })
     }
 
     /// The recipe.
@@ -78,7 +78,7 @@ impl Again {
 
     /// The sample, rendered and encoded again.
     pub fn sample(&self, index: u64) -> Encoded {
-        sample(&self.recipe, self.head.seed, index, &self.tiles, &|_| ())
+        render_sample(&self.recipe, self.head.seed, index, &self.tiles, &|_| ())
     }
 }
 

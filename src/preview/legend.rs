@@ -1,4 +1,4 @@
-//! Pixel classes as colours, and the legend that names those that a picture shows.
+//! Legend of a label image: the colours and names of the pixel classes that it shows.
 
 use image::RgbImage;
 use procedural::Class;
@@ -6,7 +6,7 @@ use procedural::Class;
 use crate::drawing::{INK, LETTER, Page, class_colour};
 
 /// Height of a line of the legend [px].
-const LINE: u32 = 14;
+const LINE_PX: u32 = 14;
 
 /// The classes that a label image shows, and where each stands in a legend.
 pub(super) struct Legend(Vec<(u8, &'static str, [u32; 2])>);
@@ -20,7 +20,7 @@ impl Legend {
         for class in Class::ALL.into_iter().filter(|class| shown[*class as usize]) {
             let length = 18 + LETTER * class.name().len() as u32;
             if at[0] > 0 && at[0] + length > width {
-                at = [0, at[1] + LINE];
+                at = [0, at[1] + LINE_PX];
             }
             entries.push((class as u8, class.name(), at));
             at[0] += length;
@@ -74,6 +74,6 @@ mod tests {
         let names: Vec<_> = legend.0.iter().map(|(_, name, _)| *name).collect();
         assert_eq!(names, ["background", "flange", "missing", "tablet_on_flange"]);
         assert!(legend.0.iter().all(|(_, name, at)| at[0] + 18 + LETTER * name.len() as u32 <= 200));
-        assert_eq!(legend.more(), LINE);
+        assert_eq!(legend.more(), LINE_PX);
     }
 }
