@@ -340,4 +340,4 @@ pub fn rig(bench: &Bench, size: &Size) -> Rig {
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

@@ -89,27 +89,12 @@ impl Boiling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{
-        CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-    };
-
-    fn bench() -> Bench {
-        let d = &mut |p: &'static procedural::Parameter| p.default;
-        Bench {
-            motion: MotionParameters::from_values(d),
-            laser: LaserParameters::from_values(d),
-            camera: CameraParameters::from_values(d),
-            exposure: ExposureParameters::from_values(d),
-            speckle: SpeckleParameters::from_values(d),
-            optics: crate::settings::Optics::default(),
-        }
-    }
 
     /// A.4: a_y (d_SP / d_SL + 1 - l_y^2) is 0.0558 mm in the waist, 0.122 and 0.195 mm for waves of 420 and 200 mm; in the
     /// plane across l it is longer by 1 / cos 25 deg. A height change of 11 mm is one pupil.
     #[test]
     fn movement_over_the_pupil_is_that_of_the_appendix() {
-        let mut bench = bench();
+        let mut bench = Bench::default();
         // A short Rayleigh length: the wave's radius is then the distance from the waist.
         (bench.laser.waist_mm, bench.laser.waist_height_mm) = (0.005, 0.0);
         let w = |below: f64| {
