@@ -22,7 +22,7 @@ use crate::settings::{Extraction, Method, RangeForm};
 
 pub use self::block::MeasuredProfile;
 pub use self::rectify::{RectifiedGrid, rectify};
-pub use self::scatter::{scatter_dark, scatter_pixels};
+pub use self::scatter::{DarkSum, scatter_dark, scatter_pixels};
 
 /// Rows that a measurement needs on each side of its peak [px].
 pub fn margin(settings: &Extraction) -> usize {
@@ -72,7 +72,7 @@ fn read_columns(
     };
     let margin = margin(settings) as i32;
     let steps = settings.subpixel_steps as f32;
-    let dark_sums = scatter_dark(settings, dark);
+    let dark_sum = scatter_dark(settings, dark);
     let range = &mut out.range[columns.clone()];
     for c in 0..n {
         let peak = i32::from(at[c]);
@@ -90,7 +90,7 @@ fn read_columns(
         let column = columns.start + c;
         range[c] = if found { position } else { f32::NAN };
         out.reflectance[column] = if found { f32::from(best[c]) } else { 0.0 };
-        out.scatter[column] = if found { scatter::as_written(scatter[c], dark_sums) } else { 0.0 };
+        out.scatter[column] = if found { scatter::as_written(scatter[c], dark_sum) } else { 0.0 };
     }
     if settings.range == RangeForm::Calibrated {
         calibration.locator.heights(frame.first_col + columns.start, range);
