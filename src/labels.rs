@@ -13,8 +13,8 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
     }
 }
 
-/// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x is
-/// nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
+/// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x
+/// is nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
 /// a pitch beyond either end show the background.
 pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
     let sorted = |seen_alone: bool| -> Vec<&Hit> {
@@ -101,8 +101,8 @@ impl Binning {
         self.columns == 1 && self.rows == 1
     }
 
-    /// Labels of groups of pixels: the most frequent class (the greater value on a tie, so that a small defect is not lost
-    /// to sound wood), and among its pixels the most frequent instance.
+    /// Labels of groups of pixels: the most frequent class (the greater value on a tie, so that a small defect is not
+    /// lost to sound wood), and among its pixels the most frequent instance.
     pub fn labels(self, labels: Labels) -> Labels {
         if self.is_none() {
             return labels;
@@ -200,7 +200,8 @@ fn most_frequent(sorted: impl Iterator<Item = u16>) -> u16 {
 }
 
 /// Areas of the pixels of each image column, `columns` of `cols` sensor columns each, of which a middle one has
-/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column [mm^2].
+/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column
+/// [mm^2].
 pub fn areas(cols: usize, columns: usize, pixel_mm2: f64, share: impl Fn(f64) -> f64) -> Vec<f64> {
     let middle = |column: usize| (column as f64 + 0.5) * columns as f64 - 0.5;
     (0..cols / columns).map(|column| pixel_mm2 * share(middle(column))).collect()
@@ -223,8 +224,8 @@ struct InstanceExtent {
     bottom: u32,
 }
 
-/// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers; `areas` are
-/// those of a pixel in each column [mm^2].
+/// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers;
+/// `areas` are those of a pixel in each column [mm^2].
 pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {
     let none = InstanceExtent { pixels: 0, area: 0.0, left: u32::MAX, top: u32::MAX, right: 0, bottom: 0 };
     let mut extents = vec![none; instances.len()];

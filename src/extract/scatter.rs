@@ -1,9 +1,9 @@
 //! Scatter: light beside the peak, summed as the camera sums it.
 //!
-//! Model: the plain sum of digital numbers over rows `offset ..= offset + width - 1` from the peak, on both sides, on the
-//! side of smaller row numbers (front) or of greater ones (back); offset 0 includes the peak, once. The dark level stays in
-//! it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that sums of 8
-//! bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
+//! Model: the plain sum of digital numbers over rows `offset ..= offset + width - 1` from the peak, on both sides, on
+//! the side of smaller row numbers (front) or of greater ones (back); offset 0 includes the peak, once. The dark level
+//! stays in it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that
+//! sums of 8 bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
 
 use std::ops::Range;
 

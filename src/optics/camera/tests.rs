@@ -65,8 +65,8 @@ fn bent() -> Bench {
     b
 }
 
-/// Places of the whole sensor go to the laser plane and come back; x of a column by its height is found too, by the exact
-/// way and by the cubic that production uses.
+/// Places of the whole sensor go to the laser plane and come back; x of a column by its height is found too, by the
+/// exact way and by the cubic that production uses.
 #[test]
 fn bent_lenses_are_straightened_exactly() {
     for bench in [Bench::default(), bent()] {
@@ -151,8 +151,8 @@ fn sight_follows_the_bent_lens() {
     }
 }
 
-/// The published discs: 1.7, 3.3, 6.7 and 16.7 um for light 0.5, 1, 2 and 5 mm off the plane that the tilted sensor sees
-/// sharp, none on it; 6.5, 13.1 and 26.8 um at 5, 10 and 20 mm of height without the tilt; and by tracing the rim.
+/// The published discs: 1.7, 3.3, 6.7 and 16.7 um for light 0.5, 1, 2 and 5 mm off the plane that the tilted sensor
+/// sees sharp, none on it; 6.5, 13.1 and 26.8 um at 5, 10 and 20 mm of height without the tilt; and by tracing the rim.
 #[test]
 fn discs_out_of_focus_match_published_numbers() {
     let solved = camera_of(&Bench::default());
@@ -174,7 +174,8 @@ fn discs_out_of_focus_match_published_numbers() {
         let c = 1e3 * level.circle_of_confusion(0.0, z);
         assert!((c - um).abs() < 0.1, "{z} mm high: {c} um, published {um}");
     }
-    // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the rows.
+    // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the
+    // rows.
     b.camera.sensor_tilt_deg = 4.0;
     let camera = camera_of(&b);
     let rig = camera.rig;
