@@ -7,7 +7,7 @@ use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
 use sheetlight::dataset::{
-    DatasetFolder, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
+    Dataset, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
     write_exr_as, write_png_as,
 };
 use sheetlight::record::{Below, Record};
@@ -181,8 +181,9 @@ fn sensor_frames() {
     let sample = encode(records::record(0, &SIZE, &output), &output);
     let (frames, pixels) = (sample.stack.len(), sample.stack.len() * SIZE.columns * SIZE.rows);
     let place = tempfile::tempdir().expect("a folder");
-    let folder = DatasetFolder::open_or_create(place.path(), records::head(&output, &SIZE, 1)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let folder = Dataset::open_or_create(place.path(), records::head(&output, &SIZE, 1)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     let start = std::time::Instant::now();
     writer.push(sample).expect("it is written");
     let manifest = writer.finish().expect("it is finished");

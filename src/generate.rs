@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::asset::{Asset, Files, Kept};
 use crate::dataset::{
-    self, DatasetFolder, Encoded, GENERATOR_VERSION, ShardError, ShardWriter, differences, number_column,
+    self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column,
 };
 use crate::effective;
 use crate::optics::speckle::PatternCache;
@@ -97,7 +97,7 @@ fn assets(recipe: &Recipe) -> Vec<AssetHead> {
 ///
 /// # Errors
 /// In words, where it does not load or means something else than it did.
-pub fn recipe_of(folder: &DatasetFolder) -> Result<Recipe, String> {
+pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
     let head = folder.head();
     if let Some(asset) = head.assets.iter().find(|asset| !asset.is_in_folder()) {
         return Err(format!("dataset.json says that `{}` lies in `{}`", asset.key, asset.path));
@@ -168,13 +168,13 @@ pub fn render_sample(
 /// Makes what is missing of a dataset. Runs on the current rayon pool.
 ///
 /// # Errors
-/// [`ShardError`] as folder and shards give it; finished shards stay, and the same order continues.
+/// A [`Fault`] as folder and shards give it; finished shards stay, and the same order continues.
 pub fn generate(
     recipe: &Recipe,
     request: &DatasetRequest,
     progress: &(dyn Fn(GenerateEvent) + Sync),
-) -> Result<GenerateSummary, ShardError> {
-    let folder = DatasetFolder::open_or_create(&request.out, dataset_head(recipe, request))?;
+) -> Result<GenerateSummary, Fault> {
+    let folder = Dataset::open_or_create(&request.out, dataset_head(recipe, request))?;
     for (file, asset) in recipe.files().zip(&folder.head().assets) {
         folder.keep(&asset.path, file.1.bytes())?;
     }
@@ -188,14 +188,14 @@ pub fn generate(
     let tiles = PatternCache::new(request.seed);
     let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
     for shard in remaining {
-        let mut writer = match ShardWriter::create(&folder, shard) {
-            Err(ShardError::Busy { .. }) => {
+        let mut writer = match ShardWriter::claim(&folder, shard)? {
+            Claim::Granted(writer) => writer,
+            Claim::Busy => {
                 summary.busy += 1;
                 progress(GenerateEvent::Busy(shard));
                 continue;
             }
-            Err(error) if error.is_skip() => continue,
-            other => other?,
+            Claim::Done => continue,
         };
         let (first, count) = writer.span();
         for batch in batches(first..first + count, in_flight(recipe)) {

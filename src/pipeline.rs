@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::effective::{calibration_numbers, effective, typical};
 use crate::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
 use crate::frame::{Calibration, Frame};
-use crate::labels;
+use crate::labels::{self, Binning};
 use crate::optics::encoder::turn;
 use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
@@ -162,9 +162,9 @@ impl Scan {
     fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
         let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
         let rig = sensor.camera().rig;
-        let maps = labels::bin_maps(self.maps, cols, columns, rows);
-        let labels = labels::bin(self.labels, cols, columns, rows);
-        let truth = self.truth.map(|truth| labels::bin_truth(truth, cols, columns, rows));
+        let binning = Binning { cols, columns, rows };
+        let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
+        let truth = self.truth.map(|truth| binning.truth(truth));
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
         // The mean of the columns, which a bent lens makes unlike.

@@ -37,7 +37,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
 pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let panel = PanelGrid::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
-    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark)[0];
+    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark).kept;
     let on_body = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use sheetlight::dataset::{DatasetFolder, ShardWriter};
+use sheetlight::dataset::{Dataset, ShardWriter};
 use sheetlight::settings::{Output, SensorStack, Size};
 use sheetlight::validate::{Options, validate};
 use test_support::records::{self, head, output};
@@ -16,8 +16,9 @@ const LARGE: Size = Size { columns: 640, rows: 20, profiles: 512 };
 /// Samples of one kind in one shard.
 fn write(path: &Path, samples: u64) {
     let output = Output { sensor_stack: SensorStack::None, samples_per_shard: Some(samples as usize), ..output() };
-    let folder = DatasetFolder::open_or_create(path, head(&output, &LARGE, samples)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let folder = Dataset::open_or_create(path, head(&output, &LARGE, samples)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     for index in 0..samples {
         let record = records::record(index, &LARGE, &output);
         writer.push(sheetlight::dataset::encode(record, &output)).expect("it is written");

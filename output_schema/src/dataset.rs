@@ -117,6 +117,11 @@ impl Images {
         if self.bits > 8 { 16 } else { 8 }
     }
 
+    /// Sensor columns that are averaged into one column of the images [px].
+    pub fn binned_columns(&self) -> u64 {
+        self.sensor_cols / self.cols.max(1)
+    }
+
     /// Greatest digital number [DN].
     pub fn most_dn(&self) -> u16 {
         u16::MAX >> 16u64.saturating_sub(self.bits).min(15)

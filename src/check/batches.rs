@@ -4,16 +4,16 @@
 
 use std::sync::mpsc::{Receiver, SyncSender};
 
-use arrow_array::RecordBatch;
 use procedural::Stream;
 use rayon::prelude::*;
 
 use super::CheckError;
 use super::evaluation_plan::{EvaluationPlan, SampleWindows};
-use super::folder::{Facts, Folder, Table};
+use super::folder::{Facts, Folder};
 use super::sampling::{CentreRegion, draw_pixels};
 use super::sidecar::Sidecar;
 use super::window::{SampleMaps, Window, fill_input, truth};
+use crate::dataset::{RowBatch, Table};
 
 /// Most samples whose maps are in memory at once.
 const MAX_SAMPLES_IN_MEMORY: usize = 4;
@@ -90,9 +90,9 @@ impl BatchReader<'_> {
             let mut row = 0;
             for rows in self.folder.images(table, &names, step)? {
                 let rows = rows?;
-                let here = (0..rows.num_rows()).map(|i| (rows.slice(i, 1), sample + i, facts.get(row + i)));
-                let here: Vec<(RecordBatch, usize, Option<&Facts>)> = here.collect();
-                let read = |(rows, sample, facts): &(RecordBatch, usize, Option<&Facts>)| match facts {
+                let here = (0..rows.len()).map(|i| (rows.row(i), sample + i, facts.get(row + i)));
+                let here: Vec<(RowBatch, usize, Option<&Facts>)> = here.collect();
+                let read = |(rows, sample, facts): &(RowBatch, usize, Option<&Facts>)| match facts {
                     Some(facts) => self.sample(table, rows, *sample, facts, &maps, labels),
                     None => Ok(None),
                 };
@@ -102,7 +102,7 @@ impl BatchReader<'_> {
                         return Ok(());
                     }
                 }
-                (row, sample) = (row + rows.num_rows(), sample + rows.num_rows());
+                (row, sample) = (row + rows.len(), sample + rows.len());
             }
         }
         if !batch.units.is_empty() {
@@ -115,7 +115,7 @@ impl BatchReader<'_> {
     fn sample(
         &self,
         table: &Table,
-        row: &RecordBatch,
+        row: &RowBatch,
         sample: usize,
         facts: &Facts,
         maps: &[String],

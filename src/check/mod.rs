@@ -35,7 +35,7 @@ pub use misclassified::Misclassification;
 pub use report::{AccuracySlice, CheckReport, CheckTiming};
 pub use run::check;
 
-use crate::dataset::ShardError;
+use crate::dataset::Fault;
 use crate::split::Split;
 use crate::yaml::fault::{Faults, nearest};
 
@@ -77,22 +77,12 @@ pub enum CheckError {
     /// The sidecar has faults.
     #[error(transparent)]
     Sidecar(#[from] Faults),
-    /// The folder holds no dataset that can be read.
+    /// A file or folder is not as it should be.
     #[error(transparent)]
-    Dataset(#[from] ShardError),
+    Fault(#[from] Fault),
     /// onnxruntime is not there.
     #[error("{0}")]
     Library(String),
-    /// A file or folder is not as it should be.
-    #[error("{place}: {what}; {remedy}")]
-    Place {
-        /// Which.
-        place: String,
-        /// What is wrong.
-        what: String,
-        /// What to do.
-        remedy: String,
-    },
     /// An argument fits nothing in the dataset or the model.
     #[error("{0}")]
     Argument(String),
@@ -100,7 +90,7 @@ pub enum CheckError {
 
 impl CheckError {
     fn at(place: &Path, what: String, remedy: &str) -> Self {
-        Self::Place { place: place.display().to_string(), what, remedy: remedy.into() }
+        Fault::at(place, what, remedy.to_owned()).into()
     }
 }
 

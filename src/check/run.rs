@@ -22,7 +22,7 @@ use super::sidecar::{Output, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
 use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
-use crate::dataset::hex;
+use crate::dataset::{Fault, hex};
 
 /// Most numbers of a batch's input, 4 GiB, and most pixels of an image.
 const MAX_NUMBERS: usize = 1 << 30;
@@ -168,7 +168,7 @@ impl<'a> Scorer<'a> {
             let place = format!("{} on sample {}", self.options.model.display(), facts.index);
             let (what, remedy) =
                 what.split_once("; ").map_or((what.clone(), ""), |(what, remedy)| (what.into(), remedy));
-            CheckError::Place { place, what, remedy: remedy.into() }
+            CheckError::from(Fault::new(place, what, remedy.to_owned()))
         };
         let guesses = predictions(scores, i, output).map_err(fault)?;
         let (right, of) = &mut self.rights[sample];

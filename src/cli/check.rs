@@ -13,7 +13,7 @@ use super::generate::threads;
 use super::progress::{CountBar, counted, describe_duration, say};
 use super::{CommandResult, UsageError, output, print};
 use crate::check::{CheckError, CheckOptions, CheckReport, check};
-use crate::dataset::{DatasetFolder, Sums};
+use crate::dataset::{Dataset, DatasetSums};
 use crate::split::Split;
 
 /// Name of the document in the folder of pictures.
@@ -181,7 +181,7 @@ fn prepare(out: &Path) -> Result<(), UsageError> {
 
 /// Sums of the dataset before the work, and whether its folder can be written; nothing where it is no dataset, which the
 /// check itself tells.
-fn sums_before(dir: &Path) -> Result<Option<Sums>, String> {
+fn sums_before(dir: &Path) -> Result<Option<DatasetSums>, String> {
     let Some(sums) = sums(dir) else { return Ok(None) };
     let reports = dir.join(REPORTS);
     let folder = if reports.exists() { &reports } else { dir };
@@ -189,12 +189,12 @@ fn sums_before(dir: &Path) -> Result<Option<Sums>, String> {
     Ok(Some(sums))
 }
 
-fn sums(dir: &Path) -> Option<Sums> {
-    DatasetFolder::open(dir).ok().map(|folder| Sums::of(dir, folder.head().shards))
+fn sums(dir: &Path) -> Option<DatasetSums> {
+    Dataset::open(dir).ok().map(|folder| folder.sums())
 }
 
 /// Keeps the report in the dataset's folder, with the sums of what it was made from.
-fn save(dir: &Path, model: &Path, before: Sums, report: &CheckReport) -> Result<(), String> {
+fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport) -> Result<(), String> {
     let reports = dir.join(REPORTS);
     fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED_REMEDY}", reports.display()))?;
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();

@@ -8,7 +8,8 @@ use clap::Args;
 
 use super::progress::say;
 use super::{CommandResult, output, print};
-use crate::compare::{Comparison, ScanSource, SourceError, Statistics, StatisticsBuilder};
+use crate::compare::{Comparison, ScanSource, Statistics, StatisticsBuilder};
+use crate::dataset::Fault;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -46,11 +47,10 @@ pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
     if let (Some(ours), Some(theirs)) = (sim.unit, real.unit)
         && ours.thousandth() != theirs.thousandth()
     {
-        let place = arguments.real.display().to_string();
-        let what = "one side has heights, the other sensor rows".into();
+        let what = "one side has heights, the other sensor rows";
         let remedy = "compare calibrated with calibrated or uncalibrated with uncalibrated scans (`extraction: {range: ..}` in \
                       the recipe)";
-        return Err(SourceError { place, what, remedy: remedy.into() }.into());
+        return Err(Fault::at(&arguments.real, what, remedy).into());
     }
     let comparison = Comparison { sim, real };
     print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() });
@@ -64,24 +64,22 @@ pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-fn statistics(source: &ScanSource, path: &Path) -> Result<Statistics, SourceError> {
+fn statistics(source: &ScanSource, path: &Path) -> Result<Statistics, Fault> {
     let mut builder = StatisticsBuilder::new(source.name());
     let mut unit = None;
     for i in 0..source.len() {
         let frame = source.frame(i)?;
         let this = frame.unit.thousandth();
         if !frame.range.is_empty() && unit.replace(this).is_some_and(|before| before != this) {
-            let (place, what) =
-                (frame.name, "it has sensor rows where other scans have heights, or the other way round");
-            return Err(SourceError { place, what: what.into(), remedy: "compare scans of one kind".into() });
+            let what = "it has sensor rows where other scans have heights, or the other way round";
+            return Err(Fault::new(frame.name, what, "compare scans of one kind"));
         }
         builder.add(&frame);
     }
     let found = builder.statistics();
     if found.missing == Some(1.0) {
-        let place = path.display().to_string();
-        let what = "no height was measured in any scan".into();
-        return Err(SourceError { place, what, remedy: "give scans in which the laser line is seen".into() });
+        let what = "no height was measured in any scan";
+        return Err(Fault::at(path, what, "give scans in which the laser line is seen"));
     }
     Ok(found)
 }

@@ -7,7 +7,7 @@ use output_schema::{MOST_SAMPLES, MOST_SHARDS};
 
 use super::progress::{GenerateBar, counted, describe_bytes, describe_duration, say};
 use super::{CommandResult, GenerateArgs, UsageError, print};
-use crate::dataset::DatasetFolder;
+use crate::dataset::Dataset;
 use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, dataset_head, generate};
 use crate::recipe::Recipe;
 use crate::settings::Transport;
@@ -89,11 +89,11 @@ fn requested_samples(arguments: &GenerateArgs) -> Result<u64, UsageError> {
 }
 
 /// The dataset that the order continues: the folder that stands for its recipe, unless it is to go elsewhere.
-fn continued(arguments: &GenerateArgs) -> Option<DatasetFolder> {
+fn continued(arguments: &GenerateArgs) -> Option<Dataset> {
     let root = arguments.recipe.as_deref().map(Path::new).filter(|root| root.is_dir())?;
     let place = |path: &Path| path.canonicalize().ok();
     let same = arguments.out.as_deref().is_none_or(|out| place(out).is_some() && place(out) == place(root));
-    DatasetFolder::open(root).ok().filter(|_| same)
+    Dataset::open(root).ok().filter(|_| same)
 }
 
 fn dataset_request(arguments: &GenerateArgs, recipe: &Recipe, samples: u64) -> Result<DatasetRequest, UsageError> {

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
-use crate::dataset::DatasetFolder;
+use crate::dataset::Dataset;
 use crate::preview;
 use crate::recipe::{self, Recipe};
 use progress::say;
@@ -184,7 +184,7 @@ fn print(text: &str) {
 /// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`.
 fn load(name: &str) -> Result<Recipe, Box<dyn std::error::Error + Send + Sync>> {
     if Path::new(name).join(DATASET).is_file() {
-        return Ok(crate::generate::recipe_of(&DatasetFolder::open(Path::new(name))?)?);
+        return Ok(crate::generate::recipe_of(&Dataset::open(Path::new(name))?)?);
     }
     Ok(Recipe::load(name)?)
 }

@@ -11,7 +11,7 @@ use output_schema::file::{DATASET, REPORTS};
 use super::generate::threads;
 use super::progress::{CountBar, counted, describe_bytes, say};
 use super::{CommandResult, UsageError, output};
-use crate::dataset::DatasetFolder;
+use crate::dataset::Dataset;
 use crate::generate::{recipe_of, render_sample};
 use crate::optics::speckle::PatternCache;
 use crate::preview::expose_profile;
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &ReportArgs) -> CommandResult {
         return Err(UsageError(format!("--out {}: {what}", out.display())).into());
     }
     output::check_writable(&out)?;
-    let folder = DatasetFolder::open(root);
+    let folder = Dataset::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
     let tiles = PatternCache::new(seed);

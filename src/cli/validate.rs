@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::generate::{threads, warn};
 use super::progress::{ValidationBar, counted, say};
 use super::{CommandResult, output, print};
-use crate::dataset::{DatasetFolder, Sums};
+use crate::dataset::{Dataset, DatasetSums};
 use crate::generate::ExpectedDataset;
 use crate::validate::{Declared, Derive, Expect, Options, Report, validate};
 
@@ -51,9 +51,8 @@ pub(super) struct ValidateArgs {
 
 pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
-    let folder = DatasetFolder::open(&arguments.dir).ok();
-    let shards = folder.as_ref().map(|folder| folder.head().shards);
-    let sums = shards.filter(|_| arguments.save).map(|shards| Sums::of(&arguments.dir, shards));
+    let folder = Dataset::open(&arguments.dir).ok();
+    let sums = folder.as_ref().filter(|_| arguments.save).map(Dataset::sums);
     if arguments.save && sums.is_none() {
         let dir = arguments.dir.display();
         return Err(format!("--save: {dir} holds no readable dataset.json; validate without --save to see why").into());
@@ -86,8 +85,8 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
     let report = pool.install(|| validate(&arguments.dir, &options));
     bar.end();
     print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
-    if let (Some(before), Some(shards)) = (sums, shards) {
-        if Sums::of(&arguments.dir, shards) != before {
+    if let (Some(before), Some(dataset)) = (sums, &folder) {
+        if dataset.sums() != before {
             let dir = arguments.dir.display();
             return Err(format!("{dir} changed while it was read, the report is not kept; validate it again").into());
         }
@@ -101,7 +100,7 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
 }
 
 /// Keeps the report with the sums of the documents that it is about.
-fn save(dir: &Path, sums: &Sums, report: &Report) -> Result<(), String> {
+fn save(dir: &Path, sums: &DatasetSums, report: &Report) -> Result<(), String> {
     let mut document = json!({ "format": "sheetlight-validation", "dataset_sha256": sums.dataset, "manifests_sha256": sums.manifests });
     if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
         document.extend(report);

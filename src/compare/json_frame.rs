@@ -9,7 +9,8 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde::Deserialize;
 
-use super::{ScanMaps, SourceError};
+use super::ScanMaps;
+use crate::dataset::Fault;
 
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 2 << 30;
@@ -51,15 +52,15 @@ struct EncodedPixels {
 }
 
 /// Reads a file.
-pub(super) fn read(path: &Path) -> Result<ScanMaps, SourceError> {
+pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
     let whole = "give a JSON file with a range image and a reflectance image as docs/compare.md describes";
-    let refused = |e: std::io::Error| SourceError::at(path, format!("it cannot be read: {e}"), "allow it");
+    let refused = |e: std::io::Error| Fault::at(path, format!("it cannot be read: {e}"), "allow it");
     if fs::metadata(path).map_err(refused)?.len() > MAX_FILE_BYTES {
-        return Err(SourceError::at(path, "it is longer than any frame", whole));
+        return Err(Fault::at(path, "it is longer than any frame", whole));
     }
     let text = fs::read(path).map_err(refused)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    frame(&name, &text).map_err(|what| SourceError::at(path, what, whole))
+    frame(&name, &text).map_err(|what| Fault::at(path, what, whole))
 }
 
 /// A frame of the text of a file.

@@ -21,29 +21,9 @@ pub mod speckle;
 mod statistics;
 
 pub use comparison::{Comparison, NamedDistance};
-pub use dataset::Dataset;
+pub use dataset::frame_of;
 pub use source::ScanSource;
-
 pub use statistics::{Statistics, StatisticsBuilder};
-use std::path::Path;
-
-/// What is wrong with a place where frames should be, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {what}; {remedy}")]
-pub struct SourceError {
-    /// File or folder.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: String,
-}
-
-impl SourceError {
-    fn at(place: &Path, what: impl Into<String>, remedy: &str) -> Self {
-        Self { place: place.display().to_string(), what: what.into(), remedy: remedy.into() }
-    }
-}
 
 /// One exposure of the sensor.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{Dataset, RangeUnit, ScanMaps, SensorFrame, SourceError, exr_frame, json_frame};
+use super::{RangeUnit, ScanMaps, SensorFrame, dataset, exr_frame, json_frame};
+use crate::dataset::{Dataset, Fault};
 use crate::icon::{self, Content, Traits};
 
 /// Frames that can be read one after the other.
@@ -29,26 +30,26 @@ impl ScanSource {
     ///
     /// # Errors
     /// Where there is nothing that can be read.
-    pub fn open(path: &Path, most: u64) -> Result<Self, SourceError> {
+    pub fn open(path: &Path, most: u64) -> Result<Self, Fault> {
         let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
         if path.join(DATASET).is_file() {
             let dataset = Dataset::open(path)?;
-            let chosen = evenly(dataset.samples(), most);
+            let chosen = evenly(dataset.head().samples, most);
             return Ok(Self { name, kind: Origin::Dataset(Box::new(dataset), chosen) });
         }
         if !path.is_dir() {
             if path.exists() || path.with_extension("xml").exists() {
                 return Ok(Self { name, kind: Origin::Files(vec![path.into()]) });
             }
-            return Err(SourceError::at(path, "it is not there", "name a dataset, a folder of scans, or a scan"));
+            return Err(Fault::at(path, "it is not there", "name a dataset, a folder of scans, or a scan"));
         }
         let entries =
-            fs::read_dir(path).map_err(|e| SourceError::at(path, format!("it cannot be listed: {e}"), "allow it"))?;
+            fs::read_dir(path).map_err(|e| Fault::at(path, format!("it cannot be listed: {e}"), "allow it"))?;
         let known = |file: &PathBuf| file.extension().is_some_and(|found| FRAME_EXTENSIONS.iter().any(|e| found == *e));
         let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(known).collect();
         if files.is_empty() {
             let what = format!("it holds no {DATASET} and no scan (.exr, .xml with .dat, .json)");
-            return Err(SourceError::at(path, what, "name a dataset, a folder of scans, or a scan"));
+            return Err(Fault::at(path, what, "name a dataset, a folder of scans, or a scan"));
         }
         files.sort();
         let chosen = evenly(files.len() as u64, most);
@@ -77,9 +78,9 @@ impl ScanSource {
     ///
     /// # Errors
     /// Where it is damaged, or holds no heights.
-    pub fn frame(&self, i: usize) -> Result<ScanMaps, SourceError> {
+    pub fn frame(&self, i: usize) -> Result<ScanMaps, Fault> {
         match &self.kind {
-            Origin::Dataset(dataset, chosen) => dataset.frame(chosen[i]),
+            Origin::Dataset(dataset, chosen) => dataset::frame(dataset, chosen[i]),
             Origin::Files(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {
@@ -98,8 +99,8 @@ fn evenly(count: u64, most: u64) -> Vec<u64> {
     (0..most).map(|j| if most < 2 { 0 } else { j * (count - 1) / (most - 1) }).collect()
 }
 
-fn icon_file(path: &Path) -> Result<ScanMaps, SourceError> {
-    let told = |e: icon::IconError| SourceError { place: e.place, what: e.what, remedy: e.remedy };
+fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {
+    let told = |e: icon::IconError| Fault::new(e.place, e.what, e.remedy);
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     match icon::open(path).map_err(told)? {
         Content::Image(image) => {

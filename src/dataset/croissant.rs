@@ -14,8 +14,8 @@ use std::collections::BTreeMap;
 use output_schema::{AssetHead, DatasetHead};
 use serde_json::{Map, Value, json};
 
+use super::atomic_file::sha256;
 use super::croissant_fields::{frames, samples};
-use super::durable::sha256;
 use super::limits::limits;
 use super::{GENERATOR_DATE, card, folder};
 use crate::split::Split;

@@ -5,7 +5,7 @@ use output_schema::channel::channels;
 use procedural::Class;
 use sha2::{Digest, Sha256};
 
-use super::durable::hex;
+use super::atomic_file::hex;
 use super::png::{range_numbers, rounded8, rounded16};
 use super::{Grey, exr, write_exr, write_png};
 use crate::record::{Object, Record, StackFrame};

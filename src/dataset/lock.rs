@@ -4,7 +4,7 @@ use std::fs::{self, File, TryLockError};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use super::ShardError;
+use super::atomic_file::FileError;
 
 /// A held lock; letting go removes the lock file.
 #[derive(Debug)]
@@ -16,12 +16,12 @@ pub(super) struct Lock {
 
 impl Lock {
     /// Takes the lock, or `None` where another process holds it.
-    pub(super) fn try_take(path: &Path) -> Result<Option<Self>, ShardError> {
+    pub(super) fn try_take(path: &Path) -> Result<Option<Self>, FileError> {
         loop {
             let file = open(path)?;
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(e)) => return Err(ShardError::io("lock", path, e)),
+                Err(TryLockError::Error(e)) => return Err(FileError::of("lock", path)(e)),
                 Ok(()) if is_current(&file, path)? => return Ok(Some(Self { path: path.into(), _file: file })),
                 Ok(()) => {}
             }
@@ -29,10 +29,10 @@ impl Lock {
     }
 
     /// Takes the lock, and waits for it where another process holds it.
-    pub(super) fn take(path: &Path) -> Result<Self, ShardError> {
+    pub(super) fn take(path: &Path) -> Result<Self, FileError> {
         loop {
             let file = open(path)?;
-            file.lock().map_err(|e| ShardError::io("lock", path, e))?;
+            file.lock().map_err(FileError::of("lock", path))?;
             if is_current(&file, path)? {
                 return Ok(Self { path: path.into(), _file: file });
             }
@@ -47,12 +47,12 @@ impl Drop for Lock {
     }
 }
 
-fn open(path: &Path) -> Result<File, ShardError> {
-    File::options().create(true).truncate(false).write(true).open(path).map_err(|e| ShardError::io("create", path, e))
+fn open(path: &Path) -> Result<File, FileError> {
+    File::options().create(true).truncate(false).write(true).open(path).map_err(FileError::of("create", path))
 }
 
 /// Whether the open file is still the one of that name.
-fn is_current(file: &File, path: &Path) -> Result<bool, ShardError> {
-    let held = file.metadata().map_err(|e| ShardError::io("read", path, e))?;
+fn is_current(file: &File, path: &Path) -> Result<bool, FileError> {
+    let held = file.metadata().map_err(FileError::of("read", path))?;
     Ok(fs::metadata(path).is_ok_and(|named| named.dev() == held.dev() && named.ino() == held.ino()))
 }

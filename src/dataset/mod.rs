@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! Record --encode--> Encoded --push--> ShardWriter --finish--> files, then the manifest
+//! files --Dataset::open--> Dataset --tables, rows, images, EXR maps, sensor frames--> plain values, or a Fault
 //! ```
 //!
 //! A shard is there when its manifest is there: files are written under temporary names that start with `.tmp-`,
@@ -12,45 +13,41 @@
 //! What is in the files is declared in [`output_schema`]; bytes depend on records and output alone, never on threads,
 //! processes or the time.
 
-pub(crate) mod atomic_file;
+pub mod atomic_file;
 mod card;
 mod card_columns;
 mod croissant;
 mod croissant_fields;
-mod durable;
 mod encoded;
-mod error;
 mod exr;
+mod fault;
 mod folder;
 mod limits;
 mod lock;
 mod png;
-mod read;
+mod reader;
 mod refuse;
 mod rows;
 mod size;
-mod sums;
-mod table;
+mod table_reader;
+mod table_writer;
 mod writer;
 
+pub use atomic_file::{free_bytes, hex};
 pub(crate) use card::Counts;
-pub(crate) use durable::{free_bytes, hex};
 pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};
-pub use error::ShardError;
 pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};
-pub use folder::DatasetFolder;
+pub use fault::Fault;
 pub(crate) use folder::{descriptions, document};
-pub use png::{Grey, read_png, write_png, write_png_as};
-pub(crate) use png::{range_numbers, rounded8, rounded16};
-pub use read::{Row, Rows, read_rows};
+pub use png::{Grey, range_numbers, read_png, rounded8, rounded16, write_png, write_png_as};
+pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
 pub use refuse::differences;
 pub use rows::row_batch;
 pub(crate) use rows::{frame_numbers, image_path};
-pub(crate) use size::{ROW_BYTES, TABLES_BYTES};
-pub use size::{estimated_bytes_per_sample, samples_per_shard};
-pub use sums::Sums;
-pub use writer::ShardWriter;
+pub use size::{ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
+pub use table_reader::{JsonRow, ObjectRow, RowBatch, RowQuery, Rows, StoredImage, Table};
+pub use writer::{Claim, ShardWriter};
 
 use output_schema::{Images, NumberColumn};
 

@@ -36,7 +36,7 @@ impl Grey {
 
 /// Height -> range numbers: 0 where missing, else `1 + ...` so that a value r means `offset + r * scale`, saturating at
 /// 1 and 65535. `offset` and `scale` in the unit of the heights [mm or px].
-pub(crate) fn range_numbers(range: &[f32], offset: f64, scale: f64) -> Vec<u16> {
+pub fn range_numbers(range: &[f32], offset: f64, scale: f64) -> Vec<u16> {
     let number = |&z: &f32| {
         if z.is_nan() { 0 } else { ((f64::from(z) - offset) / scale).round().clamp(1.0, 65535.0) as u16 }
     };
@@ -44,12 +44,12 @@ pub(crate) fn range_numbers(range: &[f32], offset: f64, scale: f64) -> Vec<u16> 
 }
 
 /// Digital numbers -> whole numbers, saturating; NaN becomes 0.
-pub(crate) fn rounded16(map: &[f32]) -> Vec<u16> {
+pub fn rounded16(map: &[f32]) -> Vec<u16> {
     map.iter().map(|v| v.round() as u16).collect()
 }
 
 /// Digital numbers -> whole numbers, saturating; NaN becomes 0.
-pub(crate) fn rounded8(map: &[f32]) -> Vec<u8> {
+pub fn rounded8(map: &[f32]) -> Vec<u8> {
     map.iter().map(|v| v.round() as u8).collect()
 }
 

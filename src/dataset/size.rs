@@ -7,9 +7,9 @@ const SHARD_BYTES: u64 = 500_000_000;
 /// Most samples in a shard, however small they are: manifests and folders stay readable.
 const MOST_SAMPLES: u64 = 1000;
 /// What numbers, objects and file headers take in a sample, on the large side [bytes].
-pub(crate) const ROW_BYTES: u64 = 16_000;
+pub const ROW_BYTES: u64 = 16_000;
 /// What schemas and footers of a shard's tables, and its manifest, take, on the large side [bytes].
-pub(crate) const TABLES_BYTES: u64 = 150_000;
+pub const TABLES_BYTES: u64 = 150_000;
 
 /// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up.
 fn png_bytes(channel: Channel) -> f64 {

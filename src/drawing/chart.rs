@@ -93,8 +93,8 @@ impl Axis {
     }
 
     fn steps(&self) -> Vec<(f64, Option<String>)> {
-        const MOST: f64 = 6.0;
-        let rough = (self.to - self.from) / MOST;
+        const MAX_TICKS: f64 = 6.0;
+        let rough = (self.to - self.from) / MAX_TICKS;
         let power = libm::pow(10.0, libm::log10(rough).floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough).unwrap_or(rough);
         let digits = (-libm::log10(step) - 1e-9).ceil().max(0.0) as usize;

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::export_folder::refused;
 use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Source, key};
-use crate::compare::{Dataset, RangeUnit, ScanMaps};
+use crate::compare::{RangeUnit, ScanMaps, frame_of};
 use crate::icon::{
     IconError, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
     write_image,
@@ -38,13 +38,12 @@ pub fn export(
     options: &IconOptions,
     progress: ExportProgress,
 ) -> Result<ExportSummary, ExportError> {
-    let dataset = Dataset::open(source.root())?;
     let images = &source.head().images;
     if images.bits > 8 {
         let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);
         return Err(ExportError::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
     }
-    if source.head().range_unit() == "px" && dataset.binned_columns() > 1 {
+    if source.head().range_unit() == "px" && images.binned_columns() > 1 {
         let what = "its sensor rows are means of several columns, which no camera writes";
         return Err(ExportError::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
     }
@@ -59,7 +58,7 @@ pub fn export(
             let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
             // The description comes last.
             if !files[1].exists() {
-                let frame = dataset.frame_of(manifest, index, options.sensor)?;
+                let frame = frame_of(&source.dataset, manifest, index, options.sensor)?;
                 match options.sensor {
                     true => write_sensor_image(&name, &frame)?,
                     false => write_scan(&name, &frame, options)?,

@@ -32,7 +32,7 @@ pub use source::{Selection, Source};
 
 use std::path::Path;
 
-use crate::compare::SourceError;
+use crate::dataset::Fault;
 use crate::icon::IconError;
 
 /// What to do about a damaged dataset.
@@ -56,14 +56,14 @@ impl ExportError {
     }
 }
 
-impl From<IconError> for ExportError {
-    fn from(error: IconError) -> Self {
-        Self { place: error.place, what: error.what, remedy: error.remedy }
+impl From<Fault> for ExportError {
+    fn from(Fault { place, what, remedy, .. }: Fault) -> Self {
+        Self { place, what, remedy: remedy.into() }
     }
 }
 
-impl From<SourceError> for ExportError {
-    fn from(error: SourceError) -> Self {
+impl From<IconError> for ExportError {
+    fn from(error: IconError) -> Self {
         Self { place: error.place, what: error.what, remedy: error.remedy }
     }
 }

@@ -1,15 +1,12 @@
 //! One sample as a dataset holds it: its row, and its images in the numbers of the PNG columns, whatever file they lie in.
 
-use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use output_schema::ManifestSample;
-use output_schema::file::exr_path;
 use serde_json::{Map, Value};
 
 use super::{CHECK, ExportError, Source, key};
-use crate::dataset::{ExrChannel, Grey, Row, range_numbers, read_exr, read_png, rounded8, rounded16, write_png};
+use crate::dataset::{ExrMaps, Grey, JsonRow, Table, range_numbers, read_png, rounded8, rounded16, write_png};
 use crate::split::Split;
 
 /// One sample.
@@ -28,11 +25,11 @@ pub struct Sample {
     /// Rows of its images [px].
     pub rows: usize,
     /// Everything that the table says of it.
-    pub row: Row,
+    pub row: JsonRow,
     path: PathBuf,
     unit: &'static str,
     bits: u64,
-    exr: Vec<ExrChannel>,
+    exr: Option<ExrMaps>,
     pixel_classes: Vec<String>,
 }
 
@@ -40,14 +37,13 @@ impl Sample {
     /// The sample of a row, which must be the one that the manifest lists; with the maps of its EXR file where asked.
     pub(super) fn new(
         source: &Source,
-        path: &Path,
-        shard: u64,
-        row: Row,
+        table: &Table,
+        row: JsonRow,
         listed: &ManifestSample,
         with_exr: bool,
     ) -> Result<Self, ExportError> {
         let head = source.head();
-        let told = |what: String| ExportError::at(path, format!("sample {}: {what}", listed.index), CHECK);
+        let told = |what: String| ExportError::from(table.damaged(what).of_part(format!("sample {}", listed.index)));
         let facts = || {
             let is_listed = row.whole("index")? == listed.index
                 && row.text("id")? == listed.id
@@ -66,7 +62,7 @@ impl Sample {
         let (class, [cols, rows]) = facts().map_err(told)?;
         let split = Split::ALL.into_iter().find(|split| split.name() == listed.split);
         let split = split.ok_or_else(|| told(format!("there is no split `{}`", listed.split)))?;
-        let exr = if with_exr { maps(source, shard, &listed.id)? } else { Vec::new() };
+        let exr = if with_exr { Some(source.dataset.exr(table.shard, &listed.id)?) } else { None };
         Ok(Self {
             index: listed.index,
             key: key(listed.index),
@@ -75,7 +71,7 @@ impl Sample {
             cols: cols as usize,
             rows: rows as usize,
             row,
-            path: path.to_path_buf(),
+            path: table.path.clone(),
             unit: head.range_unit(),
             bits: head.images.bits,
             exr,
@@ -109,7 +105,7 @@ impl Sample {
                 grey
             }
             None => {
-                let channel = self.exr.iter().find(|channel| channel.name.eq_ignore_ascii_case(name));
+                let channel = self.exr.as_ref().and_then(|exr| exr.channel(name));
                 let numbers = channel.ok_or_else(|| told("there is no such EXR channel".into()))?.numbers();
                 if numbers.len() != self.cols * self.rows {
                     return Err(told(format!("its EXR file has not {} x {} pixels", self.cols, self.rows)));
@@ -168,18 +164,4 @@ impl Sample {
         let object = |value| Value::as_object(value).ok_or_else(|| self.fault("`objects` holds no structs"));
         objects.iter().map(object).collect()
     }
-}
-
-/// The maps of a sample's EXR file.
-fn maps(source: &Source, shard: u64, id: &str) -> Result<Vec<ExrChannel>, ExportError> {
-    let path = source.root().join(exr_path(shard, id));
-    let told = |what: String| ExportError::at(&path, what, CHECK);
-    // An id of a damaged manifest must not lead out of the folder.
-    if id.is_empty() || !id.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'-') {
-        return Err(told("its name is no id".into()));
-    }
-    let bytes = fs::read(&path).map_err(|e| told(format!("it cannot be read: {e}")))?;
-    let read = catch_unwind(AssertUnwindSafe(|| read_exr(&bytes)));
-    let read = read.unwrap_or_else(|_| Err("the reader gave up on its content".into()));
-    read.map(|(_, _, channels, _)| channels).map_err(told)
 }

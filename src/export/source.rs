@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
-use output_schema::file::{data_path, manifest_path};
+use output_schema::row::IMAGES;
 use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{CHECK, ExportError, ExportProgress, Sample};
-use crate::dataset::{DatasetFolder, ShardError, Sums, read_rows};
+use super::{ExportError, ExportProgress, Sample};
+use crate::dataset::{Dataset, DatasetSums, RowQuery, Table};
 use crate::split::Split;
 
 pub(super) use part::Done;
@@ -43,7 +43,7 @@ impl Selection {
 /// An open dataset and the samples chosen from it.
 #[derive(Debug, Clone)]
 pub struct Source {
-    folder: DatasetFolder,
+    pub(super) dataset: Dataset,
     pub(super) selection: Selection,
     /// Shards with chosen samples.
     shards: Vec<u64>,
@@ -59,7 +59,7 @@ pub struct Source {
     pub samples: u64,
     /// Shards that are not finished.
     pub unfinished: u64,
-    sums: Sums,
+    sums: DatasetSums,
 }
 
 impl Source {
@@ -68,20 +68,13 @@ impl Source {
     /// # Errors
     /// Where there is none, or none of the chosen samples is finished.
     pub fn open(path: &Path, selection: Selection) -> Result<Self, ExportError> {
-        let folder = DatasetFolder::open(path).map_err(|error| match error {
-            ShardError::Refused { path, reasons, remedy } => ExportError::at(&path, reasons.join("; "), remedy),
-            ShardError::Io { path, operation, source, remedy } => {
-                ExportError::at(&path, format!("cannot {operation} it: {source}"), remedy)
-            }
-            other => ExportError::at(path, other.to_string(), CHECK),
-        })?;
+        let dataset = Dataset::open(path)?;
         // Others may be finished while this goes on: sums and samples are of the same ones.
-        let finished: Vec<u64> =
-            (0..folder.head().shards).filter(|shard| path.join(manifest_path(*shard)).exists()).collect();
-        let unfinished = folder.head().shards - finished.len() as u64;
-        let sums = Sums::of_shards(path, finished.iter().copied());
+        let finished: Vec<u64> = (0..dataset.head().shards).filter(|&shard| dataset.has_manifest(shard)).collect();
+        let unfinished = dataset.head().shards - finished.len() as u64;
+        let sums = dataset.sums_of(finished.iter().copied());
         let mut source = Self {
-            folder,
+            dataset,
             selection,
             shards: Vec::new(),
             finished: Vec::new(),
@@ -99,7 +92,7 @@ impl Source {
             return Err(ExportError::at(path, format!("there is no sample {}", range.end()), &remedy));
         }
         for shard in finished {
-            let Some(manifest) = source.manifest(shard)? else { continue };
+            let Some(manifest) = source.dataset.manifest(shard)? else { continue };
             source.finished.push((shard, manifest.samples.len() as u64));
             for sample in manifest.samples.iter().filter(|sample| source.selection.has_index(sample.index)) {
                 *source.in_splits.entry(sample.split.clone()).or_default() += 1;
@@ -122,12 +115,12 @@ impl Source {
 
     /// `dataset.json`.
     pub fn head(&self) -> &DatasetHead {
-        self.folder.head()
+        self.dataset.head()
     }
 
     /// The folder.
     pub fn root(&self) -> &Path {
-        self.folder.root()
+        self.dataset.root()
     }
 
     /// Finished samples of a split with a chosen index, whether that split was chosen or not.
@@ -187,7 +180,7 @@ impl Source {
     ) -> Result<(), ExportError> {
         let mut done = self.done_samples;
         for &shard in &self.shards {
-            let Some(manifest) = self.manifest(shard)? else { continue };
+            let Some(manifest) = self.dataset.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| self.has_left(sample));
             let chosen: Vec<u64> = chosen.map(|sample| sample.index).collect();
             for some in chosen.chunks(rayon::current_num_threads().max(1)) {
@@ -217,18 +210,23 @@ impl Source {
         let with_exr = stored.len() < images.len();
         let together = rayon::current_num_threads().max(1);
         let mut done = self.done_samples;
-        for (path, shard, count, chosen) in self.tables() {
-            let (shard, path) = (shard, self.root().join(path));
-            let told = |what: String| ExportError::at(&path, what, CHECK);
-            let chosen = chosen?;
-            let rows = read_rows(&path, count, places(&chosen), &stored).map_err(told)?;
+        for wanted in self.wanted() {
+            let WantedRows { table, count, chosen } = wanted?;
+            let columns = |name: &str| !IMAGES.contains(&name) || stored.contains(&name);
+            let query = RowQuery { columns: &columns, ranges: Some(ranges(&chosen)), at_once: 1 };
+            let rows = table.rows(&query)?;
+            if rows.in_table() != count {
+                let what = format!("it has {} rows, and its manifest names {count}", rows.in_table());
+                return Err(table.damaged(what).into());
+            }
             let mut pairs = rows.zip(chosen.into_iter().map(|(_, sample)| sample)).peekable();
             while pairs.peek().is_some() {
                 let some: Vec<_> = pairs.by_ref().take(together).collect();
                 let worked: Vec<_> = some
                     .into_par_iter()
                     .map(|(row, listed)| {
-                        let sample = Sample::new(self, &path, shard, row.map_err(told)?, &listed, with_exr)?;
+                        let row = row?.json(0).map_err(|what| table.damaged(what))?;
+                        let sample = Sample::new(self, &table, row, &listed, with_exr)?;
                         work(&sample).map(|result| (sample, result))
                     })
                     .collect();
@@ -243,39 +241,35 @@ impl Source {
         Ok(())
     }
 
-    /// The tables with chosen samples: path, shard, rows, and chosen samples with their places in the table.
-    #[allow(clippy::type_complexity)]
-    fn tables(
-        &self,
-    ) -> impl Iterator<Item = (String, u64, u64, Result<Vec<(usize, ManifestSample)>, ExportError>)> + '_ {
-        let splits = move |shard: u64| Split::ALL.into_iter().map(move |split| (shard, split));
-        self.shards.iter().copied().flat_map(splits).filter(|(_, s)| self.selection.has_split(s.name())).filter_map(
-            |(shard, split)| {
-                let path = data_path(split.name(), shard);
-                let manifest = match self.manifest(shard) {
-                    Ok(manifest) => manifest?,
-                    Err(error) => return Some((path, shard, 0, Err(error))),
-                };
-                let of_split = manifest.samples.into_iter().filter(|sample| sample.split == split.name());
-                let of_split: Vec<_> = of_split.enumerate().collect();
-                let count = of_split.len() as u64;
-                let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.has_left(sample)).collect();
-                (!chosen.is_empty()).then_some((path, shard, count, Ok(chosen)))
-            },
-        )
+    /// The tables with chosen samples that are left, in the order of shards, then of splits.
+    fn wanted(&self) -> impl Iterator<Item = Result<WantedRows, ExportError>> + '_ {
+        let splits = Split::ALL.into_iter().filter(|split| self.selection.has_split(split.name()));
+        let tables = self.shards.iter().flat_map(move |&shard| splits.clone().map(move |split| (shard, split)));
+        tables.filter_map(|(shard, split)| self.wanted_of(shard, split).transpose())
     }
 
-    /// The manifest of a shard; `None` where it is not finished.
-    fn manifest(&self, shard: u64) -> Result<Option<Manifest>, ExportError> {
-        self.folder.read_manifest(shard).map_err(|error| match error {
-            ShardError::Refused { path, reasons, .. } => ExportError::at(&path, reasons.join("; "), CHECK),
-            error => ExportError::at(self.root(), error.to_string(), CHECK),
-        })
+    fn wanted_of(&self, shard: u64, split: Split) -> Result<Option<WantedRows>, ExportError> {
+        let Some(manifest) = self.dataset.manifest(shard)? else { return Ok(None) };
+        let of_split: Vec<_> =
+            manifest.samples.into_iter().filter(|sample| sample.split == split.name()).enumerate().collect();
+        let count = of_split.len() as u64;
+        let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.has_left(sample)).collect();
+        let table = self.dataset.table(shard, split);
+        Ok((!chosen.is_empty()).then_some(WantedRows { table, count, chosen }))
     }
 }
 
-/// Places in a row as ranges.
-fn places(chosen: &[(usize, ManifestSample)]) -> Vec<Range<usize>> {
+/// Rows of a table that are to be exported.
+struct WantedRows {
+    table: Table,
+    /// Rows that the table should have.
+    count: u64,
+    /// The chosen samples with their rows.
+    chosen: Vec<(usize, ManifestSample)>,
+}
+
+/// Rows as ranges.
+fn ranges(chosen: &[(usize, ManifestSample)]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for &(place, _) in chosen {
         match ranges.last_mut() {

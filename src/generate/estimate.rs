@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::{DatasetRequest, dataset_head, in_flight, render_sample};
-use crate::dataset::{self, DatasetFolder, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
+use crate::dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
 use crate::optics::speckle::PatternCache;
 use crate::recipe::Recipe;
 use crate::settings::Transport;
@@ -70,7 +70,7 @@ impl GenerateEstimate {
     /// Counts what is to be made; size from the recipe's channels, no time and no classes.
     pub fn count(recipe: &Recipe, request: &DatasetRequest) -> Self {
         let (part, parts) = request.part;
-        let folder = DatasetFolder::open(&request.out).ok();
+        let folder = Dataset::open(&request.out).ok();
         let head = dataset_head(recipe, request);
         // A shard that the folder's head ends early is made again.
         let missing = |&shard: &u64| {

@@ -4,7 +4,7 @@ use output_schema::DatasetHead;
 use procedural::Parameter;
 
 use super::{DatasetRequest, dataset_head, recipe_of, render_sample};
-use crate::dataset::{DatasetFolder, Encoded};
+use crate::dataset::{Dataset, Encoded};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Distribution, Recipe};
@@ -23,7 +23,7 @@ impl ExpectedDataset {
     ///
     /// # Errors
     /// As [`recipe_of`].
-    pub fn of(folder: &DatasetFolder) -> Result<Self, String> {
+    pub fn of(folder: &Dataset) -> Result<Self, String> {
         let recipe = recipe_of(folder)?;
         let found = folder.head();
         let request = DatasetRequest {

@@ -101,7 +101,7 @@ pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), IconError> {
         let what = format!("{} numbers are not {} rows of {}", image.dn.len(), image.rows, image.cols);
         return Err(IconError { place: data.display().to_string(), what, remedy: "give a whole image".into() });
     }
-    let told = |no: atomic_file::Refused| refused(&data, &no.source);
+    let told = |no: atomic_file::FileError| refused(&data, &no.source);
     atomic_file::write(&partial(&data), &data, &image.dn).map_err(told)?;
     write_text(&text, &FileLayout::of_image(image.cols, image.rows, image.offset).write())
 }

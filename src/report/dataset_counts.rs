@@ -1,15 +1,12 @@
 //! Counts over all rows of a dataset, in two passes: first extents, then the bins of histograms. Memory
 //! does not grow with the number of samples.
 
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int32Type, Int64Type};
-use arrow_array::{Array, Float64Array, RecordBatch};
 use output_schema::{DatasetHead, NumberColumn};
 
 use super::declared_distribution::DeclaredDistribution;
-use super::folder::{Folder, Table};
+use super::folder::Folder;
 use super::histogram::{DERIVED_ROUNDING, DRAWN_ROUNDING, Histogram, HistogramAxis, RunningRange};
-use super::rows;
+use crate::dataset::{RowBatch, RowQuery, Table};
 
 /// Pixels and objects of one pixel class.
 #[derive(Debug, Clone)]
@@ -130,66 +127,52 @@ fn wanted(name: &str) -> bool {
     !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
 }
 
-/// The group that a number is a field of.
-fn group(column: &NumberColumn) -> &str {
-    if column.group.is_empty() { "physics" } else { &column.group }
+/// The path of a number's column in the tables.
+fn path(column: &NumberColumn) -> String {
+    if column.group.is_empty() { format!("physics.{}", column.key) } else { column.path() }
 }
 
-fn number_column<'a>(batch: &'a RecordBatch, column: &NumberColumn) -> Result<&'a Float64Array, String> {
-    rows::field::<Float64Type>(rows::structure(batch, group(column))?, &column.key)
+fn classes(rows: &RowBatch) -> Result<Vec<usize>, String> {
+    let class = |class: i64| usize::try_from(class).map_err(|_| "`class` is negative".to_owned());
+    rows.integers("class")?.into_iter().map(class).collect()
 }
 
-fn class_of(batch: &RecordBatch, row: usize) -> Result<usize, String> {
-    usize::try_from(rows::numbers::<Int64Type>(batch, "class")?.value(row)).map_err(|_| "`class` is negative".into())
+/// Gives `take` the rows of a table without its images.
+fn each(table: &Table, take: &mut dyn FnMut(&RowBatch) -> Result<(), String>) -> Result<(), String> {
+    for rows in table.rows(&RowQuery::of(&wanted)).map_err(|fault| fault.what)? {
+        take(&rows.map_err(|fault| fault.what)?)?;
+    }
+    Ok(())
 }
 
 fn extents(table: &Table, counts: &mut DatasetCounts) -> Result<(), String> {
-    rows::read(&table.path, &wanted, &mut |batch| {
-        for row in 0..batch.num_rows() {
-            let class = class_of(batch, row)?;
+    each(table, &mut |rows| {
+        for class in classes(rows)? {
             let splits = counts.samples.get_mut(class).ok_or_else(|| format!("there is no class {class}"))?;
-            splits[table.split] += 1;
+            splits[table.split as usize] += 1;
         }
         for (field, [count, pitch]) in counts.field.iter_mut().zip([["rows", "row_mm"], ["cols", "col_mm"]]) {
-            let (count, pitch) =
-                (rows::numbers::<Int32Type>(batch, count)?, rows::numbers::<Float64Type>(batch, pitch)?);
-            let sides = count.values().iter().zip(pitch.values());
-            sides.for_each(|(&count, &pitch)| field.add(f64::from(count) * pitch));
+            let sides = rows.integers(count)?.into_iter().zip(rows.numbers(pitch)?);
+            sides.for_each(|(count, pitch)| field.add(count as f64 * pitch));
         }
         for number in &mut counts.numbers {
-            let column = number_column(batch, &number.column)?;
-            (0..batch.num_rows()).for_each(|row| number.extent.add(rows::known(column, row)));
+            rows.numbers(&path(&number.column))?.into_iter().for_each(|value| number.extent.add(value));
         }
-        let areas = rows::structure(batch, "class_area_px")?;
         for kind in &mut counts.kinds {
-            let counts = rows::field::<Int64Type>(areas, &kind.name)?;
-            for area in counts.iter().flatten().filter(|&area| area > 0) {
+            let areas = rows.integers(&format!("class_area_px.{}", kind.name))?;
+            for area in areas.into_iter().filter(|&area| area > 0) {
                 kind.pixels += area.unsigned_abs();
                 kind.samples += 1;
             }
         }
-        objects(batch, &mut |_, class, size| {
-            if let Some(kind) = counts.kinds.iter_mut().find(|kind| kind.value == class) {
+        for object in rows.objects()?.into_iter().flatten() {
+            if let Some(kind) = counts.kinds.iter_mut().find(|kind| kind.value == object.class) {
                 kind.objects += 1;
-                kind.extent.add(size);
+                kind.extent.add(object.diameter_mm);
             }
-        })
-    })
-}
-
-/// Gives row, pixel class and diameter [mm] of every object.
-fn objects(batch: &RecordBatch, take: &mut dyn FnMut(usize, usize, f64)) -> Result<(), String> {
-    let lists = rows::column(batch, "objects")?.as_list_opt::<i32>().ok_or("`objects` is no list")?;
-    for row in 0..batch.num_rows() {
-        let list = lists.value(row);
-        let fields = list.as_struct_opt().ok_or("`objects` is no list of structs")?;
-        let (class, size) =
-            (rows::field::<Int64Type>(fields, "class")?, rows::field::<Float64Type>(fields, "diameter_mm")?);
-        for object in 0..fields.len() {
-            take(row, usize::try_from(class.value(object)).unwrap_or(usize::MAX), rows::known(size, object));
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// Lays out the histograms.
@@ -230,23 +213,25 @@ fn fill(
     place: &mut dyn FnMut(&DatasetCounts, RowPlace),
 ) -> Result<(), String> {
     let mut first = 0;
-    rows::read(&table.path, &wanted, &mut |batch| {
-        let classes: Vec<usize> = (0..batch.num_rows()).map(|row| class_of(batch, row)).collect::<Result<_, _>>()?;
+    each(table, &mut |rows| {
+        let classes = classes(rows)?;
         for number in &mut counts.numbers {
-            let column = number_column(batch, &number.column)?;
+            let values = rows.numbers(&path(&number.column))?;
             let Some(cells) = &mut number.cells else { continue };
-            (0..batch.num_rows()).for_each(|row| cells.add(classes[row], rows::known(column, row)));
+            values.into_iter().zip(&classes).for_each(|(value, &class)| cells.add(class, value));
         }
-        objects(batch, &mut |row, class, size| {
-            let kind = counts.kinds.iter_mut().find(|kind| kind.value == class);
-            if let Some(cells) = kind.and_then(|kind| kind.cells.as_mut()) {
-                cells.add(classes[row], size);
+        for (objects, &class) in rows.objects()?.into_iter().zip(&classes) {
+            for object in objects {
+                let kind = counts.kinds.iter_mut().find(|kind| kind.value == object.class);
+                if let Some(cells) = kind.and_then(|kind| kind.cells.as_mut()) {
+                    cells.add(class, object.diameter_mm);
+                }
             }
-        })?;
+        }
         for (row, &class) in classes.iter().enumerate() {
             place(counts, RowPlace { class, table: number, row: first + row });
         }
-        first += batch.num_rows();
+        first += rows.len();
         Ok(())
     })
 }

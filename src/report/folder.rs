@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use output_schema::file::{data_path, manifest_path};
+use output_schema::file::manifest_path;
 use output_schema::{DatasetHead, Manifest};
 
-use crate::dataset::{DatasetFolder, ShardError};
-use crate::split::Split;
+use crate::dataset::{Dataset, Fault, Table};
 
 /// Most faults that the page lists; the others are counted.
 pub(super) const LISTED: usize = 40;
@@ -23,19 +22,6 @@ pub struct Trouble {
     pub what: String,
     /// What to do.
     pub remedy: &'static str,
-}
-
-/// Rows of one split in one shard.
-#[derive(Debug, Clone)]
-pub(super) struct Table {
-    /// Where it is.
-    pub path: PathBuf,
-    /// The same, relative to the folder.
-    pub relative: String,
-    /// Number of the shard.
-    pub shard: u64,
-    /// Place of the split in [`Split::ALL`].
-    pub split: usize,
 }
 
 /// Files of one kind.
@@ -64,8 +50,8 @@ pub(super) struct Folder {
 
 impl Folder {
     /// Looks at every file that the head and the manifests name, by size alone.
-    pub fn look(folder: &DatasetFolder) -> Self {
-        let (head, root) = (folder.head(), folder.root());
+    pub fn look(dataset: &Dataset) -> Self {
+        let (head, root) = (dataset.head(), dataset.root());
         let mut found = Self { tables: Vec::new(), finished: 0, kinds: BTreeMap::new(), troubles: Vec::new(), more: 0 };
         for name in ["dataset.json", "README.md", "croissant.json"] {
             if let Ok(file) = fs::metadata(root.join(name)) {
@@ -78,12 +64,12 @@ impl Folder {
         // Shards in a row that are not finished: the first of them, and the one behind the last.
         let mut gap = 0..0;
         for shard in 0..head.shards {
-            let manifest = folder.read_manifest(shard);
+            let manifest = dataset.manifest(shard);
             if !matches!(manifest, Ok(None)) {
                 found.gap(std::mem::take(&mut gap));
             }
             match manifest {
-                Ok(Some(manifest)) => found.shard(root, shard, &manifest),
+                Ok(Some(manifest)) => found.shard(dataset, shard, &manifest),
                 Ok(None) => gap = if gap.is_empty() { shard } else { gap.start }..shard + 1,
                 Err(error) => {
                     let remedy = "run gen validate: it says what is wrong with the dataset";
@@ -108,18 +94,15 @@ impl Folder {
         }
     }
 
-    fn shard(&mut self, root: &Path, shard: u64, manifest: &Manifest) {
+    fn shard(&mut self, dataset: &Dataset, shard: u64, manifest: &Manifest) {
+        let root = dataset.root();
         self.finished += 1;
         self.count("documents", fs::metadata(root.join(manifest_path(shard))).map_or(0, |file| file.len()));
         for file in &manifest.files {
             let remedy = "remove the shard's manifest and run gen again: the shard is made again";
             self.file(kind(&file.path), root, &file.path, file.bytes, remedy);
-            let split = Split::ALL.iter().position(|split| data_path(split.name(), shard) == file.path);
-            if let Some(split) = split {
-                self.tables.push(Table { path: root.join(&file.path), relative: file.path.clone(), shard, split });
-            }
         }
-        self.tables.sort_by_key(|table| (table.shard, table.split));
+        self.tables.extend(dataset.tables_of(shard, manifest));
     }
 
     /// Counts a file where it is there, by the size that it has; notes one that is not there or has another size than it
@@ -167,12 +150,8 @@ fn kind(path: &str) -> &'static str {
 }
 
 /// What is wrong with a manifest, without its path and remedy, which stand beside it.
-fn told(error: ShardError) -> String {
-    match error {
-        ShardError::Refused { reasons, .. } => reasons.join("; "),
-        ShardError::Io { source, .. } => format!("cannot be read: {source}"),
-        error => error.to_string(),
-    }
+fn told(fault: Fault) -> String {
+    if fault.tried == Some("read") { format!("cannot be read: {}", fault.what) } else { fault.what }
 }
 
 /// Samples that the head promises in the shards that are not finished.

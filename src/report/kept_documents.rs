@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::dataset::Sums;
+use crate::dataset::DatasetSums;
 
 /// Folder of kept results in a dataset's folder.
 pub(super) const FOLDER: &str = "reports";
@@ -77,7 +77,7 @@ pub(super) struct KeptDocument {
 }
 
 /// The document of that name; `None` where there is none.
-pub(super) fn kept(root: &Path, name: &str, kind: &DocumentKind, sums: &Sums) -> Option<KeptDocument> {
+pub(super) fn kept(root: &Path, name: &str, kind: &DocumentKind, sums: &DatasetSums) -> Option<KeptDocument> {
     let path = root.join(FOLDER).join(name);
     let length = fs::metadata(&path).ok().filter(|file| file.is_file())?.len();
     let read = || {
@@ -97,7 +97,7 @@ pub(super) fn kept(root: &Path, name: &str, kind: &DocumentKind, sums: &Sums) ->
 }
 
 /// The documents of checks, by name.
-pub(super) fn checks(root: &Path, sums: &Sums) -> Vec<KeptDocument> {
+pub(super) fn checks(root: &Path, sums: &DatasetSums) -> Vec<KeptDocument> {
     let entries = fs::read_dir(root.join(FOLDER)).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.retain(|name| name.starts_with("check-") && name.ends_with(".json"));

@@ -17,7 +17,6 @@ mod kept_documents;
 mod page;
 mod page_data;
 mod palette;
-mod rows;
 mod selection;
 mod sheet_sample;
 
@@ -30,7 +29,7 @@ use self::declared_distribution::DeclaredDistribution;
 use self::folder::Folder;
 use self::page_data::PageData;
 use self::sheet_sample::SheetSample;
-use crate::dataset::{DatasetFolder, ShardError, Sums};
+use crate::dataset::{Dataset, Fault};
 use crate::recipe::Recipe;
 
 pub use self::exposed_profile::ExposedProfile;
@@ -82,7 +81,7 @@ pub struct DatasetPage {
 
 /// Makes the page of the dataset in `root`; one that cannot be opened has a page that says why.
 pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
-    let folder = match DatasetFolder::open(root) {
+    let folder = match Dataset::open(root) {
         Ok(folder) => folder,
         Err(error) => return DatasetPage { html: unreadable(root, &error), shown: 0, troubles: 1 },
     };
@@ -120,7 +119,7 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
     let mut samples: Vec<SheetSample> = Vec::new();
     for place in places {
         let table = found.tables[place.table].clone();
-        match sheet_sample::read(root, head, (&table, place.row), place.class, pixels) {
+        match sheet_sample::read(&folder, (&table, place.row), place.class, pixels) {
             Ok(sample) => samples.push(sample),
             Err(what) => found.trouble(table.relative, what, "`gen validate` says what is damaged"),
         }
@@ -139,7 +138,7 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
         exposures,
         timing,
         recipe: &options.recipe,
-        sums: Sums::of(root, head.shards),
+        sums: folder.sums(),
     };
     DatasetPage {
         html: page::page(&facts).into_string(),
@@ -149,7 +148,7 @@ pub fn report(root: &Path, options: &ReportOptions) -> DatasetPage {
 }
 
 /// A page that says why there is no other.
-fn unreadable(root: &Path, error: &ShardError) -> String {
+fn unreadable(root: &Path, error: &Fault) -> String {
     page::unreadable(&root.display().to_string(), &error.to_string()).into_string()
 }
 

@@ -8,7 +8,7 @@ use super::dataset_counts::DatasetCounts;
 use super::exposed_profile::ExposedProfile;
 use super::folder::Folder;
 use super::sheet_sample::SheetSample;
-use crate::dataset::Sums;
+use crate::dataset::DatasetSums;
 use crate::recipe::Recipe;
 
 /// How long a sample took.
@@ -32,5 +32,5 @@ pub(super) struct PageData<'a> {
     pub exposures: Vec<(usize, ExposedProfile)>,
     pub timing: Option<RenderTiming>,
     pub recipe: &'a Result<&'a Recipe, String>,
-    pub sums: Sums,
+    pub sums: DatasetSums,
 }

@@ -3,18 +3,11 @@
 //! A pixel of a picture is the mean of the map's pixels behind it that were measured, and of labels the largest class
 //! number behind it, so that no small defect is lost.
 
-use std::fs;
-use std::path::Path;
+use std::collections::BTreeMap;
 
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int32Type, Int64Type};
-use arrow_array::{Array, RecordBatch};
 use output_schema::DatasetHead;
-use output_schema::file::exr_path;
 
-use super::folder::Table;
-use super::rows;
-use crate::dataset::{ExrChannel, read_exr, read_png};
+use crate::dataset::{Dataset, ExrMaps, RowBatch, Table};
 
 /// The maps in the order of panels.
 pub(super) const MAPS: [&str; 3] = ["range", "reflectance", "scatter"];
@@ -69,8 +62,7 @@ const CARD_NUMBERS: [&str; 4] = ["exposure.time_us", "laser.waist_mm", "laser.po
 /// # Errors
 /// In words, where the row or one of its images cannot be read.
 pub(super) fn read(
-    root: &Path,
-    head: &DatasetHead,
+    dataset: &Dataset,
     (table, row): (&Table, usize),
     class: usize,
     pixels: f64,
@@ -80,26 +72,26 @@ pub(super) fn read(
         let known = ["index", "id", "cols", "rows", "row_mm", "col_mm", "objects", "label"].contains(&name);
         known || drawn || name.starts_with("range_") || MAPS.contains(&name)
     };
-    rows::one(&table.path, row, &wanted, |batch| {
-        let index = rows::numbers::<Int64Type>(batch, "index")?.value(0) as u64;
-        of_row(root, head, table, batch, (index, class), pixels).map_err(|what| format!("sample {index}: {what}"))
-    })
+    let row = table.row(row, &wanted).map_err(|fault| fault.what)?;
+    let index = first(row.integers("index")?, "index")? as u64;
+    of_row(dataset, table, &row, (index, class), pixels).map_err(|what| format!("sample {index}: {what}"))
+}
+
+fn first<T>(values: Vec<T>, name: &str) -> Result<T, String> {
+    values.into_iter().next().ok_or_else(|| format!("`{name}` is missing"))
 }
 
 fn of_row(
-    root: &Path,
-    head: &DatasetHead,
+    dataset: &Dataset,
     table: &Table,
-    batch: &RecordBatch,
+    row: &RowBatch,
     (index, class): (u64, usize),
     pixels: f64,
 ) -> Result<SheetSample, String> {
-    let id = rows::column(batch, "id")?.as_string_opt::<i32>().ok_or("`id` is no text")?.value(0).to_owned();
-    if id.contains(['/', '\\']) {
-        return Err(format!("`{id}` is no id"));
-    }
-    let side = |name| Ok::<_, String>(usize::try_from(rows::numbers::<Int32Type>(batch, name)?.value(0)).unwrap_or(0));
-    let pitch = |name| Ok::<_, String>(rows::numbers::<Float64Type>(batch, name)?.value(0));
+    let head = dataset.head();
+    let id = first(row.ids()?, "id")?;
+    let side = |name| Ok::<_, String>(usize::try_from(first(row.integers(name)?, name)?).unwrap_or(0));
+    let pitch = |name| first(row.numbers(name)?, name);
     let (size, pitch) = ([side("rows")?, side("cols")?], [pitch("row_mm")?, pitch("col_mm")?]);
     let extent = [size[0] as f64 * pitch[0], size[1] as f64 * pitch[1]];
     if !(extent[0] > 0.0 && extent[1] > 0.0 && extent[0].is_finite() && extent[1].is_finite()) {
@@ -110,17 +102,16 @@ fn of_row(
     let shown = extent.map(|mm_long| ((mm_long / mm).round().max(8.0) as usize).min(2000));
     let grid = PictureGrid { size, shown };
 
-    let mut exr: Option<Vec<ExrChannel>> = None;
+    let mut exr: Option<ExrMaps> = None;
     let mut plane = |name: &str| -> Result<Option<Vec<f32>>, String> {
         let plane = if head.images.png.iter().any(|png| png == name) {
-            png(batch, head, name)?
+            png(row, head, name)?
         } else if head.images.exr.iter().any(|exr| exr.eq_ignore_ascii_case(name)) {
-            if exr.is_none() {
-                let path = exr_path(table.shard, &id);
-                let bytes = fs::read(root.join(&path)).map_err(|e| format!("{path}: {e}"))?;
-                exr = Some(read_exr(&bytes).map_err(|e| format!("{path}: {e}"))?.2);
-            }
-            let channel = exr.iter().flatten().find(|channel| channel.name.eq_ignore_ascii_case(name));
+            let maps = match exr.take() {
+                Some(maps) => maps,
+                None => dataset.exr(table.shard, &id).map_err(|fault| format!("{}: {}", fault.place, fault.what))?,
+            };
+            let channel = exr.insert(maps).channel(name);
             channel.ok_or_else(|| format!("its EXR file has no `{name}`"))?.numbers()
         } else {
             return Ok(None);
@@ -149,7 +140,7 @@ fn of_row(
         index,
         id: id.clone(),
         class,
-        split: table.split,
+        split: table.split as usize,
         size,
         width: shown[1] as u32,
         height: shown[0] as u32,
@@ -157,8 +148,8 @@ fn of_row(
         labels: labels.map_or(Vec::new(), |labels| grid.largest(&labels)),
         range,
         saturated,
-        objects: objects(batch)?,
-        numbers: numbers(batch, head),
+        objects: objects(row)?,
+        numbers: numbers(row, head),
     })
 }
 
@@ -223,10 +214,8 @@ impl PictureGrid {
 }
 
 /// An image of a row as physical numbers, NaN where missing.
-fn png(batch: &RecordBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, String> {
-    let bytes = rows::structure(batch, name)?.column_by_name("bytes").and_then(|bytes| bytes.as_binary_opt::<i32>());
-    let bytes = bytes.filter(|bytes| bytes.is_valid(0)).ok_or_else(|| format!("`{name}` is empty"))?;
-    let numbers = read_png(bytes.value(0)).map_err(|e| format!("`{name}`: {e}"))?.2.numbers();
+fn png(row: &RowBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, String> {
+    let numbers = row.image(0, name)?.grey.numbers();
     if name == "label" {
         return Ok(numbers.into_iter().map(f32::from).collect());
     }
@@ -234,7 +223,7 @@ fn png(batch: &RecordBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, 
     if name == "range" {
         let number = |what: &str| {
             let name = format!("range_{what}_{}", head.range_unit());
-            Ok::<_, String>(rows::numbers::<Float64Type>(batch, &name)?.value(0))
+            first(row.numbers(&name)?, &name)
         };
         (offset, scale) = (number("offset")?, number("scale")?);
     }
@@ -242,26 +231,20 @@ fn png(batch: &RecordBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, 
     Ok(numbers.into_iter().map(value).collect())
 }
 
-fn objects(batch: &RecordBatch) -> Result<Vec<(usize, u64)>, String> {
-    let list = rows::column(batch, "objects")?.as_list_opt::<i32>().ok_or("`objects` is no list")?.value(0);
-    let classes = rows::field::<Int64Type>(list.as_struct_opt().ok_or("`objects` is no list of structs")?, "class")?;
-    let mut found: Vec<(usize, u64)> = Vec::new();
-    for class in classes.iter().flatten() {
-        let class = usize::try_from(class).unwrap_or(0);
-        match found.iter_mut().find(|(known, _)| *known == class) {
-            Some((_, count)) => *count += 1,
-            None => found.push((class, 1)),
-        }
+/// How many objects of each pixel class.
+fn objects(row: &RowBatch) -> Result<Vec<(usize, u64)>, String> {
+    let mut counts = BTreeMap::new();
+    for object in row.objects()?.into_iter().flatten() {
+        *counts.entry(object.class).or_default() += 1;
     }
-    found.sort_unstable();
-    Ok(found)
+    Ok(counts.into_iter().collect())
 }
 
-fn numbers(batch: &RecordBatch, head: &DatasetHead) -> Vec<(String, f64, String)> {
+fn numbers(row: &RowBatch, head: &DatasetHead) -> Vec<(String, f64, String)> {
     let one = |path: &&str| {
         let column = head.parameters.iter().find(|column| column.path() == **path)?;
-        let value = rows::field::<Float64Type>(rows::structure(batch, &column.group).ok()?, &column.key).ok()?;
-        Some((column.path(), rows::known(value, 0), column.unit.clone()))
+        let value = first(row.numbers(path).ok()?, path).ok()?;
+        Some((column.path(), value, column.unit.clone()))
     };
     CARD_NUMBERS.iter().filter_map(one).collect()
 }

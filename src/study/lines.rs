@@ -8,8 +8,8 @@ use image::RgbImage;
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::media::{WOODS, Wood};
-use super::{StudyProgress, StudyReport, ask, describe, document_head, total_photons};
+use super::media::{WOODS, WoodMedium};
+use super::{StudyProgress, StudyReport, ask, describe, photon_document, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::medium::Medium;
@@ -24,8 +24,8 @@ const ROWS_ASIDE: usize = 20;
 
 /// A medium and what the models say of it, in the order of [`Model::ALL`].
 struct MediumCase {
-    pub wood: Wood,
-    pub answers: Vec<Result<Answer, String>>,
+    wood: WoodMedium,
+    answers: Vec<Result<Answer, String>>,
 }
 
 /// How far the kernel may be off the reference Monte Carlo.
@@ -49,7 +49,7 @@ enum Verdict {
 /// A number that is measured on a line spread.
 struct SpreadFigure {
     key: &'static str,
-    pub name: &'static str,
+    name: &'static str,
     tolerance: Tolerance,
 }
 
@@ -148,11 +148,11 @@ pub fn workload(effort: Effort) -> u64 {
 /// Makes the study.
 pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
-    let answers = |wood: &Wood, model: Model| {
+    let answers = |wood: &WoodMedium, model: Model| {
         ask(model, wood.name, &Medium { stack: wood.stack(), question }, effort, progress)
             .map_err(|refusal| refusal.to_string())
     };
-    let case = |wood: &Wood| MediumCase {
+    let case = |wood: &WoodMedium| MediumCase {
         wood: *wood,
         answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect(),
     };
@@ -215,7 +215,7 @@ fn words(tolerance: Tolerance, figure: Estimate, judge: Option<Estimate>) -> Str
 }
 
 fn json(cases: &[MediumCase], effort: Effort) -> Value {
-    let mut document = document_head("transport", effort);
+    let mut document = photon_document("transport", effort);
     let question = Question::default();
     document["row_mm"] = json!(question.row_mm);
     document["line_sd_mm"] = json!(question.line_mm);

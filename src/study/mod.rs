@@ -10,7 +10,7 @@
 //! question is listed with its reason.
 
 pub mod compared_model;
-pub mod ellipse;
+mod ellipse;
 pub mod instrument;
 pub mod lines;
 pub mod media;
@@ -73,13 +73,19 @@ fn total_photons(effort: Effort, times: u64) -> u64 {
 }
 
 /// The head of every study's document.
-fn document_head(study: &str, effort: Effort) -> Value {
+fn document_head(study: &str) -> Value {
     json!({
         "schema_version": 1,
         "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
         "study": study,
-        "effort": { "photons": effort.walked(), "seed": effort.seed },
     })
+}
+
+/// The head of the document of a study that walks photons.
+fn photon_document(study: &str, effort: Effort) -> Value {
+    let mut document = document_head(study);
+    document["effort"] = json!({ "photons": effort.walked(), "seed": effort.seed });
+    document
 }
 
 /// A number with its error where it has one.

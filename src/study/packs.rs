@@ -9,7 +9,7 @@ use procedural::blister::{Blister, Defects};
 use procedural::{Class, Instance};
 use serde_json::{Value, json};
 
-use super::{StudyEvent, StudyProgress, StudyReport, announce};
+use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};
 use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
@@ -72,10 +72,10 @@ const PACKS: [PackCase; 24] = [
 
 /// A pack that was rendered.
 struct PackSample {
-    pub name: &'static str,
-    pub record: Record,
+    name: &'static str,
+    record: Record,
     /// What the dark level adds to Scatter [DN].
-    pub dark_dn: f64,
+    dark_dn: f64,
 }
 
 /// Packs of the whole study.
@@ -104,14 +104,10 @@ pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<Stud
         table += &line;
         rows.push(json);
     }
-    let json = json!({
-        "schema_version": 1,
-        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
-        "study": "packs",
-        "recipe": recipe.name(),
-        "seed": seed,
-        "packs": rows,
-    });
+    let mut json = document_head("packs");
+    json["recipe"] = json!(recipe.name());
+    json["seed"] = json!(seed);
+    json["packs"] = json!(rows);
     Ok(StudyReport { table, json, picture: page(&packs) })
 }
 

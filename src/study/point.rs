@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
 use super::ellipse::{Ellipse, LightMap, ellipse};
-use super::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
-use super::{StudyProgress, StudyReport, announce, ask, describe, document_head, total_photons};
+use super::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
+use super::{StudyProgress, StudyReport, announce, ask, describe, photon_document, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, LETTER, MARGIN, Page, viridis};
 use crate::medium::Medium;
@@ -26,7 +26,7 @@ use crate::transport::thesis::{self, PixelGround, SpreadMethod};
 /// Photons for each map unless told otherwise.
 pub const PHOTONS: u64 = 1_000_000;
 /// Half diameters across the fibre at which contours are measured [mm].
-pub const HALF_DIAMETERS_MM: [f64; 6] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5];
+const HALF_DIAMETERS_MM: [f64; 6] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5];
 /// Those of the table.
 const TABLE_HALF_DIAMETERS_MM: [f64; 3] = [0.5, 1.0, 1.5];
 /// Azimuths of clear wood's fibre against the motion; between pixels' axes and diagonals their pull is strongest [deg].
@@ -34,31 +34,31 @@ const CLEAR_WOOD_AZIMUTHS_DEG: [f64; 5] = [0.0, 22.5, 45.0, 67.5, 90.0];
 /// The azimuth whose map is drawn [deg].
 const DRAWN_AZIMUTH_DEG: f64 = 22.5;
 /// Cells on either side of the central one.
-pub const CELLS: usize = 90;
+const CELLS: usize = 90;
 /// Pitch of the cells [mm].
-pub const CELL_MM: f64 = 0.05;
+const CELL_MM: f64 = 0.05;
 
 /// A kind of wood, what is known of its ellipses, and what the models say of them.
 struct PointCase {
-    pub wood: Wood,
-    pub title: &'static str,
-    pub azimuths: &'static [f64],
+    wood: WoodMedium,
+    title: &'static str,
+    azimuths: &'static [f64],
     /// Aspect at 1.5 mm across the fibre by the Monte Carlo of docs/physics.md [1].
-    pub monte_carlo_aspect: f64,
-    pub maps: Vec<PointMap>,
+    monte_carlo_aspect: f64,
+    maps: Vec<PointMap>,
 }
 
 /// Light of a point on wood of one azimuth, by one model.
 struct PointMap {
-    pub model: ComparedModel,
+    model: ComparedModel,
     /// What is lit and how.
-    pub note: String,
+    note: String,
     /// Azimuth of the fibre [deg].
-    pub azimuth: f64,
+    azimuth: f64,
     /// Lines of equal light in the order of [`HALF_DIAMETERS_MM`], `None` where no ellipse was found; or why the model refuses.
-    pub contours: Result<Vec<Option<Contour>>, String>,
+    contours: Result<Vec<Option<Contour>>, String>,
     /// Light of each cell, kept where it is drawn.
-    pub light: Vec<f64>,
+    light: Vec<f64>,
 }
 
 /// One line of equal light.
@@ -120,7 +120,7 @@ impl ComparedModel {
     /// and 10 on a knot. The thesis does not say how large its pixels are; here they are the study's cells, so the half
     /// diameters in mm are a choice, aspects and angles are not. The thesis' spot is part of its map. The conservative
     /// stencil lights one pixel and is asked what the models of transport are asked.
-    fn point_note(self, wood: &Wood) -> String {
+    fn point_note(self, wood: &WoodMedium) -> String {
         match self {
             Self::Model(_) => String::new(),
             Self::Thesis => {
@@ -138,7 +138,7 @@ impl ComparedModel {
     /// Where the model refuses.
     pub fn point_light(
         self,
-        wood: &Wood,
+        wood: &WoodMedium,
         effort: Effort,
         progress: StudyProgress,
     ) -> Result<Vec<Estimate>, ModelError> {
@@ -162,7 +162,7 @@ impl ComparedModel {
 }
 
 /// The wood as the surface of a picture of the thesis' method.
-fn ground(wood: &Wood) -> PixelGround {
+fn ground(wood: &WoodMedium) -> PixelGround {
     const SIDE: usize = 2 * CELLS + 1;
     PixelGround::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
 }
@@ -293,7 +293,7 @@ impl Contour {
 }
 
 fn json(cases: &[PointCase], effort: Effort) -> Value {
-    let mut document = document_head("point", effort);
+    let mut document = photon_document("point", effort);
     let each = |case: &PointCase| {
         let [mu_a, sigma_i, sigma_c, n] = case.wood.coefficients;
         json!({

@@ -7,7 +7,7 @@
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};
+use super::{StudyEvent, StudyProgress, StudyReport, announce, photon_document};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::speckle::PatternCache;
@@ -157,7 +157,7 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
             "light_e": line.light,
         })
     };
-    let mut json = document_head("profile", effort);
+    let mut json = photon_document("profile", effort);
     json["sample"] = json!({ "index": scene.index, "id": scene.id, "class": scene.class, "profile": profile });
     json["x_mm"] = json!(x);
     json["models"] = lines.iter().map(model).collect();

@@ -6,14 +6,14 @@ use std::process::Command;
 use std::thread;
 
 use output_schema::DatasetHead;
-use sheetlight::dataset::{DatasetFolder, ShardError, ShardWriter};
+use sheetlight::dataset::{Claim, Dataset, ShardWriter};
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 
 fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {
     let mut other = head(&output(), &SIZE, 6);
     change(&mut other);
-    match DatasetFolder::open_or_create(path, other) {
-        Err(error @ ShardError::Refused { .. }) => error.to_string(),
+    match Dataset::open_or_create(path, other) {
+        Err(fault) if fault.tried == Some("use") => fault.to_string(),
         other => panic!("not refused: {other:?}"),
     }
 }
@@ -42,11 +42,11 @@ fn a_newer_schema_is_refused_clearly() {
     write_dataset(place.path(), 2, &output());
     let manifest = place.path().join("shards/00000.json");
     let text = fs::read_to_string(&manifest).expect("it is there");
-    let folder = DatasetFolder::open(place.path()).expect("it is a dataset");
-    assert!(folder.read_manifest(0).is_ok_and(|found| found.is_some()));
+    let folder = Dataset::open(place.path()).expect("it is a dataset");
+    assert!(folder.manifest(0).is_ok_and(|found| found.is_some()));
     let newer = text.replacen("\"schema_version\": [\n    1", "\"schema_version\": [\n    2", 1);
     fs::write(&manifest, newer).expect("it can be written");
-    assert!(folder.read_manifest(0).is_err_and(|e| e.to_string().contains("newer")));
+    assert!(folder.manifest(0).is_err_and(|e| e.to_string().contains("newer")));
 
     let path = place.path().join("dataset.json");
     let mut document: DatasetHead =
@@ -71,7 +71,7 @@ fn fewer_samples_remove_nothing() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 10, &output());
     let before = tree(place.path());
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output(), &SIZE, 2)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 2)).expect("it opens");
     assert_eq!((folder.head().samples, folder.remaining(0..9)), (10, vec![]));
     assert_eq!(tree(place.path()), before);
 }
@@ -83,12 +83,12 @@ fn many_may_begin_and_write_one_dataset() {
     thread::scope(|scope| {
         for _ in 0..4 {
             scope.spawn(|| {
-                let folder = DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens");
+                let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens");
                 for shard in folder.remaining(0..folder.head().shards) {
-                    match ShardWriter::create(&folder, shard) {
-                        Err(error) if error.is_skip() => continue,
-                        Err(error) => panic!("{error}"),
-                        Ok(mut writer) => {
+                    match ShardWriter::claim(&folder, shard) {
+                        Err(fault) => panic!("{fault}"),
+                        Ok(Claim::Busy | Claim::Done) => continue,
+                        Ok(Claim::Granted(mut writer)) => {
                             let (first, count) = writer.span();
                             (first..first + count)
                                 .for_each(|i| writer.push(encoded(i, &output)).expect("it is written"));
@@ -101,10 +101,7 @@ fn many_may_begin_and_write_one_dataset() {
     });
     let alone = tempfile::tempdir().expect("a folder");
     write_dataset(alone.path(), 24, &output);
-    DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 24))
-        .expect("it opens")
-        .complete()
-        .expect("a card");
+    Dataset::open_or_create(place.path(), head(&output, &SIZE, 24)).expect("it opens").complete().expect("a card");
     assert_eq!(tree(place.path()), tree(alone.path()));
 }
 
@@ -113,7 +110,7 @@ fn a_missing_parent_and_a_file_in_the_way_are_named() {
     let place = tempfile::tempdir().expect("a folder");
     let file = place.path().join("file");
     fs::write(&file, "").expect("it can be written");
-    let error = DatasetFolder::open_or_create(&file.join("data"), head(&output(), &SIZE, 2)).expect_err("no folder");
+    let error = Dataset::open_or_create(&file.join("data"), head(&output(), &SIZE, 2)).expect_err("no folder");
     assert!(error.to_string().contains("check the path"), "{error}");
 }
 
@@ -142,17 +139,18 @@ fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
     };
     let output = output();
     let root = disk.0.path().join("set");
-    let folder = DatasetFolder::open_or_create(&root, head(&output, &SIZE, 8)).expect("it opens");
+    let folder = Dataset::open_or_create(&root, head(&output, &SIZE, 8)).expect("it opens");
     write_shard(&folder, 0, &output);
     let before = tree(&root);
     fs::write(disk.0.path().join("ballast"), vec![1; 1_900_000]).ok();
     let _ = fs::write(disk.0.path().join("rest"), vec![1; 70_000]);
-    let written = ShardWriter::create(&folder, 1).and_then(|mut writer| {
+    let written = ShardWriter::claim(&folder, 1).and_then(|claim| {
+        let mut writer = claim.granted().expect("the shard is free");
         (4..8).try_for_each(|index| writer.push(encoded(index, &output)))?;
         writer.finish()
     });
     let error = written.expect_err("the disk is full");
-    assert!(matches!(error, ShardError::DiskFull { free: Some(_), .. }), "{error:?}");
+    assert!(error.what.starts_with("the disk is full") && error.what.contains("MB free"), "{error:?}");
     let text = error.to_string();
     for word in ["disk is full", "MB free", "finished shards are intact", "same command to continue"] {
         assert!(text.contains(word), "{text}");
@@ -167,11 +165,12 @@ fn a_full_disk_keeps_finished_shards_and_says_what_to_do() {
 /// Where nothing can be mounted: a manifest that leads to the full device.
 fn full_device() {
     let place = tempfile::tempdir().expect("a folder");
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     std::os::unix::fs::symlink("/dev/full", place.path().join("shards/.tmp-00000.json")).expect("a link");
     (0..4).for_each(|index| writer.push(encoded(index, &output())).expect("it is written"));
     let error = writer.finish().expect_err("the device is full");
-    assert!(matches!(error, ShardError::DiskFull { .. }), "{error:?}");
+    assert!(error.what.starts_with("the disk is full"), "{error:?}");
     assert!(!folder.is_done(0));
 }

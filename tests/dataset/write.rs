@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use sheetlight::dataset::{DatasetFolder, ShardError, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
+use sheetlight::dataset::{Claim, Dataset, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
 use sheetlight::settings::{Output, SensorStack, Size};
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 
@@ -17,7 +17,7 @@ fn the_same_samples_are_the_same_bytes_in_any_order_of_shards() {
     write_dataset(one.path(), 10, &output);
     // The other one begins small, is extended, and its shards are written backwards.
     write_dataset(two.path(), 3, &output);
-    let folder = DatasetFolder::open_or_create(two.path(), head(&output, &SIZE, 10)).expect("it can be extended");
+    let folder = Dataset::open_or_create(two.path(), head(&output, &SIZE, 10)).expect("it can be extended");
     assert_eq!(folder.remaining(0..3), [0, 1, 2], "the first shard held 3 samples and is to hold 4");
     for shard in [2, 0, 1] {
         write_shard(&folder, shard, &output);
@@ -35,9 +35,10 @@ fn the_same_samples_are_the_same_bytes_in_any_order_of_shards() {
 fn a_writer_that_ends_midway_leaves_nothing() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
     let before = tree(place.path());
-    let mut writer = ShardWriter::create(&folder, 1).expect("the shard is free");
+    let mut writer =
+        ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
     writer.push(encoded(4, &output)).expect("it can be written");
     writer.push(encoded(5, &output)).expect("it can be written");
     assert!(tree(place.path()).len() > before.len());
@@ -52,8 +53,9 @@ fn a_writer_that_ends_midway_leaves_nothing() {
 fn what_a_killed_process_left_is_removed_unless_somebody_holds_it() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
-    let mut held = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
+    let mut held =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     held.push(encoded(0, &output)).expect("it can be written");
     for left in
         ["data/.tmp-train-00001.parquet", "stacks/.tmp-00001.parquet", "shards/.lock-00001", ".tmp-dataset.json"]
@@ -64,17 +66,17 @@ fn what_a_killed_process_left_is_removed_unless_somebody_holds_it() {
     fs::write(place.path().join("exr/.tmp-00001/a.exr"), "half").expect("it can be written");
     // Final names without a manifest count for nothing.
     fs::write(place.path().join("data/test-00001.parquet"), "half").expect("it can be written");
-    let again = DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens again");
+    let again = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens again");
     let left = tree(place.path());
     assert!(names(&left).iter().all(|name| !name.contains("00001")), "{:?}", names(&left));
     assert!(!names(&left).contains(&".tmp-dataset.json"), "{:?}", names(&left));
     assert!(names(&left).contains(&"data/.tmp-train-00000.parquet"), "the held shard must stay: {:?}", names(&left));
-    assert!(matches!(ShardWriter::create(&again, 0), Err(ShardError::Busy { shard: 0 })));
+    assert!(matches!(ShardWriter::claim(&again, 0), Ok(Claim::Busy)));
     for index in 1..4 {
         held.push(encoded(index, &output)).expect("it can be written");
     }
     held.finish().expect("it can be finished");
-    assert!(matches!(ShardWriter::create(&again, 0), Err(ShardError::Done { shard: 0 })));
+    assert!(matches!(ShardWriter::claim(&again, 0), Ok(Claim::Done)));
 }
 
 #[test]
@@ -96,9 +98,10 @@ fn a_shard_counts_only_while_every_file_has_its_size() {
 fn samples_come_in_order_and_as_promised() {
     let place = tempfile::tempdir().expect("a folder");
     let output = output();
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 1).expect("the shard is free");
-    assert!(matches!(writer.push(encoded(5, &output)), Err(ShardError::Misfit { index: 5, .. })));
+    let folder = Dataset::open_or_create(place.path(), head(&output, &SIZE, 8)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
+    assert_eq!(writer.push(encoded(5, &output)).expect_err("4 is next").place, "sample 5 does not fit shard 1");
     let mut other = encoded(4, &output);
     other.class = "granite".into();
     let text = writer.push(other).expect_err("an unknown class").to_string();
@@ -106,7 +109,7 @@ fn samples_come_in_order_and_as_promised() {
     let mut other = encoded(4, &output);
     other.draws.pop();
     assert!(writer.push(other).expect_err("a missing draw").to_string().contains("board.width_mm"));
-    assert!(matches!(writer.finish(), Err(ShardError::Misfit { index: 4, .. })));
+    assert_eq!(writer.finish().expect_err("4 is missing").place, "sample 4 does not fit shard 1");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use sheetlight::dataset::{DatasetFolder, ShardWriter, encode};
+use sheetlight::dataset::{Claim, Dataset, ShardWriter, encode};
 use sheetlight::settings::{Channel, Output, SensorStack, Size};
 use test_support::records::{SIZE, encoded, head, output, record, tree, write_dataset};
 
@@ -17,8 +17,9 @@ const CHILD: &str = "SHEETLIGHT_TEST_CHILD";
 fn child_that_is_killed() {
     // Only at work when the test below has started it.
     let Some(place) = std::env::var_os(CHILD).map(PathBuf::from) else { return };
-    let folder = DatasetFolder::open_or_create(&place, head(&output(), &SIZE, 12)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 1).expect("the shard is free");
+    let folder = Dataset::open_or_create(&place, head(&output(), &SIZE, 12)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 1).expect("the folder can be written").granted().expect("the shard is free");
     (4..7).for_each(|index| writer.push(encoded(index, &output())).expect("it is written"));
     std::fs::write(place.with_extension("ready"), "").expect("it can be written");
     sleep(Duration::from_secs(60));
@@ -40,8 +41,8 @@ fn the_next_process_completes_what_a_killed_one_began() {
         assert!(start.elapsed() < Duration::from_secs(50), "the child does not write");
         sleep(Duration::from_millis(20));
     }
-    let folder = DatasetFolder::open(&root).expect("it is a dataset");
-    assert!(ShardWriter::create(&folder, 1).expect_err("the child holds it").is_skip());
+    let folder = Dataset::open(&root).expect("it is a dataset");
+    assert!(matches!(ShardWriter::claim(&folder, 1), Ok(Claim::Busy)), "the child holds it");
     child.kill().expect("it can be killed");
     child.wait().expect("it ends");
     assert!(has_leftovers(&root));
@@ -64,8 +65,9 @@ fn a_large_shard_goes_to_disk_in_row_groups() {
     let size = Size { columns: 2048, rows: 8, profiles: 512 };
     let png = vec![Channel::Range, Channel::Reflectance, Channel::Scatter];
     let output = Output { png, exr: vec![], sensor_stack: SensorStack::None, samples_per_shard: Some(32), ..output() };
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output, &size, 32)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let folder = Dataset::open_or_create(place.path(), head(&output, &size, 32)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     let sample = encode(record(0, &size, &output), &output);
     for index in 0..32 {
         let mut sample = sample.clone();

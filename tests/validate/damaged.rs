@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use sheetlight::dataset::{
-    DatasetFolder, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png,
-};
+use sheetlight::dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png};
 use sheetlight::settings::Channel;
 use sheetlight::validate::{Code, Options, Report, validate};
 use tempfile::TempDir;
@@ -35,8 +33,9 @@ pub fn after(damage: impl Fn(&Path)) -> Vec<Code> {
 /// A dataset whose sample 2 was changed before it was written.
 pub fn with(change: impl Fn(&mut Encoded)) -> Vec<Code> {
     let place = tempfile::tempdir().expect("a folder");
-    let folder = DatasetFolder::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
-    let mut writer = ShardWriter::create(&folder, 0).expect("the shard is free");
+    let folder = Dataset::open_or_create(place.path(), head(&output(), &SIZE, 4)).expect("it opens");
+    let mut writer =
+        ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     for index in 0..4 {
         let mut sample = encoded(index, &output());
         if index == 2 {

@@ -32,7 +32,7 @@ impl Source {
             let places = (0..count).map(|i| i * all / count).filter(|place| (before..before + samples).contains(place));
             let places: Vec<u64> = places.map(|place| place - before).collect();
             before += samples;
-            if let Some(manifest) = if places.is_empty() { None } else { self.manifest(shard)? } {
+            if let Some(manifest) = if places.is_empty() { None } else { self.dataset.manifest(shard)? } {
                 shards.push(shard);
                 indices
                     .extend(places.iter().filter_map(|place| manifest.samples.get(*place as usize)).map(|s| s.index));
@@ -53,7 +53,7 @@ impl Source {
     pub(in crate::export) fn up_to(&self, split: Split, last: u64) -> Result<u64, ExportError> {
         let mut count = 0;
         for &shard in &self.shards {
-            let Some(manifest) = self.manifest(shard)? else { continue };
+            let Some(manifest) = self.dataset.manifest(shard)? else { continue };
             let chosen = manifest.samples.iter().filter(|sample| self.selection.has(sample));
             count += chosen.filter(|sample| split.name() == sample.split && sample.index <= last).count() as u64;
         }

@@ -74,25 +74,25 @@ struct LaserRepeat {
 /// The mean line at a height.
 struct MeasuredLine {
     /// Rows per mm [px/mm].
-    pub rows_per_mm: f64,
+    rows_per_mm: f64,
     /// Where its Gaussian has its middle [px].
-    pub centre: f64,
+    centre: f64,
     /// Top of its Gaussian [e-].
-    pub peak: f64,
+    peak: f64,
     /// Light of each row of the window [e-].
-    pub line: Vec<f64>,
+    line: Vec<f64>,
 }
 
 /// What the picture shows.
 struct LaserPlots {
-    pub bench: Bench,
-    pub width: Vec<Estimate>,
+    bench: Bench,
+    width: Vec<Estimate>,
     /// x, light and expected light, by default and with a narrow fan [mm, e-, e-].
-    pub along: [Vec<(f64, Estimate, f64)>; 2],
+    along: [Vec<(f64, Estimate, f64)>; 2],
     /// The line at one height after another.
-    pub beam: Vec<MeasuredLine>,
+    beam: Vec<MeasuredLine>,
     /// Waist, its height, M^2.
-    pub beam_fit: [Estimate; 3],
+    beam_fit: [Estimate; 3],
 }
 
 /// Makes the study.

@@ -9,21 +9,21 @@
 //! repeats, its standard error comes from their spread, and Student's t says whether theory is so far away that chance
 //! cannot be blamed; what counts as far is divided by the number of figures of the table (Bonferroni).
 
-pub mod centroid;
-pub mod closed_forms;
+mod centroid;
+mod closed_forms;
 pub mod laser;
 mod layout;
 pub mod sensor;
-pub mod significance;
+mod significance;
 pub mod speckle;
-pub mod speckle_theory;
+mod speckle_theory;
 mod targets;
 pub mod triangulation;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{StudyEvent, StudyProgress};
+use super::{StudyEvent, StudyProgress, document_head};
 use crate::transport::answer::Estimate;
 
 /// Chance that some figure of a table is called off although all of them are right.
@@ -137,14 +137,11 @@ fn document(study: &str, trials: Trials, figures: &[Figure]) -> Value {
             "chance": figure.p_value, "holds": figure.holds(figures.len()),
         })
     };
-    json!({
-        "schema_version": 1,
-        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
-        "study": study,
-        "trials": { "repeats": trials.repeats, "seed": trials.seed },
-        "alpha": ALPHA,
-        "figures": figures.iter().map(each).collect::<Vec<_>>(),
-    })
+    let mut document = document_head(study);
+    document["trials"] = json!({ "repeats": trials.repeats, "seed": trials.seed });
+    document["alpha"] = json!(ALPHA);
+    document["figures"] = figures.iter().map(each).collect();
+    document
 }
 
 /// Does `one` for every repeat, and tells who watches.

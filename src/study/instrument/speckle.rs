@@ -81,23 +81,23 @@ struct SpeckleRepeat {
 
 /// What the picture shows.
 struct SpecklePlots {
-    pub contrast: Vec<Estimate>,
-    pub lags: [Vec<Estimate>; 2],
+    contrast: Vec<Estimate>,
+    lags: [Vec<Estimate>; 2],
     /// Lag less movement, correlation, and number of profiles apart [px, 1].
-    pub profiles: Vec<(f64, Estimate, usize)>,
-    pub laws: Vec<(Vec<f64>, IntensityLaw)>,
+    profiles: Vec<(f64, Estimate, usize)>,
+    laws: Vec<(Vec<f64>, IntensityLaw)>,
     /// Spread of the line's centre by waist and strength, what the sum over rows says of it, and the line's own width [px].
-    pub centre: Vec<Vec<Estimate>>,
-    pub sum: Vec<Vec<f64>>,
-    pub line_px: Vec<f64>,
-    pub own: PixelCorrelation,
-    pub grain_um: f64,
+    centre: Vec<Vec<Estimate>>,
+    sum: Vec<Vec<f64>>,
+    line_px: Vec<f64>,
+    own: PixelCorrelation,
+    grain_um: f64,
     /// The pattern of the sensor's own pixels and that of 1.2 um, [rows, TILE] from fine rows a pixel apart [1].
-    pub patterns: [Vec<f64>; 2],
+    patterns: [Vec<f64>; 2],
     /// Patterns apart in Bergmann's stack, and correlation [1].
-    pub boil: Vec<(f64, Estimate)>,
+    boil: Vec<(f64, Estimate)>,
     /// Number of profiles, what is left of the pattern after them, and what theory says [1].
-    pub left: Vec<(usize, Estimate, f64)>,
+    left: Vec<(usize, Estimate, f64)>,
 }
 
 /// Makes the study.
@@ -410,7 +410,7 @@ struct StackRepeat {
     /// Light of mean 1 in independent points [1].
     points: Vec<f64>,
     /// Correlation by [`STACK_STEPS`] [1].
-    pub alike: Vec<f64>,
+    alike: Vec<f64>,
 }
 
 /// Distance between pupils u steps apart, in diameters.

@@ -1,15 +1,13 @@
 //! Flat targets under the bench at its nominal values, and exposures of them by the simulator's own light and sensor.
 
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium, Parameter, Stream};
+use procedural::{Body, Gloss, Medium, Stream};
 
 use super::Trials;
 use crate::frame::Frame;
 use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
-use crate::parameters::{
-    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-};
+use crate::parameters::Bench;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene};
 
@@ -22,15 +20,7 @@ const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.5, roughness: [0.45; 2],
 pub(super) fn scene(stream: Stream, columns: usize, profiles: usize) -> Scene {
     let recipe = Recipe::parse("wood-small.yaml", include_str!("../../../recipes/wood-small.yaml"));
     let mut scene = recipe.expect("the recipe that is built in loads").draw(0, 0);
-    let default = &mut |p: &'static Parameter| p.default;
-    scene.bench = Bench {
-        motion: MotionParameters::from_values(default),
-        laser: LaserParameters::from_values(default),
-        camera: CameraParameters::from_values(default),
-        exposure: ExposureParameters::from_values(default),
-        speckle: SpeckleParameters::from_values(default),
-        optics: crate::settings::Optics::default(),
-    };
+    scene.bench = Bench::default();
     (scene.size.columns, scene.size.profiles, scene.stream) = (columns, profiles, stream);
     scene
 }

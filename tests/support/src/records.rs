@@ -5,7 +5,7 @@ use std::path::Path;
 use output_schema::row::CALIBRATION;
 use output_schema::{DatasetHead, FORMAT, Generator, NumberColumn, RecipeHead, SCHEMA_VERSION, SUBJECTS, SplitShares};
 use procedural::{Class, Instance};
-use sheetlight::dataset::{DatasetFolder, Encoded, ShardWriter, encode, images};
+use sheetlight::dataset::{Dataset, Encoded, ShardWriter, encode, images};
 use sheetlight::record::{Below, Labels, Maps, Object, Record, StackFrame, TruthMaps};
 use sheetlight::settings::{Channel, Output, RangeForm, SensorStack, Size};
 use sheetlight::split::Split;
@@ -204,8 +204,9 @@ pub fn encoded(index: u64, output: &Output) -> Encoded {
 }
 
 /// Writes one shard.
-pub fn write_shard(folder: &DatasetFolder, shard: u64, output: &Output) {
-    let mut writer = ShardWriter::create(folder, shard).expect("the shard is free");
+pub fn write_shard(folder: &Dataset, shard: u64, output: &Output) {
+    let mut writer =
+        ShardWriter::claim(folder, shard).expect("the folder can be written").granted().expect("the shard is free");
     let (first, count) = writer.span();
     for index in first..first + count {
         writer.push(encoded(index, output)).expect("the sample can be written");
@@ -214,8 +215,8 @@ pub fn write_shard(folder: &DatasetFolder, shard: u64, output: &Output) {
 }
 
 /// Writes a whole dataset of `samples` samples.
-pub fn write_dataset(path: &Path, samples: u64, output: &Output) -> DatasetFolder {
-    let folder = DatasetFolder::open_or_create(path, head(output, &SIZE, samples)).expect("the folder can be opened");
+pub fn write_dataset(path: &Path, samples: u64, output: &Output) -> Dataset {
+    let folder = Dataset::open_or_create(path, head(output, &SIZE, samples)).expect("the folder can be opened");
     for shard in folder.remaining(0..folder.head().shards) {
         write_shard(&folder, shard, output);
     }

@@ -4,7 +4,7 @@ use std::fs;
 
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::dataset::DatasetFolder;
+use sheetlight::dataset::Dataset;
 use sheetlight::generate::ExpectedDataset;
 
 use super::place::{compare, inspect};
@@ -26,7 +26,7 @@ fn a_thousand_flips_are_found() {
     let place = Place::with(&[FRAMES]);
     place.make("set", "--n 2");
     let root = place.path("set");
-    let folder = DatasetFolder::open(&root).expect("it opens");
+    let folder = Dataset::open(&root).expect("it opens");
     let again = ExpectedDataset::of(&folder).expect("its recipe loads");
     assert!(compare(&root, Ok(&again)).is_clean());
     let files = place.tree("set");

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use output_schema::DatasetHead;
 use procedural::Class;
 use serde_json::Value;
-use sheetlight::dataset::{DatasetFolder, Encoded, ExrChannel, Grey, Samples, ShardWriter};
+use sheetlight::dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
 use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
 use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head};
 use sheetlight::recipe::Recipe;
@@ -53,10 +53,13 @@ pub fn write(samples: Vec<Encoded>) -> TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
     let mut head = boards().head.clone();
     head.samples = samples.len() as u64;
-    let folder = DatasetFolder::open_or_create(place.path(), head).expect("it opens");
+    let folder = Dataset::open_or_create(place.path(), head).expect("it opens");
     let mut samples = samples.into_iter();
     for shard in 0..folder.head().shards {
-        let mut writer = ShardWriter::create(&folder, shard).expect("the shard is free");
+        let mut writer = ShardWriter::claim(&folder, shard)
+            .expect("the folder can be written")
+            .granted()
+            .expect("the shard is free");
         (0..writer.span().1).for_each(|_| writer.push(samples.next().expect("enough samples")).expect("it is written"));
         writer.finish().expect("the shard is finished");
     }
@@ -71,7 +74,7 @@ pub fn whole() -> TempDir {
 
 /// What validation says, given what the recipe in the folder draws, as `gen validate` gives it.
 pub fn inspect(root: &Path) -> Report {
-    let folder = DatasetFolder::open(root).ok();
+    let folder = Dataset::open(root).ok();
     let again = folder.as_ref().map_or(Err("no dataset".to_owned()), ExpectedDataset::of);
     compare(root, again.as_ref().map_err(String::as_str))
 }

@@ -6,7 +6,7 @@ use std::fs;
 use procedural::Class;
 use serde_json::json;
 use sheetlight::chance::DrawLaw;
-use sheetlight::dataset::{DatasetFolder, Encoded};
+use sheetlight::dataset::{Dataset, Encoded};
 use sheetlight::validate::Code::*;
 use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
 
@@ -64,7 +64,7 @@ fn a_huge_head_ends_at_once() {
         v["samples_per_shard"] = 1.into();
     });
     assert_eq!(inspect(place.path()).codes(), [DatasetUnreadable]);
-    let told = DatasetFolder::open(place.path()).expect_err("it is refused").to_string();
+    let told = Dataset::open(place.path()).expect_err("it is refused").to_string();
     assert!(told.contains("at most 100000000 samples in 100000 shards"), "{told}");
 }
 

@@ -1,5 +1,6 @@
-//! A Parquet file that grows: encodings by column, row groups by size.
+//! Table writer: a Parquet file that grows: encodings by column, row groups by size.
 
+use std::io::Error;
 use std::path::{Path, PathBuf};
 
 use arrow_array::RecordBatch;
@@ -8,12 +9,13 @@ use output_schema::ManifestFile;
 use output_schema::file::temporary;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::SortingColumn;
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder, WriterVersion};
 use parquet::schema::types::ColumnPath;
 
-use super::durable::{SummedFile, remove, rename};
-use super::{GENERATOR_VERSION, ShardError};
+use super::GENERATOR_VERSION;
+use super::atomic_file::{FileError, SummedFile, remove, rename};
 
 /// Row groups are closed at this size [bytes]: it bounds the memory of each open file, and readers that shuffle read
 /// whole row groups.
@@ -21,7 +23,7 @@ pub(super) const ROW_GROUP_BYTES: usize = 32 << 20;
 
 /// A Parquet file under its temporary name.
 #[derive(Debug)]
-pub(super) struct Table {
+pub(super) struct TableWriter {
     root: PathBuf,
     relative: String,
     partial: PathBuf,
@@ -29,32 +31,44 @@ pub(super) struct Table {
     rows: u64,
 }
 
-impl Table {
-    pub(super) fn create(root: &Path, relative: String, schema: SchemaRef) -> Result<Self, ShardError> {
+impl TableWriter {
+    pub(super) fn create(root: &Path, relative: String, schema: SchemaRef) -> Result<Self, FileError> {
         let partial = root.join(temporary(&relative));
         remove(&partial)?;
         let file = SummedFile::create(&partial)?;
-        let writer = ArrowWriter::try_new(file, schema.clone(), Some(properties(&schema)))
-            .map_err(|e| ShardError::parquet(&partial, e))?;
+        let writer =
+            ArrowWriter::try_new(file, schema.clone(), Some(properties(&schema))).map_err(refused(&partial))?;
         Ok(Self { root: root.into(), relative, partial, writer, rows: 0 })
     }
 
-    pub(super) fn write(&mut self, rows: &RecordBatch) -> Result<(), ShardError> {
+    pub(super) fn write(&mut self, rows: &RecordBatch) -> Result<(), FileError> {
         let mut write = || {
             self.writer.write(rows)?;
             if self.writer.in_progress_size() >= ROW_GROUP_BYTES { self.writer.flush() } else { Ok(()) }
         };
-        write().map_err(|e| ShardError::parquet(&self.partial, e))?;
+        write().map_err(refused(&self.partial))?;
         self.rows += rows.num_rows() as u64;
         Ok(())
     }
 
     /// Writes the footer, syncs, and gives the file its name.
-    pub(super) fn finish(self) -> Result<ManifestFile, ShardError> {
-        let file = self.writer.into_inner().map_err(|e| ShardError::parquet(&self.partial, e))?;
+    pub(super) fn finish(self) -> Result<ManifestFile, FileError> {
+        let file = self.writer.into_inner().map_err(refused(&self.partial))?;
         let (bytes, sha256) = file.finish(&self.partial)?;
         rename(&self.partial, &self.root.join(&self.relative))?;
         Ok(ManifestFile { path: self.relative, bytes, sha256, rows: Some(self.rows) })
+    }
+}
+
+/// A refusal of the disk as such; anything else stays the [`ParquetError`] that it is.
+fn refused(path: &Path) -> impl Fn(ParquetError) -> FileError {
+    let write = FileError::of("write", path);
+    move |error| match error {
+        ParquetError::External(inner) => match inner.downcast::<Error>() {
+            Ok(refusal) => write(*refusal),
+            Err(inner) => write(Error::other(ParquetError::External(inner))),
+        },
+        error => write(Error::other(error)),
     }
 }
 
