@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use super::accuracy::Accuracy;
 use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLabel};
 use super::evaluation_plan::plan;
-use super::external_data::sum;
+use super::external_data::sha256_with_weights;
 use super::folder::{Facts, Folder};
 use super::metrics::ClassificationMetrics;
 use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
@@ -39,7 +39,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
     let numbers = slice_paths(&options.slices, folder.head())?;
     let mut model = Model::open(&options.model, &sidecar, options.threads)?;
-    let model_sha256 = sum(&options.model)?;
+    let model_sha256 = sha256_with_weights(&options.model)?;
     let begun = Instant::now();
     let facts = folder.facts(&numbers)?;
     let all: Vec<&Facts> = facts.iter().flatten().collect();

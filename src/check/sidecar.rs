@@ -208,7 +208,7 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         walk.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
     }
     if let Some(Task::Pixels | Task::Segment) = task
-        && !has(head, "label")
+        && !head.images.holds("label")
     {
         let remedy = "write `output: {png: [..., label]}` in the recipe and make the dataset anew";
         walk.joint_fault(&["task".into()], "the dataset has no images of `label` to hold it to", remedy);
@@ -285,7 +285,7 @@ fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> O
         Some(map) => required(walk, map, "name", &format!("one of {}", CHANNEL_NAMES.join(", "))),
     };
     let found = name.and_then(|node| walk.word(node, &path, &CHANNEL_NAMES));
-    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(head, name)) {
+    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !head.images.holds(name)) {
         let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
         walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
     }
@@ -430,11 +430,6 @@ pub fn beside(model: &Path) -> Result<PathBuf, CheckError> {
             Err(CheckError::at(model, what, "name the one that is its sidecar with --sidecar"))
         }
     }
-}
-
-/// Whether the dataset has images of that name, in its tables or as EXR.
-fn has(head: &DatasetHead, name: &str) -> bool {
-    head.images.png.iter().chain(&head.images.exr).any(|image| image == name)
 }
 
 fn required<'n>(walk: &mut Walk, top: &mut Section<'n>, name: &str, wanted: &str) -> Option<&'n Node> {

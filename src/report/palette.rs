@@ -158,6 +158,10 @@ fn class_rgb(class: usize) -> Rgb<u8> {
 
 /// A pixel class as `#rrggbb`.
 pub(super) fn class_hex(class: usize) -> String {
-    let Rgb([r, g, b]) = class_rgb(class);
+    hex(class_rgb(class).0)
+}
+
+/// A colour as `#rrggbb`.
+pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }

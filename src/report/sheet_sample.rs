@@ -37,10 +37,30 @@ pub(super) struct SheetSample {
     pub range: Option<RangeFigures>,
     /// Share of Reflectance at its greatest where there is an object, or anywhere without labels [1].
     pub saturated: Option<f64>,
-    /// Objects by pixel class, in order: class and number.
-    pub objects: Vec<(usize, u64)>,
-    /// Some drawn numbers: name, value, unit.
-    pub numbers: Vec<(String, f64, String)>,
+    /// Objects by pixel class, in order of the classes.
+    pub objects: Vec<ObjectCount>,
+    /// Some drawn numbers.
+    pub numbers: Vec<DrawnNumber>,
+}
+
+/// Objects of one pixel class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ObjectCount {
+    /// Value of the class in label images.
+    pub class: usize,
+    /// How many.
+    pub count: u64,
+}
+
+/// A drawn number as a card shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct DrawnNumber {
+    /// Group and key.
+    pub path: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
 }
 
 /// What a card says of a Range map. "On the object" is where labels show no background, or anywhere without labels.
@@ -232,19 +252,19 @@ fn png(row: &RowBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, Strin
 }
 
 /// How many objects of each pixel class.
-fn objects(row: &RowBatch) -> Result<Vec<(usize, u64)>, String> {
+fn objects(row: &RowBatch) -> Result<Vec<ObjectCount>, String> {
     let mut counts = BTreeMap::new();
     for object in row.objects()?.into_iter().flatten() {
         *counts.entry(object.class).or_default() += 1;
     }
-    Ok(counts.into_iter().collect())
+    Ok(counts.into_iter().map(|(class, count)| ObjectCount { class, count }).collect())
 }
 
-fn numbers(row: &RowBatch, head: &DatasetHead) -> Vec<(String, f64, String)> {
+fn numbers(row: &RowBatch, head: &DatasetHead) -> Vec<DrawnNumber> {
     let one = |path: &&str| {
         let column = head.parameters.iter().find(|column| column.path() == **path)?;
         let value = first(row.numbers(path).ok()?, path).ok()?;
-        Some((column.path(), value, column.unit.clone()))
+        Some(DrawnNumber { path: column.path(), value, unit: column.unit.clone() })
     };
     CARD_NUMBERS.iter().filter_map(one).collect()
 }
