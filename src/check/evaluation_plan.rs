@@ -5,7 +5,7 @@ use super::sampling::even_share;
 use super::sidecar::{Sidecar, Task};
 use super::window::Window;
 
-/// What is asked of one sample.
+/// Windows of one sample.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SampleWindows {
     /// Nothing.
@@ -18,14 +18,14 @@ pub enum SampleWindows {
     Tiles,
 }
 
-/// What is asked of a split.
+/// Windows of a split.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EvaluationPlan {
     /// Of each sample, in the order of the facts.
     pub work: Vec<SampleWindows>,
-    /// Windows that cover an image, where that is asked.
+    /// Windows that cover an image, for segmentation.
     pub tiles: Vec<Window>,
-    /// Windows in all; of drawn pixels at most so many.
+    /// Number of windows; an upper bound where pixels are drawn.
     pub units: u64,
     /// Samples or objects whose class is none of the model's, or of which there were enough.
     pub left_out: u64,

@@ -140,7 +140,7 @@ fn varint(bytes: &mut &[u8]) -> Option<u64> {
     None
 }
 
-/// The next bytes, so many.
+/// The next `count` bytes.
 fn take<'b>(bytes: &mut &'b [u8], count: u64) -> Option<&'b [u8]> {
     let (content, rest) = bytes.split_at_checked(usize::try_from(count).ok()?)?;
     *bytes = rest;

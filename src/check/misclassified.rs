@@ -14,7 +14,7 @@ const MIN_PANEL_PX: usize = 160;
 const LEGEND_LINE_PX: u32 = 16;
 /// Colour of cells without a class.
 const NO_CLASS_COLOUR: Rgb<u8> = Rgb([200, 200, 200]);
-/// Colour of cells that hold what stands for missing.
+/// Colour of cells without a measurement.
 const MISSING_COLOUR: Rgb<u8> = Rgb([60, 90, 150]);
 
 /// A wrong answer.
@@ -50,7 +50,7 @@ fn order(a: &Misclassification, b: &Misclassification) -> Ordering {
 }
 
 impl WorstMisclassifications {
-    /// Keeps at most so many.
+    /// Keeps at most `most`.
     pub fn new(most: usize) -> Self {
         Self { most, list: Vec::new() }
     }

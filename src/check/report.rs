@@ -44,17 +44,17 @@ pub struct CheckTiming {
 /// What a check found.
 #[derive(Debug, Clone)]
 pub struct CheckReport {
-    /// What was asked for.
+    /// Options of the check.
     pub options: CheckOptions,
     /// The dataset.
     pub head: DatasetHead,
-    /// What the model takes and answers.
+    /// Description of the model.
     pub sidecar: Sidecar,
     /// SHA-256 of the model with its external weights, hexadecimal.
     pub model_sha256: String,
     /// SHA-256 of the sidecar, hexadecimal.
     pub sidecar_sha256: String,
-    /// Samples that were asked about.
+    /// Samples with at least one window.
     pub samples: u64,
     /// Samples, objects or pixels that were not, for want of a class or because there were enough.
     pub left_out: u64,

@@ -1,4 +1,4 @@
-//! The sidecar: a small YAML file beside a model that says what the model takes and what it answers.
+//! Model sidecar: a small YAML file beside a model that describes its inputs, outputs and classes.
 //!
 //! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with line,
 //! key and remedy like any other. docs/check.md explains every key.
@@ -31,7 +31,7 @@ const UNITS: [&str; 3] = ["mm", "px", "DN"];
 /// Most classes of a model: 255 stands for none.
 const MAX_CLASSES: usize = 254;
 
-/// What a model is asked.
+/// Task of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
     /// The class of a sample, from all of it.
@@ -105,7 +105,7 @@ pub struct Channel {
 /// What a sidecar says; every number is in range and every name is the dataset's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sidecar {
-    /// What the model is asked.
+    /// Task of the model.
     pub task: Task,
     /// Input channels in order.
     pub channels: Vec<Channel>,
@@ -119,7 +119,7 @@ pub struct Sidecar {
     pub output: Output,
     /// Name of the output that is read; `None` where the model has one.
     pub output_name: Option<String>,
-    /// Places of each class that are asked about at most.
+    /// Most windows of each class.
     pub patches_per_class: u64,
     /// Names of the model's classes, in the order of its outputs.
     pub classes: Vec<String>,

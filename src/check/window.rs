@@ -48,7 +48,7 @@ pub struct SampleMaps {
     pub size: [usize; 2],
     /// Maps in the order of the sidecar's channels.
     pub planes: Vec<StoredMap>,
-    /// Pixel classes; empty where nobody asks for them.
+    /// Pixel classes; empty where no window needs them.
     pub labels: Vec<u8>,
 }
 

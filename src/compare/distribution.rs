@@ -13,7 +13,7 @@
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EmpiricalDistribution(Vec<f32>);
 
-/// How far two samples lie apart.
+/// Distances between two samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance {
     /// Numbers in each sample.
@@ -84,7 +84,7 @@ impl EmpiricalDistribution {
         Some((self.quantile(0.75)? - self.quantile(0.25)?) / QUARTILES)
     }
 
-    /// How far this sample lies from another; `None` where one has no numbers.
+    /// Distances to another sample; `None` where one has no numbers.
     pub fn distance(&self, other: &Self) -> Option<Distance> {
         let (a, b) = (&self.0, &other.0);
         let (n, m) = (a.len(), b.len());

@@ -1,4 +1,5 @@
-//! Laser line width in one sensor column: full width at half maximum above the dark level, and standard deviation. A Gaussian has 2.355 of these in that; light from below the surface has long tails, and fewer.
+//! Laser line width in one sensor column: full width at half maximum above the dark level, and standard deviation. A
+//! Gaussian is 2.355 deviations wide at half maximum; light from below the surface has long tails, and the ratio is smaller.
 
 /// Least light above the dark level that makes a line [DN].
 pub const MIN_PEAK_DN: f32 = 20.0;

@@ -1,6 +1,6 @@
-//! Power spectra of rows and columns: how the unevenness of heights is spread over frequencies.
+//! Power spectral density of heights along rows and columns, by Welch's method.
 //!
-//! Welch's method (1967): segments of [`SEGMENT`] pixels that overlap by half, a straight line taken out of each, Hann window,
+//! Welch (1967): segments of [`SEGMENT`] pixels that overlap by half, a straight line taken out of each, Hann window,
 //! mean of the squared transforms. One-sided and scaled so that the area below the curve is the variance: white noise of
 //! deviation s lies at 2 s^2 [um^2 per cycle/px], a sine of amplitude a adds an area of a^2 / 2. Segments with a missing
 //! pixel or an edge are left out: one step of a millimetre would cover the noise of thousands of segments. The line takes

@@ -1,4 +1,4 @@
-//! Where frames come from: a dataset, files of the real camera, EXR or JSON, alone or in a folder.
+//! Scan sources: a dataset, or files of the real camera, EXR or JSON, alone or in a folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};

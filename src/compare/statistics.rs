@@ -50,7 +50,7 @@ pub struct Statistics {
     pub name: String,
     /// Scans.
     pub frames: u64,
-    /// What Range is in the first scan; `None` where there is none. Noise is told in thousandths of it [um or mpx].
+    /// What Range is in the first scan; `None` where there is none. Noise is given in thousandths of it [um or mpx].
     pub unit: Option<RangeUnit>,
     /// Columns and profiles of the first scan; 0 where there is none.
     pub size: (usize, usize),

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::split::Split;
 
-/// Which pixels the mask of an object holds that others lie in.
+/// Whether the mask of an object includes the objects within it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MaskExtent {
     /// Its own and those of all that lies in it: a pocket with its defects, as `objects` of the dataset counts.
@@ -27,7 +27,7 @@ pub enum MaskExtent {
     Own,
 }
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CocoOptions {
     /// What pictures show.
@@ -161,7 +161,7 @@ impl CocoDocument {
     }
 }
 
-/// The entry of an image: what COCO asks for, and who the sample is.
+/// The entry of an image: the keys that COCO defines, and the identity of the sample.
 fn image(sample: &Sample) -> Result<Value, ExportError> {
     let mut entry = json!({
         "id": sample.index, "file_name": format!("{}.png", sample.key), "width": sample.cols, "height": sample.rows,

@@ -17,7 +17,7 @@ use crate::icon::{
 /// Rows that are handled at a time.
 const CHUNK_ROWS: usize = 256;
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IconOptions {
     /// Heights as WORD instead of FLOAT.
@@ -74,7 +74,7 @@ pub fn export(
     })
 }
 
-/// Notes of one profile: an encoder that counts micrometres of the way, and a clock that counts microseconds.
+/// Mark of one profile: an encoder that counts micrometres of travel, and a clock that counts microseconds.
 fn mark(profile: usize, row_mm: f64, rate: f64) -> Mark {
     // The counters of the camera have 32 bits and wrap.
     let encoder = (profile as f64 * row_mm * 1e3).round() as i64 as i32;

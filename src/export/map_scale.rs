@@ -8,7 +8,7 @@ use super::{ExportError, ExportProgress, Sample, Source};
 
 /// Samples that a scale is found from.
 const MAX_SCALE_SAMPLES: u64 = 64;
-/// Share of pixels that lie beyond each end of a scale that was found [1].
+/// Share of pixels beyond each end of a scale found from samples [1].
 const CLIPPED_SHARE: f64 = 0.001;
 /// Heights are counted in hundredths [1/mm or 1/px].
 const BINS_PER_UNIT: f64 = 100.0;

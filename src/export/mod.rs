@@ -1,4 +1,4 @@
-//! A dataset in the layouts of other programs, without rendering again.
+//! Dataset export: the layouts of other programs, without rendering again.
 //!
 //! ```text
 //! Source --rows of chosen samples, one after the other--> Sample --a format's work, on all cores--> ExportFolder

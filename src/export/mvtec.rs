@@ -1,4 +1,4 @@
-//! Folders as the MVTec AD dataset has them, which anomaly detection reads.
+//! MVTec AD layout: folders that programs for anomaly detection read.
 //!
 //! ```text
 //! train/good/<name>.png    test/good/<name>.png    test/<defect>/<name>.png    ground_truth/<defect>/<name>_mask.png
@@ -23,7 +23,7 @@ use crate::split::Split;
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED_FOLDER: &str = "combined";
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MvtecOptions {
     /// What pictures show.

@@ -27,7 +27,7 @@ pub struct ScanReader {
     data: DataFile,
 }
 
-/// A `.dat` and how its numbers lie.
+/// A `.dat` and the layout of its numbers.
 #[derive(Debug)]
 struct DataFile {
     layout: FileLayout,

@@ -1,4 +1,4 @@
-//! One sample as the page shows it: its maps, small, true to scale, and what its row says.
+//! Sample of the contact sheet: its maps, small and true to scale, and what its row says.
 //!
 //! A pixel of a picture is the mean of the map's pixels behind it that were measured, and of labels the largest class
 //! number behind it, so that no small defect is lost.
@@ -179,7 +179,7 @@ fn share(values: &[f32], counts: impl Fn(f32) -> bool) -> Option<f64> {
     (!values.is_empty()).then(|| count as f64 / values.len() as f64)
 }
 
-/// What is told of a Range map and of its pixels on the object.
+/// Statistics of a Range map and of its pixels on the object.
 fn figures(map: &[f32], mut on_object: Vec<f32>) -> RangeFigures {
     let missing = share(&on_object, f32::is_nan);
     let missing_of_all = share(map, f32::is_nan).unwrap_or(0.0);

@@ -21,7 +21,7 @@ pub(super) fn data_url(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
-/// What stands above a kept result that is not of this dataset, or cannot be read.
+/// Notice above a kept result that belongs to another state of the dataset, or cannot be read.
 pub(super) fn staleness(kept: &KeptDocument, again: &str) -> Markup {
     html! {
         @match (&kept.document, kept.is_current) {

@@ -1,4 +1,4 @@
-//! The head of the page: what the dataset is, how it was made, and what is missing of it.
+//! Header of the page: what the dataset is, how it was made, and what is missing of it.
 
 use maud::{Markup, html};
 use output_schema::DatasetHead;

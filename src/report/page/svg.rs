@@ -1,4 +1,4 @@
-//! SVG drawings: histograms, bars of colour, polylines.
+//! SVG drawings: histograms, colour scales, axis ticks.
 
 use std::fmt::Write;
 
