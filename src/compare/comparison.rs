@@ -152,8 +152,9 @@ fn side(side: &Statistics) -> Value {
         "line_width_px": three(side.line_width_px),
         "line_sigma_px": three(side.line_sigma_px),
         "range_spectrum": pair(side.spectrum.clone().map(|points| {
-            let [f, p]: [Vec<f64>; 2] = [points.iter().map(|p| p.0).collect(), points.iter().map(|p| p.1).collect()];
-            json!({ "cycles_per_px": f, (format!("{thousandth}2_px")): p })
+            let frequencies: Vec<f64> = points.iter().map(|point| point.frequency).collect();
+            let powers: Vec<f64> = points.iter().map(|point| point.power).collect();
+            json!({ "cycles_per_px": frequencies, (format!("{thousandth}2_px")): powers })
         })),
     })
 }

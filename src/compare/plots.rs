@@ -4,6 +4,7 @@ use image::{Rgb, RgbImage};
 
 use super::distribution::{Distance, EmpiricalDistribution};
 use super::noise::Direction;
+use super::power_spectrum::SpectrumPoint;
 use super::{Comparison, Statistics};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, INK, MARGIN, Page};
@@ -119,15 +120,16 @@ fn lags<'a>(sides: [&'a Statistics; 2], title: &str, pick: impl Fn(&'a Statistic
 
 fn spectrum(sides: [&Statistics; 2], title: &str, way: usize, unit: &str) -> Option<Chart> {
     let lists = sides.map(|side| &side.spectrum[way]);
-    let powers = || lists.iter().flat_map(|list| list.iter()).map(|point| point.1).filter(|power| *power > 0.0);
+    let powers = || lists.iter().flat_map(|list| list.iter()).map(|point| point.power).filter(|power| *power > 0.0);
     let (low, high) = (powers().reduce(f64::min)?, powers().reduce(f64::max)?);
     let decade = |power: f64| libm::log10(power);
     let ends = (libm::pow(10.0, decade(low).floor()), libm::pow(10.0, decade(high).floor() + 1.0));
+    let curve = |list: &[SpectrumPoint]| list.iter().map(|point| (point.frequency, point.power)).collect();
     Some(Chart {
         title: title.into(),
         x: Axis::even("frequency [cycles/px]", 0.0, 0.5),
         y: Axis::log(&format!("power [{unit}^2 per cycle/px]"), ends.0, ends.1),
-        series: lists.into_iter().enumerate().map(|(side, list)| series(list.clone(), side)).collect(),
+        series: lists.into_iter().enumerate().map(|(side, list)| series(curve(list), side)).collect(),
         foot: (String::new(), INK),
     })
 }

@@ -22,6 +22,15 @@ pub const FREQUENCIES: usize = SEGMENT / 2 - 1;
 /// Most segments of a frame; lines are left out evenly beyond that.
 const MAX_SEGMENTS: usize = 20_000;
 
+/// A point of a power spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumPoint {
+    /// Frequency [cycles/px].
+    pub frequency: f64,
+    /// Power [um^2 or mpx^2, per cycle/px].
+    pub power: f64,
+}
+
 /// Welch estimate: sum of the periodograms of segments.
 #[derive(Clone)]
 pub struct PowerSpectrum {
@@ -78,12 +87,15 @@ impl PowerSpectrum {
         self.segments += 1;
     }
 
-    /// (frequency [cycles/px], power [um^2 per cycle/px]); empty where no segment was whole.
-    pub fn points(&self) -> Vec<(f64, f64)> {
+    /// The estimate, by frequency; empty where no segment was whole.
+    pub fn points(&self) -> Vec<SpectrumPoint> {
         if self.segments == 0 {
             return Vec::new();
         }
-        let point = |(i, power): (usize, &f64)| ((i + 1) as f64 / SEGMENT as f64, power / self.segments as f64);
+        let point = |(i, power): (usize, &f64)| SpectrumPoint {
+            frequency: (i + 1) as f64 / SEGMENT as f64,
+            power: power / self.segments as f64,
+        };
         self.power.iter().enumerate().map(point).collect()
     }
 }
@@ -99,7 +111,7 @@ mod tests {
         ScanMaps { cols, rows, range, ..ScanMaps::default() }
     }
 
-    fn points(frame: &ScanMaps, direction: Direction) -> Vec<(f64, f64)> {
+    fn points(frame: &ScanMaps, direction: Direction) -> Vec<SpectrumPoint> {
         let mut spectrum = PowerSpectrum::default();
         spectrum.add(frame, direction, &SecondDifferences::new(frame, direction));
         spectrum.points()
@@ -111,7 +123,7 @@ mod tests {
         let mut rng = Stream::root(2).child("white").rng();
         let frame = frame(256, 256, |_, _| 0.01 * normal(&mut rng));
         for direction in Direction::BOTH {
-            for (f, power) in points(&frame, direction) {
+            for SpectrumPoint { frequency: f, power } in points(&frame, direction) {
                 // 256 lines of 15 segments, 1 in 500 left out; those that overlap by half under a Hann window are alike by
                 // 1/36, so a standard error of 1.03 / sqrt(3800); alpha 1e-4 for 30 numbers: 4.7. What the line leaves of
                 // the first two frequencies is |(1 - line) window exp(i w n)|^2 / |window|^2.
@@ -127,11 +139,11 @@ mod tests {
     fn sines_stand_at_their_frequency() {
         let frame = frame(256, 64, |x, _| 0.02 * libm::sin(TAU / 4.0 * x as f64 + 0.5));
         let along = points(&frame, Direction::Along);
-        let area: f64 = along.iter().map(|(_, power)| power / SEGMENT as f64).sum();
+        let area: f64 = along.iter().map(|point| point.power / SEGMENT as f64).sum();
         assert!((area / 200.0 - 1.0).abs() < 0.005, "{area}");
-        let peak = along.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are points");
-        assert_eq!(peak.0, 0.25);
-        assert!(points(&frame, Direction::Across).iter().all(|(_, power)| *power < 1e-6));
+        let peak = along.iter().max_by(|a, b| a.power.total_cmp(&b.power)).expect("there are points");
+        assert_eq!(peak.frequency, 0.25);
+        assert!(points(&frame, Direction::Across).iter().all(|point| point.power < 1e-6));
     }
 
     /// Slopes are no unevenness, and segments with a gap are left out.
@@ -139,7 +151,7 @@ mod tests {
     fn slopes_and_gaps_are_left_out() {
         let slope = frame(128, 64, |x, y| 0.25 * x as f64 - 0.5 * y as f64);
         assert!(
-            Direction::BOTH.iter().all(|direction| points(&slope, *direction).iter().all(|(_, power)| *power < 1e-6))
+            Direction::BOTH.iter().all(|direction| points(&slope, *direction).iter().all(|point| point.power < 1e-6))
         );
         let gaps = frame(128, 64, |x, _| if x % 30 == 0 { f64::NAN } else { 0.0 });
         assert!(points(&gaps, Direction::Along).is_empty());

@@ -3,7 +3,7 @@
 use super::distribution::EmpiricalDistribution;
 use super::line_width::{full_width, line_deviation};
 use super::noise::{Direction, NOISE_LAGS, NoiseCorrelation, SecondDifferences};
-use super::power_spectrum::PowerSpectrum;
+use super::power_spectrum::{PowerSpectrum, SpectrumPoint};
 use super::speckle::{
     CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SPECKLE_LAGS, SpeckleCorrelation, contrast, patches,
 };
@@ -74,8 +74,8 @@ pub struct Statistics {
     pub line_width_px: Option<[f64; 3]>,
     /// Standard deviation of the laser line at 10, 50 and 90 % [px].
     pub line_sigma_px: Option<[f64; 3]>,
-    /// Power of heights: frequency [cycles/px], power [um^2 or mpx^2, per cycle/px].
-    pub spectrum: [Vec<(f64, f64)>; 2],
+    /// Power spectrum of heights.
+    pub spectrum: [Vec<SpectrumPoint>; 2],
     /// Second differences along the line, as deviations, edges left out [um or mpx].
     pub noise_sample: EmpiricalDistribution,
     /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
@@ -248,7 +248,7 @@ mod tests {
                 assert!(same(*a, *b));
             }
             for (a, b) in once.spectrum[way].iter().zip(&twice.spectrum[way]) {
-                assert!(same(a.1, b.1));
+                assert!(same(a.power, b.power));
             }
             assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (NOISE_LAGS, FREQUENCIES));
         }
