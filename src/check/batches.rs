@@ -12,7 +12,7 @@ use super::evaluation_plan::{EvaluationPlan, SampleWindows};
 use super::folder::{Facts, Folder};
 use super::sampling::{CentreRegion, draw_pixels};
 use super::sidecar::Sidecar;
-use super::window::{SampleMaps, Window, fill_input, truth};
+use super::window::{InputWindow, SampleMaps, fill_input, truth};
 use crate::dataset::{RowBatch, Table};
 
 /// Most samples whose maps are in memory at once.
@@ -27,7 +27,7 @@ pub struct LabelledWindow {
     /// Number of its sample in the order of the facts.
     pub sample: usize,
     /// Where it was cut.
-    pub window: Window,
+    pub window: InputWindow,
     /// What it is.
     pub truth: WindowLabel,
 }
@@ -129,7 +129,7 @@ impl BatchReader<'_> {
         let units = match work {
             SampleWindows::Nothing => Vec::new(),
             SampleWindows::Windows(windows) => {
-                let unit = |&(window, class): &(Window, usize)| LabelledWindow {
+                let unit = |&(window, class): &(InputWindow, usize)| LabelledWindow {
                     sample,
                     window,
                     truth: WindowLabel::Class(class),
@@ -143,14 +143,14 @@ impl BatchReader<'_> {
                 let found = draw_pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
                 let units = found.into_iter().enumerate().flat_map(|(class, places)| {
                     places.into_iter().map(move |place| {
-                        let window = Window::around(place.map(|side| side as i64), window);
+                        let window = InputWindow::around(place.map(|side| side as i64), window);
                         LabelledWindow { sample, window, truth: WindowLabel::Class(class) }
                     })
                 });
                 units.collect()
             }
             SampleWindows::Tiles => {
-                let unit = |&window: &Window| {
+                let unit = |&window: &InputWindow| {
                     let cells = truth(&picture, window, sidecar.size, &sidecar.truth);
                     LabelledWindow { sample, window, truth: WindowLabel::Cells(cells) }
                 };

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use image::{Rgb, RgbImage};
 
 use super::sidecar::{Layout, Sidecar};
-use super::window::{NO_CLASS, Window};
+use super::window::{InputWindow, NO_CLASS};
 use crate::drawing::{INK, LETTER, MARGIN, Page, viridis};
 
 /// Least side of a panel [px]; smaller windows are drawn larger by whole factors.
@@ -25,7 +25,7 @@ pub struct Misclassification {
     /// Name of the sample.
     pub id: String,
     /// Where the window was cut.
-    pub window: Window,
+    pub window: InputWindow,
     /// Class that it is; of a map the class whose wrong cells weigh most.
     pub truth: usize,
     /// Class that the model gave.
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     fn wrong(confidence: f64, index: u64) -> Misclassification {
-        let window = Window { first: [0, 0], size: [1, 1] };
+        let window = InputWindow { first: [0, 0], size: [1, 1] };
         Misclassification { index, id: String::new(), window, truth: 0, guess: 1, confidence, picture: None }
     }
 

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use ort::session::Session;
 use ort::value::{Outlet, TensorElementType, TensorRef, ValueType};
 
-use super::sidecar::{Layout, Sidecar, Task};
+use super::sidecar::{Layout, ModelTask, Sidecar};
 use super::{CheckError, onnxruntime};
 
 /// An open model whose input and output agree with its sidecar.
 #[derive(Debug)]
-pub struct Model {
+pub struct OnnxModel {
     path: PathBuf,
     session: Session,
     output: String,
@@ -58,7 +58,7 @@ impl Scores {
     }
 }
 
-impl Model {
+impl OnnxModel {
     /// Opens the model at `path` with `threads` threads.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Model {
         let shape = ModelShape {
             input: if sidecar.layout == Layout::Nchw { [planes, rows, cols] } else { [rows, cols, planes] },
             classes: sidecar.classes.len(),
-            cells: (sidecar.task == Task::Segment).then_some(sidecar.size),
+            cells: (sidecar.task == ModelTask::Segment).then_some(sidecar.size),
             layout: sidecar.layout,
         };
         let fixed = check_input(session.inputs(), shape).map_err(|mismatch| mismatch.of(path))?;

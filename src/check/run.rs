@@ -15,10 +15,10 @@ use super::external_data::sha256_with_weights;
 use super::folder::{Facts, Folder};
 use super::metrics::ClassificationMetrics;
 use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
-use super::model::{Model, Scores};
+use super::model::{OnnxModel, Scores};
 use super::prediction::predict;
 use super::report::{AccuracySlice, CheckReport, CheckTiming};
-use super::sidecar::{Output, Sidecar, beside};
+use super::sidecar::{OutputKind, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
 use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
@@ -38,7 +38,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
     let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
     let numbers = slice_paths(&options.slices, folder.head())?;
-    let mut model = Model::open(&options.model, &sidecar, options.threads)?;
+    let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
     let model_sha256 = sha256_with_weights(&options.model)?;
     let begun = Instant::now();
     let facts = folder.facts(&numbers)?;
@@ -87,7 +87,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
 }
 
 /// Windows in a batch: those that the model takes, that the options say, or that fit the default size.
-fn batch_size(options: &CheckOptions, model: &Model) -> Result<usize, CheckError> {
+fn batch_size(options: &CheckOptions, model: &OnnxModel) -> Result<usize, CheckError> {
     let fitting = (DEFAULT_BATCH_BYTES / (4 * model.input_len()).max(1)).clamp(1, MAX_DEFAULT_BATCH);
     let batch = match (model.fixed_batch(), options.batch) {
         (Some(fixed), Some(asked)) if asked != fixed => {
@@ -109,7 +109,7 @@ fn batch_size(options: &CheckOptions, model: &Model) -> Result<usize, CheckError
 /// time spent within the model.
 fn evaluate(
     reader: &BatchReader,
-    model: &mut Model,
+    model: &mut OnnxModel,
     scorer: &mut Scorer,
     progress: &dyn Fn(u64, u64),
 ) -> Result<Duration, CheckError> {
@@ -256,7 +256,7 @@ impl<'a> Scorer<'a> {
 }
 
 /// Class and confidence of every answer of unit `i`.
-fn predictions(scores: &Scores, i: usize, output: Output) -> Result<Vec<(usize, f64)>, String> {
+fn predictions(scores: &Scores, i: usize, output: OutputKind) -> Result<Vec<(usize, f64)>, String> {
     let one = |numbers: &mut Vec<f32>, cell: usize| {
         scores.answer(i, cell, numbers);
         predict(numbers, output)

@@ -20,10 +20,10 @@ mod source;
 pub mod speckle;
 mod statistics;
 
-pub use comparison::{Comparison, NamedDistance};
+pub use comparison::{Comparison, StatisticDistance};
 pub use dataset::frame_of;
 pub use source::ScanSource;
-pub use statistics::{Statistics, StatisticsBuilder};
+pub use statistics::{ScanStatistics, StatisticsBuilder};
 
 /// One exposure of the sensor.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -13,7 +13,7 @@ use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlannerScalar};
 
 use super::ScanMaps;
-use super::noise::{Direction, SecondDifferences};
+use super::noise::{ScanDirection, SecondDifferences};
 
 /// Pixels of a segment.
 pub const SEGMENT: usize = 32;
@@ -50,10 +50,10 @@ impl Default for PowerSpectrum {
 
 impl PowerSpectrum {
     /// Adds the lines of a frame in one direction, of which `second` holds the second differences.
-    pub fn add(&mut self, frame: &ScanMaps, direction: Direction, second: &SecondDifferences) {
+    pub fn add(&mut self, frame: &ScanMaps, direction: ScanDirection, second: &SecondDifferences) {
         let (lines, length, start) = match direction {
-            Direction::Along => (frame.rows, frame.cols, frame.cols),
-            Direction::Across => (frame.cols, frame.rows, 1),
+            ScanDirection::Along => (frame.rows, frame.cols, frame.cols),
+            ScanDirection::Across => (frame.cols, frame.rows, 1),
         };
         let each = length / (SEGMENT / 2);
         let keep = (lines * each).div_ceil(MAX_SEGMENTS).max(1);
@@ -111,7 +111,7 @@ mod tests {
         ScanMaps { cols, rows, range, ..ScanMaps::default() }
     }
 
-    fn points(frame: &ScanMaps, direction: Direction) -> Vec<SpectrumPoint> {
+    fn points(frame: &ScanMaps, direction: ScanDirection) -> Vec<SpectrumPoint> {
         let mut spectrum = PowerSpectrum::default();
         spectrum.add(frame, direction, &SecondDifferences::new(frame, direction));
         spectrum.points()
@@ -122,7 +122,7 @@ mod tests {
     fn white_noise_is_flat() {
         let mut rng = Stream::root(2).child("white").rng();
         let frame = frame(256, 256, |_, _| 0.01 * normal(&mut rng));
-        for direction in Direction::BOTH {
+        for direction in ScanDirection::BOTH {
             for SpectrumPoint { frequency: f, power } in points(&frame, direction) {
                 // 256 lines of 15 segments, 1 in 500 left out; those that overlap by half under a Hann window are alike by
                 // 1/36, so a standard error of 1.03 / sqrt(3800); alpha 1e-4 for 30 numbers: 4.7. What the line leaves of
@@ -138,12 +138,12 @@ mod tests {
     #[test]
     fn sines_stand_at_their_frequency() {
         let frame = frame(256, 64, |x, _| 0.02 * libm::sin(TAU / 4.0 * x as f64 + 0.5));
-        let along = points(&frame, Direction::Along);
+        let along = points(&frame, ScanDirection::Along);
         let area: f64 = along.iter().map(|point| point.power / SEGMENT as f64).sum();
         assert!((area / 200.0 - 1.0).abs() < 0.005, "{area}");
         let peak = along.iter().max_by(|a, b| a.power.total_cmp(&b.power)).expect("there are points");
         assert_eq!(peak.frequency, 0.25);
-        assert!(points(&frame, Direction::Across).iter().all(|point| point.power < 1e-6));
+        assert!(points(&frame, ScanDirection::Across).iter().all(|point| point.power < 1e-6));
     }
 
     /// Slopes are no unevenness, and segments with a gap are left out.
@@ -151,9 +151,11 @@ mod tests {
     fn slopes_and_gaps_are_left_out() {
         let slope = frame(128, 64, |x, y| 0.25 * x as f64 - 0.5 * y as f64);
         assert!(
-            Direction::BOTH.iter().all(|direction| points(&slope, *direction).iter().all(|point| point.power < 1e-6))
+            ScanDirection::BOTH
+                .iter()
+                .all(|direction| points(&slope, *direction).iter().all(|point| point.power < 1e-6))
         );
         let gaps = frame(128, 64, |x, _| if x % 30 == 0 { f64::NAN } else { 0.0 });
-        assert!(points(&gaps, Direction::Along).is_empty());
+        assert!(points(&gaps, ScanDirection::Along).is_empty());
     }
 }

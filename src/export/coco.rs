@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use super::classes::{Category, categories};
 use super::export_folder::GrowingFile;
-use super::picture::Picture;
+use super::picture::TrainingPicture;
 use super::{
     ExportError, ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, RunLengthMask, Sample,
     Source,
@@ -86,7 +86,7 @@ pub fn export(
         let mut documents: BTreeMap<Split, CocoDocument> = BTreeMap::new();
         let work = |sample: &Sample| {
             out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match &scalings {
-                Some(scalings) => Ok(Picture::of(sample, scalings)?.png()),
+                Some(scalings) => Ok(TrainingPicture::of(sample, scalings)?.png()),
                 None => sample.png(maps[0]),
             })?;
             annotations(sample, &classes, options)

@@ -13,7 +13,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::classes::{folder_name, good};
-use super::picture::Picture;
+use super::picture::TrainingPicture;
 use super::{
     ExportError, ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, Sample, Source,
 };
@@ -137,7 +137,7 @@ fn pictures(
     good: &[bool; 256],
 ) -> Result<Vec<Option<String>>, ExportError> {
     let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
-    let picture = Picture::of(sample, scalings)?;
+    let picture = TrainingPicture::of(sample, scalings)?;
     let mut folders = Vec::new();
     for part in parts(sample, options.patch_px) {
         let Region { top, left, rows, cols } = part;
