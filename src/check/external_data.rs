@@ -62,21 +62,21 @@ impl OnnxMessage {
 /// Where one of them cannot be read.
 pub fn sha256_with_weights(model: &Path) -> Result<String, CheckError> {
     let remedy = "export it again, with all its weights in one file";
-    let told = |e: std::io::Error| CheckError::at(model, format!("it cannot be read: {e}"), "make it readable");
-    let bytes = fs::read(model).map_err(told)?;
-    let unread = || CheckError::at(model, "the files of weights that it names cannot be told".into(), remedy);
-    let names = weight_files(&bytes).ok_or_else(unread)?;
+    let unreadable = |e: std::io::Error| CheckError::at(model, format!("it cannot be read: {e}"), "make it readable");
+    let bytes = fs::read(model).map_err(unreadable)?;
+    let no_onnx = || CheckError::at(model, "the files of weights that it names cannot be told".into(), remedy);
+    let names = weight_files(&bytes).ok_or_else(no_onnx)?;
     let mut hash = Sha256::new_with_prefix(&bytes);
     let folder = model.parent().unwrap_or(Path::new(""));
     let mut piece = vec![0; if names.is_empty() { 0 } else { CHUNK_BYTES }];
     for name in names {
         let path = folder.join(&name);
-        let told = |e: std::io::Error| {
+        let unreadable = |e: std::io::Error| {
             CheckError::at(&path, format!("weights of {} are not read: {e}", model.display()), remedy)
         };
-        let mut file = File::open(&path).map_err(told)?;
+        let mut file = File::open(&path).map_err(unreadable)?;
         loop {
-            match file.read(&mut piece).map_err(told)? {
+            match file.read(&mut piece).map_err(unreadable)? {
                 0 => break,
                 n => hash.update(&piece[..n]),
             }

@@ -13,8 +13,8 @@ use super::classes::{Category, categories};
 use super::export_folder::GrowingFile;
 use super::picture::TrainingPicture;
 use super::{
-    ExportError, ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, RunLengthMask, Sample,
-    Source,
+    ExportError, ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region,
+    RunLengthMask, Sample, Source,
 };
 use crate::split::Split;
 
@@ -38,10 +38,8 @@ pub struct CocoOptions {
     pub mask: MaskExtent,
     /// Masks as lists of lengths instead of packed strings.
     pub plain: bool,
-    /// Ends of the scale of Range; found where there are none [mm or px].
-    pub range: Option<[f64; 2]>,
-    /// Ends of the scale of Scatter; found where there are none [DN].
-    pub scatter: Option<[f64; 2]>,
+    /// Ends of the grey scales.
+    pub ends: GivenEnds,
 }
 
 /// Annotations and images of one split while they grow.
@@ -76,10 +74,10 @@ pub fn export(
     let asked = json!({
         "image": options.show.name(), "bits": if options.stored { 16 } else { 8 },
         "mask": if options.mask == MaskExtent::Whole { "whole" } else { "own" }, "plain": options.plain,
-        "range": options.range, "scatter": options.scatter,
+        "range": options.ends.range, "scatter": options.ends.scatter,
     });
     ExportFolder::write(out, "coco", asked, source, |out| {
-        let found = || MapScales::of(source, maps, options.range, options.scatter, progress);
+        let found = || MapScales::of(source, maps, options.ends, progress);
         let scalings = (!options.stored).then(found).transpose().map_err(|e| out.withdrawn(e))?;
         let scaling = scalings.as_ref().map_or(Value::Null, |scalings| scalings.json(source.head().range_unit()));
         let head = header(source, &classes, &scaling);

@@ -24,7 +24,7 @@ mod source;
 
 pub use classes::default_good;
 pub use export_folder::{ExportFolder, ExportSummary};
-pub use map_scale::{MapScale, MapScales};
+pub use map_scale::{GivenEnds, MapScale, MapScales};
 pub use picture::PictureContent;
 pub use run_length::RunLengthMask;
 pub use sample::Sample;
