@@ -37,9 +37,30 @@ pub fn viridis(t: f32) -> Rgb<u8> {
         [170.0, 220.0, 50.0],
         [253.0, 231.0, 37.0],
     ];
+    interpolate(&STOPS, t)
+}
+
+/// Inferno (van der Walt and Smith 2015) through nine of its colours.
+pub fn inferno(t: f32) -> Rgb<u8> {
+    const STOPS: [[f32; 3]; 9] = [
+        [0.0, 0.0, 4.0],
+        [31.0, 12.0, 72.0],
+        [85.0, 15.0, 109.0],
+        [136.0, 34.0, 106.0],
+        [186.0, 54.0, 85.0],
+        [227.0, 89.0, 51.0],
+        [249.0, 140.0, 10.0],
+        [249.0, 201.0, 50.0],
+        [252.0, 255.0, 164.0],
+    ];
+    interpolate(&STOPS, t)
+}
+
+/// The colour at `t` of [0, 1] between nine evenly spaced ones.
+fn interpolate(stops: &[[f32; 3]; 9], t: f32) -> Rgb<u8> {
     let place = t.clamp(0.0, 1.0) * 8.0;
     let i = (place as usize).min(7);
-    Rgb(std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8))
+    Rgb(std::array::from_fn(|c| (stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (place - i as f32)) as u8))
 }
 
 /// A rectangle of a page [px].
