@@ -1,4 +1,4 @@
-//! Pictures for people: a page with words, lines, scales and colours.
+//! Raster pictures: a page with text, lines, colour scales and charts.
 
 pub mod chart;
 mod classes;
@@ -18,10 +18,10 @@ pub const MARGIN: u32 = 14;
 pub const LETTER: u32 = 7;
 /// Colour of paper.
 pub const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
-/// Colour of words.
+/// Colour of text.
 pub const INK: Rgb<u8> = Rgb([30, 30, 30]);
 
-/// A colour for a number in [0, 1].
+/// Colour map: the colour of a number in [0, 1].
 pub type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
 
 /// Viridis (van der Walt and Smith 2015) through nine of its colours.
@@ -87,7 +87,7 @@ pub struct ScaleEnds<'a> {
     pub unit: &'a str,
 }
 
-/// A picture that can be written and drawn on; what lies outside of it is left out.
+/// A picture to draw on; everything outside of it is clipped.
 pub struct Page(pub RgbImage);
 
 impl Page {
@@ -96,12 +96,12 @@ impl Page {
         Self(RgbImage::from_pixel(width, height, PAPER))
     }
 
-    /// Words whose base line begins at (x, y).
+    /// Text whose base line begins at (x, y).
     pub fn words(&mut self, x: u32, y: u32, text: &str) {
         self.words_in(x, y, text, INK);
     }
 
-    /// Words in a colour.
+    /// Text in a colour.
     pub fn words_in(&mut self, x: u32, y: u32, text: &str, colour: Rgb<u8>) {
         let style = MonoTextStyle::new(&FONT_7X13, ink(colour));
         // Drawing on a page that is in memory cannot fail.

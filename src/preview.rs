@@ -1,4 +1,4 @@
-//! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
+//! Preview of one sample: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
 
 mod exposure;
 mod legend;
@@ -115,7 +115,7 @@ fn name_pockets(page: &mut Page, record: &Record, panel: &PanelGrid, [left, top]
     }
 }
 
-/// Half a per cent from either end of the values.
+/// The 0.5 % and 99.5 % quantiles of the values.
 fn ends(mut values: Vec<f32>) -> (f32, f32) {
     values.sort_by(f32::total_cmp);
     let at = |share: f64| values.get(((values.len() as f64 - 1.0).max(0.0) * share) as usize).copied().unwrap_or(0.0);

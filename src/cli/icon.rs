@@ -1,4 +1,4 @@
-//! `gen icon`: what files of the real camera hold.
+//! `gen icon`: describes files of the real camera.
 
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -5,10 +5,10 @@ use procedural::{Gloss, Medium};
 use crate::medium::axis;
 use crate::transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
-/// A kind of wood under the laser; its fibres' +y end rises.
+/// A kind of wood under the laser. The end of its fibres towards +y rises.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WoodMedium {
-    /// What it is called.
+    /// Name in tables.
     pub name: &'static str,
     /// Absorption, background and cylinder scattering [mm^-1], refractive index [1].
     pub coefficients: [f64; 4],
@@ -27,7 +27,7 @@ const CLEAR: [f64; 4] = [0.08, 2.0, 10.0, 1.18];
 
 /// Clear wood, fibre in the surface.
 pub const CLEAR_WOOD: WoodMedium = wood("clear along motion", CLEAR, 0.0, 0.0);
-/// A sound knot, whose fibres lead light down.
+/// A sound knot: its fibres dive steeply.
 pub const SOUND_KNOT: WoodMedium = wood("sound knot", [0.22, 3.0, 14.0, 1.22], 80.0, 0.0);
 
 /// All fifteen, in the table's order.
@@ -55,7 +55,7 @@ impl WoodMedium {
         Self { azimuth, ..self }
     }
 
-    /// It as matter of a body, without gloss.
+    /// The same as the medium of a body, without gloss.
     pub fn medium(&self) -> Medium {
         let [mu_a, sigma_i, k, n_eff] = self.coefficients.map(|value| value as f32);
         Medium {
@@ -69,7 +69,7 @@ impl WoodMedium {
         }
     }
 
-    /// The half space of it.
+    /// A half space of it.
     pub fn stack(&self) -> Stack {
         let [mu_a, sigma_i, sigma_c, n] = self.coefficients;
         let axis = axis(self.azimuth, self.dive);

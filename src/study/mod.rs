@@ -1,10 +1,10 @@
 //! Studies: models of transport side by side and the instrument against theory, as tables, JSON and pictures.
 //!
-//! - [`point`]: a point of light on wood, the ellipses that it makes
-//! - [`lines`]: a line of light on fifteen media, where it comes out
-//! - [`profile`]: one profile of a recipe's sample
+//! - [`point`]: point spread on wood, ellipses of equal light
+//! - [`lines`]: line spread of fifteen media
+//! - [`profile`]: Scatter along one profile of a recipe's sample
 //! - [`instrument`]: triangulation, sensor, speckle, laser
-//! - [`packs`]: one blister pack of each defect
+//! - [`packs`]: Range and Scatter of blister packs, one of each defect
 //!
 //! A study of light inside matter asks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a
 //! question is listed with its reason.

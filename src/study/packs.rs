@@ -16,7 +16,7 @@ use crate::pipeline;
 use crate::recipe::{Plan, Recipe, Scene};
 use crate::record::Record;
 
-/// Severity of the defects on show [1].
+/// Severity of the defects [1].
 const SEVERITY: f64 = 0.9;
 /// Scattering of semi-transparent, clear and opaque film [mm^-1].
 const FILM_SIGMA_PER_MM: f64 = 12.0;
@@ -37,7 +37,7 @@ const fn pack(name: &'static str, change: fn(&mut Blister, &mut f64)) -> PackCas
     PackCase { name, change }
 }
 
-/// The packs on show: sound, each defect alone, then other films and light, then several defects together.
+/// The packs: sound, each defect alone, then other films and light, then several defects together.
 const PACKS: [PackCase; 24] = [
     pack("sound", |_, _| ()),
     pack("missing", |b, _| b.defects.missing = 1.0),
@@ -74,16 +74,19 @@ const PACKS: [PackCase; 24] = [
 struct PackSample {
     name: &'static str,
     record: Record,
-    /// What the dark level adds to Scatter [DN].
+    /// Contribution of the dark level to Scatter [DN].
     dark_dn: f64,
 }
 
-/// Packs of the whole study.
+/// Number of packs of the study.
 pub fn workload() -> u64 {
     PACKS.len() as u64
 }
 
-/// Renders the packs of `recipe`; what is wrong where it is about something else.
+/// Runs the study on the packs of `recipe`.
+///
+/// # Errors
+/// In words, where the recipe is not about blister packs.
 pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<StudyReport, String> {
     let tiles = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
@@ -111,7 +114,7 @@ pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<Stud
     Ok(StudyReport { table, json, picture: page(&packs) })
 }
 
-/// Sample `index` of the recipe with nothing wrong, and then `change`.
+/// Sample `index` of the recipe without defects, then changed by `change`.
 fn scene(recipe: &Recipe, seed: u64, index: u64, change: fn(&mut Blister, &mut f64)) -> Result<Scene, String> {
     let mut scene = recipe.draw(seed, index);
     let subject = recipe.subject().name();
@@ -195,7 +198,7 @@ const NAME_PX: u32 = 18;
 const SEAM_PX: u32 = 3;
 /// Columns and profiles behind one pixel of the page.
 const SHRINK: usize = 2;
-/// Share of a picture's pixels that are whiter than white.
+/// Share of a map's pixels above white.
 const CLIPPED_SHARE: f64 = 0.004;
 /// Outlines of defects.
 const OUTLINE: Rgb<u8> = Rgb([255, 60, 40]);

@@ -83,7 +83,7 @@ struct SensorPlots {
     modes: Vec<SlopeMode>,
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let patch = full_well_patch(&tiles);

@@ -13,7 +13,7 @@ use crate::recipe::{Recipe, Scene};
 
 /// First profile that looks at nothing but the conveyor where the target is [`bare`].
 pub(super) const BARE_PROFILE: usize = 64;
-/// A metal plate: facets alone, so that light comes back from where it hits.
+/// Gloss of the metal plate: facets alone, so that light leaves where it entered.
 const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.5, roughness: [0.45; 2], matte: 0.0 };
 
 /// Every number of the bench at its declared default, over a scene with the extraction of the small recipe.
@@ -49,14 +49,14 @@ pub(super) fn metal_radiance_factor(light: glam::Vec3, view: glam::Vec3) -> f64 
     f64::from(crate::transport::fresnel::gloss(&METAL, glam::Vec3::Z, light, view))
 }
 
-/// A speck of a plate: from profile [`BARE_PROFILE`] on there is the conveyor alone, an even white Lambertian plane at z = 0 where
-/// its reflectance is 1.
+/// A plate so small that from profile [`BARE_PROFILE`] on only the conveyor is seen, a white
+/// Lambertian plane at z = 0 where its reflectance is 1.
 pub(super) fn bare() -> Body {
     let medium = Medium::opaque(Gloss::NONE);
     Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium })
 }
 
-/// No speckle; and where the sensor is to be quiet, no photon noise, no row noise and the least read noise.
+/// Switches photon noise and row noise off and sets the least read noise.
 pub(super) fn quiet(scene: &mut Scene) {
     let exposure = &mut scene.bench.exposure;
     exposure.shot_noise = 0.0;
@@ -77,7 +77,7 @@ pub(super) struct TargetView {
 }
 
 impl TargetView {
-    /// At `profiles` of a scene with a target under its bench.
+    /// View of `profiles` of a scene with a target under its bench.
     pub(super) fn new(scene: &Scene, body: Body, tiles: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
         let (sensor, specimen) = pipeline::set_up(scene, body, tiles);
         let band = sensor.band(&specimen, profiles, Band::default());
@@ -124,7 +124,7 @@ impl TargetView {
         whole
     }
 
-    /// The whole sensor in a profile, `[rows, columns]`, row-major [DN].
+    /// The full sensor frame of a profile, `[rows, columns]`, row-major [DN].
     pub(super) fn sensor_frame(&self, profile: usize) -> Vec<u16> {
         self.sensor.full_frame(&self.band, profile)
     }

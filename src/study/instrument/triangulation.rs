@@ -11,7 +11,8 @@
 //! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
 //! to a sixteenth of a row. Height of a row and width of a column are held to the projection of docs/instrument.md:
 //! row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f, which are written out here once more.
-//! A last plate is seen in the corner of the field of a bent lens on a sensor that stands as no rule has it.
+//! A last plate is seen in the corner of the field of a bent lens on a sensor whose tilt
+//! breaks the Scheimpflug rule.
 //! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
 
 use glam::DVec2;
@@ -84,7 +85,7 @@ struct TriangulationPlots {
     spread: Vec<Vec<Estimate>>,
     /// Expected spread on level plates [um].
     expected: Vec<f64>,
-    /// Spread on ceramic at the shown heights, and what is expected [um].
+    /// Spread on ceramic at the shown heights, and its theory [um].
     ceramic: Vec<(Estimate, f64)>,
     /// Height of a row between neighbouring heights and width of a column at each height [um].
     row_um: Vec<(f64, Estimate)>,
@@ -93,7 +94,7 @@ struct TriangulationPlots {
     map: (usize, Vec<f64>),
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
