@@ -1,4 +1,4 @@
-//! Files that a recipe names: where they are found, read once, known by their content.
+//! Assets, the files that a recipe names: where they are found, read once, known by their content.
 //!
 //! A name is relative to the recipe's own file; a file that exists wins over one that is built in. A dataset keeps a
 //! copy of each, so that its samples can be made again from the folder alone.
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use sha2::{Digest, Sha256};
 
 /// Longest name that a copy keeps [bytes].
-const LONGEST_NAME: usize = 64;
+const MAX_NAME_BYTES: usize = 64;
 
 /// The content of a file, and what it is called; clones share the content.
 #[derive(Clone, PartialEq, Eq)]
@@ -31,7 +31,7 @@ impl Asset {
     /// The file `name`, of which the last part counts.
     pub fn new(name: &str, bytes: Vec<u8>) -> Self {
         let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Self { name: last(name).to_owned(), sha256, bytes: bytes.into() }
+        Self { name: file_name(name).to_owned(), sha256, bytes: bytes.into() }
     }
 
     /// Its name without folders.
@@ -53,7 +53,7 @@ impl Asset {
     pub fn plain_name(&self) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_') { c } else { '_' };
         let plain: String = self.name.chars().map(plain).collect();
-        plain[plain.len().saturating_sub(LONGEST_NAME)..].to_owned()
+        plain[plain.len().saturating_sub(MAX_NAME_BYTES)..].to_owned()
     }
 }
 
@@ -62,18 +62,18 @@ pub type BuiltIn = (&'static str, &'static [u8]);
 
 /// Where the files are that a recipe names.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Files {
+pub enum AssetSource {
     /// Only built in: the recipe comes from no file.
     BuiltIn,
     /// In this folder, that of the recipe's file, or else built in.
     Beside(PathBuf),
     /// Copies that a dataset keeps.
-    Kept(Vec<Kept>),
+    Kept(Vec<KeptAsset>),
 }
 
 /// A copy that a dataset keeps.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kept {
+pub struct KeptAsset {
     /// Key of the recipe that names it.
     pub key: String,
     /// Its name when it was read.
@@ -82,35 +82,51 @@ pub struct Kept {
     pub path: PathBuf,
 }
 
+/// What is wrong with a file that a recipe names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AssetFault {
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl AssetFault {
+    /// The fault `problem`, which `remedy` mends.
+    pub fn new(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { problem: problem.into(), remedy: remedy.into() }
+    }
+}
+
 /// What a recipe asks for.
 #[derive(Debug, Clone, Copy)]
-pub struct Wanted<'a> {
+pub struct AssetRequest<'a> {
     /// Key of the recipe.
     pub key: &'a str,
     /// What it names.
     pub name: &'a str,
     /// SHA-256 that the content must have, where the recipe says.
     pub sha256: Option<&'a str>,
-    /// Most bytes.
-    pub most: usize,
+    /// Most bytes that it may have.
+    pub max_bytes: usize,
     /// What could be meant beside files.
     pub built_in: &'a [BuiltIn],
 }
 
-impl Files {
+impl AssetSource {
     /// The file that is `wanted`, or what is wrong with it and what to do.
-    pub fn find(&self, wanted: &Wanted) -> Result<Asset, (String, String)> {
-        let asset = self.look(wanted)?;
+    pub fn find(&self, wanted: &AssetRequest) -> Result<Asset, AssetFault> {
+        let asset = self.locate(wanted)?;
         match wanted.sha256 {
-            Some(sum) if sum != asset.sha256 => Err((
-                format!("`{}` has SHA-256 {}, not {sum}", clipped(wanted.name), asset.sha256),
-                "bring the file back, or give its name alone to take it as it is".into(),
+            Some(sum) if sum != asset.sha256 => Err(AssetFault::new(
+                format!("`{}` has SHA-256 {}, not {sum}", printable(wanted.name), asset.sha256),
+                "bring the file back, or give its name alone to take it as it is",
             )),
             _ => Ok(asset),
         }
     }
 
-    fn look(&self, wanted: &Wanted) -> Result<Asset, (String, String)> {
+    fn locate(&self, wanted: &AssetRequest) -> Result<Asset, AssetFault> {
         let name = wanted.name;
         let known = || {
             let names: Vec<_> = wanted.built_in.iter().map(|(name, _)| *name).collect();
@@ -120,57 +136,57 @@ impl Files {
             Self::BuiltIn => None,
             Self::Beside(folder) => Some(folder.join(name)),
             Self::Kept(kept) => match kept.iter().find(|kept| kept.key == wanted.key) {
-                Some(kept) => return load(&kept.path, &kept.name, wanted.most),
+                Some(kept) => return read_file(&kept.path, &kept.name, wanted.max_bytes),
                 None => {
-                    let problem = format!("the dataset keeps no copy of `{}`", clipped(name));
-                    return Err((problem, "bring dataset.json back from a copy".into()));
+                    let problem = format!("the dataset keeps no copy of `{}`", printable(name));
+                    return Err(AssetFault::new(problem, "bring dataset.json back from a copy"));
                 }
             },
         };
         if let Some(path) = path.as_ref().filter(|path| path.exists()) {
-            return load(path, name, wanted.most);
+            return read_file(path, name, wanted.max_bytes);
         }
-        let own = |(known, _): &&BuiltIn| *known == name || (wanted.sha256.is_some() && last(known) == name);
+        let own = |(known, _): &&BuiltIn| *known == name || (wanted.sha256.is_some() && file_name(known) == name);
         if let Some((name, bytes)) = wanted.built_in.iter().find(own) {
             return Ok(Asset::new(name, bytes.to_vec()));
         }
         Err(match path {
-            Some(path) => (
-                format!("there is no file `{}` (looked for {})", clipped(name), clipped(&path.to_string_lossy())),
+            Some(path) => AssetFault::new(
+                format!("there is no file `{}` (looked for {})", printable(name), printable(&path.to_string_lossy())),
                 format!("give a name relative to the recipe's own file{}", known()),
             ),
-            None => (
-                format!("there is no built-in file `{}`", clipped(name)),
+            None => AssetFault::new(
+                format!("there is no built-in file `{}`", printable(name)),
                 format!("give a recipe that is a file, which can name files beside it{}", known()),
             ),
         })
     }
 }
 
-/// Reads a file that has at most `most` bytes.
-fn load(path: &Path, name: &str, most: usize) -> Result<Asset, (String, String)> {
-    let shown = clipped(&path.to_string_lossy());
-    let unreadable = |e: io::Error| (format!("`{shown}` cannot be read: {e}"), "make it readable".to_owned());
+/// Reads a file that has at most `max_bytes`.
+fn read_file(path: &Path, name: &str, max_bytes: usize) -> Result<Asset, AssetFault> {
+    let shown = printable(&path.to_string_lossy());
+    let unreadable = |e: io::Error| AssetFault::new(format!("`{shown}` cannot be read: {e}"), "make it readable");
     let found = std::fs::metadata(path).map_err(unreadable)?;
     if !found.is_file() {
-        return Err((format!("`{shown}` is no plain file"), "name a file".into()));
+        return Err(AssetFault::new(format!("`{shown}` is no plain file"), "name a file"));
     }
     let mut bytes = Vec::new();
-    File::open(path).and_then(|file| file.take(most as u64 + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
-    if bytes.len() > most {
-        let problem = format!("`{shown}` has more than {most} bytes");
-        return Err((problem, format!("give a file of at most {} MB", most >> 20)));
+    File::open(path).and_then(|file| file.take(max_bytes as u64 + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() > max_bytes {
+        let problem = format!("`{shown}` has more than {max_bytes} bytes");
+        return Err(AssetFault::new(problem, format!("give a file of at most {} MB", max_bytes >> 20)));
     }
     Ok(Asset::new(name, bytes))
 }
 
 /// The last part of a path.
-fn last(name: &str) -> &str {
+fn file_name(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().filter(|last| !last.is_empty()).unwrap_or("file")
 }
 
 /// A text short enough for a message, without control characters.
-fn clipped(text: &str) -> String {
+fn printable(text: &str) -> String {
     text.chars().take(200).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
@@ -195,16 +211,16 @@ mod tests {
     fn files_are_known_by_content() {
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         let built_in: &[BuiltIn] = &[("parts/abc.txt", b"abc")];
-        let wanted = |name, sha256| Wanted { key: "mesh.file", name, sha256, most: 10, built_in };
-        let found = Files::BuiltIn.find(&wanted("parts/abc.txt", None)).expect("built in");
+        let wanted = |name, sha256| AssetRequest { key: "mesh.file", name, sha256, max_bytes: 10, built_in };
+        let found = AssetSource::BuiltIn.find(&wanted("parts/abc.txt", None)).expect("built in");
         assert_eq!((found.name(), found.sha256(), found.bytes()), ("abc.txt", sum, &b"abc"[..]));
-        assert_eq!(Files::BuiltIn.find(&wanted("abc.txt", Some(sum))), Ok(found));
-        let refused = |files: &Files, name, sum| files.find(&wanted(name, sum)).expect_err("refused").0;
-        assert!(refused(&Files::BuiltIn, "abc.txt", Some("00")).contains("not 00"));
-        assert!(refused(&Files::BuiltIn, "abc.txt", None).contains("no built-in file"));
+        assert_eq!(AssetSource::BuiltIn.find(&wanted("abc.txt", Some(sum))), Ok(found));
+        let refused = |files: &AssetSource, name, sum| files.find(&wanted(name, sum)).expect_err("refused").problem;
+        assert!(refused(&AssetSource::BuiltIn, "abc.txt", Some("00")).contains("not 00"));
+        assert!(refused(&AssetSource::BuiltIn, "abc.txt", None).contains("no built-in file"));
 
         let folder = tempfile::tempdir().expect("a folder");
-        let beside = Files::Beside(folder.path().to_owned());
+        let beside = AssetSource::Beside(folder.path().to_owned());
         assert!(beside.find(&wanted("parts/abc.txt", None)).is_ok(), "built in where no file is");
         assert!(refused(&beside, "none.txt", None).contains("there is no file"));
         assert!(refused(&beside, ".", None).contains("no plain file"));
@@ -215,7 +231,7 @@ mod tests {
         assert_eq!(beside.find(&wanted("parts/abc.txt", None)).expect("a file wins").bytes(), b"own");
         let kept = |key: &str| {
             let path = folder.path().join("large.txt");
-            Files::Kept(vec![Kept { key: key.into(), name: "abc.txt".into(), path }])
+            AssetSource::Kept(vec![KeptAsset { key: key.into(), name: "abc.txt".into(), path }])
         };
         assert!(refused(&kept("mesh.file"), "abc.txt", None).contains("more than"));
         assert!(refused(&kept("laser.texture"), "abc.txt", None).contains("keeps no copy"));

@@ -12,7 +12,7 @@ use output_schema::file::asset_path;
 use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
 
-use crate::asset::{Asset, Files, Kept};
+use crate::asset::{Asset, AssetSource, KeptAsset};
 use crate::dataset::{
     self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column,
 };
@@ -103,12 +103,12 @@ pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
     if let Some(asset) = head.assets.iter().find(|asset| !asset.is_in_folder()) {
         return Err(format!("dataset.json says that `{}` lies in `{}`", asset.key, asset.path));
     }
-    let kept = |asset: &AssetHead| Kept {
+    let kept = |asset: &AssetHead| KeptAsset {
         key: asset.key.clone(),
         name: asset.name.clone(),
         path: folder.root().join(&asset.path),
     };
-    let files = Files::Kept(head.assets.iter().map(kept).collect());
+    let files = AssetSource::Kept(head.assets.iter().map(kept).collect());
     let recipe = Recipe::parse_with("dataset.json", &head.recipe.text, &files).map_err(|error| error.to_string())?;
     if recipe.hash() == head.recipe.hash {
         return Ok(recipe);

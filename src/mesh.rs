@@ -1,4 +1,4 @@
-//! Files of triangles: OBJ, STL (both forms) and PLY (all three forms) -> `procedural::Mesh`, in the file's own units.
+//! Mesh files: OBJ, STL (both forms) and PLY (all three forms) -> `procedural::Mesh`, in the file's own units.
 //!
 //! The ending of the name says which; other crates read them, and what they take is looked at again: numbers are finite,
 //! corners exist, something has an area. Triangles without area and corners that no triangle has are left out. Colours,
@@ -6,6 +6,7 @@
 
 mod obj;
 mod ply;
+mod soup;
 mod stl;
 #[cfg(test)]
 mod tests;
@@ -15,7 +16,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use glam::Vec3;
 use procedural::Mesh;
 
-use crate::asset::{Asset, BuiltIn};
+use self::soup::TriangleSoup;
+use crate::asset::{Asset, AssetFault, BuiltIn};
 
 /// Endings of the files that can be read.
 pub const ENDINGS: [&str; 3] = ["obj", "stl", "ply"];
@@ -24,51 +26,44 @@ pub const ENDINGS: [&str; 3] = ["obj", "stl", "ply"];
 pub const BUILT_IN: [BuiltIn; 1] = [("meshes/clip.obj", include_bytes!("../recipes/meshes/clip.obj"))];
 
 /// Most triangles of a part.
-const MOST_TRIANGLES: usize = 4_000_000;
+const MAX_TRIANGLES: usize = 4_000_000;
 /// Greatest coordinate that counts as a number of some unit.
-const FARTHEST: f32 = 1e9;
-
-/// What is wrong with a file, and what to do.
-pub type Fault = (String, String);
-
-/// Corners and triangles as a file has them.
-#[derive(Debug, Default)]
-struct Soup {
-    corners: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-}
+const MAX_COORDINATE: f32 = 1e9;
 
 /// The triangles of `file`.
 ///
 /// # Errors
 /// What is wrong, with its place in the file, and what to do.
-pub fn read(file: &Asset) -> Result<Mesh, Fault> {
+pub fn read_mesh(file: &Asset) -> Result<Mesh, AssetFault> {
     let ending = file.name().rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default();
-    let read: fn(&[u8]) -> Result<Soup, String> = match ending.as_str() {
-        "obj" => obj::read,
-        "stl" => stl::read,
-        "ply" => ply::read,
+    let read: fn(&[u8]) -> Result<TriangleSoup, String> = match ending.as_str() {
+        "obj" => obj::read_obj,
+        "stl" => stl::read_stl,
+        "ply" => ply::read_ply,
         _ => {
             let problem = format!("`{}` has the ending of no kind of mesh that is read", file.name());
-            return Err((problem, format!("give a file that ends in .{}", ENDINGS.join(", ."))));
+            return Err(AssetFault::new(problem, format!("give a file that ends in .{}", ENDINGS.join(", ."))));
         }
     };
     // Readers of other crates may panic on content that was made to mislead.
     let soup = catch_unwind(AssertUnwindSafe(|| read(file.bytes())));
     let soup = soup.unwrap_or_else(|_| Err("the reader gave up on its content".into()));
     let wrong = |problem: String| {
-        (format!("`{}`: {problem}", file.name()), format!("export the part as {} anew", ending.to_ascii_uppercase()))
+        AssetFault::new(
+            format!("`{}`: {problem}", file.name()),
+            format!("export the part as {} anew", ending.to_ascii_uppercase()),
+        )
     };
     check(soup.map_err(wrong)?).map_err(wrong)
 }
 
 /// A soup that is a mesh, less what has no area.
-fn check(soup: Soup) -> Result<Mesh, String> {
-    let Soup { corners, triangles } = soup;
-    if triangles.len() > MOST_TRIANGLES {
-        return Err(format!("it has {} triangles, more than {MOST_TRIANGLES}", triangles.len()));
+fn check(soup: TriangleSoup) -> Result<Mesh, String> {
+    let TriangleSoup { corners, triangles } = soup;
+    if triangles.len() > MAX_TRIANGLES {
+        return Err(format!("it has {} triangles, more than {MAX_TRIANGLES}", triangles.len()));
     }
-    let whole = |corner: &[f32; 3]| corner.iter().all(|c| c.abs() <= FARTHEST);
+    let whole = |corner: &[f32; 3]| corner.iter().all(|c| c.abs() <= MAX_COORDINATE);
     if let Some(number) = corners.iter().position(|corner| !whole(corner)) {
         return Err(format!("corner {} is at {:?}", number + 1, corners[number]));
     }
@@ -99,9 +94,4 @@ fn check(soup: Soup) -> Result<Mesh, String> {
         });
     }
     Ok(mesh)
-}
-
-/// A polygon of `corners` as a fan of triangles.
-fn fan(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
-    triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
 }

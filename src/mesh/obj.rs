@@ -2,22 +2,22 @@
 
 use std::io::{BufRead, Read};
 
-use super::{Soup, fan};
+use super::soup::{TriangleSoup, fan};
 
 /// A reader that counts lines, by which a fault is placed.
-struct Lines<'a> {
+struct CountedLines<'a> {
     left: &'a [u8],
     read: usize,
 }
 
-impl Read for Lines<'_> {
+impl Read for CountedLines<'_> {
     fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
         let read = self.left.read(into)?;
         Ok(read)
     }
 }
 
-impl BufRead for Lines<'_> {
+impl BufRead for CountedLines<'_> {
     fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
         Ok(self.left)
     }
@@ -28,15 +28,15 @@ impl BufRead for Lines<'_> {
     }
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
-    let mut lines = Lines { left: bytes, read: 0 };
+pub(super) fn read_obj(bytes: &[u8]) -> Result<TriangleSoup, String> {
+    let mut lines = CountedLines { left: bytes, read: 0 };
     let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..tobj::LoadOptions::default() };
     let none = |_: &std::path::Path| Err(tobj::LoadError::MaterialParseError);
     let read = tobj::load_obj_buf(&mut lines, &options, none);
     // What shows only when all is read is told of the last line.
     let last = if lines.left.is_empty() { ", the last" } else { "" };
     let (models, _) = read.map_err(|error| format!("{error}, at line {}{last}", lines.read))?;
-    let mut soup = Soup::default();
+    let mut soup = TriangleSoup::default();
     for model in models {
         let mesh = model.mesh;
         // A file of at most some MB has fewer corners than 2^32.

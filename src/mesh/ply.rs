@@ -5,16 +5,16 @@ use std::io::Cursor;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
-use super::{Soup, fan};
+use super::soup::{TriangleSoup, fan};
 
 /// An element: what is known of a vertex or a face.
 #[derive(Debug)]
-struct Element {
+struct PlyElement {
     place: [f32; 3],
     corners: Vec<i64>,
 }
 
-impl PropertyAccess for Element {
+impl PropertyAccess for PlyElement {
     fn new() -> Self {
         Self { place: [f32::NAN; 3], corners: Vec::new() }
     }
@@ -41,18 +41,18 @@ impl PropertyAccess for Element {
     }
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
-    let told = |error: ParseError| error.to_string().replace(['\n', '\t'], " ");
+pub(super) fn read_ply(bytes: &[u8]) -> Result<TriangleSoup, String> {
+    let describe = |error: ParseError| error.to_string().replace(['\n', '\t'], " ");
     let mut reader = Reader::new(Cursor::new(bytes));
-    let parser = Parser::<Element>::new();
-    let header = parser.read_header(&mut reader).map_err(told)?;
-    let mut soup = Soup::default();
+    let parser = Parser::<PlyElement>::new();
+    let header = parser.read_header(&mut reader).map_err(describe)?;
+    let mut soup = TriangleSoup::default();
     for element in header.elements.values() {
         // Each has a byte at least, unless it is empty.
         if element.count > bytes.len() || (element.count > 0 && element.properties.is_empty()) {
             return Err(format!("{} elements `{}` do not fit {} bytes", element.count, element.name, bytes.len()));
         }
-        let read = parser.read_payload_for_element(&mut reader, element, &header).map_err(told)?;
+        let read = parser.read_payload_for_element(&mut reader, element, &header).map_err(describe)?;
         match element.name.as_str() {
             "vertex" => soup.corners = read.iter().map(|vertex| vertex.place).collect(),
             "face" => {

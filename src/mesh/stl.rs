@@ -2,19 +2,20 @@
 
 use std::io::Cursor;
 
-use super::Soup;
+use super::soup::TriangleSoup;
 
 /// Bytes before the first triangle of a binary file, and of each.
-const HEADER: usize = 84;
-const TRIANGLE: usize = 50;
+const HEADER_BYTES: usize = 84;
+const TRIANGLE_BYTES: usize = 50;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
+pub(super) fn read_stl(bytes: &[u8]) -> Result<TriangleSoup, String> {
     let mut bytes = bytes.to_vec();
-    let count = bytes.get(HEADER - 4..HEADER).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
-    let long = |count: usize| count.saturating_mul(TRIANGLE).saturating_add(HEADER);
+    let count =
+        bytes.get(HEADER_BYTES - 4..HEADER_BYTES).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]) as usize);
+    let long = |count: usize| count.saturating_mul(TRIANGLE_BYTES).saturating_add(HEADER_BYTES);
     if count.is_some_and(|count| long(count) == bytes.len()) {
         // A binary header may say `solid` too, which the reader would take for a text.
-        bytes[..HEADER - 4].fill(0);
+        bytes[..HEADER_BYTES - 4].fill(0);
     } else if bytes.starts_with(b"solid") && !bytes.contains(&0) {
         // A solid without a name has no blank.
         bytes.insert("solid".len(), b' ');
@@ -26,7 +27,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
             None => format!("it ends after {} bytes, before its first triangle", bytes.len()),
         });
     }
-    let mut soup = Soup::default();
+    let mut soup = TriangleSoup::default();
     let mut known = std::collections::HashMap::new();
     let mut source = Cursor::new(&bytes);
     let triangles = stl_io::create_stl_reader(&mut source).map_err(|error| error.to_string())?;

@@ -14,8 +14,8 @@ const CORNERS: [[f32; 3]; 8] = [
 ];
 const QUADS: [[usize; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
-fn read_as(name: &str, bytes: impl Into<Vec<u8>>) -> Result<Mesh, Fault> {
-    read(&Asset::new(name, bytes.into()))
+fn read_as(name: &str, bytes: impl Into<Vec<u8>>) -> Result<Mesh, AssetFault> {
+    read_mesh(&Asset::new(name, bytes.into()))
 }
 
 /// The box's triangles with places for corners, in order.
@@ -143,7 +143,7 @@ fn faults_name_their_place() {
         ("box.ply", cut(binary_ply(true), 300), "fill whole buffer"),
     ];
     for (number, (name, bytes, words)) in faulty.into_iter().enumerate() {
-        let (problem, remedy) = read_as(name, bytes).expect_err("it is no mesh");
+        let AssetFault { problem, remedy } = read_as(name, bytes).expect_err("it is no mesh");
         assert!(format!("{problem}; {remedy}").contains(words), "{number}: {problem}; {remedy}");
     }
 }
@@ -162,7 +162,7 @@ fn damage_never_panics() {
             for change in [0x01, 0x10, 0x80] {
                 let mut bytes = bytes.clone();
                 bytes[at] ^= change;
-                let given_up = read_as(name, bytes).is_err_and(|(problem, _)| problem.contains("gave up"));
+                let given_up = read_as(name, bytes).is_err_and(|fault| fault.problem.contains("gave up"));
                 assert!(!given_up, "{name}: byte {at} changed by {change}");
             }
         }

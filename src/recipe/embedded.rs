@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::asset::Files;
+use crate::asset::AssetSource;
 use crate::yaml::{YamlFaults, nearest_spelling, read_bytes, utf8_text};
 
 /// The recipes that are built in, by name.
@@ -25,13 +25,13 @@ pub(super) const EMBEDDED: [(&str, &str); 14] = [
 
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`; and
 /// where the files are that it names.
-pub(super) fn text(name: &str) -> Result<(String, Files), RecipeError> {
+pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
     let path = Path::new(name);
     if path.exists() && !path.is_dir() {
         return match read_bytes(path) {
             Ok(bytes) => {
                 let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-                Ok((utf8_text(name, bytes, "recipe")?, Files::Beside(folder)))
+                Ok((utf8_text(name, bytes, "recipe")?, AssetSource::Beside(folder)))
             }
             Err(source) => Err(RecipeError::Unreadable { path: path.to_owned(), source }),
         };
@@ -40,7 +40,7 @@ pub(super) fn text(name: &str) -> Result<(String, Files), RecipeError> {
     let stem = stem.strip_prefix("recipes/").unwrap_or(stem);
     let stem = stem.strip_suffix(".yaml").unwrap_or(stem);
     match EMBEDDED.iter().find(|(known, _)| *known == stem) {
-        Some((_, text)) => Ok(((*text).to_owned(), Files::BuiltIn)),
+        Some((_, text)) => Ok(((*text).to_owned(), AssetSource::BuiltIn)),
         None => {
             let known: Vec<_> = EMBEDDED.iter().map(|(known, _)| *known).collect();
             let nearest = nearest_spelling(stem, known.iter().copied()).map(str::to_owned);

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use procedural::{Mesh, Stream};
 
 use self::keys::settings::Settings;
-use crate::asset::{Asset, Files};
+use crate::asset::{Asset, AssetSource};
 use crate::parameters::Bench;
 use crate::settings::{Extraction, Line, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
 use crate::split::Split;
@@ -101,11 +101,11 @@ impl Recipe {
 
     /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes from.
     pub fn parse(origin: &str, text: &str) -> Result<Self, RecipeError> {
-        Self::parse_with(origin, text, &Files::BuiltIn)
+        Self::parse_with(origin, text, &AssetSource::BuiltIn)
     }
 
     /// The same with the files that it names looked for in `files`.
-    pub fn parse_with(origin: &str, text: &str, files: &Files) -> Result<Self, RecipeError> {
+    pub fn parse_with(origin: &str, text: &str, files: &AssetSource) -> Result<Self, RecipeError> {
         let resolved = reader::read(origin, text, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);

@@ -11,7 +11,7 @@ use super::distribution::{self, Distribution};
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::subject::Subject;
-use crate::asset::Files;
+use crate::asset::AssetSource;
 use crate::mesh;
 use crate::settings::{TransportName, Words};
 use crate::yaml::{
@@ -38,7 +38,7 @@ pub(super) struct Resolved {
 }
 
 /// Reads `text` and the files that it names; every fault that is found comes back.
-pub(super) fn read(origin: &str, text: &str, files: &Files) -> Result<Resolved, YamlFaults> {
+pub(super) fn read(origin: &str, text: &str, files: &AssetSource) -> Result<Resolved, YamlFaults> {
     let mut yaml = YamlReader::new(text, "recipe");
     let resolved = match parse_yaml(text, "recipe") {
         Ok(root) => recipe(&mut yaml, &root, files),
@@ -51,7 +51,7 @@ pub(super) fn read(origin: &str, text: &str, files: &Files) -> Result<Resolved, 
     Ok(resolved.expect("whatever gives no recipe notes a fault"))
 }
 
-fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &Files) -> Option<Resolved> {
+fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option<Resolved> {
     if !matches!(root.value, YamlValue::Map(_)) {
         let problem = match &root.value {
             YamlValue::Nothing => "the file is empty".to_owned(),
@@ -91,10 +91,10 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &Files) -> Option<Resol
         (setting.load)(&mut settings, yaml, files);
     }
     let classes = classes.unwrap_or_default();
-    let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read(file) {
+    let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read_mesh(file) {
         Ok(mesh) => Some(Arc::new(mesh)),
-        Err((problem, remedy)) => {
-            yaml.joint_fault(&["mesh.file".to_owned()], problem, remedy);
+        Err(fault) => {
+            yaml.joint_fault(&["mesh.file".to_owned()], fault.problem, fault.remedy);
             None
         }
     });

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::asset::{Asset, BuiltIn, Files, Wanted};
+use crate::asset::{Asset, AssetRequest, AssetSource, BuiltIn};
 use crate::settings::{Channel, SensorStack, Words};
 use crate::yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
@@ -15,7 +15,7 @@ pub(in crate::recipe) trait SettingType {
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<Self::Value>;
 
     /// Reads what of `value` lies in another file; faults are noted.
-    fn load(&self, _value: &mut Self::Value, _yaml: &mut YamlReader, _path: &str, _files: &Files) {}
+    fn load(&self, _value: &mut Self::Value, _yaml: &mut YamlReader, _path: &str, _files: &AssetSource) {}
 
     /// The value as JSON, which is how a recipe writes it too.
     fn json(&self, value: &Self::Value) -> Json;
@@ -408,13 +408,14 @@ impl SettingType for File {
         Some(NamedFile { name: Some(name), sha256, asset: None })
     }
 
-    fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &Files) {
+    fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &AssetSource) {
         let Some(name) = &value.name else { return };
         let Self(max_mb, built_in) = *self;
-        let wanted = Wanted { key: path, name, sha256: value.sha256.as_deref(), most: max_mb << 20, built_in };
+        let wanted =
+            AssetRequest { key: path, name, sha256: value.sha256.as_deref(), max_bytes: max_mb << 20, built_in };
         match files.find(&wanted) {
             Ok(asset) => value.asset = Some(asset),
-            Err((problem, remedy)) => yaml.joint_fault(&[path.to_owned()], problem, remedy),
+            Err(fault) => yaml.joint_fault(&[path.to_owned()], fault.problem, fault.remedy),
         }
     }
 

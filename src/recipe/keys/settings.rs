@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use super::idle::{Idle, Wording};
 use super::setting_type::{Auto, Channels, Count, File, Flag, NamedFile, Number, OneOf, SettingType, Stack, Word};
 use super::texture;
-use crate::asset::{Asset, Files};
+use crate::asset::{Asset, AssetSource};
 use crate::mesh;
 use crate::settings::{
     Channel, Direction, Extraction, Fan, Filter, Hdr, LensModel, Line, Method, Movement, Optics, Order, Output,
@@ -44,7 +44,7 @@ pub(in crate::recipe) struct Setting {
     /// Reads a value at a path into the settings; `None` where it is at fault.
     pub read: fn(&mut Settings, &mut YamlReader, &YamlNode, &str) -> Option<()>,
     /// Reads what of its value lies in another file.
-    pub load: fn(&mut Settings, &mut YamlReader, &Files),
+    pub load: fn(&mut Settings, &mut YamlReader, &AssetSource),
     /// The value in the canonical form; `None` where it is left out.
     pub canonical: fn(&Settings) -> Option<Json>,
     /// The file that it names.
