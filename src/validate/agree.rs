@@ -6,7 +6,7 @@ use output_schema::file::{DATASET, manifest_path};
 use output_schema::{DatasetHead, Generator, Manifest};
 
 use super::Expect;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::atomic_file;
 
 /// Generator, recipe hash and seed.
@@ -43,7 +43,7 @@ pub(super) fn check(root: &Path, head: &mut DatasetHead, expect: Option<Expect>,
     let text = |(generator, hash, seed): &Origin| format!("{} {}, {hash}, {seed}", generator.name, generator.version);
     let (said, all) = (text(&own), text(&found));
     let what = format!("its generator, recipe hash and seed are {said}; all manifests agree on {all}");
-    report.faults.push(Fault::new(Code::DatasetDiffers, DATASET, what));
+    report.faults.push(Finding::new(Code::DatasetDiffers, DATASET, what));
     (head.generator, head.recipe.hash, head.seed) = found;
     true
 }

@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use output_schema::file::DATASET;
 
 use super::images::Decoded;
-use super::report::{Code, Fault};
+use super::report::{Code, Finding};
 
 /// Blocks along each side of an image.
 const SIDE: usize = 16;
@@ -193,7 +193,7 @@ pub(super) struct Sample<'a> {
 }
 
 /// Pairs of samples that are one; each but the first of identical ones, and each pair of others.
-pub(super) fn check(samples: &[Sample]) -> Vec<Fault> {
+pub(super) fn check(samples: &[Sample]) -> Vec<Finding> {
     let mut faults = Vec::new();
     let mut told: HashMap<(usize, usize), ()> = HashMap::new();
     let mut first: HashMap<u64, usize> = HashMap::new();
@@ -276,12 +276,12 @@ fn keys(print: &Print, kept: &Bits) -> impl Iterator<Item = (usize, u16)> {
     })
 }
 
-fn fault(code: Code, first: &Sample, second: &Sample, what: &str) -> Fault {
+fn fault(code: Code, first: &Sample, second: &Sample, what: &str) -> Finding {
     let (a, b) = (first.index, second.index);
     let splits = if first.split == second.split {
         format!("both in {}", first.split)
     } else {
         format!("one in {}, one in {}: what is learned leaks", first.split, second.split)
     };
-    Fault::new(code, format!("{DATASET}, samples {a} and {b}"), format!("they {what}; {splits}"))
+    Finding::new(code, format!("{DATASET}, samples {a} and {b}"), format!("they {what}; {splits}"))
 }

@@ -13,7 +13,7 @@
 
 use serde::Serialize;
 
-use super::report::{Code, Fault};
+use super::report::{Code, Finding};
 use super::tally::{Declared, Numbers, Tally, classes_of};
 use crate::chance::{DrawLaw, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
@@ -74,7 +74,7 @@ pub struct Statistics {
 }
 
 /// The statistics of what was counted, and what is wrong with them; `samples` is how many the dataset should have.
-pub(super) fn judge(tally: &Tally, samples: u64) -> (Statistics, Vec<Fault>) {
+pub(super) fn judge(tally: &Tally, samples: u64) -> (Statistics, Vec<Finding>) {
     let declared = tally.declared;
     let mut faults = Vec::new();
     let class_bound = (tally.samples == samples && samples > 0).then(|| discrepancy(samples));
@@ -116,7 +116,7 @@ fn discrepancy(n: u64) -> f64 {
     2.0 + libm::log(n as f64) / libm::log(golden)
 }
 
-fn classes(tally: &Tally, bound: Option<f64>, faults: &mut Vec<Fault>) -> Vec<ClassCount> {
+fn classes(tally: &Tally, bound: Option<f64>, faults: &mut Vec<Finding>) -> Vec<ClassCount> {
     let counted = tally.declared.classes.iter().zip(&tally.classes);
     let classes: Vec<ClassCount> = counted
         .map(|((class, share), &[samples, drawn])| ClassCount { class: class.clone(), share: *share, samples, drawn })
@@ -128,7 +128,7 @@ fn classes(tally: &Tally, bound: Option<f64>, faults: &mut Vec<Fault>) -> Vec<Cl
         if samples != drawn || far {
             let share = format!("a share of {share} is {:.1} of {}", expected(class), tally.samples);
             let what = format!("{samples} samples are of class {name}, the recipe gives it {drawn}; {share}");
-            faults.push(Fault::new(Code::ClassBalance, PLACE, what));
+            faults.push(Finding::new(Code::ClassBalance, PLACE, what));
         }
     }
     classes
@@ -186,13 +186,13 @@ fn test(law: &DrawLaw, numbers: &Numbers) -> (&'static str, f64, f64) {
     (name, statistic, if numbers.impossible > 0 { 0.0 } else { p })
 }
 
-fn fault(test: &Test, first: Option<(u64, f64)>) -> Fault {
+fn fault(test: &Test, first: Option<(u64, f64)>) -> Finding {
     let Test { of, classes, test: name, samples, statistic, p, adjusted_p, .. } = test;
     let within = if classes.is_empty() { String::new() } else { format!(" in {}", classes.join(", ")) };
     let chance = format!("chance {p:.1e}, {adjusted_p:.1e} among all tests");
     if let Some(expected) = test.expected {
         let what = format!("{of}{within}: {statistic} of {samples} samples, expected {expected:.1}; {chance}");
-        return Fault::new(Code::SplitBalance, PLACE, what);
+        return Finding::new(Code::SplitBalance, PLACE, what);
     }
     let what = match first {
         Some((index, value)) => {
@@ -202,5 +202,5 @@ fn fault(test: &Test, first: Option<(u64, f64)>) -> Fault {
         }
         None => format!("{name} {statistic:.4} of {samples} samples{within}; {chance}"),
     };
-    Fault::new(Code::DistributionDiffers, format!("{PLACE}, {of}"), what)
+    Finding::new(Code::DistributionDiffers, format!("{PLACE}, {of}"), what)
 }

@@ -8,7 +8,7 @@ use output_schema::DatasetHead;
 use output_schema::file::{CROISSANT, DATASET};
 
 use super::files::unread;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::{Counts, descriptions};
 use crate::split::Split;
 
@@ -40,7 +40,7 @@ pub(super) fn check(
     let counts = counts.unwrap_or(&none);
     for ((name, text), (_, other)) in descriptions(head, present, counts, &document).into_iter().zip(unfinished) {
         let mut fault = |code, what: String| {
-            report.faults.push(Fault { remedy: REMEDY, ..Fault::new(code, name, what) });
+            report.faults.push(Finding::new(code, name, what).with_remedy(REMEDY));
         };
         let path = folder.join(name);
         if name == CROISSANT && head.schema_version[1] < 3 && !path.exists() {
@@ -55,7 +55,7 @@ pub(super) fn check(
                 let code = unread(&e, Code::FileMissing);
                 let remedy = if code == Code::FileUnreadable { code.remedy() } else { REMEDY };
                 let what = format!("the document cannot be read: {e}");
-                report.faults.push(Fault { remedy, ..Fault::new(code, name, what) });
+                report.faults.push(Finding::new(code, name, what).with_remedy(remedy));
             }
             Ok(found) => {
                 let is_unfinished = || (has_all || !finished) && missing_line(&found, &other, !finished).is_none();
@@ -64,7 +64,7 @@ pub(super) fn check(
                     fault(Code::CardDiffers, what);
                     let is_early = finished && missing_line(&found, &other, false).is_none();
                     if let Some(fault) = report.faults.last_mut().filter(|_| is_early) {
-                        fault.remedy = FINISH;
+                        fault.fault.remedy = FINISH.into();
                     }
                 }
             }

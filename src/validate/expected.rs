@@ -5,7 +5,7 @@ use output_schema::{DatasetHead, ManifestSample};
 use procedural::Instance;
 
 use super::columns::StoredRow;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::differences;
 use crate::record::TrueRow;
 
@@ -48,7 +48,7 @@ const NAMED: usize = 6;
 
 /// Checks `dataset.json` against what this program makes of its recipe; `true` where samples can be compared too.
 pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, report: &mut Report) -> bool {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, DATASET, what));
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, DATASET, what));
     let expected = match expected {
         Ok(expected) => expected,
         Err(what) => {
@@ -93,6 +93,6 @@ pub(super) fn numbers(row: &StoredRow, head: &DatasetHead, expected: &Expected, 
         .collect();
     if let Some(first) = other.first() {
         let more = if other.len() > 1 { format!("; {} more numbers differ", other.len() - 1) } else { String::new() };
-        report.faults.push(Fault::new(Code::DrawDiffers, place, format!("{first}{more}")));
+        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{first}{more}")));
     }
 }

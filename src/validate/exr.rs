@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::columns::StoredRow;
 use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use super::{pixels, true_rows};
 use crate::dataset::{ExrChannel, read_exr};
 use crate::record::TrueRow;
@@ -24,14 +24,14 @@ pub(super) fn check(
     let declared = head.channels();
     let (cols, lines, channels, text) = match read_exr(bytes) {
         Ok(content) => content,
-        Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
+        Err(e) => return report.faults.push(Finding::new(Code::ExrUnreadable, place, e)),
     };
     report.images += channels.len() as u64;
     let expected: Vec<_> = head.channels().iter().map(|c| (c.name, c.samples)).collect();
     let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
     if expected != found || (cols, lines) != (row.cols as usize, row.rows as usize) {
         let what = format!("it holds {cols} x {lines} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
-        return report.faults.push(Fault::new(Code::ExrChannels, place, what));
+        return report.faults.push(Finding::new(Code::ExrChannels, place, what));
     }
     let description: Value = serde_json::from_str(&text).unwrap_or_default();
     attribute(&description, row, head, place, report);
@@ -40,7 +40,7 @@ pub(super) fn check(
             "its attribute gives {} in {}, not in {}",
             channel.name, description["units"][channel.name], channel.unit
         );
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
     for channel in &channels {
         let numbers = channel.as_numbers();
@@ -50,7 +50,7 @@ pub(super) fn check(
         let outside = numbers.iter().filter(|n| !inside(**n)).count();
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
-            report.faults.push(Fault::new(Code::ValueRange, place, what));
+            report.faults.push(Finding::new(Code::ValueRange, place, what));
         }
         if channel.name == "Height" {
             true_rows::height(rows, cols, &numbers, place, report);
@@ -87,12 +87,12 @@ fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &s
     ];
     for (key, expected) in expected.iter().filter(|(key, expected)| description[key] != *expected) {
         let what = format!("its attribute gives {key} as {}, the row as {expected}", description[key]);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
     let bench = row.derived.iter().take_while(|(name, _)| CALIBRATION.iter().any(|field| field.name == name));
     for (name, value) in bench.filter(|(name, value)| description["calibration"][name] != *value) {
         let what = format!("its attribute gives {name} as {}, the row as {value}", description["calibration"][name]);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
 }
 
@@ -137,7 +137,7 @@ fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded
     };
     if other > 0 {
         let what = format!("{other} samples of {} are not those of the image `{name}`", channel.name);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
 }
 

@@ -3,8 +3,8 @@
 use output_schema::file::manifest_path;
 
 use super::alike;
-use super::report::{Code, Fault, PRINTED, Report};
-use super::shard::{Finding, Row};
+use super::report::{Code, Finding, PRINTED, Report};
+use super::shard::{JobResult, Row};
 use crate::dataset::Counts;
 use crate::split::Split;
 
@@ -13,7 +13,7 @@ use crate::split::Split;
 pub(super) struct Found {
     counts: Report,
     /// Faults with the number of their job.
-    faults: Vec<(u64, Vec<Fault>)>,
+    faults: Vec<(u64, Vec<Finding>)>,
     /// Digest of the id, index and shard of every sample.
     ids: Vec<(u128, u64, u64)>,
     /// How many samples of each class and split the manifests name.
@@ -30,8 +30,8 @@ pub(super) struct Found {
 
 impl Found {
     /// What job number `place` found.
-    pub(super) fn of(place: u64, finding: Finding) -> Self {
-        let Finding { mut report, ids, counts: listed, tables, opened, hidden, row } = finding;
+    pub(super) fn of(place: u64, finding: JobResult) -> Self {
+        let JobResult { mut report, ids, counts: listed, tables, opened, hidden, row } = finding;
         let faults = std::mem::take(&mut report.faults);
         let faults = if faults.is_empty() { Vec::new() } else { vec![(place, faults)] };
         let rows = row.map(|row| (place, row)).into_iter().collect();
@@ -67,7 +67,7 @@ impl Found {
     }
 
     /// Samples that are there twice.
-    pub(super) fn alike(&mut self) -> Vec<Fault> {
+    pub(super) fn alike(&mut self) -> Vec<Finding> {
         self.rows.sort_by_key(|(place, _)| *place);
         let prints = self.rows.iter().filter_map(|(_, row)| Some((row, row.print.as_deref()?)));
         let split = |row: &Row| row.split.map_or("no split", Split::name);
@@ -76,26 +76,26 @@ impl Found {
     }
 
     /// Samples whose id another one has.
-    fn repeated(&mut self) -> Vec<Fault> {
+    fn repeated(&mut self) -> Vec<Finding> {
         self.ids.sort_unstable();
         let same = self.ids.windows(2).filter(|pair| pair[0].0 == pair[1].0);
         same.map(|pair| {
             let what = format!("samples {} and {} have the same id", pair[0].1, pair[1].1);
-            Fault::new(Code::IdRepeated, manifest_path(pair[1].2), what)
+            Finding::new(Code::IdRepeated, manifest_path(pair[1].2), what)
         })
         .collect()
     }
 }
 
 /// Faults as they are, but many missing manifests in a row as one.
-fn runs(faults: impl Iterator<Item = Fault>) -> Vec<Fault> {
-    let mut told: Vec<Fault> = Vec::new();
-    let mut missing: Vec<Fault> = Vec::new();
-    let end = |missing: &mut Vec<Fault>, told: &mut Vec<Fault>| match missing.as_slice() {
+fn runs(faults: impl Iterator<Item = Finding>) -> Vec<Finding> {
+    let mut told: Vec<Finding> = Vec::new();
+    let mut missing: Vec<Finding> = Vec::new();
+    let end = |missing: &mut Vec<Finding>, told: &mut Vec<Finding>| match missing.as_slice() {
         [first, .., last] if missing.len() > PRINTED => {
-            let place = format!("{} to {}", first.place, last.place);
+            let place = format!("{} to {}", first.fault.place, last.fault.place);
             let what = format!("{} shards in a row have no manifest", missing.len());
-            told.push(Fault::new(Code::ManifestMissing, place, what));
+            told.push(Finding::new(Code::ManifestMissing, place, what));
             missing.clear();
         }
         _ => told.append(missing),

@@ -7,14 +7,14 @@ use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_ve
 use serde_json::Value;
 
 use super::files::unread;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::atomic_file;
 use crate::dataset::document;
 
 /// Reads the head; `None` where nothing else can be checked.
 pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
     let mut fault = |code, what: String| {
-        report.faults.push(Fault::new(code, DATASET, what));
+        report.faults.push(Finding::new(code, DATASET, what));
         None
     };
     let text = match atomic_file::read(&folder.join(DATASET)) {

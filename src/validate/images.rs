@@ -4,7 +4,7 @@ use output_schema::row::{IMAGES, ROW};
 use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::read_png;
 
 /// Decoded images by name.
@@ -30,7 +30,7 @@ pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut 
     let mut decoded = Decoded::default();
     for (name, png) in &row.png {
         match read_png(png) {
-            Err(e) => report.faults.push(Fault::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
+            Err(e) => report.faults.push(Finding::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
             Ok((cols, rows, grey)) => {
                 report.images += 1;
                 let bits = if name == "reflectance" { images.depth() } else { declared_bits(name) };
@@ -39,13 +39,13 @@ pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut 
                     let beyond = numbers.iter().filter(|&&n| name == "reflectance" && n > images.most_dn()).count();
                     if beyond > 0 {
                         let what = format!("{beyond} pixels of `{name}` are beyond {} DN", images.most_dn());
-                        report.faults.push(Fault::new(Code::ValueRange, place, what));
+                        report.faults.push(Finding::new(Code::ValueRange, place, what));
                     }
                     decoded.add(name, numbers);
                 } else {
                     let found = format!("`{name}` is {cols} x {rows} with {} bits", grey.bits());
                     let what = format!("{found}, not {} x {} with {bits} bits", row.cols, row.rows);
-                    report.faults.push(Fault::new(Code::ImageSize, place, what));
+                    report.faults.push(Finding::new(Code::ImageSize, place, what));
                 }
             }
         }
@@ -75,7 +75,7 @@ fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
     let count = (0..range.len()).filter(broken).count();
     if count > 0 {
         let what = format!("{count} pixels have range without light, or light without range");
-        report.faults.push(Fault::new(Code::MissingRule, place, what));
+        report.faults.push(Finding::new(Code::MissingRule, place, what));
     }
 }
 
@@ -88,7 +88,7 @@ pub(super) fn known_labels(decoded: &Decoded, values: &[u8], place: &str, report
         None => true,
         Some(class) => {
             let what = format!("the label {class} is no pixel class of the subject");
-            report.faults.push(Fault::new(Code::LabelUnknown, place, what));
+            report.faults.push(Finding::new(Code::LabelUnknown, place, what));
             false
         }
     }

@@ -14,8 +14,8 @@ use output_schema::arrow::row_schema;
 use output_schema::file::{data_path, stack_path};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
-use super::report::{Code, Fault, Report};
-use super::shard::{self, Finding, Row, Shard};
+use super::report::{Code, Finding, Report};
+use super::shard::{self, JobResult, Row, Shard};
 use super::task::Task;
 use super::{files, sample, stack};
 use crate::split::Split;
@@ -26,7 +26,7 @@ type Jobs<'a> = Box<dyn Iterator<Item = Job<'a>> + Send + 'a>;
 /// One piece of work.
 pub(super) enum Job<'a> {
     /// What a shard shows before its files are opened.
-    Opened(Box<Finding>),
+    Opened(Box<JobResult>),
     /// What reading a table showed.
     Told(Report),
     /// A row of the table at a path, and the place of its sample in the manifest.
@@ -81,7 +81,7 @@ impl<'a> Iterator for Table<'a> {
         if let Some(reader) = &mut self.reader {
             let next = caught(&self.path, || {
                 let batch = reader.next().transpose();
-                batch.map_err(|e| Fault::new(Code::TableUnreadable, &*self.path, e.to_string()))
+                batch.map_err(|e| Finding::new(Code::TableUnreadable, &*self.path, e.to_string()))
             });
             let fault = match next {
                 Ok(Some(batch)) => {
@@ -101,17 +101,17 @@ impl<'a> Iterator for Table<'a> {
 }
 
 impl Table<'_> {
-    fn miscounted(&self) -> Option<Fault> {
+    fn miscounted(&self) -> Option<Finding> {
         let (count, listed) = (self.count, self.listed.len());
         let rows = self.shard.file(&self.path).and_then(|file| file.rows);
         let what = format!("it has {count} rows, its manifest {listed} samples and {rows:?} rows");
-        (count != listed || rows != Some(count as u64)).then(|| Fault::new(Code::RowCount, &*self.path, what))
+        (count != listed || rows != Some(count as u64)).then(|| Finding::new(Code::RowCount, &*self.path, what))
     }
 }
 
 /// A reader of the rows of a table, which has the columns that it should.
-fn reader(shard: &Shard, path: &str) -> Result<ParquetRecordBatchReader, Fault> {
-    let unreadable = |e: String| Fault::new(Code::TableUnreadable, path, e);
+fn reader(shard: &Shard, path: &str) -> Result<ParquetRecordBatchReader, Finding> {
+    let unreadable = |e: String| Finding::new(Code::TableUnreadable, path, e);
     let file = File::open(shard.task.root.join(path)).map_err(|e| unreadable(e.to_string()))?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
     let (found, expected) = (builder.schema().clone(), row_schema(shard.task.head));
@@ -121,14 +121,14 @@ fn reader(shard: &Shard, path: &str) -> Result<ParquetRecordBatchReader, Fault> 
             expected.fields().iter().filter(|field| found.field_with_name(field.name()).ok() != Some(field.as_ref()));
         let names: Vec<&str> = fields.map(|field| field.name().as_str()).collect();
         let what = format!("its columns are not those that are declared: {names:?}, their order, or the metadata");
-        return Err(Fault::new(Code::SchemaDiffers, path, what));
+        return Err(Finding::new(Code::SchemaDiffers, path, what));
     }
     builder.with_batch_size(1).build().map_err(|e| unreadable(e.to_string()))
 }
 
 impl Job<'_> {
     /// What is found when it is done.
-    pub(super) fn run(self) -> Finding {
+    pub(super) fn run(self) -> JobResult {
         let mut report = Report::default();
         let mut kept = None;
         match self {
@@ -150,7 +150,7 @@ impl Job<'_> {
                 }
             }
         }
-        Finding { report, row: kept, ..Finding::default() }
+        JobResult { report, row: kept, ..JobResult::default() }
     }
 }
 
@@ -166,7 +166,7 @@ fn row(shard: &Shard, path: &str, listed: Option<usize>, batch: &RecordBatch, re
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
-fn caught<T>(path: &str, read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
-    let gave_up = |_| Err(Fault::new(Code::TableUnreadable, path, "a reader gave up on its content"));
+fn caught<T>(path: &str, read: impl FnOnce() -> Result<T, Finding>) -> Result<T, Finding> {
+    let gave_up = |_| Err(Finding::new(Code::TableUnreadable, path, "a reader gave up on its content"));
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(gave_up)
 }

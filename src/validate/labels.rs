@@ -6,7 +6,7 @@ use output_schema::PIXEL_CLASSES;
 
 use super::columns::StoredRow;
 use super::images::{Decoded, known_labels};
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 
 /// The classes of objects that are no defects.
 const SOUND: [&str; 3] = ["pocket", "tooth", "object"];
@@ -36,7 +36,7 @@ struct Seen {
 ///
 /// `values` are the pixel classes that labels of the dataset's subject can show; `turned` says that the object turns.
 pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Decoded, place: &str, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
     let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
     if row.class_area_px.iter().sum::<i64>() != cols * rows {
         fault(Code::ClassAreaDiffers, format!("the areas {:?} are not {cols} x {rows} pixels", row.class_area_px));
@@ -82,7 +82,7 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
         let shown: Vec<i64> = values.iter().map(|&value| areas[usize::from(value)]).collect();
         if shown != row.class_area_px {
             let what = format!("the label image shows {shown:?} pixels, the row says {:?}", row.class_area_px);
-            report.faults.push(Fault::new(Code::ClassAreaDiffers, place, what));
+            report.faults.push(Finding::new(Code::ClassAreaDiffers, place, what));
         }
     }
     if let Some(instance) = decoded.get("instance") {
@@ -116,7 +116,7 @@ fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) 
     }
     let numbered = (0..).zip(all).filter_map(|(number, seen)| seen.map(|seen| (number, seen)));
     let mut seen: BTreeMap<i32, Seen> = numbered.collect();
-    let mut fault = |what| report.faults.push(Fault::new(Code::ObjectDiffers, place, what));
+    let mut fault = |what| report.faults.push(Finding::new(Code::ObjectDiffers, place, what));
     let mut last = 0;
     for object in &row.objects {
         if object.instance <= last {

@@ -45,7 +45,7 @@ use sha2::{Digest, Sha256};
 pub use balance::{ALPHA, ClassCount, Statistics, Test};
 pub use code::fault_table;
 pub use expected::{Derive, Expect, Expected, Unlit};
-pub use report::{Code, Fault, Report};
+pub use report::{Code, Finding, Report};
 pub use tally::{Declared, DeclaredParameter, Seen};
 
 use self::found::Found;
@@ -156,13 +156,13 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     }
     if head.schema_version != SCHEMA_VERSION {
         // What another version writes otherwise is no damage: nothing is to be removed for it.
-        report.faults.iter_mut().for_each(|fault| fault.remedy = Code::VersionDiffers.remedy());
+        report.faults.iter_mut().for_each(|fault| fault.fault.remedy = Code::VersionDiffers.remedy().into());
     }
     report
 }
 
 /// The statistics of rows without any files, and what is wrong with them; `samples` is how many there should be.
-pub fn statistics(declared: &Declared, rows: impl Iterator<Item = Seen>, samples: u64) -> (Statistics, Vec<Fault>) {
+pub fn statistics(declared: &Declared, rows: impl Iterator<Item = Seen>, samples: u64) -> (Statistics, Vec<Finding>) {
     let mut tally = Tally::new(declared);
     rows.for_each(|row| tally.add(&row));
     balance::judge(&tally, samples)

@@ -7,7 +7,7 @@
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
 
 use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 
 /// The strip beyond or within an edge: from this place on [px].
 const NEAR: usize = 2;
@@ -48,7 +48,7 @@ pub(super) fn check(cols: usize, decoded: &Decoded, place: &str, report: &mut Re
                     "{:.0} % of the pixels about the {side} {name} of the object are not at the height that the label says",
                     100.0 * wrong
                 );
-                report.faults.push(Fault::new(Code::OutlineDiffers, place, what));
+                report.faults.push(Finding::new(Code::OutlineDiffers, place, what));
             }
         }
     }

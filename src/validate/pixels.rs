@@ -4,7 +4,7 @@ use output_schema::{DatasetHead, PIXEL_CLASSES};
 
 use super::columns::StoredRow;
 use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
@@ -47,7 +47,7 @@ pub(super) fn instances(row: &StoredRow, decoded: &Decoded, place: &str, report:
             i % cols,
             i / cols
         );
-        report.faults.push(Fault::new(Code::InstanceClass, place, what));
+        report.faults.push(Finding::new(Code::InstanceClass, place, what));
     }
 }
 
@@ -61,7 +61,7 @@ pub(super) fn truth(
     report: &mut Report,
 ) {
     let map = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers);
-    let mut fault = |what: String| report.faults.push(Fault::new(Code::TruthDiffers, place, what));
+    let mut fault = |what: String| report.faults.push(Finding::new(Code::TruthDiffers, place, what));
     let bin = &head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.
     let whole = bin["columns"] == 1 && bin["profiles"] == 1;

@@ -7,24 +7,28 @@ use serde_json::{Value, json};
 
 use super::balance::Statistics;
 pub use super::code::Code;
+use crate::dataset::Fault;
 
 /// One broken rule.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Fault {
+pub struct Finding {
     /// The rule.
     pub code: Code,
-    /// File, and sample where it is about one.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: &'static str,
+    /// File, and sample where it is about one; what is wrong there, and what to do.
+    #[serde(flatten)]
+    pub fault: Fault,
 }
 
-impl Fault {
+impl Finding {
     /// A fault with the remedy of its code.
     pub fn new(code: Code, place: impl Into<String>, what: impl Into<String>) -> Self {
-        Self { code, place: place.into(), what: what.into(), remedy: code.remedy() }
+        Self { code, fault: Fault::new(place, what, code.remedy()) }
+    }
+
+    /// The same with a remedy that fits better.
+    pub(super) fn with_remedy(mut self, remedy: &'static str) -> Self {
+        self.fault.remedy = remedy.into();
+        self
     }
 }
 
@@ -32,7 +36,7 @@ impl Fault {
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Broken rules, in the order of shards.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<Finding>,
     /// Shards that have a manifest.
     pub shards: u64,
     /// Files whose checksum was computed.
@@ -96,18 +100,18 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut kinds: Vec<(Code, &str)> = Vec::new();
         for code in self.codes() {
-            for fault in self.faults.iter().filter(|fault| fault.code == code) {
-                if !kinds.contains(&(code, fault.remedy)) {
-                    kinds.push((code, fault.remedy));
+            for finding in self.faults.iter().filter(|finding| finding.code == code) {
+                if !kinds.contains(&(code, &*finding.fault.remedy)) {
+                    kinds.push((code, &finding.fault.remedy));
                 }
             }
         }
         for (code, remedy) in kinds {
-            let faults: Vec<&Fault> =
-                self.faults.iter().filter(|fault| (fault.code, fault.remedy) == (code, remedy)).collect();
+            let faults: Vec<&Finding> =
+                self.faults.iter().filter(|finding| (finding.code, &*finding.fault.remedy) == (code, remedy)).collect();
             writeln!(f, "{} ({}): {remedy}", code.name(), faults.len())?;
-            for fault in faults.iter().take(PRINTED) {
-                writeln!(f, "  {}: {}", fault.place, fault.what)?;
+            for finding in faults.iter().take(PRINTED) {
+                writeln!(f, "  {}: {}", finding.fault.place, finding.fault.what)?;
             }
             if faults.len() > PRINTED {
                 writeln!(f, "  ... and {} more", faults.len() - PRINTED)?;

@@ -8,7 +8,7 @@ use output_schema::{ManifestFile, ManifestSample};
 
 use super::alike::{self, Print};
 use super::columns::{StoredRow, stored_row};
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use super::tally::Seen;
 use super::task::Task;
 use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit};
@@ -28,19 +28,19 @@ pub(super) fn check(
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
         Err(what) => {
-            report.faults.push(Fault::new(Code::NumberMissing, &file.path, what));
+            report.faults.push(Finding::new(Code::NumberMissing, &file.path, what));
             return None;
         }
     };
     let place = format!("{}, sample {}", file.path, row.index);
     let Some(listed) = listed else {
         let what = format!("index {} is not the next one of this split in the manifest", row.index);
-        report.faults.push(Fault::new(Code::IndexOrder, place, what));
+        report.faults.push(Finding::new(Code::IndexOrder, place, what));
         return None;
     };
     if row.index != listed.index as i64 {
         let what = format!("index {} stands where the manifest has {}", row.index, listed.index);
-        report.faults.push(Fault::new(Code::IndexOrder, &place, what));
+        report.faults.push(Finding::new(Code::IndexOrder, &place, what));
         return None;
     }
     let expected = task.expect.map(|expect| expect(listed.index));
@@ -80,7 +80,7 @@ pub(super) fn check(
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr) != listed.sha256 {
-        report.faults.push(Fault::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
+        report.faults.push(Finding::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
     }
     if task.chosen.contains(&listed.index) {
         rerender(task, batch, exr, listed.index, &place, report);
@@ -91,7 +91,7 @@ pub(super) fn check(
 
 /// `named` are the id, split and class that it should say.
 fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
     let head = task.head;
     let [id, split, class] = named;
     if (&row.id, &row.split, row.seed) != (id, split, head.seed) {
@@ -134,7 +134,7 @@ fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, p
     let again = render(index).and_then(|sample| Ok((row_batch(&schema, task.head, &sample)?, sample)));
     let (row, sample) = match again {
         Ok(again) => again,
-        Err(what) => return report.faults.push(Fault::new(Code::RerenderFailed, place, what)),
+        Err(what) => return report.faults.push(Finding::new(Code::RerenderFailed, place, what)),
     };
     let names = schema.fields().iter().map(|field| field.name());
     let mut other: Vec<&str> =
@@ -146,6 +146,6 @@ fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, p
         other.push("sensor frames");
     }
     if !other.is_empty() {
-        report.faults.push(Fault::new(Code::RerenderDiffers, place, format!("not the same: {}", other.join(", "))));
+        report.faults.push(Finding::new(Code::RerenderDiffers, place, format!("not the same: {}", other.join(", "))));
     }
 }

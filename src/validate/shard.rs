@@ -8,7 +8,7 @@ use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, SCHEMA_VERSI
 use sha2::{Digest, Sha256};
 
 use super::alike::Print;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use super::task::Task;
 use super::{expected, files};
 use crate::dataset::atomic_file;
@@ -25,7 +25,7 @@ pub(super) struct Shard<'a> {
 
 /// What one job found.
 #[derive(Default)]
-pub(super) struct Finding {
+pub(super) struct JobResult {
     pub(super) report: Report,
     /// Digest of the id, index and shard of every sample that the manifest names.
     pub(super) ids: Vec<(u128, u64, u64)>,
@@ -49,8 +49,8 @@ pub(super) struct Row {
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.
-pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
-    let mut found = Finding::default();
+pub(super) fn open<'a>(task: Task<'a>) -> (JobResult, Option<Shard<'a>>) {
+    let mut found = JobResult::default();
     let place = manifest_path(task.number);
     let text = match atomic_file::read(&task.root.join(&place)) {
         Ok(text) => text,
@@ -58,7 +58,7 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
             found.hidden = (e.kind() != ErrorKind::NotFound).then_some(task.number);
             let otherwise = if found.hidden.is_none() { Code::ManifestMissing } else { Code::ManifestUnreadable };
             let code = files::unread(&e, otherwise);
-            found.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
+            found.report.faults.push(Finding::new(code, place, format!("shard {}: {e}", task.number)));
             return (found, None);
         }
     };
@@ -69,7 +69,7 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
             // A newer document may have other keys.
             let newer = newer(&text);
             let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };
-            found.report.faults.push(Fault::new(code, place, newer.unwrap_or_else(|| e.to_string())));
+            found.report.faults.push(Finding::new(code, place, newer.unwrap_or_else(|| e.to_string())));
             return (found, None);
         }
     };
@@ -83,13 +83,13 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
     if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
         let code = if manifest.format == FORMAT { Code::VersionUnknown } else { Code::ManifestDiffers };
-        found.report.faults.push(Fault::new(code, &place, reason));
+        found.report.faults.push(Finding::new(code, &place, reason));
     } else {
         let mut reasons = manifest_reasons(&task, &manifest, &expected);
         if task.head.schema_version == SCHEMA_VERSION && document(&manifest) != text {
             reasons.push("it is not written as the program writes it: keys, order, blanks".into());
         }
-        found.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
+        found.report.faults.extend(reasons.into_iter().map(|what| Finding::new(Code::ManifestDiffers, &place, what)));
     }
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.

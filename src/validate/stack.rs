@@ -13,14 +13,14 @@ use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::alike::sum;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use super::task::Task;
 use crate::dataset::frame_numbers;
 use crate::record::StackFrame;
 
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
 pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, &file.path, what));
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, &file.path, what));
     let rows = match read(&root.join(&file.path), head) {
         Ok(rows) => rows,
         Err((code, what)) => return fault(code, what),

@@ -6,7 +6,7 @@
 //! film is [`FAR_MM`] at most.
 
 use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 use crate::dataset::HEIGHT_STEPS;
 use crate::record::TrueRow;
 
@@ -44,7 +44,7 @@ pub(super) fn labels(rows: &[TrueRow], cols: usize, decoded: &Decoded, place: &s
             class.unwrap_or_default(),
             instance.unwrap_or_default()
         );
-        report.faults.push(Fault::new(Code::LabelDiffers, place, what));
+        report.faults.push(Finding::new(Code::LabelDiffers, place, what));
     }
 }
 
@@ -58,7 +58,7 @@ pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str,
     let count = lines.flatten().filter(other).count();
     if count > 0 {
         let what = format!("Height of {count} pixels of {} rows is not the body's", rows.len());
-        report.faults.push(Fault::new(Code::TruthDiffers, place, what));
+        report.faults.push(Finding::new(Code::TruthDiffers, place, what));
     }
 }
 
@@ -97,6 +97,6 @@ pub(super) fn range(
             median.abs(),
             rows.len()
         );
-        report.faults.push(Fault::new(Code::RangeDiffers, place, what));
+        report.faults.push(Finding::new(Code::RangeDiffers, place, what));
     }
 }

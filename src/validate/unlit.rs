@@ -4,7 +4,7 @@
 
 use super::columns::{StoredObject, StoredRow};
 use super::expected::Unlit;
-use super::report::{Code, Fault, Report};
+use super::report::{Code, Finding, Report};
 
 /// Names of the numbers of [`Unlit::grid`].
 const GRID: [&str; 4] = ["row_mm", "col_mm", "range_offset", "range_scale"];
@@ -29,7 +29,7 @@ pub(super) fn check(row: &StoredRow, unlit: &Unlit, place: &str, report: &mut Re
     if !other.is_empty() {
         let more = if other.len() > NAMED { format!("; {} more differ", other.len() - NAMED) } else { String::new() };
         let named = other.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join("; ");
-        report.faults.push(Fault::new(Code::DrawDiffers, place, format!("{named}{more}")));
+        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{named}{more}")));
     }
 }
 

@@ -107,11 +107,11 @@ fn rendered_again() {
         Ok(sample)
     });
     assert_eq!((other.codes(), other.rerendered), (vec![Code::RerenderDiffers], 4));
-    assert!(other.faults[0].what.contains("laser"), "{other}");
+    assert!(other.faults[0].fault.what.contains("laser"), "{other}");
     let frame = run(&|i| {
         let mut sample = encoded(i, &output());
         sample.stack[2].dn[7] ^= 1;
         Ok(sample)
     });
-    assert!(frame.faults.len() == 4 && frame.faults[0].what.contains("sensor frames"), "{frame}");
+    assert!(frame.faults.len() == 4 && frame.faults[0].fault.what.contains("sensor frames"), "{frame}");
 }

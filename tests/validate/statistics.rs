@@ -4,7 +4,7 @@ use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::declared;
 use sheetlight::recipe::Recipe;
-use sheetlight::validate::{ALPHA, Code, Declared, Fault, Seen, Statistics, statistics};
+use sheetlight::validate::{ALPHA, Code, Declared, Finding, Seen, Statistics, statistics};
 
 /// Rows of a dataset as the program draws them; nothing is rendered.
 fn rows(recipe: &Recipe, seed: u64, samples: u64) -> Vec<Seen> {
@@ -26,7 +26,7 @@ fn small() -> Recipe {
 }
 
 /// What is found after `change` of every row of a small dataset.
-fn after(samples: u64, change: impl Fn(&mut Seen)) -> (Statistics, Vec<Fault>) {
+fn after(samples: u64, change: impl Fn(&mut Seen)) -> (Statistics, Vec<Finding>) {
     let recipe = small();
     let mut all = rows(&recipe, 3, samples);
     all.iter_mut().for_each(change);
@@ -40,9 +40,9 @@ fn place(path: &str) -> usize {
 }
 
 /// The parameters that are found to be drawn otherwise.
-fn otherwise(faults: &[Fault]) -> Vec<&str> {
+fn otherwise(faults: &[Finding]) -> Vec<&str> {
     assert!(faults.iter().all(|fault| fault.code == Code::DistributionDiffers), "{faults:?}");
-    let mut names: Vec<&str> = faults.iter().filter_map(|fault| fault.place.split(", ").nth(1)).collect();
+    let mut names: Vec<&str> = faults.iter().filter_map(|found| found.fault.place.split(", ").nth(1)).collect();
     names.dedup();
     names
 }
@@ -151,7 +151,7 @@ fn numbers_that_are_never_drawn_are_found() {
             }
         });
         assert_eq!(faults.len(), 1, "{faults:?}");
-        assert!(faults[0].what.contains("sample 17 has"), "{faults:?}");
+        assert!(faults[0].fault.what.contains("sample 17 has"), "{faults:?}");
     }
 }
 
@@ -192,7 +192,7 @@ fn a_rotation_that_loses_its_shares_is_found() {
 fn splits_that_are_drawn_otherwise_are_found() {
     // Half as much for testing as declared.
     let codes =
-        |faults: Vec<Fault>| faults.into_iter().map(|fault| fault.code).collect::<std::collections::BTreeSet<_>>();
+        |faults: Vec<Finding>| faults.into_iter().map(|fault| fault.code).collect::<std::collections::BTreeSet<_>>();
     let (_, faults) = after(2000, |row| {
         if row.split == "test" && row.index % 2 == 0 {
             row.split = "train".into();
@@ -212,7 +212,7 @@ fn splits_that_are_drawn_otherwise_are_found() {
     let (found, faults) = statistics(&declared(&recipe, 3), all.into_iter(), 2000);
     let whole = found.tests.iter().filter(|test| test.of.starts_with("split.") && test.classes.is_empty());
     assert!(whole.clone().count() == 3 && whole.clone().all(|test| test.p > 1e-3), "the shares are right");
-    assert!(faults.iter().any(|fault| fault.what.contains("in rot")), "{faults:?}");
+    assert!(faults.iter().any(|found| found.fault.what.contains("in rot")), "{faults:?}");
     assert_eq!(codes(faults), [Code::SplitBalance].into());
 }
 
@@ -226,7 +226,7 @@ fn a_thinned_dataset_is_found() {
     (0..).zip(&mut kept).for_each(|(index, row)| row.index = index);
     let samples = kept.len() as u64;
     let (_, faults) = statistics(&declared(&recipe, 3), kept.into_iter(), samples);
-    assert!(faults.iter().any(|fault| fault.place.ends_with("exposure.time_us")), "{faults:?}");
+    assert!(faults.iter().any(|found| found.fault.place.ends_with("exposure.time_us")), "{faults:?}");
 }
 
 #[test]

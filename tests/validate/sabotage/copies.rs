@@ -70,7 +70,7 @@ fn pair() -> (usize, usize) {
 
 /// What is said of the copy; the rows' own objects differ from their bodies too.
 fn said(report: &Report) -> &str {
-    &report.faults.iter().find(|fault| fault.code == SampleAlike).expect("it is told").what
+    &report.faults.iter().find(|fault| fault.code == SampleAlike).expect("it is told").fault.what
 }
 
 #[test]

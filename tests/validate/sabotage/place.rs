@@ -91,7 +91,13 @@ pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> Report {
     };
     let report = validate(root, &options);
     // Every fault says where it is and what to do.
-    assert!(report.faults.iter().all(|f| !f.place.is_empty() && !f.what.is_empty() && f.remedy.len() > 10), "{report}");
+    assert!(
+        report
+            .faults
+            .iter()
+            .all(|f| !f.fault.place.is_empty() && !f.fault.what.is_empty() && f.fault.remedy.len() > 10),
+        "{report}"
+    );
     report
 }
 
@@ -101,7 +107,7 @@ pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
     let mut codes = codes.to_vec();
     codes.sort_unstable();
     assert_eq!(report.codes(), codes, "{what}:\n{report}");
-    assert!(report.faults.iter().any(|fault| fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
+    assert!(report.faults.iter().any(|found| found.fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
 }
 
 /// The clean dataset, damaged on the disk.

@@ -39,7 +39,10 @@ fn a_head_that_all_manifests_contradict_is_told_once() {
     edit(&place.path().join("dataset.json"), |v| v["seed"] = json!(6));
     let report = inspect(place.path());
     assert_eq!((report.codes(), report.faults.len()), (vec![DatasetDiffers], 1), "{report}");
-    assert!(report.faults[0].place == "dataset.json" && !report.to_string().contains("manifest and run"), "{report}");
+    assert!(
+        report.faults[0].fault.place == "dataset.json" && !report.to_string().contains("manifest and run"),
+        "{report}"
+    );
 }
 
 #[test]
@@ -73,7 +76,8 @@ fn many_missing_shards_are_one_fault() {
     let place = whole();
     edit(&place.path().join("dataset.json"), |v| (v["samples"], v["shards"]) = (300.into(), 100.into()));
     let report = inspect(place.path());
-    let missing: Vec<&str> = report.faults.iter().filter(|f| f.code == ManifestMissing).map(|f| &*f.place).collect();
+    let missing: Vec<&str> =
+        report.faults.iter().filter(|f| f.code == ManifestMissing).map(|f| &*f.fault.place).collect();
     assert_eq!(missing, ["shards/00002.json to shards/00099.json"], "{report}");
 }
 
@@ -102,7 +106,8 @@ fn parts_that_were_copied_together_are_told_how_to_end() {
         fs::copy(place.path("p1").join(&path), to).expect("copied");
     }
     let report = inspect(&place.path("p0"));
-    let ends = |fault: &sheetlight::validate::Fault| fault.code == CardDiffers && fault.remedy.contains("--part");
+    let ends =
+        |fault: &sheetlight::validate::Finding| fault.code == CardDiffers && fault.fault.remedy.contains("--part");
     assert!(!report.is_clean() && report.faults.iter().all(ends), "{report}");
     place.make("p0", "--n 2 --samples-per-shard 1");
     assert!(inspect(&place.path("p0")).is_clean());
