@@ -11,7 +11,7 @@ use output_schema::file::{
 use super::atomic_file::{FileError, create_directory, names, remove, write_in};
 use super::card::Counts;
 use super::lock::Lock;
-use super::reader::{read_head, unusable};
+use super::reader::{read_head, to_document, unusable};
 use super::{Dataset, Fault, card, croissant, refuse};
 use crate::split::Split;
 
@@ -45,7 +45,7 @@ impl Dataset {
         new.shards = DatasetHead::shards_for(new.samples, new.samples_per_shard);
         // The head comes first: whoever finds a folder with more than locks and temporary names finds it too.
         if old.as_ref() != Some(&new) {
-            write_in(path, DATASET, &document(&new))?;
+            write_in(path, DATASET, &to_document(&new))?;
         }
         for directory in DIRECTORIES.iter().filter(|&&name| needed(name, &new)) {
             create_directory(&path.join(directory))?;
@@ -167,12 +167,4 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
         "stacks" => head.images.stack_every.is_some(),
         _ => true,
     }
-}
-
-/// A document as it is written: indented, with a last line end.
-pub(crate) fn document<T: serde::Serialize>(document: &T) -> Vec<u8> {
-    // Heads and manifests are plain data with text keys: they always become JSON.
-    let mut text = serde_json::to_vec_pretty(document).unwrap_or_default();
-    text.push(b'\n');
-    text
 }

@@ -15,9 +15,7 @@
 
 pub mod atomic_file;
 mod card;
-mod card_columns;
 mod croissant;
-mod croissant_fields;
 mod encoded;
 mod exr;
 mod fault;
@@ -39,8 +37,9 @@ pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};
 pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};
 pub use fault::Fault;
-pub(crate) use folder::{descriptions, document};
+pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, read_png, rounded8, rounded16, write_png, write_png_as};
+pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
 pub use refuse::differences;
 pub use rows::row_batch;

@@ -6,7 +6,8 @@ use output_schema::file::{DATASET, manifest_path};
 use output_schema::{DatasetHead, Generator, Manifest};
 
 use super::Expect;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use crate::dataset::atomic_file;
 
 /// Generator, recipe hash and seed.

@@ -14,8 +14,8 @@ use std::collections::HashMap;
 
 use output_schema::file::DATASET;
 
+use super::finding::{Code, Finding};
 use super::images::Decoded;
-use super::report::{Code, Finding};
 
 /// Blocks along each side of an image.
 const SIDE: usize = 16;

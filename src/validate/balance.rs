@@ -13,7 +13,7 @@
 
 use serde::Serialize;
 
-use super::report::{Code, Finding};
+use super::finding::{Code, Finding};
 use super::tally::{Declared, Numbers, Tally, classes_of};
 use crate::chance::{DrawLaw, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 

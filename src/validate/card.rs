@@ -8,7 +8,8 @@ use output_schema::DatasetHead;
 use output_schema::file::{CROISSANT, DATASET};
 
 use super::files::unread;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use crate::dataset::{Counts, descriptions};
 use crate::split::Split;
 

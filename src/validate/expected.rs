@@ -5,7 +5,8 @@ use output_schema::{DatasetHead, ManifestSample};
 use procedural::Instance;
 
 use super::columns::StoredRow;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use crate::dataset::differences;
 use crate::record::TrueRow;
 

@@ -5,8 +5,9 @@ use output_schema::row::{CALIBRATION, IMAGES};
 use serde_json::Value;
 
 use super::columns::StoredRow;
+use super::finding::{Code, Finding};
 use super::images::Decoded;
-use super::report::{Code, Finding, Report};
+use super::report::Report;
 use super::{pixels, true_rows};
 use crate::dataset::{ExrChannel, read_exr};
 use crate::record::TrueRow;

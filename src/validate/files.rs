@@ -8,7 +8,8 @@ use output_schema::file::DATASET;
 use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use crate::dataset::hex;
 
 /// Reads one file of a manifest, once; its bytes, where it is whole.

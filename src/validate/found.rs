@@ -3,7 +3,8 @@
 use output_schema::file::manifest_path;
 
 use super::alike;
-use super::report::{Code, Finding, PRINTED, Report};
+use super::finding::{Code, Finding};
+use super::report::{PRINTED, Report};
 use super::shard::{JobResult, Row};
 use crate::dataset::Counts;
 use crate::split::Split;

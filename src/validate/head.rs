@@ -7,9 +7,10 @@ use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_ve
 use serde_json::Value;
 
 use super::files::unread;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use crate::dataset::atomic_file;
-use crate::dataset::document;
+use crate::dataset::to_document;
 
 /// Reads the head; `None` where nothing else can be checked.
 pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
@@ -46,7 +47,7 @@ pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
              documents' bytes and the tables' metadata are left out"
         );
         fault(Code::VersionDiffers, what);
-    } else if document(&head) != text {
+    } else if to_document(&head) != text {
         fault(Code::DatasetDiffers, "it is not written as the program writes it: keys, order, blanks".into());
     }
     Some(head)

@@ -4,7 +4,8 @@ use output_schema::row::{IMAGES, ROW};
 use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use crate::dataset::read_png;
 
 /// Decoded images by name.

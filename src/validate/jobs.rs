@@ -14,7 +14,8 @@ use output_schema::arrow::row_schema;
 use output_schema::file::{data_path, stack_path};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use super::shard::{self, JobResult, Row, Shard};
 use super::task::Task;
 use super::{files, sample, stack};

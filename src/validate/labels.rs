@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use output_schema::PIXEL_CLASSES;
 
 use super::columns::StoredRow;
+use super::finding::{Code, Finding};
 use super::images::{Decoded, known_labels};
-use super::report::{Code, Finding, Report};
+use super::report::Report;
 
 /// The classes of objects that are no defects.
 const SOUND: [&str; 3] = ["pocket", "tooth", "object"];

@@ -12,11 +12,11 @@ mod agree;
 mod alike;
 mod balance;
 mod card;
-mod code;
 mod columns;
 mod expected;
 mod exr;
 mod files;
+mod finding;
 mod found;
 mod head;
 mod images;
@@ -43,9 +43,9 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 pub use balance::{ALPHA, ClassCount, Statistics, Test};
-pub use code::fault_table;
 pub use expected::{Derive, Expect, Expected, Unlit};
-pub use report::{Code, Finding, Report};
+pub use finding::{Code, Finding, fault_table};
+pub use report::Report;
 pub use tally::{Declared, DeclaredParameter, Seen};
 
 use self::found::Found;

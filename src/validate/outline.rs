@@ -6,8 +6,9 @@
 //! mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
 
+use super::finding::{Code, Finding};
 use super::images::Decoded;
-use super::report::{Code, Finding, Report};
+use super::report::Report;
 
 /// The strip beyond or within an edge: from this place on [px].
 const NEAR: usize = 2;

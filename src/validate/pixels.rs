@@ -3,8 +3,9 @@
 use output_schema::{DatasetHead, PIXEL_CLASSES};
 
 use super::columns::StoredRow;
+use super::finding::{Code, Finding};
 use super::images::Decoded;
-use super::report::{Code, Finding, Report};
+use super::report::Report;
 use crate::dataset::ExrChannel;
 
 /// The classes of pixels that belong to no instance.

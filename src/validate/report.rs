@@ -6,31 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::balance::Statistics;
-pub use super::code::Code;
-use crate::dataset::Fault;
-
-/// One broken rule.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// The rule.
-    pub code: Code,
-    /// File, and sample where it is about one; what is wrong there, and what to do.
-    #[serde(flatten)]
-    pub fault: Fault,
-}
-
-impl Finding {
-    /// A fault with the remedy of its code.
-    pub fn new(code: Code, place: impl Into<String>, what: impl Into<String>) -> Self {
-        Self { code, fault: Fault::new(place, what, code.remedy()) }
-    }
-
-    /// The same with a remedy that fits better.
-    pub(super) fn with_remedy(mut self, remedy: &'static str) -> Self {
-        self.fault.remedy = remedy.into();
-        self
-    }
-}
+use super::finding::{Code, Finding};
 
 /// Everything that validation found, and how much it looked at.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]

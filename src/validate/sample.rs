@@ -8,7 +8,8 @@ use output_schema::{ManifestFile, ManifestSample};
 
 use super::alike::{self, Print};
 use super::columns::{StoredRow, stored_row};
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use super::tally::Seen;
 use super::task::Task;
 use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit};

@@ -8,11 +8,12 @@ use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, SCHEMA_VERSI
 use sha2::{Digest, Sha256};
 
 use super::alike::Print;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use super::task::Task;
 use super::{expected, files};
 use crate::dataset::atomic_file;
-use crate::dataset::{Counts, document};
+use crate::dataset::{Counts, to_document};
 use crate::split::Split;
 
 /// One shard whose manifest can be read.
@@ -86,7 +87,7 @@ pub(super) fn open<'a>(task: Task<'a>) -> (JobResult, Option<Shard<'a>>) {
         found.report.faults.push(Finding::new(code, &place, reason));
     } else {
         let mut reasons = manifest_reasons(&task, &manifest, &expected);
-        if task.head.schema_version == SCHEMA_VERSION && document(&manifest) != text {
+        if task.head.schema_version == SCHEMA_VERSION && to_document(&manifest) != text {
             reasons.push("it is not written as the program writes it: keys, order, blanks".into());
         }
         found.report.faults.extend(reasons.into_iter().map(|what| Finding::new(Code::ManifestDiffers, &place, what)));

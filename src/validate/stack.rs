@@ -13,7 +13,8 @@ use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::alike::sum;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 use super::task::Task;
 use crate::dataset::frame_numbers;
 use crate::record::StackFrame;

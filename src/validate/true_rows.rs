@@ -5,8 +5,9 @@
 //! to what no measurement misses: the median distance of well lit pixels from between the surface and what lies below a
 //! film is [`FAR_MM`] at most.
 
+use super::finding::{Code, Finding};
 use super::images::Decoded;
-use super::report::{Code, Finding, Report};
+use super::report::Report;
 use crate::dataset::HEIGHT_STEPS;
 use crate::record::TrueRow;
 

@@ -4,7 +4,8 @@
 
 use super::columns::{StoredObject, StoredRow};
 use super::expected::Unlit;
-use super::report::{Code, Finding, Report};
+use super::finding::{Code, Finding};
+use super::report::Report;
 
 /// Names of the numbers of [`Unlit::grid`].
 const GRID: [&str; 4] = ["row_mm", "col_mm", "range_offset", "range_scale"];
