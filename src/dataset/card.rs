@@ -11,10 +11,10 @@ use super::limits::limits;
 use crate::split::Split;
 
 /// Samples of each class in each split.
-pub(crate) type Counts = BTreeMap<(String, String), u64>;
+pub(crate) type ClassCounts = BTreeMap<(String, String), u64>;
 
 /// `README.md` of a dataset whose `present` splits have files; `counts` is empty while it is not finished.
-pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &Counts) -> String {
+pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> String {
     let mut page = String::new();
     front_matter(&mut page, head, present);
     add(&mut page, &format!("\n# {}\n\n{}\n", head.recipe.name, description(head)));
@@ -131,7 +131,7 @@ fn made(page: &mut String, head: &DatasetHead) {
 }
 
 /// Classes and splits: shares of the recipe, and what there is of each.
-fn shares(page: &mut String, head: &DatasetHead, counts: &Counts) {
+fn shares(page: &mut String, head: &DatasetHead, counts: &ClassCounts) {
     add(page, "\n## Classes and splits\n");
     let splits = head.splits.named();
     let named = splits.map(|(name, share)| format!("{name} ({share})"));

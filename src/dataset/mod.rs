@@ -32,7 +32,7 @@ mod table_writer;
 mod writer;
 
 pub use atomic_file::{free_bytes, hex};
-pub(crate) use card::Counts;
+pub(crate) use card::ClassCounts;
 pub(crate) use encoded::maps_sha256;
 pub use encoded::{Encoded, channel_name, encode};
 pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};

@@ -6,8 +6,8 @@ use serde_json::Value;
 
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
-use super::images::Decoded;
-use super::report::Report;
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 use super::{pixels, true_rows};
 use crate::dataset::{ExrChannel, read_exr};
 use crate::record::TrueRow;
@@ -18,9 +18,9 @@ pub(super) fn check(
     bytes: &[u8],
     head: &DatasetHead,
     row: &StoredRow,
-    (decoded, rows): (&mut Decoded, &[TrueRow]),
+    (decoded, rows): (&mut DecodedImages, &[TrueRow]),
     place: &str,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     let declared = head.channels();
     let (cols, lines, channels, text) = match read_exr(bytes) {
@@ -73,7 +73,7 @@ pub(super) fn check(
 }
 
 /// The text attribute repeats what the row says.
-fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &str, report: &mut Report) {
+fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &str, report: &mut ValidationReport) {
     let class = usize::try_from(row.class).ok().and_then(|class| head.classes.get(class));
     let expected = [
         ("id", Value::from(row.id.as_str())),
@@ -111,7 +111,14 @@ fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
     }
 }
 
-fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+fn compare(
+    channel: &ExrChannel,
+    exr: &[f32],
+    row: &StoredRow,
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
     let Some(png) = decoded.get(&name) else { return };
     // One loop for each rule: a name that is asked at every pixel costs more than the pixel.

@@ -9,23 +9,23 @@ use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
 use super::finding::{Code, Finding};
-use super::report::Report;
+use super::report::ValidationReport;
 use crate::dataset::hex;
 
 /// Reads one file of a manifest, once; its bytes, where it is whole.
-pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut Report) -> Option<Vec<u8>> {
+pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let whole = whole(root, file, report, |part| bytes.extend_from_slice(part));
     whole.then_some(bytes)
 }
 
 /// Checks one file of a manifest; `true` where it is whole.
-pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut Report) -> bool {
+pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> bool {
     whole(root, file, report, |_| ())
 }
 
 /// Hands the bytes on as they are read and summed.
-fn whole(root: &Path, file: &ManifestFile, report: &mut Report, take: impl FnMut(&[u8])) -> bool {
+fn whole(root: &Path, file: &ManifestFile, report: &mut ValidationReport, take: impl FnMut(&[u8])) -> bool {
     let path = root.join(&file.path);
     let found = match fs::symlink_metadata(&path) {
         Ok(found) if found.is_file() => found.len(),
@@ -53,7 +53,7 @@ pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
     if e.kind() == ErrorKind::PermissionDenied { Code::FileUnreadable } else { otherwise }
 }
 
-fn fail(report: &mut Report, code: Code, file: &ManifestFile, what: &str) -> bool {
+fn fail(report: &mut ValidationReport, code: Code, file: &ManifestFile, what: &str) -> bool {
     report.faults.push(Finding::new(code, &file.path, what));
     false
 }
@@ -74,7 +74,7 @@ fn sum(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<String> {
 }
 
 /// Checks the copies of files that the recipe names; their paths.
-pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut Report) -> Vec<String> {
+pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationReport) -> Vec<String> {
     let mut paths = Vec::new();
     for asset in &head.assets {
         let place = asset.key.split('.').fold(&head.recipe.canonical, |value, key| &value[key]);

@@ -8,12 +8,12 @@ use serde_json::Value;
 
 use super::files::unread;
 use super::finding::{Code, Finding};
-use super::report::Report;
+use super::report::ValidationReport;
 use crate::dataset::atomic_file;
 use crate::dataset::to_document;
 
 /// Reads the head; `None` where nothing else can be checked.
-pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
+pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<DatasetHead> {
     let mut fault = |code, what: String| {
         report.faults.push(Finding::new(code, DATASET, what));
         None

@@ -5,14 +5,14 @@ use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
-use super::report::Report;
+use super::report::ValidationReport;
 use crate::dataset::read_png;
 
 /// Decoded images by name.
 #[derive(Debug, Default)]
-pub(super) struct Decoded(Vec<(String, Vec<u16>)>);
+pub(super) struct DecodedImages(Vec<(String, Vec<u16>)>);
 
-impl Decoded {
+impl DecodedImages {
     /// Numbers of an image, row-major.
     pub(super) fn get(&self, name: &str) -> Option<&[u16]> {
         self.0.iter().find(|(known, _)| known == name).map(|(_, numbers)| numbers.as_slice())
@@ -27,8 +27,8 @@ impl Decoded {
 }
 
 /// Decodes every image, and checks size, depth and values.
-pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut Report) -> Decoded {
-    let mut decoded = Decoded::default();
+pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut ValidationReport) -> DecodedImages {
+    let mut decoded = DecodedImages::default();
     for (name, png) in &row.png {
         match read_png(png) {
             Err(e) => report.faults.push(Finding::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
@@ -64,7 +64,7 @@ fn declared_bits(name: &str) -> u8 {
 }
 
 /// Range is 0 exactly where reflectance and scatter are 0.
-fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
+fn missing_rule(decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
     let Some(range) = decoded.get("range") else { return };
     let (reflectance, scatter) = (decoded.get("reflectance"), decoded.get("scatter"));
     let light = |map: Option<&[u16]>, i: usize| map.is_some_and(|map| map[i] > 0);
@@ -81,7 +81,7 @@ fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
 }
 
 /// Every label is one of `values`.
-pub(super) fn known_labels(decoded: &Decoded, values: &[u8], place: &str, report: &mut Report) -> bool {
+pub(super) fn known_labels(decoded: &DecodedImages, values: &[u8], place: &str, report: &mut ValidationReport) -> bool {
     let Some(label) = decoded.get("label") else { return true };
     let mut known = [false; 256];
     values.iter().for_each(|&value| known[usize::from(value)] = true);

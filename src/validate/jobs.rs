@@ -15,57 +15,57 @@ use output_schema::file::{data_path, stack_path};
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 use super::finding::{Code, Finding};
-use super::report::Report;
-use super::shard::{self, JobResult, Row, Shard};
-use super::task::Task;
+use super::report::ValidationReport;
+use super::shard::{self, CheckedRow, JobResult, OpenShard};
+use super::shard_task::ShardTask;
 use super::{files, sample, stack};
 use crate::split::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
-type Jobs<'a> = Box<dyn Iterator<Item = Job<'a>> + Send + 'a>;
+type ShardJobs<'a> = Box<dyn Iterator<Item = ValidationJob<'a>> + Send + 'a>;
 
 /// One piece of work.
-pub(super) enum Job<'a> {
+pub(super) enum ValidationJob<'a> {
     /// What a shard shows before its files are opened.
     Opened(Box<JobResult>),
     /// What reading a table showed.
-    Told(Report),
+    Told(ValidationReport),
     /// A row of the table at a path, and the place of its sample in the manifest.
-    Row(Arc<Shard<'a>>, Arc<str>, Option<usize>, RecordBatch),
+    CheckedRow(Arc<OpenShard<'a>>, Arc<str>, Option<usize>, RecordBatch),
     /// The EXR file of a sample, by its place in the manifest, that no row leads to.
-    Exr(Arc<Shard<'a>>, usize),
+    Exr(Arc<OpenShard<'a>>, usize),
     /// The sensor frames.
-    Stack(Arc<Shard<'a>>),
+    Stack(Arc<OpenShard<'a>>),
 }
 
 /// Everything that is to be done for one shard.
-pub(super) fn of(task: Task<'_>) -> Jobs<'_> {
+pub(super) fn of(task: ShardTask<'_>) -> ShardJobs<'_> {
     let (found, shard) = shard::open(task);
-    let opened = std::iter::once(Job::Opened(Box::new(found)));
+    let opened = std::iter::once(ValidationJob::Opened(Box::new(found)));
     let Some(shard) = shard.map(Arc::new) else { return Box::new(opened) };
-    let stack = shard.file(&stack_path(task.number)).is_some().then(|| Job::Stack(shard.clone()));
+    let stack = shard.file(&stack_path(task.number)).is_some().then(|| ValidationJob::Stack(shard.clone()));
     let splits = Split::ALL.into_iter().map(Some).chain([None]);
     Box::new(opened.chain(splits.flat_map(move |split| table(&shard, split))).chain(stack))
 }
 
 /// The rows of one split, and the EXR files of samples that have no row.
-fn table<'a>(shard: &Arc<Shard<'a>>, split: Option<Split>) -> Jobs<'a> {
+fn table<'a>(shard: &Arc<OpenShard<'a>>, split: Option<Split>) -> ShardJobs<'a> {
     let shard = shard.clone();
     let listed = shard.listed(split);
     let path = split.map(|split| data_path(split.name(), shard.task.number)).unwrap_or_default();
-    let mut report = Report::default();
+    let mut report = ValidationReport::default();
     let file = shard.file(&path).filter(|file| files::check(shard.task.root, file, &mut report));
     let reader = file.and_then(|_| {
         let opened = caught(&path, || reader(&shard, &path));
         opened.map_err(|fault| report.faults.push(fault)).ok()
     });
-    let told = std::iter::once(Job::Told(report));
+    let told = std::iter::once(ValidationJob::Told(report));
     Box::new(told.chain(Table { shard, path: path.into(), listed, count: 0, reader }))
 }
 
 /// Rows, one after the other, then what is left.
 struct Table<'a> {
-    shard: Arc<Shard<'a>>,
+    shard: Arc<OpenShard<'a>>,
     path: Arc<str>,
     /// Places in the manifest of the samples of this split.
     listed: Vec<usize>,
@@ -76,9 +76,9 @@ struct Table<'a> {
 }
 
 impl<'a> Iterator for Table<'a> {
-    type Item = Job<'a>;
+    type Item = ValidationJob<'a>;
 
-    fn next(&mut self) -> Option<Job<'a>> {
+    fn next(&mut self) -> Option<ValidationJob<'a>> {
         if let Some(reader) = &mut self.reader {
             let next = caught(&self.path, || {
                 let batch = reader.next().transpose();
@@ -88,16 +88,19 @@ impl<'a> Iterator for Table<'a> {
                 Ok(Some(batch)) => {
                     self.count += 1;
                     let listed = self.listed.get(self.count - 1).copied();
-                    return Some(Job::Row(self.shard.clone(), self.path.clone(), listed, batch));
+                    return Some(ValidationJob::CheckedRow(self.shard.clone(), self.path.clone(), listed, batch));
                 }
                 Ok(None) => self.miscounted(),
                 Err(fault) => Some(fault),
             };
             self.reader = None;
-            return Some(Job::Told(Report { faults: fault.into_iter().collect(), ..Report::default() }));
+            return Some(ValidationJob::Told(ValidationReport {
+                faults: fault.into_iter().collect(),
+                ..ValidationReport::default()
+            }));
         }
         self.count += 1;
-        self.listed.get(self.count - 1).map(|&place| Job::Exr(self.shard.clone(), place))
+        self.listed.get(self.count - 1).map(|&place| ValidationJob::Exr(self.shard.clone(), place))
     }
 }
 
@@ -111,7 +114,7 @@ impl Table<'_> {
 }
 
 /// A reader of the rows of a table, which has the columns that it should.
-fn reader(shard: &Shard, path: &str) -> Result<ParquetRecordBatchReader, Finding> {
+fn reader(shard: &OpenShard, path: &str) -> Result<ParquetRecordBatchReader, Finding> {
     let unreadable = |e: String| Finding::new(Code::TableUnreadable, path, e);
     let file = File::open(shard.task.root.join(path)).map_err(|e| unreadable(e.to_string()))?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
@@ -127,20 +130,22 @@ fn reader(shard: &Shard, path: &str) -> Result<ParquetRecordBatchReader, Finding
     builder.with_batch_size(1).build().map_err(|e| unreadable(e.to_string()))
 }
 
-impl Job<'_> {
+impl ValidationJob<'_> {
     /// What is found when it is done.
     pub(super) fn run(self) -> JobResult {
-        let mut report = Report::default();
+        let mut report = ValidationReport::default();
         let mut kept = None;
         match self {
-            Job::Opened(found) => return *found,
-            Job::Told(told) => report = told,
-            Job::Row(shard, path, listed, batch) => kept = row(&shard, &path, listed, &batch, &mut report),
-            Job::Exr(shard, place) => {
+            ValidationJob::Opened(found) => return *found,
+            ValidationJob::Told(told) => report = told,
+            ValidationJob::CheckedRow(shard, path, listed, batch) => {
+                kept = row(&shard, &path, listed, &batch, &mut report)
+            }
+            ValidationJob::Exr(shard, place) => {
                 shard.exr(&shard.manifest.samples[place], &mut report);
             }
-            Job::Stack(shard) => {
-                let Task { root, head, number, .. } = shard.task;
+            ValidationJob::Stack(shard) => {
+                let ShardTask { root, head, number, .. } = shard.task;
                 let path = stack_path(number);
                 if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, &mut report)) {
                     let read = caught(&path, || {
@@ -155,7 +160,13 @@ impl Job<'_> {
     }
 }
 
-fn row(shard: &Shard, path: &str, listed: Option<usize>, batch: &RecordBatch, report: &mut Report) -> Option<Row> {
+fn row(
+    shard: &OpenShard,
+    path: &str,
+    listed: Option<usize>,
+    batch: &RecordBatch,
+    report: &mut ValidationReport,
+) -> Option<CheckedRow> {
     let file = shard.file(path)?;
     let listed = listed.map(|place| &shard.manifest.samples[place]);
     let exr = listed.and_then(|listed| shard.exr(listed, report));
@@ -163,7 +174,7 @@ fn row(shard: &Shard, path: &str, listed: Option<usize>, batch: &RecordBatch, re
     let (seen, print) = seen.map_err(|fault| report.faults.push(fault)).ok()??;
     (shard.task.seen)(&seen);
     let split = Split::ALL.into_iter().find(|split| split.name() == seen.split);
-    Some(Row { index: seen.index, split, print: print.map(Box::new) })
+    Some(CheckedRow { index: seen.index, split, print: print.map(Box::new) })
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.

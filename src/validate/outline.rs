@@ -7,8 +7,8 @@
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
 
 use super::finding::{Code, Finding};
-use super::images::Decoded;
-use super::report::Report;
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 
 /// The strip beyond or within an edge: from this place on [px].
 const NEAR: usize = 2;
@@ -30,7 +30,7 @@ const WRONG: f32 = 0.6;
 const SIGMA: f32 = 1.4826;
 
 /// Checks the edges of one sample.
-pub(super) fn check(cols: usize, decoded: &Decoded, place: &str, report: &mut Report) {
+pub(super) fn check(cols: usize, decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
     let mut conveyor: Vec<u16> =
         label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();

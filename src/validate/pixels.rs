@@ -4,8 +4,8 @@ use output_schema::{DatasetHead, PIXEL_CLASSES};
 
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
-use super::images::Decoded;
-use super::report::Report;
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 use crate::dataset::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
@@ -17,7 +17,7 @@ const KNOT_PX: usize = 200;
 const DIVE_DEG: f32 = 20.0;
 
 /// Every pixel of an instance has the class of its object, and every other one is ground.
-pub(super) fn instances(row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+pub(super) fn instances(row: &StoredRow, decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
     let (Some(label), Some(instance)) = (decoded.get("label"), decoded.get("instance")) else { return };
     let ground = PIXEL_CLASSES.map(|name| GROUND.contains(&name));
     let ground = |class: u16| ground.get(usize::from(class)).is_some_and(|ground| *ground);
@@ -57,9 +57,9 @@ pub(super) fn truth(
     row: &StoredRow,
     head: &DatasetHead,
     channels: &[ExrChannel],
-    decoded: &Decoded,
+    decoded: &DecodedImages,
     place: &str,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     let map = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers);
     let mut fault = |what: String| report.faults.push(Finding::new(Code::TruthDiffers, place, what));

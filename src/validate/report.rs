@@ -5,12 +5,12 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::balance::Statistics;
+use super::balance::BalanceStatistics;
 use super::finding::{Code, Finding};
 
 /// Everything that validation found, and how much it looked at.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Report {
+pub struct ValidationReport {
     /// Broken rules, in the order of shards.
     pub faults: Vec<Finding>,
     /// Shards that have a manifest.
@@ -28,13 +28,13 @@ pub struct Report {
     /// Indices of the samples that were chosen for that.
     pub chosen: Vec<u64>,
     /// Classes, splits and drawn numbers against the recipe; null where there is none to compare with.
-    pub statistics: Option<Statistics>,
+    pub statistics: Option<BalanceStatistics>,
 }
 
-/// Faults of one code that [`Report`] prints in full.
-pub(super) const PRINTED: usize = 8;
+/// Faults of one code that [`ValidationReport`] prints in full.
+pub(super) const MAX_PRINTED_FINDINGS: usize = 8;
 
-impl Report {
+impl ValidationReport {
     /// Whether no rule is broken.
     pub fn is_clean(&self) -> bool {
         self.faults.is_empty()
@@ -72,7 +72,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ValidationReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut kinds: Vec<(Code, &str)> = Vec::new();
         for code in self.codes() {
@@ -86,11 +86,11 @@ impl fmt::Display for Report {
             let faults: Vec<&Finding> =
                 self.faults.iter().filter(|finding| (finding.code, &*finding.fault.remedy) == (code, remedy)).collect();
             writeln!(f, "{} ({}): {remedy}", code.name(), faults.len())?;
-            for finding in faults.iter().take(PRINTED) {
+            for finding in faults.iter().take(MAX_PRINTED_FINDINGS) {
                 writeln!(f, "  {}: {}", finding.fault.place, finding.fault.what)?;
             }
-            if faults.len() > PRINTED {
-                writeln!(f, "  ... and {} more", faults.len() - PRINTED)?;
+            if faults.len() > MAX_PRINTED_FINDINGS {
+                writeln!(f, "  ... and {} more", faults.len() - MAX_PRINTED_FINDINGS)?;
             }
         }
         let megabytes = self.bytes as f64 / 1e6;

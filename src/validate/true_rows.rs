@@ -6,8 +6,8 @@
 //! film is [`FAR_MM`] at most.
 
 use super::finding::{Code, Finding};
-use super::images::Decoded;
-use super::report::Report;
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 use crate::dataset::HEIGHT_STEPS;
 use crate::record::TrueRow;
 
@@ -16,10 +16,16 @@ const FAR_MM: f32 = 2.0;
 /// A pixel is well lit from this share of the greatest digital number on [1].
 const LIT: f32 = 0.25;
 /// Pixels that it takes to judge Range [px].
-const LEAST: usize = 64;
+const MIN_PIXELS: usize = 64;
 
 /// Label and instance images.
-pub(super) fn labels(rows: &[TrueRow], cols: usize, decoded: &Decoded, place: &str, report: &mut Report) {
+pub(super) fn labels(
+    rows: &[TrueRow],
+    cols: usize,
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let [label, instance] = ["label", "instance"].map(|name| decoded.get(name));
     let (mut wrong, mut first) = (0_usize, None);
     for row in rows {
@@ -50,7 +56,7 @@ pub(super) fn labels(rows: &[TrueRow], cols: usize, decoded: &Decoded, place: &s
 }
 
 /// The Height of an EXR file.
-pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str, report: &mut Report) {
+pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str, report: &mut ValidationReport) {
     let half = 0.5 / HEIGHT_STEPS + f32::EPSILON;
     let alike = |found: f32, made: f32| (found - made).abs() <= half.max(made.abs() * f32::EPSILON);
     let other = |(found, made): &(&f32, &f32)| if made.is_nan() { !found.is_nan() } else { !alike(**found, **made) };
@@ -68,9 +74,9 @@ pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str,
 pub(super) fn range(
     rows: &[TrueRow],
     (cols, scale, most): (usize, [f64; 2], u16),
-    decoded: &Decoded,
+    decoded: &DecodedImages,
     place: &str,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     let (Some(range), Some(light)) = (decoded.get("range"), decoded.get("reflectance")) else { return };
     let mut apart = Vec::new();
@@ -85,7 +91,7 @@ pub(super) fn range(
             }
         }
     }
-    if apart.len() < LEAST {
+    if apart.len() < MIN_PIXELS {
         return;
     }
     let middle = apart.len() / 2;

@@ -5,7 +5,7 @@ use procedural::Class;
 use serde_json::Value;
 use sheetlight::dataset::{Encoded, ExrChannel, Grey, Samples, write_png};
 use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, Options, validate};
+use sheetlight::validate::{Code, ValidationOptions, validate};
 use test_support::records::{encoded, output, write_dataset};
 
 #[test]
@@ -97,7 +97,10 @@ fn rendered_again() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());
     let run = |render: &(dyn Fn(u64) -> Result<Encoded, String> + Sync)| {
-        validate(place.path(), &Options { rerender: Some(render), rerender_samples: 9, ..Options::default() })
+        validate(
+            place.path(),
+            &ValidationOptions { rerender: Some(render), rerender_samples: 9, ..ValidationOptions::default() },
+        )
     };
     assert_eq!(run(&|i| Ok(encoded(i, &output()))).codes(), []);
     assert_eq!(run(&|i| Err(format!("no recipe for {i}"))).codes(), [Code::RerenderFailed]);

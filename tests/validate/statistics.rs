@@ -4,14 +4,14 @@ use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::declared;
 use sheetlight::recipe::Recipe;
-use sheetlight::validate::{ALPHA, Code, Declared, Finding, Seen, Statistics, statistics};
+use sheetlight::validate::{ALPHA, BalanceStatistics, Code, DeclaredLaws, Finding, RowNumbers, statistics};
 
 /// Rows of a dataset as the program draws them; nothing is rendered.
-fn rows(recipe: &Recipe, seed: u64, samples: u64) -> Vec<Seen> {
+fn rows(recipe: &Recipe, seed: u64, samples: u64) -> Vec<RowNumbers> {
     let class = |name: &str| recipe.classes().iter().position(|class| class.name == name);
     let row = |index| {
         let scene = recipe.draw(seed, index);
-        Seen {
+        RowNumbers {
             index,
             split: scene.split.name().into(),
             class: class(&scene.class).expect("a class of the recipe"),
@@ -26,7 +26,7 @@ fn small() -> Recipe {
 }
 
 /// What is found after `change` of every row of a small dataset.
-fn after(samples: u64, change: impl Fn(&mut Seen)) -> (Statistics, Vec<Finding>) {
+fn after(samples: u64, change: impl Fn(&mut RowNumbers)) -> (BalanceStatistics, Vec<Finding>) {
     let recipe = small();
     let mut all = rows(&recipe, 3, samples);
     all.iter_mut().for_each(change);
@@ -74,7 +74,7 @@ fn chances_are_never_too_small() {
     let text = include_str!("../../recipes/wood-small.yaml").replace("blur_um: {uniform: [1.5, 4]}", three);
     let recipes = [small(), Recipe::parse("three lenses", &text).expect("a recipe")];
     let sets = recipes.iter().flat_map(|recipe| (0..SETS / 2).map(move |seed| (recipe, seed)));
-    let all: Vec<Statistics> = sets
+    let all: Vec<BalanceStatistics> = sets
         .map(|(recipe, seed)| statistics(&declared(recipe, seed), rows(recipe, seed, 60).into_iter(), 60).0)
         .collect();
     for (kind, is_sharp) in [("kolmogorov-smirnov", true), ("binomial", false), ("chi-square", false)] {
@@ -162,7 +162,7 @@ fn classes_are_exactly_those_of_the_rotation() {
     let mut all = rows(&recipe, 3, 1000);
     let clear: usize = 0;
     let row = all.iter_mut().find(|row| row.class != clear).expect("another class");
-    *row = Seen { class: clear, numbers: row.numbers.clone(), ..row.clone() };
+    *row = RowNumbers { class: clear, numbers: row.numbers.clone(), ..row.clone() };
     let (_, faults) = statistics(&declared(&recipe, 3), all.into_iter(), 1000);
     assert_eq!(faults.iter().filter(|fault| fault.code == Code::ClassBalance).count(), 2, "{faults:?}");
 }
@@ -173,7 +173,7 @@ fn a_rotation_that_loses_its_shares_is_found() {
     let recipe = small();
     let samples = 10_000;
     let mut all = rows(&recipe, 3, samples);
-    let mut wrong: Declared = declared(&recipe, 3);
+    let mut wrong: DeclaredLaws = declared(&recipe, 3);
     all.iter_mut().filter(|row| row.index < 200).for_each(|row| row.class = 0);
     let own = recipe.clone();
     let class = move |index: u64| {

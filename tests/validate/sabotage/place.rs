@@ -11,7 +11,7 @@ use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
 use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, Derive, Expect, Options, Report, validate};
+use sheetlight::validate::{Code, Derive, Expect, ValidationOptions, ValidationReport, validate};
 use tempfile::TempDir;
 
 pub use crate::damage::{MANIFEST, agree, edit_json as edit};
@@ -73,21 +73,21 @@ pub fn whole() -> TempDir {
 }
 
 /// What validation says, given what the recipe in the folder draws, as `gen validate` gives it.
-pub fn inspect(root: &Path) -> Report {
+pub fn inspect(root: &Path) -> ValidationReport {
     let folder = Dataset::open(root).ok();
     let again = folder.as_ref().map_or(Err("no dataset".to_owned()), ExpectedDataset::of);
     compare(root, again.as_ref().map_err(String::as_str))
 }
 
 /// The same with a recipe that was read before.
-pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> Report {
+pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> ValidationReport {
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
     let derive = again.ok().map(|again| |index: u64| again.unlit(index));
-    let options = Options {
+    let options = ValidationOptions {
         expect_head: Some(again.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
-        ..Options::default()
+        ..ValidationOptions::default()
     };
     let report = validate(root, &options);
     // Every fault says where it is and what to do.

@@ -8,7 +8,7 @@ use serde_json::json;
 use sheetlight::chance::DrawLaw;
 use sheetlight::dataset::{Dataset, Encoded};
 use sheetlight::validate::Code::*;
-use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
+use sheetlight::validate::{Code, DeclaredLaws, ParameterLaws, RowNumbers, statistics};
 
 use super::place::{boards, edit, inspect, whole, write};
 use test_support::program::Place;
@@ -142,18 +142,19 @@ fn a_folder_without_a_readable_head_keeps_nothing() {
 fn a_range_of_few_floats_is_not_tested_for_its_spread() {
     let (min, max) = (38.0, 38.00000000000001);
     let below = Box::new(move |x: f64| (x - min) / (max - min));
-    let declared = Declared {
+    let declared = DeclaredLaws {
         classes: vec![("one".into(), 1.0)],
         class_of: Box::new(|_| 0),
         splits: vec![("train".into(), 1.0)],
-        parameters: vec![DeclaredParameter {
+        parameters: vec![ParameterLaws {
             path: "laser.power_mw".into(),
             laws: vec![DrawLaw::Continuous { min, max, cdf: below }],
             law_of_class: vec![0],
         }],
     };
-    let row = |index| Seen { index, split: "train".into(), class: 0, numbers: vec![[min, max][index as usize % 2]] };
+    let row =
+        |index| RowNumbers { index, split: "train".into(), class: 0, numbers: vec![[min, max][index as usize % 2]] };
     assert!(statistics(&declared, (0..500).map(row), 500).1.is_empty());
-    let outside = |index| Seen { numbers: vec![39.0], ..row(index) };
+    let outside = |index| RowNumbers { numbers: vec![39.0], ..row(index) };
     assert_eq!(statistics(&declared, (0..500).map(outside), 500).1.len(), 1);
 }

@@ -7,7 +7,7 @@ use output_schema::{DatasetHead, Generator, Manifest};
 
 use super::Expect;
 use super::finding::{Code, Finding};
-use super::report::Report;
+use super::report::ValidationReport;
 use crate::dataset::atomic_file;
 
 /// Generator, recipe hash and seed.
@@ -16,7 +16,12 @@ type Origin = (Generator, String, u64);
 /// Takes the origin of all manifests into `head` where they agree on another one, and tells it once; `true` where it did.
 ///
 /// One manifest alone is believed if the id of its first sample is not the one that `expect` draws for the head.
-pub(super) fn check(root: &Path, head: &mut DatasetHead, expect: Option<Expect>, report: &mut Report) -> bool {
+pub(super) fn check(
+    root: &Path,
+    head: &mut DatasetHead,
+    expect: Option<Expect>,
+    report: &mut ValidationReport,
+) -> bool {
     let read = |shard: u64| -> Option<Manifest> {
         let text = atomic_file::read(&root.join(manifest_path(shard))).ok()?;
         serde_json::from_slice(&text).ok()
