@@ -1,4 +1,4 @@
-//! The samples of a split as a check needs them: first what the tables say of them, then their maps.
+//! Samples of a split as a check needs them: first what the tables say of them, then their maps.
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ use super::atomic_file::{FileError, create_directory, names, remove, write_in};
 use super::card::ClassCounts;
 use super::lock::Lock;
 use super::reader::{read_head, to_document, unusable};
-use super::{Dataset, Fault, card, croissant, refuse};
+use super::{Dataset, Fault, card, croissant, differences};
 use crate::split::Split;
 
 /// Directories of a dataset folder.
@@ -34,7 +34,7 @@ impl Dataset {
         let old = read_head(path)?;
         let mut new = head;
         if let Some(old) = &old {
-            let reasons = refuse::reasons(old, &new);
+            let reasons = differences::reasons_to_refuse(old, &new);
             if !reasons.is_empty() {
                 let remedy = "choose another folder, or run the recipe, seed and program that began this one";
                 return Err(unusable(path, reasons.join("; "), remedy));

@@ -1,4 +1,4 @@
-//! What the scans of a subject lack beside real ones, for the dataset card and for Croissant's `dataLimitations`.
+//! Limits of the simulation: what the scans of a subject lack beside real ones, for the dataset card and for Croissant's `dataLimitations`.
 
 use output_schema::DatasetHead;
 

@@ -10,7 +10,7 @@ use output_schema::file::{DATASET, data_path, exr_path, manifest_path, stack_pat
 use output_schema::{DatasetHead, Manifest, ManifestFile, ManifestSample, refuse_version};
 use sha2::{Digest, Sha256};
 
-use super::rows::frame_numbers;
+use super::sample_rows::frame_numbers;
 use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
 use super::{ExrChannel, Fault, atomic_file, hex, read_exr};
 use crate::record::StackFrame;

@@ -1,4 +1,4 @@
-//! What lies in a dataset's folder: its head, its finished shards, and bytes by kind of file.
+//! Dataset folder as a page shows it: its head, its finished shards, and bytes by kind of file.
 
 use std::collections::BTreeMap;
 use std::fs;

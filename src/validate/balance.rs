@@ -1,4 +1,4 @@
-//! Statistics of a dataset against its recipe: classes, splits, and every drawn number.
+//! Balance: statistics of a dataset against its recipe: classes, splits, and every drawn number.
 //!
 //! | what | how it is drawn | test |
 //! |---|---|---|

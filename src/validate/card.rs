@@ -1,4 +1,4 @@
-//! Dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence; what the program
+//! Card: the dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence; what the program
 //! wrote stays.
 
 use std::fs;

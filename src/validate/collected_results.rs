@@ -1,4 +1,4 @@
-//! What all jobs found, put together in any order and told in the order of jobs.
+//! Collected results: what all jobs found, put together in any order and told in the order of jobs.
 
 use output_schema::file::manifest_path;
 

@@ -1,4 +1,4 @@
-//! Samples that are there twice: identical maps, or maps that share their noise.
+//! Duplicates: samples that are there twice: identical maps, or maps that share their noise.
 //!
 //! Two samples may show the same thing: a recipe whose numbers are all fixed draws one board again and again. What they
 //! never share is shot noise: it is keyed by the index. So a sample is told by small contrasts, a checkerboard over each

@@ -1,4 +1,4 @@
-//! `dataset.json`: read, of a version that this program knows, consistent in itself, written as the program writes it.
+//! Head: `dataset.json`, read, of a version that this program knows, consistent in itself, written as the program writes it.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The PNG images of a row: size, depth, values, and the rule for missing pixels.
+//! Images: the PNG images of a row: size, depth, values, and the rule for missing pixels.
 
 use output_schema::row::{IMAGES, ROW};
 use output_schema::{Images, Kind};

@@ -1,4 +1,4 @@
-//! The work on a dataset as a sequence of jobs, each small enough that one for every core fit in memory.
+//! Jobs: the work on a dataset as a sequence of jobs, each small enough that one for every core fit in memory.
 //!
 //! Whoever takes the next job moves the reader on: it opens a shard, sums a table, or reads one row of it. The row is then
 //! checked outside, beside others, whatever the number of shards. An EXR file is read once, with its row; a table is

@@ -1,4 +1,4 @@
-//! `dataset.json` against all manifests: where these agree with each other and not with it, it alone was changed.
+//! Origin that manifests name: `dataset.json` against all of them: where these agree with each other and not with it, it alone was changed.
 
 use std::path::Path;
 

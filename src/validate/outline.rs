@@ -1,4 +1,4 @@
-//! Label against picture: where the label ends at the background, Range must step between the object and the conveyor.
+//! Outline: label against picture: where the label ends at the background, Range must step between the object and the conveyor.
 //!
 //! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
 //! those 2 and 3 places within at the object's, told apart half way between both. The object's

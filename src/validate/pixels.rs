@@ -1,4 +1,4 @@
-//! Label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly.
+//! Pixels: label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly.
 
 use output_schema::{DatasetHead, PIXEL_CLASSES};
 

@@ -1,4 +1,4 @@
-//! What validation found.
+//! Validation report: what was found, and how much was looked at.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! One sample: its row against file, manifest and images, and against itself when it is rendered again.
+//! Sample: its row against file, manifest and images, and against itself when it is rendered again.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Counts of what rows say, from which the statistics of a dataset follow: their size does not grow with its samples.
+//! Sample counts: what rows say, counted, from which the statistics of a dataset follow: their size does not grow with its samples.
 
 use crate::chance::{DrawLaw, UnitHistogram};
 

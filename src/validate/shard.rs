@@ -1,4 +1,4 @@
-//! One shard: its manifest, and which files it should have.
+//! Shard: its manifest, and which files it should have.
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;

@@ -1,4 +1,4 @@
-//! What the checks of one shard share.
+//! Shard task: what the checks of one shard share.
 
 use std::collections::BTreeSet;
 use std::path::Path;

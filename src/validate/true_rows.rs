@@ -1,4 +1,4 @@
-//! Some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
+//! True rows: some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
 //! pixel, the height of truth maps, and whether Range is anywhere near it.
 //!
 //! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. So it is held

@@ -1,4 +1,4 @@
-//! A row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
+//! Unlit row: a row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
 //!
 //! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
 

@@ -1,4 +1,4 @@
-//! How large a sample will be on disk, and how many of them make a shard.
+//! Shard size: how large a sample will be on disk, and how many of them make a shard.
 
 use crate::settings::{Channel, Output, Size};
 

@@ -13,7 +13,7 @@ use output_schema::{Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
 use super::atomic_file::{FileError, create_directory, rename, sha256, sync_directory, write_in};
 use super::lock::Lock;
 use super::reader::to_document;
-use super::rows::{row_batch, stack_batch};
+use super::sample_rows::{row_batch, stack_batch};
 use super::table_writer::TableWriter;
 use super::{Dataset, Encoded, Fault};
 use crate::split::Split;
