@@ -27,7 +27,7 @@ venv: $(VENV)/.ready ## Python readers for the tests (.venv)
 $(VENV)/.ready: python/requirements.txt
 	@python3 -c 'import sys; sys.exit("python3 is %d.%d, and the packages of python/requirements.txt need 3.11 or newer" % sys.version_info[:2] if sys.version_info < (3, 11) else 0)'
 	python3 -m venv $(VENV)
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r python/requirements.txt
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r python/requirements.txt
 	touch $@
 
 test: venv ## run every test, readers in Python included

@@ -1,4 +1,4 @@
-//! What a texel under a film costs the production kernel: a row of equal media, and one where each tablet differs.
+//! Cost of a surface point under a film in the kernel: a row of equal media, and one where each tablet differs.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -6,8 +6,8 @@ use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
 use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
 
-/// Texels of a row.
-const TEXELS: usize = 2560;
+/// Surface points of a row.
+const POINTS: usize = 2560;
 
 fn main() {
     divan::main();
@@ -15,16 +15,16 @@ fn main() {
 
 fn row(bencher: Bencher, change: f32) {
     let medium = Medium::isotropic(0.02, 12.0, 1.53, Gloss::NONE);
-    let cover = |i: usize| {
+    let stack = |i: usize| {
         let under = Medium::isotropic(0.005 + change * i as f32, 40.0, 1.5, Gloss::NONE);
         let film = Film { thickness_mm: 0.1 + 1e-5 * i as f32, gap_mm: Some(0.5), under, under_slope: [0.0; 2] };
         FilmStack { medium, film, enter: 0.95, view_up: 0.9, view: Vec3::new(0.0, -0.435_89, 0.9), light: Vec3::Z }
     };
-    let covers: Vec<FilmStack> = (0..TEXELS).map(cover).collect();
+    let stacks: Vec<FilmStack> = (0..POINTS).map(stack).collect();
     let mut kernel = FilmStackKernel::new();
     bencher
-        .counter(ItemsCount::new(TEXELS))
-        .bench_local(|| covers.iter().map(|cover| kernel.spread(cover).through[0]).sum::<f32>());
+        .counter(ItemsCount::new(POINTS))
+        .bench_local(|| stacks.iter().map(|stack| kernel.spread(stack).through[0]).sum::<f32>());
 }
 
 /// Films of changing thickness over one kind of tablet.

@@ -1,4 +1,4 @@
-//! Pictures for people: a page with words, lines, scales and colours.
+//! Raster pictures: a page with text, lines, colour scales and charts.
 
 pub mod chart;
 mod classes;
@@ -18,10 +18,10 @@ pub const MARGIN: u32 = 14;
 pub const LETTER: u32 = 7;
 /// Colour of paper.
 pub const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
-/// Colour of words.
+/// Colour of text.
 pub const INK: Rgb<u8> = Rgb([30, 30, 30]);
 
-/// A colour for a number in [0, 1].
+/// Colour map: the colour of a number in [0, 1].
 pub type Ramp<'a> = &'a dyn Fn(f32) -> Rgb<u8>;
 
 /// Viridis (van der Walt and Smith 2015) through nine of its colours.
@@ -37,9 +37,30 @@ pub fn viridis(t: f32) -> Rgb<u8> {
         [170.0, 220.0, 50.0],
         [253.0, 231.0, 37.0],
     ];
+    interpolate(&STOPS, t)
+}
+
+/// Inferno (van der Walt and Smith 2015) through nine of its colours.
+pub fn inferno(t: f32) -> Rgb<u8> {
+    const STOPS: [[f32; 3]; 9] = [
+        [0.0, 0.0, 4.0],
+        [31.0, 12.0, 72.0],
+        [85.0, 15.0, 109.0],
+        [136.0, 34.0, 106.0],
+        [186.0, 54.0, 85.0],
+        [227.0, 89.0, 51.0],
+        [249.0, 140.0, 10.0],
+        [249.0, 201.0, 50.0],
+        [252.0, 255.0, 164.0],
+    ];
+    interpolate(&STOPS, t)
+}
+
+/// The colour at `t` of [0, 1] between nine evenly spaced ones.
+fn interpolate(stops: &[[f32; 3]; 9], t: f32) -> Rgb<u8> {
     let place = t.clamp(0.0, 1.0) * 8.0;
     let i = (place as usize).min(7);
-    Rgb(std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8))
+    Rgb(std::array::from_fn(|c| (stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (place - i as f32)) as u8))
 }
 
 /// A rectangle of a page [px].
@@ -66,7 +87,7 @@ pub struct ScaleEnds<'a> {
     pub unit: &'a str,
 }
 
-/// A picture that can be written and drawn on; what lies outside of it is left out.
+/// A picture to draw on; everything outside of it is clipped.
 pub struct Page(pub RgbImage);
 
 impl Page {
@@ -75,12 +96,12 @@ impl Page {
         Self(RgbImage::from_pixel(width, height, PAPER))
     }
 
-    /// Words whose base line begins at (x, y).
+    /// Text whose base line begins at (x, y).
     pub fn words(&mut self, x: u32, y: u32, text: &str) {
         self.words_in(x, y, text, INK);
     }
 
-    /// Words in a colour.
+    /// Text in a colour.
     pub fn words_in(&mut self, x: u32, y: u32, text: &str, colour: Rgb<u8>) {
         let style = MonoTextStyle::new(&FONT_7X13, ink(colour));
         // Drawing on a page that is in memory cannot fail.

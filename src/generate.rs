@@ -1,4 +1,5 @@
-//! A recipe and a number of samples -> a dataset folder, shard by shard, continued wherever it stopped.
+//! Generation of datasets: a recipe and a number of samples -> a dataset folder, written shard by shard and continued where
+//! it stopped.
 
 mod estimate;
 mod expected_dataset;
@@ -36,15 +37,15 @@ const TRIANGLE_BYTES: usize = 200;
 /// The dataset to make, and which part of it.
 #[derive(Debug, Clone)]
 pub struct DatasetRequest {
-    /// Samples that the dataset shall have.
+    /// Samples of the whole dataset.
     pub samples: u64,
-    /// Seed.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Folder.
+    /// Folder of the dataset.
     pub out: PathBuf,
     /// Which part of the shards: part k of m takes shards k, k + m, k + 2 m ...
     pub part: (u64, u64),
-    /// Samples in a shard, where it is not the recipe's to say.
+    /// Samples in a shard; `None` leaves it to the recipe.
     pub samples_per_shard: Option<u64>,
 }
 
@@ -68,7 +69,7 @@ pub enum GenerateEvent {
     Busy(u64),
 }
 
-/// What a run did.
+/// Result of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct GenerateSummary {
     /// Samples rendered.
@@ -96,7 +97,7 @@ fn assets(recipe: &Recipe) -> Vec<AssetHead> {
 /// The recipe of a dataset, from the folder alone: its text, and the copies of the files that it names.
 ///
 /// # Errors
-/// In words, where it does not load or means something else than it did.
+/// In words, where it does not load, or no longer means the same.
 pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
     let head = folder.head();
     if let Some(asset) = head.assets.iter().find(|asset| !asset.is_in_folder()) {
@@ -165,10 +166,10 @@ pub fn render_sample(
     dataset::encode(record, &scene.output)
 }
 
-/// Makes what is missing of a dataset. Runs on the current rayon pool.
+/// Renders and writes the missing shards of a dataset. Runs on the current rayon pool.
 ///
 /// # Errors
-/// A [`Fault`] as folder and shards give it; finished shards stay, and the same order continues.
+/// A [`Fault`] as folder and shards give it; finished shards stay, and the same request continues.
 pub fn generate(
     recipe: &Recipe,
     request: &DatasetRequest,

@@ -13,8 +13,8 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
     }
 }
 
-/// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x is
-/// nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
+/// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x
+/// is nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
 /// a pitch beyond either end show the background.
 pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
     let sorted = |seen_alone: bool| -> Vec<&Hit> {
@@ -85,30 +85,105 @@ pub fn height_row(hits: &[Hit], height: &mut [f32]) {
     }
 }
 
-/// Groups of `columns x rows` pixels into one: the most frequent class (the greater value on a tie, so that a small
-/// defect is not lost to sound wood), and among its pixels the most frequent instance.
-pub fn bin(labels: Labels, cols: usize, columns: usize, rows: usize) -> Labels {
-    if columns == 1 && rows == 1 {
-        return labels;
+/// Binning: groups of pixels that become one.
+#[derive(Debug, Clone, Copy)]
+pub struct Binning {
+    /// Columns of the images before [px].
+    pub cols: usize,
+    /// Columns of a group [px].
+    pub columns: usize,
+    /// Rows of a group [px].
+    pub rows: usize,
+}
+
+impl Binning {
+    fn is_none(self) -> bool {
+        self.columns == 1 && self.rows == 1
     }
-    let (out_cols, out_rows) = (cols / columns, labels.class.len() / cols / rows);
-    let mut out = Labels { class: Vec::with_capacity(out_cols * out_rows), instance: Vec::new() };
-    let mut group: Vec<(u8, u16)> = Vec::with_capacity(columns * rows);
-    for row in 0..out_rows {
-        for column in 0..out_cols {
-            group.clear();
-            for r in row * rows..(row + 1) * rows {
-                let line = r * cols + column * columns;
-                group.extend((line..line + columns).map(|i| (labels.class[i], labels.instance[i])));
-            }
-            group.sort_unstable();
-            let class = most_frequent(group.iter().map(|&(class, _)| u16::from(class)));
-            let instance = most_frequent(group.iter().filter(|p| u16::from(p.0) == class).map(|&(_, i)| i));
-            out.class.push(class as u8);
-            out.instance.push(instance);
+
+    /// Labels of groups of pixels: the most frequent class (the greater value on a tie, so that a small defect is not
+    /// lost to sound wood), and among its pixels the most frequent instance.
+    pub fn labels(self, labels: Labels) -> Labels {
+        if self.is_none() {
+            return labels;
         }
+        let Self { cols, columns, rows } = self;
+        let (out_cols, out_rows) = (cols / columns, labels.class.len() / cols / rows);
+        let mut out = Labels { class: Vec::with_capacity(out_cols * out_rows), instance: Vec::new() };
+        let mut group: Vec<(u8, u16)> = Vec::with_capacity(columns * rows);
+        for row in 0..out_rows {
+            for column in 0..out_cols {
+                group.clear();
+                for r in row * rows..(row + 1) * rows {
+                    let line = r * cols + column * columns;
+                    group.extend((line..line + columns).map(|i| (labels.class[i], labels.instance[i])));
+                }
+                group.sort_unstable();
+                let class = most_frequent(group.iter().map(|&(class, _)| u16::from(class)));
+                let instance = most_frequent(group.iter().filter(|p| u16::from(p.0) == class).map(|&(_, i)| i));
+                out.class.push(class as u8);
+                out.instance.push(instance);
+            }
+        }
+        out
     }
-    out
+
+    /// Means of measured pixels that are not missing.
+    pub fn maps(self, maps: Maps) -> Maps {
+        if self.is_none() {
+            return maps;
+        }
+        let light = |map: Vec<f32>| -> Vec<f32> {
+            let known = map.iter().zip(&maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect();
+            self.mean(known, 0.0, |v| !v.is_nan())
+        };
+        let (reflectance, scatter) = (light(maps.reflectance), light(maps.scatter));
+        let range = self.mean(maps.range, f32::NAN, |v| !v.is_nan());
+        Maps { range, reflectance, scatter }
+    }
+
+    /// Means of truth pixels; angles by their vectors, NaN left out.
+    pub fn truth(self, truth: TruthMaps) -> TruthMaps {
+        if self.is_none() {
+            return truth;
+        }
+        let mean = |map: Vec<f32>| self.mean(map, f32::NAN, |v| !v.is_nan());
+        let below = match truth.below {
+            Below::Fibre { azimuth, dive } => {
+                // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
+                let part =
+                    |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
+                let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
+                let azimuth = cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect();
+                Below::Fibre { azimuth, dive: mean(dive) }
+            }
+            Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },
+            Below::Solid(subject) => Below::Solid(subject),
+        };
+        TruthMaps { height: mean(truth.height), below }
+    }
+
+    /// Means of the pixels for which `valid` holds; `missing` where none does.
+    pub fn mean(self, map: Vec<f32>, missing: f32, valid: impl Fn(f32) -> bool) -> Vec<f32> {
+        if self.is_none() {
+            return map;
+        }
+        let Self { cols, columns, rows } = self;
+        let mut out = Vec::with_capacity(map.len() / columns / rows);
+        for band in map.chunks_exact(cols * rows) {
+            for column in 0..cols / columns {
+                let (mut sum, mut count) = (0.0f64, 0u32);
+                for line in band.chunks_exact(cols) {
+                    for &v in line[column * columns..(column + 1) * columns].iter().filter(|v| valid(**v)) {
+                        sum += f64::from(v);
+                        count += 1;
+                    }
+                }
+                out.push(if count > 0 { (sum / f64::from(count)) as f32 } else { missing });
+            }
+        }
+        out
+    }
 }
 
 /// Most frequent value of a sorted sequence; the greatest of several.
@@ -125,7 +200,8 @@ fn most_frequent(sorted: impl Iterator<Item = u16>) -> u16 {
 }
 
 /// Areas of the pixels of each image column, `columns` of `cols` sensor columns each, of which a middle one has
-/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column [mm^2].
+/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column
+/// [mm^2].
 pub fn areas(cols: usize, columns: usize, pixel_mm2: f64, share: impl Fn(f64) -> f64) -> Vec<f64> {
     let middle = |column: usize| (column as f64 + 0.5) * columns as f64 - 0.5;
     (0..cols / columns).map(|column| pixel_mm2 * share(middle(column))).collect()
@@ -148,8 +224,8 @@ struct InstanceExtent {
     bottom: u32,
 }
 
-/// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers; `areas` are
-/// those of a pixel in each column [mm^2].
+/// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers;
+/// `areas` are those of a pixel in each column [mm^2].
 pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {
     let none = InstanceExtent { pixels: 0, area: 0.0, left: u32::MAX, top: u32::MAX, right: 0, bottom: 0 };
     let mut extents = vec![none; instances.len()];
@@ -180,68 +256,6 @@ pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Ob
         .collect()
 }
 
-/// Means of groups of `columns x rows` measured pixels that are not missing.
-pub fn bin_maps(maps: Maps, cols: usize, columns: usize, rows: usize) -> Maps {
-    if columns == 1 && rows == 1 {
-        return maps;
-    }
-    let light = |map: Vec<f32>| -> Vec<f32> {
-        let known = map.iter().zip(&maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect();
-        bin_map(known, cols, columns, rows, 0.0, |v| !v.is_nan())
-    };
-    let (reflectance, scatter) = (light(maps.reflectance), light(maps.scatter));
-    let range = bin_map(maps.range, cols, columns, rows, f32::NAN, |v| !v.is_nan());
-    Maps { range, reflectance, scatter }
-}
-
-/// Means of groups of `columns x rows` truth pixels; angles by their vectors, NaN left out.
-pub fn bin_truth(truth: TruthMaps, cols: usize, columns: usize, rows: usize) -> TruthMaps {
-    if columns == 1 && rows == 1 {
-        return truth;
-    }
-    let mean = |map: Vec<f32>| bin_map(map, cols, columns, rows, f32::NAN, |v| !v.is_nan());
-    let below = match truth.below {
-        Below::Fibre { azimuth, dive } => {
-            // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
-            let part = |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
-            let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
-            let azimuth = cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect();
-            Below::Fibre { azimuth, dive: mean(dive) }
-        }
-        Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },
-        Below::Solid(subject) => Below::Solid(subject),
-    };
-    TruthMaps { height: mean(truth.height), below }
-}
-
-/// Means of groups of `columns x rows` pixels for which `valid` holds; `missing` where none does.
-pub fn bin_map(
-    map: Vec<f32>,
-    cols: usize,
-    columns: usize,
-    rows: usize,
-    missing: f32,
-    valid: impl Fn(f32) -> bool,
-) -> Vec<f32> {
-    if columns == 1 && rows == 1 {
-        return map;
-    }
-    let mut out = Vec::with_capacity(map.len() / columns / rows);
-    for band in map.chunks_exact(cols * rows) {
-        for column in 0..cols / columns {
-            let (mut sum, mut count) = (0.0f64, 0u32);
-            for line in band.chunks_exact(cols) {
-                for &v in line[column * columns..(column + 1) * columns].iter().filter(|v| valid(**v)) {
-                    sum += f64::from(v);
-                    count += 1;
-                }
-            }
-            out.push(if count > 0 { (sum / f64::from(count)) as f32 } else { missing });
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -249,7 +263,7 @@ mod tests {
     #[test]
     fn majority_wins_and_ties_go_to_the_defect() {
         let labels = Labels { class: vec![1, 1, 2, 1, 1, 2, 2, 0], instance: vec![0, 0, 3, 0, 0, 3, 3, 0] };
-        let binned = bin(labels, 4, 2, 2);
+        let binned = Binning { cols: 4, columns: 2, rows: 2 }.labels(labels);
         assert_eq!(binned.class, vec![1, 2]);
         assert_eq!(binned.instance, vec![0, 3]);
     }
@@ -290,7 +304,7 @@ mod tests {
     #[test]
     fn azimuth_is_averaged_as_an_axis() {
         let below = Below::Fibre { azimuth: vec![89.0, -89.0], dive: vec![10.0, f32::NAN] };
-        let binned = bin_truth(TruthMaps { height: vec![1.0, 3.0], below }, 2, 2, 1);
+        let binned = Binning { cols: 2, columns: 2, rows: 1 }.truth(TruthMaps { height: vec![1.0, 3.0], below });
         let Below::Fibre { azimuth, dive } = binned.below else { panic!("no fibres") };
         assert!((azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", azimuth[0]);
         assert_eq!((binned.height[0], dive[0]), (2.0, 10.0));

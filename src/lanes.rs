@@ -1,5 +1,5 @@
-//! Elementary functions for vector lanes: plain arithmetic, so that loops over columns become vector code on any instruction set and
-//! give the same bits on each: no fused multiply-add, no table, no call.
+//! Elementary functions for vector lanes: plain arithmetic, so that loops over columns become vector code on any
+//! instruction set and give the same bits on each: no fused multiply-add, no table, no call.
 //!
 //! Errors are stated with each function and tested against `f64`.
 

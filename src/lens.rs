@@ -1,8 +1,9 @@
 //! Lens formulae: image distance, Scheimpflug's condition, distortion.
 //!
-//! A thin lens of focal length f images a point at distance d sharply at v = f d / (d - f). Distortion (Conrady 1919, Brown
-//! 1971) acts on normalised directions (x, y) = (X, Y) / Z in the frame of the lens; its inverse is found by Newton's method
-//! from the undistorted direction. Neglected: thick lenses, distortion that depends on the distance of the object.
+//! A thin lens of focal length f images a point at distance d sharply at v = f d / (d - f). Distortion (Conrady 1919,
+//! Brown 1971) acts on normalised directions (x, y) = (X, Y) / Z in the frame of the lens; its inverse is found by
+//! Newton's method from the undistorted direction. Neglected: thick lenses, distortion that depends on the distance of
+//! the object.
 
 /// Most steps of Newton's method; from the undistorted direction five reach the last bit.
 const MAX_NEWTON_STEPS: usize = 12;
@@ -85,8 +86,8 @@ impl Distortion {
         [x, y]
     }
 
-    /// Upper bound of the change of a distorted direction of length `r` with the undistorted one, whatever the signs of the
-    /// coefficients; below 1 the distortion is invertible and [`Self::undistort`] converges [1].
+    /// Upper bound of the change of a distorted direction of length `r` with the undistorted one, whatever the signs of
+    /// the coefficients; below 1 the distortion is invertible and [`Self::undistort`] converges [1].
     pub fn strain(&self, r: f64) -> f64 {
         let ([k1, k2, k3], [p1, p2]) = (self.radial.map(f64::abs), self.tangential.map(f64::abs));
         let r2 = r * r;

@@ -2,7 +2,7 @@
 //!
 //! Sources: [T] Kihl and Källberg 2021; [V] vendors' data; [M] engineering estimate; [C] computed in docs/instrument.md.
 
-use procedural::parameters;
+use procedural::{Parameter, parameters};
 
 use crate::settings::Optics;
 
@@ -211,4 +211,25 @@ pub struct Bench {
     pub speckle: SpeckleParameters,
     /// What of the camera is the same for all samples.
     pub optics: Optics,
+}
+
+impl Bench {
+    /// Fills every group from `value`, asked once for each declaration in the order of the groups.
+    pub fn from_values(value: &mut dyn FnMut(&'static Parameter) -> f64, optics: Optics) -> Self {
+        Self {
+            motion: MotionParameters::from_values(value),
+            laser: LaserParameters::from_values(value),
+            camera: CameraParameters::from_values(value),
+            exposure: ExposureParameters::from_values(value),
+            speckle: SpeckleParameters::from_values(value),
+            optics,
+        }
+    }
+}
+
+impl Default for Bench {
+    /// Every number at its declared default.
+    fn default() -> Self {
+        Self::from_values(&mut |parameter| parameter.default, Optics::default())
+    }
 }

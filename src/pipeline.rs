@@ -1,5 +1,6 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
+mod line_solver;
 mod numbers;
 mod unlit;
 
@@ -14,16 +15,17 @@ use rayon::prelude::*;
 use crate::effective::{calibration_numbers, effective, typical};
 use crate::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
 use crate::frame::{Calibration, Frame};
-use crate::labels;
+use crate::labels::{self, Binning};
 use crate::optics::encoder::turn;
 use crate::optics::speckle::PatternCache;
-use crate::optics::{Band, Scratch, Sensor, TILE};
+use crate::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
 use crate::recipe::{Plan, Scene, Subject};
 use crate::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use crate::settings::{SensorStack, Transport};
 use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
 
+use self::line_solver::line_solver;
 use self::numbers::{grid, steps};
 pub use self::unlit::{Unlit, unlit};
 
@@ -65,13 +67,21 @@ pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(
 pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Specimen) {
     let height = f64::from(body.bounds().1.z);
     let matter = typical(&scene.plan);
-    let speckle = (scene.speckle_law, tiles);
     let turn = turn(&scene.bench.motion, scene.way);
-    let sensor = Sensor::new(&scene.bench, &scene.line, scene.size, height, &matter, speckle, scene.stream)
-        .with_transport(scene.transport)
-        .with_turn(turn)
-        .with_readout(scene.readout)
-        .with_postprocess(&scene.bench, scene.readout, scene.postprocess);
+    let sensor = Sensor::new(SensorSetup {
+        bench: &scene.bench,
+        line: &scene.line,
+        size: scene.size,
+        height,
+        clear: &matter,
+        speckle_law: scene.speckle_law,
+        patterns: tiles,
+        readout: scene.readout,
+        postprocess: scene.postprocess,
+        turn,
+        line_solver: line_solver(scene.transport, scene.stream),
+        stream: scene.stream,
+    });
     let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
     (sensor, specimen)
 }
@@ -152,9 +162,9 @@ impl Scan {
     fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
         let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
         let rig = sensor.camera().rig;
-        let maps = labels::bin_maps(self.maps, cols, columns, rows);
-        let labels = labels::bin(self.labels, cols, columns, rows);
-        let truth = self.truth.map(|truth| labels::bin_truth(truth, cols, columns, rows));
+        let binning = Binning { cols, columns, rows };
+        let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
+        let truth = self.truth.map(|truth| binning.truth(truth));
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
         // The mean of the columns, which a bent lens makes unlike.

@@ -1,4 +1,4 @@
-//! One sample as a picture for a person: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
+//! Preview of one sample: sensor frame, Range, Reflectance, Scatter and labels side by side, with scales.
 
 mod exposure;
 mod legend;
@@ -37,7 +37,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
 pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let panel = PanelGrid::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
-    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark)[0];
+    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark).kept;
     let on_body = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
     };
@@ -115,7 +115,7 @@ fn name_pockets(page: &mut Page, record: &Record, panel: &PanelGrid, [left, top]
     }
 }
 
-/// Half a per cent from either end of the values.
+/// The 0.5 % and 99.5 % quantiles of the values.
 fn ends(mut values: Vec<f32>) -> (f32, f32) {
     values.sort_by(f32::total_cmp);
     let at = |share: f64| values.get(((values.len() as f64 - 1.0).max(0.0) * share) as usize).copied().unwrap_or(0.0);

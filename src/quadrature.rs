@@ -45,8 +45,8 @@ pub fn composite(edges: &[f64], count: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Legendre functions of order `m` and degrees `m..=degree` at `x`, so normalised that times sqrt(2) cos(m phi), or 1 for
-/// m = 0, their square over the sphere is 1.
+/// Legendre functions of order `m` and degrees `m..=degree` at `x`, so normalised that times sqrt(2) cos(m phi), or 1
+/// for m = 0, their square over the sphere is 1.
 pub fn legendre(m: usize, degree: usize, x: f64) -> Vec<f64> {
     let sine = (1.0 - x * x).max(0.0).sqrt();
     let mut first = (0.25 / PI).sqrt();

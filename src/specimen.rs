@@ -1,20 +1,20 @@
-//! Specimen: a body prepared for visibility queries: which point each sensor column sees in the laser plane, and whether
-//! laser and camera reach it.
+//! Specimen: a body prepared for visibility queries: which point each sensor column sees in the laser plane, and
+//! whether laser and camera reach it.
 //!
-//! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for shadows
-//! on the conveyor next to the body. A board never occludes itself. A blister pack does: its upper surface is sampled on a
-//! grid ([`surface_grid`]), which answers what its pockets hide from the lens and where reflected light lands; where its
-//! film is clear, the surface of tablets and foil below has a grid of its own.
+//! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for
+//! shadows on the conveyor next to the body. A board never occludes itself. A blister pack does: its upper surface is
+//! sampled on a grid ([`surface_grid`]), which answers what its pockets hide from the lens and where reflected light
+//! lands; where its film is clear, the surface of tablets and foil below has a grid of its own.
 //!
 //! Saw-teeth and parts from files have the triangles of the hull as their surface, overhangs and holes included. In the
-//! laser plane the points that a column can see lie on one line, straight but for distortion, from above the object down to
-//! the conveyor. The first point from above counts that is lit (nothing stands between it and the fan's origin) and seen
-//! (nothing stands between it and the lens), laser and lens being on the same side of the surface. Where there is none, the
-//! first intersection is shown, dark.
+//! laser plane the points that a column can see lie on one line, straight but for distortion, from above the object
+//! down to the conveyor. The first point from above counts that is lit (nothing stands between it and the fan's origin)
+//! and seen (nothing stands between it and the lens), laser and lens being on the same side of the surface. Where there
+//! is none, the first intersection is shown, dark.
 //!
-//! Neglected: light that a body reflects onto the conveyor; of pieces made of triangles the other lit points of a column
-//! (behind the rim of a gap, say), facets steeper than 88.9 degrees, which count as that steep, and light that the piece
-//! reflects onto itself.
+//! Neglected: light that a body reflects onto the conveyor; of pieces made of triangles the other lit points of a
+//! column (behind the rim of a gap, say), facets steeper than 88.9 degrees, which count as that steep, and light that
+//! the piece reflects onto itself.
 
 mod rays;
 pub mod surface_grid;
@@ -200,8 +200,8 @@ impl Specimen {
         }
     }
 
-    /// Marks as unlit what lies in the shadow of the body's own steep walls: outwards along the line the fan's angle must
-    /// grow from point to point.
+    /// Marks as unlit what lies in the shadow of the body's own steep walls: outwards along the line the fan's angle
+    /// must grow from point to point.
     fn shade(&self, hits: &mut [Hit]) {
         let middle = hits.partition_point(|hit| hit.x < 0.0);
         let (left, right) = hits.split_at_mut(middle);
@@ -238,8 +238,8 @@ impl Specimen {
         Hit { x, surface, matter, lit, seen }
     }
 
-    /// Intersection of a column's line of sight, which distortion bends, with the surface that its chord meets at `chord`:
-    /// point and normal; `None` where the line is straight, or meets nothing near.
+    /// Intersection of a column's line of sight, which distortion bends, with the surface that its chord meets at
+    /// `chord`: point and normal; `None` where the line is straight, or meets nothing near.
     fn meet_bent(&self, pose: &BodyPose, line: &Sightline, chord: Vec3) -> Option<(Vec3, Vec3)> {
         if (pose.point_from_body(chord).x - line.at(chord.z)).abs() < STRAIGHT_TOLERANCE_MM {
             return None;
@@ -371,8 +371,8 @@ fn faces(surface: &Surface, direction: Vec3) -> bool {
     Vec3::new(-surface.slope_x, -surface.slope_y, 1.0).dot(direction) > 0.0
 }
 
-/// Intersection of a column's line of sight with a surface, x and surface there, by Newton's method from a point near it.
-/// Where the surface ends before, the last point counts.
+/// Intersection of a column's line of sight with a surface, x and surface there, by Newton's method from a point near
+/// it. Where the surface ends before, the last point counts.
 fn approach(
     mut x: f32,
     mut here: Surface,

@@ -112,6 +112,11 @@ pub struct Images {
 }
 
 impl Images {
+    /// Whether an image of this name is kept, as PNG or in EXR files.
+    pub fn holds(&self, name: &str) -> bool {
+        self.png.iter().chain(&self.exr).any(|image| image == name)
+    }
+
     /// Bits in a pixel of the image `reflectance` and of sensor frames: 8, or 16 where digital numbers have more.
     pub fn depth(&self) -> u8 {
         if self.bits > 8 { 16 } else { 8 }

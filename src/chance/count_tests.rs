@@ -2,8 +2,8 @@
 
 use libm::{exp, lgamma, log, log1p};
 
-/// Chance that a count of `samples` with the chance `share` each is as far off as `count`, or farther, on either side: twice
-/// the exact binomial tail on its side (Clopper and Pearson 1934), at most 1.
+/// Chance that a count of `samples` with the chance `share` each is as far off as `count`, or farther, on either side:
+/// twice the exact binomial tail on its side (Clopper and Pearson 1934), at most 1.
 pub fn binomial(samples: u64, count: u64, share: f64) -> f64 {
     let (n, x) = (samples as f64, count as f64);
     if count > samples {

@@ -1,7 +1,7 @@
 //! Holm's step-down correction for many tests at once.
 
-/// Chances adjusted for being the extremes of all of them (Holm 1979): whoever rejects those below alpha is wrong about any
-/// true one with a chance of at most alpha, however the tests depend on each other.
+/// Chances adjusted for being the extremes of all of them (Holm 1979): whoever rejects those below alpha is wrong about
+/// any true one with a chance of at most alpha, however the tests depend on each other.
 pub fn holm(chances: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..chances.len()).collect();
     order.sort_by(|&a, &b| chances[a].total_cmp(&chances[b]));

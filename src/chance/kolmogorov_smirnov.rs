@@ -1,8 +1,8 @@
 //! Kolmogorov-Smirnov test of a continuous law, in memory that does not grow with the number of samples.
 //!
-//! By the law's own distribution function F every number becomes u = F(x), uniform in [0, 1]. [`UnitHistogram`] counts the u in equal
-//! cells. At the edges of the cells the empirical distribution function is known exactly, so the largest distance there is
-//! at most that of all numbers: the test errs on the side of the samples, by less than a cell.
+//! By the law's own distribution function F every number becomes u = F(x), uniform in [0, 1]. [`UnitHistogram`] counts
+//! the u in equal cells. At the edges of the cells the empirical distribution function is known exactly, so the largest
+//! distance there is at most that of all numbers: the test errs on the side of the samples, by less than a cell.
 //!
 //! One side (Smirnov 1944; Birnbaum and Tingey 1951), for n samples:
 //!
@@ -11,8 +11,8 @@
 //! ```
 //!
 //! All terms are positive, so that small chances are as precise as large ones. Both sides: at most twice as much, and
-//! above 10^-1 of that alone noticeably less. Beyond [`MAX_EXACT_SAMPLES`] samples exp(-(6 n d + 1)^2 / 18 n) takes the place of the
-//! sum (Maag and Dicaire 1971), which is within 2 % of it there down to 10^-17.
+//! above 10^-1 of that alone noticeably less. Beyond [`MAX_EXACT_SAMPLES`] samples exp(-(6 n d + 1)^2 / 18 n) takes the
+//! place of the sum (Maag and Dicaire 1971), which is within 2 % of it there down to 10^-17.
 
 /// Cells of a [`UnitHistogram`].
 pub const HISTOGRAM_CELLS: usize = 4096;

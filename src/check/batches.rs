@@ -12,7 +12,7 @@ use super::evaluation_plan::{EvaluationPlan, SampleWindows};
 use super::folder::{Facts, Folder};
 use super::sampling::{CentreRegion, draw_pixels};
 use super::sidecar::Sidecar;
-use super::window::{SampleMaps, Window, fill_input, truth};
+use super::window::{InputWindow, SampleMaps, fill_input, truth};
 use crate::dataset::{RowBatch, Table};
 
 /// Most samples whose maps are in memory at once.
@@ -27,7 +27,7 @@ pub struct LabelledWindow {
     /// Number of its sample in the order of the facts.
     pub sample: usize,
     /// Where it was cut.
-    pub window: Window,
+    pub window: InputWindow,
     /// What it is.
     pub truth: WindowLabel,
 }
@@ -41,10 +41,10 @@ pub enum WindowLabel {
     Cells(Vec<u8>),
 }
 
-/// Questions that are asked together.
+/// Windows that go to the model together.
 #[derive(Debug, Default)]
 pub struct Batch {
-    /// The questions.
+    /// The windows.
     pub units: Vec<LabelledWindow>,
     /// Their inputs, one behind the other.
     pub data: Vec<f32>,
@@ -58,11 +58,11 @@ pub struct BatchReader<'a> {
     pub sidecar: &'a Sidecar,
     /// What the rows say, by table.
     pub facts: &'a [Vec<Facts>],
-    /// What is asked of each.
+    /// The windows of each sample.
     pub plan: &'a EvaluationPlan,
     /// Seed of drawn pixels.
     pub seed: u64,
-    /// Questions in a batch.
+    /// Windows in a batch.
     pub batch: usize,
 }
 
@@ -75,7 +75,7 @@ pub struct BatchChannels {
 }
 
 impl BatchReader<'_> {
-    /// Sends every batch; ends early where nobody takes them any more. To call in the pool whose threads are to work.
+    /// Sends every batch; stops early when the receiver is gone. Call it in the thread pool that is to do the work.
     ///
     /// # Errors
     /// Where the dataset is damaged.
@@ -111,7 +111,7 @@ impl BatchReader<'_> {
         Ok(())
     }
 
-    /// The maps of a sample and the questions about it; `None` where there is none.
+    /// The maps of a sample and its windows; `None` where the plan has none.
     fn sample(
         &self,
         table: &Table,
@@ -129,7 +129,7 @@ impl BatchReader<'_> {
         let units = match work {
             SampleWindows::Nothing => Vec::new(),
             SampleWindows::Windows(windows) => {
-                let unit = |&(window, class): &(Window, usize)| LabelledWindow {
+                let unit = |&(window, class): &(InputWindow, usize)| LabelledWindow {
                     sample,
                     window,
                     truth: WindowLabel::Class(class),
@@ -143,14 +143,14 @@ impl BatchReader<'_> {
                 let found = draw_pixels(&picture.labels, picture.size[1], inside, &sidecar.truth, wanted, stream);
                 let units = found.into_iter().enumerate().flat_map(|(class, places)| {
                     places.into_iter().map(move |place| {
-                        let window = Window::around(place.map(|side| side as i64), window);
+                        let window = InputWindow::around(place.map(|side| side as i64), window);
                         LabelledWindow { sample, window, truth: WindowLabel::Class(class) }
                     })
                 });
                 units.collect()
             }
             SampleWindows::Tiles => {
-                let unit = |&window: &Window| {
+                let unit = |&window: &InputWindow| {
                     let cells = truth(&picture, window, sidecar.size, &sidecar.truth);
                     LabelledWindow { sample, window, truth: WindowLabel::Cells(cells) }
                 };
@@ -160,7 +160,7 @@ impl BatchReader<'_> {
         Ok(Some((picture, units)))
     }
 
-    /// Cuts the units out of their picture and sends every batch that is full; false where nobody takes it.
+    /// Cuts windows out of their maps and sends every full batch; false when the receiver is gone.
     fn cut(
         &self,
         picture: &SampleMaps,

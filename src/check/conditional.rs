@@ -1,7 +1,7 @@
 //! Conditional parameters: numbers that are drawn for every sample and mean something only where the sample has what they
 //! describe. The width of knots means nothing on a board without knots.
 
-/// Where a path begins so, the numbers that say whether the sample has the thing: it has none where all are 0.
+/// Beginning of a path, and the numbers that say whether the sample has what it describes: it has not where all are 0.
 const CONDITIONS: [(&str, &[&str]); 16] = [
     ("knots.sound_count", &[]),
     ("knots.dead_count", &[]),
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     /// Every path in the table is a number that is declared, every start one or more of them, and none is shadowed: a
-    /// number that is renamed or a defect that is new has to be told here.
+    /// number that is renamed or a new defect must be entered here.
     #[test]
     fn the_table_is_of_numbers_that_there_are() {
         let mut known = vec!["motion.wow_um".to_owned(), "laser.second_line_mm".into()];

@@ -2,30 +2,30 @@
 
 use super::folder::Facts;
 use super::sampling::even_share;
-use super::sidecar::{Sidecar, Task};
-use super::window::Window;
+use super::sidecar::{ModelTask, Sidecar};
+use super::window::InputWindow;
 
-/// What is asked of one sample.
+/// Windows of one sample.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SampleWindows {
     /// Nothing.
     Nothing,
     /// These windows, each with its class.
-    Windows(Vec<(Window, usize)>),
+    Windows(Vec<(InputWindow, usize)>),
     /// Windows around pixels that are yet to be drawn: as many of each class.
     Pixels(Vec<u64>),
     /// The class of each pixel of every tile.
     Tiles,
 }
 
-/// What is asked of a split.
+/// Windows of a split.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EvaluationPlan {
     /// Of each sample, in the order of the facts.
     pub work: Vec<SampleWindows>,
-    /// Windows that cover an image, where that is asked.
-    pub tiles: Vec<Window>,
-    /// Windows in all; of drawn pixels at most so many.
+    /// Windows that cover an image, for segmentation.
+    pub tiles: Vec<InputWindow>,
+    /// Number of windows; an upper bound where pixels are drawn.
     pub units: u64,
     /// Samples or objects whose class is none of the model's, or of which there were enough.
     pub left_out: u64,
@@ -34,19 +34,19 @@ pub struct EvaluationPlan {
 /// Plans for samples with images of `image`, rows and columns [px].
 pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> EvaluationPlan {
     let class = |value: usize| sidecar.truth.get(value).copied().flatten();
-    let whole = Window { first: [0, 0], size: image };
+    let whole = InputWindow { first: [0, 0], size: image };
     let window = sidecar.window.unwrap_or(image);
     let (mut left_out, mut tiles) = (0, Vec::new());
     let work: Vec<SampleWindows> = match sidecar.task {
-        Task::Samples => {
-            let cut = sidecar.window.map_or(whole, |size| Window::around(image.map(|side| side as i64 / 2), size));
+        ModelTask::Samples => {
+            let cut = sidecar.window.map_or(whole, |size| InputWindow::around(image.map(|side| side as i64 / 2), size));
             let known = facts.iter().map(|facts| class(facts.class));
             left_out = known.clone().filter(Option::is_none).count() as u64;
             known
                 .map(|class| class.map_or(SampleWindows::Nothing, |class| SampleWindows::Windows(vec![(cut, class)])))
                 .collect()
         }
-        Task::Objects => {
+        ModelTask::Objects => {
             let mut totals = vec![0_u64; sidecar.classes.len()];
             let all = || facts.iter().flat_map(|facts| &facts.objects);
             all().filter_map(|(state, _)| class(*state)).for_each(|class| totals[class] += 1);
@@ -61,7 +61,8 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
                 taken
             };
             let windows = facts.iter().map(|facts| {
-                let cut = |(state, middle): &(usize, [i64; 2])| Some((Window::around(*middle, window), take(*state)?));
+                let cut =
+                    |(state, middle): &(usize, [i64; 2])| Some((InputWindow::around(*middle, window), take(*state)?));
                 facts.objects.iter().filter_map(cut).collect::<Vec<_>>()
             });
             windows
@@ -70,7 +71,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
                 )
                 .collect()
         }
-        Task::Pixels => {
+        ModelTask::Pixels => {
             let shows = |facts: &Facts, wanted: usize| {
                 facts.area.iter().enumerate().any(|(value, &area)| area > 0 && class(value) == Some(wanted))
             };
@@ -86,10 +87,11 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
                 .map(|wanted| if asked(&wanted) { SampleWindows::Pixels(wanted) } else { SampleWindows::Nothing })
                 .collect()
         }
-        Task::Segment => {
+        ModelTask::Segment => {
             let firsts = |side: usize| (0..image[side]).step_by(window[side]).map(|first| first as i64);
-            tiles
-                .extend(firsts(0).flat_map(|row| firsts(1).map(move |col| Window { first: [row, col], size: window })));
+            tiles.extend(
+                firsts(0).flat_map(|row| firsts(1).map(move |col| InputWindow { first: [row, col], size: window })),
+            );
             facts.iter().map(|_| SampleWindows::Tiles).collect()
         }
     };
@@ -105,17 +107,17 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::sidecar::{Channel, Layout, Output};
+    use crate::check::sidecar::{InputChannel, Layout, OutputKind};
 
     /// Two classes: dataset classes 1 and 2 are the first, 3 is the second.
-    fn sidecar(task: Task, window: Option<[usize; 2]>, patches: u64) -> Sidecar {
+    fn sidecar(task: ModelTask, window: Option<[usize; 2]>, patches: u64) -> Sidecar {
         Sidecar {
             task,
-            channels: vec![Channel { name: "scatter".into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false }],
+            channels: vec![InputChannel { name: "scatter".into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false }],
             window,
             size: [4, 4],
             layout: Layout::Nchw,
-            output: Output::Logits,
+            output: OutputKind::Logits,
             output_name: None,
             patches_per_class: patches,
             classes: vec!["a".into(), "b".into()],
@@ -135,20 +137,20 @@ mod tests {
     #[test]
     fn samples_are_whole_or_their_middle() {
         let all = [facts(0, [0; 4], &[]), facts(2, [0; 4], &[]), facts(9, [0; 4], &[])];
-        let whole = planned(&sidecar(Task::Samples, None, 9), &all);
+        let whole = planned(&sidecar(ModelTask::Samples, None, 9), &all);
         assert_eq!((whole.units, whole.left_out), (1, 2));
-        assert_eq!(whole.work[1], SampleWindows::Windows(vec![(Window { first: [0, 0], size: [30, 40] }, 0)]));
-        let middle = planned(&sidecar(Task::Samples, Some([10, 10]), 9), &all);
-        assert_eq!(middle.work[1], SampleWindows::Windows(vec![(Window { first: [10, 15], size: [10, 10] }, 0)]));
+        assert_eq!(whole.work[1], SampleWindows::Windows(vec![(InputWindow { first: [0, 0], size: [30, 40] }, 0)]));
+        let middle = planned(&sidecar(ModelTask::Samples, Some([10, 10]), 9), &all);
+        assert_eq!(middle.work[1], SampleWindows::Windows(vec![(InputWindow { first: [10, 15], size: [10, 10] }, 0)]));
     }
 
     /// Objects keep their order; of too many of a class every so-many-th is taken.
     #[test]
     fn objects_are_thinned_evenly() {
         let all = [facts(0, [0; 4], &[1, 3, 0]), facts(0, [0; 4], &[2, 1, 2]), facts(0, [0; 4], &[])];
-        let plan = planned(&sidecar(Task::Objects, Some([4, 4]), 2), &all);
+        let plan = planned(&sidecar(ModelTask::Objects, Some([4, 4]), 2), &all);
         assert_eq!((plan.units, plan.left_out), (3, 3));
-        let window = Window { first: [8, 18], size: [4, 4] };
+        let window = InputWindow { first: [8, 18], size: [4, 4] };
         // Of the first class numbers 1 and 3 of four.
         assert_eq!(
             plan.work,
@@ -164,7 +166,7 @@ mod tests {
     #[test]
     fn pixels_are_balanced() {
         let all = [facts(0, [5, 1, 0, 0], &[]), facts(0, [0, 0, 1, 1], &[]), facts(0, [9, 0, 0, 0], &[])];
-        let plan = planned(&sidecar(Task::Pixels, Some([4, 4]), 7), &all);
+        let plan = planned(&sidecar(ModelTask::Pixels, Some([4, 4]), 7), &all);
         assert_eq!(
             plan.work,
             [SampleWindows::Pixels(vec![3, 0]), SampleWindows::Pixels(vec![4, 7]), SampleWindows::Nothing]
@@ -174,8 +176,8 @@ mod tests {
 
     #[test]
     fn tiles_cover_the_image() {
-        let plan = planned(&sidecar(Task::Segment, Some([16, 40]), 1), &[facts(0, [1; 4], &[])]);
-        let tile = |row| Window { first: [row, 0], size: [16, 40] };
+        let plan = planned(&sidecar(ModelTask::Segment, Some([16, 40]), 1), &[facts(0, [1; 4], &[])]);
+        let tile = |row| InputWindow { first: [row, 0], size: [16, 40] };
         assert_eq!((plan.work, plan.tiles, plan.units), (vec![SampleWindows::Tiles], vec![tile(0), tile(16)], 2));
     }
 }

@@ -1,11 +1,11 @@
-//! The files of weights that an ONNX model keeps beside itself, and the sum over all of them.
+//! ONNX external data: the files of weights that a model keeps beside itself, and the checksum over model and weights.
 //!
-//! A model of more than 2 GB, or one that was exported so, holds its graph alone and names files with the numbers
-//! (external data). Two such models may differ in those files only, so the sum of a model goes on over them.
+//! A model of more than 2 GB, or one exported so, holds only its graph and names the files with its weights. Two such
+//! models may differ in these files alone, so the checksum of a model covers them.
 //!
-//! Of the format (protobuf, onnx.proto3) no more is read than says which files those are: a message is a row of fields,
-//! each a key `number * 8 + kind` and a number, eight bytes, four bytes, or a length and so many bytes. The fields that lead
-//! to tensors are followed, tensors' names of files are taken, all the rest is passed over.
+//! Of onnx.proto3 only the fields that lead to tensors are followed. A protobuf message is a sequence of fields: a tag
+//! (`field number * 8 + wire type`), then a varint, eight bytes, four bytes, or a length and as many bytes. Everything that
+//! leads to no tensor is skipped. Depth and lengths are bounded, so a hostile file is refused.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -17,16 +17,16 @@ use sha2::{Digest, Sha256};
 use super::CheckError;
 use crate::dataset::hex;
 
-/// Bytes that are summed at once.
-const PIECE: usize = 1 << 20;
-/// Deepest messages within messages: far more than anybody exports, and far less than a stack holds.
-const DEEPEST: usize = 256;
-/// What onnxruntime's own format has behind its first four bytes; it names no other files.
-const OWN_FORMAT: &[u8] = b"ORTM";
+/// Bytes that are read and hashed at once.
+const CHUNK_BYTES: usize = 1 << 20;
+/// Most messages within messages: far more than anybody exports, and far less than a stack holds.
+const MAX_NESTING: usize = 256;
+/// Identifier of onnxruntime's own format, behind the first four bytes; such a file names no others.
+const ORT_FORMAT: &[u8] = b"ORTM";
 
 /// Messages of onnx.proto3 on the way to a tensor's files.
 #[derive(Clone, Copy)]
-enum Message {
+enum OnnxMessage {
     Model,
     Training,
     Function,
@@ -38,7 +38,7 @@ enum Message {
     Entry,
 }
 
-impl Message {
+impl OnnxMessage {
     /// The message in field `number`, where it leads on.
     fn within(self, number: u64) -> Option<Self> {
         match (self, number) {
@@ -60,23 +60,23 @@ impl Message {
 ///
 /// # Errors
 /// Where one of them cannot be read.
-pub fn sum(model: &Path) -> Result<String, CheckError> {
+pub fn sha256_with_weights(model: &Path) -> Result<String, CheckError> {
     let remedy = "export it again, with all its weights in one file";
-    let told = |e: std::io::Error| CheckError::at(model, format!("it cannot be read: {e}"), "make it readable");
-    let bytes = fs::read(model).map_err(told)?;
-    let unread = || CheckError::at(model, "the files of weights that it names cannot be told".into(), remedy);
-    let names = files(&bytes).ok_or_else(unread)?;
+    let unreadable = |e: std::io::Error| CheckError::at(model, format!("it cannot be read: {e}"), "make it readable");
+    let bytes = fs::read(model).map_err(unreadable)?;
+    let no_onnx = || CheckError::at(model, "the files of weights that it names cannot be told".into(), remedy);
+    let names = weight_files(&bytes).ok_or_else(no_onnx)?;
     let mut hash = Sha256::new_with_prefix(&bytes);
     let folder = model.parent().unwrap_or(Path::new(""));
-    let mut piece = vec![0; if names.is_empty() { 0 } else { PIECE }];
+    let mut piece = vec![0; if names.is_empty() { 0 } else { CHUNK_BYTES }];
     for name in names {
         let path = folder.join(&name);
-        let told = |e: std::io::Error| {
+        let unreadable = |e: std::io::Error| {
             CheckError::at(&path, format!("weights of {} are not read: {e}", model.display()), remedy)
         };
-        let mut file = File::open(&path).map_err(told)?;
+        let mut file = File::open(&path).map_err(unreadable)?;
         loop {
-            match file.read(&mut piece).map_err(told)? {
+            match file.read(&mut piece).map_err(unreadable)? {
                 0 => break,
                 n => hash.update(&piece[..n]),
             }
@@ -86,32 +86,32 @@ pub fn sum(model: &Path) -> Result<String, CheckError> {
 }
 
 /// Names of the files of weights, from the model's folder; `None` where the bytes are no ONNX.
-fn files(model: &[u8]) -> Option<BTreeSet<String>> {
+fn weight_files(model: &[u8]) -> Option<BTreeSet<String>> {
     let mut found = BTreeSet::new();
-    if model.get(4..8) != Some(OWN_FORMAT) {
-        follow(model, Message::Model, DEEPEST, &mut found)?;
+    if model.get(4..8) != Some(ORT_FORMAT) {
+        follow(model, OnnxMessage::Model, MAX_NESTING, &mut found)?;
     }
     Some(found)
 }
 
 /// Notes the files that a message names; `None` where it is broken.
-fn follow(mut bytes: &[u8], message: Message, left: usize, found: &mut BTreeSet<String>) -> Option<()> {
+fn follow(mut bytes: &[u8], message: OnnxMessage, left: usize, found: &mut BTreeSet<String>) -> Option<()> {
     let (mut key, mut value) = (&[][..], &[][..]);
     while !bytes.is_empty() {
-        let field = number(&mut bytes)?;
+        let field = varint(&mut bytes)?;
         let content = match field % 8 {
-            0 => number(&mut bytes).map(|_| &[][..])?,
+            0 => varint(&mut bytes).map(|_| &[][..])?,
             1 => take(&mut bytes, 8)?,
             2 => {
-                let length = number(&mut bytes)?;
+                let length = varint(&mut bytes)?;
                 take(&mut bytes, length)?
             }
             5 => take(&mut bytes, 4)?,
             _ => return None,
         };
         match (message, field / 8, field % 8) {
-            (Message::Entry, 1, 2) => key = content,
-            (Message::Entry, 2, 2) => value = content,
+            (OnnxMessage::Entry, 1, 2) => key = content,
+            (OnnxMessage::Entry, 2, 2) => value = content,
             (_, number, 2) => {
                 if let Some(inner) = message.within(number) {
                     follow(content, inner, left.checked_sub(1)?, found)?;
@@ -120,14 +120,14 @@ fn follow(mut bytes: &[u8], message: Message, left: usize, found: &mut BTreeSet<
             _ => {}
         }
     }
-    if matches!(message, Message::Entry) && key == b"location" {
+    if matches!(message, OnnxMessage::Entry) && key == b"location" {
         found.insert(std::str::from_utf8(value).ok()?.to_owned());
     }
     Some(())
 }
 
-/// A number of seven bits a byte, the lowest first.
-fn number(bytes: &mut &[u8]) -> Option<u64> {
+/// A varint: seven bits a byte, the lowest first.
+fn varint(bytes: &mut &[u8]) -> Option<u64> {
     let mut found = 0;
     for place in 0..10 {
         let (&byte, rest) = bytes.split_first()?;
@@ -140,7 +140,7 @@ fn number(bytes: &mut &[u8]) -> Option<u64> {
     None
 }
 
-/// The next bytes, so many.
+/// The next `count` bytes.
 fn take<'b>(bytes: &mut &'b [u8], count: u64) -> Option<&'b [u8]> {
     let (content, rest) = bytes.split_at_checked(usize::try_from(count).ok()?)?;
     *bytes = rest;
@@ -176,7 +176,7 @@ mod tests {
     }
 
     fn names(model: &[u8]) -> Vec<String> {
-        files(model).expect("it is whole").into_iter().collect()
+        weight_files(model).expect("it is whole").into_iter().collect()
     }
 
     /// Weights of the graph, of graphs within nodes, of constants, of sparse tensors and of functions are all found, each
@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(names(&model), ["a/values", "branch", "constant", "function", "indices", "plain"]);
         // What broke off anywhere is no model, or names fewer files; nothing panics.
         for end in 0..model.len() {
-            assert!(files(&model[..end]).is_none_or(|names| names.len() < 6), "{end}");
+            assert!(weight_files(&model[..end]).is_none_or(|names| names.len() < 6), "{end}");
         }
     }
 
@@ -202,11 +202,11 @@ mod tests {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models").join(name);
             let bytes = fs::read(&path).expect("it is there");
             assert!(names(&bytes).is_empty());
-            assert_eq!(sum(&path).expect("it is read"), hex(&Sha256::digest(&bytes)));
+            assert_eq!(sha256_with_weights(&path).expect("it is read"), hex(&Sha256::digest(&bytes)));
         }
         assert!(names(b"....ORTM and so on").is_empty());
         for wrong in [&b"\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff"[..], b"\x0a\xff\x01", b"\x0b", b"\x0d12"] {
-            assert!(files(wrong).is_none(), "{wrong:?}");
+            assert!(weight_files(wrong).is_none(), "{wrong:?}");
         }
     }
 
@@ -215,7 +215,7 @@ mod tests {
     fn depth_ends() {
         let nested = |depth: usize| {
             let graph = (0..depth).fold(field(5, &tensor("deep")), |graph, _| field(1, &field(5, &field(6, &graph))));
-            files(&field(7, &graph))
+            weight_files(&field(7, &graph))
         };
         assert_eq!(nested(80).map(|names| names.len()), Some(1));
         assert!(nested(90).is_none() && nested(2000).is_none());

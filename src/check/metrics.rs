@@ -1,7 +1,7 @@
 //! Classification metrics: confusion matrix, precision, recall, F1, intersection over union and calibration error.
 //!
-//! **Calibration**: guesses go to ten bins by confidence; the expected calibration error is the mean distance of a bin's
-//! accuracy from its mean confidence, weighted by its guesses (Naeini 2015, Guo 2017).
+//! **Calibration**: predictions go to ten bins by confidence; the expected calibration error is the mean distance of a bin's
+//! accuracy from its mean confidence, weighted by its predictions (Naeini 2015, Guo 2017).
 
 /// Bins of confidence.
 pub const CONFIDENCE_BINS: usize = 10;
@@ -43,7 +43,7 @@ pub struct ClassificationMetrics {
 }
 
 impl ClassificationMetrics {
-    /// For so many classes.
+    /// For `classes` classes.
     pub fn new(classes: usize) -> Self {
         Self { classes, confusion: vec![0; classes * classes], bins: [CalibrationBin::default(); CONFIDENCE_BINS] }
     }

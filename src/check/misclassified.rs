@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use image::{Rgb, RgbImage};
 
 use super::sidecar::{Layout, Sidecar};
-use super::window::{NO_CLASS, Window};
+use super::window::{InputWindow, NO_CLASS};
 use crate::drawing::{INK, LETTER, MARGIN, Page, viridis};
 
 /// Least side of a panel [px]; smaller windows are drawn larger by whole factors.
@@ -14,7 +14,7 @@ const MIN_PANEL_PX: usize = 160;
 const LEGEND_LINE_PX: u32 = 16;
 /// Colour of cells without a class.
 const NO_CLASS_COLOUR: Rgb<u8> = Rgb([200, 200, 200]);
-/// Colour of cells that hold what stands for missing.
+/// Colour of cells without a measurement.
 const MISSING_COLOUR: Rgb<u8> = Rgb([60, 90, 150]);
 
 /// A wrong answer.
@@ -25,7 +25,7 @@ pub struct Misclassification {
     /// Name of the sample.
     pub id: String,
     /// Where the window was cut.
-    pub window: Window,
+    pub window: InputWindow,
     /// Class that it is; of a map the class whose wrong cells weigh most.
     pub truth: usize,
     /// Class that the model gave.
@@ -50,7 +50,7 @@ fn order(a: &Misclassification, b: &Misclassification) -> Ordering {
 }
 
 impl WorstMisclassifications {
-    /// Keeps at most so many.
+    /// Keeps at most `most`.
     pub fn new(most: usize) -> Self {
         Self { most, list: Vec::new() }
     }
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     fn wrong(confidence: f64, index: u64) -> Misclassification {
-        let window = Window { first: [0, 0], size: [1, 1] };
+        let window = InputWindow { first: [0, 0], size: [1, 1] };
         Misclassification { index, id: String::new(), window, truth: 0, guess: 1, confidence, picture: None }
     }
 

@@ -1,4 +1,4 @@
-//! What a model makes of a dataset: any ONNX classifier or segmenter over a split, held to the labels.
+//! Evaluation of a trained model: any ONNX classifier or segmenter over a split, compared with the labels.
 //!
 //! ```text
 //! Sidecar + tables -> EvaluationPlan -> BatchReader (decode, cut, normalise) -> Model -> predictions
@@ -64,11 +64,11 @@ pub struct CheckOptions {
     pub pictures: bool,
 }
 
-/// Sliced by where nobody says otherwise: knot width, film pigment, exposure time.
+/// Default slices: knot width, film pigment, exposure time.
 pub const DEFAULT_SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];
-/// Most windows in a batch where nobody says otherwise.
+/// Most windows in a batch by default.
 pub const MAX_DEFAULT_BATCH: usize = 64;
-/// Size of a batch's input where nobody says otherwise [bytes].
+/// Size of a batch's input by default [bytes].
 pub const DEFAULT_BATCH_BYTES: usize = 64 << 20;
 
 /// Why a check cannot be done.

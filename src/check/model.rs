@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use ort::session::Session;
 use ort::value::{Outlet, TensorElementType, TensorRef, ValueType};
 
-use super::sidecar::{Layout, Sidecar, Task};
+use super::sidecar::{Layout, ModelTask, Sidecar};
 use super::{CheckError, onnxruntime};
 
-/// An open model that takes and gives what its sidecar says.
+/// An open model whose input and output agree with its sidecar.
 #[derive(Debug)]
-pub struct Model {
+pub struct OnnxModel {
     path: PathBuf,
     session: Session,
     output: String,
@@ -21,7 +21,7 @@ pub struct Model {
     shape: ModelShape,
 }
 
-/// What goes in and comes out, for one sample.
+/// Shapes of input and output for one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct ModelShape {
     /// Without the batch.
@@ -32,7 +32,7 @@ struct ModelShape {
     layout: Layout,
 }
 
-/// What a model says of a batch.
+/// Output of a model for a batch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scores {
     /// The numbers as they came.
@@ -58,8 +58,8 @@ impl Scores {
     }
 }
 
-impl Model {
-    /// Opens the model at `path` with so many threads.
+impl OnnxModel {
+    /// Opens the model at `path` with `threads` threads.
     ///
     /// # Errors
     /// Where onnxruntime or the model cannot be loaded, or the model takes or gives something else than the sidecar says.
@@ -82,7 +82,7 @@ impl Model {
         let shape = ModelShape {
             input: if sidecar.layout == Layout::Nchw { [planes, rows, cols] } else { [rows, cols, planes] },
             classes: sidecar.classes.len(),
-            cells: (sidecar.task == Task::Segment).then_some(sidecar.size),
+            cells: (sidecar.task == ModelTask::Segment).then_some(sidecar.size),
             layout: sidecar.layout,
         };
         let fixed = check_input(session.inputs(), shape).map_err(|mismatch| mismatch.of(path))?;
@@ -101,7 +101,7 @@ impl Model {
         self.shape.input.iter().product()
     }
 
-    /// Asks about `n` samples, whose input lies one behind the other in `batch`; with a fixed batch `n` is at most that,
+    /// Runs the model on `n` samples, whose inputs follow each other in `batch`; with a fixed batch `n` is at most that,
     /// and the rest of `batch` is filled up with zeros.
     ///
     /// # Errors
@@ -131,13 +131,13 @@ impl Model {
     }
 }
 
-/// Code of others may panic on files that were made to mislead; that is a fault of the file.
+/// onnxruntime may panic on a malicious file; that becomes a fault of the file.
 fn guarded<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CheckError> {
     let gave_up = |_| CheckError::at(path, "onnxruntime gave up on it".into(), "export the model again");
     catch_unwind(AssertUnwindSafe(work)).map_err(gave_up)
 }
 
-/// What onnxruntime says, in a line.
+/// First line of onnxruntime's message.
 fn message_of(error: &ort::Error) -> String {
     const MAX_LETTERS: usize = 300;
     let line = error.message().lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or("no reason is given");
@@ -162,7 +162,7 @@ impl Mismatch {
     }
 }
 
-/// Holds the model's inputs to `shape`; gives the fixed batch.
+/// Compares the model's inputs with `shape` and returns the fixed batch size.
 fn check_input(inputs: &[Outlet], shape: ModelShape) -> Result<Option<usize>, Mismatch> {
     let [one] = inputs else {
         let names: Vec<&str> = inputs.iter().map(Outlet::name).collect();

@@ -1,6 +1,6 @@
 //! Predicted class and its confidence, from the logits or probabilities that a model answers.
 
-use super::sidecar::Output;
+use super::sidecar::OutputKind;
 
 /// How far probabilities may miss 1 together: single precision, and sums that somebody rounded [1].
 const PROBABILITY_TOLERANCE: f32 = 1e-3;
@@ -9,7 +9,7 @@ const PROBABILITY_TOLERANCE: f32 = 1e-3;
 ///
 /// # Errors
 /// Where a number is not finite, or is no probability though it should be; what to do.
-pub fn predict(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
+pub fn predict(scores: &[f32], output: OutputKind) -> Result<(usize, f64), String> {
     if let Some(bad) = scores.iter().find(|score| !score.is_finite()) {
         return Err(format!(
             "it answers {bad}; hold mean, sd and missing of the channels against what it was trained with"
@@ -17,15 +17,15 @@ pub fn predict(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
     }
     let sum: f32 = if scores.len() == 1 { 1.0 } else { scores.iter().sum() };
     let is_probability = |p: &f32| (-PROBABILITY_TOLERANCE..=1.0 + PROBABILITY_TOLERANCE).contains(p);
-    if output == Output::Probabilities
+    if output == OutputKind::Probabilities
         && (!scores.iter().all(is_probability) || (sum - 1.0).abs() > PROBABILITY_TOLERANCE)
     {
         return Err("it answers numbers that are no probabilities; write `output: logits` in the sidecar".into());
     }
     if let [one] = scores {
         let p = match output {
-            Output::Logits => 1.0 / (1.0 + libm::exp(-f64::from(*one))),
-            Output::Probabilities => f64::from(*one).clamp(0.0, 1.0),
+            OutputKind::Logits => 1.0 / (1.0 + libm::exp(-f64::from(*one))),
+            OutputKind::Probabilities => f64::from(*one).clamp(0.0, 1.0),
         };
         // At a half the first class is taken, as of two equal numbers.
         return Ok(if p > 0.5 { (1, p) } else { (0, 1.0 - p) });
@@ -38,8 +38,8 @@ pub fn predict(scores: &[f32], output: Output) -> Result<(usize, f64), String> {
     }
     let top = f64::from(scores[best]);
     let confidence = match output {
-        Output::Logits => 1.0 / scores.iter().map(|score| libm::exp(f64::from(*score) - top)).sum::<f64>(),
-        Output::Probabilities => top.clamp(0.0, 1.0),
+        OutputKind::Logits => 1.0 / scores.iter().map(|score| libm::exp(f64::from(*score) - top)).sum::<f64>(),
+        OutputKind::Probabilities => top.clamp(0.0, 1.0),
     };
     Ok((best, confidence))
 }
@@ -57,26 +57,29 @@ mod tests {
     #[test]
     fn logits_become_probabilities() {
         let logits = [1.0_f32, 2.0, 5.0].map(f32::ln);
-        near(predict(&logits, Output::Logits).expect("finite"), (2, 0.625));
-        near(predict(&logits.map(|x| x + 10.0), Output::Logits).expect("finite"), (2, 0.625));
-        near(predict(&[-1e30, 1e30], Output::Logits).expect("finite"), (1, 1.0));
-        near(predict(&[3.0, 3.0], Output::Logits).expect("finite"), (0, 0.5));
+        near(predict(&logits, OutputKind::Logits).expect("finite"), (2, 0.625));
+        near(predict(&logits.map(|x| x + 10.0), OutputKind::Logits).expect("finite"), (2, 0.625));
+        near(predict(&[-1e30, 1e30], OutputKind::Logits).expect("finite"), (1, 1.0));
+        near(predict(&[3.0, 3.0], OutputKind::Logits).expect("finite"), (0, 0.5));
     }
 
     #[test]
     fn one_number_tells_two_classes_apart() {
-        near(predict(&[3.0_f32.ln()], Output::Logits).expect("finite"), (1, 0.75));
-        near(predict(&[-3.0_f32.ln()], Output::Logits).expect("finite"), (0, 0.75));
-        near(predict(&[0.2], Output::Probabilities).expect("finite"), (0, 0.8));
+        near(predict(&[3.0_f32.ln()], OutputKind::Logits).expect("finite"), (1, 0.75));
+        near(predict(&[-3.0_f32.ln()], OutputKind::Logits).expect("finite"), (0, 0.75));
+        near(predict(&[0.2], OutputKind::Probabilities).expect("finite"), (0, 0.8));
     }
 
     #[test]
     fn what_is_no_answer_is_told() {
-        near(predict(&[0.1, 0.7, 0.2], Output::Probabilities).expect("they are"), (1, 0.7));
+        near(predict(&[0.1, 0.7, 0.2], OutputKind::Probabilities).expect("they are"), (1, 0.7));
         for wrong in [&[0.4, 0.4][..], &[-1.0, 2.0], &[1.5]] {
-            assert!(predict(wrong, Output::Probabilities).expect_err("none").contains("output: logits"), "{wrong:?}");
+            assert!(
+                predict(wrong, OutputKind::Probabilities).expect_err("none").contains("output: logits"),
+                "{wrong:?}"
+            );
         }
-        assert!(predict(&[1.0, f32::NAN], Output::Logits).expect_err("NaN").contains("NaN"));
-        assert!(predict(&[1.0, f32::INFINITY], Output::Logits).is_err());
+        assert!(predict(&[1.0, f32::NAN], OutputKind::Logits).expect_err("NaN").contains("NaN"));
+        assert!(predict(&[1.0, f32::INFINITY], OutputKind::Logits).is_err());
     }
 }

@@ -9,7 +9,7 @@ use super::CheckOptions;
 use super::accuracy::Accuracy;
 use super::metrics::{CONFIDENCE_BINS, ClassificationMetrics};
 use super::misclassified::Misclassification;
-use super::sidecar::{Sidecar, Task};
+use super::sidecar::{ModelTask, Sidecar};
 use super::slices::SliceGroup;
 
 /// Value of `format` in the document.
@@ -44,17 +44,17 @@ pub struct CheckTiming {
 /// What a check found.
 #[derive(Debug, Clone)]
 pub struct CheckReport {
-    /// What was asked for.
+    /// Options of the check.
     pub options: CheckOptions,
     /// The dataset.
     pub head: DatasetHead,
-    /// What the model takes and answers.
+    /// Description of the model.
     pub sidecar: Sidecar,
     /// SHA-256 of the model with its external weights, hexadecimal.
     pub model_sha256: String,
     /// SHA-256 of the sidecar, hexadecimal.
     pub sidecar_sha256: String,
-    /// Samples that were asked about.
+    /// Samples with at least one window.
     pub samples: u64,
     /// Samples, objects or pixels that were not, for want of a class or because there were enough.
     pub left_out: u64,
@@ -80,7 +80,7 @@ impl CheckReport {
 
     /// What is counted: patches, or pixels.
     fn counted(&self) -> &'static str {
-        if self.sidecar.task == Task::Segment { "pixels" } else { self.sidecar.task.units() }
+        if self.sidecar.task == ModelTask::Segment { "pixels" } else { self.sidecar.task.units() }
     }
 
     /// Name of the split, or `all`.
@@ -187,7 +187,7 @@ impl CheckReport {
             number(self.metrics.balanced_accuracy()),
             number(self.metrics.calibration_error())
         ));
-        if self.sidecar.task == Task::Segment {
+        if self.sidecar.task == ModelTask::Segment {
             line(format!("mean intersection over union {}", number(self.metrics.mean_iou())));
         }
         line(String::new());

@@ -11,14 +11,14 @@ use sha2::{Digest, Sha256};
 use super::accuracy::Accuracy;
 use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLabel};
 use super::evaluation_plan::plan;
-use super::external_data::sum;
+use super::external_data::sha256_with_weights;
 use super::folder::{Facts, Folder};
 use super::metrics::ClassificationMetrics;
 use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
-use super::model::{Model, Scores};
+use super::model::{OnnxModel, Scores};
 use super::prediction::predict;
 use super::report::{AccuracySlice, CheckReport, CheckTiming};
-use super::sidecar::{Output, Sidecar, beside};
+use super::sidecar::{OutputKind, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
 use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
@@ -38,8 +38,8 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
     let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
     let numbers = slice_paths(&options.slices, folder.head())?;
-    let mut model = Model::open(&options.model, &sidecar, options.threads)?;
-    let model_sha256 = sum(&options.model)?;
+    let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
+    let model_sha256 = sha256_with_weights(&options.model)?;
     let begun = Instant::now();
     let facts = folder.facts(&numbers)?;
     let all: Vec<&Facts> = facts.iter().flatten().collect();
@@ -54,54 +54,11 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
         let what = format!("it has no {} of the model's classes", sidecar.task.units());
         return Err(CheckError::at(&options.dir, what, "correct `classes` in the sidecar, or give another --split"));
     }
-    let fitting = (DEFAULT_BATCH_BYTES / (4 * model.input_len()).max(1)).clamp(1, MAX_DEFAULT_BATCH);
-    let batch = match (model.fixed_batch(), options.batch) {
-        (Some(fixed), Some(asked)) if asked != fixed => {
-            return Err(CheckError::Argument(format!(
-                "--batch {asked}: the model takes {fixed} at once; leave it out"
-            )));
-        }
-        (Some(fixed), _) => fixed,
-        (None, asked) => asked.unwrap_or(fitting).max(1),
-    };
-    if batch.saturating_mul(model.input_len()) > MAX_NUMBERS {
-        let what = format!("a batch of {batch} windows takes more than 4 GiB; give a smaller --batch or size_px");
-        return Err(CheckError::Argument(what));
-    }
+    let batch = batch_size(options, &model)?;
     let reader =
         BatchReader { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
     let mut scorer = Scorer::new(&all, &sidecar, options, image);
-    let mut asked = Duration::ZERO;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-    let pool = pool.map_err(|e| CheckError::Argument(format!("threads do not start: {e}; give fewer --threads")))?;
-    thread::scope(|scope| {
-        let (sender, batches) = sync_channel(MAX_WAITING_BATCHES);
-        let (used, spare) = channel();
-        let (reader, pool) = (&reader, &pool);
-        let reading = scope.spawn(move || pool.install(move || reader.run(&BatchChannels { batches: sender, spare })));
-        let mut done = 0;
-        let asking = || {
-            for Batch { units, mut data } in batches {
-                let start = Instant::now();
-                let scores = model.run(&mut data, units.len())?;
-                asked += start.elapsed();
-                for (i, unit) in units.into_iter().enumerate() {
-                    let input = &data[i * model.input_len()..][..model.input_len()];
-                    scorer.take(&unit, &scores, i, input)?;
-                }
-                done += scores.values.len() as u64 / (scores.classes * scores.cells) as u64;
-                progress(done, plan.units);
-                // Nobody takes it once everything is read.
-                let _ = used.send(data);
-            }
-            Ok(())
-        };
-        // A reader that failed says why the batches ended; the model's own failure comes first.
-        let answered: Result<(), CheckError> = asking();
-        let read =
-            reading.join().unwrap_or_else(|_| Err(CheckError::at(&options.dir, "reading stopped".into(), "report it")));
-        answered.and(read)
-    })?;
+    let asked = evaluate(&reader, &mut model, &mut scorer, progress)?;
     let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
     let sidecar_sha256 = fs::read(&sidecar_path).map(|bytes| hex(&Sha256::digest(bytes))).unwrap_or_default();
     let slices = scorer.slices(&numbers, options.slices.is_empty());
@@ -127,6 +84,68 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
         worst: worst.into_list(),
         timing,
     })
+}
+
+/// Windows in a batch: those that the model takes, that the options say, or that fit the default size.
+fn batch_size(options: &CheckOptions, model: &OnnxModel) -> Result<usize, CheckError> {
+    let fitting = (DEFAULT_BATCH_BYTES / (4 * model.input_len()).max(1)).clamp(1, MAX_DEFAULT_BATCH);
+    let batch = match (model.fixed_batch(), options.batch) {
+        (Some(fixed), Some(asked)) if asked != fixed => {
+            return Err(CheckError::Argument(format!(
+                "--batch {asked}: the model takes {fixed} at once; leave it out"
+            )));
+        }
+        (Some(fixed), _) => fixed,
+        (None, asked) => asked.unwrap_or(fitting).max(1),
+    };
+    if batch.saturating_mul(model.input_len()) > MAX_NUMBERS {
+        let what = format!("a batch of {batch} windows takes more than 4 GiB; give a smaller --batch or size_px");
+        return Err(CheckError::Argument(what));
+    }
+    Ok(batch)
+}
+
+/// Runs the model on every window of the reader, which works in a thread of its own, and scores the answers. Returns the
+/// time spent within the model.
+fn evaluate(
+    reader: &BatchReader,
+    model: &mut OnnxModel,
+    scorer: &mut Scorer,
+    progress: &dyn Fn(u64, u64),
+) -> Result<Duration, CheckError> {
+    let options = scorer.options;
+    let mut asked = Duration::ZERO;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
+    let pool = pool.map_err(|e| CheckError::Argument(format!("threads do not start: {e}; give fewer --threads")))?;
+    thread::scope(|scope| {
+        let (sender, batches) = sync_channel(MAX_WAITING_BATCHES);
+        let (used, spare) = channel();
+        let pool = &pool;
+        let reading = scope.spawn(move || pool.install(move || reader.run(&BatchChannels { batches: sender, spare })));
+        let mut done = 0;
+        let asking = || {
+            for Batch { units, mut data } in batches {
+                let start = Instant::now();
+                let scores = model.run(&mut data, units.len())?;
+                asked += start.elapsed();
+                for (i, unit) in units.into_iter().enumerate() {
+                    let input = &data[i * model.input_len()..][..model.input_len()];
+                    scorer.take(&unit, &scores, i, input)?;
+                }
+                done += scores.values.len() as u64 / (scores.classes * scores.cells) as u64;
+                progress(done, reader.plan.units);
+                // Nobody takes it once everything is read.
+                let _ = used.send(data);
+            }
+            Ok(())
+        };
+        // A reader that failed says why the batches ended; the model's own failure comes first.
+        let answered: Result<(), CheckError> = asking();
+        let read =
+            reading.join().unwrap_or_else(|_| Err(CheckError::at(&options.dir, "reading stopped".into(), "report it")));
+        answered.and(read)
+    })?;
+    Ok(asked)
 }
 
 /// Compares predictions with the truth and keeps the counts.
@@ -237,7 +256,7 @@ impl<'a> Scorer<'a> {
 }
 
 /// Class and confidence of every answer of unit `i`.
-fn predictions(scores: &Scores, i: usize, output: Output) -> Result<Vec<(usize, f64)>, String> {
+fn predictions(scores: &Scores, i: usize, output: OutputKind) -> Result<Vec<(usize, f64)>, String> {
     let one = |numbers: &mut Vec<f32>, cell: usize| {
         scores.answer(i, cell, numbers);
         predict(numbers, output)

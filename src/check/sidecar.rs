@@ -1,4 +1,4 @@
-//! The sidecar: a small YAML file beside a model that says what the model takes and what it answers.
+//! Model sidecar: a small YAML file beside a model that describes its inputs, outputs and classes.
 //!
 //! It is read together with the dataset's head, so that a class or a channel that the dataset lacks is a fault with line,
 //! key and remedy like any other. docs/check.md explains every key.
@@ -31,9 +31,9 @@ const UNITS: [&str; 3] = ["mm", "px", "DN"];
 /// Most classes of a model: 255 stands for none.
 const MAX_CLASSES: usize = 254;
 
-/// What a model is asked.
+/// Task of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Task {
+pub enum ModelTask {
     /// The class of a sample, from all of it.
     Samples,
     /// The class of an object, from a window around its middle.
@@ -44,7 +44,7 @@ pub enum Task {
     Segment,
 }
 
-impl Task {
+impl ModelTask {
     /// Every task.
     pub const ALL: [Self; 4] = [Self::Samples, Self::Objects, Self::Pixels, Self::Segment];
 
@@ -80,7 +80,7 @@ pub enum Layout {
 
 /// What a model's numbers are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Output {
+pub enum OutputKind {
     /// Before softmax, or before the logistic function of a single number.
     Logits,
     /// Between 0 and 1, of a sample or pixel together 1.
@@ -89,7 +89,7 @@ pub enum Output {
 
 /// One input channel.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Channel {
+pub struct InputChannel {
     /// Name of a map: `range` [unit of the dataset, mm or px, which the sidecar names too], `reflectance` [DN] or `scatter` [DN].
     pub name: String,
     /// Taken off [unit of the map].
@@ -105,10 +105,10 @@ pub struct Channel {
 /// What a sidecar says; every number is in range and every name is the dataset's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sidecar {
-    /// What the model is asked.
-    pub task: Task,
+    /// Task of the model.
+    pub task: ModelTask,
     /// Input channels in order.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<InputChannel>,
     /// Rows and columns that are cut out [px]; `None` for all of them.
     pub window: Option<[usize; 2]>,
     /// Rows and columns of the model's input [px].
@@ -116,10 +116,10 @@ pub struct Sidecar {
     /// Order of the model's numbers.
     pub layout: Layout,
     /// What the model's numbers are.
-    pub output: Output,
+    pub output: OutputKind,
     /// Name of the output that is read; `None` where the model has one.
     pub output_name: Option<String>,
-    /// Places of each class that are asked about at most.
+    /// Most windows of each class.
     pub patches_per_class: u64,
     /// Names of the model's classes, in the order of its outputs.
     pub classes: Vec<String>,
@@ -188,14 +188,14 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         return None;
     }
     let mut top = walk.section(root, "");
-    let names = Task::ALL.map(Task::name);
+    let names = ModelTask::ALL.map(ModelTask::name);
     let task = required(walk, &mut top, "task", &format!("one of {}", names.join(", ")));
     let task = task.and_then(|node| walk.word(node, "task", &names));
-    let task = task.and_then(|name| Task::ALL.into_iter().find(|task| task.name() == name));
+    let task = task.and_then(|name| ModelTask::ALL.into_iter().find(|task| task.name() == name));
     let channels = required(walk, &mut top, "channels", "the maps in the model's order, `channels: [{name: scatter}]`");
     let channels = channels.and_then(|node| read_channels(walk, node, head));
     let bits = number(walk, &mut top, "bits", Range { min: 8.0, max: 12.0, whole: true, unit: "" }, 8.0);
-    let is_counted = |channel: &Channel| channel.name != "range";
+    let is_counted = |channel: &InputChannel| channel.name != "range";
     if let Some(bits) = bits.filter(|_| channels.iter().flatten().any(is_counted))
         && bits as u64 != head.images.bits
     {
@@ -207,8 +207,8 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         );
         walk.joint_fault(&["bits".into(), "channels".into()], problem, remedy);
     }
-    if let Some(Task::Pixels | Task::Segment) = task
-        && !has(head, "label")
+    if let Some(ModelTask::Pixels | ModelTask::Segment) = task
+        && !head.images.holds("label")
     {
         let remedy = "write `output: {png: [..., label]}` in the recipe and make the dataset anew";
         walk.joint_fault(&["task".into()], "the dataset has no images of `label` to hold it to", remedy);
@@ -219,7 +219,7 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         Some(node) => sides(walk, node, "window_px").map(Some),
         None => Some(None),
     };
-    if let (Some(Task::Objects | Task::Pixels), Some(None)) = (task, window) {
+    if let (Some(ModelTask::Objects | ModelTask::Pixels), Some(None)) = (task, window) {
         let remedy = "give the rows and columns that are cut out around each, `window_px: [64, 64]`";
         walk.joint_fault(&["window_px".into(), "task".into()], "patches need a window", remedy);
     }
@@ -228,13 +228,13 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
         None => window.map(|window| window.unwrap_or(whole)),
     };
     let layout = word(walk, &mut top, "layout", &[("nchw", Layout::Nchw), ("nhwc", Layout::Nhwc)]);
-    let output = [("logits", Output::Logits), ("probabilities", Output::Probabilities)];
+    let output = [("logits", OutputKind::Logits), ("probabilities", OutputKind::Probabilities)];
     let output = word(walk, &mut top, "output", &output);
     let output_name = top.take(walk, "output_name");
     let output_name = output_name.map(|node| walk.text(node, "output_name", "the name of an output").map(String::from));
     let range = Range { min: 1.0, max: 1e9, whole: true, unit: "" };
     let patches = match (task, top.take(walk, "patches_per_class")) {
-        (Some(task @ (Task::Samples | Task::Segment)), Some(node)) => {
+        (Some(task @ (ModelTask::Samples | ModelTask::Segment)), Some(node)) => {
             let problem = format!("has no effect in `{}`, which asks about all that there is", task.name());
             walk.fault(node.place, "patches_per_class", problem, "leave it out");
             None
@@ -263,7 +263,7 @@ fn read(walk: &mut Walk, root: &Node, head: &DatasetHead) -> Option<Sidecar> {
 }
 
 /// Reads `channels`.
-fn read_channels(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec<Channel>> {
+fn read_channels(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec<InputChannel>> {
     let entries = match &node.value {
         Value::List(entries) if !entries.is_empty() => entries,
         other => {
@@ -276,7 +276,7 @@ fn read_channels(walk: &mut Walk, node: &Node, head: &DatasetHead) -> Option<Vec
     read.into_iter().collect()
 }
 
-fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option<Channel> {
+fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> Option<InputChannel> {
     let path = format!("channels[{i}]");
     let short = matches!(node.value, Value::Text(_));
     let mut map = if short { None } else { Some(walk.section(node, &path)) };
@@ -285,13 +285,13 @@ fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> O
         Some(map) => required(walk, map, "name", &format!("one of {}", CHANNEL_NAMES.join(", "))),
     };
     let found = name.and_then(|node| walk.word(node, &path, &CHANNEL_NAMES));
-    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !has(head, name)) {
+    if let Some((node, name)) = name.zip(found).filter(|(_, name)| !head.images.holds(name)) {
         let remedy = format!("write `output: {{png: [..., {name}]}}` in the recipe and make the dataset anew");
         walk.fault(node.place, &path, format!("the dataset has no images of `{name}`"), remedy);
     }
     let Some(mut map) = map else {
         check_unit(walk, node, (found?, None), &path, head);
-        return Some(Channel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
+        return Some(InputChannel { name: found?.into(), mean: 0.0, sd: 1.0, missing: 0.0, relative: false });
     };
     let any = Range { min: -1e9, max: 1e9, whole: false, unit: "" };
     let unit =
@@ -310,7 +310,7 @@ fn read_channel(walk: &mut Walk, node: &Node, i: usize, head: &DatasetHead) -> O
         }
     });
     map.close(walk, &CHANNEL_KEYS, &|_| None);
-    Some(Channel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
+    Some(InputChannel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
 }
 
 /// Faults a channel whose numbers the dataset has in another unit than the model takes.
@@ -328,7 +328,7 @@ fn check_unit(walk: &mut Walk, node: &Node, (name, given): (&str, Option<&str>),
 }
 
 /// Reads `classes`.
-fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) -> Option<ClassMapping> {
+fn read_classes(walk: &mut Walk, node: &Node, task: ModelTask, head: &DatasetHead) -> Option<ClassMapping> {
     let entries = match &node.value {
         Value::List(entries) if (2..=MAX_CLASSES).contains(&entries.len()) => entries,
         Value::List(entries) => {
@@ -342,7 +342,7 @@ fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) ->
         }
     };
     let known: Vec<(usize, &str)> = match task {
-        Task::Samples => head.classes.iter().map(String::as_str).enumerate().collect(),
+        ModelTask::Samples => head.classes.iter().map(String::as_str).enumerate().collect(),
         _ => head.shown_classes().collect(),
     };
     let last = known.iter().map(|(value, _)| *value).max().unwrap_or(0);
@@ -367,7 +367,7 @@ fn read_classes(walk: &mut Walk, node: &Node, task: Task, head: &DatasetHead) ->
             let Some(text) = walk.text(node, &path, "the name of a class of the dataset") else { continue };
             let Some((value, _)) = known.iter().find(|(_, known)| *known == text) else {
                 let all: Vec<&str> = known.iter().map(|(_, name)| *name).collect();
-                let kind = if task == Task::Samples { "samples" } else { "pixels" };
+                let kind = if task == ModelTask::Samples { "samples" } else { "pixels" };
                 let hint =
                     nearest(text, all.iter().copied()).map_or(String::new(), |m| format!("did you mean `{m}`? "));
                 let remedy = format!("{hint}its classes of {kind} are {}; `of: []` for none", all.join(", "));
@@ -430,11 +430,6 @@ pub fn beside(model: &Path) -> Result<PathBuf, CheckError> {
             Err(CheckError::at(model, what, "name the one that is its sidecar with --sidecar"))
         }
     }
-}
-
-/// Whether the dataset has images of that name, in its tables or as EXR.
-fn has(head: &DatasetHead, name: &str) -> bool {
-    head.images.png.iter().chain(&head.images.exr).any(|image| image == name)
 }
 
 fn required<'n>(walk: &mut Walk, top: &mut Section<'n>, name: &str, wanted: &str) -> Option<&'n Node> {

@@ -1,7 +1,7 @@
-//! Accuracy by a number of the sample: by knot width, film pigment, exposure.
+//! Sliced evaluation: accuracy by a number of the sample, such as knot width, film pigment or exposure.
 //!
 //! Samples are sorted by the number and cut at its quantiles into groups of like size; samples with the same number stay
-//! together, so a number with few values has fewer groups. Samples without the number, or without the thing that it is of,
+//! together, so a number with few values has fewer groups. Samples without the number, or without what it describes,
 //! are a group of their own.
 
 use super::accuracy::Accuracy;

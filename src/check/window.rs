@@ -5,7 +5,7 @@
 //! `(value - mean) / sd`; with `relative` the mean of the window's cells is taken off before. What is missing becomes
 //! `missing`, after normalisation. The truth of a cell is the label of its middle pixel.
 
-use super::sidecar::{Channel, Layout};
+use super::sidecar::{InputChannel, Layout};
 
 /// A map as it was read, row-major.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,20 +48,20 @@ pub struct SampleMaps {
     pub size: [usize; 2],
     /// Maps in the order of the sidecar's channels.
     pub planes: Vec<StoredMap>,
-    /// Pixel classes; empty where nobody asks for them.
+    /// Pixel classes; empty where no window needs them.
     pub labels: Vec<u8>,
 }
 
 /// A part of an image; it may reach over the border.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
+pub struct InputWindow {
     /// First row and column [px].
     pub first: [i64; 2],
     /// Rows and columns [px].
     pub size: [usize; 2],
 }
 
-impl Window {
+impl InputWindow {
     /// The one around a pixel: of an even size the pixel is the first behind the middle.
     pub fn around(centre: [i64; 2], size: [usize; 2]) -> Self {
         Self { first: std::array::from_fn(|i| centre[i] - (size[i] / 2) as i64), size }
@@ -92,8 +92,8 @@ impl Window {
 pub fn fill_input(
     out: &mut [f32],
     picture: &SampleMaps,
-    window: Window,
-    channels: &[Channel],
+    window: InputWindow,
+    channels: &[InputChannel],
     size: [usize; 2],
     layout: Layout,
 ) {
@@ -127,7 +127,7 @@ fn resize_by_mean<T: Copy>(
     pixels: &[T],
     number: impl Fn(T) -> f32,
     image: [usize; 2],
-    window: Window,
+    window: InputWindow,
     size: [usize; 2],
 ) {
     if window.size == size {
@@ -153,7 +153,13 @@ fn resize_by_mean<T: Copy>(
 }
 
 /// The window as it is, for cells of one pixel each.
-fn copy_pixels<T: Copy>(out: &mut [f32], pixels: &[T], number: impl Fn(T) -> f32, image: [usize; 2], window: Window) {
+fn copy_pixels<T: Copy>(
+    out: &mut [f32],
+    pixels: &[T],
+    number: impl Fn(T) -> f32,
+    image: [usize; 2],
+    window: InputWindow,
+) {
     let cols = window.size[1];
     let inside = |side: usize, place: usize| (window.first[side] + place as i64).clamp(0, image[side] as i64) as usize;
     let (left, right) = (inside(1, 0), inside(1, cols));
@@ -169,7 +175,7 @@ fn copy_pixels<T: Copy>(out: &mut [f32], pixels: &[T], number: impl Fn(T) -> f32
     }
 }
 
-fn normalise(plane: &mut [f32], channel: &Channel) {
+fn normalise(plane: &mut [f32], channel: &InputChannel) {
     let mut shift = channel.mean;
     if channel.relative {
         shift += mean(plane);
@@ -195,7 +201,7 @@ fn mean(plane: &[f32]) -> f64 {
 }
 
 /// The model's class of each cell, `[rows, columns]`; [`NO_CLASS`] outside and where the label belongs to no class.
-pub fn truth(picture: &SampleMaps, window: Window, size: [usize; 2], classes: &[Option<usize>]) -> Vec<u8> {
+pub fn truth(picture: &SampleMaps, window: InputWindow, size: [usize; 2], classes: &[Option<usize>]) -> Vec<u8> {
     let class = |label: u8| classes.get(usize::from(label)).copied().flatten().map_or(NO_CLASS, |class| class as u8);
     let mut truth = Vec::with_capacity(size[0] * size[1]);
     for row in 0..size[0] {
@@ -215,8 +221,8 @@ pub const NO_CLASS: u8 = 255;
 mod tests {
     use super::*;
 
-    fn channel(mean: f64, sd: f64, missing: f64, relative: bool) -> Channel {
-        Channel { name: "scatter".into(), mean, sd, missing, relative }
+    fn channel(mean: f64, sd: f64, missing: f64, relative: bool) -> InputChannel {
+        InputChannel { name: "scatter".into(), mean, sd, missing, relative }
     }
 
     /// Three rows of four: 1 2 3 4 / 5 0 7 8 / 9 10 11 12, 0 is missing.
@@ -226,7 +232,7 @@ mod tests {
         SampleMaps { size: [3, 4], planes: vec![StoredMap::Eight(pixels)], labels }
     }
 
-    fn cut(window: Window, size: [usize; 2], channel: &Channel) -> Vec<f32> {
+    fn cut(window: InputWindow, size: [usize; 2], channel: &InputChannel) -> Vec<f32> {
         let mut out = vec![f32::MAX; size[0] * size[1]];
         fill_input(&mut out, &picture(), window, std::slice::from_ref(channel), size, Layout::Nchw);
         out
@@ -235,8 +241,8 @@ mod tests {
     #[test]
     fn windows_are_cut_and_normalised() {
         let plain = channel(0.0, 1.0, -1.0, false);
-        let window = Window::around([1, 1], [2, 2]);
-        assert_eq!(window, Window { first: [0, 0], size: [2, 2] });
+        let window = InputWindow::around([1, 1], [2, 2]);
+        assert_eq!(window, InputWindow { first: [0, 0], size: [2, 2] });
         assert_eq!(cut(window, [2, 2], &plain), [1.0, 2.0, 5.0, -1.0]);
         assert_eq!(cut(window, [2, 2], &channel(1.0, 2.0, -9.0, false)), [0.0, 0.5, 2.0, -9.0]);
         // The mean of 1, 2 and 5 is 8/3.
@@ -246,22 +252,22 @@ mod tests {
         }
         // Over the border everything is missing.
         assert_eq!(
-            cut(Window::around([0, 0], [3, 3]), [3, 3], &plain),
+            cut(InputWindow::around([0, 0], [3, 3]), [3, 3], &plain),
             [-1.0, -1.0, -1.0, -1.0, 1.0, 2.0, -1.0, 5.0, -1.0]
         );
-        assert_eq!(cut(Window::around([50, 50], [2, 1]), [2, 1], &plain), [-1.0, -1.0]);
+        assert_eq!(cut(InputWindow::around([50, 50], [2, 1]), [2, 1], &plain), [-1.0, -1.0]);
     }
 
     /// Whole factors take means of what was measured; others share pixels between cells; growing repeats them.
     #[test]
     fn resizing_takes_means() {
         let plain = channel(0.0, 1.0, -1.0, false);
-        let whole = Window { first: [0, 0], size: [3, 4] };
+        let whole = InputWindow { first: [0, 0], size: [3, 4] };
         assert_eq!(cut(whole, [1, 2], &plain), [27.0 / 5.0, 45.0 / 6.0]);
         assert_eq!(cut(whole, [3, 1], &plain), [2.5, 20.0 / 3.0, 10.5]);
         // Rows 0 to 1 and 1 to 2.
-        assert_eq!(cut(Window { first: [0, 0], size: [3, 1] }, [2, 1], &plain), [3.0, 7.0]);
-        assert_eq!(cut(Window { first: [0, 2], size: [1, 1] }, [2, 2], &plain), [3.0; 4]);
+        assert_eq!(cut(InputWindow { first: [0, 0], size: [3, 1] }, [2, 1], &plain), [3.0, 7.0]);
+        assert_eq!(cut(InputWindow { first: [0, 2], size: [1, 1] }, [2, 2], &plain), [3.0; 4]);
     }
 
     /// Cells of one pixel are that pixel, wherever the window lies; outside of the image nothing was measured.
@@ -269,7 +275,7 @@ mod tests {
     fn copies_are_the_pixels() {
         let pixels: [u8; 12] = std::array::from_fn(|i| i as u8);
         for (row, col) in (-4..6).flat_map(|row| (-5..7).map(move |col| (row, col))) {
-            let window = Window { first: [row, col], size: [2, 3] };
+            let window = InputWindow { first: [row, col], size: [2, 3] };
             let (mut short, mut long) = ([0.0; 6], [0.0; 6]);
             copy_pixels(&mut short, &pixels, f32::from, [3, 4], window);
             // Every pixel on its own.
@@ -291,7 +297,7 @@ mod tests {
         picture.planes.push(StoredMap::Sixteen { pixels: (0..12).collect(), offset: 0.5, scale: 0.25 });
         picture.planes.push(StoredMap::Float((0..12).map(|i| i as f32).collect()));
         let channels = [0, 1, 2].map(|_| channel(0.0, 1.0, -1.0, false));
-        let window = Window { first: [0, 0], size: [1, 2] };
+        let window = InputWindow { first: [0, 0], size: [1, 2] };
         let mut out = vec![0.0; 6];
         fill_input(&mut out, &picture, window, &channels, [1, 2], Layout::Nchw);
         assert_eq!(out, [1.0, 2.0, -1.0, 0.75, 0.0, 1.0]);
@@ -302,11 +308,11 @@ mod tests {
     #[test]
     fn truth_is_the_middle_pixels_class() {
         let classes = [Some(1), None, Some(0)];
-        let whole = Window { first: [0, 0], size: [3, 4] };
+        let whole = InputWindow { first: [0, 0], size: [3, 4] };
         assert_eq!(truth(&picture(), whole, [3, 4], &classes), [1, 1, 255, 255, 1, 1, 255, 255, 0, 0, 0, 0]);
         // Middle pixels: row 1 (the 2nd of 3), columns 1 and 3.
         assert_eq!(truth(&picture(), whole, [1, 2], &classes), [1, 255]);
-        let beyond = Window { first: [2, 3], size: [2, 2] };
+        let beyond = InputWindow { first: [2, 3], size: [2, 2] };
         assert_eq!(truth(&picture(), beyond, [2, 2], &classes), [0, 255, 255, 255]);
     }
 

@@ -1,4 +1,4 @@
-//! `gen check`: what a model makes of a dataset.
+//! `gen check`: accuracy of a trained model on a dataset.
 
 use std::error::Error;
 use std::fs;
@@ -18,7 +18,7 @@ use crate::split::Split;
 
 /// Name of the document in the folder of pictures.
 const REPORT_FILE: &str = "check.json";
-/// What to do where nothing can be kept there.
+/// Remedy where nothing can be kept there.
 const UNSAVED_REMEDY: &str = "make the folder writable, or check without --save";
 /// Exit status where the accuracy is below what was asked for.
 const EXIT_BELOW_ACCURACY: u8 = 3;
@@ -143,7 +143,7 @@ pub(super) fn run(arguments: &CheckArgs) -> CommandResult {
     }
     let pictures = if arguments.out.is_some() { names("", &report) } else { Vec::new() };
     let document = report.json(&pictures);
-    // First to the screen: what cannot be written then is not lost.
+    // Printed first, so that nothing is lost where a file cannot be written.
     print(&if arguments.json { format!("{document:#}\n") } else { report.table() });
     if bar.is_seen() {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
@@ -166,7 +166,7 @@ pub(super) fn run(arguments: &CheckArgs) -> CommandResult {
     }
 }
 
-/// Makes the folder, or takes an earlier one; what else lies there is nobody's to overwrite.
+/// Makes the folder, or takes that of an earlier check; refuses a folder that holds other things.
 fn prepare(out: &Path) -> Result<(), UsageError> {
     let describe = |what: String| UsageError(format!("--out {}: {what}; give a new folder", out.display()));
     if !out.exists() {
@@ -179,8 +179,8 @@ fn prepare(out: &Path) -> Result<(), UsageError> {
     output::check_writable(&out.join(REPORT_FILE)).map_err(UsageError)
 }
 
-/// Sums of the dataset before the work, and whether its folder can be written; nothing where it is no dataset, which the
-/// check itself tells.
+/// Sums of the dataset before the work, and whether its folder can be written; `None` where it is no dataset, which the
+/// check itself reports.
 fn sums_before(dir: &Path) -> Result<Option<DatasetSums>, String> {
     let Some(sums) = sums(dir) else { return Ok(None) };
     let reports = dir.join(REPORTS);
@@ -200,7 +200,7 @@ fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport) -> 
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();
     let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     let usual: String = format!("check-{stem}-{}", report.split()).chars().map(plain).collect();
-    // Of another model by that name the document stays.
+    // The report of another model file of that name is kept.
     let is_other = |name: &String| {
         let text = fs::read(reports.join(format!("{name}.json")));
         let kept = text.ok().map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::progress::say;
 use super::{CommandResult, output, print};
-use crate::compare::{Comparison, ScanSource, Statistics, StatisticsBuilder};
+use crate::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
 use crate::dataset::Fault;
 
 #[derive(Debug, Args)]
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-fn statistics(source: &ScanSource, path: &Path) -> Result<Statistics, Fault> {
+fn statistics(source: &ScanSource, path: &Path) -> Result<ScanStatistics, Fault> {
     let mut builder = StatisticsBuilder::new(source.name());
     let mut unit = None;
     for i in 0..source.len() {

@@ -1,4 +1,4 @@
-//! `gen --recipe R --n N`: checks the order, says what it will take, and makes it.
+//! `gen --recipe R --n N`: checks the request, estimates its cost, and generates the dataset.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -57,7 +57,7 @@ pub(super) fn threads(asked: Option<usize>) -> Result<usize, UsageError> {
     }
 }
 
-/// Says of a slow model of transport how much it does and what it is for.
+/// Warns of a slow model of transport.
 pub(super) fn warn(recipe: &Recipe) {
     let work = match recipe.transport() {
         Transport::Kernel => return,
@@ -88,7 +88,7 @@ fn requested_samples(arguments: &GenerateArgs) -> Result<u64, UsageError> {
     n.map_err(UsageError)
 }
 
-/// The dataset that the order continues: the folder that stands for its recipe, unless it is to go elsewhere.
+/// The dataset that the request continues: the folder that --recipe names, unless --out names another.
 fn continued(arguments: &GenerateArgs) -> Option<Dataset> {
     let root = arguments.recipe.as_deref().map(Path::new).filter(|root| root.is_dir())?;
     let place = |path: &Path| path.canonicalize().ok();

@@ -1,4 +1,4 @@
-//! `gen icon`: what files of the real camera hold.
+//! `gen icon`: describes files of the real camera.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use output_schema::file::DATASET;
 
 use super::{CommandResult, UsageError, print};
 use crate::dataset::Fault;
-use crate::icon::{Content, Light, Range, Scan, ScanReader, Scatter, SensorImage, Traits, open};
+use crate::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
 
 /// Rows that are handled at a time.
 const ROWS_AT_A_TIME: usize = 256;
@@ -99,14 +99,14 @@ fn describe(reader: &mut ScanReader) -> Result<String, Fault> {
     Ok(text)
 }
 
-fn names(scan: &Scan) -> Vec<&'static str> {
+fn names(scan: &IconScan) -> Vec<&'static str> {
     let range = match scan.range {
-        Range::Steps(_) => "Range WORD",
-        Range::World(_) => "Range FLOAT",
+        RangeValues::Steps(_) => "Range WORD",
+        RangeValues::World(_) => "Range FLOAT",
     };
     let light = scan.light.as_ref().map(|light| match light {
-        Light::Intensity(_) => "Intensity BYTE",
-        Light::Reflectance(_) => "Reflectance BYTE",
+        PeakLight::Intensity(_) => "Intensity BYTE",
+        PeakLight::Reflectance(_) => "Reflectance BYTE",
     });
     let scatter = scan.scatter.as_ref().map(|scatter| match scatter {
         Scatter::Byte(_) => "Scatter BYTE",

@@ -74,7 +74,7 @@ impl GenerateBar {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -139,7 +139,7 @@ impl WorkBar {
         self.0.inc(work);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(&self) {
         self.0.finish_and_clear();
     }
@@ -155,7 +155,7 @@ impl CountBar {
         Self(bar(&template, None))
     }
 
-    /// Takes things done and things in all.
+    /// Sets the things done and their number.
     pub(super) fn show(&self, done: u64, all: u64) {
         self.0.set_length(all);
         self.0.set_position(done);
@@ -166,12 +166,12 @@ impl CountBar {
         self.0.position()
     }
 
-    /// Whether anybody sees it.
+    /// Whether it is visible.
     pub(super) fn is_seen(&self) -> bool {
         !self.0.is_hidden()
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(&self) {
         self.0.finish_and_clear();
     }
@@ -187,7 +187,7 @@ impl ValidationBar {
         Self(bar(template, Some(total)), AtomicU64::new(0))
     }
 
-    /// Takes a step that is done.
+    /// Adds a step that is done.
     pub(super) fn show(&self, step: ValidationStep) {
         if self.0.is_hidden() {
             return;
@@ -198,13 +198,13 @@ impl ValidationBar {
         self.0.inc(step.samples);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn end(&self) {
         self.0.finish_and_clear();
     }
 }
 
-/// A bar for `total` things, or for a number that is told later; hidden where there is nothing to do or standard error is no
+/// A bar for `total` things, or for a number that is set later; hidden where there is nothing to do or standard error is no
 /// terminal.
 fn bar(template: &str, total: Option<u64>) -> ProgressBar {
     if total == Some(0) || !std::io::stderr().is_terminal() {

@@ -13,9 +13,9 @@ use crate::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangul
 use crate::study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
 use crate::transport::path::Effort;
 
-/// Most photons for a single question: days of work.
+/// Largest number of photons for a single question: days of work.
 const MAX_PHOTONS: u64 = 10_000_000_000;
-/// Most repeats of a study of the instrument: hours of work.
+/// Largest number of repeats of a study of the instrument: hours of work.
 const MAX_REPEATS: u64 = 10_000;
 
 #[derive(Debug, Subcommand)]

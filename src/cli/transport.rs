@@ -1,4 +1,4 @@
-//! `gen transport`: one model, one medium, everything that it says as JSON.
+//! `gen transport`: the answer of one model about one medium, as JSON.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use crate::transport::path::Effort;
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
-/// Most photons: weeks of work.
+/// Largest number of photons: weeks of work.
 const MAX_PHOTONS: u64 = 1_000_000_000_000;
 
 #[derive(Debug, Args)]

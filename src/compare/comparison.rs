@@ -5,9 +5,9 @@ use std::fmt::Write;
 use image::RgbImage;
 use serde_json::{Value, json};
 
-use super::distribution::{Distance, EmpiricalDistribution};
-use super::noise::Direction;
-use super::{Statistics, plots};
+use super::distribution::{DistributionDistance, EmpiricalDistribution};
+use super::noise::ScanDirection;
+use super::{ScanStatistics, plots};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;
@@ -16,20 +16,20 @@ const SCHEMA_VERSION: u32 = 1;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// The simulated one, as a rule.
-    pub sim: Statistics,
+    pub sim: ScanStatistics,
     /// The real one, as a rule.
-    pub real: Statistics,
+    pub real: ScanStatistics,
 }
 
 /// How far the two sides lie apart in one statistic.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NamedDistance {
+pub struct StatisticDistance {
     /// What is compared.
     pub name: &'static str,
     /// Unit of the numbers; `1` for pure ones.
     pub unit: &'static str,
     /// The distance; `None` where one side lacks the numbers.
-    pub distance: Option<Distance>,
+    pub distance: Option<DistributionDistance>,
 }
 
 impl Comparison {
@@ -39,10 +39,10 @@ impl Comparison {
     }
 
     /// The distance of each pair of samples.
-    pub fn distances(&self) -> [NamedDistance; 5] {
-        let of = |name, unit, sample: fn(&Statistics) -> &EmpiricalDistribution| {
+    pub fn distances(&self) -> [StatisticDistance; 5] {
+        let of = |name, unit, sample: fn(&ScanStatistics) -> &EmpiricalDistribution| {
             let distance = sample(&self.sim).distance(sample(&self.real));
-            NamedDistance { name, unit, distance }
+            StatisticDistance { name, unit, distance }
         };
         [
             of("range noise", self.thousandth(), |side| &side.noise_sample),
@@ -69,7 +69,7 @@ impl Comparison {
         line("missing heights [%]", sides.map(|side| percent(side.missing)));
         line("least reflectance beside a height [DN]", sides.map(|side| number(side.least_reflectance, 0)));
         line("saturated reflectance [%]", sides.map(|side| percent(side.saturated)));
-        for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+        for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
             let direction = direction.describe();
             line(&format!("range noise, {direction} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
             line(&format!("  edges left out, {direction} [%]"), sides.map(|side| percent(side.edges[i])));
@@ -80,7 +80,7 @@ impl Comparison {
             numbers.map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.2}")).join(" / "))
         };
         line("speckle contrast of patches, p10 / p50 / p90", sides.map(|side| three(side.contrast)));
-        for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+        for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
             let direction = direction.describe();
             let one = |list: &[f64]| number(list.get(1).copied(), 3);
             line(&format!("  lag-1 correlation, {direction}"), sides.map(|side| one(&side.grain[i])));
@@ -88,7 +88,7 @@ impl Comparison {
         line("laser line width, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_width_px)));
         line("laser line sigma, p10 / p50 / p90 [px]", sides.map(|side| three(side.line_sigma_px)));
         let _ = writeln!(text, "\n{:20}{:>10}{:>10}{:>24}{:>28}", "apart", "KS", "p", "Wasserstein-1", "numbers");
-        for NamedDistance { name, unit, distance } in self.distances() {
+        for StatisticDistance { name, unit, distance } in self.distances() {
             let Some(d) = distance else { continue };
             let apart = format!("{:.4} {}", d.wasserstein, if unit == "1" { "" } else { unit });
             let p = if d.p < 1e-4 { "< 0.0001".into() } else { format!("{:.4}", d.p) };
@@ -100,11 +100,11 @@ impl Comparison {
 
     /// The document.
     pub fn json(&self) -> Value {
-        let distance = |d: Distance| json!({ "ks": d.ks, "p_if_independent": d.p, "wasserstein": d.wasserstein, "counts": d.counts });
+        let distance = |d: DistributionDistance| json!({ "ks": d.ks, "p_if_independent": d.p, "wasserstein": d.wasserstein, "counts": d.counts });
         let distances: serde_json::Map<String, Value> = self
             .distances()
             .into_iter()
-            .map(|NamedDistance { name, unit, distance: found }| {
+            .map(|StatisticDistance { name, unit, distance: found }| {
                 let key = if unit == "1" { name.to_string() } else { format!("{name} {unit}") };
                 (key.replace(' ', "_").to_lowercase(), found.map_or(Value::Null, distance))
             })
@@ -124,9 +124,9 @@ impl Comparison {
     }
 }
 
-fn side(side: &Statistics) -> Value {
+fn side(side: &ScanStatistics) -> Value {
     let pair = |values: [Value; 2]| -> Value {
-        Direction::BOTH
+        ScanDirection::BOTH
             .iter()
             .zip(values)
             .map(|(direction, value)| (direction.key().to_string(), value))
@@ -152,8 +152,9 @@ fn side(side: &Statistics) -> Value {
         "line_width_px": three(side.line_width_px),
         "line_sigma_px": three(side.line_sigma_px),
         "range_spectrum": pair(side.spectrum.clone().map(|points| {
-            let [f, p]: [Vec<f64>; 2] = [points.iter().map(|p| p.0).collect(), points.iter().map(|p| p.1).collect()];
-            json!({ "cycles_per_px": f, (format!("{thousandth}2_px")): p })
+            let frequencies: Vec<f64> = points.iter().map(|point| point.frequency).collect();
+            let powers: Vec<f64> = points.iter().map(|point| point.power).collect();
+            json!({ "cycles_per_px": frequencies, (format!("{thousandth}2_px")): powers })
         })),
     })
 }
@@ -182,8 +183,9 @@ mod tests {
     /// What was not measured is a dash in the table and null in the document, and no distance is made up.
     #[test]
     fn unknown_is_told_as_unknown() {
-        let real = Statistics { name: "a name that is far too long for its column".into(), ..Statistics::default() };
-        let comparison = Comparison { sim: Statistics::default(), real };
+        let real =
+            ScanStatistics { name: "a name that is far too long for its column".into(), ..ScanStatistics::default() };
+        let comparison = Comparison { sim: ScanStatistics::default(), real };
         let table = comparison.table();
         assert_eq!(table.lines().next(), Some(format!("{:>92}", ".. long for its column").as_str()), "{table}");
         assert!(!table.contains("NaN") && table.lines().all(|line| line.chars().count() <= 92), "{table}");

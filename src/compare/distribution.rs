@@ -13,9 +13,9 @@
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EmpiricalDistribution(Vec<f32>);
 
-/// How far two samples lie apart.
+/// Distances between two samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Distance {
+pub struct DistributionDistance {
     /// Numbers in each sample.
     pub counts: [usize; 2],
     /// Kolmogorov-Smirnov distance [1].
@@ -84,8 +84,8 @@ impl EmpiricalDistribution {
         Some((self.quantile(0.75)? - self.quantile(0.25)?) / QUARTILES)
     }
 
-    /// How far this sample lies from another; `None` where one has no numbers.
-    pub fn distance(&self, other: &Self) -> Option<Distance> {
+    /// Distances to another sample; `None` where one has no numbers.
+    pub fn distance(&self, other: &Self) -> Option<DistributionDistance> {
         let (a, b) = (&self.0, &other.0);
         let (n, m) = (a.len(), b.len());
         if n == 0 || m == 0 {
@@ -108,7 +108,7 @@ impl EmpiricalDistribution {
             ks = ks.max(apart);
             before = Some((value, apart));
         }
-        Some(Distance { counts: [n, m], ks, p: significance(ks, n, m), wasserstein })
+        Some(DistributionDistance { counts: [n, m], ks, p: significance(ks, n, m), wasserstein })
     }
 }
 

@@ -1,6 +1,6 @@
-//! Frames as JSON, as programs on the camera's own platform store them: a list of images with pixel size and base64
-//! pixels. The first image is range (16 bits, 0 where missing), the second reflectance (8 bits) on the same grid; what
-//! follows is left unread.
+//! JSON frames, as programs on the camera's own platform store them: a list of images with pixel size and base64 pixels.
+//! The first image is range (16 bits, 0 where missing), the second reflectance (8 bits) on the same grid; further images
+//! are not read.
 
 use std::fs;
 use std::path::Path;

@@ -1,16 +1,17 @@
-//! Laser line width in one sensor column: full width at half maximum above the dark level, and standard deviation. A Gaussian has 2.355 of these in that; light from below the surface has long tails, and fewer.
+//! Laser line width in one sensor column: full width at half maximum above the dark level, and standard deviation. A
+//! Gaussian is 2.355 deviations wide at half maximum; light from below the surface has long tails, and the ratio is smaller.
 
 /// Least light above the dark level that makes a line [DN].
 pub const MIN_PEAK_DN: f32 = 20.0;
 
 /// The brightest row of a column, the first of several alike, and the median, which stands for the dark level.
-struct Peak {
+struct ColumnPeak {
     row: usize,
     dn: u8,
     dark: f32,
 }
 
-impl Peak {
+impl ColumnPeak {
     /// `None` where the column has no rows.
     fn of(column: &[u8]) -> Option<Self> {
         let mut order = column.to_vec();
@@ -24,7 +25,7 @@ impl Peak {
 /// Full width at half maximum of a column of digital numbers, linear between rows [px]. The dark level is the median of
 /// the column. `None` where the peak is saturated, too dark, or cut off by the edge.
 pub fn full_width(column: &[u8]) -> Option<f32> {
-    let Peak { row: top, dn: peak, dark } = Peak::of(column)?;
+    let ColumnPeak { row: top, dn: peak, dark } = ColumnPeak::of(column)?;
     if peak == u8::MAX || f32::from(peak) - dark < MIN_PEAK_DN {
         return None;
     }
@@ -40,7 +41,7 @@ pub fn full_width(column: &[u8]) -> Option<f32> {
 /// Standard deviation of the light above the dark level within one and a half `width`s of the peak [px]: 3.5 deviations of a
 /// Gaussian. `None` where that is not all in the column.
 pub fn line_deviation(column: &[u8], width: f32) -> Option<f32> {
-    let Peak { row: top, dark, .. } = Peak::of(column)?;
+    let ColumnPeak { row: top, dark, .. } = ColumnPeak::of(column)?;
     let reach = (1.5 * width).ceil() as usize;
     let rows = column.get(top.checked_sub(reach)?..=top + reach)?;
     let (mut sum, mut first, mut second) = (0.0f32, 0.0f32, 0.0f32);

@@ -1,11 +1,11 @@
-//! Simulated and real scans side by side: the same statistics of both, how far they lie apart, and a page of plots.
+//! Comparison of simulated with real scans: the same statistics of both sides, their distances, and a page of plots.
 //!
 //! ```text
-//! path --ScanSource::open--> ScanSource --scan by scan--> StatisticsBuilder --> Statistics --> Comparison --> table, JSON, page
+//! path -> ScanSource -> ScanMaps, scan by scan -> StatisticsBuilder -> Statistics -> Comparison -> table, JSON, page
 //! ```
 //!
-//! It knows files and numbers, and nothing of how a scan came to be: both sides take the same way. Each statistic is a
-//! function of a frame in a file of its own, which says what it takes for granted.
+//! This module knows files and numbers but not how a scan was made, so both sides are treated alike. Each statistic is a
+//! function of one scan in a file of its own, whose header states its assumptions.
 
 mod comparison;
 mod dataset;
@@ -20,10 +20,10 @@ mod source;
 pub mod speckle;
 mod statistics;
 
-pub use comparison::{Comparison, NamedDistance};
+pub use comparison::{Comparison, StatisticDistance};
 pub use dataset::frame_of;
 pub use source::ScanSource;
-pub use statistics::{Statistics, StatisticsBuilder};
+pub use statistics::{ScanStatistics, StatisticsBuilder};
 
 /// One exposure of the sensor.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub enum RangeUnit {
 }
 
 impl RangeUnit {
-    /// Name of its thousandth, in which noise is told.
+    /// Name of its thousandth, the unit of noise.
     pub fn thousandth(self) -> &'static str {
         match self {
             Self::Mm => "um",

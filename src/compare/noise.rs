@@ -2,8 +2,8 @@
 //!
 //! z[i-1] - 2 z[i] + z[i+1] takes away every plane; of white noise with deviation s it has the deviation sqrt(6) s. What
 //! is left of a curved surface, and of noise that is alike in neighbours, is in it too: noise with the correlations r1
-//! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond [`EDGE_DEVIATIONS`] robust deviations are
-//! edges of the object, and counted apart.
+//! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond [`EDGE_DEVIATIONS`] robust
+//! deviations are edges of the object and are counted apart.
 //!
 //! The correlation along one direction is that of second differences across the other: such a difference mixes no
 //! neighbours along the first, so the surface goes and the correlation stays.
@@ -20,14 +20,14 @@ const MAX_SAMPLED_DIFFERENCES: usize = 200_000;
 
 /// A direction of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
+pub enum ScanDirection {
     /// Along the laser line: from column to column.
     Along,
     /// Across profiles: from row to row.
     Across,
 }
 
-impl Direction {
+impl ScanDirection {
     /// Both.
     pub const BOTH: [Self; 2] = [Self::Along, Self::Across];
 
@@ -71,11 +71,11 @@ pub struct SecondDifferences {
 
 impl SecondDifferences {
     /// Of a frame; NaN deviation where it has no three neighbours.
-    pub fn new(frame: &ScanMaps, direction: Direction) -> Self {
+    pub fn new(frame: &ScanMaps, direction: ScanDirection) -> Self {
         let (cols, rows, step) = (frame.cols, frame.rows, direction.step(frame.cols));
         let inner = |x: usize, y: usize| match direction {
-            Direction::Along => x > 0 && x + 1 < cols,
-            Direction::Across => y > 0 && y + 1 < rows,
+            ScanDirection::Along => x > 0 && x + 1 < cols,
+            ScanDirection::Across => y > 0 && y + 1 < rows,
         };
         let scale = 1000.0 / 6.0_f64.sqrt();
         let mut map = vec![f32::NAN; cols * rows];
@@ -89,7 +89,7 @@ impl SecondDifferences {
                 let i = y * cols + x;
                 let second = (scale * (frame.range[i - step] - 2.0 * frame.range[i] + frame.range[i + step])) as f32;
                 map[i] = second;
-                let place = if direction == Direction::Along { x } else { y };
+                let place = if direction == ScanDirection::Along { x } else { y };
                 if place % 3 == 1 && second.is_finite() {
                     apart.push(second);
                 }
@@ -114,12 +114,12 @@ pub struct NoiseCorrelation([[f64; 3]; NOISE_LAGS]);
 
 impl NoiseCorrelation {
     /// Adds the pairs along `direction` of second differences across the other direction.
-    pub fn add(&mut self, frame: &ScanMaps, second: &SecondDifferences, direction: Direction) {
+    pub fn add(&mut self, frame: &ScanMaps, second: &SecondDifferences, direction: ScanDirection) {
         let value = |i: usize| second.map[i] - second.middle;
         for (lag, sums) in self.0.iter_mut().enumerate() {
             let (to_x, to_y) = match direction {
-                Direction::Along => (frame.cols.saturating_sub(lag), frame.rows),
-                Direction::Across => (frame.cols, frame.rows.saturating_sub(lag)),
+                ScanDirection::Along => (frame.cols.saturating_sub(lag), frame.rows),
+                ScanDirection::Across => (frame.cols, frame.rows.saturating_sub(lag)),
             };
             for y in 0..to_y {
                 for x in 0..to_x {
@@ -166,8 +166,8 @@ mod tests {
         ScanMaps { name: name.into(), cols, rows, range, ..ScanMaps::default() }
     }
 
-    fn correlation(frame: &ScanMaps, direction: Direction) -> NoiseCorrelation {
-        let other = if direction == Direction::Along { Direction::Across } else { Direction::Along };
+    fn correlation(frame: &ScanMaps, direction: ScanDirection) -> NoiseCorrelation {
+        let other = if direction == ScanDirection::Along { ScanDirection::Across } else { ScanDirection::Along };
         let mut correlation = NoiseCorrelation::default();
         correlation.add(frame, &SecondDifferences::new(frame, other), direction);
         correlation
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn white_noise_is_found() {
         let frame = frame("white", 0.015, 0.0);
-        for direction in Direction::BOTH {
+        for direction in ScanDirection::BOTH {
             let second = SecondDifferences::new(&frame, direction);
             // The interquartile range of n numbers has a relative standard error of 1.167 / sqrt(n); alpha 1e-4.
             let n = second.sample.numbers().len() as f64;
@@ -203,13 +203,13 @@ mod tests {
         let r1 = w / (1.0 + w * w);
         let frame = frame("moving", 0.01, w);
         let error = 3.9 * (35.0 / 18.0_f64 * 2.0 / (300.0 * 200.0)).sqrt();
-        let along = correlation(&frame, Direction::Along);
+        let along = correlation(&frame, ScanDirection::Along);
         let (one, two) = (along.at(1).expect("there is noise"), along.at(2).expect("there is noise"));
         assert!((one - r1).abs() < error && two.abs() < error, "{one} and {two} +- {error}");
-        let across = correlation(&frame, Direction::Across).at(1).expect("there is noise");
+        let across = correlation(&frame, ScanDirection::Across).at(1).expect("there is noise");
         assert!(across.abs() < error, "{across} +- {error}");
         let expected = 10.0 * (1.0 - 4.0 * r1 / 3.0).sqrt();
-        let found = f64::from(SecondDifferences::new(&frame, Direction::Along).deviation);
+        let found = f64::from(SecondDifferences::new(&frame, ScanDirection::Along).deviation);
         assert!((found / expected - 1.0).abs() < 3.9 * 1.167 * 1.5 / 20_000_f64.sqrt(), "{found}, not {expected}");
     }
 
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn edges_and_gaps_stay_out() {
         let mut frame = frame("edges", 0.015, 0.0);
-        let plain = f64::from(SecondDifferences::new(&frame, Direction::Along).deviation);
+        let plain = f64::from(SecondDifferences::new(&frame, ScanDirection::Along).deviation);
         for (i, z) in frame.range.iter_mut().enumerate() {
             match i % 300 {
                 100..150 => *z += 5.0,
@@ -225,13 +225,13 @@ mod tests {
                 _ => {}
             }
         }
-        let second = SecondDifferences::new(&frame, Direction::Along);
+        let second = SecondDifferences::new(&frame, ScanDirection::Along);
         assert!((f64::from(second.deviation) / plain - 1.0).abs() < 0.05, "{} for {plain}", second.deviation);
         assert!(!second.is_noise(second.map[100]) && !second.is_noise(second.map[200]) && second.map[200].is_nan());
-        let r = correlation(&frame, Direction::Along).at(1).expect("there is noise");
+        let r = correlation(&frame, ScanDirection::Along).at(1).expect("there is noise");
         assert!(r.abs() < 0.04, "{r}");
         let empty = ScanMaps { range: vec![f64::NAN; 60_000], ..frame };
-        assert!(SecondDifferences::new(&empty, Direction::Along).deviation.is_nan());
-        assert_eq!(correlation(&empty, Direction::Along).at(1), None);
+        assert!(SecondDifferences::new(&empty, ScanDirection::Along).deviation.is_nan());
+        assert_eq!(correlation(&empty, ScanDirection::Along).at(1), None);
     }
 }

@@ -2,9 +2,10 @@
 
 use image::{Rgb, RgbImage};
 
-use super::distribution::{Distance, EmpiricalDistribution};
-use super::noise::Direction;
-use super::{Comparison, Statistics};
+use super::distribution::{DistributionDistance, EmpiricalDistribution};
+use super::noise::ScanDirection;
+use super::power_spectrum::SpectrumPoint;
+use super::{Comparison, ScanStatistics};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, INK, MARGIN, Page};
 
@@ -25,13 +26,13 @@ pub(super) fn draw(comparison: &Comparison) -> RgbImage {
         histogram(sides, "Reflectance, unsaturated", "DN", |side| &side.light_sample),
         histogram(sides, "Speckle contrast of patches", "", |side| &side.contrast_sample),
     ];
-    for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+    for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
         charts.push(lags(sides, &format!("Correlation of range noise, {}", direction.describe()), move |side| {
             &side.noise_correlation[i]
         }));
     }
     charts.push(lags(sides, "Correlation of reflectance, along the line", |side| &side.grain[0]));
-    for (i, direction) in Direction::BOTH.into_iter().enumerate() {
+    for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
         charts.push(spectrum(
             sides,
             &format!("Power of heights, {}", direction.describe()),
@@ -69,10 +70,10 @@ fn series(points: Vec<(f64, f64)>, side: usize) -> Series {
 
 /// Densities of two samples on common bars, from the least 0.5 % to the largest.
 fn histogram(
-    sides: [&Statistics; 2],
+    sides: [&ScanStatistics; 2],
     title: &str,
     unit: &str,
-    pick: fn(&Statistics) -> &EmpiricalDistribution,
+    pick: fn(&ScanStatistics) -> &EmpiricalDistribution,
 ) -> Option<Chart> {
     let samples = sides.map(pick);
     let ends = |share| samples.iter().filter_map(move |sample| sample.quantile(share)).collect::<Vec<f64>>();
@@ -99,11 +100,15 @@ fn histogram(
     Some(Chart { title: title.into(), x, y, series: all, foot: (apart.map_or(String::new(), describe), INK) })
 }
 
-fn describe(distance: Distance) -> String {
+fn describe(distance: DistributionDistance) -> String {
     format!("KS {:.3}, W1 {:.3}", distance.ks, distance.wasserstein)
 }
 
-fn lags<'a>(sides: [&'a Statistics; 2], title: &str, pick: impl Fn(&'a Statistics) -> &'a Vec<f64>) -> Option<Chart> {
+fn lags<'a>(
+    sides: [&'a ScanStatistics; 2],
+    title: &str,
+    pick: impl Fn(&'a ScanStatistics) -> &'a Vec<f64>,
+) -> Option<Chart> {
     let lists = sides.map(pick);
     let longest = lists.iter().map(|list| list.len()).max().filter(|count| *count > 1)?;
     let points = |list: &[f64]| list.iter().enumerate().map(|(lag, r)| (lag as f64, *r)).collect::<Vec<_>>();
@@ -117,17 +122,18 @@ fn lags<'a>(sides: [&'a Statistics; 2], title: &str, pick: impl Fn(&'a Statistic
     })
 }
 
-fn spectrum(sides: [&Statistics; 2], title: &str, way: usize, unit: &str) -> Option<Chart> {
+fn spectrum(sides: [&ScanStatistics; 2], title: &str, way: usize, unit: &str) -> Option<Chart> {
     let lists = sides.map(|side| &side.spectrum[way]);
-    let powers = || lists.iter().flat_map(|list| list.iter()).map(|point| point.1).filter(|power| *power > 0.0);
+    let powers = || lists.iter().flat_map(|list| list.iter()).map(|point| point.power).filter(|power| *power > 0.0);
     let (low, high) = (powers().reduce(f64::min)?, powers().reduce(f64::max)?);
     let decade = |power: f64| libm::log10(power);
     let ends = (libm::pow(10.0, decade(low).floor()), libm::pow(10.0, decade(high).floor() + 1.0));
+    let curve = |list: &[SpectrumPoint]| list.iter().map(|point| (point.frequency, point.power)).collect();
     Some(Chart {
         title: title.into(),
         x: Axis::even("frequency [cycles/px]", 0.0, 0.5),
         y: Axis::log(&format!("power [{unit}^2 per cycle/px]"), ends.0, ends.1),
-        series: lists.into_iter().enumerate().map(|(side, list)| series(list.clone(), side)).collect(),
+        series: lists.into_iter().enumerate().map(|(side, list)| series(curve(list), side)).collect(),
         foot: (String::new(), INK),
     })
 }

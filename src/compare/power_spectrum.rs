@@ -1,6 +1,6 @@
-//! Power spectra of rows and columns: how the unevenness of heights is spread over frequencies.
+//! Power spectral density of heights along rows and columns, by Welch's method.
 //!
-//! Welch's method (1967): segments of [`SEGMENT`] pixels that overlap by half, a straight line taken out of each, Hann window,
+//! Welch (1967): segments of [`SEGMENT`] pixels that overlap by half, a straight line taken out of each, Hann window,
 //! mean of the squared transforms. One-sided and scaled so that the area below the curve is the variance: white noise of
 //! deviation s lies at 2 s^2 [um^2 per cycle/px], a sine of amplitude a adds an area of a^2 / 2. Segments with a missing
 //! pixel or an edge are left out: one step of a millimetre would cover the noise of thousands of segments. The line takes
@@ -13,7 +13,7 @@ use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlannerScalar};
 
 use super::ScanMaps;
-use super::noise::{Direction, SecondDifferences};
+use super::noise::{ScanDirection, SecondDifferences};
 
 /// Pixels of a segment.
 pub const SEGMENT: usize = 32;
@@ -21,6 +21,15 @@ pub const SEGMENT: usize = 32;
 pub const FREQUENCIES: usize = SEGMENT / 2 - 1;
 /// Most segments of a frame; lines are left out evenly beyond that.
 const MAX_SEGMENTS: usize = 20_000;
+
+/// A point of a power spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumPoint {
+    /// Frequency [cycles/px].
+    pub frequency: f64,
+    /// Power [um^2 or mpx^2, per cycle/px].
+    pub power: f64,
+}
 
 /// Welch estimate: sum of the periodograms of segments.
 #[derive(Clone)]
@@ -41,10 +50,10 @@ impl Default for PowerSpectrum {
 
 impl PowerSpectrum {
     /// Adds the lines of a frame in one direction, of which `second` holds the second differences.
-    pub fn add(&mut self, frame: &ScanMaps, direction: Direction, second: &SecondDifferences) {
+    pub fn add(&mut self, frame: &ScanMaps, direction: ScanDirection, second: &SecondDifferences) {
         let (lines, length, start) = match direction {
-            Direction::Along => (frame.rows, frame.cols, frame.cols),
-            Direction::Across => (frame.cols, frame.rows, 1),
+            ScanDirection::Along => (frame.rows, frame.cols, frame.cols),
+            ScanDirection::Across => (frame.cols, frame.rows, 1),
         };
         let each = length / (SEGMENT / 2);
         let keep = (lines * each).div_ceil(MAX_SEGMENTS).max(1);
@@ -78,12 +87,15 @@ impl PowerSpectrum {
         self.segments += 1;
     }
 
-    /// (frequency [cycles/px], power [um^2 per cycle/px]); empty where no segment was whole.
-    pub fn points(&self) -> Vec<(f64, f64)> {
+    /// The estimate, by frequency; empty where no segment was whole.
+    pub fn points(&self) -> Vec<SpectrumPoint> {
         if self.segments == 0 {
             return Vec::new();
         }
-        let point = |(i, power): (usize, &f64)| ((i + 1) as f64 / SEGMENT as f64, power / self.segments as f64);
+        let point = |(i, power): (usize, &f64)| SpectrumPoint {
+            frequency: (i + 1) as f64 / SEGMENT as f64,
+            power: power / self.segments as f64,
+        };
         self.power.iter().enumerate().map(point).collect()
     }
 }
@@ -99,7 +111,7 @@ mod tests {
         ScanMaps { cols, rows, range, ..ScanMaps::default() }
     }
 
-    fn points(frame: &ScanMaps, direction: Direction) -> Vec<(f64, f64)> {
+    fn points(frame: &ScanMaps, direction: ScanDirection) -> Vec<SpectrumPoint> {
         let mut spectrum = PowerSpectrum::default();
         spectrum.add(frame, direction, &SecondDifferences::new(frame, direction));
         spectrum.points()
@@ -110,8 +122,8 @@ mod tests {
     fn white_noise_is_flat() {
         let mut rng = Stream::root(2).child("white").rng();
         let frame = frame(256, 256, |_, _| 0.01 * normal(&mut rng));
-        for direction in Direction::BOTH {
-            for (f, power) in points(&frame, direction) {
+        for direction in ScanDirection::BOTH {
+            for SpectrumPoint { frequency: f, power } in points(&frame, direction) {
                 // 256 lines of 15 segments, 1 in 500 left out; those that overlap by half under a Hann window are alike by
                 // 1/36, so a standard error of 1.03 / sqrt(3800); alpha 1e-4 for 30 numbers: 4.7. What the line leaves of
                 // the first two frequencies is |(1 - line) window exp(i w n)|^2 / |window|^2.
@@ -126,12 +138,12 @@ mod tests {
     #[test]
     fn sines_stand_at_their_frequency() {
         let frame = frame(256, 64, |x, _| 0.02 * libm::sin(TAU / 4.0 * x as f64 + 0.5));
-        let along = points(&frame, Direction::Along);
-        let area: f64 = along.iter().map(|(_, power)| power / SEGMENT as f64).sum();
+        let along = points(&frame, ScanDirection::Along);
+        let area: f64 = along.iter().map(|point| point.power / SEGMENT as f64).sum();
         assert!((area / 200.0 - 1.0).abs() < 0.005, "{area}");
-        let peak = along.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are points");
-        assert_eq!(peak.0, 0.25);
-        assert!(points(&frame, Direction::Across).iter().all(|(_, power)| *power < 1e-6));
+        let peak = along.iter().max_by(|a, b| a.power.total_cmp(&b.power)).expect("there are points");
+        assert_eq!(peak.frequency, 0.25);
+        assert!(points(&frame, ScanDirection::Across).iter().all(|point| point.power < 1e-6));
     }
 
     /// Slopes are no unevenness, and segments with a gap are left out.
@@ -139,9 +151,11 @@ mod tests {
     fn slopes_and_gaps_are_left_out() {
         let slope = frame(128, 64, |x, y| 0.25 * x as f64 - 0.5 * y as f64);
         assert!(
-            Direction::BOTH.iter().all(|direction| points(&slope, *direction).iter().all(|(_, power)| *power < 1e-6))
+            ScanDirection::BOTH
+                .iter()
+                .all(|direction| points(&slope, *direction).iter().all(|point| point.power < 1e-6))
         );
         let gaps = frame(128, 64, |x, _| if x % 30 == 0 { f64::NAN } else { 0.0 });
-        assert!(points(&gaps, Direction::Along).is_empty());
+        assert!(points(&gaps, ScanDirection::Along).is_empty());
     }
 }

@@ -1,4 +1,4 @@
-//! Where frames come from: a dataset, files of the real camera, EXR or JSON, alone or in a folder.
+//! Scan sources: a dataset, or files of the real camera, EXR or JSON, alone or in a folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,11 +13,11 @@ use crate::icon::{self, Content, Traits};
 #[derive(Debug)]
 pub struct ScanSource {
     name: String,
-    kind: Origin,
+    kind: ScanFiles,
 }
 
 #[derive(Debug)]
-enum Origin {
+enum ScanFiles {
     Dataset(Box<Dataset>, Vec<u64>),
     Files(Vec<PathBuf>),
 }
@@ -35,11 +35,11 @@ impl ScanSource {
         if path.join(DATASET).is_file() {
             let dataset = Dataset::open(path)?;
             let chosen = evenly(dataset.head().samples, most);
-            return Ok(Self { name, kind: Origin::Dataset(Box::new(dataset), chosen) });
+            return Ok(Self { name, kind: ScanFiles::Dataset(Box::new(dataset), chosen) });
         }
         if !path.is_dir() {
             if path.exists() || path.with_extension("xml").exists() {
-                return Ok(Self { name, kind: Origin::Files(vec![path.into()]) });
+                return Ok(Self { name, kind: ScanFiles::Files(vec![path.into()]) });
             }
             return Err(Fault::at(path, "it is not there", "name a dataset, a folder of scans, or a scan"));
         }
@@ -53,7 +53,7 @@ impl ScanSource {
         }
         files.sort();
         let chosen = evenly(files.len() as u64, most);
-        Ok(Self { name, kind: Origin::Files(chosen.iter().map(|&i| files[i as usize].clone()).collect()) })
+        Ok(Self { name, kind: ScanFiles::Files(chosen.iter().map(|&i| files[i as usize].clone()).collect()) })
     }
 
     /// What to call it: its last name.
@@ -64,8 +64,8 @@ impl ScanSource {
     /// How many frames it gives.
     pub fn len(&self) -> usize {
         match &self.kind {
-            Origin::Dataset(_, chosen) => chosen.len(),
-            Origin::Files(files) => files.len(),
+            ScanFiles::Dataset(_, chosen) => chosen.len(),
+            ScanFiles::Files(files) => files.len(),
         }
     }
 
@@ -80,8 +80,8 @@ impl ScanSource {
     /// Where it is damaged, or holds no heights.
     pub fn frame(&self, i: usize) -> Result<ScanMaps, Fault> {
         match &self.kind {
-            Origin::Dataset(dataset, chosen) => dataset::frame(dataset, chosen[i]),
-            Origin::Files(files) => {
+            ScanFiles::Dataset(dataset, chosen) => dataset::frame(dataset, chosen[i]),
+            ScanFiles::Files(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {
                     Some("exr") => exr_frame::read(path),

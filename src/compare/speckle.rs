@@ -8,7 +8,7 @@
 //! put back, so that white noise has none.
 
 use super::ScanMaps;
-use super::noise::{Direction, SecondDifferences};
+use super::noise::{ScanDirection, SecondDifferences};
 
 /// Side of patches for contrast [px]: small, so that bright and dark parts alike have unsaturated ones.
 pub const CONTRAST_SIDE_PX: usize = 4;
@@ -62,15 +62,15 @@ pub struct SpeckleCorrelation {
 
 impl SpeckleCorrelation {
     /// Adds a patch of side [`CORRELATION_SIDE_PX`]; patches of different brightness count alike.
-    pub fn add(&mut self, patch: &[f32], direction: Direction) {
+    pub fn add(&mut self, patch: &[f32], direction: ScanDirection) {
         let side = CORRELATION_SIDE_PX;
         let (mean, variance) = moments(patch);
         let of = |i: usize| f64::from(patch[i]) - mean;
         let n = (side * side) as f64;
         for (lag, sum) in self.covariance.iter_mut().enumerate() {
             let pairs = |i: &usize| match direction {
-                Direction::Along => i % side + lag < side,
-                Direction::Across => i / side + lag < side,
+                ScanDirection::Along => i % side + lag < side,
+                ScanDirection::Across => i / side + lag < side,
             };
             let products: Vec<f64> =
                 (0..side * side).filter(pairs).map(|i| of(i) * of(i + lag * direction.step(side))).collect();
@@ -109,7 +109,7 @@ mod tests {
     }
 
     fn seconds(frame: &ScanMaps) -> [SecondDifferences; 2] {
-        Direction::BOTH.map(|direction| SecondDifferences::new(frame, direction))
+        ScanDirection::BOTH.map(|direction| SecondDifferences::new(frame, direction))
     }
 
     /// The mean square contrast of m looks is 1/m.
@@ -134,7 +134,7 @@ mod tests {
             let frame = frame("grain", 8, alike);
             let mut grain = [SpeckleCorrelation::default(); 2];
             for patch in patches(&frame, &seconds(&frame), CORRELATION_SIDE_PX) {
-                Direction::BOTH
+                ScanDirection::BOTH
                     .into_iter()
                     .zip(&mut grain)
                     .for_each(|(direction, correlation)| correlation.add(&patch, direction));

@@ -2,8 +2,8 @@
 
 use super::distribution::EmpiricalDistribution;
 use super::line_width::{full_width, line_deviation};
-use super::noise::{Direction, NOISE_LAGS, NoiseCorrelation, SecondDifferences};
-use super::power_spectrum::PowerSpectrum;
+use super::noise::{NOISE_LAGS, NoiseCorrelation, ScanDirection, SecondDifferences};
+use super::power_spectrum::{PowerSpectrum, SpectrumPoint};
 use super::speckle::{
     CONTRAST_SIDE_PX, CORRELATION_SIDE_PX, SATURATED_DN, SPECKLE_LAGS, SpeckleCorrelation, contrast, patches,
 };
@@ -45,12 +45,12 @@ pub struct StatisticsBuilder {
 
 /// One side of a comparison. Pairs are along the laser line and across profiles.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Statistics {
+pub struct ScanStatistics {
     /// What it is called.
     pub name: String,
     /// Scans.
     pub frames: u64,
-    /// What Range is in the first scan; `None` where there is none. Noise is told in thousandths of it [um or mpx].
+    /// What Range is in the first scan; `None` where there is none. Noise is given in thousandths of it [um or mpx].
     pub unit: Option<RangeUnit>,
     /// Columns and profiles of the first scan; 0 where there is none.
     pub size: (usize, usize),
@@ -74,8 +74,8 @@ pub struct Statistics {
     pub line_width_px: Option<[f64; 3]>,
     /// Standard deviation of the laser line at 10, 50 and 90 % [px].
     pub line_sigma_px: Option<[f64; 3]>,
-    /// Power of heights: frequency [cycles/px], power [um^2 or mpx^2, per cycle/px].
-    pub spectrum: [Vec<(f64, f64)>; 2],
+    /// Power spectrum of heights.
+    pub spectrum: [Vec<SpectrumPoint>; 2],
     /// Second differences along the line, as deviations, edges left out [um or mpx].
     pub noise_sample: EmpiricalDistribution,
     /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
@@ -113,7 +113,7 @@ impl StatisticsBuilder {
                 self.measured += 1;
             }
         }
-        let seconds = Direction::BOTH.map(|direction| SecondDifferences::new(frame, direction));
+        let seconds = ScanDirection::BOTH.map(|direction| SecondDifferences::new(frame, direction));
         for (i, second) in seconds.iter().enumerate() {
             let all = second.sample.numbers();
             let noise: Vec<f32> = all.iter().copied().filter(|&d| second.is_noise(d)).collect();
@@ -121,16 +121,16 @@ impl StatisticsBuilder {
             self.edges[i][1] += all.len() as u64;
             self.noise[i].extend(noise);
             // Along the line by differences across, and the other way round.
-            self.correlation[1 - i].add(frame, second, Direction::BOTH[1 - i]);
+            self.correlation[1 - i].add(frame, second, ScanDirection::BOTH[1 - i]);
         }
         self.contrast.extend(patches(frame, &seconds, CONTRAST_SIDE_PX).iter().map(|patch| contrast(patch)));
         for patch in patches(frame, &seconds, CORRELATION_SIDE_PX) {
-            Direction::BOTH
+            ScanDirection::BOTH
                 .into_iter()
                 .zip(&mut self.grain)
                 .for_each(|(direction, correlation)| correlation.add(&patch, direction));
         }
-        for ((direction, spectrum), second) in Direction::BOTH.into_iter().zip(&mut self.spectrum).zip(&seconds) {
+        for ((direction, spectrum), second) in ScanDirection::BOTH.into_iter().zip(&mut self.spectrum).zip(&seconds) {
             spectrum.add(frame, direction, second);
         }
     }
@@ -147,7 +147,7 @@ impl StatisticsBuilder {
     }
 
     /// What the sums say.
-    pub fn statistics(self) -> Statistics {
+    pub fn statistics(self) -> ScanStatistics {
         let share = |part: u64, of: u64| (of > 0).then(|| part as f64 / of as f64);
         let three = |sample: &EmpiricalDistribution| {
             let [low, middle, high] = [0.1, 0.5, 0.9].map(|share| sample.quantile(share));
@@ -158,7 +158,7 @@ impl StatisticsBuilder {
         let [along, across] = self.noise.map(EmpiricalDistribution::new);
         let [contrast_sample, width_sample, sigma_sample] =
             [self.contrast, self.widths, self.sigmas].map(EmpiricalDistribution::new);
-        Statistics {
+        ScanStatistics {
             name: self.name,
             frames: self.frames,
             unit: self.unit,
@@ -248,10 +248,10 @@ mod tests {
                 assert!(same(*a, *b));
             }
             for (a, b) in once.spectrum[way].iter().zip(&twice.spectrum[way]) {
-                assert!(same(a.1, b.1));
+                assert!(same(a.power, b.power));
             }
             assert_eq!((once.noise_correlation[way].len(), once.spectrum[way].len()), (NOISE_LAGS, FREQUENCIES));
         }
-        assert_eq!(of(0), Statistics { name: "n".into(), ..Statistics::default() });
+        assert_eq!(of(0), ScanStatistics { name: "n".into(), ..ScanStatistics::default() });
     }
 }

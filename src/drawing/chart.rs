@@ -11,20 +11,20 @@ const ABOVE: f64 = 36.0;
 const BELOW: f64 = 36.0;
 const GRID: Rgb<u8> = Rgb([225, 225, 220]);
 
-/// One direction of a chart.
+/// An axis of a chart.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// What it is, with its unit.
+    /// Label, with the unit.
     pub words: String,
-    /// Least number.
+    /// Lower end.
     pub from: f64,
-    /// Largest number.
+    /// Upper end.
     pub to: f64,
-    /// Whether equal factors are equally far apart.
+    /// Whether the axis is logarithmic.
     pub log: bool,
 }
 
-/// Numbers that belong together.
+/// A series of points.
 #[derive(Debug, Clone)]
 pub struct Series {
     /// Name in the legend; empty for none.
@@ -42,23 +42,23 @@ pub struct Series {
 pub struct Chart {
     /// Words above it.
     pub title: String,
-    /// To the right.
+    /// Axis to the right.
     pub x: Axis,
-    /// Upwards.
+    /// Axis upwards.
     pub y: Axis,
-    /// What is shown.
+    /// Series to draw, in this order.
     pub series: Vec<Series>,
     /// Words below it, left of the words of x, and their colour.
     pub foot: (String, Rgb<u8>),
 }
 
 impl Axis {
-    /// An axis with even steps.
+    /// A linear axis.
     pub fn even(words: &str, from: f64, to: f64) -> Self {
         Self { words: words.to_owned(), from, to, log: false }
     }
 
-    /// An axis with even factors.
+    /// A logarithmic axis.
     pub fn log(words: &str, from: f64, to: f64) -> Self {
         Self { words: words.to_owned(), from, to, log: true }
     }
@@ -75,10 +75,10 @@ impl Axis {
 
     /// Numbers that get a tick, and their words; minor ticks have none.
     fn ticks(&self) -> Vec<(f64, Option<String>)> {
-        if self.log { self.decades() } else { self.steps() }
+        if self.log { self.log_ticks() } else { self.linear_ticks() }
     }
 
-    fn decades(&self) -> Vec<(f64, Option<String>)> {
+    fn log_ticks(&self) -> Vec<(f64, Option<String>)> {
         let exponent = |v: f64| libm::log10(v);
         let (first, last) = (exponent(self.from).floor() as i32, exponent(self.to).ceil() as i32);
         let mut ticks = Vec::new();
@@ -92,9 +92,9 @@ impl Axis {
         ticks
     }
 
-    fn steps(&self) -> Vec<(f64, Option<String>)> {
-        const MOST: f64 = 6.0;
-        let rough = (self.to - self.from) / MOST;
+    fn linear_ticks(&self) -> Vec<(f64, Option<String>)> {
+        const MAX_TICKS: f64 = 6.0;
+        let rough = (self.to - self.from) / MAX_TICKS;
         let power = libm::pow(10.0, libm::log10(rough).floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough).unwrap_or(rough);
         let digits = (-libm::log10(step) - 1e-9).ceil().max(0.0) as usize;
@@ -160,7 +160,7 @@ impl Chart {
         for &(x, y, error) in &series.points {
             let place = self.x.place(x).filter(|_| self.x.inside(x)).zip(self.y.place(y));
             if let (true, Some(from), Some(to)) = (series.joined, last, place)
-                && let Some((from, to)) = clipped(from, to)
+                && let Some((from, to)) = clip(from, to)
             {
                 page.line((across(from.0), up(from.1)), (across(to.0), up(to.1)), series.colour, 1);
             }
@@ -183,7 +183,7 @@ impl Chart {
 }
 
 /// The part of a line between y = 0 and y = 1.
-fn clipped(from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
+fn clip(from: (f64, f64), to: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
     let at = |y: f64| {
         let t = (y - from.1) / (to.1 - from.1);
         (from.0 + t * (to.0 - from.0), y)

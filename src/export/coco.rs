@@ -11,14 +11,15 @@ use serde_json::{Map, Value, json};
 
 use super::classes::{Category, categories};
 use super::export_folder::GrowingFile;
-use super::picture::Picture;
+use super::picture::TrainingPicture;
 use super::{
-    ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, RunLengthMask, Sample, Source,
+    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, RunLengthMask, Sample,
+    Source,
 };
 use crate::dataset::Fault;
 use crate::split::Split;
 
-/// Which pixels the mask of an object holds that others lie in.
+/// Whether the mask of an object includes the objects within it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MaskExtent {
     /// Its own and those of all that lies in it: a pocket with its defects, as `objects` of the dataset counts.
@@ -27,7 +28,7 @@ pub enum MaskExtent {
     Own,
 }
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CocoOptions {
     /// What pictures show.
@@ -38,10 +39,8 @@ pub struct CocoOptions {
     pub mask: MaskExtent,
     /// Masks as lists of lengths instead of packed strings.
     pub plain: bool,
-    /// Ends of the scale of Range; found where there are none [mm or px].
-    pub range: Option<[f64; 2]>,
-    /// Ends of the scale of Scatter; found where there are none [DN].
-    pub scatter: Option<[f64; 2]>,
+    /// Ends of the grey scales.
+    pub ends: GivenEnds,
 }
 
 /// Annotations and images of one split while they grow.
@@ -76,17 +75,17 @@ pub fn export(
     let asked = json!({
         "image": options.show.name(), "bits": if options.stored { 16 } else { 8 },
         "mask": if options.mask == MaskExtent::Whole { "whole" } else { "own" }, "plain": options.plain,
-        "range": options.range, "scatter": options.scatter,
+        "range": options.ends.range, "scatter": options.ends.scatter,
     });
     ExportFolder::write(out, "coco", asked, source, |out| {
-        let found = || MapScales::of(source, maps, options.range, options.scatter, progress);
+        let found = || MapScales::of(source, maps, options.ends, progress);
         let scalings = (!options.stored).then(found).transpose().map_err(|e| out.withdrawn(e))?;
         let scaling = scalings.as_ref().map_or(Value::Null, |scalings| scalings.json(source.head().range_unit()));
         let head = header(source, &classes, &scaling);
         let mut documents: BTreeMap<Split, CocoDocument> = BTreeMap::new();
         let work = |sample: &Sample| {
             out.put(&format!("images/{}/{}.png", sample.split.name(), sample.key), || match &scalings {
-                Some(scalings) => Ok(Picture::of(sample, scalings)?.png()),
+                Some(scalings) => Ok(TrainingPicture::of(sample, scalings)?.png()),
                 None => sample.png(maps[0]),
             })?;
             annotations(sample, &classes, options)
@@ -161,7 +160,7 @@ impl CocoDocument {
     }
 }
 
-/// The entry of an image: what COCO asks for, and who the sample is.
+/// The entry of an image: the keys that COCO defines, and the identity of the sample.
 fn image(sample: &Sample) -> Result<Value, Fault> {
     let mut entry = json!({
         "id": sample.index, "file_name": format!("{}.png", sample.key), "width": sample.cols, "height": sample.rows,

@@ -11,13 +11,14 @@ use super::{ExportFolder, ExportProgress, ExportSummary, Source, key};
 use crate::compare::{RangeUnit, ScanMaps, frame_of};
 use crate::dataset::Fault;
 use crate::icon::{
-    Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits, write_image,
+    IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
+    write_image,
 };
 
 /// Rows that are handled at a time.
 const CHUNK_ROWS: usize = 256;
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IconOptions {
     /// Heights as WORD instead of FLOAT.
@@ -74,12 +75,12 @@ pub fn export(
     })
 }
 
-/// Notes of one profile: an encoder that counts micrometres of the way, and a clock that counts microseconds.
-fn mark(profile: usize, row_mm: f64, rate: f64) -> Mark {
+/// Mark of one profile: an encoder that counts micrometres of travel, and a clock that counts microseconds.
+fn mark(profile: usize, row_mm: f64, rate: f64) -> ProfileMark {
     // The counters of the camera have 32 bits and wrap.
     let encoder = (profile as f64 * row_mm * 1e3).round() as i64 as i32;
     let timestamp = (profile as f64 * 1e6 / rate).round() as u64 as u32;
-    Mark { encoder, timestamp, ..Mark::default() }
+    ProfileMark { encoder, timestamp, ..ProfileMark::default() }
 }
 
 fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(), Fault> {
@@ -100,18 +101,18 @@ fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(),
         let pixels = from * frame.cols..to * frame.cols;
         let heights = &frame.range[pixels.clone()];
         let part = |map: &Option<Vec<f32>>| map.as_ref().map(|map| map[pixels.clone()].to_vec());
-        Scan {
+        IconScan {
             width: frame.cols,
             rows: to - from,
             traits,
             range: if words {
-                Range::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
+                RangeValues::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
             } else {
-                Range::World(heights.iter().map(|&z| float_height(z as f32)).collect())
+                RangeValues::World(heights.iter().map(|&z| float_height(z as f32)).collect())
             },
             // Casts of floats saturate.
             light: part(&frame.reflectance)
-                .map(|map| Light::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
+                .map(|map| PeakLight::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
             scatter: part(&frame.scatter)
                 .map(|map| Scatter::Word(map.into_iter().map(|dn| dn.round() as u16).collect())),
             marks: Some((from..to).map(|profile| mark(profile, row_mm, options.rate)).collect()),

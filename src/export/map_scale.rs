@@ -9,7 +9,7 @@ use crate::dataset::Fault;
 
 /// Samples that a scale is found from.
 const MAX_SCALE_SAMPLES: u64 = 64;
-/// Share of pixels that lie beyond each end of a scale that was found [1].
+/// Share of pixels beyond each end of a scale found from samples [1].
 const CLIPPED_SHARE: f64 = 0.001;
 /// Heights are counted in hundredths [1/mm or 1/px].
 const BINS_PER_UNIT: f64 = 100.0;
@@ -40,6 +40,15 @@ impl MapScale {
     }
 }
 
+/// Ends of grey scales that the user gives; the others are found from samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct GivenEnds {
+    /// Of Range [mm or px].
+    pub range: Option<[f64; 2]>,
+    /// Of Scatter [DN].
+    pub scatter: Option<[f64; 2]>,
+}
+
 /// The scales of a dataset.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapScales {
@@ -57,13 +66,12 @@ impl MapScales {
     pub(super) fn of(
         source: &Source,
         maps: &'static [&'static str],
-        range: Option<[f64; 2]>,
-        scatter: Option<[f64; 2]>,
+        given: GivenEnds,
         progress: ExportProgress,
     ) -> Result<Self, Fault> {
-        let unknown: Vec<&str> = [("range", range), ("scatter", scatter)]
+        let unknown: Vec<&str> = [("range", given.range), ("scatter", given.scatter)]
             .into_iter()
-            .filter(|(name, given)| given.is_none() && maps.contains(name))
+            .filter(|(name, ends)| ends.is_none() && maps.contains(name))
             .map(|(name, _)| name)
             .collect();
         let mut counts: BTreeMap<&str, BTreeMap<i64, u64>> = BTreeMap::new();
@@ -92,8 +100,8 @@ impl MapScales {
                 })
             };
             let ends = match name {
-                "range" => range.map_or_else(|| found(BINS_PER_UNIT), Ok)?,
-                "scatter" => scatter.map_or_else(|| found(1.0), Ok)?,
+                "range" => given.range.map_or_else(|| found(BINS_PER_UNIT), Ok)?,
+                "scatter" => given.scatter.map_or_else(|| found(1.0), Ok)?,
                 _ => [1.0, f64::from(source.head().images.most_dn()).max(255.0)],
             };
             Ok((name, MapScale::between(ends)))

@@ -1,4 +1,4 @@
-//! A dataset in the layouts of other programs, without rendering again.
+//! Dataset export: the layouts of other programs, without rendering again.
 //!
 //! ```text
 //! Source --rows of chosen samples, one after the other--> Sample --a format's work, on all cores--> ExportFolder
@@ -24,7 +24,7 @@ mod source;
 
 pub use classes::default_good;
 pub use export_folder::{ExportFolder, ExportSummary};
-pub use map_scale::{MapScale, MapScales};
+pub use map_scale::{GivenEnds, MapScale, MapScales};
 pub use picture::PictureContent;
 pub use run_length::RunLengthMask;
 pub use sample::Sample;

@@ -1,4 +1,4 @@
-//! Folders as the MVTec AD dataset has them, which anomaly detection reads.
+//! MVTec AD layout: folders that programs for anomaly detection read.
 //!
 //! ```text
 //! train/good/<name>.png    test/good/<name>.png    test/<defect>/<name>.png    ground_truth/<defect>/<name>_mask.png
@@ -13,15 +13,17 @@ use std::path::Path;
 use serde_json::json;
 
 use super::classes::{folder_name, good};
-use super::picture::Picture;
-use super::{ExportFolder, ExportProgress, ExportSummary, MapScales, PictureContent, Region, Sample, Source};
+use super::picture::TrainingPicture;
+use super::{
+    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, Sample, Source,
+};
 use crate::dataset::{Fault, Grey, write_png};
 use crate::split::Split;
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
 const COMBINED_FOLDER: &str = "combined";
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MvtecOptions {
     /// What pictures show.
@@ -30,10 +32,8 @@ pub struct MvtecOptions {
     pub good: Vec<String>,
     /// Side of the patches that pictures are cut into; none for whole ones [px].
     pub patch_px: Option<usize>,
-    /// Ends of the scale of Range; found where there are none [mm or px].
-    pub range: Option<[f64; 2]>,
-    /// Ends of the scale of Scatter; found where there are none [DN].
-    pub scatter: Option<[f64; 2]>,
+    /// Ends of the grey scales.
+    pub ends: GivenEnds,
 }
 
 /// Writes the export.
@@ -58,10 +58,10 @@ pub fn export(
     }
     let asked = json!({
         "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
-        "range": options.range, "scatter": options.scatter,
+        "range": options.ends.range, "scatter": options.ends.scatter,
     });
     ExportFolder::write(out, "mvtec", asked, source, |out| {
-        let scalings = MapScales::of(source, maps, options.range, options.scatter, progress);
+        let scalings = MapScales::of(source, maps, options.ends, progress);
         let scalings = scalings.map_err(|e| out.withdrawn(e))?;
         let mut counts: BTreeMap<String, u64> = BTreeMap::new();
         let mut left_out = 0;
@@ -135,7 +135,7 @@ fn pictures(
     good: &[bool; 256],
 ) -> Result<Vec<Option<String>>, Fault> {
     let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
-    let picture = Picture::of(sample, scalings)?;
+    let picture = TrainingPicture::of(sample, scalings)?;
     let mut folders = Vec::new();
     for part in parts(sample, options.patch_px) {
         let Region { top, left, rows, cols } = part;

@@ -44,13 +44,13 @@ impl PictureContent {
 
 /// Pixels of a picture with 8 bits, channels together `[rows, cols, channels]`.
 #[derive(Debug, Clone)]
-pub(super) struct Picture {
+pub(super) struct TrainingPicture {
     cols: usize,
     channels: usize,
     pixels: Vec<u8>,
 }
 
-impl Picture {
+impl TrainingPicture {
     /// The picture of a sample, scaled as the whole dataset is.
     pub(super) fn of(sample: &Sample, scalings: &MapScales) -> Result<Self, Fault> {
         let channels = scalings.channels().count();

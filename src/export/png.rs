@@ -1,4 +1,4 @@
-//! Folders of PNG files, the bytes that are stored, and a line of JSON for each row.
+//! PNG folders: the images as they are stored, and a line of JSON for each row.
 //!
 //! ```text
 //! <split>/<map>/<index>.png    <split>/colour/<index>.png    <split>.jsonl
@@ -18,7 +18,7 @@ use crate::dataset::Fault;
 use crate::drawing::class_colour;
 use crate::split::Split;
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct PngOptions {
     /// Maps by name; empty for all that the dataset has.
@@ -27,7 +27,7 @@ pub struct PngOptions {
     pub colour: bool,
 }
 
-/// The maps that are asked for, in the order of columns.
+/// The chosen maps, in the order of columns.
 pub(super) fn chosen(source: &Source, asked: &[String]) -> Result<Vec<&'static str>, Fault> {
     let is_chosen = |map: &&str| if asked.is_empty() { source.has(map) } else { asked.iter().any(|name| name == map) };
     let maps: Vec<&'static str> = IMAGES.into_iter().filter(is_chosen).collect();

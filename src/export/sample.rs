@@ -1,4 +1,4 @@
-//! One sample as a dataset holds it: its row, and its images in the numbers of the PNG columns, whatever file they lie in.
+//! Sample of a dataset: its row, and its images as numbers of the PNG columns, whichever file they are stored in.
 
 use std::path::PathBuf;
 

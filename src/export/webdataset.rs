@@ -26,7 +26,7 @@ use crate::split::Split;
 /// What ends a tar: two empty blocks.
 const END_OF_TAR: [u8; 1024] = [0; 1024];
 
-/// What is asked for.
+/// Options of the export.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct WebDatasetOptions {
     /// Maps by name; empty for all that the dataset has.

@@ -1,10 +1,11 @@
-//! Extraction: from frames to Range, Reflectance and Scatter, as blind as the real instrument; nothing here knows the object.
+//! Extraction: from frames to Range, Reflectance and Scatter, as blind as the real instrument; nothing here knows the
+//! object.
 //!
 //! Model: the behaviour of a laser triangulation camera's extractor (SICK Ranger3, docs/instrument/extraction.md). The
 //! `peak` of a column is located between the rows by a method of `position`; Reflectance is the number at the peak;
-//! Scatter is the sum of numbers beside it (`scatter`). A peak under the threshold, or too near the sensor's edge for its
-//! windows, is missing. Range is the sensor row, the height of the laser plane there, or that height on an even grid
-//! (`rectify`).
+//! Scatter is the sum of numbers beside it (`scatter`). A peak under the threshold, or too near the sensor's edge for
+//! its windows, is missing. Range is the sensor row, the height of the laser plane there, or that height on an even
+//! grid (`rectify`).
 //!
 //! Frames keep the rows of a column that hold light, in one window or in two; what lies outside counts as dark.
 
@@ -22,7 +23,7 @@ use crate::settings::{Extraction, Method, RangeForm};
 
 pub use self::block::MeasuredProfile;
 pub use self::rectify::{RectifiedGrid, rectify};
-pub use self::scatter::{scatter_dark, scatter_pixels};
+pub use self::scatter::{DarkSum, scatter_dark, scatter_pixels};
 
 /// Rows that a measurement needs on each side of its peak [px].
 pub fn margin(settings: &Extraction) -> usize {
@@ -72,7 +73,7 @@ fn read_columns(
     };
     let margin = margin(settings) as i32;
     let steps = settings.subpixel_steps as f32;
-    let dark_sums = scatter_dark(settings, dark);
+    let dark_sum = scatter_dark(settings, dark);
     let range = &mut out.range[columns.clone()];
     for c in 0..n {
         let peak = i32::from(at[c]);
@@ -90,7 +91,7 @@ fn read_columns(
         let column = columns.start + c;
         range[c] = if found { position } else { f32::NAN };
         out.reflectance[column] = if found { f32::from(best[c]) } else { 0.0 };
-        out.scatter[column] = if found { scatter::as_written(scatter[c], dark_sums) } else { 0.0 };
+        out.scatter[column] = if found { scatter::as_written(scatter[c], dark_sum) } else { 0.0 };
     }
     if settings.range == RangeForm::Calibrated {
         calibration.locator.heights(frame.first_col + columns.start, range);

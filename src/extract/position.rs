@@ -10,13 +10,13 @@
 //! fir, L             g = s(i + 1) - s(i - 1), s = I smoothed by L binomials  zero of g, linear between rows
 //! ```
 //!
-//! Sources: Blais and Rioux 1986 (real-time peak detector); Naidu and Fisher 1991 (comparison of the five); the thesis uses
-//! the centre of gravity. The zero is the crossing from light that rises to light that falls nearest to the peak, searched
-//! in the window; over a stretch of zeros, as a saturated plateau has it, its middle.
+//! Sources: Blais and Rioux 1986 (real-time peak detector); Naidu and Fisher 1991 (comparison of the five); the thesis
+//! uses the centre of gravity. The zero is the crossing from light that rises to light that falls nearest to the peak,
+//! searched in the window; over a stretch of zeros, as a saturated plateau has it, its middle.
 //!
-//! A saturated plateau has its peak at its first row. The centre of gravity about that row loses light on the far side once
-//! the window ends there; parabola and Gaussian see two equal rows and say half a row behind the first, wherever the middle
-//! is; a zero of the derivative finds the middle as long as the window reaches it.
+//! A saturated plateau has its peak at its first row. The centre of gravity about that row loses light on the far side
+//! once the window ends there; parabola and Gaussian see two equal rows and say half a row behind the first, wherever
+//! the middle is; a zero of the derivative finds the middle as long as the window reaches it.
 //!
 //! Neglected: interpolation of higher order, weights by noise.
 

@@ -1,14 +1,14 @@
 //! Rectification: profiles resampled onto an even grid along the line.
 //!
-//! Model: each column sees a point (x, z) of the laser plane. Between two neighbouring columns that both have a
-//! height, Range, Reflectance and Scatter are linear in x; where the two heights lie further apart than a slope of
-//! [`MAX_SURFACE_SLOPE`], there is an edge between them, and a point of the grid takes the nearer one. Where x goes back, as it does
-//! beside a step seen at a slant, the upper surface hides the lower one. A gap wider than [`MAX_GAP_COLUMNS`] columns of the grid is
-//! missing, as is what lies beside a missing column. This is what the makers' rectification does in words; its details are
-//! not published.
+//! Model: each column sees a point (x, z) of the laser plane. Between two neighbouring columns that both have a height,
+//! Range, Reflectance and Scatter are linear in x; where the two heights lie further apart than a slope of
+//! [`MAX_SURFACE_SLOPE`], there is an edge between them, and a point of the grid takes the nearer one. Where x goes
+//! back, as it does beside a step seen at a slant, the upper surface hides the lower one. A gap wider than
+//! [`MAX_GAP_COLUMNS`] columns of the grid is missing, as is what lies beside a missing column. This is what the
+//! makers' rectification does in words; its details are not published.
 //!
-//! Neglected: the area that a column gathers from (a column wider than the grid's pitch is not sharpened, a narrower one
-//! not averaged); movement along y, since all of a profile lies at one y.
+//! Neglected: the area that a column gathers from (a column wider than the grid's pitch is not sharpened, a narrower
+//! one not averaged); movement along y, since all of a profile lies at one y.
 
 use super::block::MeasuredProfile;
 use crate::frame::{Calibration, Rig};
@@ -30,8 +30,8 @@ pub struct RectifiedGrid {
 }
 
 impl RectifiedGrid {
-    /// As many columns as the sensor has, about what its middle sees at z = 0, as far apart as asked for or as those of the
-    /// sensor are there.
+    /// As many columns as the sensor has, about what its middle sees at z = 0, as far apart as asked for or as those of
+    /// the sensor are there.
     pub fn new(rig: &Rig, columns: usize, pitch_mm: Option<f64>) -> Self {
         let row = rig.project(0.0, 0.0, 0.0).1;
         let middle = 0.5 * (columns as f64 - 1.0);

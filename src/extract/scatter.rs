@@ -1,9 +1,9 @@
 //! Scatter: light beside the peak, summed as the camera sums it.
 //!
-//! Model: the plain sum of digital numbers over rows `offset ..= offset + width - 1` from the peak, on both sides, on the
-//! side of smaller row numbers (front) or of greater ones (back); offset 0 includes the peak, once. The dark level stays in
-//! it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that sums of 8
-//! bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
+//! Model: the plain sum of digital numbers over rows `offset ..= offset + width - 1` from the peak, on both sides, on
+//! the side of smaller row numbers (front) or of greater ones (back); offset 0 includes the peak, once. The dark level
+//! stays in it unless the recipe takes it out. The camera's window has 31 rows, of which at most 29 are summed, so that
+//! sums of 8 bits fit in 16; sums of more bits end at 65535, as 16-bit output does.
 
 use std::ops::Range;
 
@@ -24,20 +24,28 @@ pub fn scatter_pixels(settings: &Extraction) -> usize {
     }
 }
 
-/// Sum of the dark level `dark` [DN] over the window: the part that stays in Scatter, and the part that is subtracted; one
-/// of the two is 0 [DN].
-pub fn scatter_dark(settings: &Extraction, dark: f32) -> [f32; 2] {
+/// Sum of the dark level over the rows that Scatter sums; one of the two is 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DarkSum {
+    /// What stays in Scatter [DN].
+    pub kept: f32,
+    /// What is subtracted from it [DN].
+    pub subtracted: f32,
+}
+
+/// What becomes of the dark level `dark` [DN] in Scatter.
+pub fn scatter_dark(settings: &Extraction, dark: f32) -> DarkSum {
     let all = scatter_pixels(settings) as f32 * dark;
     match settings.scatter_dark {
-        ScatterDark::Kept => [all, 0.0],
-        ScatterDark::Subtracted => [0.0, all],
+        ScatterDark::Kept => DarkSum { kept: all, subtracted: 0.0 },
+        ScatterDark::Subtracted => DarkSum { kept: 0.0, subtracted: all },
     }
 }
 
 /// A sum as it is written [DN].
 #[inline(always)]
-pub(super) fn as_written(sum: f32, [_, taken]: [f32; 2]) -> f32 {
-    (sum - taken).clamp(0.0, MAX_OUTPUT_DN)
+pub(super) fn as_written(sum: f32, dark: DarkSum) -> f32 {
+    (sum - dark.subtracted).clamp(0.0, MAX_OUTPUT_DN)
 }
 
 /// Weight of a row before the peak, and of one behind it.

@@ -1,9 +1,9 @@
 //! Calibration table: from pixels of the sensor to points of the laser plane, fast.
 //!
-//! Model: without lens distortion a column sees the laser plane by a homography, z = (a + b t) / (1 + k t) and x alike with
-//! the same k, t being the row on [-1, 1]. Distortion bends the numerators a little. So each column has two polynomials of
-//! degree 8 in t over one denominator, through nine rows at Chebyshev nodes (Trefethen 2013); without distortion
-//! all but two of their coefficients vanish. Kept in single precision.
+//! Model: without lens distortion a column sees the laser plane by a homography, z = (a + b t) / (1 + k t) and x alike
+//! with the same k, t being the row on [-1, 1]. Distortion bends the numerators a little. So each column has two
+//! polynomials of degree 8 in t over one denominator, through nine rows at Chebyshev nodes (Trefethen 2013); without
+//! distortion all but two of their coefficients vanish. Kept in single precision.
 //!
 //! Validity: rows of the sensor. Neglected: the remainder, which a test holds below 0.1 um.
 

@@ -1,7 +1,9 @@
-//! Projection of the camera: where a point in space is seen on the sensor, and which point of the laser plane a pixel sees.
+//! Projection of the camera: where a point in space is seen on the sensor, and which point of the laser plane a pixel
+//! sees.
 //!
-//! A thin lens at d (0, -sin a, cos a) looks at the origin; its sensor stands v0 behind it, tilted by beta about x. The lens
-//! distorts normalised directions ([`crate::lens`]) before they meet the tilted sensor, the order of OpenCV's tilted model:
+//! A thin lens at d (0, -sin a, cos a) looks at the origin; its sensor stands v0 behind it, tilted by beta about x. The
+//! lens distorts normalised directions ([`crate::lens`]) before they meet the tilted sensor, the order of OpenCV's
+//! tilted model:
 //!
 //! ```text
 //! Yc = y cos a + z sin a     Zc = d + y sin a - z cos a     (xn, yn) = (x, Yc) / Zc
@@ -9,8 +11,8 @@
 //! v = v0 / (1 - tan(beta) yd)     column = c_col + v xd / p     row = c_row - v yd / (p cos beta)
 //! ```
 //!
-//! Exact for every point, off the laser plane too. Neglected: thick lenses, whose nodal points only move the camera, and
-//! distortion that depends on the distance of the object.
+//! Exact for every point, off the laser plane too. Neglected: thick lenses, whose nodal points only move the camera,
+//! and distortion that depends on the distance of the object.
 
 use crate::lens::{DistortedDirection, Distortion};
 
@@ -64,8 +66,8 @@ impl Rig {
         self.locate(self.centre_col, row)[1]
     }
 
-    /// Lowest and highest point of the laser plane that a sensor of `columns` and `rows` pixels sees in its corners and in
-    /// the middle of its edges [mm].
+    /// Lowest and highest point of the laser plane that a sensor of `columns` and `rows` pixels sees in its corners and
+    /// in the middle of its edges [mm].
     pub fn heights(&self, columns: usize, rows: usize) -> (f64, f64) {
         let across = [-0.5, self.centre_col, columns as f64 - 0.5];
         let at = |row: f64| across.map(|col| self.locate(col, row)[1]);
@@ -92,7 +94,8 @@ impl Rig {
         let yn = z * sin / zc;
         let lean = libm::tan(self.sensor_tilt);
         let wanted = (col - self.centre_col) * self.pixel / self.image_distance;
-        // Newton's method for the direction whose distorted x the column looks at; without distortion the start is exact.
+        // Newton's method for the direction whose distorted x the column looks at; without distortion the start is
+        // exact.
         let mut xn = wanted * (1.0 - lean * yn);
         if !self.distortion.is_none() {
             for _ in 0..MAX_NEWTON_STEPS {

@@ -24,10 +24,10 @@ fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, u64)>
     names.iter().map(|name| name.to_string()).zip(counts).collect()
 }
 
-/// What a dataset would take.
+/// Time, space and samples that a dataset takes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GenerateEstimate {
-    /// Samples still to be made by this order.
+    /// Samples that this request still has to make.
     pub samples: u64,
     /// Shards that they fill.
     pub shards: u64,
@@ -42,8 +42,8 @@ pub struct GenerateEstimate {
 }
 
 impl GenerateEstimate {
-    /// Samples that [`Self::measure`] renders: as many as a run has in the air, so that threads are as busy; only one
-    /// where the transport is a slow one.
+    /// Samples that [`Self::measure`] renders: as many as a run renders side by side, so that threads are as busy;
+    /// only one where the model of transport is slow.
     pub fn trial(recipe: &Recipe, request: &DatasetRequest) -> u64 {
         let together = if recipe.transport() == Transport::Kernel { in_flight(recipe) } else { 1 };
         together.min(request.samples)
@@ -54,7 +54,7 @@ impl GenerateEstimate {
         let tiles = PatternCache::new(request.seed);
         let together = Self::trial(recipe, request);
         if together > 1 {
-            // Tables are filled before the clock runs; a sample so large that it flies alone hides them.
+            // Tables are filled before the time is taken; beside a sample so large that it is rendered alone they do not count.
             render_sample(recipe, request.seed, 0, &tiles, &|_| ());
         }
         let start = Instant::now();
@@ -72,7 +72,7 @@ impl GenerateEstimate {
         let (part, parts) = request.part;
         let folder = Dataset::open(&request.out).ok();
         let head = dataset_head(recipe, request);
-        // A shard that the folder's head ends early is made again.
+        // The last shard of a dataset that grows has fewer samples on disk and is made again.
         let missing = |&shard: &u64| {
             folder.as_ref().is_none_or(|f| f.head().span(shard) != head.span(shard) || !f.is_done(shard))
         };

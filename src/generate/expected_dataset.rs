@@ -11,7 +11,7 @@ use crate::recipe::{Distribution, Recipe};
 use crate::split::Split;
 use crate::validate::{DeclaredLaws, ExpectedRow, ParameterLaws, UnlitRow};
 
-/// The recipe of a dataset, and what this program makes of it.
+/// The recipe of a dataset, and the content that this program expects of it.
 pub struct ExpectedDataset {
     recipe: Recipe,
     tiles: PatternCache,
@@ -19,7 +19,7 @@ pub struct ExpectedDataset {
 }
 
 impl ExpectedDataset {
-    /// Of the dataset in `folder`, with its number of samples and its cuts into shards.
+    /// For the dataset in `folder`, with its number of samples and samples per shard.
     ///
     /// # Errors
     /// As [`recipe_of`].
@@ -41,12 +41,12 @@ impl ExpectedDataset {
         &self.recipe
     }
 
-    /// What `dataset.json` should say.
+    /// Expected `dataset.json`.
     pub fn head(&self) -> &DatasetHead {
         &self.head
     }
 
-    /// What the row of a sample should say, drawn without rendering.
+    /// Expected row of a sample as far as it is drawn, without rendering.
     pub fn expected(&self, index: u64) -> ExpectedRow {
         let scene = self.recipe.draw(self.head.seed, index);
         ExpectedRow {
@@ -57,7 +57,7 @@ impl ExpectedDataset {
         }
     }
 
-    /// What else its row should say, without light.
+    /// Expected numbers and labels of a sample that need no light.
     pub fn unlit(&self, index: u64) -> UnlitRow {
         let pipeline::Unlit { record, instances, rows } =
             pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);

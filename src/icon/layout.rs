@@ -2,7 +2,7 @@
 
 use super::traits::Traits;
 use super::xml::{XmlFault, XmlNode};
-use super::{Light, Range, Scan, Scatter};
+use super::{IconScan, PeakLight, RangeValues, Scatter};
 
 /// Type of a plane's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,14 +127,14 @@ pub(super) struct FileLayout {
 
 impl FileLayout {
     /// The layout of a scan.
-    pub fn of(scan: &Scan) -> Self {
+    pub fn of(scan: &IconScan) -> Self {
         let mut list = vec![match &scan.range {
-            Range::Steps(_) => (PlaneContent::Range, NumberType::Word, scan.width),
-            Range::World(_) => (PlaneContent::Range, NumberType::Float, scan.width),
+            RangeValues::Steps(_) => (PlaneContent::Range, NumberType::Word, scan.width),
+            RangeValues::World(_) => (PlaneContent::Range, NumberType::Float, scan.width),
         }];
         list.extend(scan.light.as_ref().map(|light| match light {
-            Light::Intensity(_) => (PlaneContent::Intensity, NumberType::Byte, scan.width),
-            Light::Reflectance(_) => (PlaneContent::Reflectance, NumberType::Byte, scan.width),
+            PeakLight::Intensity(_) => (PlaneContent::Intensity, NumberType::Byte, scan.width),
+            PeakLight::Reflectance(_) => (PlaneContent::Reflectance, NumberType::Byte, scan.width),
         }));
         list.extend(scan.scatter.as_ref().map(|scatter| match scatter {
             Scatter::Byte(_) => (PlaneContent::Scatter, NumberType::Byte, scan.width),

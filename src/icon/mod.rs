@@ -1,5 +1,5 @@
 //! iCon file format: what a Ranger3 or Ruler3000 camera's own tools write and read, as a `.dat` with numbers and an `.xml` that
-//! says how they lie.
+//! describes their layout.
 //!
 //! ```text
 //! Scan --ScanWriter, rows by rows--> NAME.dat, then NAME.xml --open--> Content::Scan(ScanReader) --rows--> Scan
@@ -25,7 +25,7 @@ pub use write::{ScanWriter, write_image};
 
 /// Heights of a scan, `[rows, width]`, row-major.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Range {
+pub enum RangeValues {
     /// WORD: steps of [`Traits::height`]; 0 where missing.
     Steps(Vec<u16>),
     /// FLOAT: heights; 0 or NaN where missing [mm].
@@ -34,7 +34,7 @@ pub enum Range {
 
 /// Light at the peak, one number for each height, 0 where it is missing `[rows, width]` [DN].
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Light {
+pub enum PeakLight {
     /// As the camera names it in uncalibrated scans.
     Intensity(Vec<u8>),
     /// As it names it beside laser scatter.
@@ -52,10 +52,10 @@ pub enum Scatter {
 
 /// What the camera notes about one profile.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Mark {
+pub struct ProfileMark {
     /// Value of the encoder's counter.
     pub encoder: i32,
-    /// Bits of inputs and triggers; see [`Mark::overtriggered`].
+    /// Bits of inputs and triggers; see [`ProfileMark::overtriggered`].
     pub status: u32,
     /// When the exposure was taken, in ticks of the camera's clock; wraps.
     pub timestamp: u32,
@@ -65,7 +65,7 @@ pub struct Mark {
     pub scan: u32,
 }
 
-impl Mark {
+impl ProfileMark {
     /// Trigger signals between this profile and the one before that came too early to be used.
     pub fn overtriggered(self) -> u32 {
         self.status >> 16 & 0xff
@@ -74,7 +74,7 @@ impl Mark {
 
 /// A scan, or some rows of one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scan {
+pub struct IconScan {
     /// Columns.
     pub width: usize,
     /// Profiles.
@@ -82,28 +82,30 @@ pub struct Scan {
     /// What columns and steps of Range mean.
     pub traits: Traits,
     /// Heights.
-    pub range: Range,
+    pub range: RangeValues,
     /// Light at the peak.
-    pub light: Option<Light>,
+    pub light: Option<PeakLight>,
     /// Light beside the peak.
     pub scatter: Option<Scatter>,
     /// Notes of each profile `[rows]`.
-    pub marks: Option<Vec<Mark>>,
+    pub marks: Option<Vec<ProfileMark>>,
 }
 
-impl Scan {
+impl IconScan {
     /// Height of every pixel `[rows, width]` [mm], in an uncalibrated scan the sensor row [px]; NaN where missing.
     pub fn heights(&self) -> Vec<f64> {
         match &self.range {
-            Range::Steps(steps) => steps.iter().map(|&n| self.traits.height(n)).collect(),
-            Range::World(heights) => heights.iter().map(|&z| if z == 0.0 { f64::NAN } else { f64::from(z) }).collect(),
+            RangeValues::Steps(steps) => steps.iter().map(|&n| self.traits.height(n)).collect(),
+            RangeValues::World(heights) => {
+                heights.iter().map(|&z| if z == 0.0 { f64::NAN } else { f64::from(z) }).collect()
+            }
         }
     }
 
     /// Light at the peak, under either name `[rows, width]` [DN].
     pub fn light_dn(&self) -> Option<&[u8]> {
         self.light.as_ref().map(|light| match light {
-            Light::Intensity(dn) | Light::Reflectance(dn) => dn.as_slice(),
+            PeakLight::Intensity(dn) | PeakLight::Reflectance(dn) => dn.as_slice(),
         })
     }
 }

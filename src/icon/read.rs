@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::layout::{Component, FileLayout, NumberType, Plane, PlaneContent};
 use super::traits::Traits;
-use super::{Light, Mark, Range, Scan, Scatter, SensorImage, xml};
+use super::{IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage, xml};
 use crate::dataset::Fault;
 
 /// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
@@ -28,7 +28,7 @@ pub struct ScanReader {
     data: DataFile,
 }
 
-/// A `.dat` and how its numbers lie.
+/// A `.dat` and the layout of its numbers.
 #[derive(Debug)]
 struct DataFile {
     layout: FileLayout,
@@ -122,9 +122,9 @@ impl ScanReader {
     ///
     /// # Errors
     /// Where the disk refuses, or the file has become shorter.
-    pub fn read(&mut self, first: usize, count: usize) -> Result<Scan, Fault> {
+    pub fn read(&mut self, first: usize, count: usize) -> Result<IconScan, Fault> {
         let rows = count.min(self.data.rows.saturating_sub(first));
-        let mut range = Range::World(Vec::new());
+        let mut range = RangeValues::World(Vec::new());
         let (mut light, mut scatter, mut marks) = (None, None, None);
         for plane in self.data.layout.planes.clone() {
             let bytes = match plane.part {
@@ -135,20 +135,20 @@ impl ScanReader {
                 bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
             };
             match (plane.part, plane.kind) {
-                (PlaneContent::Range, NumberType::Word) => range = Range::Steps(words(&bytes)),
+                (PlaneContent::Range, NumberType::Word) => range = RangeValues::Steps(words(&bytes)),
                 (PlaneContent::Range, _) => {
                     let heights = bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four));
-                    range = Range::World(heights.collect());
+                    range = RangeValues::World(heights.collect());
                 }
-                (PlaneContent::Intensity, _) => light = Some(Light::Intensity(bytes)),
-                (PlaneContent::Reflectance, _) => light = Some(Light::Reflectance(bytes)),
+                (PlaneContent::Intensity, _) => light = Some(PeakLight::Intensity(bytes)),
+                (PlaneContent::Reflectance, _) => light = Some(PeakLight::Reflectance(bytes)),
                 (PlaneContent::Scatter, NumberType::Word) => scatter = Some(Scatter::Word(words(&bytes))),
                 (PlaneContent::Scatter, _) => scatter = Some(Scatter::Byte(bytes)),
                 (PlaneContent::Mark, _) => marks = Some(bytes.chunks_exact(plane.line()).map(mark).collect()),
                 (PlaneContent::Other | PlaneContent::Image, _) => {}
             }
         }
-        Ok(Scan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
+        Ok(IconScan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
     }
 }
 
@@ -175,9 +175,9 @@ impl DataFile {
 }
 
 /// Standard marks have two numbers, extended ones five.
-fn mark(bytes: &[u8]) -> Mark {
+fn mark(bytes: &[u8]) -> ProfileMark {
     let number = |i: usize| bytes.as_chunks::<4>().0.get(i).map_or(0, |four| u32::from_le_bytes(*four));
-    Mark {
+    ProfileMark {
         encoder: number(0).cast_signed(),
         status: number(1),
         timestamp: number(2),

@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::layout::{FileLayout, PlaneContent};
-use super::{Light, Mark, Range, Scan, Scatter, SensorImage};
+use super::{IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage};
 use crate::dataset::{Fault, atomic_file};
 
 /// A scan that is being written. Without [`ScanWriter::finish`] nothing stays.
@@ -25,7 +25,7 @@ impl ScanWriter {
     ///
     /// # Errors
     /// Where the place cannot be written.
-    pub fn create(name: &Path, like: &Scan, rows: usize) -> Result<Self, Fault> {
+    pub fn create(name: &Path, like: &IconScan, rows: usize) -> Result<Self, Fault> {
         let data = paths(name)?.0;
         let partial = partial(&data);
         let file = File::create(&partial).map_err(|error| refused(&data, &error))?;
@@ -36,7 +36,7 @@ impl ScanWriter {
     ///
     /// # Errors
     /// Where they have another layout, are more than were announced, or the disk refuses.
-    pub fn push(&mut self, rows: &Scan) -> Result<(), Fault> {
+    pub fn push(&mut self, rows: &IconScan) -> Result<(), Fault> {
         let wrong = |what: String| Fault::at(&self.data, what, "give whole rows of the scan that was begun");
         if FileLayout::of(rows) != self.layout {
             return Err(wrong("these rows have other planes, another width or other traits".into()));
@@ -134,15 +134,15 @@ fn refused(path: &Path, error: &Error) -> Fault {
 }
 
 /// The bytes of a plane; none where the scan has no such plane.
-fn bytes(scan: &Scan, part: PlaneContent) -> Vec<u8> {
+fn bytes(scan: &IconScan, part: PlaneContent) -> Vec<u8> {
     let words = |words: &[u16]| words.iter().flat_map(|n| n.to_le_bytes()).collect();
     match part {
         PlaneContent::Range => match &scan.range {
-            Range::Steps(steps) => words(steps),
-            Range::World(heights) => heights.iter().flat_map(|z| z.to_le_bytes()).collect(),
+            RangeValues::Steps(steps) => words(steps),
+            RangeValues::World(heights) => heights.iter().flat_map(|z| z.to_le_bytes()).collect(),
         },
         PlaneContent::Intensity | PlaneContent::Reflectance => match &scan.light {
-            Some(Light::Intensity(dn) | Light::Reflectance(dn)) => dn.clone(),
+            Some(PeakLight::Intensity(dn) | PeakLight::Reflectance(dn)) => dn.clone(),
             None => Vec::new(),
         },
         PlaneContent::Scatter => match &scan.scatter {
@@ -155,7 +155,7 @@ fn bytes(scan: &Scan, part: PlaneContent) -> Vec<u8> {
     }
 }
 
-fn mark(mark: &Mark) -> Vec<u8> {
+fn mark(mark: &ProfileMark) -> Vec<u8> {
     let numbers = [mark.encoder.cast_unsigned(), mark.status, mark.timestamp, mark.pulse, mark.scan];
     numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
 }

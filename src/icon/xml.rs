@@ -1,4 +1,4 @@
-//! The little XML that iCon files need: a tree of elements with attributes and text, written with two spaces of indent.
+//! XML of iCon files: a tree of elements with attributes and text, written with an indent of two spaces.
 
 use std::fmt::Write;
 

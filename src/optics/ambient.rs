@@ -10,10 +10,12 @@ use std::ops::Range;
 
 use procedural::Class;
 
+use super::band::Band;
 use super::camera::Camera;
-use super::expose::{ROWS, Scratch, Window};
 use super::row::Row;
-use super::{Band, Sensor, TILE};
+use super::scan_geometry::ScanGeometry;
+use super::speckle::TILE;
+use super::window::{ROWS, Scratch, Window, window_start};
 use crate::specimen::Hit;
 use crate::transport::kernel::{BASIS, SpreadRow};
 
@@ -32,8 +34,8 @@ pub fn row(own: Range<usize>, camera: &Camera, spread: &SpreadRow, albedo: &mut 
 }
 
 /// Adds it to the windows of a tile.
-pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
-    if !sensor.camera.has_ambient() {
+pub fn add(camera: &Camera, geometry: &ScanGeometry, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
+    if !camera.has_ambient() {
         scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
         return;
     }
@@ -43,14 +45,13 @@ pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &
     for window in &mut windows[..*used] {
         let Window { ambient, first_row, .. } = window;
         ambient.resize(ROWS, [0.0; TILE]);
-        let at_the_line =
-            first_row.iter().zip(centre).all(|(&first, &row)| first == super::secondary_light::window_start(row));
+        let at_the_line = first_row.iter().zip(centre).all(|(&first, &row)| first == window_start(row));
         for (k, line) in ambient.iter_mut().enumerate() {
             if at_the_line {
-                line.copy_from_slice(&band.neighbour(profile, sensor.neighbours[k]).ambient[start..start + TILE]);
+                line.copy_from_slice(&band.neighbour(profile, geometry.neighbours[k]).ambient[start..start + TILE]);
             } else {
                 for (c, pixel) in line.iter_mut().enumerate() {
-                    let offset = sensor.looks(centre[c] - (first_row[c] + k as i32) as f32);
+                    let offset = geometry.neighbour_at(centre[c] - (first_row[c] + k as i32) as f32);
                     *pixel = band.neighbour(profile, offset).ambient[start + c];
                 }
             }
@@ -58,11 +59,11 @@ pub fn add(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &
     }
 }
 
-/// Ambient light in a pixel of the whole sensor [e-].
-pub fn pixel(sensor: &Sensor, band: &Band, profile: usize, column: usize, row: usize) -> f32 {
-    if !sensor.camera.has_ambient() {
+/// Ambient light in pixel `[row, column]` of the whole sensor [e-].
+pub fn pixel(camera: &Camera, geometry: &ScanGeometry, band: &Band, profile: usize, [row, column]: [usize; 2]) -> f32 {
+    if !camera.has_ambient() {
         return 0.0;
     }
-    let offset = sensor.looks(band.row(profile).centre[column] - row as f32);
+    let offset = geometry.neighbour_at(band.row(profile).centre[column] - row as f32);
     band.neighbour(profile, offset).ambient[column]
 }

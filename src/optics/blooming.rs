@@ -5,26 +5,8 @@
 //! (Janesick 2001); a pixel that overflows still reads full. Charge that flows on makes photon noise where it arrives. What
 //! leaves the window of the line is lost.
 
-use super::TILE;
-use super::expose::ROWS;
-
-/// Signals of one tile's window: what is read, and the part of it that makes photon noise [DN over dark].
-#[derive(Debug, Clone)]
-pub struct WindowSignal {
-    /// What is read `[ROWS][TILE]`.
-    pub level: Box<[[f32; TILE]; ROWS]>,
-    /// What of it is noisy `[ROWS][TILE]`.
-    pub noisy: Box<[[f32; TILE]; ROWS]>,
-    /// What is added to it `[ROWS][TILE]` [DN].
-    pub offset: Box<[[f32; TILE]; ROWS]>,
-}
-
-impl Default for WindowSignal {
-    fn default() -> Self {
-        let rows = || Box::new([[0.0; TILE]; ROWS]);
-        Self { level: rows(), noisy: rows(), offset: rows() }
-    }
-}
+use super::speckle::TILE;
+use super::window::{ROWS, WindowSignal};
 
 impl WindowSignal {
     /// Lets `share` of what is above `full` flow on.

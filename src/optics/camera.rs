@@ -1,11 +1,11 @@
 //! Camera: where a point of the lit line is imaged, how sharp and how bright.
 //!
-//! Radiometry: a mm of the line carries what [`Laser`] says; a Lambertian patch sends the share Omega cos(theta) / pi of
-//! it into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda. docs/instrument.md holds the
-//! derivation. A point's spread has the variances of the lens's aberrations, of diffraction (Airy's core as a Gaussian
-//! of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007), of crosstalk (2 x in either direction for a
-//! share x to each neighbour), of the pixel's box, and of defocus (`super::defocus`). Neglected:
-//! the rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
+//! Radiometry: a mm of the line carries what [`Laser`] says; a Lambertian patch sends the share Omega cos(theta) / pi
+//! of it into the lens, Omega = pi (D / 2)^2 cos(phi) / distance^2. Photon energy h c / lambda. docs/instrument.md
+//! holds the derivation. A point's spread has the variances of the lens's aberrations, of diffraction (Airy's core as a
+//! Gaussian of 0.42 lambda N', N' = N v0 / f, Zhang, Zerubia and Olivo-Marin 2007), of crosstalk (2 x in either
+//! direction for a share x to each neighbour), of the pixel's box, and of defocus (`super::defocus`). Neglected: the
+//! rings of Airy's disc, 16 % of its light, none brighter than 1.8 % of its middle.
 
 mod projection;
 mod slant;
@@ -35,7 +35,8 @@ pub struct Camera {
     pub rig: Rig,
     /// The laser.
     pub laser: Laser,
-    /// Electrons of all light of the laser's first line on a white Lambertian surface, seen at right angles from 1 mm [e-].
+    /// Electrons of all light of the laser's first line on a white Lambertian surface, seen at right angles from 1 mm
+    /// [e-].
     electrons: f32,
     /// Position of the lens [mm].
     lens: Vec3,
@@ -170,7 +171,8 @@ impl Camera {
         self.blur_variance + PIXEL_VARIANCE
     }
 
-    /// Variance along the line of light spread by a standard deviation of `mm` at the origin, with the sharp lens's [px^2].
+    /// Variance along the line of light spread by a standard deviation of `mm` at the origin, with the sharp lens's
+    /// [px^2].
     pub fn along_variance(&self, mm: f32) -> f32 {
         let rig = &self.rig;
         let sigma = f64::from(mm) * rig.image_distance / (rig.pixel * rig.distance);
@@ -242,8 +244,8 @@ impl Camera {
         if self.blurs { self.defocus.variances(zc, zc / bottom) } else { [0.0; 2] }
     }
 
-    /// Variance of a thin lens's defocus along rows at `y` from the laser plane and height `z`, whatever the tilt of the
-    /// sensor [px^2].
+    /// Variance of a thin lens's defocus along rows at `y` from the laser plane and height `z`, whatever the tilt of
+    /// the sensor [px^2].
     pub fn off_plane_defocus(&self, y: f32, z: f32) -> f32 {
         let [zc, bottom] = self.projection.depth(y, z);
         if self.thin { self.defocus.variances(zc, zc / bottom)[1] } else { 0.0 }
@@ -340,4 +342,4 @@ pub fn rig(bench: &Bench, size: &Size) -> Rig {
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

@@ -12,7 +12,8 @@
 
 use std::sync::LazyLock;
 
-use super::TILE;
+use super::speckle::TILE;
+use super::window::MIN_VARIANCE;
 
 /// Radius in standard deviations of the rest below which the disc is taken by its variance: its peak is off by 0.2 %.
 const MIN_RADIUS_SIGMAS: f32 = 0.7;
@@ -37,7 +38,7 @@ static QUADRATURES: LazyLock<Vec<Vec<[f32; 2]>>> = LazyLock::new(|| {
 pub fn components(disc: &[f32; TILE], wide: &[f32; TILE]) -> &'static [[f32; 2]] {
     let mut most = 0.0f32;
     for c in 0..TILE {
-        let rest = (wide[c] - 0.25 * disc[c] * disc[c]).max(super::gaussian_stepper::MIN_VARIANCE);
+        let rest = (wide[c] - 0.25 * disc[c] * disc[c]).max(MIN_VARIANCE);
         most = most.max(disc[c] * disc[c] / rest);
     }
     let ratio = most.sqrt();

@@ -1,7 +1,8 @@
 //! Coherence: how much the spread of path lengths in matter reduces speckle contrast.
 //!
-//! Goodman's rule for partial coherence over the path lengths of quantised diffusion (see [`crate::transport::kernel`]).
-//! Neglected: light scattered by cylinders alone has shorter paths than diffusion gives it.
+//! Goodman's rule for partial coherence over the path lengths of quantised diffusion (see
+//! [`crate::transport::kernel`]). Neglected: light scattered by cylinders alone has shorter paths than diffusion gives
+//! it.
 
 use procedural::Medium;
 

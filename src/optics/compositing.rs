@@ -3,10 +3,10 @@
 //! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to where
 //! the tile's windows stand ([`super::secondary_light`]). What falls outside of both is lost.
 
-use super::TILE;
-use super::expose::{ROWS, Scratch, Window, through};
-use super::reflections::Reflection;
-use super::secondary_light::{SecondaryLight, WindowNeed};
+use super::line_image::draw_transmitted;
+use super::row::{Reflection, SecondaryLight, WindowNeed};
+use super::speckle::TILE;
+use super::window::{ROWS, Scratch, Window};
 use crate::lanes::exp;
 
 /// Standard deviations beyond which an image is left out.
@@ -36,7 +36,7 @@ pub fn composite(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch)
     let windows = &mut windows[..*used];
     let columns = &secondary.transmitted.columns;
     if columns.start < start + TILE && columns.end > start {
-        through(&secondary.transmitted, start, spare);
+        draw_transmitted(&secondary.transmitted, start, spare);
         add_shifted(spare, windows, &secondary.transmitted.metal[start..start + TILE], 1.0);
     }
     for reflection in secondary.tile(tile) {

@@ -1,17 +1,17 @@
 //! Defocus: the circle of confusion of a point that is out of focus.
 //!
-//! Thin lens, geometrical optics: light of a point at depth Zc meets at v_img = f Zc / (Zc - f) behind the lens; on the way
-//! it fills a cone over the pupil D, from which the sensor at v cuts a disc of
+//! Thin lens, geometrical optics: light of a point at depth Zc meets at v_img = f Zc / (Zc - f) behind the lens; on the
+//! way it fills a cone over the pupil D, from which the sensor at v cuts a disc of
 //!
 //! ```text
 //! c = D |v_img - v| / v_img,     variance of its projection c^2 / 16 along every direction
 //! ```
 //!
-//! (Born and Wolf 1999, section 4.8), the circle of confusion. A tilted sensor
-//! stretches the disc along the rows by v / (v0 cos beta), exact to first order in c. A laser plane in focus has c = 0; light that leaves matter a mm off the plane has 3 um, which is 1e-4 of what its own spread takes
-//! on the sensor and is left out. The line's profile takes the disc by its variance: its true law is a semicircle, flatter
-//! than a Gaussian; docs/instrument/camera.md says what that does. Neglected: the lens's mounts cut the disc at the field's
-//! edge (cat's eye); colour.
+//! (Born and Wolf 1999, section 4.8), the circle of confusion. A tilted sensor stretches the disc along the rows by v /
+//! (v0 cos beta), exact to first order in c. A laser plane in focus has c = 0; light that leaves matter a mm off the
+//! plane has 3 um, which is 1e-4 of what its own spread takes on the sensor and is left out. The line's profile takes
+//! the disc by its variance: its true law is a semicircle, flatter than a Gaussian; docs/instrument/camera.md says what
+//! that does. Neglected: the lens's mounts cut the disc at the field's edge (cat's eye); colour.
 
 /// Lens and sensor as far as defocus depends on them.
 #[derive(Debug, Clone, Copy, PartialEq)]

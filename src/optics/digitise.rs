@@ -5,11 +5,10 @@
 
 use multiversion::multiversion;
 
-use super::blooming::WindowSignal;
-use super::expose::{CENTRE, ROWS, Window};
 use super::fixed_pattern::{CodeSteps, PixelCodes, UNIFORM_CODES, WindowRuns};
 use super::signal_chain::SignalChain;
-use super::{Sensor, TILE};
+use super::speckle::{AnchoredSpeckle, TILE};
+use super::window::{CENTRE, ROWS, Window, WindowSignal};
 use crate::frame::Frame;
 use crate::lanes::normals;
 
@@ -38,71 +37,82 @@ pub struct TileExposure<'a> {
     pub offsets: &'a [f32],
 }
 
-/// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is room to work in.
-pub fn digitise(
-    sensor: &Sensor,
-    exposure: &TileExposure<'_>,
-    number: usize,
-    window: &Window,
-    signal: &mut WindowSignal,
-    frame: &mut Frame,
-) {
-    let TileExposure { profile, tile, columns, place, way, offsets } = *exposure;
-    frame.cols = columns;
-    frame.rows = ROWS;
-    frame.first_col = tile * TILE;
-    frame.first_row.clear();
-    frame.first_row.extend_from_slice(&window.first_row[..columns]);
-    frame.dn.resize(ROWS * columns, 0);
-    let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
-    let keys = sensor.chain.keys(NOISE_STREAMS[number], profile);
-    // Another part of the pattern for the second window, which stands elsewhere.
-    let view = sensor.speckle.tile(tile, place, way, number * ROWS);
-    let counter = tile as u32 * TILE as u32;
-    let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
-    let pair_of = |pair: usize| {
-        let rows = rows_of(pair);
-        let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
-        PairOfRows {
-            electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
-            patterns,
-            ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
-            shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
-            counter: pair as u32 * MAX_COLUMNS + counter,
-            keys,
+/// From electrons to numbers, by one sensor.
+#[derive(Debug, Clone, Copy)]
+pub struct Digitiser<'a> {
+    /// Response, noise and converter of the sensor.
+    pub chain: &'a SignalChain,
+    /// Speckle of the sample.
+    pub speckle: &'a AnchoredSpeckle,
+}
+
+impl Digitiser<'_> {
+    /// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is room to work in.
+    pub fn digitise(
+        &self,
+        exposure: &TileExposure<'_>,
+        number: usize,
+        window: &Window,
+        signal: &mut WindowSignal,
+        frame: &mut Frame,
+    ) {
+        let TileExposure { profile, tile, columns, place, way, offsets } = *exposure;
+        frame.cols = columns;
+        frame.rows = ROWS;
+        frame.first_col = tile * TILE;
+        frame.first_row.clear();
+        frame.first_row.extend_from_slice(&window.first_row[..columns]);
+        frame.dn.resize(ROWS * columns, 0);
+        let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
+        let keys = self.chain.keys(NOISE_STREAMS[number], profile);
+        // Another part of the pattern for the second window, which stands elsewhere.
+        let view = self.speckle.tile(tile, place, way, number * ROWS);
+        let counter = tile as u32 * TILE as u32;
+        let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
+        let pair_of = |pair: usize| {
+            let rows = rows_of(pair);
+            let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
+            PairOfRows {
+                electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
+                patterns,
+                ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
+                shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
+                counter: pair as u32 * MAX_COLUMNS + counter,
+                keys,
+            }
+        };
+        let chain = self.chain;
+        let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
+            for (row, numbers) in dn[2 * pair * columns..].chunks_exact_mut(columns).zip(numbers) {
+                row.copy_from_slice(&numbers[..columns]);
+            }
+        };
+        if chain.is_plain() {
+            (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), self)));
+            return;
         }
-    };
-    let chain = &sensor.chain;
-    let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
-        for (row, numbers) in dn[2 * pair * columns..].chunks_exact_mut(columns).zip(numbers) {
-            row.copy_from_slice(&numbers[..columns]);
-        }
-    };
-    if chain.is_plain() {
-        (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), sensor)));
-        return;
-    }
-    let runs = WindowRuns::new(&window.first_row);
-    for pair in 0..ROWS / 2 {
-        let own = pair_of(pair);
-        let codes = rows_of(pair)
-            .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
-        if chain.blooming == 0.0 {
-            out(&mut frame.dn, pair, unlike(&own, &codes, sensor));
-            continue;
-        }
-        let developed = develop(&own, &codes, sensor);
-        for (row, k) in rows_of(pair).into_iter().enumerate() {
-            (signal.level[k], signal.noisy[k], signal.offset[k]) =
-                (developed[0][row], developed[1][row], developed[2][row]);
-        }
-    }
-    if chain.blooming > 0.0 {
-        signal.bloom(chain.full, chain.blooming);
+        let runs = WindowRuns::new(&window.first_row);
         for pair in 0..ROWS / 2 {
-            let own = PairOfRows { shades: rows_of(pair).map(|k| signal.offset[k]), ..pair_of(pair) };
-            let [level, noisy] = [&signal.level, &signal.noisy].map(|field| rows_of(pair).map(|k| field[k]));
-            out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
+            let own = pair_of(pair);
+            let codes = rows_of(pair)
+                .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
+            if chain.blooming == 0.0 {
+                out(&mut frame.dn, pair, unlike(&own, &codes, self));
+                continue;
+            }
+            let developed = develop(&own, &codes, self);
+            for (row, k) in rows_of(pair).into_iter().enumerate() {
+                (signal.level[k], signal.noisy[k], signal.offset[k]) =
+                    (developed[0][row], developed[1][row], developed[2][row]);
+            }
+        }
+        if chain.blooming > 0.0 {
+            signal.bloom(chain.full, chain.blooming);
+            for pair in 0..ROWS / 2 {
+                let own = PairOfRows { shades: rows_of(pair).map(|k| signal.offset[k]), ..pair_of(pair) };
+                let [level, noisy] = [&signal.level, &signal.noisy].map(|field| rows_of(pair).map(|k| field[k]));
+                out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
+            }
         }
     }
 }
@@ -142,10 +152,17 @@ impl PairOfRows<'_> {
 
     /// Level, the part of it that makes photon noise, and offset of a pixel [DN over dark, DN, DN].
     #[inline(always)]
-    fn developed(&self, codes: &[PixelCodes; 2], steps: CodeSteps, sensor: &Sensor, row: usize, c: usize) -> [f32; 3] {
+    fn developed(
+        &self,
+        codes: &[PixelCodes; 2],
+        steps: CodeSteps,
+        by: &Digitiser<'_>,
+        row: usize,
+        c: usize,
+    ) -> [f32; 3] {
         let (response, shift) = steps.decode(&codes[row], c);
-        let light = self.light(sensor.speckle.scale(), row, c);
-        let (level, noisy) = sensor.chain.slopes.respond((sensor.chain.gain * response * light).max(0.0));
+        let light = self.light(by.speckle.scale(), row, c);
+        let (level, noisy) = by.chain.slopes.respond((by.chain.gain * response * light).max(0.0));
         [level, noisy, self.shades[row][c] + shift]
     }
 
@@ -166,27 +183,27 @@ impl PairOfRows<'_> {
 
 /// Gain and noise alone.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn plain(pixels: &PairOfRows<'_>, sensor: &Sensor) -> RowPair<u16> {
-    pixels.numbers(&sensor.chain, |row, c| {
-        let signal = (sensor.chain.gain * pixels.light(sensor.speckle.scale(), row, c)).max(0.0);
+fn plain(pixels: &PairOfRows<'_>, by: &Digitiser<'_>) -> RowPair<u16> {
+    pixels.numbers(by.chain, |row, c| {
+        let signal = (by.chain.gain * pixels.light(by.speckle.scale(), row, c)).max(0.0);
         [signal, signal, pixels.shades[row][c]]
     })
 }
 
 /// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], sensor: &Sensor) -> RowPair<u16> {
-    let steps = sensor.chain.steps();
-    pixels.numbers(&sensor.chain, |row, c| pixels.developed(codes, steps, sensor, row, c))
+fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], by: &Digitiser<'_>) -> RowPair<u16> {
+    let steps = by.chain.steps();
+    pixels.numbers(by.chain, |row, c| pixels.developed(codes, steps, by, row, c))
 }
 
 /// The same without noise, for charge to overflow.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], sensor: &Sensor) -> [RowPair<f32>; 3] {
-    let (steps, mut out) = (sensor.chain.steps(), [[[0.0; TILE]; 2]; 3]);
+fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], by: &Digitiser<'_>) -> [RowPair<f32>; 3] {
+    let (steps, mut out) = (by.chain.steps(), [[[0.0; TILE]; 2]; 3]);
     for row in 0..2 {
         for c in 0..TILE {
-            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, sensor, row, c);
+            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, by, row, c);
         }
     }
     out

@@ -13,9 +13,10 @@ use procedural::{Film, Matter, Medium, Surface};
 
 use super::box_filter::blur_varying;
 use super::camera::{Camera, Sight};
-use super::laser::SpotLight;
+use super::row::TransmittedLine;
+use super::row_view::RowView;
 use super::speckle::TILE;
-use crate::specimen::{Hit, Specimen, height_below};
+use crate::specimen::{Hit, height_below};
 use crate::transport::fresnel;
 use crate::transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread};
 use crate::transport::kernel::{BASIS, SPREAD_MM};
@@ -26,60 +27,6 @@ const JUMP_MM: f32 = 0.5;
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
 const ESCAPE_FREE_PATHS: f32 = 1.3;
-
-/// The line that is seen through a film, structure of arrays over sensor columns, padded to whole tiles.
-#[derive(Debug, Clone, Default)]
-pub struct TransmittedLine {
-    /// Sensor row of the line's centre [px].
-    pub centre: Vec<f32>,
-    /// Rows per mm along the motion [px/mm].
-    pub rows_per_mm: Vec<f32>,
-    /// Variance of laser, lens and pixel [px^2].
-    pub variance: Vec<f32>,
-    /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [e-].
-    pub source: [Vec<f32>; BASIS],
-    /// Whether metal throws it back.
-    pub metal: Vec<bool>,
-    /// Columns that hold any of it.
-    pub columns: std::ops::Range<usize>,
-}
-
-/// What looks at a row.
-#[derive(Debug, Clone, Copy)]
-pub struct RowView<'a> {
-    /// The body.
-    pub specimen: &'a Specimen,
-    /// The camera.
-    pub camera: &'a Camera,
-    /// Scan position [mm].
-    pub y: f32,
-    /// The profile that stands there.
-    pub profile: isize,
-    /// Light in one pixel that is left out where it lies beside the line [e-].
-    pub faint: f32,
-}
-
-impl RowView<'_> {
-    /// What becomes of the light at `x` on a surface.
-    #[inline]
-    pub fn sight(&self, x: f32, surface: &Surface) -> Sight {
-        let sight = self.camera.sight_on(x, surface.z, [surface.slope_x, surface.slope_y]);
-        self.share(sight, x, surface.z)
-    }
-
-    /// The same with what a column gets of a point laser.
-    #[inline]
-    pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
-        match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
-            Some(SpotLight { share, off }) => {
-                // A column looks along a slant: beside the spot's middle it sees more of one half than of the other.
-                let row = sight.row + off * self.camera.sightline_lean(x, z) * sight.rows_per_mm;
-                Sight { electrons: sight.electrons * share / sight.column_mm, row, ..sight }
-            }
-            None => sight,
-        }
-    }
-}
 
 /// What the laser meets below a film, by the column that looks at the film above it.
 #[derive(Debug, Clone, Copy)]

@@ -5,8 +5,6 @@
 
 use procedural::Class;
 
-use super::TILE;
-use super::expose::load;
 use super::row::Row;
 use crate::specimen::Hit;
 
@@ -14,7 +12,7 @@ impl Row {
     /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, so light
     /// that would leave before the front edge is seen as if the surface went on. It is kept apart from what leaves here
     /// otherwise: a hole lets out what comes from behind it, and nothing of what comes from before it.
-    pub fn face(&mut self, next: &Row) {
+    pub fn open_front(&mut self, next: &Row) {
         let bare = |hit: &Hit| hit.matter.class == Class::Background;
         let beyond = next.front_exit.as_deref().unwrap_or(&next.exit);
         let lets = |column: usize| bare(&self.hits[column]) && beyond.iter().any(|exit| exit[column] != 0.0);
@@ -28,13 +26,5 @@ impl Row {
             }
         }
         self.front_exit = Some(faced);
-    }
-
-    /// Factors by which width `j` leaves here in the tile that begins at column `start`, for light from `behind` this row
-    /// or from before it [sqrt(1)].
-    #[inline(always)]
-    pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
-        let exit = self.front_exit.as_deref().filter(|_| behind).unwrap_or(&self.exit);
-        load(&exit[j], start)
     }
 }

@@ -1,7 +1,11 @@
 //! Frames of the whole sensor: what recipes keep, and what the thesis' scripts work on.
 
+use super::band::Band;
 use super::postprocess::FrameLight;
-use super::{Band, ROWS, Scratch, Sensor, TILE, ambient, expose};
+use super::sensor::Sensor;
+use super::speckle::TILE;
+use super::window::{ROWS, Scratch};
+use super::{ambient, expose};
 use crate::frame::Frame;
 use crate::lanes;
 
@@ -50,7 +54,8 @@ impl Sensor {
             .map(|pixel| {
                 let (row, column) = (pixel / columns, pixel % columns);
                 let (normal, _) = lanes::normals(pixel as u32, keys);
-                let ambient = self.chain.gain * ambient::pixel(self, band, profile, column, row);
+                let ambient =
+                    self.chain.gain * ambient::pixel(&self.camera, &self.geometry, band, profile, [row, column]);
                 let (response, shift) = self.chain.pixels.as_ref().map_or((1.0, 0.0), |pixels| pixels.at(row, column));
                 let (level, noisy) = self.chain.slopes.respond(response * ambient);
                 self.chain.digitise(level, noisy, normal, offsets[row] + shift)

@@ -11,10 +11,11 @@
 //! What is more than one Gaussian across the line is drawn strand by strand ([`LineProfile`]). Neglected: that a pixel gathers
 //! over its box, where a Gaussian has the box's variance alone.
 
-use super::expose::{CENTRE, ROWS, load};
+use super::circle_of_confusion;
 use super::laser::{GaussianMixture, LineProfile};
 use super::row::Row;
-use super::{TILE, circle_of_confusion};
+use super::speckle::TILE;
+use super::window::{CENTRE, MIN_VARIANCE, ROWS, load};
 use crate::lanes::{cos_sin_turns, exp};
 
 /// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
@@ -32,9 +33,9 @@ pub struct CompositeLine<'a> {
     /// First column of the tile.
     pub start: usize,
     /// What the line is across.
-    pub section: &'a LineProfile,
+    pub profile: &'a LineProfile,
     /// Its strands for one width.
-    pub level: &'a GaussianMixture,
+    pub mixture: &'a GaussianMixture,
 }
 
 impl CompositeLine<'_> {
@@ -49,17 +50,17 @@ impl CompositeLine<'_> {
         out: &mut [[f32; TILE]; ROWS],
     ) {
         let unit = load(&self.own.profile_unit, self.start);
-        for (number, strand) in self.level.components.iter().enumerate() {
+        for (number, strand) in self.mixture.components.iter().enumerate() {
             let (mut place, mut wide, mut light) = (*phase, *variance, *source);
             for c in 0..TILE {
                 place[c] += strand.offset * unit[c];
-                wide[c] += (strand.variance - self.section.core()) * unit[c] * unit[c];
+                wide[c] += (strand.variance - self.profile.core()) * unit[c] * unit[c];
                 light[c] *= strand.weight;
             }
-            if self.level.varies() {
+            if self.mixture.varies() {
                 let node = load(&self.own.profile_node, self.start);
                 for c in 0..TILE {
-                    light[c] = source[c] * self.level.weight(number, node[c]);
+                    light[c] = source[c] * self.mixture.weight(number, node[c]);
                 }
             }
             match self.own.defocus_radius_of(self.start) {
@@ -146,9 +147,6 @@ fn add_by_rows<'a>(
 
 /// The exit of light that the surface throws back.
 pub const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
-
-/// Least variance that is drawn [px^2].
-pub const MIN_VARIANCE: f32 = 0.05;
 
 /// Gaussians of one tile, stepped from row to row.
 #[derive(Debug)]

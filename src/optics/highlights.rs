@@ -9,10 +9,9 @@ use std::ops::Range;
 
 use procedural::{Class, Medium, Stream};
 
-use super::film::RowView;
 use super::laser::segment_process::{Segment, SegmentProcess};
 use super::row::Row;
-use super::secondary_light;
+use super::row_view::RowView;
 use super::streak::{self, Streak};
 use crate::lanes::ln;
 use crate::parameters::LaserParameters;
@@ -107,7 +106,7 @@ impl Highlights {
                 lean: -lean / column_mm / rate,
                 first_row: row.centre[column] - rate * segment.end,
                 last_row: row.centre[column] - rate * segment.start,
-                electrons: bright * wide * secondary_light::line_peak(row, column),
+                electrons: bright * wide * row.line_peak(column),
                 column_variance: view.camera.lens_variance() + wide * wide / 12.0,
                 row_variance: view.camera.lens_variance(),
             });

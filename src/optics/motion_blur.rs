@@ -15,40 +15,37 @@
 
 use multiversion::multiversion;
 
-use super::expose::{self, ROWS, Scratch, Window};
-use super::secondary_light::{needs_own_window, without_overlap};
-use super::{Band, Sensor, TILE};
+use super::speckle::TILE;
+use super::window::{ExposureKey, ROWS, Scratch, Window, needs_own_window, without_overlap};
 
-/// The light of a profile to come.
-#[derive(Debug, Clone, Default)]
-pub struct NextProfile {
-    /// Whose light it is: sensor, rows of the band, how often they were made, profile and tile.
-    of: Option<[usize; 5]>,
-    light: Scratch,
+/// How far an exposure is blurred.
+#[derive(Debug, Clone, Copy)]
+pub struct MotionBlur {
+    /// Weight of the next profile's light, half of the share of a step that the object moves while it is exposed [1].
+    pub share: f32,
+    /// Light in one pixel under which no second window is given to it [e-].
+    pub faint: f32,
 }
 
-/// Fills `scratch` with the mean light of one tile over the way that the object moves while it is exposed.
-pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
-    let name = |profile: usize| {
-        let (sensor, rows) = (std::ptr::from_ref(sensor).addr(), band.rows.as_ptr().addr());
-        Some([sensor, rows, band.made, profile, tile])
-    };
+/// Fills `scratch` with the mean light of one tile over the way that the object moves while it is exposed; `draw` fills a
+/// scratch with the light of the tile in a profile, as if the object stood still.
+pub fn window(blur: MotionBlur, key: ExposureKey, scratch: &mut Scratch, draw: impl Fn(usize, &mut Scratch)) {
     let mut next = scratch.next.take().unwrap_or_default();
-    if next.of == name(profile) {
-        // What is kept becomes this profile's; its room takes the next one's.
+    if next.key == Some(key) {
+        // What is kept becomes this profile's; its buffers take the next one's.
         std::mem::swap(&mut scratch.windows, &mut next.light.windows);
         (scratch.used, scratch.columns) = (next.light.used, next.light.columns);
     } else {
-        expose::still(sensor, band, profile, tile, scratch);
+        draw(key.profile, scratch);
     }
-    expose::still(sensor, band, profile + 1, tile, &mut next.light);
-    next.of = name(profile + 1);
-    blend(scratch, &next.light, 0.5 * sensor.way, sensor.faint);
+    draw(key.profile + 1, &mut next.light);
+    next.key = Some(ExposureKey { profile: key.profile + 1, ..key });
+    blend(scratch, &next.light, blur);
     scratch.next = Some(next);
 }
 
 /// Takes `share` of the next light into `own`; lines that stand apart and are brighter than `faint` get a window.
-fn blend(own: &mut Scratch, next: &Scratch, share: f32, faint: f32) {
+fn blend(own: &mut Scratch, next: &Scratch, MotionBlur { share, faint }: MotionBlur) {
     if own.used == 1 {
         let separate = needing_windows(&own.windows[0], next, faint);
         if separate.iter().any(Option::is_some) {

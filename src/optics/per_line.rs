@@ -5,45 +5,53 @@
 //! laser's width is in the answer already. The lens blurs along the line too. Neglected: light stays in its column, and
 //! one direction of view serves the whole line, that of its middle.
 
-use procedural::Stream;
+use std::fmt;
 
 use super::box_filter::blur_varying;
 use super::camera::Camera;
-use super::expose::{CENTRE, ROWS};
 use super::row::Row;
 use super::speckle::TILE;
+use super::window::{CENTRE, ROWS};
 use crate::lanes::exp;
-use crate::settings::{ThesisMethod, Transport};
 use crate::specimen::Specimen;
 use crate::transport::line::{LineResponse, LineSource};
-use crate::transport::path::{self, Effort};
-use crate::transport::{diffusion, thesis};
 
 /// Pitch of the answer along the scan, about half a sensor row [mm].
 const ROW_MM: f64 = 0.05;
 /// Standard deviations of lens and pixel beyond which light is left out.
 const REACH_SIGMAS: f32 = 5.0;
 
-/// Electrons from below in the window of every column of a profile, `[ROWS][columns]`, columns padded to whole tiles.
-pub type Window = Vec<f32>;
+/// A model of light in matter that answers one line at a time: what comes out around the line of a profile, by its number.
+pub struct LineSolver(Box<dyn Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync>);
 
-/// What a line model needs of the bench.
+impl LineSolver {
+    /// By a function of the line and the number of its profile.
+    pub fn new(solve: impl Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync + 'static) -> Self {
+        Self(Box::new(solve))
+    }
+}
+
+impl fmt::Debug for LineSolver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("LineSolver")
+    }
+}
+
+/// A model that answers one line at a time, over one body.
 #[derive(Debug, Clone, Copy)]
 pub struct PerLine<'a> {
     /// The body under camera and laser.
     pub specimen: &'a Specimen,
     /// Camera and laser.
     pub camera: &'a Camera,
-    /// Which model.
-    pub transport: Transport,
-    /// Stream of the sample.
-    pub stream: Stream,
+    /// The model.
+    pub solver: &'a LineSolver,
 }
 
 impl PerLine<'_> {
-    /// The window of `profile`, which stands at scan position `y` [mm] and whose row of the specimen is `row`; `None`
-    /// where the kernel answers.
-    pub fn window(&self, row: &Row, profile: u64, y: f64) -> Option<Window> {
+    /// Electrons from below in the window of every column of `profile`, `[ROWS][columns]`, columns padded to whole tiles;
+    /// the profile stands at scan position `y` [mm], where the row of the specimen is `row`.
+    pub fn volume(&self, row: &Row, profile: u64, y: f64) -> Vec<f32> {
         let columns = row.hits.len();
         let height = row.hits.iter().map(|hit| hit.surface.z).fold(0.0, f32::max);
         // Bare columns stand where they would see the body.
@@ -67,38 +75,21 @@ impl PerLine<'_> {
             row_mm: ROW_MM,
             rows: (reach / ROW_MM).ceil() as usize,
         };
-        let glow = match self.transport {
-            Transport::Kernel => return None,
-            Transport::Path { photons } => {
-                let seed = self.stream.child("transport").index(profile).key();
-                path::line_response(&line, Effort { photons, seed })
-            }
-            Transport::Diffusion { voxel_mm } => diffusion::line_response(
-                &line,
-                &diffusion::DiffusionSettings { voxel_mm, ..diffusion::DiffusionSettings::default() },
-            ),
-            Transport::Thesis { method, iterations, pixel_mm } => {
-                let method = thesis_method(method, iterations as u32);
-                thesis::line_response(
-                    &line,
-                    &thesis::ThesisSettings { method, pitch_mm: pixel_mm, ..thesis::ThesisSettings::default() },
-                )
-            }
-        };
-        Some(self.project(&glow, row, &line))
+        let LineSolver(solve) = self.solver;
+        self.project(&solve(&line, profile), row, &line)
     }
 
     /// Lays an answer on the sensor.
-    fn project(&self, glow: &LineResponse, row: &Row, of: &LineSource) -> Window {
-        let columns = glow.columns;
+    fn project(&self, response: &LineResponse, row: &Row, of: &LineSource) -> Vec<f32> {
+        let columns = response.columns;
         let padded = columns.next_multiple_of(TILE);
         let mut window = vec![0.0; ROWS * padded];
         let (mut line, mut buffer) = (vec![0.0; columns], Vec::new());
         let defocus: Vec<f32> = row.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
-        for (i, light) in glow.light.chunks_exact(columns).enumerate() {
+        for (i, light) in response.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
             blur_varying(&mut line, self.camera.blur_variance, &defocus, 1.0, &mut buffer);
-            let y = (i as f64 - glow.rows as f64) * ROW_MM;
+            let y = (i as f64 - response.rows as f64) * ROW_MM;
             let cut = of.body.slice((of.y + y) as f32);
             for (column, &electrons) in line.iter().enumerate() {
                 if electrons == 0.0 {
@@ -123,15 +114,5 @@ impl PerLine<'_> {
             }
         }
         window
-    }
-}
-
-fn thesis_method(method: ThesisMethod, iterations: u32) -> thesis::SpreadMethod {
-    match method {
-        ThesisMethod::LinearEquation => thesis::SpreadMethod::LINEAR_EQUATION,
-        ThesisMethod::AntiAliased => thesis::SpreadMethod::ANTI_ALIASED,
-        ThesisMethod::Bresenham => thesis::SpreadMethod::BRESENHAM,
-        ThesisMethod::Diffusion => thesis::SpreadMethod::diffusion(iterations),
-        ThesisMethod::Conservative => thesis::SpreadMethod::conservative(iterations),
     }
 }

@@ -1,7 +1,8 @@
-//! Postprocessing of the thesis: frames of light without speckle, noise or lens blur, then its scripts one after the other.
+//! Postprocessing of the thesis: frames of light without speckle, noise or lens blur, then its scripts one after the
+//! other.
 //!
-//! Kihl and Källberg 2021, sections 3.2.1, 3.2.2 and 3.3. The light of a whole frame is what [`super::expose`] gives, in DN
-//! over dark; each script works on the whole frame:
+//! Kihl and Källberg 2021, sections 3.2.1, 3.2.2 and 3.3. The light of a whole frame is what [`super::expose`] gives,
+//! in DN over dark; each script works on the whole frame:
 //!
 //! ```text
 //! blur      I <- I * Gaussian of standard deviation `blur_radius_px` in rows and columns
@@ -9,15 +10,16 @@
 //! noise     I <- I + N(dark level, dark noise)
 //! ```
 //!
-//! and the end is clipped and rounded. The pattern follows Bergmann et al. 2016 (after Duncan and Kirkpatrick 2008): a disc
-//! of random phases out of a square, Fourier transformed, squared; its root for the Rayleigh law. The disc's centre moves
-//! on a circle of its own radius about the square's middle, by pi a / D from profile to profile, with D the pupil and
-//! a = step (d / h + 1 - sin^2 tilt) the shift of the field there (appendix A of the thesis: camera at distance d, laser at
-//! height h). Kept as the thesis has it: the pattern lies on the sensor, not on the object; its pitch of a fifth of a
-//! pixel takes 1.22 lambda N (1 + m) for lambda N (1 + m), so speckles are 22 % too large (`sampling_factor` 6 is right);
-//! pattern coordinates wrap at one less than the side (equation 3.1). Not kept: numbers between patterns of a stack are not
-//! interpolated, each profile has a disc of its own; energy is kept by the mean and not by a factor of thumb; scripts pass
-//! numbers on without rounding. The spread of the noise includes the final rounding. `physical` orders never come here.
+//! and the end is clipped and rounded. The pattern follows Bergmann et al. 2016 (after Duncan and Kirkpatrick 2008): a
+//! disc of random phases out of a square, Fourier transformed, squared; its root for the Rayleigh law. The disc's
+//! centre moves on a circle of its own radius about the square's middle, by pi a / D from profile to profile, with D
+//! the pupil and a = step (d / h + 1 - sin^2 tilt) the shift of the field there (appendix A of the thesis: camera at
+//! distance d, laser at height h). Kept as the thesis has it: the pattern lies on the sensor, not on the object; its
+//! pitch of a fifth of a pixel takes 1.22 lambda N (1 + m) for lambda N (1 + m), so speckles are 22 % too large
+//! (`sampling_factor` 6 is right); pattern coordinates wrap at one less than the side (equation 3.1). Not kept: numbers
+//! between patterns of a stack are not interpolated, each profile has a disc of its own; energy is kept by the mean and
+//! not by a factor of thumb; scripts pass numbers on without rounding. The spread of the noise includes the final
+//! rounding. `physical` orders never come here.
 
 use procedural::Stream;
 use rand::RngExt;

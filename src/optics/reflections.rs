@@ -11,7 +11,9 @@
 
 use glam::Vec3;
 
-use super::film::{RowView, entering_share};
+use super::film::entering_share;
+use super::row::Reflection;
+use super::row_view::RowView;
 use crate::specimen::{Hit, ReflectedHit};
 use crate::transport::kernel::{BASIS, SPREAD_MM, SpreadRow};
 
@@ -27,26 +29,6 @@ const MAX_IMAGES: usize = 4;
 const MERGED_PX: f64 = 1.5;
 /// Fixed widths that an image is seen with: up to 0.32 mm.
 const NARROW_WIDTHS: usize = 5;
-
-/// Light on the sensor: a Gaussian along the rows of one column.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reflection {
-    /// Sensor column [px].
-    pub column: usize,
-    /// Sensor row of its centre [px].
-    pub row: f32,
-    /// Its variance along the rows [px^2].
-    pub variance: f32,
-    /// All of its light in this column [e-].
-    pub electrons: f32,
-}
-
-impl Reflection {
-    /// Light in its brightest row [e-].
-    pub fn peak(&self) -> f32 {
-        0.398_942_3 * self.electrons / self.variance.sqrt()
-    }
-}
 
 /// Where the light of one column lands.
 #[derive(Debug, Clone, Copy)]

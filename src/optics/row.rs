@@ -1,35 +1,13 @@
-//! One row of the specimen in the words of the camera: what each column sends out when the laser stands on it, and what
-//! it lets out of its neighbours' light.
+//! Light of one row of the specimen, as the camera sees it when the laser stands on that row.
 //!
-//! The light's answer at a point belongs to the object: it is worked out once for each position of the scan and used by
-//! every profile whose window holds it.
+//! Subsurface response depends only on the body, so a row is worked out once for each position of the scan and used by
+//! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
-use std::ops::Range;
-
-use glam::Vec3;
-use procedural::{Class, Gloss, Medium};
-
-use super::ambient;
-use super::box_filter::{blur, blur_varying};
-use super::camera::{Camera, Sight};
-use super::film::{self, RowView};
-use super::highlights::{HighlightScratch, Highlights};
-use super::reflections::LitRow;
-use super::secondary_light::{SecondaryLight, SecondaryScratch};
-use super::spans::spans;
 use super::speckle::TILE;
 use super::streak::Streak;
-use super::surface_point::surface_point;
-use crate::frame::Sightlines;
-use crate::specimen::{Hit, Specimen};
-use crate::transport::fresnel;
-use crate::transport::kernel::{
-    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, exit_shift, line_spread,
-};
-
-/// What comes back of light that would cross a wall, which lets it out: less than nothing, since the wall takes of what
-/// stands near it too; from the judge's scatter beside a crack and at the side of a board [1].
-const WALL_RETURN: f32 = -0.5;
+use super::window::load;
+use crate::specimen::Hit;
+use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
 #[derive(Debug, Clone, Default)]
@@ -42,12 +20,12 @@ pub struct Row {
     pub rows_per_mm: Vec<f32>,
     /// Variance of laser, lens and pixel [px^2].
     pub variance: Vec<f32>,
-    /// Unit of the laser's section; empty for a Gaussian line [px].
+    /// Unit of the laser's line profile; empty for a Gaussian line [px].
     pub profile_unit: Vec<f32>,
-    /// Place along the section's nodes; empty for a Gaussian line [1].
+    /// Position along the line profile's nodes; empty for a Gaussian line [1].
     pub profile_node: Vec<f32>,
-    /// Radius along the rows of the disc that a point is out of focus by, whose variance `variance` holds; empty where
-    /// nothing can be [px].
+    /// Radius along the rows of the circle of confusion, whose variance `variance` holds; empty where nothing can be out
+    /// of focus [px].
     pub defocus_radius: Vec<f32>,
     /// Light thrown back by the surface itself [e-].
     pub surface_light: Vec<f32>,
@@ -62,7 +40,7 @@ pub struct Row {
     /// The same for light of rows behind this one, which leaves through a front face where this row is bare; `None` where
     /// that makes no difference.
     pub front_exit: Option<Box<[Vec<f32>; BASIS]>>,
-    /// Light of lamps and windows in a pixel that looks here; empty where there is none [e-].
+    /// Ambient light in a pixel that looks here; empty where there is none [e-].
     pub ambient: Vec<f32>,
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
     pub secondary: Option<Box<SecondaryLight>>,
@@ -71,219 +49,110 @@ pub struct Row {
 }
 
 impl Row {
-    /// Radii of the discs of a tile; `None` where all is sharp.
+    /// Radii of the circles of confusion of a tile; `None` where all is sharp.
     pub fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
         self.defocus_radius.get(start..)?.first_chunk()
     }
-}
 
-/// Makes rows; holds what is worked out once.
-#[derive(Debug)]
-pub struct RowMaker {
-    shares: WidthShares,
-    conveyor: Medium,
-    conveyor_reflectance: f32,
-    /// Where each column looks.
-    columns: Sightlines,
-    /// How the camera sees the bare conveyor in each column.
-    conveyor_sights: Vec<Sight>,
-    highlights: Highlights,
-}
+    /// Factors by which width `j` leaves here in the tile that begins at column `start`, for light from `behind` this row
+    /// or from before it [sqrt(1)].
+    #[inline(always)]
+    pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
+        let exit = self.front_exit.as_deref().filter(|_| behind).unwrap_or(&self.exit);
+        load(&exit[j], start)
+    }
 
-/// Room that one thread needs to make rows.
-#[derive(Debug)]
-pub struct RowScratch {
-    texels: Vec<SurfacePoint>,
-    spread: SpreadRow,
-    electrons: Vec<f32>,
-    line: Vec<f32>,
-    /// How much nearer to the lens light is seen to leave, along the motion [mm].
-    pull: Vec<f32>,
-    /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
-    defocus: Vec<f32>,
-    /// Diffuse reflectance for light from all sides [1].
-    albedo: Vec<f32>,
-    pieces: Vec<Range<usize>>,
-    secondary: SecondaryScratch,
-    highlights: HighlightScratch,
-}
-
-impl RowScratch {
-    /// Room for `columns` columns.
-    pub fn new(columns: usize) -> Self {
-        Self {
-            texels: vec![SurfacePoint::BLACK; columns],
-            spread: SpreadRow::new(columns),
-            electrons: vec![0.0; columns],
-            line: Vec::new(),
-            pull: vec![0.0; columns],
-            defocus: Vec::new(),
-            albedo: vec![0.0; columns],
-            pieces: Vec::new(),
-            secondary: SecondaryScratch::default(),
-            highlights: HighlightScratch::default(),
-        }
+    /// Light in the brightest row of a column's line [e-].
+    pub fn line_peak(&self, column: usize) -> f32 {
+        let rows_per_mm = self.rows_per_mm[column];
+        peak(self.surface_light[column], self.variance[column], rows_per_mm, |j| {
+            self.source[j][column] * self.exit[j][column]
+        })
     }
 }
 
-impl RowMaker {
-    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, below bodies that
-    /// rise to `top` [mm] and have `highlights`, and a sensor of `columns` columns.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, highlights: Highlights, columns: usize, top: f64) -> Self {
-        let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
-        Self {
-            columns: camera.rig.sightlines(columns, top),
-            conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
-            highlights,
-            shares: WidthShares::new(),
-            conveyor: Medium::opaque(Gloss::NONE),
-            conveyor_reflectance: conveyor_reflectance as f32,
-        }
-    }
+/// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.
+#[derive(Debug, Clone, Default)]
+pub struct SecondaryLight {
+    /// The line through the film.
+    pub transmitted: TransmittedLine,
+    /// Mirror images, by rising column.
+    pub reflections: Vec<Reflection>,
+    /// Sensor row of the first row of each window, a column [px].
+    pub windows: [Vec<i32>; 2],
+    /// Whether a tile of columns needs more than its line's own window.
+    pub needs: Vec<WindowNeed>,
+}
 
-    /// What each column sees with the laser at scan position `y` [mm]; fills `hits`, `[columns]`.
-    pub fn look(&self, specimen: &Specimen, y: f32, hits: &mut Vec<Hit>) {
-        specimen.look(y, &self.columns, self.conveyor, hits);
+impl SecondaryLight {
+    /// Mirror images in the columns of a tile.
+    pub fn tile(&self, tile: usize) -> &[Reflection] {
+        let at = |column: usize| self.reflections.partition_point(|reflection| reflection.column < column);
+        &self.reflections[at(tile * TILE)..at((tile + 1) * TILE)]
     }
+}
 
-    /// The row of what `view` looks at.
-    pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let RowView { specimen, camera, y, .. } = view;
-        let columns = scratch.electrons.len();
-        self.look(specimen, y, &mut row.hits);
-        row.front_exit = None;
-        let padded = columns.next_multiple_of(TILE);
-        for field in
-            [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.surface_light, &mut row.entered_light]
-        {
-            field.resize(padded, 0.0);
-        }
-        let section = camera.laser.line_profile();
-        let own = if section.is_some() { padded } else { 0 };
-        row.profile_unit.resize(own, 0.0);
-        row.profile_node.resize(own, 0.0);
-        let relief = specimen.can_occlude_itself();
-        if relief {
-            row.secondary.get_or_insert_default();
-            scratch.secondary.transmission.clear(columns);
-        } else {
-            row.secondary = None;
-        }
-        scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
-        row.defocus_radius.resize(if camera.blurs() { columns.next_multiple_of(TILE) } else { 0 }, 0.0);
-        let (mut first, mut last) = (columns, 0);
-        for (column, hit) in row.hits.iter().enumerate() {
-            let bare = hit.matter.class == Class::Background;
-            let sight = if bare {
-                view.share(self.conveyor_sights[column], hit.x, 0.0)
-            } else {
-                view.sight(hit.x, &hit.surface)
-            };
-            row.centre[column] = sight.row;
-            row.rows_per_mm[column] = sight.rows_per_mm;
-            row.variance[column] = sight.variance;
-            if section.is_some() {
-                row.profile_unit[column] = sight.unit;
-                row.profile_node[column] = camera.laser.node(hit.x, hit.surface.z);
-            }
-            if let Some(defocus) = scratch.defocus.get_mut(column) {
-                *defocus = sight.defocus;
-                row.defocus_radius[column] = sight.disc;
-            }
-            let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
-            if bare {
-                row.surface_light[column] = reach * sight.view.z * self.conveyor_reflectance;
-                (scratch.electrons[column], row.entered_light[column]) = (0.0, 0.0);
-                scratch.texels[column] = SurfacePoint::BLACK;
-                scratch.albedo[column] = self.conveyor_reflectance;
-                continue;
-            }
-            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
-            let facing = normal.dot(sight.view).max(0.0);
-            // Lambert's share towards the lens; what follows multiplies it by radiance factors.
-            let white = facing * reach;
-            scratch.electrons[column] = white;
-            let medium = &hit.matter.medium;
-            (first, last) = (first.min(column), column + 1);
-            row.surface_light[column] = white * fresnel::gloss(&medium.gloss, normal, -sight.light, sight.view);
-            scratch.albedo[column] = medium.gloss.matte + medium.gloss.share * medium.gloss.reflectance;
-            if let Some(under) = &hit.matter.film {
-                let spread = film::spread(&hit.matter, under, normal, &sight, &mut scratch.secondary.covers);
-                for j in 0..BASIS {
-                    scratch.spread.enter[j][column] = spread.enter[j];
-                    scratch.spread.exit[j][column] = spread.exit[j];
-                    scratch.spread.shift[j][column] = 0.0;
-                }
-                row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
-                scratch.pull[column] = film::exit_shift(medium, under, sight.view);
-                scratch.albedo[column] += spread.through.iter().sum::<f32>();
-                scratch.secondary.transmission.note(column, hit, under, &spread.through, &view);
-                continue;
-            }
-            let texel = surface_point(medium, normal, sight.view);
-            row.entered_light[column] = white * texel.enter;
-            scratch.pull[column] = exit_shift(&texel);
-            // A coat is passed both ways.
-            scratch.texels[column] = SurfacePoint { enter: texel.enter * medium.coat * medium.coat, ..texel };
-        }
-        for j in 0..BASIS {
-            for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
-                field.resize(columns.next_multiple_of(TILE), 0.0);
-                field[..first.min(last)].fill(0.0);
-                field[last..].fill(0.0);
-            }
-        }
-        if first < last {
-            self.spread(first..last, camera, relief, scratch, row);
-        }
-        self.highlights.add(view, row, &mut scratch.highlights);
-        // What the lens blurs along a line is even anyway.
-        if camera.laser.is_point() {
-            blur(&mut row.surface_light[..columns], camera.blur_variance, 1.0, &mut scratch.line);
-        }
-        if camera.blurs() {
-            spans(&row.hits, 0, relief, &mut scratch.pieces);
-            for piece in &scratch.pieces {
-                let (glare, own) = (&mut row.surface_light[piece.clone()], &scratch.defocus[piece.clone()]);
-                blur_varying(glare, 0.0, own, 1.0, &mut scratch.line);
-            }
-        }
-        ambient::row(first..last, camera, &scratch.spread, &mut scratch.albedo, row);
-        if let Some(mut secondary) = row.secondary.take() {
-            let lit = LitRow { view, hits: &row.hits, spread: &scratch.spread };
-            secondary.make(&lit, row, &mut scratch.secondary);
-            row.secondary = Some(secondary);
-        }
-    }
+/// Windows that a tile of columns needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum WindowNeed {
+    /// The line's own window holds all there is.
+    #[default]
+    Line,
+    /// More light, in one window.
+    One,
+    /// More light, in two windows.
+    Two,
+}
 
-    /// Lets the light of the columns `own` spread, along the motion and along the line.
-    fn spread(&self, own: Range<usize>, camera: &Camera, relief: bool, scratch: &mut RowScratch, row: &mut Row) {
-        let (first, last) = (own.start, own.end);
-        let mut start = first;
-        for part in row.hits[own].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
-            if part[0].matter.film.is_none() {
-                line_spread(&scratch.texels[start..start + part.len()], start, &self.shares, &mut scratch.spread);
-            }
-            start += part.len();
-        }
-        spans(&row.hits[first..last], first, relief, &mut scratch.pieces);
-        let sideways = if relief { 1.0 } else { SPREAD_ACROSS_OVER_ALONG };
-        for j in 0..BASIS {
-            for column in first..last {
-                // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
-                let hit = &row.hits[column];
-                let inside = if hit.matter.class == Class::Background || !hit.seen { 0.0 } else { 1.0 };
-                row.exit[j][column] = scratch.spread.exit[j][column] * inside;
-                row.source[j][column] = scratch.spread.enter[j][column] * scratch.electrons[column] * inside;
-                let shift = scratch.spread.shift[j][column] + scratch.pull[column];
-                row.shift[j][column] = -shift * row.rows_per_mm[column];
-            }
-            let variance = camera.along_variance(SPREAD_MM[j] * sideways);
-            let side = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
-            for piece in &scratch.pieces {
-                let own = scratch.defocus.get(piece.clone()).unwrap_or_default();
-                blur_varying(&mut row.source[j][piece.clone()], variance, own, side, &mut scratch.line);
-            }
-        }
+/// The line that is seen through a film, structure of arrays over sensor columns, padded to whole tiles.
+#[derive(Debug, Clone, Default)]
+pub struct TransmittedLine {
+    /// Sensor row of the line's centre [px].
+    pub centre: Vec<f32>,
+    /// Rows per mm along the motion [px/mm].
+    pub rows_per_mm: Vec<f32>,
+    /// Variance of laser, lens and pixel [px^2].
+    pub variance: Vec<f32>,
+    /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [e-].
+    pub source: [Vec<f32>; BASIS],
+    /// Whether metal throws it back.
+    pub metal: Vec<bool>,
+    /// Columns that hold any of it.
+    pub columns: std::ops::Range<usize>,
+}
+
+impl TransmittedLine {
+    /// Light in the brightest row of a column's transmitted line [e-].
+    pub fn peak(&self, column: usize) -> f32 {
+        peak(0.0, self.variance[column], self.rows_per_mm[column], |j| self.source[j][column])
     }
+}
+
+/// Mirror image of the line in one column: a Gaussian along the rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reflection {
+    /// Sensor column [px].
+    pub column: usize,
+    /// Sensor row of its centre [px].
+    pub row: f32,
+    /// Its variance along the rows [px^2].
+    pub variance: f32,
+    /// All of its light in this column [e-].
+    pub electrons: f32,
+}
+
+impl Reflection {
+    /// Light in its brightest row [e-].
+    pub fn peak(&self) -> f32 {
+        0.398_942_3 * self.electrons / self.variance.sqrt()
+    }
+}
+
+/// Sum of Gaussians in their common middle: `surface_light` of the line's own variance, the rest on the fixed widths [e-].
+fn peak(surface_light: f32, variance: f32, rows_per_mm: f32, light: impl Fn(usize) -> f32) -> f32 {
+    let spread = |j: usize| {
+        let sigma = SPREAD_MM[j] * rows_per_mm;
+        light(j) / (variance + sigma * sigma).sqrt()
+    };
+    0.398_942_3 * (surface_light / variance.sqrt() + (0..BASIS).map(spread).sum::<f32>())
 }

@@ -8,10 +8,14 @@
 //! and the lens sees it at, an angle that differs by offset over distance; its blur along the line, streaks, mirror images
 //! and lines through films; what falls outside of both windows.
 
-use super::expose::{self, LineShape, ROWS, Scratch};
+use super::band::Band;
+use super::camera::Camera;
+use super::compositing;
+use super::line_image::{LineShape, draw};
 use super::row::Row;
-use super::secondary_light::without_overlap;
-use super::{Band, Sensor, TILE, compositing};
+use super::scan_geometry::ScanGeometry;
+use super::speckle::TILE;
+use super::window::{ROWS, Scratch, without_overlap};
 use crate::parameters::LaserParameters;
 
 /// Rows beyond those that even steps would ask for, for steps that are not.
@@ -26,6 +30,19 @@ pub struct SecondLine {
     ratio: f32,
     /// The row that stands below it, from the profile's own.
     ahead: isize,
+}
+
+/// One profile of a scan, whose second line is wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct LitProfile<'a> {
+    /// Camera and laser.
+    pub camera: &'a Camera,
+    /// Positions of the profiles.
+    pub geometry: &'a ScanGeometry,
+    /// Rows around the profile.
+    pub band: &'a Band,
+    /// Number of the profile.
+    pub profile: usize,
 }
 
 impl SecondLine {
@@ -44,26 +61,27 @@ impl SecondLine {
     }
 
     /// Adds it to the windows of a tile.
-    pub fn add(&self, sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
-        let here = sensor.position(profile) + self.offset;
+    pub fn add(&self, lit: &LitProfile<'_>, tile: usize, scratch: &mut Scratch) {
+        let LitProfile { camera, geometry, band, profile } = *lit;
+        let here = geometry.position(profile as isize) + self.offset;
         let spare = SPARE_ROWS as isize;
-        let off = |ahead: isize| here - sensor.position_of(profile as isize + ahead);
+        let off = |ahead: isize| here - geometry.position(profile as isize + ahead);
         let rows = self.ahead - spare..=self.ahead + spare;
         let ahead = rows.min_by(|&a, &b| off(a).abs().total_cmp(&off(b).abs())).unwrap_or(self.ahead);
         let row = band.neighbour(profile, ahead);
         let start = tile * TILE;
-        let from = self.columns(sensor, row, start, scratch.columns);
+        let from = self.columns(camera, row, start, scratch.columns);
         let centre = std::array::from_fn(|c| {
             let own = from + c;
-            if own < row.hits.len() { self.centre(sensor, row, own, start + c, off(ahead) as f32) } else { 0.0 }
+            if own < row.hits.len() { self.centre(camera, row, own, start + c, off(ahead) as f32) } else { 0.0 }
         });
-        let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, ahead + sensor.neighbours[k]));
+        let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, ahead + geometry.neighbours[k]));
         let Scratch { windows, spare, used, .. } = scratch;
         let middle = &row.hits[(from + TILE / 2).min(row.hits.len() - 1)];
-        let disc = |y: f32| sensor.camera.off_plane_defocus(y, middle.surface.z);
+        let disc = |y: f32| camera.off_plane_defocus(y, middle.surface.z);
         let blur = disc(self.offset as f32) - disc(0.0);
-        let line = LineShape { centre: &centre, blur, section: sensor.camera.laser.line_profile() };
-        expose::spread(row, &neighbours, from, &line, spare);
+        let line = LineShape { centre: &centre, blur, profile: camera.laser.line_profile() };
+        draw(row, &neighbours, from, &line, spare);
         if *used == 1 && spare.first_row != windows[0].first_row {
             *used = 2;
             windows[1].darken();
@@ -75,18 +93,18 @@ impl SecondLine {
     }
 
     /// First of the columns of the lit row that are seen in the columns `start..` of the sensor.
-    fn columns(&self, sensor: &Sensor, row: &Row, start: usize, columns: usize) -> usize {
+    fn columns(&self, camera: &Camera, row: &Row, start: usize, columns: usize) -> usize {
         let middle = start + columns / 2;
         let hit = &row.hits[middle];
-        let seen = sensor.camera.project(hit.x, self.offset as f32, hit.surface.z)[0];
+        let seen = camera.project(hit.x, self.offset as f32, hit.surface.z)[0];
         let from = start as f32 + (middle as f32 - seen).round();
         (from.max(0.0) as usize).min(row.centre.len() - TILE)
     }
 
     /// Sensor row of the line in column `column`, which takes the light of column `own` of the lit row; `rest` is how far
     /// beyond that row the line stands [mm].
-    fn centre(&self, sensor: &Sensor, row: &Row, own: usize, column: usize, rest: f32) -> f32 {
-        let (camera, hit) = (&sensor.camera, &row.hits[own]);
+    fn centre(&self, camera: &Camera, row: &Row, own: usize, column: usize, rest: f32) -> f32 {
+        let hit = &row.hits[own];
         let surface = &hit.surface;
         let z = surface.z + surface.slope_y * rest;
         let y = self.offset as f32;

@@ -1,10 +1,10 @@
 //! Streaks: single fibres that guide light out of the line, drawn into the window of a tile.
 //!
-//! A uniform stretch of light along the fibre, narrower than a column, with the blur of lens and pixel at its sides and at its
-//! ends. Neglected: light that fades along the fibre; what lies outside of its column's own window.
+//! A uniform stretch of light along the fibre, narrower than a column, with the blur of lens and pixel at its sides and
+//! at its ends. Neglected: light that fades along the fibre; what lies outside of its column's own window.
 
-use super::TILE;
-use super::expose::{ROWS, Window};
+use super::speckle::TILE;
+use super::window::{ROWS, Window};
 use crate::lanes::exp;
 
 /// Most columns by which a streak may leave the tile that it starts in [px].
@@ -40,8 +40,8 @@ pub fn near_tile(streaks: &[Streak], tile: usize) -> &[Streak] {
     &streaks[at(start - MAX_LEAN_COLUMNS)..at(start + TILE as f32 + MAX_LEAN_COLUMNS)]
 }
 
-/// Shares of a Gaussian of variance `v` in the five columns around the nearest one, which lies `off` from its mean; they
-/// sum to 1.
+/// Shares of a Gaussian of variance `v` in the five columns around the nearest one, which lies `off` from its mean;
+/// they sum to 1.
 pub fn columns(off: f32, v: f32) -> [(isize, f32); 5] {
     let part = |side: isize| {
         let d = side as f32 - off;

@@ -111,13 +111,12 @@ pub fn ambient_band(camera: &CameraParameters, optics: &Optics, wavelength: f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::camera::tests::bench;
 
     /// In the middle of the band all passes, at its edges half; at 12 degrees the band has moved by 0.6 % of the
     /// wavelength (physics of interference filters); and T integrates to the width.
     #[test]
     fn filter_passes_its_band_and_shifts_with_the_angle() {
-        let mut camera = bench().camera;
+        let mut camera = Bench::default().camera;
         (camera.filter_centre_nm, camera.filter_width_nm) = (660.0, 10.0);
         let pass = |nm: f64, degrees: f64| passes(&camera, degrees.to_radians().tan().powi(2), nm, 0.8);
         assert!(pass(660.0, 0.0) > 0.9999 && (pass(655.0, 0.0) - 0.5).abs() < 1e-6 && pass(650.0, 0.0) < 1e-6);

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use procedural::{Class, Instance};
 
 use super::{Scan, body, grid, set_up};
-use crate::labels;
+use crate::labels::{self, Binning};
 use crate::optics::Sensor;
 use crate::optics::speckle::PatternCache;
 use crate::recipe::Scene;
@@ -78,7 +78,8 @@ fn true_row(scene: &Scene, sensor: &Sensor, specimen: &Specimen, row: usize) -> 
         let lower = |hit: &Hit| hit.matter.film.as_ref().map_or(hit.surface.z, |film| height_below(&hit.surface, film));
         below.extend(hits.iter().map(|hit| known(hit, lower(hit))));
     }
-    let mean = |map: Vec<f32>| labels::bin_map(map, cols, columns, profiles, f32::NAN, |z| !z.is_nan());
-    let Labels { class, instance } = labels::bin(labels, cols, columns, profiles);
+    let binning = Binning { cols, columns, rows: profiles };
+    let mean = |map: Vec<f32>| binning.mean(map, f32::NAN, |z| !z.is_nan());
+    let Labels { class, instance } = binning.labels(labels);
     TrueRow { row, class, instance, height: mean(height), below: mean(below) }
 }

@@ -10,9 +10,7 @@ use uuid::Uuid;
 
 use super::dist::pick;
 use super::{Class, Plan, Recipe, Scene};
-use crate::parameters::{
-    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-};
+use crate::parameters::Bench;
 use crate::settings::Splits;
 use crate::split::Split;
 
@@ -32,14 +30,7 @@ impl Recipe {
             let distribution = class.overrides.get(&path).unwrap_or_else(|| &self.parameters[&path]);
             distribution.draw(parameter, stream.child(&path))
         };
-        let bench = Bench {
-            motion: MotionParameters::from_values(&mut value),
-            laser: LaserParameters::from_values(&mut value),
-            camera: CameraParameters::from_values(&mut value),
-            exposure: ExposureParameters::from_values(&mut value),
-            speckle: SpeckleParameters::from_values(&mut value),
-            optics: self.settings.optics(),
-        };
+        let bench = Bench::from_values(&mut value, self.settings.optics());
         let plan = Plan::from_values(self.subject, &mut value);
         Scene {
             index,

@@ -53,7 +53,7 @@ pub(super) struct DatasetCounts {
     pub field: [RunningRange; 2],
 }
 
-/// Where a sample stands.
+/// Position of a sample in the tables.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RowPlace {
     /// Class of the recipe.
@@ -76,7 +76,7 @@ impl DatasetCounts {
     }
 }
 
-/// Reads every row twice; `place` is told of each in the second pass.
+/// Reads every row twice; the second pass calls `place` with each.
 pub(super) fn count(
     head: &DatasetHead,
     folder: &mut Folder,

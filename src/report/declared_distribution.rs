@@ -35,7 +35,7 @@ pub(super) struct DeclaredDistribution {
 }
 
 impl DeclaredDistribution {
-    /// Of a parameter, over classes with so many samples each.
+    /// Of a parameter, over classes with `samples` samples each.
     pub fn of(recipe: &Recipe, parameter: &Parameter, samples: &[u64]) -> Option<Self> {
         let path = parameter.path();
         let of_class = |(class, &samples): (&crate::recipe::Class, &u64)| {

@@ -1,4 +1,4 @@
-//! One exposure of a profile, as the page shows it. Whoever can render fills it in.
+//! Exposed profile: a sensor frame and what extraction reads from it. The caller renders it for the page.
 
 /// A sensor frame, cut to the rows around the laser line, and what extraction reads from it.
 #[derive(Debug, Clone, PartialEq)]

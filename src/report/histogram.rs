@@ -116,7 +116,7 @@ pub(super) struct Histogram {
 }
 
 impl Histogram {
-    /// An empty one for so many classes.
+    /// An empty histogram for `classes` classes.
     pub fn new(axis: HistogramAxis, classes: usize) -> Self {
         Self { axis, counts: vec![vec![0; axis.bins()]; classes.max(1)] }
     }

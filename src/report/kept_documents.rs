@@ -72,7 +72,7 @@ pub(super) struct KeptDocument {
     pub name: String,
     /// What it says; why it cannot be read otherwise.
     pub document: Result<Value, String>,
-    /// Whether it was made from the dataset as it is now; `None` where it does not say.
+    /// Whether it was made from the present state of the dataset; `None` where it does not say.
     pub is_current: Option<bool>,
 }
 

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Works on what is there: of an unfinished or damaged dataset the page says what is missing. Nothing but the section on
-//! time depends on anything but the folder, so that the same folder gives the same bytes. How a sample is exposed again,
-//! and how long that takes, is asked of functions from outside.
+//! time depends on anything but the folder, so that the same folder gives the same bytes. The caller
+//! provides the functions that expose a sample again and measure how long that takes.
 
 mod dataset_counts;
 mod declared_distribution;
@@ -44,7 +44,7 @@ const MIN_PICTURE_PX: f64 = 2_000.0;
 /// Most pixels of a picture.
 const MAX_PICTURE_PX: f64 = 120_000.0;
 
-/// What is asked of whoever can render.
+/// Rendering functions that the caller provides.
 #[derive(Clone, Copy, Default)]
 pub struct Renderer<'a> {
     /// Exposes a sample at a place along its scan, 0 at the first profile and 1 at the last.

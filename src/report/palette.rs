@@ -5,7 +5,7 @@ use output_schema::DatasetHead;
 use png::{BitDepth, ColorType, Compression, Encoder};
 
 use crate::dataset::Fault;
-use crate::drawing::{class_colour, viridis};
+use crate::drawing::{class_colour, inferno, viridis};
 
 /// Colours of a map; number 0 stands for a missing value.
 pub(super) const MAP_LEVELS: u8 = 128;
@@ -31,27 +31,9 @@ impl ColourMap {
         match self {
             Self::Viridis => viridis(t).0,
             Self::Grey => [(255.0 * t.clamp(0.0, 1.0)) as u8; 3],
-            Self::Inferno => inferno(t),
+            Self::Inferno => inferno(t).0,
         }
     }
-}
-
-/// Inferno (van der Walt and Smith 2015) through nine of its colours.
-fn inferno(t: f32) -> [u8; 3] {
-    const STOPS: [[f32; 3]; 9] = [
-        [0.0, 0.0, 4.0],
-        [31.0, 12.0, 72.0],
-        [85.0, 15.0, 109.0],
-        [136.0, 34.0, 106.0],
-        [186.0, 54.0, 85.0],
-        [227.0, 89.0, 51.0],
-        [249.0, 140.0, 10.0],
-        [249.0, 201.0, 50.0],
-        [252.0, 255.0, 164.0],
-    ];
-    let place = t.clamp(0.0, 1.0) * 8.0;
-    let i = (place as usize).min(7);
-    std::array::from_fn(|c| (STOPS[i][c] + (STOPS[i + 1][c] - STOPS[i][c]) * (place - i as f32)) as u8)
 }
 
 /// A map as PNG: level 0 is missing, 1 to 127 go from `low` to `high`.
@@ -156,6 +138,10 @@ fn class_rgb(class: usize) -> Rgb<u8> {
 
 /// A pixel class as `#rrggbb`.
 pub(super) fn class_hex(class: usize) -> String {
-    let Rgb([r, g, b]) = class_rgb(class);
+    hex(class_rgb(class).0)
+}
+
+/// A colour as `#rrggbb`.
+pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }

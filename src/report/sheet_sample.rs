@@ -1,4 +1,4 @@
-//! One sample as the page shows it: its maps, small, true to scale, and what its row says.
+//! Sample of the contact sheet: its maps, small and true to scale, and what its row says.
 //!
 //! A pixel of a picture is the mean of the map's pixels behind it that were measured, and of labels the largest class
 //! number behind it, so that no small defect is lost.
@@ -37,10 +37,30 @@ pub(super) struct SheetSample {
     pub range: Option<RangeFigures>,
     /// Share of Reflectance at its greatest where there is an object, or anywhere without labels [1].
     pub saturated: Option<f64>,
-    /// Objects by pixel class, in order: class and number.
-    pub objects: Vec<(usize, u64)>,
-    /// Some drawn numbers: name, value, unit.
-    pub numbers: Vec<(String, f64, String)>,
+    /// Objects by pixel class, in order of the classes.
+    pub objects: Vec<ObjectCount>,
+    /// Some drawn numbers.
+    pub numbers: Vec<DrawnNumber>,
+}
+
+/// Objects of one pixel class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ObjectCount {
+    /// Value of the class in label images.
+    pub class: usize,
+    /// How many.
+    pub count: u64,
+}
+
+/// A drawn number as a card shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct DrawnNumber {
+    /// Group and key.
+    pub path: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
 }
 
 /// What a card says of a Range map. "On the object" is where labels show no background, or anywhere without labels.
@@ -159,7 +179,7 @@ fn share(values: &[f32], counts: impl Fn(f32) -> bool) -> Option<f64> {
     (!values.is_empty()).then(|| count as f64 / values.len() as f64)
 }
 
-/// What is told of a Range map and of its pixels on the object.
+/// Statistics of a Range map and of its pixels on the object.
 fn figures(map: &[f32], mut on_object: Vec<f32>) -> RangeFigures {
     let missing = share(&on_object, f32::is_nan);
     let missing_of_all = share(map, f32::is_nan).unwrap_or(0.0);
@@ -232,19 +252,19 @@ fn png(row: &RowBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, Strin
 }
 
 /// How many objects of each pixel class.
-fn objects(row: &RowBatch) -> Result<Vec<(usize, u64)>, String> {
+fn objects(row: &RowBatch) -> Result<Vec<ObjectCount>, String> {
     let mut counts = BTreeMap::new();
     for object in row.objects()?.into_iter().flatten() {
         *counts.entry(object.class).or_default() += 1;
     }
-    Ok(counts.into_iter().collect())
+    Ok(counts.into_iter().map(|(class, count)| ObjectCount { class, count }).collect())
 }
 
-fn numbers(row: &RowBatch, head: &DatasetHead) -> Vec<(String, f64, String)> {
+fn numbers(row: &RowBatch, head: &DatasetHead) -> Vec<DrawnNumber> {
     let one = |path: &&str| {
         let column = head.parameters.iter().find(|column| column.path() == **path)?;
         let value = first(row.numbers(path).ok()?, path).ok()?;
-        Some((column.path(), value, column.unit.clone()))
+        Some(DrawnNumber { path: column.path(), value, unit: column.unit.clone() })
     };
     CARD_NUMBERS.iter().filter_map(one).collect()
 }

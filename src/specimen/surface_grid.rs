@@ -147,7 +147,8 @@ mod tests {
         })
     }
 
-    /// The shadow of a wall ends where the straight line over its edge says, to a step, and the walls' fronts are in sight.
+    /// The shadow of a wall ends where the straight line over its edge says, to a step, and the walls' fronts are in
+    /// sight.
     #[test]
     fn what_lies_behind_a_wall_is_hidden_as_far_as_its_edge_says() {
         let field = wall();

@@ -1,8 +1,8 @@
 //! Turntable: the pose of a body that turns about an upright axis under the line.
 //!
-//! The axis stands in the laser plane at x = `axis[0]`; the body's point (`axis[0]`, `axis[1]`) is on it. When the points at
-//! the table's `radius` have travelled s, the body has turned by s / radius from x towards the scan's y, and column x looks
-//! at the body's point
+//! The axis stands in the laser plane at x = `axis[0]`; the body's point (`axis[0]`, `axis[1]`) is on it. When the
+//! points at the table's `radius` have travelled s, the body has turned by s / radius from x towards the scan's y, and
+//! column x looks at the body's point
 //!
 //! ```text
 //! axis + R(-s / radius) (x - axis[0], 0)
@@ -35,8 +35,8 @@ pub(super) struct BodyPose {
 }
 
 impl Turntable {
-    /// Travel of the object at `x` [mm] of the line over that at the table's radius, positive against the scan's y as in a
-    /// straight scan; negative right of the axis [1].
+    /// Travel of the object at `x` [mm] of the line over that at the table's radius, positive against the scan's y as
+    /// in a straight scan; negative right of the axis [1].
     pub fn share(&self, x: f64) -> f64 {
         (self.axis[0] - x) / self.radius
     }

@@ -22,7 +22,7 @@ use crate::transport::answer::Estimate;
 
 /// Half width of the belt, in elliptical radii.
 const BELT: f64 = 0.25;
-/// Newton's steps.
+/// Greatest number of Newton steps.
 const MAX_NEWTON_STEPS: usize = 60;
 
 /// Light per cell around a point, `[2 cells + 1, 2 cells + 1]`, row-major, rows along y.
@@ -94,7 +94,7 @@ pub fn ellipse(map: LightMap, through: DVec2) -> Option<Ellipse> {
     None
 }
 
-/// A start for the fit: even light.
+/// Start of the fit: even light.
 fn level(rows: &[Observation]) -> [f64; super::poisson_fit::TERMS] {
     let mean = rows.iter().map(|row| row.y).sum::<f64>() / rows.len() as f64;
     let mut start = [0.0; super::poisson_fit::TERMS];

@@ -1,15 +1,15 @@
 //! Line spread of fifteen media: reflectance, radiance factor towards the lens, shares of rows and asymmetry by every model
 //! of transport, on the media of docs/physics.md.
 //!
-//! Rows and line are the table's: 0.101 mm, standard deviation 0.05 mm. Errors of sums over rows take rows as
-//! independent, which photons that leave in one row or another are but for a share of their number.
+//! Rows are 0.101 mm wide and the line has a standard deviation of 0.05 mm, as in that table. Errors of sums over rows take
+//! rows as independent; the correlation of a multinomial count is neglected.
 
 use image::RgbImage;
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::media::{WOODS, Wood};
-use super::{StudyProgress, StudyReport, ask, describe, document_head, total_photons};
+use super::media::{WOODS, WoodMedium};
+use super::{StudyProgress, StudyReport, ask, describe, photon_document, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::medium::Medium;
@@ -17,15 +17,15 @@ use crate::transport::answer::{Answer, Estimate, LineSide, Question};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
 
-/// Photons for each medium unless told otherwise.
+/// Default number of photons for each medium.
 pub const PHOTONS: u64 = 300_000;
 /// Rows on either side of the central one.
 const ROWS_ASIDE: usize = 20;
 
-/// A medium and what the models say of it, in the order of [`Model::ALL`].
+/// A medium and the answers of the models, in the order of [`Model::ALL`].
 struct MediumCase {
-    pub wood: Wood,
-    pub answers: Vec<Result<Answer, String>>,
+    wood: WoodMedium,
+    answers: Vec<Result<Answer, String>>,
 }
 
 /// How far the kernel may be off the reference Monte Carlo.
@@ -49,7 +49,7 @@ enum Verdict {
 /// A number that is measured on a line spread.
 struct SpreadFigure {
     key: &'static str,
-    pub name: &'static str,
+    name: &'static str,
     tolerance: Tolerance,
 }
 
@@ -67,19 +67,19 @@ const FIGURES: [SpreadFigure; 5] = [
 
 impl Tolerance {
     /// Difference of `figure` from the reference, absolute or relative.
-    fn off(self, figure: Estimate, judge: Estimate) -> Estimate {
-        let (f, j) = (figure.value, judge.value);
+    fn off(self, figure: Estimate, reference: Estimate) -> Estimate {
+        let (f, j) = (figure.value, reference.value);
         match self {
-            Self::Absolute(_) => Estimate { value: f - j, error: libm::hypot(figure.error, judge.error) },
+            Self::Absolute(_) => Estimate { value: f - j, error: libm::hypot(figure.error, reference.error) },
             Self::Relative(_) => {
-                Estimate { value: f / j - 1.0, error: libm::hypot(figure.error, judge.error * f / j) / j.abs() }
+                Estimate { value: f / j - 1.0, error: libm::hypot(figure.error, reference.error * f / j) / j.abs() }
             }
         }
     }
 
-    fn verdict(self, figure: Estimate, judge: Estimate) -> Verdict {
+    fn verdict(self, figure: Estimate, reference: Estimate) -> Verdict {
         let (Self::Absolute(most) | Self::Relative(most)) = self;
-        let Estimate { value, error } = self.off(figure, judge);
+        let Estimate { value, error } = self.off(figure, reference);
         if value.abs() + 2.0 * error <= most {
             Verdict::Within
         } else if value.abs() - 2.0 * error > most {
@@ -98,7 +98,7 @@ impl Tolerance {
 }
 
 impl Verdict {
-    /// As a word.
+    /// Name in tables and documents.
     pub fn name(self) -> &'static str {
         match self {
             Self::Within => "ok",
@@ -115,8 +115,8 @@ impl MediumCase {
 
     /// The kernel's verdicts in the order of [`FIGURES`]; `None` where it or the reference refuses.
     pub fn verdicts(&self) -> Option<[Verdict; FIGURES.len()]> {
-        let (judge, kernel) = (figures(self.answer(Model::Path)?), figures(self.answer(Model::Kernel)?));
-        Some(std::array::from_fn(|i| FIGURES[i].tolerance.verdict(kernel[i], judge[i])))
+        let (reference, kernel) = (figures(self.answer(Model::Path)?), figures(self.answer(Model::Kernel)?));
+        Some(std::array::from_fn(|i| FIGURES[i].tolerance.verdict(kernel[i], reference[i])))
     }
 }
 
@@ -140,19 +140,19 @@ fn figures(answer: &Answer) -> [Estimate; FIGURES.len()] {
     [r, lens, near, sum(7, 11), asymmetry]
 }
 
-/// Photons that [`study`] walks.
+/// Photons of the whole study.
 pub fn workload(effort: Effort) -> u64 {
     total_photons(effort, WOODS.len() as u64)
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
-    let answers = |wood: &Wood, model: Model| {
+    let answers = |wood: &WoodMedium, model: Model| {
         ask(model, wood.name, &Medium { stack: wood.stack(), question }, effort, progress)
             .map_err(|refusal| refusal.to_string())
     };
-    let case = |wood: &Wood| MediumCase {
+    let case = |wood: &WoodMedium| MediumCase {
         wood: *wood,
         answers: Model::ALL.map(|model| answers(wood, model)).into_iter().collect(),
     };
@@ -172,16 +172,16 @@ fn table(cases: &[MediumCase]) -> String {
     }
     text += "\n";
     for case in cases {
-        let judge = case.answer(Model::Path).map(figures);
+        let reference = case.answer(Model::Path).map(figures);
         for (model, answer) in Model::ALL.into_iter().zip(&case.answers) {
             let verdicts = case.verdicts().filter(|_| model == Model::Kernel);
             text += &format!("  {:20}{:10}", case.wood.name, model.name());
             match answer {
                 Ok(answer) => {
                     for (i, figure) in figures(answer).into_iter().enumerate() {
-                        let judge = judge.filter(|_| model != Model::Path).map(|judge| judge[i]);
+                        let reference = reference.filter(|_| model != Model::Path).map(|reference| reference[i]);
                         let verdict = verdicts.map_or("", |verdicts| verdicts[i].name());
-                        text += &format!("{:>18} {verdict:3}", words(FIGURES[i].tolerance, figure, judge));
+                        text += &format!("{:>18} {verdict:3}", words(FIGURES[i].tolerance, figure, reference));
                     }
                 }
                 Err(reason) => text += &format!("  refuses: {reason}"),
@@ -205,9 +205,9 @@ fn kernel_summary(cases: &[MediumCase]) -> String {
 }
 
 /// A number, and its difference from the reference in brackets.
-fn words(tolerance: Tolerance, figure: Estimate, judge: Option<Estimate>) -> String {
+fn words(tolerance: Tolerance, figure: Estimate, reference: Option<Estimate>) -> String {
     let own = describe(figure, 4);
-    match judge.map(|judge| (tolerance, tolerance.off(figure, judge).value)) {
+    match reference.map(|reference| (tolerance, tolerance.off(figure, reference).value)) {
         Some((Tolerance::Absolute(_), off)) => format!("{own} ({off:+.4})"),
         Some((Tolerance::Relative(_), off)) => format!("{own} ({:+.1}%)", 100.0 * off),
         None => own,
@@ -215,7 +215,7 @@ fn words(tolerance: Tolerance, figure: Estimate, judge: Option<Estimate>) -> Str
 }
 
 fn json(cases: &[MediumCase], effort: Effort) -> Value {
-    let mut document = document_head("transport", effort);
+    let mut document = photon_document("transport", effort);
     let question = Question::default();
     document["row_mm"] = json!(question.row_mm);
     document["line_sd_mm"] = json!(question.line_mm);

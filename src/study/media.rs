@@ -5,10 +5,10 @@ use procedural::{Gloss, Medium};
 use crate::medium::axis;
 use crate::transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
-/// A kind of wood under the laser; its fibres' +y end rises.
+/// A kind of wood under the laser. The end of its fibres towards +y rises.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wood {
-    /// What it is called.
+pub struct WoodMedium {
+    /// Name in tables.
     pub name: &'static str,
     /// Absorption, background and cylinder scattering [mm^-1], refractive index [1].
     pub coefficients: [f64; 4],
@@ -18,20 +18,20 @@ pub struct Wood {
     pub azimuth: f64,
 }
 
-const fn wood(name: &'static str, coefficients: [f64; 4], dive: f64, azimuth: f64) -> Wood {
-    Wood { name, coefficients, dive, azimuth }
+const fn wood(name: &'static str, coefficients: [f64; 4], dive: f64, azimuth: f64) -> WoodMedium {
+    WoodMedium { name, coefficients, dive, azimuth }
 }
 
 /// Clear wood's coefficients.
 const CLEAR: [f64; 4] = [0.08, 2.0, 10.0, 1.18];
 
 /// Clear wood, fibre in the surface.
-pub const CLEAR_WOOD: Wood = wood("clear along motion", CLEAR, 0.0, 0.0);
-/// A sound knot, whose fibres lead light down.
-pub const SOUND_KNOT: Wood = wood("sound knot", [0.22, 3.0, 14.0, 1.22], 80.0, 0.0);
+pub const CLEAR_WOOD: WoodMedium = wood("clear along motion", CLEAR, 0.0, 0.0);
+/// A sound knot: its fibres dive steeply.
+pub const SOUND_KNOT: WoodMedium = wood("sound knot", [0.22, 3.0, 14.0, 1.22], 80.0, 0.0);
 
 /// All fifteen, in the table's order.
-pub const WOODS: [Wood; 15] = [
+pub const WOODS: [WoodMedium; 15] = [
     CLEAR_WOOD,
     wood("clear across motion", CLEAR, 0.0, 90.0),
     wood("dive 15", CLEAR, 15.0, 0.0),
@@ -49,13 +49,13 @@ pub const WOODS: [Wood; 15] = [
     wood("wet", [0.06, 0.8, 4.0, 1.40], 0.0, 0.0),
 ];
 
-impl Wood {
+impl WoodMedium {
     /// The same with its fibre at another azimuth [deg].
     pub fn turned(self, azimuth: f64) -> Self {
         Self { azimuth, ..self }
     }
 
-    /// It as matter of a body, without gloss.
+    /// The same as the medium of a body, without gloss.
     pub fn medium(&self) -> Medium {
         let [mu_a, sigma_i, k, n_eff] = self.coefficients.map(|value| value as f32);
         Medium {
@@ -69,7 +69,7 @@ impl Wood {
         }
     }
 
-    /// The half space of it.
+    /// A half space of it.
     pub fn stack(&self) -> Stack {
         let [mu_a, sigma_i, sigma_c, n] = self.coefficients;
         let axis = axis(self.azimuth, self.dive);

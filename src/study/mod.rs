@@ -1,16 +1,16 @@
 //! Studies: models of transport side by side and the instrument against theory, as tables, JSON and pictures.
 //!
-//! - [`point`]: a point of light on wood, the ellipses that it makes
-//! - [`lines`]: a line of light on fifteen media, where it comes out
-//! - [`profile`]: one profile of a recipe's sample
+//! - [`point`]: point spread on wood, ellipses of equal light
+//! - [`lines`]: line spread of fifteen media
+//! - [`profile`]: Scatter along one profile of a recipe's sample
 //! - [`instrument`]: triangulation, sensor, speckle, laser
-//! - [`packs`]: one blister pack of each defect
+//! - [`packs`]: Range and Scatter of blister packs, one of each defect
 //!
 //! A study of light inside matter asks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a
 //! question is listed with its reason.
 
 pub mod compared_model;
-pub mod ellipse;
+mod ellipse;
 pub mod instrument;
 pub mod lines;
 pub mod media;
@@ -73,13 +73,19 @@ fn total_photons(effort: Effort, times: u64) -> u64 {
 }
 
 /// The head of every study's document.
-fn document_head(study: &str, effort: Effort) -> Value {
+fn document_head(study: &str) -> Value {
     json!({
         "schema_version": 1,
         "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
         "study": study,
-        "effort": { "photons": effort.walked(), "seed": effort.seed },
     })
+}
+
+/// The head of the document of a study that walks photons.
+fn photon_document(study: &str, effort: Effort) -> Value {
+    let mut document = document_head(study);
+    document["effort"] = json!({ "photons": effort.walked(), "seed": effort.seed });
+    document
 }
 
 /// A number with its error where it has one.

@@ -9,14 +9,14 @@ use procedural::blister::{Blister, Defects};
 use procedural::{Class, Instance};
 use serde_json::{Value, json};
 
-use super::{StudyEvent, StudyProgress, StudyReport, announce};
+use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};
 use crate::drawing::{MARGIN, Page, viridis};
 use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Plan, Recipe, Scene};
 use crate::record::Record;
 
-/// Severity of the defects on show [1].
+/// Severity of the defects [1].
 const SEVERITY: f64 = 0.9;
 /// Scattering of semi-transparent, clear and opaque film [mm^-1].
 const FILM_SIGMA_PER_MM: f64 = 12.0;
@@ -37,7 +37,7 @@ const fn pack(name: &'static str, change: fn(&mut Blister, &mut f64)) -> PackCas
     PackCase { name, change }
 }
 
-/// The packs on show: sound, each defect alone, then other films and light, then several defects together.
+/// The packs: sound, each defect alone, then other films and light, then several defects together.
 const PACKS: [PackCase; 24] = [
     pack("sound", |_, _| ()),
     pack("missing", |b, _| b.defects.missing = 1.0),
@@ -72,18 +72,21 @@ const PACKS: [PackCase; 24] = [
 
 /// A pack that was rendered.
 struct PackSample {
-    pub name: &'static str,
-    pub record: Record,
-    /// What the dark level adds to Scatter [DN].
-    pub dark_dn: f64,
+    name: &'static str,
+    record: Record,
+    /// Contribution of the dark level to Scatter [DN].
+    dark_dn: f64,
 }
 
-/// Packs of the whole study.
+/// Number of packs of the study.
 pub fn workload() -> u64 {
     PACKS.len() as u64
 }
 
-/// Renders the packs of `recipe`; what is wrong where it is about something else.
+/// Runs the study on the packs of `recipe`.
+///
+/// # Errors
+/// In words, where the recipe is not about blister packs.
 pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<StudyReport, String> {
     let tiles = PatternCache::new(seed);
     let mut packs = Vec::with_capacity(PACKS.len());
@@ -104,18 +107,14 @@ pub fn study(recipe: &Recipe, seed: u64, progress: StudyProgress) -> Result<Stud
         table += &line;
         rows.push(json);
     }
-    let json = json!({
-        "schema_version": 1,
-        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
-        "study": "packs",
-        "recipe": recipe.name(),
-        "seed": seed,
-        "packs": rows,
-    });
+    let mut json = document_head("packs");
+    json["recipe"] = json!(recipe.name());
+    json["seed"] = json!(seed);
+    json["packs"] = json!(rows);
     Ok(StudyReport { table, json, picture: page(&packs) })
 }
 
-/// Sample `index` of the recipe with nothing wrong, and then `change`.
+/// Sample `index` of the recipe without defects, then changed by `change`.
 fn scene(recipe: &Recipe, seed: u64, index: u64, change: fn(&mut Blister, &mut f64)) -> Result<Scene, String> {
     let mut scene = recipe.draw(seed, index);
     let subject = recipe.subject().name();
@@ -199,7 +198,7 @@ const NAME_PX: u32 = 18;
 const SEAM_PX: u32 = 3;
 /// Columns and profiles behind one pixel of the page.
 const SHRINK: usize = 2;
-/// Share of a picture's pixels that are whiter than white.
+/// Share of a map's pixels above white.
 const CLIPPED_SHARE: f64 = 0.004;
 /// Outlines of defects.
 const OUTLINE: Rgb<u8> = Rgb([255, 60, 40]);

@@ -2,8 +2,9 @@
 //! are Figures 4.23 (clear wood) and 4.24 (a knot) of Kihl and Källberg 2021, and their own method stands beside the models.
 //!
 //! Around the point light is equal on ellipses. Each is named by its half diameter across the fibre; measured are the
-//! half diameter along the fibre over it, and the azimuth of the long axis. Far away diffusion says an aspect of
-//! sqrt(D_e / D_perp) along the fibre (docs/physics.md); near the point light that met cylinders alone lies ACROSS it.
+//! half diameter along the fibre over it, and the azimuth of the long axis. Far away diffusion gives an aspect of
+//! sqrt(D_e / D_perp) along the fibre (docs/physics.md); near the point, light that was scattered by cylinders alone lies
+//! ACROSS it.
 //! Neglected: the laser spot's own width but for the thesis' method, which has no picture without it; the camera.
 
 use glam::DVec2;
@@ -12,8 +13,8 @@ use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
 use super::ellipse::{Ellipse, LightMap, ellipse};
-use super::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
-use super::{StudyProgress, StudyReport, announce, ask, describe, document_head, total_photons};
+use super::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
+use super::{StudyProgress, StudyReport, announce, ask, describe, photon_document, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, LETTER, MARGIN, Page, viridis};
 use crate::medium::Medium;
@@ -23,42 +24,42 @@ use crate::transport::model::ModelError;
 use crate::transport::path::Effort;
 use crate::transport::thesis::{self, PixelGround, SpreadMethod};
 
-/// Photons for each map unless told otherwise.
+/// Default number of photons for each map.
 pub const PHOTONS: u64 = 1_000_000;
 /// Half diameters across the fibre at which contours are measured [mm].
-pub const HALF_DIAMETERS_MM: [f64; 6] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5];
-/// Those of the table.
+const HALF_DIAMETERS_MM: [f64; 6] = [0.25, 0.5, 0.75, 1.0, 1.25, 1.5];
+/// Half diameters that the table shows [mm].
 const TABLE_HALF_DIAMETERS_MM: [f64; 3] = [0.5, 1.0, 1.5];
-/// Azimuths of clear wood's fibre against the motion; between pixels' axes and diagonals their pull is strongest [deg].
+/// Azimuths of clear wood's fibre against the motion; a pixel grid biases most between its axes and diagonals [deg].
 const CLEAR_WOOD_AZIMUTHS_DEG: [f64; 5] = [0.0, 22.5, 45.0, 67.5, 90.0];
 /// The azimuth whose map is drawn [deg].
 const DRAWN_AZIMUTH_DEG: f64 = 22.5;
 /// Cells on either side of the central one.
-pub const CELLS: usize = 90;
+const CELLS: usize = 90;
 /// Pitch of the cells [mm].
-pub const CELL_MM: f64 = 0.05;
+const CELL_MM: f64 = 0.05;
 
-/// A kind of wood, what is known of its ellipses, and what the models say of them.
+/// A kind of wood, published values of its ellipses, and the maps of the models.
 struct PointCase {
-    pub wood: Wood,
-    pub title: &'static str,
-    pub azimuths: &'static [f64],
+    wood: WoodMedium,
+    title: &'static str,
+    azimuths: &'static [f64],
     /// Aspect at 1.5 mm across the fibre by the Monte Carlo of docs/physics.md [1].
-    pub monte_carlo_aspect: f64,
-    pub maps: Vec<PointMap>,
+    monte_carlo_aspect: f64,
+    maps: Vec<PointMap>,
 }
 
 /// Light of a point on wood of one azimuth, by one model.
 struct PointMap {
-    pub model: ComparedModel,
+    model: ComparedModel,
     /// What is lit and how.
-    pub note: String,
+    note: String,
     /// Azimuth of the fibre [deg].
-    pub azimuth: f64,
+    azimuth: f64,
     /// Lines of equal light in the order of [`HALF_DIAMETERS_MM`], `None` where no ellipse was found; or why the model refuses.
-    pub contours: Result<Vec<Option<Contour>>, String>,
+    contours: Result<Vec<Option<Contour>>, String>,
     /// Light of each cell, kept where it is drawn.
-    pub light: Vec<f64>,
+    light: Vec<f64>,
 }
 
 /// One line of equal light.
@@ -73,7 +74,7 @@ pub struct Contour {
 }
 
 impl PointCase {
-    /// What diffusion says far away, sqrt(D_e / D_perp) [1].
+    /// Aspect far away by diffusion, sqrt(D_e / D_perp) [1].
     pub fn far_aspect(&self) -> f64 {
         let [_, sigma_i, k, _] = self.wood.coefficients;
         let (along, across) = diffusion(sigma_i, k);
@@ -83,12 +84,12 @@ impl PointCase {
     }
 }
 
-/// Photons that [`study`] walks.
+/// Photons of the whole study.
 pub fn workload(effort: Effort) -> u64 {
     total_photons(effort, CLEAR_WOOD_AZIMUTHS_DEG.len() as u64 + 1)
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let case = |wood, title, azimuths, monte_carlo_aspect| PointCase {
         wood,
@@ -120,7 +121,7 @@ impl ComparedModel {
     /// and 10 on a knot. The thesis does not say how large its pixels are; here they are the study's cells, so the half
     /// diameters in mm are a choice, aspects and angles are not. The thesis' spot is part of its map. The conservative
     /// stencil lights one pixel and is asked what the models of transport are asked.
-    fn point_note(self, wood: &Wood) -> String {
+    fn point_note(self, wood: &WoodMedium) -> String {
         match self {
             Self::Model(_) => String::new(),
             Self::Thesis => {
@@ -138,7 +139,7 @@ impl ComparedModel {
     /// Where the model refuses.
     pub fn point_light(
         self,
-        wood: &Wood,
+        wood: &WoodMedium,
         effort: Effort,
         progress: StudyProgress,
     ) -> Result<Vec<Estimate>, ModelError> {
@@ -162,7 +163,7 @@ impl ComparedModel {
 }
 
 /// The wood as the surface of a picture of the thesis' method.
-fn ground(wood: &Wood) -> PixelGround {
+fn ground(wood: &WoodMedium) -> PixelGround {
     const SIDE: usize = 2 * CELLS + 1;
     PixelGround::new(SIDE, SIDE, CELL_MM, &vec![Some(wood.medium()); SIDE * SIDE])
 }
@@ -213,7 +214,7 @@ pub fn contour(light: &[Estimate], azimuth: f64, across: f64) -> Option<Contour>
     let map = LightMap { light: &values, cells: CELLS, cell_mm: CELL_MM };
     let mut ellipse = ellipse(map, across * sideways)?;
     if light.iter().all(|cell| cell.error == 0.0) {
-        // What the fit calls errors is then the shape's misfit alone.
+        // Without chance the residuals are misfit of the shape, not statistical errors.
         (ellipse.aspect.error, ellipse.angle.error) = (0.0, 0.0);
     }
     let value = ellipse.reach(along) / ellipse.reach(sideways);
@@ -293,7 +294,7 @@ impl Contour {
 }
 
 fn json(cases: &[PointCase], effort: Effort) -> Value {
-    let mut document = document_head("point", effort);
+    let mut document = photon_document("point", effort);
     let each = |case: &PointCase| {
         let [mu_a, sigma_i, sigma_c, n] = case.wood.coefficients;
         json!({

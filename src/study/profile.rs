@@ -7,7 +7,7 @@
 use serde_json::{Value, json};
 
 use super::compared_model::ComparedModel;
-use super::{StudyEvent, StudyProgress, StudyReport, announce, document_head};
+use super::{StudyEvent, StudyProgress, StudyReport, announce, photon_document};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
 use crate::optics::speckle::PatternCache;
@@ -41,7 +41,7 @@ pub fn workload(effort: Effort) -> u64 {
     effort.photons.div_ceil(WALKS) * WALKS
 }
 
-/// Asks every model about `profile` of `scene`.
+/// Runs the study on `profile` of `scene`.
 pub fn study(scene: &Scene, profile: usize, effort: Effort, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(0);
     let body = pipeline::body(scene);
@@ -126,15 +126,15 @@ fn column_light(scratch: &Scratch, column: usize) -> ColumnLight {
 
 /// Root mean square of a model's relative difference in Scatter from the reference, over bins that the reference knows to
 /// 10 % [1].
-fn scatter_rms(model: &ProfileLine, judge: &ProfileLine) -> f64 {
-    let pairs = model.scatter.iter().zip(&judge.scatter);
-    let known = pairs.filter(|(_, judge)| judge.error > 0.0 && judge.error < 0.1 * judge.value);
-    let squares: Vec<f64> = known.map(|(model, judge)| (model.value / judge.value - 1.0).powi(2)).collect();
+fn scatter_rms(model: &ProfileLine, reference: &ProfileLine) -> f64 {
+    let pairs = model.scatter.iter().zip(&reference.scatter);
+    let known = pairs.filter(|(_, reference)| reference.error > 0.0 && reference.error < 0.1 * reference.value);
+    let squares: Vec<f64> = known.map(|(model, reference)| (model.value / reference.value - 1.0).powi(2)).collect();
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
 fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effort: Effort) -> StudyReport {
-    let judge = &lines[0];
+    let reference = &lines[0];
     let total = |line: &ProfileLine| line.light.iter().map(|e| e.value).sum::<f64>();
     let mut table = format!(
         "Profile {profile} of sample {} ({}): scatter is rows 1 to {SCATTER_ROWS} on both sides of the peak, bins of {BIN_COLUMNS} columns\n\
@@ -145,19 +145,19 @@ fn report(scene: &Scene, profile: usize, x: &[f64], lines: &[ProfileLine], effor
         table += &format!(
             "{:14} {:14.3} {:26.3}\n",
             line.model.name(),
-            total(line) / total(judge),
-            scatter_rms(line, judge)
+            total(line) / total(reference),
+            scatter_rms(line, reference)
         );
     }
     let model = |line: &ProfileLine| -> Value {
         json!({
             "model": line.model.name(),
-            "rms_of_scatter_to_judge": scatter_rms(line, judge),
+            "rms_of_scatter_to_judge": scatter_rms(line, reference),
             "scatter_e": line.scatter,
             "light_e": line.light,
         })
     };
-    let mut json = document_head("profile", effort);
+    let mut json = photon_document("profile", effort);
     json["sample"] = json!({ "index": scene.index, "id": scene.id, "class": scene.class, "profile": profile });
     json["x_mm"] = json!(x);
     json["models"] = lines.iter().map(model).collect();

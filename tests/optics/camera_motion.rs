@@ -24,7 +24,7 @@ fn line(sensor: &Sensor, band: &Band, profile: usize, column: usize) -> Vec<[f64
     let mut scratch = Scratch::default();
     window(sensor, band, profile, column / TILE, &mut scratch);
     let c = column % TILE;
-    let sum = |window: &sheetlight::optics::expose::Window| {
+    let sum = |window: &sheetlight::optics::Window| {
         let light = |k: usize| f64::from(window.volume[k][c] + window.surface[k][c]);
         let total: f64 = (0..ROWS).map(light).sum();
         let moment: f64 = (0..ROWS).map(|k| light(k) * (k as f64 + f64::from(window.first_row[c]))).sum();

@@ -1,9 +1,7 @@
 //! Every number of the bench and every setting of the extraction changes what comes out, one by one.
 
 use procedural::Parameter;
-use sheetlight::parameters::{
-    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-};
+use sheetlight::parameters::{Bench, CameraParameters, ExposureParameters, MotionParameters, SpeckleParameters};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
@@ -65,14 +63,7 @@ fn changed(parameter: &'static Parameter) -> Bench {
 }
 
 fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
-    Bench {
-        motion: MotionParameters::from_values(value),
-        laser: LaserParameters::from_values(value),
-        camera: CameraParameters::from_values(value),
-        exposure: ExposureParameters::from_values(value),
-        speckle: SpeckleParameters::from_values(value),
-        optics: sheetlight::settings::Optics::default(),
-    }
+    Bench::from_values(value, sheetlight::settings::Optics::default())
 }
 
 /// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with a

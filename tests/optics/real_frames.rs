@@ -1,6 +1,6 @@
 //! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/compare.md).
 
-use sheetlight::compare::{ScanMaps, Statistics, StatisticsBuilder};
+use sheetlight::compare::{ScanMaps, ScanStatistics, StatisticsBuilder};
 use sheetlight::optics::speckle::PatternCache;
 use sheetlight::pipeline;
 use sheetlight::recipe::Recipe;
@@ -17,7 +17,7 @@ const SATURATED: std::ops::RangeInclusive<f64> = 0.45..=0.9;
 const ALONG: std::ops::RangeInclusive<f64> = 0.38..=0.55;
 
 /// What `gen compare` says of the recipe's first sample on three fifths of its profiles.
-fn statistics() -> Statistics {
+fn statistics() -> ScanStatistics {
     let mut scene = Recipe::load("recipes/real/plastic-tray.yaml").expect("the recipe loads").draw(0, 0);
     scene.size.profiles = 300;
     let record = pipeline::render(&scene, &PatternCache::new(0), &|_| ());

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use sheetlight::dataset::read_exr;
-use sheetlight::icon::{Content, Light, Range, Scan, Scatter, Traits, open};
+use sheetlight::icon::{Content, IconScan, PeakLight, RangeValues, Scatter, Traits, open};
 use test_support::program::{self, Place};
 
 /// A dataset of two samples whose Range has a form.
@@ -28,7 +28,7 @@ fn exr(place: &Place, index: u64) -> (Vec<(String, Vec<f32>)>, Value) {
     panic!("sample {index} is not there")
 }
 
-fn scan(place: &Place, name: &str) -> Scan {
+fn scan(place: &Place, name: &str) -> IconScan {
     let Ok(Content::Scan(mut reader)) = open(&place.path(name)) else { panic!("{name} is no scan") };
     let rows = reader.rows();
     reader.read(0, rows).expect("it is whole")
@@ -83,7 +83,7 @@ fn sensor_rows_become_uncalibrated_scans() {
         (u64::from(sensor.region_rows), sensor.scale),
         (said["sensor_rows"].as_u64().unwrap_or(0), [1.0, 0.0625])
     );
-    let (Range::Steps(steps), Some(Light::Reflectance(light)), Some(Scatter::Word(sums))) =
+    let (RangeValues::Steps(steps), Some(PeakLight::Reflectance(light)), Some(Scatter::Word(sums))) =
         (&scan.range, &scan.light, &scan.scatter)
     else {
         panic!("it has other planes")

@@ -2,7 +2,7 @@
 //! and bytes are stable.
 
 use sheetlight::study::compared_model::ComparedModel;
-use sheetlight::study::media::{CLEAR_WOOD, SOUND_KNOT, Wood};
+use sheetlight::study::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
 use sheetlight::study::point::{PHOTONS, contour};
 use sheetlight::transport::model::Model;
 use sheetlight::transport::path::Effort;
@@ -36,7 +36,7 @@ fn ellipses_lie_along_the_fibre() {
 /// sides. Its knot is round. The symmetric stencil follows the fibre within half a degree.
 #[test]
 fn pictures_of_the_thesis_are_pulled_to_the_diagonal() {
-    let far = |by: ComparedModel, wood: &Wood| {
+    let far = |by: ComparedModel, wood: &WoodMedium| {
         let light = by.point_light(wood, Effort { photons: 1, seed: 0 }, &|_| ()).expect("it answers");
         contour(&light, wood.azimuth, 1.5).expect("an ellipse")
     };

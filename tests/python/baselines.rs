@@ -2,9 +2,10 @@
 //! program that trains them. tests/models/README.md says how they were made, docs/baselines.md what they are worth.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use crate::models::{environment, model, needs_onnxruntime};
+use crate::models::{model, needs_onnxruntime};
+use crate::scripts::interpreter;
 use serde_json::Value;
 use test_support::program::Place;
 
@@ -90,7 +91,7 @@ fn empty_pockets_are_told_from_all_defects() {
 /// A program of python/ with options of the interpreter before it and arguments, divided by blanks, behind it.
 fn python(place: &Place, options: &[&str], program: &str, arguments: &str) -> Output {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python").join(program);
-    let mut command = Command::new(environment().join("bin/python"));
+    let mut command = interpreter();
     command.current_dir(place.path("")).args(options).arg(script).args(arguments.split_whitespace());
     command.output().expect("python starts")
 }
@@ -217,7 +218,7 @@ fn control(place: &Place, sabotage: bool) -> Output {
     );
     let errand = "--task presence --train packs --fresh packs --seeds 1 --shuffles 2 --epochs 60 --gen";
     let arguments = errand.split_whitespace().chain([env!("CARGO_BIN_EXE_gen")]);
-    let mut command = Command::new(environment().join("bin/python"));
+    let mut command = interpreter();
     command.current_dir(place.path("")).arg("control.py").args(arguments).output().expect("python starts")
 }
 

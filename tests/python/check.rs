@@ -1,9 +1,9 @@
 //! `gen check` as its users run it, with models whose answers a line of arithmetic foretells (python/make_check_models.py).
 
 use std::path::Path;
-use std::process::Command;
 
-use crate::models::{CHANNEL, environment, json, needs_onnxruntime, planks, run};
+use crate::models::{CHANNEL, json, needs_onnxruntime, planks, run};
+use crate::scripts::interpreter;
 use parquet::record::Field;
 use serde_json::{Value, json};
 use test_support::program::{self, Place, Sample};
@@ -254,7 +254,7 @@ fn models_are_those_of_the_script() {
     needs_onnxruntime();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let made = Place::new();
-    let mut python = Command::new(environment().join("bin/python"));
+    let mut python = interpreter();
     let run = python.arg(root.join("python/make_check_models.py")).arg(made.path(".")).output().expect("python starts");
     let told = String::from_utf8_lossy(&run.stderr);
     assert!(run.status.success(), "{told}\nif a package is missing: make venv");

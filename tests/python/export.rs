@@ -1,8 +1,8 @@
 //! `gen export`: the tools that the formats are made for read them, and find the dataset's own numbers.
 
 use std::path::Path;
-use std::process::Command;
 
+use crate::scripts::interpreter;
 use sheetlight::drawing::class_colour;
 use test_support::program::{Place, assert_same, pack_recipe, recipe};
 
@@ -25,12 +25,12 @@ fn checked(place: &Place, format: &str, options: &str) -> String {
     let out = format!("{format}{}", options.replace([' ', ',', '-'], ""));
     place.done(&format!("export {format} set --out {out} {options}"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let run = Command::new(root.join(".venv/bin/python"))
+    let run = interpreter()
         .arg(root.join("python/check_exports.py"))
         .args([format.as_ref(), place.path("set").as_os_str(), place.path(&out).as_os_str()])
         .args(options.split_whitespace())
         .output()
-        .expect("python starts: `make venv` makes it");
+        .expect("python starts");
     let text = format!("{}{}", String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     assert!(run.status.success(), "{format} {options}: {text}\nif a package is missing: make venv");
     let last = text.lines().rev().find(|line| line.starts_with(format)).unwrap_or_default().to_owned();

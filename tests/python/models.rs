@@ -10,7 +10,7 @@ use test_support::program::{Place, Run};
 pub const CHANNEL: &str = "channels: [{name: scatter, mean: 600, sd: 300}]";
 
 /// The environment in which `make` keeps onnxruntime.
-pub fn environment() -> PathBuf {
+fn environment() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv")
 }
 

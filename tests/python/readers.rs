@@ -1,8 +1,8 @@
 //! A dataset opens in pyarrow, Hugging Face datasets, polars, pandas, DuckDB, OpenEXR and OpenCV, and they agree.
 
 use std::path::Path;
-use std::process::Command;
 
+use crate::scripts::interpreter;
 use test_support::program::Place;
 use test_support::records::{output, write_dataset};
 
@@ -34,7 +34,7 @@ fn sensor_rows_become_heights() {
             place
         });
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let run = Command::new(root.join(".venv/bin/python"))
+    let run = interpreter()
         .arg(root.join("python/calibrate.py"))
         .args([rows.path("planks"), heights.path("planks")])
         .output()
@@ -46,13 +46,7 @@ fn sensor_rows_become_heights() {
 
 fn opens(dataset: &Path, home: &Path) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let python = root.join(".venv/bin/python");
-    assert!(
-        python.exists(),
-        "{} is missing: `make venv` makes it (python3 -m venv .venv; .venv/bin/pip install -r python/requirements.txt)",
-        python.display()
-    );
-    let run = Command::new(&python)
+    let run = interpreter()
         .arg(root.join("python/check_readers.py"))
         .arg(dataset)
         .env("HF_HUB_OFFLINE", "1")

@@ -41,22 +41,24 @@ pub fn numbers(text: &str) -> Vec<f64> {
     parts.filter_map(|part| part.trim_end_matches('.').parse().ok()).collect()
 }
 
-/// Runs python with these arguments, the first a script below python/ unless it is an option; `home` is for caches.
-pub fn python(home: &Path, arguments: &[&str]) -> Said {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let program = root.join(".venv/bin/python");
+/// Python of the environment that `make venv` makes. What it compiles lies below target/, not beside the sources.
+pub fn interpreter() -> Command {
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(".venv/bin/python");
     assert!(
         program.exists(),
         "{} is missing: `make venv` makes it (python3 -m venv .venv; .venv/bin/pip install -r python/requirements.txt)",
         program.display()
     );
-    let run = once(&program, &root.join("python"), home, arguments);
+    let mut command = Command::new(program);
+    command.env("PYTHONPYCACHEPREFIX", concat!(env!("CARGO_TARGET_TMPDIR"), "/pycache"));
+    command
+}
+
+/// Runs python with these arguments, the first a script below python/ unless it is an option; `home` is for caches.
+pub fn python(home: &Path, arguments: &[&str]) -> Said {
+    let run = once(home, arguments);
     // The interpreter's end may race with threads of the C++ libraries that it loaded: the work is done by then.
-    let run = if run.code < 0 && run.err.trim_end().ends_with(RACE) {
-        once(&program, &root.join("python"), home, arguments)
-    } else {
-        run
-    };
+    let run = if run.code < 0 && run.err.trim_end().ends_with(RACE) { once(home, arguments) } else { run };
     assert!(!run.err.trim_end().ends_with(RACE), "twice: {}", run.err);
     run
 }
@@ -64,13 +66,12 @@ pub fn python(home: &Path, arguments: &[&str]) -> Said {
 /// What the C++ runtime says where a thread outlives the interpreter.
 const RACE: &str = "terminate called without an active exception";
 
-fn once(program: &Path, folder: &Path, home: &Path, arguments: &[&str]) -> Said {
-    let run = Command::new(program)
+fn once(home: &Path, arguments: &[&str]) -> Said {
+    let run = interpreter()
         .args(arguments)
-        .current_dir(folder)
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/python"))
         .env("HF_HUB_OFFLINE", "1")
         .env("HF_HOME", home.join("hf"))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
         .output()
         .expect("python starts");
     let text = |bytes| String::from_utf8(bytes).expect("python writes UTF-8");

@@ -4,8 +4,8 @@
 use glam::Vec3;
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Medium};
-use sheetlight::optics::expose::{self, ROWS};
-use sheetlight::optics::{Scratch, TILE};
+use sheetlight::optics::expose;
+use sheetlight::optics::{ROWS, Scratch, TILE};
 use sheetlight::settings::Transport;
 use test_support::bench;
 

@@ -1,13 +1,13 @@
 //! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
 
 use sheetlight::optics::coherence::coherence_contrast;
-use sheetlight::study::media::{WOODS, Wood};
+use sheetlight::study::media::{WOODS, WoodMedium};
 use sheetlight::transport::answer::{Answer, LineSide, Question};
 use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
 use sheetlight::transport::path::{self, Effort};
 
 struct Case {
-    wood: Wood,
+    wood: WoodMedium,
     /// R, radiance factor towards the lens over it, central row, S(1,8), S(7,5), (front - back) / S(1,8).
     truth: [f64; 6],
 }

@@ -1,7 +1,7 @@
 //! `gen compare`, `gen icon` and `gen export icon` as their users run them.
 
 use serde_json::Value;
-use sheetlight::icon::{Content, Range, open};
+use sheetlight::icon::{Content, RangeValues, open};
 use test_support::program::{self, Place};
 
 /// A dataset of three samples, EXR and PNG, with sensor frames.
@@ -112,7 +112,7 @@ fn samples_become_files_of_the_camera() {
     let scan = reader.read(0, 48).expect("it is whole");
     let missing: Vec<bool> = scan.heights().iter().map(|z| z.is_nan()).collect();
     let dark: Vec<bool> = scan.light_dn().expect("it has light").iter().map(|dn| *dn == 0).collect();
-    assert!(matches!(scan.range, Range::World(_)) && missing == dark && missing.contains(&false));
+    assert!(matches!(scan.range, RangeValues::World(_)) && missing == dark && missing.contains(&false));
     assert_eq!(place.run("export icon planks --index 1 --out frame --sensor").code, 0);
     let Ok(Content::Image(image)) = open(&place.path("frame/00000001.xml")) else { panic!("it is no image") };
     // Of the profiles 0, 16 and 32 that were kept the middle one: as bright as its reflectance.

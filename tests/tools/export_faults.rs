@@ -3,7 +3,7 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-use sheetlight::export::{PictureContent, Selection, Source, coco};
+use sheetlight::export::{GivenEnds, PictureContent, Selection, Source, coco};
 use test_support::program::{Place, assert_same, recipe, sawtooth_recipe};
 
 /// A dataset of eight samples in shards of four, in `set`.
@@ -88,8 +88,7 @@ fn shards_that_are_finished_later_change_no_scale() {
         stored: false,
         mask: coco::MaskExtent::Whole,
         plain: false,
-        range: None,
-        scatter: None,
+        ends: GivenEnds::default(),
     };
     let export = |out: &str, while_it_runs: &dyn Fn()| {
         let source = Source::open(&place.path("set"), Selection::default()).expect("a shard is finished");

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::scans::{calibrated, folder, noise, plane, reader, uncalibrated, world, write, write_between};
 use sheetlight::icon::{
-    Content, Light, Mark, Range, Scan, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, open, write_image,
+    Content, IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits,
+    open, write_image,
 };
 
 /// What a real calibrated scan of 2560 columns with FLOAT Range and Reflectance says, element by element: depth, name,
@@ -62,19 +63,19 @@ fn outline(text: &str) -> String {
 }
 
 /// Some rows of a scan.
-fn part(scan: &Scan, from: usize, to: usize) -> Scan {
+fn part(scan: &IconScan, from: usize, to: usize) -> IconScan {
     let w = scan.width;
     let pixels = from * w..to * w;
     let bytes = |all: &Vec<u8>| all[pixels.clone()].to_vec();
-    Scan {
+    IconScan {
         rows: to - from,
         range: match &scan.range {
-            Range::Steps(all) => Range::Steps(all[pixels.clone()].to_vec()),
-            Range::World(all) => Range::World(all[pixels.clone()].to_vec()),
+            RangeValues::Steps(all) => RangeValues::Steps(all[pixels.clone()].to_vec()),
+            RangeValues::World(all) => RangeValues::World(all[pixels.clone()].to_vec()),
         },
         light: scan.light.as_ref().map(|light| match light {
-            Light::Intensity(all) => Light::Intensity(bytes(all)),
-            Light::Reflectance(all) => Light::Reflectance(bytes(all)),
+            PeakLight::Intensity(all) => PeakLight::Intensity(bytes(all)),
+            PeakLight::Reflectance(all) => PeakLight::Reflectance(bytes(all)),
         }),
         scatter: scan.scatter.as_ref().map(|scatter| match scatter {
             Scatter::Byte(all) => Scatter::Byte(bytes(all)),
@@ -94,7 +95,7 @@ fn calibrated_scans_say_what_the_camera_says() {
     assert_eq!(outline(&text(&name)), REAL);
     assert_eq!(fs::metadata(format!("{}.dat", name.display())).expect("it was written").len(), 2 * 12800);
     // With the distance of profiles one element more, and nothing less.
-    write(&name, &Scan { traits: world(Some(0.1)), ..calibrated(2560, 2) });
+    write(&name, &IconScan { traits: world(Some(0.1)), ..calibrated(2560, 2) });
     let more = outline(&text(&name));
     assert!(more.contains("3 parameter name=b axis range scale |0.1\n"), "{more}");
     let (before, after) = more.split_once("2 genistreamtraits |\n").expect("the element is there");
@@ -130,8 +131,8 @@ fn uncalibrated_scans_say_where_on_the_sensor() {
 #[test]
 fn scans_come_back() {
     let (_folder, name) = folder();
-    let words = |scan: Scan| Scan {
-        range: Range::Steps(noise(scan.width * scan.rows).map(|n| n as u16).collect()),
+    let words = |scan: IconScan| IconScan {
+        range: RangeValues::Steps(noise(scan.width * scan.rows).map(|n| n as u16).collect()),
         scatter: Some(Scatter::Byte(noise(scan.width * scan.rows).map(|n| (n >> 9) as u8).collect())),
         traits: world(Some(0.068)),
         ..scan
@@ -141,7 +142,7 @@ fn scans_come_back() {
         calibrated(37, 11),
         uncalibrated(5, 11),
         words(calibrated(8, 11)),
-        Scan { light: None, scatter: None, marks: None, traits: Traits::Sensor(reversed), ..uncalibrated(7, 11) },
+        IconScan { light: None, scatter: None, marks: None, traits: Traits::Sensor(reversed), ..uncalibrated(7, 11) },
     ] {
         let mut writer = ScanWriter::create(&name, &scan, 11).expect("the folder is ours");
         for (from, to) in [(0, 4), (4, 5), (5, 11)] {
@@ -160,11 +161,11 @@ fn scans_come_back() {
 #[test]
 fn planes_follow_each_other() {
     let (_folder, name) = folder();
-    let scan = Scan {
-        range: Range::Steps(vec![0x0102, 3, 4, 5]),
-        light: Some(Light::Intensity(vec![6, 7, 8, 9])),
+    let scan = IconScan {
+        range: RangeValues::Steps(vec![0x0102, 3, 4, 5]),
+        light: Some(PeakLight::Intensity(vec![6, 7, 8, 9])),
         scatter: Some(Scatter::Byte(vec![10, 11, 12, 13])),
-        marks: Some(vec![Mark { encoder: -1, status: 0x0003_0000, timestamp: 2, pulse: 0, scan: 0 }; 2]),
+        marks: Some(vec![ProfileMark { encoder: -1, status: 0x0003_0000, timestamp: 2, pulse: 0, scan: 0 }; 2]),
         ..uncalibrated(2, 2)
     };
     write(&name, &scan);
@@ -178,10 +179,10 @@ fn planes_follow_each_other() {
 /// Missing is NaN for whoever asks for heights, however it was written.
 #[test]
 fn missing_heights_are_nan() {
-    let range = Range::World(vec![0.0, f32::NAN, 70.5, -0.0]);
-    let heights = Scan { range, ..calibrated(4, 1) }.heights();
+    let range = RangeValues::World(vec![0.0, f32::NAN, 70.5, -0.0]);
+    let heights = IconScan { range, ..calibrated(4, 1) }.heights();
     assert!(heights[0].is_nan() && heights[1].is_nan() && heights[3].is_nan() && heights[2] == 70.5, "{heights:?}");
-    let heights = Scan { range: Range::Steps(vec![0, 16]), ..uncalibrated(2, 1) }.heights();
+    let heights = IconScan { range: RangeValues::Steps(vec![0, 16]), ..uncalibrated(2, 1) }.heights();
     assert!(heights[0].is_nan() && heights[1] == 13.0, "{heights:?}");
 }
 
@@ -247,7 +248,7 @@ fn other_cameras_are_read() {
     fs::write(format!("{}.dat", name.display()), [row(1), row(2), row(3)].concat()).expect("the folder is ours");
     let mut reader = reader(&name);
     let back = reader.read(1, 2).expect("it is whole");
-    assert_eq!((reader.rows(), back.range), (3, Range::Steps(vec![2, 258, 3, 259])));
+    assert_eq!((reader.rows(), back.range), (3, RangeValues::Steps(vec![2, 258, 3, 259])));
     let marks = back.marks.expect("they are there");
-    assert_eq!(marks[1], Mark { encoder: 3, status: 7, ..Mark::default() });
+    assert_eq!(marks[1], ProfileMark { encoder: 3, status: 7, ..ProfileMark::default() });
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::scans::{calibrated, folder, noise, uncalibrated, write, write_between};
-use sheetlight::icon::{Content, Scan, ScanWriter, SensorImage, open, write_image};
+use sheetlight::icon::{Content, IconScan, ScanWriter, SensorImage, open, write_image};
 
 /// Damage has a place, a reason and a remedy; cut or changed anywhere, a file is never a panic.
 #[test]
@@ -67,7 +67,7 @@ fn unfinished_scans_leave_nothing() {
     let mut writer = ScanWriter::create(&name, &scan, 3).expect("the folder is ours");
     assert!(writer.push(&uncalibrated(4, 2)).is_err());
     assert!(writer.push(&calibrated(5, 2)).is_err());
-    assert!(writer.push(&Scan { rows: 3, ..calibrated(4, 2) }).is_err());
+    assert!(writer.push(&IconScan { rows: 3, ..calibrated(4, 2) }).is_err());
     writer.push(&scan).expect("it fits");
     assert!(writer.push(&scan).expect_err("one row too many").to_string().contains("4 rows are too many for 3"));
     assert!(writer.finish().expect_err("a row is missing").to_string().contains("2 of 3 rows"));

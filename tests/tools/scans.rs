@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use sheetlight::icon::{
-    Content, Light, Mark, Range, Scan, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
-    open, write_image,
+    Content, IconScan, PeakLight, ProfileMark, RangeValues, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits,
+    Traits, WorldTraits, open, write_image,
 };
 
 /// Traits of a real calibrated scan.
@@ -19,43 +19,48 @@ pub fn noise(n: usize) -> impl Iterator<Item = u32> {
 }
 
 /// Marks without order.
-pub fn marks(rows: usize) -> Vec<Mark> {
+pub fn marks(rows: usize) -> Vec<ProfileMark> {
     let mut numbers = noise(rows * 5);
     let mut next = || numbers.next().expect("there are enough");
-    let mark =
-        |_| Mark { encoder: next().cast_signed(), status: next(), timestamp: next(), pulse: next(), scan: next() };
+    let mark = |_| ProfileMark {
+        encoder: next().cast_signed(),
+        status: next(),
+        timestamp: next(),
+        pulse: next(),
+        scan: next(),
+    };
     (0..rows).map(mark).collect()
 }
 
 /// A scan with FLOAT Range and Reflectance.
-pub fn calibrated(width: usize, rows: usize) -> Scan {
+pub fn calibrated(width: usize, rows: usize) -> IconScan {
     let height = |n: u32| if n.is_multiple_of(5) { 0.0 } else { 62.3 + (n % 5000) as f32 * 0.011 };
-    Scan {
+    IconScan {
         width,
         rows,
         traits: world(None),
-        range: Range::World(noise(width * rows).map(height).collect()),
-        light: Some(Light::Reflectance(noise(width * rows).map(|n| n as u8).collect())),
+        range: RangeValues::World(noise(width * rows).map(height).collect()),
+        light: Some(PeakLight::Reflectance(noise(width * rows).map(|n| n as u8).collect())),
         scatter: None,
         marks: None,
     }
 }
 
 /// A scan with every plane that an uncalibrated one may have.
-pub fn uncalibrated(width: usize, rows: usize) -> Scan {
-    Scan {
+pub fn uncalibrated(width: usize, rows: usize) -> IconScan {
+    IconScan {
         width,
         rows,
         traits: Traits::Sensor(SensorTraits::new(832, [0.0, 12.0])),
-        range: Range::Steps(noise(width * rows).map(|n| n as u16 % 13312).collect()),
-        light: Some(Light::Intensity(noise(width * rows).map(|n| n as u8).collect())),
+        range: RangeValues::Steps(noise(width * rows).map(|n| n as u16 % 13312).collect()),
+        light: Some(PeakLight::Intensity(noise(width * rows).map(|n| n as u8).collect())),
         scatter: Some(Scatter::Word(noise(width * rows).map(|n| (n >> 3) as u16).collect())),
         marks: Some(marks(rows)),
     }
 }
 
 /// Writes a scan in one piece.
-pub fn write(name: &Path, scan: &Scan) {
+pub fn write(name: &Path, scan: &IconScan) {
     let mut writer = ScanWriter::create(name, scan, scan.rows).expect("the folder is ours");
     writer.push(scan).expect("the rows have the form that was announced");
     writer.finish().expect("all rows are there");

@@ -39,14 +39,15 @@ classes: [clear, {name: knot, of: [sound_knot, dead_knot]}, {name: never, of: []
 #[test]
 fn every_key_is_read() {
     let found = Sidecar::parse("m.yaml", KNOTS, &head()).expect("it is right");
-    let channel = |name: &str, mean, sd, missing, relative| Channel { name: name.into(), mean, sd, missing, relative };
+    let channel =
+        |name: &str, mean, sd, missing, relative| InputChannel { name: name.into(), mean, sd, missing, relative };
     let wanted = Sidecar {
-        task: Task::Pixels,
+        task: ModelTask::Pixels,
         channels: vec![channel("scatter", 900.0, 400.5, 0.0, false), channel("range", 0.0, 1.0, -1.0, true)],
         window: Some([32, 16]),
         size: [8, 8],
         layout: Layout::Nhwc,
-        output: Output::Probabilities,
+        output: OutputKind::Probabilities,
         output_name: Some("scores".into()),
         patches_per_class: 50,
         classes: vec!["clear".into(), "knot".into(), "never".into()],
@@ -60,7 +61,10 @@ fn every_key_is_read() {
 fn defaults_are_those_of_most_models() {
     let text = "task: classify_samples\nchannels: [reflectance]\nclasses: [rotten, sound]";
     let found = Sidecar::parse("m.yaml", text, &head()).expect("it is right");
-    assert_eq!((found.window, found.size, found.layout, found.output), (None, [48, 64], Layout::Nchw, Output::Logits));
+    assert_eq!(
+        (found.window, found.size, found.layout, found.output),
+        (None, [48, 64], Layout::Nchw, OutputKind::Logits)
+    );
     assert_eq!((found.truth, found.patches_per_class), (vec![Some(1), Some(0)], 1000));
     let text = "task: segment\nchannels: [scatter]\nwindow_px: [10, 20]\nclasses: [clear, rot]";
     let found = Sidecar::parse("m.yaml", text, &head()).expect("it is right");

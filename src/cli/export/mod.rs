@@ -90,8 +90,7 @@ fn write(
                     MaskChoice::Own => coco::MaskExtent::Own,
                 },
                 plain: coco.plain_rle,
-                range: coco.pictures.range_ends,
-                scatter: coco.pictures.scatter_ends,
+                ends: coco.pictures.ends(),
             };
             coco::export(source, out, &options, progress)
         }
@@ -100,8 +99,7 @@ fn write(
                 show: mvtec.pictures.show(),
                 good: mvtec.good.clone(),
                 patch_px: mvtec.patch_px.map(|side| side as usize),
-                range: mvtec.pictures.range_ends,
-                scatter: mvtec.pictures.scatter_ends,
+                ends: mvtec.pictures.ends(),
             };
             mvtec::export(source, out, &options, progress)
         }

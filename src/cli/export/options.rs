@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::check::SplitChoice;
-use crate::export::PictureContent;
+use crate::export::{GivenEnds, PictureContent};
 
 /// Formats with their options.
 #[derive(Debug, Subcommand)]
@@ -186,6 +186,11 @@ impl ExportCommand {
 }
 
 impl PictureArgs {
+    /// The ends of grey scales that were given.
+    pub(super) fn ends(&self) -> GivenEnds {
+        GivenEnds { range: self.range_ends, scatter: self.scatter_ends }
+    }
+
     pub(super) fn show(&self) -> PictureContent {
         match self.image {
             ImageChoice::Reflectance => PictureContent::Reflectance,

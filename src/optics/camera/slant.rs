@@ -1,8 +1,8 @@
 //! Slant: surfaces that rise along the laser line.
 //!
-//! A column's ray sweeps over such a surface in a plane, from which brightness and scale follow. With dz = m dx + s dy on the
-//! surface, k = cos(a) + tan(beta) sin(a), d' the lens's distance along its axis less tan(beta) times the height over it,
-//! and q rows per mm of height:
+//! A column's ray sweeps over such a surface in a plane, from which brightness and scale follow. With dz = m dx + s dy
+//! on the surface, k = cos(a) + tan(beta) sin(a), d' the lens's distance along its axis less tan(beta) times the height
+//! over it, and q rows per mm of height:
 //!
 //! ```text
 //! light        (1 + m tan(theta)) / e,     e = 1 + m x k / d'
@@ -10,10 +10,10 @@
 //! variance     + r^2 (1/12 + blur),        r = m q width of the column / e
 //! ```
 //!
-//! A column is as wide as a pixel and the lens blurs light of its neighbours into it; their lines lie r rows away, which
-//! smears the column's own line by exactly that variance. And it looks along a slant, so that light before and behind
-//! the line's middle comes from other heights. Held by tests/reference/expose_parts.rs. Neglected: distortion of the lens;
-//! walls that end within a column, and what they smear beyond [`MAX_SMEAR_ROWS`].
+//! A column is as wide as a pixel and the lens blurs light of its neighbours into it; their lines lie r rows away,
+//! which smears the column's own line by exactly that variance. And it looks along a slant, so that light before and
+//! behind the line's middle comes from other heights. Held by tests/reference/expose_parts.rs. Neglected: distortion of
+//! the lens; walls that end within a column, and what they smear beyond [`MAX_SMEAR_ROWS`].
 
 use super::projection::{PIXEL_VARIANCE, Projection};
 use crate::optics::laser::Laser;
@@ -43,8 +43,8 @@ impl Slant {
         self.smear * (PIXEL_VARIANCE + variance)
     }
 
-    /// At the point `x`, `z` of a surface that rises by `slope_x` along the line and `slope_y` along the motion, where a
-    /// column is `column_mm` wide.
+    /// At the point `x`, `z` of a surface that rises by `slope_x` along the line and `slope_y` along the motion, where
+    /// a column is `column_mm` wide.
     #[inline]
     pub fn new(
         projection: &Projection,

@@ -2,21 +2,7 @@
 
 use super::*;
 use crate::lens::{DistortedDirection, image_distance};
-use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
-use crate::settings::Optics;
-
-/// Every number of the bench at its declared default.
-pub fn bench() -> Bench {
-    let d = &mut |p: &'static procedural::Parameter| p.default;
-    Bench {
-        motion: MotionParameters::from_values(d),
-        laser: LaserParameters::from_values(d),
-        camera: CameraParameters::from_values(d),
-        exposure: ExposureParameters::from_values(d),
-        speckle: SpeckleParameters::from_values(d),
-        optics: Optics::default(),
-    }
-}
+use crate::parameters::CameraParameters;
 
 fn camera_of(bench: &Bench) -> Camera {
     Camera::new(bench, &SIZE, &Line::PLAIN, Stream::root(0))
@@ -27,16 +13,16 @@ const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };
 /// The numbers of docs/instrument.md for d = 410 mm.
 #[test]
 fn geometry_matches_published_numbers() {
-    let rig = rig(&bench(), &SIZE);
+    let rig = rig(&Bench::default(), &SIZE);
     assert!((rig.magnification() - 0.06494).abs() < 1e-5);
     assert!((rig.sensor_tilt.to_degrees() - 7.93).abs() < 0.01);
     assert!((rig.along(1280.5, 0.0) - rig.along(1279.5, 0.0) - 0.0924).abs() < 1e-4);
     let centre = rig.centre_row;
     assert!(((rig.height(centre - 0.5) - rig.height(centre + 0.5)) - 0.2166).abs() < 2e-4);
-    let sight = camera_of(&bench()).sight(0.0, 0.0, 0.0);
+    let sight = camera_of(&Bench::default()).sight(0.0, 0.0, 0.0);
     assert!((1.0 / sight.rows_per_mm - 0.1010).abs() < 2e-4, "row pitch {}", 1.0 / sight.rows_per_mm);
     // 50 mW over 236 mm, R = 0.7, QE 0.5: 1.83e9 electrons a second and column.
-    let mut b = bench();
+    let mut b = Bench::default();
     b.exposure.quantum_efficiency = 0.5;
     b.exposure.time_us = 50.0;
     b.laser.fan_angle_deg = 2.0 * (118.2f64 / 400.0).atan().to_degrees();
@@ -48,7 +34,7 @@ fn geometry_matches_published_numbers() {
 /// Projection and back-projection undo each other, and `sight` agrees with the exact projection off the plane.
 #[test]
 fn projection_inverts() {
-    let camera = camera_of(&bench());
+    let camera = camera_of(&Bench::default());
     for z in [-50.0, -3.0, 0.0, 22.0, 60.0] {
         let (col, row) = camera.rig.project(31.0, 0.0, z);
         assert!((camera.rig.height(row) - z).abs() < 1e-9);
@@ -69,7 +55,7 @@ fn projection_inverts() {
 
 /// A lens as bent as those of the kind are, on a sensor that stands as nobody would solve it.
 fn bent() -> Bench {
-    let mut b = bench();
+    let mut b = Bench::default();
     let camera = &mut b.camera;
     (camera.distortion_k1, camera.distortion_k2, camera.distortion_k3) = (-0.1, 0.1, -0.05);
     (camera.distortion_p1, camera.distortion_p2) = (5e-4, -5e-4);
@@ -79,11 +65,11 @@ fn bent() -> Bench {
     b
 }
 
-/// Places of the whole sensor go to the laser plane and come back; x of a column by its height is found too, by the exact
-/// way and by the cubic that production uses.
+/// Places of the whole sensor go to the laser plane and come back; x of a column by its height is found too, by the
+/// exact way and by the cubic that production uses.
 #[test]
 fn bent_lenses_are_straightened_exactly() {
-    for bench in [bench(), bent()] {
+    for bench in [Bench::default(), bent()] {
         let rig = rig(&bench, &SIZE);
         let (low, high) = (0.0, 74.0);
         let columns = rig.sightlines(SIZE.columns, high);
@@ -139,7 +125,7 @@ fn distortion_by_hand() {
 /// slopes, and the width of a column, which its light goes by.
 #[test]
 fn sight_follows_the_bent_lens() {
-    let (bench, open) = (bent(), Bench { camera: bench().camera, ..bent() });
+    let (bench, open) = (bent(), Bench { camera: Bench::default().camera, ..bent() });
     let camera = camera_of(&bench);
     let straight = camera_of(&Bench {
         camera: CameraParameters { sensor_tilt_deg: 5.0, focus_distance_mm: 380.0, ..open.camera },
@@ -165,11 +151,11 @@ fn sight_follows_the_bent_lens() {
     }
 }
 
-/// The published discs: 1.7, 3.3, 6.7 and 16.7 um for light 0.5, 1, 2 and 5 mm off the plane that the tilted sensor sees
-/// sharp, none on it; 6.5, 13.1 and 26.8 um at 5, 10 and 20 mm of height without the tilt; and by tracing the rim.
+/// The published discs: 1.7, 3.3, 6.7 and 16.7 um for light 0.5, 1, 2 and 5 mm off the plane that the tilted sensor
+/// sees sharp, none on it; 6.5, 13.1 and 26.8 um at 5, 10 and 20 mm of height without the tilt; and by tracing the rim.
 #[test]
 fn discs_out_of_focus_match_published_numbers() {
-    let solved = camera_of(&bench());
+    let solved = camera_of(&Bench::default());
     for (y, um) in [(0.5, 1.7), (1.0, 3.3), (2.0, 6.7), (5.0, 16.7)] {
         let c = 1e3 * solved.circle_of_confusion(y, 0.0);
         assert!((c - um).abs() < 0.06, "{y} mm off the plane: {c} um, published {um}");
@@ -181,14 +167,15 @@ fn discs_out_of_focus_match_published_numbers() {
             solved.circle_of_confusion(0.0, z)
         );
     }
-    let mut b = bench();
+    let mut b = Bench::default();
     b.optics.scheimpflug = Scheimpflug::Given;
     let level = camera_of(&b);
     for (z, um) in [(5.0, 6.5), (10.0, 13.1), (20.0, 26.8)] {
         let c = 1e3 * level.circle_of_confusion(0.0, z);
         assert!((c - um).abs() < 0.1, "{z} mm high: {c} um, published {um}");
     }
-    // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the rows.
+    // Rays through the rim of the pupil to the point's image, cut by the tilted sensor: half of the spread along the
+    // rows.
     b.camera.sensor_tilt_deg = 4.0;
     let camera = camera_of(&b);
     let rig = camera.rig;

@@ -1,4 +1,5 @@
-//! Fan: light along the line, q(t), the share of the power per unit of t = tan(theta); on a level plane at depth h a mm of the line carries q / h.
+//! Fan: light along the line, q(t), the share of the power per unit of t = tan(theta); on a level plane at depth h a mm
+//! of the line carries q / h.
 //!
 //! ```text
 //! powell        q = 1 / (2 T) within |t| < T, ends ramp down over T (1 +- soft)         even on a plane
@@ -6,10 +7,10 @@
 //! texture       q ~ sum of the image's column
 //! ```
 //!
-//! T = tan(fan_angle / 2), for a cylindrical lens the angle at 1/e^2. Ripple multiplies q by 1 + r(t), r the sum of 3 to 5
-//! sinusoids with 1.5 to 12 periods over the fan, scaled to the amplitude asked for. Each q has the integral 1.
-//! Sources: cylindrical lenses and Powell lenses as their vendors describe them (Edmund Optics, Coherent). Neglected: speckle
-//! and interference fringes of the lens, light beyond the fan.
+//! T = tan(fan_angle / 2), for a cylindrical lens the angle at 1/e^2. Ripple multiplies q by 1 + r(t), r the sum of 3
+//! to 5 sinusoids with 1.5 to 12 periods over the fan, scaled to the amplitude asked for. Each q has the integral 1.
+//! Sources: cylindrical lenses and Powell lenses as their vendors describe them (Edmund Optics, Coherent). Neglected:
+//! speckle and interference fringes of the lens, light beyond the fan.
 
 use procedural::Stream;
 use rand::RngExt;

@@ -53,7 +53,8 @@ pub struct GaussianComponent {
 pub struct GaussianMixture {
     /// The components; their weights sum to 1.
     pub components: Vec<GaussianComponent>,
-    /// Weights that change along the line, `[component][node]`; empty where the components' own weights hold everywhere.
+    /// Weights that change along the line, `[component][node]`; empty where the components' own weights hold
+    /// everywhere.
     weights: Vec<Vec<f32>>,
 }
 

@@ -1,9 +1,9 @@
 //! Point laser: a round Gaussian spot instead of a line, stepped along the line from profile to profile.
 //!
-//! The pencil comes from the apex of the fan, as from a scanning mirror: at height z it stands at x h / H, and is longer
-//! along the line than across it where it comes in at a slant, by 1 / cos(theta) (4 % at 16 degrees). A column gets the part of
-//! the Gaussian that falls on its own width, by the error function. All of the power is in the spot. Neglected: that its far half
-//! is a little wider than its near one.
+//! The pencil comes from the apex of the fan, as from a scanning mirror: at height z it stands at x h / H, and is
+//! longer along the line than across it where it comes in at a slant, by 1 / cos(theta) (4 % at 16 degrees). A column
+//! gets the part of the Gaussian that falls on its own width, by the error function. All of the power is in the spot.
+//! Neglected: that its far half is a little wider than its near one.
 
 use crate::parameters::LaserParameters;
 

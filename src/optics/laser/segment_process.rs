@@ -2,9 +2,9 @@
 //!
 //! Segments along the motion form a Poisson process with exponential lengths. A line across the motion meets the given
 //! number per mm, and the parts of a segment on either side of the line have exponential lengths. Segments lie on the
-//! object: they are drawn cell by cell from the sample's stream, so each appears, stays and ends as it passes under the line.
-//! Segments longer than ten mean lengths are cut. An engineering model; that single tracheids guide light is known
-//! (Kienle et al. 2008), their number and brightness are estimates.
+//! object: they are drawn cell by cell from the sample's stream, so each appears, stays and ends as it passes under the
+//! line. Segments longer than ten mean lengths are cut. An engineering model; that single tracheids guide light is
+//! known (Kienle et al. 2008), their number and brightness are estimates.
 
 use std::ops::Range;
 

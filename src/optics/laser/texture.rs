@@ -1,8 +1,8 @@
 //! Projected texture: a picture in place of the laser line, as in Kihl and Källberg 2021, section 3.2.1.
 //!
-//! Rows of the image lie across the line, columns along it. The preset is theirs: a line three pixels wide, blurred by a
-//! Gaussian with a radius of five pixels, which is taken as the standard deviation. They do not give
-//! the size of its pixels; the extents are keys of the recipe. A picture's grey is proportional to light. Neglected: that a projector's
+//! Rows of the image lie across the line, columns along it. The preset is theirs: a line three pixels wide, blurred by
+//! a Gaussian with a radius of five pixels, which is taken as the standard deviation. They do not give the size of its
+//! pixels; the extents are keys of the recipe. A picture's grey is proportional to light. Neglected: that a projector's
 //! picture is sharp at one distance only.
 
 use crate::settings::Picture;

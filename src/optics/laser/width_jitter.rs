@@ -1,8 +1,8 @@
 //! Width jitter along the line: a factor 1 + n(x), n normal with a standard deviation and a correlation length.
 //!
-//! White noise on a grid along the line is filtered with a Gaussian, which gives the correlation exp(-d^2 / (2 l^2)),
-//! l at the conveyor's height. It belongs to the laser and stays while the object moves. An engineering model of imperfect
-//! line optics. Neglected: that width changes over height by itself.
+//! White noise on a grid along the line is filtered with a Gaussian, which gives the correlation exp(-d^2 / (2 l^2)), l
+//! at the conveyor's height. It belongs to the laser and stays while the object moves. An engineering model of
+//! imperfect line optics. Neglected: that width changes over height by itself.
 
 use procedural::Stream;
 

@@ -1,28 +1,13 @@
-use procedural::Parameter;
-
 use super::*;
-use crate::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
 use crate::settings::{Order, Pattern};
 
 const ROWS: usize = 120;
 const COLUMNS: usize = 400;
 
-fn bench() -> Bench {
-    let default = &mut |p: &'static Parameter| p.default;
-    Bench {
-        motion: MotionParameters::from_values(default),
-        laser: LaserParameters::from_values(default),
-        camera: CameraParameters::from_values(default),
-        exposure: ExposureParameters::from_values(default),
-        speckle: SpeckleParameters::from_values(default),
-        optics: crate::settings::Optics::default(),
-    }
-}
-
 fn scripts(order: Order, law: SpeckleLaw, blur_radius_px: f64) -> ThesisScripts {
     let pattern = Pattern { size_px: 1000, mask_px: 500, factor: 5, law };
     let settings = Postprocess { order, blur_radius_px, intensity_scale: 1.0, pattern };
-    ThesisScripts::new(settings, &bench(), Readout::PLAIN, Stream::root(4))
+    ThesisScripts::new(settings, &Bench::default(), Readout::PLAIN, Stream::root(4))
 }
 
 /// A line of 100 DN, 12 rows wide.

@@ -1,10 +1,10 @@
 //! Anchoring of speckle to the object: which row of which pattern a pixel sees.
 //!
 //! A point of the object at the scan position y shows the pattern's row y * rows per mm, so the pattern moves with the
-//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset, and
-//! at a new one each time the pattern repeats. The height of a point gives its coordinate in the stack of patterns when it
-//! passes the line; in window row k it has moved on by (k - centre) rows, which [`Boiling`] turns into diameters of the
-//! pupil. Between two patterns of the stack the points change over one after the other, evenly.
+//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset,
+//! and at a new one each time the pattern repeats. The height of a point gives its coordinate in the stack of patterns
+//! when it passes the line; in window row k it has moved on by (k - centre) rows, which [`Boiling`] turns into
+//! diameters of the pupil. Between two patterns of the stack the points change over one after the other, evenly.
 
 use std::sync::Arc;
 
@@ -122,8 +122,8 @@ pub struct TileSpeckle<'a> {
 }
 
 impl TileSpeckle<'_> {
-    /// The pattern less its mean of 1, `rows` of the window behind the line, at most one period of it: for light from the
-    /// surface and from below.
+    /// The pattern less its mean of 1, `rows` of the window behind the line, at most one period of it: for light from
+    /// the surface and from below.
     #[inline(always)]
     pub fn row(&self, rows: i64) -> [&[f32; TILE]; 2] {
         let (fine, period) = (self.stack.fine(), self.stack.rows());

@@ -1,22 +1,22 @@
 //! Speckle boiling: how far a movement of the object takes the speckle across the pupil.
 //!
-//! Light from the point S of the object reaches the point P of the pupil over |S - source| + |P - S|. A movement a of the
-//! object changes the phase of the point xi of its surface by k xi . H a, with the matrix of second derivatives
+//! Light from the point S of the object reaches the point P of the pupil over |S - source| + |P - S|. A movement a of
+//! the object changes the phase of the point xi of its surface by k xi . H a, with the matrix of second derivatives
 //!
 //! ```text
 //! H = (1 - l l^T) / d_SP + (1 - l_s l_s^T) / d_SL
 //! ```
 //!
-//! which is what a point of the pupil displaced by q would see instead, k xi . q / d_SP (Yamaguchi 1981; Bergmann et al.
-//! 2016, A.3). l is the unit vector from the surface to the pupil and not the sensor's normal; d_SL is the radius of the
-//! laser's wave: across the line R = s [1 + (z_R / s)^2] at s behind the waist, infinite in the waist and negative before
-//! it; along the line the distance of the fan's origin. q lies in the plane across l, so with w = d_SP H a along the
-//! surface q = (w_x, w_y, -(l_x w_x + l_y w_y) / l_z). A.4 is w for a = (0, a_y, 0): 0.056 mm for a_y = 0.068 mm in the
-//! waist, 0.122 mm where R = 420 mm.
+//! which is what a point of the pupil displaced by q would see instead, k xi . q / d_SP (Yamaguchi 1981; Bergmann et
+//! al. 2016, A.3). l is the unit vector from the surface to the pupil and not the sensor's normal; d_SL is the radius
+//! of the laser's wave: across the line R = s [1 + (z_R / s)^2] at s behind the waist, infinite in the waist and
+//! negative before it; along the line the distance of the fan's origin. q lies in the plane across l, so with w = d_SP
+//! H a along the surface q = (w_x, w_y, -(l_x w_x + l_y w_y) / l_z). A.4 is w for a = (0, a_y, 0): 0.056 mm for a_y =
+//! 0.068 mm in the waist, 0.122 mm where R = 420 mm.
 //!
-//! A surface that lies dz higher shows another pattern, uncorrelated after dz0 = 8 lambda (d / D)^2.
-//! Neglected: what the movement along l itself adds, quadratic in dz / dz0 and under 1 in 1000 over the lit rows; slopes of
-//! the surface; M^2, beyond its share in z_R.
+//! A surface that lies dz higher shows another pattern, uncorrelated after dz0 = 8 lambda (d / D)^2. Neglected: what
+//! the movement along l itself adds, quadratic in dz / dz0 and under 1 in 1000 over the lit rows; slopes of the
+//! surface; M^2, beyond its share in z_R.
 
 use crate::parameters::Bench;
 
@@ -55,8 +55,8 @@ impl Boiling {
         }
     }
 
-    /// Displacement across the pupil, in its diameters, by a movement `a` (x, y) [mm] of the point `x`, `z` of the laser
-    /// plane [1].
+    /// Displacement across the pupil, in its diameters, by a movement `a` (x, y) [mm] of the point `x`, `z` of the
+    /// laser plane [1].
     pub fn diameters(&self, [x, z]: [f64; 2], a: [f64; 2]) -> f64 {
         let [w, l] = self.along_surface([x, z], a);
         let up = (l[0] * w[0] + l[1] * w[1]) / l[2];
@@ -89,27 +89,12 @@ impl Boiling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{
-        CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-    };
 
-    fn bench() -> Bench {
-        let d = &mut |p: &'static procedural::Parameter| p.default;
-        Bench {
-            motion: MotionParameters::from_values(d),
-            laser: LaserParameters::from_values(d),
-            camera: CameraParameters::from_values(d),
-            exposure: ExposureParameters::from_values(d),
-            speckle: SpeckleParameters::from_values(d),
-            optics: crate::settings::Optics::default(),
-        }
-    }
-
-    /// A.4: a_y (d_SP / d_SL + 1 - l_y^2) is 0.0558 mm in the waist, 0.122 and 0.195 mm for waves of 420 and 200 mm; in the
-    /// plane across l it is longer by 1 / cos 25 deg. A height change of 11 mm is one pupil.
+    /// A.4: a_y (d_SP / d_SL + 1 - l_y^2) is 0.0558 mm in the waist, 0.122 and 0.195 mm for waves of 420 and 200 mm; in
+    /// the plane across l it is longer by 1 / cos 25 deg. A height change of 11 mm is one pupil.
     #[test]
     fn movement_over_the_pupil_is_that_of_the_appendix() {
-        let mut bench = bench();
+        let mut bench = Bench::default();
         // A short Rayleigh length: the wave's radius is then the distance from the waist.
         (bench.laser.waist_mm, bench.laser.waist_height_mm) = (0.005, 0.0);
         let w = |below: f64| {

@@ -1,8 +1,8 @@
 //! Speckle contrast after averaging by pixels and movement.
 //!
-//! Goodman (2007, 4.4): C^2 = int int W(u, v) k(u, v) du dv with the autocorrelation W of what averages and the covariance k
-//! of light of mean 1. A square pixel of side 1 has W = (1 - |u|)(1 - |v|); a movement by b pixels while the shutter is open
-//! adds a box of b along the rows. Two laws:
+//! Goodman (2007, 4.4): C^2 = int int W(u, v) k(u, v) du dv with the autocorrelation W of what averages and the
+//! covariance k of light of mean 1. A square pixel of side 1 has W = (1 - |u|)(1 - |v|); a movement by b pixels while
+//! the shutter is open adds a box of b along the rows. Two laws:
 //!
 //! ```text
 //! exponential    k = |mu|^2,  mu = 2 J1(pi r / L) / (pi r / L)
@@ -22,9 +22,11 @@ const NODES_PER_INTERVAL: usize = 8;
 /// Terms of Gauss' series; the last one adds 1e-5 to the contrast where light is most alike.
 const SERIES_TERMS: u32 = 40;
 
-/// Contrast of fully developed speckle of `grain` pixels in square pixels that the image crosses by `travel` pixels [1].
+/// Contrast of fully developed speckle of `grain` pixels in square pixels that the image crosses by `travel` pixels
+/// [1].
 ///
-/// Within 4e-4 of itself for any grain above 0.004 pixels, within 1e-6 from a third of a pixel on for travel up to a pixel.
+/// Within 4e-4 of itself for any grain above 0.004 pixels, within 1e-6 from a third of a pixel on for travel up to a
+/// pixel.
 pub fn pixel_contrast(grain: f64, law: SpeckleLaw, travel: f64) -> f64 {
     // All is even in both lags: a quarter of the plane, four times.
     let along = intervals(&[1.0], grain);
@@ -50,8 +52,8 @@ fn overlap(v: f64, travel: f64) -> f64 {
     0.5 * (rounded(v + 1.0) - 2.0 * rounded(v) + rounded(v - 1.0))
 }
 
-/// Nodes and weights from 0 to the last of `kinks`, in intervals that end at each of them and are as long as a grain or as
-/// their distance from 0, whichever is more: the covariance falls with the third power of the lag.
+/// Nodes and weights from 0 to the last of `kinks`, in intervals that end at each of them and are as long as a grain or
+/// as their distance from 0, whichever is more: the covariance falls with the third power of the lag.
 fn intervals(kinks: &[f64], grain: f64) -> Vec<(f64, f64)> {
     let mut kinks = kinks.to_vec();
     kinks.sort_by(f64::total_cmp);
@@ -125,7 +127,8 @@ mod tests {
         );
     }
 
-    /// The integral on a fine even grid, with the movement's triangle summed by itself: eight grains by five lengths of travel, both laws.
+    /// The integral on a fine even grid, with the movement's triangle summed by itself: eight grains by five lengths of
+    /// travel, both laws.
     #[test]
     fn few_nodes_are_enough() {
         for grain in [0.05, 0.1, 0.2, 0.328, 0.57, 1.0, 3.0, 100.0] {
@@ -158,8 +161,8 @@ mod tests {
         (sum * step * step).sqrt()
     }
 
-    /// For a point long travel leaves 1 / (1 + 0.9 b / L) of the variance, within 15 %, a short one more; pixels have averaged
-    /// part of it before.
+    /// For a point long travel leaves 1 / (1 + 0.9 b / L) of the variance, within 15 %, a short one more; pixels have
+    /// averaged part of it before.
     #[test]
     fn movement_averages_as_the_rule_says() {
         let grain = 20.0;

@@ -1,24 +1,26 @@
 //! Fully developed speckle: light behind a pupil of random phases, gathered by square pixels.
 //!
-//! A disc of D cells with unit amplitude and uniform random phase, seen in a Fourier transform of side Q, has the intensity
+//! A disc of D cells with unit amplitude and uniform random phase, seen in a Fourier transform of side Q, has the
+//! intensity
 //!
 //! ```text
 //! p(I) = exp(-I),    <I I'> - 1 = [2 J1(pi r / L) / (pi r / L)]^2,    L = Q / D samples = lambda N (1 + m)
 //! ```
 //!
-//! with Q >= 2 D (Duncan and Kirkpatrick 2008; Goodman 2007). L is not the size 1.22 L of the first zero, which is often
-//! quoted as the grain. The grid's sides may differ: the disc is then an ellipse in cells, round on the sensor. The phases
-//! continue behind the disc for two diameters, in a ring: shifted against the disc by s diameters they give the pattern of a
-//! pupil that has moved as far ([`super::stack`]).
+//! with Q >= 2 D (Duncan and Kirkpatrick 2008; Goodman 2007). L is not the size 1.22 L of the first zero, which is
+//! often quoted as the grain. The grid's sides may differ: the disc is then an ellipse in cells, round on the sensor.
+//! The phases continue behind the disc for two diameters, in a ring: shifted against the disc by s diameters they give
+//! the pattern of a pupil that has moved as far ([`super::stack`]).
 //!
-//! A pixel takes the mean of the intensity over its box. On samples that resolve the intensity (two a grain) the mean over
-//! the box is a product in the Fourier domain, sinc(f_x) sinc(f_y) for frequencies in cycles a pixel, and exact for box_spectrum
-//! anywhere; a sum of samples is not: six a pixel give neighbours 9 % too little correlation. Columns are needed at pixel
-//! distance alone, rows at every sample. Two patterns share the transforms, one as the real, one as the imaginary part.
+//! A pixel takes the mean of the intensity over its box. On samples that resolve the intensity (two a grain) the mean
+//! over the box is a product in the Fourier domain, sinc(f_x) sinc(f_y) for frequencies in cycles a pixel, and exact
+//! for box_spectrum anywhere; a sum of samples is not: six a pixel give neighbours 9 % too little correlation. Columns
+//! are needed at pixel distance alone, rows at every sample. Two patterns share the transforms, one as the real, one as
+//! the imaginary part.
 //!
-//! For the thesis' law the square root of the intensity is gathered; its spectrum is not limited, and what lies beyond the
-//! grid's is aliased. Valid for a rough, resting surface and polarised light of one wavelength. Neglected: dead zones
-//! between pixels, crosstalk.
+//! For the thesis' law the square root of the intensity is gathered; its spectrum is not limited, and what lies beyond
+//! the grid's is aliased. Valid for a rough, resting surface and polarised light of one wavelength. Neglected: dead
+//! zones between pixels, crosstalk.
 
 use std::f64::consts::PI;
 

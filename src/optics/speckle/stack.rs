@@ -2,12 +2,12 @@
 //!
 //! The pupils of the patterns are cut from the same random phases, neighbours 1/16 of the pupil apart. Two pupils s
 //! diameters apart give intensities correlated by g^2, g = (2 / pi) [acos s - s sqrt(1 - s^2)]. In Bergmann et al. 2016
-//! the pupils stand on a circle, where the distance between pattern m and n is the chord sin(pi |m - n| / 2M), right from
-//! pattern 0 and too short elsewhere. Here phases pass straight through a pupil that stands, so a movement of the pupil by
-//! a_p is a_p / D diameters wherever it starts; after two diameters the phases repeat. Nothing is interpolated between two
-//! patterns of the stack, which would lower the contrast by up to 10 %: each point of the object changes from one pattern
-//! to the next at a time of its own. Intensity distribution and contrast are then those of the patterns, and the
-//! correlation is g^2 between whole steps and linear inside a step.
+//! the pupils stand on a circle, where the distance between pattern m and n is the chord sin(pi |m - n| / 2M), right
+//! from pattern 0 and too short elsewhere. Here phases pass straight through a pupil that stands, so a movement of the
+//! pupil by a_p is a_p / D diameters wherever it starts; after two diameters the phases repeat. Nothing is interpolated
+//! between two patterns of the stack, which would lower the contrast by up to 10 %: each point of the object changes
+//! from one pattern to the next at a time of its own. Intensity distribution and contrast are then those of the
+//! patterns, and the correlation is g^2 between whole steps and linear inside a step.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -54,8 +54,8 @@ impl PatternCache {
         Self { stream: Stream::root(seed).child("speckle"), kept: Mutex::new(Vec::new()) }
     }
 
-    /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the surface and
-    /// from below.
+    /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the
+    /// surface and from below.
     pub fn get(&self, grain: f64, law: SpeckleLaw, patterns: [f64; 2]) -> Arc<PatternStack> {
         let step = (libm::log(grain) / libm::log(GRAIN_STEP)).round() as i32;
         let looks = patterns.map(|n| LOOK_COUNTS.into_iter().find(|looks| *looks as f64 <= n).unwrap_or(1));
@@ -123,8 +123,8 @@ impl PatternStack {
         self.rows
     }
 
-    /// Fine row `row` of pattern number `pattern`, both of which wrap around, less its mean of 1: for light from the surface
-    /// and from below.
+    /// Fine row `row` of pattern number `pattern`, both of which wrap around, less its mean of 1: for light from the
+    /// surface and from below.
     pub fn row(&self, pattern: i64, row: i64) -> [&[f32; TILE]; 2] {
         self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows as i64) as usize)
     }
@@ -145,8 +145,9 @@ impl PatternStack {
             .map(|pattern| SpecklePattern { surface: self.averaged(&pattern, 0), volume: self.averaged(&pattern, 1) })
     }
 
-    /// Mean of a pattern and its mirror images, each at another offset, so that they are uncorrelated everywhere and keep the
-    /// distribution, the correlation and the boiling of the pattern; `which` is 0 for light from the surface, 1 from below.
+    /// Mean of a pattern and its mirror images, each at another offset, so that they are uncorrelated everywhere and
+    /// keep the distribution, the correlation and the boiling of the pattern; `which` is 0 for light from the surface,
+    /// 1 from below.
     fn averaged(&self, pattern: &[f32], which: usize) -> Vec<f32> {
         let (looks, rows) = (self.looks[which], self.rows);
         let mut mean = vec![0.0f32; pattern.len()];

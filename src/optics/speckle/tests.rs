@@ -151,7 +151,8 @@ fn pixels_have_goodmans_contrast_and_neighbours() {
     }
 }
 
-/// The thesis' law, Q = 1000, D = 500: 0.523 in a point, and 0.191 after 5 x 5 samples; in pixels of a stack as integrated.
+/// The thesis' law, Q = 1000, D = 500: 0.523 in a point, and 0.191 after 5 x 5 samples; in pixels of a stack as
+/// integrated.
 #[test]
 fn the_thesis_law_has_its_contrast() {
     const SIDE: usize = 1000;
@@ -186,7 +187,8 @@ fn depolarised_light_is_a_mean_of_two() {
     }
     let n = sample.len() as f64;
     let contrast = (sample.iter().map(|v| (v - 1.0).powi(2)).sum::<f64>() / n).sqrt();
-    // Standard error of a gamma law's deviation: 0.707 sqrt((kurtosis 6 - 1) / 4 n); pixels of a quarter grain take 1.5 %.
+    // Standard error of a gamma law's deviation: 0.707 sqrt((kurtosis 6 - 1) / 4 n); pixels of a quarter grain take 1.5
+    // %.
     assert!((contrast - 0.7).abs() < 4.0 * 0.707 * (5.0 / (4.0 * n)).sqrt(), "contrast {contrast}");
     let (found, bar) = distance(sample, |x| 1.0 - (1.0 + 2.0 * x) * libm::exp(-2.0 * x));
     assert!(found < bar, "distance {found} of {bar}");

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
-use super::elements::{data_url, keeps_image, plain_classes};
+use super::elements::{data_url, plain_classes};
 use super::format::{count, name, number, percent, with_unit};
 use super::svg;
 use crate::report::page_data::PageData;
@@ -25,7 +25,7 @@ struct ColourScale {
 /// The section.
 pub(super) fn section(facts: &PageData) -> Markup {
     let scales: Vec<Option<ColourScale>> = (0..MAPS.len()).map(|map| scale(&facts.samples, map)).collect();
-    let (plain, labelled) = (plain_classes(facts.head), keeps_image(facts.head, "label"));
+    let (plain, labelled) = (plain_classes(facts.head), facts.head.images.holds("label"));
     html! {
         p {
             (shown(facts)) " "
@@ -108,18 +108,19 @@ fn controls(facts: &PageData) -> Markup {
                     span.dim { " · the address keeps the filter" } }
             }
             noscript { p.note { "Scripts are off: every sample is shown, and filters do not work." } }
-            @if keeps_image(facts.head, "label") { label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" } }
+            @if facts.head.images.holds("label") { label.switch { input type="checkbox" id="labels" checked; " Labels over the maps" } }
         }
     }
 }
 
 fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], plain: &[u8]) -> Markup {
     let class = facts.head.classes.get(sample.class).map_or("?", String::as_str);
-    let on = if keeps_image(facts.head, "label") { "on the object" } else { "of all pixels" };
+    let on = if facts.head.images.holds("label") { "on the object" } else { "of all pixels" };
     let figures = figures(sample, facts.head);
     let overlay = labels_png(&sample.labels, sample.width, plain).ok().filter(|_| !sample.labels.is_empty());
     let style = overlay.map(|png| format!("--labels:url({})", data_url(&png)));
-    let seen: Vec<String> = sample.objects.iter().map(|(value, n)| format!("{n} {}", kind(facts, *value))).collect();
+    let seen: Vec<String> =
+        sample.objects.iter().map(|object| format!("{} {}", object.count, kind(facts, object.class))).collect();
     html! {
         article.card id={ "s" (sample.index) } data-class=(class) data-split=(Split::ALL[sample.split].name()) {
             h3 {
@@ -147,7 +148,7 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
             dl {
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
                 @if !figures.is_empty() { div.wide { dt { (on) } dd { (figures.join(" · ")) } } }
-                @for (path, value, unit) in sample.numbers.iter().filter(|number| varies(facts, &number.0)) { div { dt { (path) } dd { (with_unit(*value, unit)) } } }
+                @for number in sample.numbers.iter().filter(|number| varies(facts, &number.path)) { div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } } }
                 div { dt { "size" } dd { (sample.size[1]) " × " (sample.size[0]) " px" } }
                 div.wide { dt { "id" } dd { code { (sample.id) } } }
             }
@@ -160,7 +161,7 @@ fn figures(sample: &SheetSample, head: &DatasetHead) -> Vec<String> {
     let range = sample.range.as_ref();
     let median = range.and_then(|range| range.median).map(|median| number(median.into()));
     let missing = range.and_then(|range| {
-        let of_all = if keeps_image(head, "label") {
+        let of_all = if head.images.holds("label") {
             format!(" ({} of all pixels)", percent(range.missing_of_all))
         } else {
             String::new()

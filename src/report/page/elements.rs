@@ -16,17 +16,12 @@ pub(in crate::report) fn plain_classes(head: &DatasetHead) -> Vec<u8> {
         .collect()
 }
 
-/// Whether the dataset keeps an image of that name, as PNG or in EXR files.
-pub(super) fn keeps_image(head: &DatasetHead, name: &str) -> bool {
-    head.images.png.iter().chain(&head.images.exr).any(|kept| kept.eq_ignore_ascii_case(name))
-}
-
 /// Bytes of a PNG as a data URL.
 pub(super) fn data_url(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", STANDARD.encode(png))
 }
 
-/// What stands above a kept result that is not of this dataset, or cannot be read.
+/// Notice above a kept result that belongs to another state of the dataset, or cannot be read.
 pub(super) fn staleness(kept: &KeptDocument, again: &str) -> Markup {
     html! {
         @match (&kept.document, kept.is_current) {

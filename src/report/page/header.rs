@@ -1,9 +1,8 @@
-//! The head of the page: what the dataset is, how it was made, and what is missing of it.
+//! Header of the page: what the dataset is, how it was made, and what is missing of it.
 
 use maud::{Markup, html};
 use output_schema::DatasetHead;
 
-use super::elements::keeps_image;
 use super::format::{bytes, count, number, shell_word};
 use crate::dataset::samples_per_shard;
 use crate::report::folder::unfinished;
@@ -75,8 +74,8 @@ fn span(extent: &RunningRange) -> String {
 
 /// Which maps the dataset keeps, and whether labels with them: the end of a sentence.
 fn holds(head: &DatasetHead) -> String {
-    let labels = if keeps_image(head, "label") { "with pixel-exact labels" } else { "without labels" };
-    let maps: Vec<&str> = MAPS.into_iter().filter(|map| keeps_image(head, map)).collect();
+    let labels = if head.images.holds("label") { "with pixel-exact labels" } else { "without labels" };
+    let maps: Vec<&str> = MAPS.into_iter().filter(|map| head.images.holds(map)).collect();
     match &maps[..] {
         [] => format!(", {labels}."),
         [map] => format!(": {map} as a line-laser profiler measures it, {labels}."),

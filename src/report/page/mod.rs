@@ -1,4 +1,4 @@
-//! The page: sections in the order in which an engineer asks. All text is escaped where it is put in; styles and the
+//! HTML page of the report: sections in the order in which an engineer needs them. All text is escaped where it is put in; styles and the
 //! script are files of their own.
 
 mod classes;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
-use super::elements::{data_url, keeps_image};
+use super::elements::data_url;
 use super::format::{name, number};
 use super::svg;
 use crate::report::palette::frame_png;
@@ -19,7 +19,7 @@ pub(super) fn section(facts: &PageData) -> Markup {
         } @else {
             p {
                 "One exposure of each of " (facts.exposures.len()) " samples, made again from recipe, seed and index "
-                @if keeps_image(facts.head, "label") { "through the part with most to see: " } @else { "through the middle: " }
+                @if facts.head.images.holds("label") { "through the part with most to see: " } @else { "through the middle: " }
                 "the square root of digital numbers, the line that extraction finds, and below it the heights that it stands for."
             }
             div.frames { @for (sample, exposure) in &facts.exposures { (frame(facts, *sample, exposure)) } }

@@ -1,4 +1,4 @@
-//! SVG drawings: histograms, bars of colour, polylines.
+//! SVG drawings: histograms, colour scales, axis ticks.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::format::number;
 use crate::report::histogram::{Histogram, HistogramAxis};
-use crate::report::palette::ColourMap;
+use crate::report::palette::{ColourMap, hex};
 
 /// Size of a histogram's drawing, and of its bars.
 const HISTOGRAM_WIDTH: f64 = 200.0;
@@ -81,10 +81,6 @@ pub(super) fn scale(ramp: ColourMap, low: f64, high: f64, unit: &str) -> Markup 
             }
         }
     }
-}
-
-fn hex([r, g, b]: [u8; 3]) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 /// Round numbers from `low` to `high`, three to six of them.

@@ -14,7 +14,7 @@
 //! P / (2 h tan(Phi/2)) width (D/2)^2 cos(phi) cos(theta) / r^2 T t QE lambda / (h c).
 //! ```
 //!
-//! The closed forms stand in [`super::closed_forms`].
+//! The closed forms stand in `closed_forms`.
 
 use std::f64::consts::PI;
 
@@ -41,7 +41,7 @@ use crate::transport::answer::Estimate;
 
 /// Heights of the plate [mm].
 const HEIGHTS_MM: [f64; 9] = [-50.0, -35.0, -20.0, -5.0, 10.0, 25.0, 40.0, 55.0, 70.0];
-/// Heights at which light is told too [mm].
+/// Indices of the heights whose light the table shows.
 const LIT_HEIGHTS: [usize; 3] = [2, 4, 6];
 /// Exposures averaged for a line, and columns of the plate.
 const EXPOSURES: usize = 8;
@@ -74,28 +74,28 @@ struct LaserRepeat {
 /// The mean line at a height.
 struct MeasuredLine {
     /// Rows per mm [px/mm].
-    pub rows_per_mm: f64,
+    rows_per_mm: f64,
     /// Where its Gaussian has its middle [px].
-    pub centre: f64,
+    centre: f64,
     /// Top of its Gaussian [e-].
-    pub peak: f64,
+    peak: f64,
     /// Light of each row of the window [e-].
-    pub line: Vec<f64>,
+    line: Vec<f64>,
 }
 
 /// What the picture shows.
 struct LaserPlots {
-    pub bench: Bench,
-    pub width: Vec<Estimate>,
+    bench: Bench,
+    width: Vec<Estimate>,
     /// x, light and expected light, by default and with a narrow fan [mm, e-, e-].
-    pub along: [Vec<(f64, Estimate, f64)>; 2],
+    along: [Vec<(f64, Estimate, f64)>; 2],
     /// The line at one height after another.
-    pub beam: Vec<MeasuredLine>,
+    beam: Vec<MeasuredLine>,
     /// Waist, its height, M^2.
-    pub beam_fit: [Estimate; 3],
+    beam_fit: [Estimate; 3],
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
@@ -184,7 +184,7 @@ fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> LaserRepeat {
     LaserRepeat { width, light, along, budgets: budgets().into_iter().enumerate().map(budget).collect() }
 }
 
-/// The line on the white plane, exposed for a time that the sensor bears and told for the time of the scene [e-].
+/// The line on the white plane, exposed without saturation and scaled to the exposure time of the scene [e-].
 fn white_line(scene: Scene, tiles: &PatternCache) -> Vec<Vec<f64>> {
     let mut short = scene.clone();
     expose_to_peak(&mut short, &bare(), tiles, BARE_PROFILE, PEAK_DN);
@@ -194,7 +194,7 @@ fn white_line(scene: Scene, tiles: &PatternCache) -> Vec<Vec<f64>> {
     line
 }
 
-/// Mean light of a column of the metal plate at height `z`, whose facets shine less to the sides [e-].
+/// Mean light of a column of the metal plate at height `z`; its facets reflect less to the sides [e-].
 fn metal_electrons(bench: &Bench, z: f64) -> f64 {
     let (sin, cos) = libm::sincos(bench.camera.tilt_deg.to_radians());
     let size = Size { columns: COLUMNS, rows: 1, profiles: 1 };

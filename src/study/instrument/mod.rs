@@ -6,30 +6,30 @@
 //! - [`laser`]: width of the line over height, evenness along it, electrons a column
 //!
 //! Each is done some independent times, with noise, fixed pattern and speckle drawn anew. A figure is the mean over these
-//! repeats, its standard error comes from their spread, and Student's t says whether theory is so far away that chance
-//! cannot be blamed; what counts as far is divided by the number of figures of the table (Bonferroni).
+//! repeats, its standard error comes from their spread, and Student's t tests whether it
+//! differs from theory; the significance level is divided by the number of figures of the table (Bonferroni).
 
-pub mod centroid;
-pub mod closed_forms;
+mod centroid;
+mod closed_forms;
 pub mod laser;
 mod layout;
 pub mod sensor;
-pub mod significance;
+mod significance;
 pub mod speckle;
-pub mod speckle_theory;
+mod speckle_theory;
 mod targets;
 pub mod triangulation;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{StudyEvent, StudyProgress};
+use super::{StudyEvent, StudyProgress, document_head};
 use crate::transport::answer::Estimate;
 
-/// Chance that some figure of a table is called off although all of them are right.
+/// Probability that any figure of a table is marked although all of them are right.
 pub const ALPHA: f64 = 0.01;
 
-/// Repeats unless told otherwise.
+/// Default number of repeats.
 pub const REPEATS: u64 = 16;
 
 /// How often a study is done.
@@ -44,18 +44,18 @@ pub struct Trials {
 /// A measured number beside the expected one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What it is, with its unit.
+    /// Name, with the unit.
     pub name: String,
     /// Mean over repeats and its standard error.
     pub measured: Estimate,
-    /// What theory says.
+    /// Value of the theory.
     pub theory: f64,
-    /// Chance of being so far away or farther if theory is right [1].
+    /// Probability of a difference at least as large if theory is right [1].
     pub p_value: f64,
 }
 
 impl Figure {
-    /// From what each repeat has found.
+    /// From the values of the repeats.
     pub fn of(name: &str, repeats: &[f64], theory: f64) -> Self {
         let measured = Estimate::of(repeats.iter().copied());
         let mut figure = Self { name: name.to_owned(), measured, theory, p_value: 1.0 };
@@ -69,13 +69,13 @@ impl Figure {
         Self { name: name.to_owned(), measured, theory: 0.0, p_value: significance::kolmogorov(distance, n as f64) }
     }
 
-    /// Measured less expected in standard errors.
+    /// Difference from theory in standard errors.
     pub fn z(&self) -> f64 {
         let off = self.measured.value - self.theory;
         if off == 0.0 { 0.0 } else { off / self.measured.error }
     }
 
-    /// Whether chance alone may have made the difference, in a table of `many` figures.
+    /// Whether the difference is insignificant in a table of `many` figures.
     pub fn holds(&self, many: usize) -> bool {
         self.p_value >= ALPHA / many as f64
     }
@@ -137,17 +137,14 @@ fn document(study: &str, trials: Trials, figures: &[Figure]) -> Value {
             "chance": figure.p_value, "holds": figure.holds(figures.len()),
         })
     };
-    json!({
-        "schema_version": 1,
-        "program": format!("gen {}", env!("CARGO_PKG_VERSION")),
-        "study": study,
-        "trials": { "repeats": trials.repeats, "seed": trials.seed },
-        "alpha": ALPHA,
-        "figures": figures.iter().map(each).collect::<Vec<_>>(),
-    })
+    let mut document = document_head(study);
+    document["trials"] = json!({ "repeats": trials.repeats, "seed": trials.seed });
+    document["alpha"] = json!(ALPHA);
+    document["figures"] = figures.iter().map(each).collect();
+    document
 }
 
-/// Does `one` for every repeat, and tells who watches.
+/// Runs `one` for every repeat and reports each.
 fn repeat_trials<T: Send>(trials: Trials, progress: StudyProgress, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let done = |repeat| {
         let found = one(repeat);

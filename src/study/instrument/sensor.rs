@@ -56,7 +56,7 @@ struct DarkFrames {
     /// Variance of row means times columns over the variance of a pixel [1].
     ratio: f64,
     /// Power along the rows by frequency, 0 to 1/2 a pixel [DN^2].
-    pub spectrum: Vec<f64>,
+    spectrum: Vec<f64>,
 }
 
 /// What one repeat measures.
@@ -69,21 +69,21 @@ struct SensorRepeat {
 
 /// What the picture shows.
 struct SensorPlots {
-    pub scene: Scene,
+    scene: Scene,
     /// Electrons, mean and variance at each level [e-, DN, DN^2].
-    pub levels: Vec<(f64, Estimate, Estimate)>,
+    levels: Vec<(f64, Estimate, Estimate)>,
     /// Expected mean and variance by electrons [e-, DN, DN^2].
-    pub expected: Vec<[f64; 3]>,
-    pub gain: Estimate,
+    expected: Vec<[f64; 3]>,
+    gain: Estimate,
     /// Mean spectra with and without rows that stand out [DN^2].
-    pub spectra: [Vec<f64>; 2],
+    spectra: [Vec<f64>; 2],
     /// A dark frame with rows, and one without; `[rows, PATCH_COLUMNS]`.
-    pub frames: [Vec<u16>; 2],
+    frames: [Vec<u16>; 2],
     /// With one slope and with two.
-    pub modes: Vec<SlopeMode>,
+    modes: Vec<SlopeMode>,
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let patch = full_well_patch(&tiles);
@@ -101,8 +101,8 @@ pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
 
 /// The patch: a scene whose exposure time fills the pixels, and electrons of the patch then [e-].
 struct FullWellPatch {
-    pub scene: Scene,
-    pub electrons: f64,
+    scene: Scene,
+    electrons: f64,
 }
 
 fn full_well_patch(tiles: &PatternCache) -> FullWellPatch {
@@ -300,11 +300,11 @@ const SLOPE_LIGHT: [f64; 2] = [0.03, 20.0];
 
 /// Photon transfer of one mode.
 struct SlopeMode {
-    pub hdr: Hdr,
+    hdr: Hdr,
     /// Light [full wells], mean over dark [DN], variance in time [DN^2] at each level, as measured.
-    pub measured: Vec<[f64; 3]>,
+    measured: Vec<[f64; 3]>,
     /// The same by theory, up to the light that fills a pixel.
-    pub expected: Vec<[f64; 3]>,
+    expected: Vec<[f64; 3]>,
 }
 
 /// Every mode.

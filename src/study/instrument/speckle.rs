@@ -1,5 +1,5 @@
 //! Speckle: contrast, intensity law, correlation, movement and boiling of the pattern in frames and patterns of the
-//! simulator, against the theory of [`super::speckle_theory`].
+//! simulator, against the theory of `speckle_theory`.
 //!
 //! - Contrast in frames of an evenly lit white plane without noise, for eight pixels from 1.2 to 12 um.
 //! - The law of one pixel, read off the pattern itself ([`PatternCache`]) at pixels far enough apart to be independent: distance of
@@ -57,7 +57,7 @@ const STRENGTHS: [f64; 2] = [0.5, 1.0];
 /// Waists of the lines whose centre is measured [mm].
 const WAISTS_MM: [f64; 3] = [0.05, 0.1, 0.2];
 
-/// What has to be known.
+/// Notes below the table.
 const NOTES: [&str; 1] =
     ["Mean and contrast of a pattern are its own; grains in steps of 3 %, contrast carried over by Goodman's ratio."];
 
@@ -81,26 +81,26 @@ struct SpeckleRepeat {
 
 /// What the picture shows.
 struct SpecklePlots {
-    pub contrast: Vec<Estimate>,
-    pub lags: [Vec<Estimate>; 2],
+    contrast: Vec<Estimate>,
+    lags: [Vec<Estimate>; 2],
     /// Lag less movement, correlation, and number of profiles apart [px, 1].
-    pub profiles: Vec<(f64, Estimate, usize)>,
-    pub laws: Vec<(Vec<f64>, IntensityLaw)>,
-    /// Spread of the line's centre by waist and strength, what the sum over rows says of it, and the line's own width [px].
-    pub centre: Vec<Vec<Estimate>>,
-    pub sum: Vec<Vec<f64>>,
-    pub line_px: Vec<f64>,
-    pub own: PixelCorrelation,
-    pub grain_um: f64,
+    profiles: Vec<(f64, Estimate, usize)>,
+    laws: Vec<(Vec<f64>, IntensityLaw)>,
+    /// Spread of the line's centre by waist and strength, its value to first order, and the line's own width [px].
+    centre: Vec<Vec<Estimate>>,
+    sum: Vec<Vec<f64>>,
+    line_px: Vec<f64>,
+    own: PixelCorrelation,
+    grain_um: f64,
     /// The pattern of the sensor's own pixels and that of 1.2 um, [rows, TILE] from fine rows a pixel apart [1].
-    pub patterns: [Vec<f64>; 2],
+    patterns: [Vec<f64>; 2],
     /// Patterns apart in Bergmann's stack, and correlation [1].
-    pub boil: Vec<(f64, Estimate)>,
+    boil: Vec<(f64, Estimate)>,
     /// Number of profiles, what is left of the pattern after them, and what theory says [1].
-    pub left: Vec<(usize, Estimate, f64)>,
+    left: Vec<(usize, Estimate, f64)>,
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one));
     let (figures, plots) = figures(trials, &repeats);
@@ -378,7 +378,7 @@ fn middle_line(scene: &Scene, tiles: &PatternCache) -> Vec<f64> {
     (0..ROWS).map(|k| gain(scene) * light[k * TILE + TILE / 2]).collect()
 }
 
-/// What the sum over rows says of the centre's variance; without contrast that of rounding, in rows that have light [px^2].
+/// Variance of the line's centre to first order; without contrast that of rounding, in rows that have light [px^2].
 fn sum_of_line(scene: &Scene, contrast: f64, tiles: &PatternCache) -> f64 {
     let line = middle_line(scene, tiles);
     let correlation = PixelCorrelation::of(grain_px(&scene.bench));
@@ -410,7 +410,7 @@ struct StackRepeat {
     /// Light of mean 1 in independent points [1].
     points: Vec<f64>,
     /// Correlation by [`STACK_STEPS`] [1].
-    pub alike: Vec<f64>,
+    alike: Vec<f64>,
 }
 
 /// Distance between pupils u steps apart, in diameters.

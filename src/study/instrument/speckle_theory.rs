@@ -46,11 +46,11 @@ pub fn pupils(bench: &Bench, step_mm: f64) -> f64 {
     step_mm * (camera.distance_mm * bend + cos * cos) / cos / (camera.focal_length_mm / camera.f_number)
 }
 
-/// What is left of a pattern in pixels when the pupil has moved by `s` diameters along the rows, summed over all
+/// Correlation of a pattern in pixels with itself after the pupil has moved by `s` diameters along the rows, summed over all
 /// lags along the rows [1].
 ///
-/// What both pupils have in common sends out the frequencies of its pairs of cells; of a sum over rows pairs side by side
-/// are left, each weighed with what a pixel's width leaves of it.
+/// The common part of both pupils contains the frequencies of its pairs of cells. A sum over rows keeps pairs side by side,
+/// each weighted by the transfer function of a pixel's width.
 pub fn boiled(grain: f64, s: f64) -> f64 {
     const CELLS: usize = 400;
     let cell = 1.0 / (CELLS as f64 * grain);
@@ -127,7 +127,7 @@ fn covariance(grain: f64, lag: f64) -> f64 {
     sum * step * step
 }
 
-/// The law of the light in one pixel of mean 1.
+/// Probability distribution of the light in one pixel, of mean 1.
 #[derive(Debug, Clone)]
 pub struct IntensityLaw {
     /// Shares of the independent exponential parts [1].

@@ -1,36 +1,26 @@
 //! Flat targets under the bench at its nominal values, and exposures of them by the simulator's own light and sensor.
 
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium, Parameter, Stream};
+use procedural::{Body, Gloss, Medium, Stream};
 
 use super::Trials;
 use crate::frame::Frame;
 use crate::optics::speckle::PatternCache;
 use crate::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
-use crate::parameters::{
-    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-};
+use crate::parameters::Bench;
 use crate::pipeline;
 use crate::recipe::{Recipe, Scene};
 
 /// First profile that looks at nothing but the conveyor where the target is [`bare`].
 pub(super) const BARE_PROFILE: usize = 64;
-/// A metal plate: facets alone, so that light comes back from where it hits.
+/// Gloss of the metal plate: facets alone, so that light leaves where it entered.
 const METAL: Gloss = Gloss { share: 1.0, reflectance: 0.5, roughness: [0.45; 2], matte: 0.0 };
 
 /// Every number of the bench at its declared default, over a scene with the extraction of the small recipe.
 pub(super) fn scene(stream: Stream, columns: usize, profiles: usize) -> Scene {
     let recipe = Recipe::parse("wood-small.yaml", include_str!("../../../recipes/wood-small.yaml"));
     let mut scene = recipe.expect("the recipe that is built in loads").draw(0, 0);
-    let default = &mut |p: &'static Parameter| p.default;
-    scene.bench = Bench {
-        motion: MotionParameters::from_values(default),
-        laser: LaserParameters::from_values(default),
-        camera: CameraParameters::from_values(default),
-        exposure: ExposureParameters::from_values(default),
-        speckle: SpeckleParameters::from_values(default),
-        optics: crate::settings::Optics::default(),
-    };
+    scene.bench = Bench::default();
     (scene.size.columns, scene.size.profiles, scene.stream) = (columns, profiles, stream);
     scene
 }
@@ -59,14 +49,14 @@ pub(super) fn metal_radiance_factor(light: glam::Vec3, view: glam::Vec3) -> f64 
     f64::from(crate::transport::fresnel::gloss(&METAL, glam::Vec3::Z, light, view))
 }
 
-/// A speck of a plate: from profile [`BARE_PROFILE`] on there is the conveyor alone, an even white Lambertian plane at z = 0 where
-/// its reflectance is 1.
+/// A plate so small that from profile [`BARE_PROFILE`] on only the conveyor is seen, a white
+/// Lambertian plane at z = 0 where its reflectance is 1.
 pub(super) fn bare() -> Body {
     let medium = Medium::opaque(Gloss::NONE);
     Body::Flat(Flat { height_mm: 0.01, slope_x: 0.0, slope_y: 0.0, width_mm: 1.0, length_mm: 1.0, medium })
 }
 
-/// No speckle; and where the sensor is to be quiet, no photon noise, no row noise and the least read noise.
+/// Switches photon noise and row noise off and sets the least read noise.
 pub(super) fn quiet(scene: &mut Scene) {
     let exposure = &mut scene.bench.exposure;
     exposure.shot_noise = 0.0;
@@ -87,7 +77,7 @@ pub(super) struct TargetView {
 }
 
 impl TargetView {
-    /// At `profiles` of a scene with a target under its bench.
+    /// View of `profiles` of a scene with a target under its bench.
     pub(super) fn new(scene: &Scene, body: Body, tiles: &PatternCache, profiles: std::ops::Range<usize>) -> Self {
         let (sensor, specimen) = pipeline::set_up(scene, body, tiles);
         let band = sensor.band(&specimen, profiles, Band::default());
@@ -134,7 +124,7 @@ impl TargetView {
         whole
     }
 
-    /// The whole sensor in a profile, `[rows, columns]`, row-major [DN].
+    /// The full sensor frame of a profile, `[rows, columns]`, row-major [DN].
     pub(super) fn sensor_frame(&self, profile: usize) -> Vec<u16> {
         self.sensor.full_frame(&self.band, profile)
     }

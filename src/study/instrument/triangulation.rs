@@ -11,7 +11,8 @@
 //! S = sum I_k, s the noise in time without light, C and r contrast and correlation of speckle, the last term the rounding
 //! to a sixteenth of a row. Height of a row and width of a column are held to the projection of docs/instrument.md:
 //! row = c - v Yc / Zc / cos(beta) / pixel and x = (col - c) pixel (d - f - z cos a) / f, which are written out here once more.
-//! A last plate is seen in the corner of the field of a bent lens on a sensor that stands as no rule has it.
+//! A last plate is seen in the corner of the field of a bent lens on a sensor whose tilt
+//! breaks the Scheimpflug rule.
 //! The fixed pattern of rows shifts a whole level plate; it is drawn anew in every repeat and stands in the errors.
 
 use glam::DVec2;
@@ -77,23 +78,23 @@ struct TriangulationRepeat {
 
 /// What the picture shows.
 struct TriangulationPlots {
-    pub bench: Bench,
+    bench: Bench,
     /// Mean error by slope and height [um].
-    pub error: Vec<Vec<Estimate>>,
+    error: Vec<Vec<Estimate>>,
     /// Spread of it [um].
-    pub spread: Vec<Vec<Estimate>>,
+    spread: Vec<Vec<Estimate>>,
     /// Expected spread on level plates [um].
-    pub expected: Vec<f64>,
-    /// Spread on ceramic at the shown heights, and what is expected [um].
-    pub ceramic: Vec<(Estimate, f64)>,
+    expected: Vec<f64>,
+    /// Spread on ceramic at the shown heights, and its theory [um].
+    ceramic: Vec<(Estimate, f64)>,
     /// Height of a row between neighbouring heights and width of a column at each height [um].
-    pub row_um: Vec<(f64, Estimate)>,
-    pub column_um: Vec<(f64, Estimate)>,
+    row_um: Vec<(f64, Estimate)>,
+    column_um: Vec<(f64, Estimate)>,
     /// Range less truth on ceramic with speckle, `[profiles, columns]` [um].
-    pub map: (usize, Vec<f64>),
+    map: (usize, Vec<f64>),
 }
 
-/// Makes the study.
+/// Runs the study.
 pub fn study(trials: Trials, progress: StudyProgress) -> StudyReport {
     let tiles = PatternCache::new(trials.seed);
     let repeats = repeat_trials(trials, progress, |one| measure(trials, one, &tiles));
@@ -119,8 +120,23 @@ fn set(own: procedural::Stream, body: &Body, speckle: bool, tiles: &PatternCache
     scene
 }
 
+/// The plane that a target is.
+#[derive(Clone, Copy)]
+struct TiltedPlane {
+    /// Height at the origin [mm].
+    height_mm: f64,
+    /// Slopes along the line and along the motion [1].
+    slope: DVec2,
+}
+
+impl TiltedPlane {
+    fn level(height_mm: f64) -> Self {
+        Self { height_mm, slope: DVec2::ZERO }
+    }
+}
+
 /// Range less truth away from the front edge, `[profiles, columns]` [um].
-fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: (f64, DVec2)) -> (Vec<f64>, f64) {
+fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: TiltedPlane) -> (Vec<f64>, f64) {
     let record = pipeline::render_body(scene, body, tiles, &|_| ());
     let (bench, middle) = (&scene.bench, 0.5 * (COLUMNS as f64 - 1.0));
     let (mut errors, mut over, mut under) = (Vec::new(), 0.0, 0.0);
@@ -130,8 +146,8 @@ fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: (
             // z = h + slope x, x = (col - c) (w0 + w1 z): both are straight.
             let u = column as f64 - middle;
             let (w0, step) = (column_width(bench, 0.0), column_width(bench, 0.0) - column_width(bench, 1.0));
-            let start = plane.0 + plane.1.y * y;
-            let truth = (start + plane.1.x * u * w0) / (1.0 + plane.1.x * u * step);
+            let start = plane.height_mm + plane.slope.y * y;
+            let truth = (start + plane.slope.x * u * w0) / (1.0 + plane.slope.x * u * step);
             let range = f64::from(record.maps.range[profile * COLUMNS + column]);
             errors.push(1000.0 * (range - truth));
             over += (range - start) * (truth - start);
@@ -141,7 +157,7 @@ fn errors(scene: &Scene, body: Body, edge: usize, tiles: &PatternCache, plane: (
     (errors, if under > 0.0 { over / under } else { 1.0 })
 }
 
-fn told(scene: &Scene, body: Body, tiles: &PatternCache, plane: (f64, DVec2)) -> PlateError {
+fn plate_error(scene: &Scene, body: Body, tiles: &PatternCache, plane: TiltedPlane) -> PlateError {
     let (errors, scale) = errors(scene, body, scene.size.profiles - PROFILES, tiles, plane);
     let (error, variance) = mean_and_variance(errors.iter().copied());
     PlateError { error, spread: variance.sqrt(), scale }
@@ -155,12 +171,12 @@ fn measure(trials: Trials, one: u64, tiles: &PatternCache) -> TriangulationRepea
         let (x, y) = SLOPES[slope];
         let body = plate(HEIGHTS_MM[i] as f32, x as f32, y as f32);
         let scene = set(own.child("metal").index((slope * HEIGHTS_MM.len() + i) as u64), &body, false, tiles);
-        told(&scene, body, tiles, (HEIGHTS_MM[i], DVec2::new(x, y)))
+        plate_error(&scene, body, tiles, TiltedPlane { height_mm: HEIGHTS_MM[i], slope: DVec2::new(x, y) })
     };
     let white = |i: usize| {
         let body = ceramic(HEIGHTS_MM[i] as f32);
         let scene = set(own.child("ceramic").index(i as u64), &body, true, &patterns);
-        told(&scene, body, &patterns, (HEIGHTS_MM[i], DVec2::ZERO))
+        plate_error(&scene, body, &patterns, TiltedPlane::level(HEIGHTS_MM[i]))
     };
     let row = |i: usize| {
         let body = plate(HEIGHTS_MM[i] as f32, 0.0, 0.0);
@@ -184,7 +200,7 @@ fn bent(own: procedural::Stream, tiles: &PatternCache) -> f64 {
     (camera.sensor_tilt_deg, camera.focus_distance_mm) = (7.0, 405.0);
     (optics.scheimpflug, optics.offset_columns) = (Scheimpflug::Given, 1100.0);
     expose_to_peak(&mut scene, &body, tiles, EDGE_PROFILES + PROFILES / 2, PEAK_DN);
-    told(&scene, body, tiles, (HEIGHTS_MM[TABLE_HEIGHTS[1]], DVec2::ZERO)).error
+    plate_error(&scene, body, tiles, TiltedPlane::level(HEIGHTS_MM[TABLE_HEIGHTS[1]])).error
 }
 
 /// Rows that the line's centre of gravity lies above the sensor's middle, mean over columns of some exposures [px].
@@ -303,7 +319,7 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
             .map(|i| (0.5 * (HEIGHTS_MM[i] + HEIGHTS_MM[i + 1]), estimate(&pitch(i))))
             .collect(),
         column_um: (0..HEIGHTS_MM.len()).map(|i| (HEIGHTS_MM[i], estimate(&width(i)))).collect(),
-        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE_PROFILES, tiles, (23.0, DVec2::ZERO)).0),
+        map: (COLUMNS, errors(&map_scene, body, CERAMIC_EDGE_PROFILES, tiles, TiltedPlane::level(23.0)).0),
     };
     (figures, plots)
 }

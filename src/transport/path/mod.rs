@@ -9,6 +9,7 @@
 //! straight to the lens, times what gets through. It needs dispersed fibres; parallel ones (dispersion 0) send light
 //! to a point with probability zero.
 
+mod bilinear_patch;
 mod body;
 mod foil;
 pub mod line_response;
@@ -27,7 +28,7 @@ use rayon::prelude::*;
 pub use self::line_response::line_response;
 use self::plane_layers::{StackGeometry, StackObserver};
 use self::stack_observer::StackCounts;
-use self::tracker::Photon;
+use self::tracker::{Geometry, Photon};
 use super::answer::{Answer, Question};
 use super::fresnel::fresnel_dielectric;
 use super::phase::disc;
@@ -72,7 +73,7 @@ pub fn solve(stack: &Stack, question: &Question, effort: Effort) -> Answer {
 
 /// As [`solve`]; tells `watch` after each batch how many photons it was.
 pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: &(dyn Fn(u64) + Sync)) -> Answer {
-    let walk = StackGeometry::new(stack, LONGEST_MM);
+    let geometry = StackGeometry::new(stack, LONGEST_MM);
     let each = effort.each();
     let counts: Vec<StackCounts> = (0..BATCHES)
         .into_par_iter()
@@ -80,12 +81,12 @@ pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: 
             let stream = Stream::root(effort.seed).child("transport").child("path").index(batch);
             // Streams of their own: the width of the line changes no walk.
             let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
-            let mut count = StackCounts::new(&walk, stack, question);
+            let mut count = StackCounts::new(&geometry, stack, question);
             for _ in 0..each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
                 count.begin(thrown, &mut line);
                 let photon = coated(photon, stack.layers[0].coat, &mut count);
-                walk.follow(photon, &mut count, &mut rng);
+                geometry.track(photon, &mut count, &mut rng);
             }
             watch(each);
             count

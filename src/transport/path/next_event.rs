@@ -41,21 +41,21 @@ impl LensEstimator {
     /// A lens far away in direction `view`: above, or below the last layer where `view.z < 0`.
     ///
     /// `None` where planes inside reflect: they send light to the lens along paths that no collision looks along.
-    pub(super) fn new(walk: &StackGeometry, view: DVec3) -> Option<Self> {
+    pub(super) fn new(geometry: &StackGeometry, view: DVec3) -> Option<Self> {
         let up = view.z > 0.0;
-        if walk.mirrors_inside(up) {
+        if geometry.mirrors_inside(up) {
             return None;
         }
-        let outside = match walk.below {
-            _ if up => walk.above,
+        let outside = match geometry.below {
+            _ if up => geometry.above,
             Substrate::Index(below) => below,
             Substrate::Foil(_) => return None,
         };
         let (mut index, mut through) = (outside, 1.0);
         let mut outs: Vec<LensPath> = Vec::new();
-        let count = walk.layers.len();
+        let count = geometry.layers.len();
         for passed in 0..count {
-            let layer = &walk.layers[if up { passed } else { count - 1 - passed }];
+            let layer = &geometry.layers[if up { passed } else { count - 1 - passed }];
             let n = layer.layer.n;
             let ratio = outside / n;
             let (x, y) = (view.x * ratio, view.y * ratio);

@@ -1,16 +1,14 @@
-//! Plane layers as photons meet them.
+//! Geometry of plane layers for the photon tracker.
 //!
 //! Free paths are exponential in the extinction of the current direction. Fibres, whose extinction depends on the drawn
-//! axis, use delta tracking (Woodcock 1965): collisions are drawn with sigma_i + sigma_c + mu_a and a share is null.
-//! Absorption takes its share of the weight at each collision; below 1e-3 a photon dies or gains by chance, and
-//! what that gives or takes is booked as absorbed, so energy closes exactly. At planes where the index changes,
-//! Fresnel's law decides by chance between reflection and refraction.
+//! axis, use delta tracking (Woodcock 1965): collisions are drawn with sigma_i + sigma_c + mu_a and a share is null. At
+//! planes where the index changes Fresnel's law decides, at foil its facets. Whoever asks what the lens sees observes the
+//! collisions ([`StackObserver::collide`]).
 
 use glam::DVec3;
 use rand::Rng;
 
-use super::tracker::{Photon, ROULETTE_WEIGHT};
-use crate::transport::fresnel::fresnel_dielectric;
+use super::tracker::{Fate, FlightEnd, Geometry, Photon, RouletteOrder, transmitted};
 use crate::transport::phase::{dispersed, fibre_collision, frame, henyey_greenstein, uniform};
 use crate::transport::stack::{Layer, Scattering, Stack, Substrate};
 
@@ -24,7 +22,7 @@ pub trait StackObserver {
     fn leave(&mut self, photon: &Photon);
 }
 
-/// A layer with what its walk needs.
+/// A layer with what photons need of it.
 #[derive(Debug, Clone, Copy)]
 pub struct PreparedLayer {
     /// The layer as declared.
@@ -37,7 +35,7 @@ pub struct PreparedLayer {
     pub across: (DVec3, DVec3),
 }
 
-/// Layers ready to be walked.
+/// Plane layers, prepared for photons.
 #[derive(Debug, Clone)]
 pub struct StackGeometry {
     /// The layers, first one on top.
@@ -76,54 +74,73 @@ impl StackGeometry {
         let first = self.layers.first().is_some_and(|first| index(first) != self.above);
         (if up { last } else { first }) || self.layers.windows(2).any(|pair| index(&pair[0]) != index(&pair[1]))
     }
+}
 
-    /// Follows a photon from where it is until it leaves, dies or has gone too far.
-    pub fn follow(&self, mut photon: Photon, observer: &mut impl StackObserver, rng: &mut impl Rng) {
-        loop {
-            let here = &self.layers[photon.layer];
-            let extinction = here.extinction(photon.direction);
-            let free = if extinction > 0.0 { -libm::log(uniform(rng)) / extinction } else { f64::INFINITY };
-            let edge = if photon.direction.z > 0.0 { here.top } else { here.bottom };
-            let wall =
-                if photon.direction.z == 0.0 { f64::INFINITY } else { (edge - photon.position.z) / photon.direction.z };
-            let step = free.min(wall.max(0.0));
-            photon.path += step;
-            if photon.path > self.longest || step.is_infinite() {
-                observer.absorb(photon.layer, photon.weight);
-                return;
-            }
-            photon.position += photon.direction * step;
-            if free < wall {
-                observer.collide(&photon, here, rng);
-                let lost = photon.weight * here.layer.mu_a / extinction;
-                observer.absorb(photon.layer, lost);
-                photon.weight -= lost;
-                here.scatter(&mut photon, rng);
-                if photon.weight < ROULETTE_WEIGHT {
-                    observer.absorb(photon.layer, photon.russian_roulette(rng));
-                    if photon.weight == 0.0 {
-                        return;
-                    }
-                }
-            } else {
-                photon.position.z = edge;
-                if self.cross(&mut photon, observer, rng) {
-                    observer.leave(&photon);
-                    return;
-                }
-                if photon.weight < ROULETTE_WEIGHT {
-                    observer.absorb(photon.layer, photon.russian_roulette(rng));
-                    if photon.weight == 0.0 {
-                        return;
-                    }
-                }
-            }
+impl<O: StackObserver> Geometry<O> for StackGeometry {
+    type State = Photon;
+    /// A layer, and its extinction in the photon's direction.
+    type Medium<'g> = (&'g PreparedLayer, f64);
+    type Surface = ();
+    const ROULETTE_ORDER: RouletteOrder = RouletteOrder::AfterScattering;
+
+    #[inline(always)]
+    fn fly(&self, photon: &mut Photon, rng: &mut impl Rng) -> FlightEnd<(&PreparedLayer, f64), ()> {
+        let here = &self.layers[photon.layer];
+        let extinction = here.extinction(photon.direction);
+        let free = if extinction > 0.0 { -libm::log(uniform(rng)) / extinction } else { f64::INFINITY };
+        let edge = if photon.direction.z > 0.0 { here.top } else { here.bottom };
+        let wall =
+            if photon.direction.z == 0.0 { f64::INFINITY } else { (edge - photon.position.z) / photon.direction.z };
+        let step = free.min(wall.max(0.0));
+        photon.path += step;
+        if photon.path > self.longest || step.is_infinite() {
+            return FlightEnd::End(Fate::Absorbed);
         }
+        photon.position += photon.direction * step;
+        if free < wall {
+            return FlightEnd::Collision((here, extinction));
+        }
+        photon.position.z = edge;
+        FlightEnd::Surface(())
     }
 
+    #[inline(always)]
+    fn next_event(&self, photon: &Photon, (layer, _): (&PreparedLayer, f64), observer: &mut O, rng: &mut impl Rng) {
+        observer.collide(photon, layer, rng);
+    }
+
+    #[inline(always)]
+    fn absorbed(&self, photon: &Photon, (here, extinction): (&PreparedLayer, f64)) -> f64 {
+        photon.weight * here.layer.mu_a / extinction
+    }
+
+    #[inline(always)]
+    fn scatter(&self, photon: &mut Photon, (here, _): (&PreparedLayer, f64), rng: &mut impl Rng) {
+        here.scatter(photon, rng);
+    }
+
+    #[inline(always)]
+    fn cross(&self, photon: &mut Photon, (): (), observer: &mut O, rng: &mut impl Rng) -> Option<Fate> {
+        if self.cross_plane(photon, observer, rng) {
+            return Some(Fate::Left);
+        }
+        self.roulette(photon, observer, rng);
+        None
+    }
+
+    #[inline(always)]
+    fn book(&self, photon: &Photon, fate: Fate, weight: f64, observer: &mut O) {
+        match fate {
+            Fate::Absorbed | Fate::Lost => observer.absorb(photon.layer, weight),
+            Fate::Left | Fate::Dropped => observer.leave(photon),
+        }
+    }
+}
+
+impl StackGeometry {
     /// Takes a photon on a plane through it or back; whether it has left all layers.
     #[inline]
-    fn cross(&self, photon: &mut Photon, observer: &mut impl StackObserver, rng: &mut impl Rng) -> bool {
+    fn cross_plane(&self, photon: &mut Photon, observer: &mut impl StackObserver, rng: &mut impl Rng) -> bool {
         let up = photon.direction.z > 0.0;
         let beyond = if up { photon.layer.checked_sub(1) } else { Some(photon.layer + 1) };
         let beyond = beyond.filter(|&layer| layer < self.layers.len());
@@ -143,11 +160,10 @@ impl StackGeometry {
         };
         let other = beyond.map_or(outside, |layer| self.layers[layer].layer.n);
         if n != other {
-            let (reflectance, cosine) = fresnel_dielectric(n, other, photon.direction.z.abs());
-            if uniform(rng) <= reflectance {
+            let Some(cosine) = transmitted(n, other, photon.direction.z.abs(), rng) else {
                 photon.direction.z = -photon.direction.z;
                 return false;
-            }
+            };
             let ratio = n / other;
             photon.direction =
                 DVec3::new(photon.direction.x * ratio, photon.direction.y * ratio, cosine.copysign(photon.direction.z));

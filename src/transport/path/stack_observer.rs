@@ -45,11 +45,11 @@ pub(super) struct StackCounts {
 }
 
 impl StackCounts {
-    pub(super) fn new(walk: &StackGeometry, stack: &Stack, question: &Question) -> Self {
+    pub(super) fn new(geometry: &StackGeometry, stack: &Stack, question: &Question) -> Self {
         let (rows, cells) = (question.rows as i64, question.cells as i64);
         let side = if cells > 0 { 2 * question.cells + 1 } else { 0 };
         Self {
-            lens: LensEstimator::new(walk, question.view),
+            lens: LensEstimator::new(geometry, question.view),
             view: question.view,
             inside: libm::cos(CONE_HALF_ANGLE),
             ring: ring(stack, question),
@@ -63,7 +63,7 @@ impl StackCounts {
             reflected: 0.0,
             transmitted: 0.0,
             unscattered: 0.0,
-            absorbed: vec![0.0; walk.layers.len()],
+            absorbed: vec![0.0; geometry.layers.len()],
             towards: 0.0,
             cone: 0.0,
             up: vec![0.0; question.angles],

@@ -2,27 +2,17 @@
 
 use std::sync::OnceLock;
 
-use procedural::{Body, Medium, Parameter, flat::Flat};
+use procedural::{Body, Medium, flat::Flat};
 use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Sensor};
-use sheetlight::parameters::{
-    Bench, CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters,
-};
+use sheetlight::parameters::Bench;
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
 use sheetlight::record::Record;
 
 /// Every number of the bench at its declared default.
 pub fn nominal() -> Bench {
-    let default = &mut |p: &'static Parameter| p.default;
-    Bench {
-        motion: MotionParameters::from_values(default),
-        laser: LaserParameters::from_values(default),
-        camera: CameraParameters::from_values(default),
-        exposure: ExposureParameters::from_values(default),
-        speckle: SpeckleParameters::from_values(default),
-        optics: sheetlight::settings::Optics::default(),
-    }
+    Bench::default()
 }
 
 /// A scene of the nominal bench, 256 columns in the middle of the sensor.

@@ -12,6 +12,7 @@
 use glam::DVec3;
 use procedural::body::Slice;
 
+use super::super::bilinear_patch::BilinearPatch;
 use crate::transport::line::LineSource;
 
 /// Cells are as near to this size as divides the body evenly [mm].
@@ -47,7 +48,7 @@ pub(super) struct HeightField {
 
 /// What ended a direction, and its length [mm].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum FlightEnd {
+pub(super) enum RayEnd {
     /// The visitor.
     Taken(f64),
     /// The surface of this cell.
@@ -96,7 +97,7 @@ impl HeightField {
         }
         heights.top = heights.height.iter().copied().fold(0.0, f64::max);
         for cell in 0..nx * ny {
-            heights.floor.push(heights.corners(cell % nx, cell / nx).into_iter().fold(f64::INFINITY, f64::min));
+            heights.floor.push(heights.patch(cell % nx, cell / nx).0.into_iter().fold(f64::INFINITY, f64::min));
         }
         heights.summarise(&slopes);
         let cuts = (0..ny).map(|j| line.body.slice((y + (j as f64 + 0.5) * py) as f32)).collect();
@@ -131,11 +132,11 @@ impl HeightField {
         }
     }
 
-    /// Heights of a cell's nodes: at its low corner, along x, along y, opposite [mm].
+    /// The surface of a cell.
     #[inline(always)]
-    fn corners(&self, i: usize, j: usize) -> [f64; 4] {
+    fn patch(&self, i: usize, j: usize) -> BilinearPatch {
         let (at, row) = (j * (self.cells[0] + 1) + i, self.cells[0] + 1);
-        [self.height[at], self.height[at + 1], self.height[at + row], self.height[at + row + 1]]
+        BilinearPatch([self.height[at], self.height[at + 1], self.height[at + row], self.height[at + row + 1]])
     }
 
     /// The cell that holds a point; the nearest one outside the region.
@@ -176,8 +177,7 @@ impl HeightField {
         }
         let (i, j) = (local.x as usize, local.y as usize);
         let (u, v) = (local.x - i as f64, local.y - j as f64);
-        let [h, x, y, xy] = self.corners(i, j);
-        let height = h + (x - h) * u + (y - h) * v + (h + xy - x - y) * u * v;
+        let height = self.patch(i, j).height(u, v);
         (height > 0.0).then_some(height)
     }
 
@@ -185,9 +185,7 @@ impl HeightField {
     pub fn normal(&self, cell: CellIndex, position: DVec3) -> DVec3 {
         let local = (position - self.low) / self.pitch;
         let (u, v) = (local.x - cell[0] as f64, local.y - cell[1] as f64);
-        let [h, x, y, xy] = self.corners(cell[0], cell[1]);
-        let twist = h + xy - x - y;
-        DVec3::new(-((x - h) + twist * v) / self.pitch.x, -((y - h) + twist * u) / self.pitch.y, 1.0).normalize()
+        self.patch(cell[0], cell[1]).normal(u, v, self.pitch.truncate())
     }
 
     /// Follows a ray from `position`, `inside` the body or through the air, until it meets the surface, ends, or `visit`
@@ -199,7 +197,7 @@ impl HeightField {
         direction: DVec3,
         inside: bool,
         mut visit: impl FnMut(CellIndex, f64) -> Option<f64>,
-    ) -> FlightEnd {
+    ) -> RayEnd {
         let start = position - self.low;
         let local = start / self.pitch;
         // Rounding down without a call.
@@ -214,12 +212,12 @@ impl HeightField {
         let mut gone = 0.0;
         loop {
             if cell[2] < 0 {
-                return FlightEnd::Ground(gone);
+                return RayEnd::Ground(gone);
             }
             let height = start.z + direction.z * gone;
             let out = |axis: usize| cell[axis] < 0 || cell[axis] >= self.cells[axis] as i64;
             if out(0) || out(1) || (!inside && direction.z >= 0.0 && height > self.top) {
-                return FlightEnd::Beyond(gone);
+                return RayEnd::Beyond(gone);
             }
             let axis =
                 if next[0] < next[1] { 2 * usize::from(next[2] < next[0]) } else { 1 + usize::from(next[2] < next[1]) };
@@ -229,44 +227,22 @@ impl HeightField {
             let floor = self.floor[here[1] * self.cells[0] + here[0]];
             let mut met = false;
             if height.max(start.z + direction.z * end) >= floor {
-                let hit = self.crossing(here, start + direction * gone, direction, inside);
+                let from = start + direction * gone;
+                let (u, v) = (from.x / self.pitch.x - here[0] as f64, from.y / self.pitch.y - here[1] as f64);
+                let side = if inside { 1.0 } else { -1.0 };
+                let hit = self.patch(here[0], here[1]).crossing([u, v, from.z], direction, self.pitch.truncate(), side);
                 met = hit <= length;
                 length = length.min(hit);
             }
             if inside && let Some(taken) = visit(here, length) {
-                return FlightEnd::Taken(gone + taken);
+                return RayEnd::Taken(gone + taken);
             }
             if met {
-                return FlightEnd::Surface(gone + length, here);
+                return RayEnd::Surface(gone + length, here);
             }
             gone = end;
             cell[axis] += 2 * ahead(axis) - 1;
             next[axis] += step[axis];
         }
-    }
-
-    /// Length from `start` (against the first node) to where a direction leaves the body in this cell, or enters it from
-    /// outside; infinite if it does not [mm].
-    #[inline]
-    fn crossing(&self, cell: CellIndex, start: DVec3, direction: DVec3, inside: bool) -> f64 {
-        let [h, x, y, xy] = self.corners(cell[0], cell[1]);
-        let (u, v) = (start.x / self.pitch.x - cell[0] as f64, start.y / self.pitch.y - cell[1] as f64);
-        let (du, dv) = (direction.x / self.pitch.x, direction.y / self.pitch.y);
-        let (rise_x, rise_y, twist) = (x - h, y - h, h + xy - x - y);
-        // Height over the surface along the direction: a t^2 + b t + c; it rises through 0 where light leaves.
-        let side = if inside { 1.0 } else { -1.0 };
-        let a = side * -twist * du * dv;
-        let b = side * (direction.z - rise_x * du - rise_y * dv - twist * (u * dv + v * du));
-        let c = side * (start.z - h - rise_x * u - rise_y * v - twist * u * v);
-        if c >= 0.0 && b > 0.0 {
-            // On the surface, or beyond it by rounding.
-            return 0.0;
-        }
-        let d = b * b - 4.0 * a * c;
-        if d < 0.0 {
-            return f64::INFINITY;
-        }
-        let root = if b > 0.0 { -2.0 * c / (b + d.sqrt()) } else { (d.sqrt() - b) / (2.0 * a) };
-        if root >= 0.0 { root } else { f64::INFINITY }
     }
 }

@@ -35,11 +35,11 @@ use glam::DVec3;
 use procedural::Medium;
 use rand::Rng;
 
-use self::height_field::{CellIndex, FlightEnd, HeightField};
+use self::height_field::{CellIndex, HeightField, RayEnd};
 use self::medium_cache::{MediumCache, axis, extinction};
 use super::LONGEST_MM;
 use super::next_event::mean_sine;
-use super::tracker::{Fate, LineObserver, Photon, ROULETTE_WEIGHT, Target};
+use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
 use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::line::LineSource;
 use crate::transport::phase::{cylinder_towards, dispersed, fibre_collision, frame, uniform};
@@ -66,13 +66,145 @@ pub(super) struct BodyGeometry<'a> {
     sines: MeanSineTable,
 }
 
+/// A photon in a body, or in the air about it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BodyPhoton {
+    photon: Photon,
+    /// Whether it is in the air.
+    outside: bool,
+    /// Surfaces that it has met.
+    meetings: u32,
+}
+
+impl AsMut<Photon> for BodyPhoton {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut Photon {
+        &mut self.photon
+    }
+}
+
+/// A surface of a body.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum BodySurface {
+    /// Its relief, in this cell.
+    Top(CellIndex),
+    /// Its bottom, on the conveyor.
+    Bottom,
+}
+
+impl<O: LineObserver> Geometry<O> for BodyGeometry<'_> {
+    type State = BodyPhoton;
+    type Medium<'g>
+        = (&'g Medium, CellIndex)
+    where
+        Self: 'g;
+    type Surface = BodySurface;
+    const ROULETTE_ORDER: RouletteOrder = RouletteOrder::AfterScattering;
+
+    #[inline(always)]
+    fn fly(&self, state: &mut BodyPhoton, rng: &mut impl Rng) -> FlightEnd<(&Medium, CellIndex), BodySurface> {
+        if state.outside {
+            return self.fly_outside(state);
+        }
+        let photon = &mut state.photon;
+        let mut depth = -libm::log(uniform(rng));
+        let mut medium = None;
+        let end = self.media.heights().march(photon.position, photon.direction, true, |cell, length| {
+            let here = self.media.at(cell);
+            let (extinction, passed) = (extinction(here), extinction(here) * length);
+            if passed < depth {
+                depth -= passed;
+                return None;
+            }
+            medium = Some((here, cell));
+            Some(if extinction > 0.0 { depth / extinction } else { 0.0 })
+        });
+        let (RayEnd::Taken(length) | RayEnd::Surface(length, _) | RayEnd::Ground(length) | RayEnd::Beyond(length)) =
+            end;
+        photon.position += photon.direction * length;
+        photon.path += length;
+        if photon.path > LONGEST_MM || state.meetings > MAX_MEETINGS {
+            return FlightEnd::End(Fate::Lost);
+        }
+        match (end, medium) {
+            (RayEnd::Taken(_), Some(medium)) => FlightEnd::Collision(medium),
+            (RayEnd::Surface(_, cell), _) => {
+                state.meetings += 1;
+                FlightEnd::Surface(BodySurface::Top(cell))
+            }
+            (RayEnd::Ground(_), _) => {
+                state.meetings += 1;
+                // Back into the lowest cells by the sign of its direction, whatever rounding did to the height.
+                photon.position.z = 0.0;
+                FlightEnd::Surface(BodySurface::Bottom)
+            }
+            (RayEnd::Taken(_), None) | (RayEnd::Beyond(_), _) => FlightEnd::End(Fate::Lost),
+        }
+    }
+
+    #[inline(always)]
+    fn next_event(
+        &self,
+        state: &BodyPhoton,
+        (medium, cell): (&Medium, CellIndex),
+        observer: &mut O,
+        rng: &mut impl Rng,
+    ) {
+        self.show_lens(&state.photon, medium, cell, observer, rng);
+    }
+
+    #[inline(always)]
+    fn absorbed(&self, photon: &Photon, (medium, _): (&Medium, CellIndex)) -> f64 {
+        photon.weight * f64::from(medium.mu_a) / extinction(medium)
+    }
+
+    #[inline(always)]
+    fn scatter(&self, photon: &mut Photon, (medium, _): (&Medium, CellIndex), rng: &mut impl Rng) {
+        let axis = axis(medium);
+        let fibre = |rng: &mut _| dispersed(axis, frame(axis), WOOD_DISPERSION, rng);
+        let (sigma_i, k) = (f64::from(medium.sigma_i), f64::from(medium.k));
+        if sigma_i + k > 0.0 {
+            let collision = fibre_collision(photon.direction, sigma_i, k, rng, fibre);
+            photon.scatter_by(collision, CylinderPhase::Cauchy(0.0), rng);
+        }
+    }
+
+    fn cross(&self, state: &mut BodyPhoton, surface: BodySurface, _: &mut O, rng: &mut impl Rng) -> Option<Fate> {
+        let photon = &mut state.photon;
+        let outward = match surface {
+            BodySurface::Top(cell) => self.media.heights().normal(cell, photon.position),
+            BodySurface::Bottom => DVec3::NEG_Z,
+        };
+        let index = self.index(photon.position);
+        let (ahead, n, other) = if state.outside { (-outward, 1.0, index) } else { (outward, index, 1.0) };
+        let mu = photon.direction.dot(ahead).clamp(0.0, 1.0);
+        match transmitted(n, other, mu, rng) {
+            Some(cosine) => {
+                // In this order both ways round as their ratio does: one of the indices is 1.
+                photon.direction = refracted(photon.direction * n / other, ahead, n * mu / other, cosine);
+                state.outside = !state.outside;
+            }
+            None => photon.reflect(ahead, mu),
+        }
+        match surface {
+            BodySurface::Bottom if state.outside => Some(Fate::Dropped),
+            BodySurface::Bottom | BodySurface::Top(_) => None,
+        }
+    }
+
+    #[inline(always)]
+    fn book(&self, _: &Photon, fate: Fate, weight: f64, observer: &mut O) {
+        observer.book(fate, weight);
+    }
+}
+
 impl Target for BodyGeometry<'_> {
     fn illuminate(&self, x: f64, y: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
         match self.media.heights().above(DVec3::new(x, y, 0.0)) {
             Some(z) => {
                 let (position, direction) = (DVec3::new(x, y, z), DVec3::NEG_Z);
                 let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
-                self.follow(photon, observer, rng);
+                self.track(BodyPhoton { photon, outside: false, meetings: 0 }, observer, rng);
             }
             None => observer.book(Fate::Lost, 1.0),
         }
@@ -86,128 +218,33 @@ impl<'a> BodyGeometry<'a> {
         Self { media: MediumCache::new(heights, cuts), view: line.view, sines: MeanSineTable::new() }
     }
 
-    /// Follows a photon inside until it is gone.
-    pub fn follow(&self, mut photon: Photon, observer: &mut impl LineObserver, rng: &mut impl Rng) {
-        let mut meetings = 0;
-        loop {
-            let mut depth = -libm::log(uniform(rng));
-            let mut medium = None;
-            let stop = self.media.heights().march(photon.position, photon.direction, true, |cell, length| {
-                let here = self.media.at(cell);
-                let (extinction, passed) = (extinction(here), extinction(here) * length);
-                if passed < depth {
-                    depth -= passed;
-                    return None;
-                }
-                medium = Some((here, cell));
-                Some(if extinction > 0.0 { depth / extinction } else { 0.0 })
-            });
-            let (FlightEnd::Taken(length)
-            | FlightEnd::Surface(length, _)
-            | FlightEnd::Ground(length)
-            | FlightEnd::Beyond(length)) = stop;
-            photon.position += photon.direction * length;
-            photon.path += length;
-            if photon.path > LONGEST_MM || meetings > MAX_MEETINGS {
-                return observer.book(Fate::Lost, photon.weight);
-            }
-            match (stop, medium) {
-                (FlightEnd::Taken(_), Some((medium, cell))) => {
-                    self.collide(&mut photon, medium, cell, observer, rng);
-                    if photon.weight == 0.0 {
-                        return;
-                    }
-                }
-                (FlightEnd::Surface(_, cell), _) => {
-                    meetings += 1;
-                    let normal = self.media.heights().normal(cell, photon.position);
-                    if self.emerge(&mut photon, normal, rng)
-                        && let Some(fate) = self.fly(&mut photon, &mut meetings, rng)
-                    {
-                        return observer.book(fate, photon.weight);
-                    }
-                }
-                (FlightEnd::Ground(_), _) => {
-                    meetings += 1;
-                    // Back into the lowest cells by the sign of its direction, whatever rounding did to the height.
-                    photon.position.z = 0.0;
-                    if self.emerge(&mut photon, DVec3::NEG_Z, rng) {
-                        return observer.book(Fate::Dropped, photon.weight);
-                    }
-                }
-                _ => return observer.book(Fate::Lost, photon.weight),
-            }
-        }
+    /// Refractive index of the body at its surface [1].
+    fn index(&self, position: DVec3) -> f64 {
+        f64::from(self.media.at(self.media.heights().cell(position)).n_eff)
     }
 
-    fn collide(
-        &self,
-        photon: &mut Photon,
-        medium: &Medium,
-        cell: CellIndex,
-        observer: &mut impl LineObserver,
-        rng: &mut impl Rng,
-    ) {
-        self.next_event(photon, medium, cell, observer, rng);
-        let lost = photon.weight * f64::from(medium.mu_a) / extinction(medium);
-        observer.book(Fate::Absorbed, lost);
-        photon.weight -= lost;
-        let axis = axis(medium);
-        let fibre = |rng: &mut _| dispersed(axis, frame(axis), WOOD_DISPERSION, rng);
-        let (sigma_i, k) = (f64::from(medium.sigma_i), f64::from(medium.k));
-        if sigma_i + k > 0.0 {
-            let collision = fibre_collision(photon.direction, sigma_i, k, rng, fibre);
-            photon.scatter_by(collision, CylinderPhase::Cauchy(0.0), rng);
+    /// A flight through the air.
+    fn fly_outside(&self, state: &mut BodyPhoton) -> FlightEnd<(&Medium, CellIndex), BodySurface> {
+        let photon = &mut state.photon;
+        if state.meetings > MAX_MEETINGS {
+            return FlightEnd::End(Fate::Lost);
         }
-        if photon.weight < ROULETTE_WEIGHT {
-            observer.book(Fate::Absorbed, photon.russian_roulette(rng));
-        }
-    }
-
-    /// Takes a photon on the surface out of the body or back into it; whether it is out.
-    fn emerge(&self, photon: &mut Photon, normal: DVec3, rng: &mut impl Rng) -> bool {
-        let n = f64::from(self.media.at(self.media.heights().cell(photon.position)).n_eff);
-        let mu = photon.direction.dot(normal).clamp(0.0, 1.0);
-        let (reflectance, cosine) = fresnel_dielectric(n, 1.0, mu);
-        let out = uniform(rng) > reflectance;
-        photon.direction = if out {
-            photon.direction * n + normal * (cosine - n * mu)
-        } else {
-            photon.direction - normal * (2.0 * mu)
-        };
-        photon.direction = photon.direction.normalize();
-        out
-    }
-
-    /// Takes a photon through the air; where it went, or `None` once it is inside again.
-    fn fly(&self, photon: &mut Photon, meetings: &mut u32, rng: &mut impl Rng) -> Option<Fate> {
-        while *meetings <= MAX_MEETINGS {
-            match self.media.heights().march(photon.position, photon.direction, false, |_, _| None) {
-                FlightEnd::Surface(length, cell) => {
-                    *meetings += 1;
-                    photon.position += photon.direction * length;
-                    let n = f64::from(self.media.at(self.media.heights().cell(photon.position)).n_eff);
-                    let normal = self.media.heights().normal(cell, photon.position);
-                    let mu = (-photon.direction.dot(normal)).clamp(0.0, 1.0);
-                    let (reflectance, cosine) = fresnel_dielectric(1.0, n, mu);
-                    if uniform(rng) > reflectance {
-                        photon.direction = (photon.direction / n + normal * (mu / n - cosine)).normalize();
-                        return None;
-                    }
-                    photon.direction = (photon.direction + normal * (2.0 * mu)).normalize();
-                }
-                FlightEnd::Ground(_) => return Some(Fate::Dropped),
-                // Beside the body the region ends; what sinks there meets the conveyor farther off.
-                FlightEnd::Beyond(_) | FlightEnd::Taken(_) if photon.direction.z < 0.0 => return Some(Fate::Dropped),
-                FlightEnd::Beyond(_) | FlightEnd::Taken(_) => return Some(Fate::Left),
+        match self.media.heights().march(photon.position, photon.direction, false, |_, _| None) {
+            RayEnd::Surface(length, cell) => {
+                state.meetings += 1;
+                photon.position += photon.direction * length;
+                FlightEnd::Surface(BodySurface::Top(cell))
             }
+            RayEnd::Ground(_) => FlightEnd::End(Fate::Dropped),
+            // Beside the body the region ends; what sinks there meets the conveyor farther off.
+            RayEnd::Beyond(_) | RayEnd::Taken(_) if photon.direction.z < 0.0 => FlightEnd::End(Fate::Dropped),
+            RayEnd::Beyond(_) | RayEnd::Taken(_) => FlightEnd::End(Fate::Left),
         }
-        Some(Fate::Lost)
     }
 
     /// Next-event estimate: shows the lens what a collision sends towards it.
     #[inline(never)]
-    fn next_event(
+    fn show_lens(
         &self,
         photon: &Photon,
         medium: &Medium,
@@ -258,7 +295,7 @@ impl<'a> BodyGeometry<'a> {
             }
             None
         });
-        let FlightEnd::Surface(length, cell) = stop else { return };
+        let RayEnd::Surface(length, cell) = stop else { return };
         let position = photon.position + direction * length;
         let upright = heights.normal(cell, position).z;
         if upright * upright * (1.0 + WALL_SLOPE * WALL_SLOPE) < 1.0 || self.hidden(position, cell) {
@@ -272,7 +309,7 @@ impl<'a> BodyGeometry<'a> {
     fn hidden(&self, position: DVec3, cell: CellIndex) -> bool {
         let heights = self.media.heights();
         heights.around(cell) > position.z + HIDES_MM
-            && !matches!(heights.march(position, self.view, false, |_, _| None), FlightEnd::Beyond(_))
+            && !matches!(heights.march(position, self.view, false, |_, _| None), RayEnd::Beyond(_))
     }
 }
 

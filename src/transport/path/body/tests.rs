@@ -6,7 +6,7 @@ use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Gloss, Medium};
 
 use super::super::line_response::{EnergyBalance, line_response_with_balance};
-use super::height_field::{FlightEnd, HeightField};
+use super::height_field::{HeightField, RayEnd};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::line::{LineResponse, LineSource};
 use crate::transport::path::{Effort, solve};
@@ -286,13 +286,11 @@ fn no_way_jumps_a_crack() {
         let direction = DVec3::new(cos, sin, 0.0);
         let start = DVec3::new(-4.0, 30.0 + 0.011 * f64::from(i), 12.5);
         let stop = heights.march(start, direction, true, |_, _| None);
-        let FlightEnd::Surface(length, cell) = stop else { panic!("no wall: {stop:?}") };
+        let RayEnd::Surface(length, cell) = stop else { panic!("no wall: {stop:?}") };
         let wall = start + direction * length;
         assert!((wall.x + 0.15).abs() < 0.051, "wall met at {wall}");
         assert!(heights.normal(cell, wall).x > 0.99);
-        let FlightEnd::Surface(gap, _) = heights.march(wall, direction, false, |_, _| None) else {
-            panic!("no far wall")
-        };
+        let RayEnd::Surface(gap, _) = heights.march(wall, direction, false, |_, _| None) else { panic!("no far wall") };
         assert!((wall.x + direction.x * gap - 0.15).abs() < 0.051);
     }
 }

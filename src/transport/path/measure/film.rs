@@ -14,7 +14,7 @@ use procedural::Stream;
 use rayon::prelude::*;
 
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
-use super::super::tracker::Photon;
+use super::super::tracker::{Geometry, Photon};
 use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::kernel::film_stack::table::{EXIT_BINS, NODE, SEALED, TABLE_FREQUENCIES, transmission_scale};
 use crate::transport::phase::disc;
@@ -132,7 +132,7 @@ pub fn measure(
     if light == FilmIllumination::Sealed {
         stack.below = Substrate::Foil(SEALED);
     }
-    let walk = StackGeometry::new(&stack, f64::INFINITY);
+    let geometry = StackGeometry::new(&stack, f64::INFINITY);
     let each = photons.div_ceil(BATCHES);
     let batches: Vec<Vec<FilmResponse>> = (0..BATCHES)
         .into_par_iter()
@@ -151,7 +151,7 @@ pub fn measure(
                 sums.turned = false;
                 let position = DVec3::ZERO;
                 let photon = Photon { position, direction, weight, layer: 0, path: 0.0, turned: 0, guided: 0 };
-                walk.follow(photon, &mut sums, &mut rng);
+                geometry.track(photon, &mut sums, &mut rng);
             }
             sums.responses
         })

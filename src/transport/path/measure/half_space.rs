@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::next_event::LensEstimator;
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
-use super::super::tracker::Photon;
+use super::super::tracker::{Geometry, Photon};
 use crate::transport::kernel::diffusion;
 use crate::transport::kernel::table::{BINS, CONE, FIRST_PATH, LANES, NODE, PATH_RATIO, VIEWS};
 use crate::transport::kernel::view::View;
@@ -125,7 +125,7 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
     let (sigma_i, sigma_c) = (of.rho, 1.0 - of.rho);
     let fibres =
         Scattering::Fibres { sigma_i, sigma_c, turn: CylinderPhase::Cauchy(0.0), axis, dispersion: WOOD_DISPERSION };
-    let walk = StackGeometry::new(
+    let geometry = StackGeometry::new(
         &Stack::half_space(of.n, 0.0, fibres),
         FIRST_PATH * libm::pow(PATH_RATIO, WALKED_BINS as f64),
     );
@@ -134,7 +134,7 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
         .flat_map(|tilt| AZIMUTHS_DEG.iter().map(move |azimuth| (tilt.to_radians(), azimuth.to_radians())))
         .filter_map(|(tilt, azimuth)| {
             let ((up, flat), (x, y)) = (libm::sincos(tilt), libm::sincos(azimuth));
-            LensEstimator::new(&walk, DVec3::new(up * x, up * y, flat))
+            LensEstimator::new(&geometry, DVec3::new(up * x, up * y, flat))
         })
         .collect();
     let key = Stream::root(seed).child("paths");
@@ -149,7 +149,7 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
             for _ in 0..each {
                 let (position, direction) = (DVec3::ZERO, DVec3::NEG_Z);
                 let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
-                walk.follow(photon, &mut counter, &mut rng);
+                geometry.track(photon, &mut counter, &mut rng);
             }
             counter.sums
         })

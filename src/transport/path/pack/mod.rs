@@ -51,9 +51,9 @@ use rand::Rng;
 
 use self::clearance::Clearance;
 use self::microfacets::Microfacets;
-use self::shape::{Face, FilmMatter, PackFlightEnd, PackShape, Region};
+use self::shape::{Face, FilmMatter, PackRayEnd, PackShape, Region};
 use super::LONGEST_MM;
-use super::tracker::{Fate, LineObserver, Photon, ROULETTE_WEIGHT, Target};
+use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
 use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::line::LineSource;
 use crate::transport::phase::{henyey_greenstein, henyey_greenstein_density, isotropic, uniform};
@@ -83,16 +83,135 @@ pub(super) struct PackGeometry {
     windows: Vec<Option<RefractedView>>,
 }
 
-/// A photon with what it is worth to the lens.
+/// A photon in a pack, with what it is worth to the lens.
 #[derive(Debug, Clone, Copy)]
-struct PackPhoton {
-    pub photon: Photon,
+pub(super) struct PackPhoton {
+    photon: Photon,
     /// Light that the lens sees per intensity towards it [sr].
-    pub scale: f64,
-    /// PackCell that it is in, or was last.
-    pub cell: usize,
+    scale: f64,
+    /// Where it is.
+    region: Region,
+    /// Cell that it is in, or was last.
+    cell: usize,
+    /// The solid that it has just left or been thrown back by; convex, it is not met again on a straight line.
+    left: Option<usize>,
     /// Clearance about it in a solid.
-    pub clearance: Clearance,
+    clearance: Clearance,
+    /// Surfaces that it has met.
+    meetings: u32,
+}
+
+impl AsMut<Photon> for PackPhoton {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut Photon {
+        &mut self.photon
+    }
+}
+
+/// Matter of a pack in which light collides.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PackMedium {
+    /// The film.
+    Film(FilmMatter),
+    /// The solid of this number.
+    Solid(usize),
+}
+
+/// A surface of a pack.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PackSurface {
+    /// A side of the film, or the foil, in the photon's cell.
+    Face(Face),
+    /// The solid of this number, from the air.
+    IntoSolid(usize),
+    /// The solid of this number, from inside, and its outward normal.
+    OutOfSolid(usize, DVec3),
+}
+
+impl<O: LineObserver> Geometry<O> for PackGeometry {
+    type State = PackPhoton;
+    type Medium<'g> = PackMedium;
+    type Surface = PackSurface;
+    const ROULETTE_ORDER: RouletteOrder = RouletteOrder::BeforeScattering;
+
+    #[inline(always)]
+    fn fly(&self, state: &mut PackPhoton, rng: &mut impl Rng) -> FlightEnd<PackMedium, PackSurface> {
+        loop {
+            if state.photon.path > LONGEST_MM || state.meetings > MAX_MEETINGS {
+                return FlightEnd::End(Fate::Lost);
+            }
+            let end = match state.region {
+                Region::Solid(number) => self.fly_in_solid(state, number, rng),
+                Region::Above | Region::Film | Region::Under => self.fly_in_film_or_air(state, rng),
+            };
+            if let Some(end) = end {
+                return end;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn next_event(&self, state: &PackPhoton, medium: PackMedium, observer: &mut O, rng: &mut impl Rng) {
+        match medium {
+            PackMedium::Film(slab) => self.next_event_from_film(state, &slab, observer, rng),
+            PackMedium::Solid(number) => self.next_event_from_solid(state, number, observer, rng),
+        }
+    }
+
+    #[inline(always)]
+    fn absorbed(&self, photon: &Photon, medium: PackMedium) -> f64 {
+        let share = match medium {
+            PackMedium::Film(slab) => slab.mu_a / slab.extinction(),
+            PackMedium::Solid(number) => {
+                let medium = &self.shape.solids[number].medium;
+                f64::from(medium.mu_a) / (f64::from(medium.mu_a) + f64::from(medium.sigma_i))
+            }
+        };
+        photon.weight * share
+    }
+
+    #[inline(always)]
+    fn scatter(&self, photon: &mut Photon, medium: PackMedium, rng: &mut impl Rng) {
+        photon.direction = match medium {
+            PackMedium::Film(_) => henyey_greenstein(photon.direction, PIGMENT_G, rng),
+            PackMedium::Solid(_) => isotropic(rng),
+        };
+    }
+
+    #[inline(always)]
+    fn cross(
+        &self,
+        state: &mut PackPhoton,
+        surface: PackSurface,
+        observer: &mut O,
+        rng: &mut impl Rng,
+    ) -> Option<Fate> {
+        match surface {
+            PackSurface::Face(face) => self.cross_face(state, face, observer, rng),
+            PackSurface::IntoSolid(number) => {
+                let solid = &self.shape.solids[number];
+                let normal = solid.normal(state.photon.position.as_vec3()).as_dvec3();
+                if cross_surface(&mut state.photon, -normal, 1.0, f64::from(solid.medium.n_eff), rng) {
+                    self.lose(&mut state.photon, 1.0 - f64::from(solid.medium.coat), observer, rng);
+                    state.region = Region::Solid(number);
+                }
+            }
+            PackSurface::OutOfSolid(number, normal) => {
+                let medium = &self.shape.solids[number].medium;
+                if cross_surface(&mut state.photon, normal, f64::from(medium.n_eff), 1.0, rng) {
+                    self.lose(&mut state.photon, 1.0 - f64::from(medium.coat), observer, rng);
+                    state.meetings += 1;
+                    self.leave_solid(state, number);
+                }
+            }
+        }
+        None
+    }
+
+    #[inline(always)]
+    fn book(&self, _: &Photon, fate: Fate, weight: f64, observer: &mut O) {
+        observer.book(fate, weight);
+    }
 }
 
 impl Target for PackGeometry {
@@ -101,7 +220,7 @@ impl Target for PackGeometry {
         let (length, stop) = self.shape.march(above, DVec3::NEG_Z, Region::Above, f64::INFINITY);
         let position = above - DVec3::Z * length;
         let (position, normal, n, region, cell) = match stop {
-            PackFlightEnd::Face(Face::Upper, cell) => {
+            PackRayEnd::Face(Face::Upper, cell) => {
                 let normal = self.shape.normal(cell, Face::Upper, position);
                 (position, normal, self.shape.slab(cell).n, Region::Film, cell)
             }
@@ -117,10 +236,11 @@ impl Target for PackGeometry {
                 _ => return observer.book(Fate::Lost, 1.0),
             },
         };
-        let direction = refracted(DVec3::NEG_Z, -normal, 1.0 / n, fresnel_dielectric(1.0, n, normal.z).1);
+        let direction = refracted_into(DVec3::NEG_Z, -normal, 1.0 / n, fresnel_dielectric(1.0, n, normal.z).1);
         let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
         let scale = std::f64::consts::PI / normal.dot(self.view).max(MIN_FACING);
-        self.follow(PackPhoton { photon, scale, cell, clearance: Clearance::default() }, region, observer, rng);
+        let clearance = Clearance::default();
+        self.track(PackPhoton { photon, scale, region, cell, left: None, clearance, meetings: 0 }, observer, rng);
     }
 }
 
@@ -140,142 +260,73 @@ impl PackGeometry {
         Self { shape, view, windows }
     }
 
-    /// Follows light until it is gone.
-    fn follow(&self, mut light: PackPhoton, mut region: Region, observer: &mut impl LineObserver, rng: &mut impl Rng) {
-        // The solid that light has just left or been thrown back by; convex, it is not met again on a straight line.
-        let mut left = None;
-        let mut meetings = 0;
-        while light.photon.weight > 0.0 {
-            if light.photon.path > LONGEST_MM || meetings > MAX_MEETINGS {
-                return observer.book(Fate::Lost, light.photon.weight);
-            }
-            let (position, direction) = (light.photon.position, light.photon.direction);
-            if let Region::Solid(number) = region {
-                if self.walk(&mut light, number, observer, rng) {
-                    meetings += 1;
-                    light.clearance = Clearance::default();
-                    (region, left) = (self.outside(&mut light), Some(number));
-                }
-                continue;
-            }
-            let next = if region == Region::Under { self.shape.solid(position, direction, left) } else { None };
-            let free = match region {
-                Region::Film => -libm::log(uniform(rng)) / self.shape.slab(light.cell).extinction(),
-                _ => next.map_or(f64::INFINITY, |(_, length)| length),
-            };
-            if region == Region::Film && self.shape.stays(position + direction * free, light.cell) {
-                light.photon.position += direction * free;
-                light.photon.path += free;
-                self.collide(&mut light, observer, rng);
-                continue;
-            }
-            let (length, stop) = self.shape.march(position, direction, region, free);
-            light.photon.position += direction * length;
-            match stop {
-                PackFlightEnd::Length => match next {
-                    Some((number, _)) => {
-                        meetings += 1;
-                        left = Some(number);
-                        if self.enter_solid(&mut light.photon, number, observer, rng) {
-                            region = Region::Solid(number);
-                        }
-                    }
-                    None => {
-                        light.photon.path += length;
-                        if let Some(cell) = self.shape.cell(light.photon.position) {
-                            light.cell = cell;
-                        }
-                        self.collide(&mut light, observer, rng);
-                    }
-                },
-                PackFlightEnd::Face(face, cell) => {
-                    meetings += 1;
-                    light.cell = cell;
-                    light.photon.path += length;
-                    left = None;
-                    region = self.meet(&mut light, face, region, observer, rng);
-                }
-                PackFlightEnd::Region(other) => region = other,
-                PackFlightEnd::Ground => return observer.book(Fate::Dropped, light.photon.weight),
-                PackFlightEnd::Beyond if direction.z < 0.0 => return observer.book(Fate::Dropped, light.photon.weight),
-                PackFlightEnd::Beyond => return observer.book(Fate::Left, light.photon.weight),
-                PackFlightEnd::Lost => return observer.book(Fate::Lost, light.photon.weight),
-            }
-        }
-    }
-
-    /// A collision in the film.
-    fn collide(&self, light: &mut PackPhoton, observer: &mut impl LineObserver, rng: &mut impl Rng) {
-        let slab = *self.shape.slab(light.cell);
-        self.next_event_from_film(light, &slab, observer, rng);
-        lose(&mut light.photon, slab.mu_a / slab.extinction(), observer, rng);
-        light.photon.direction = henyey_greenstein(light.photon.direction, PIGMENT_G, rng);
-    }
-
-    /// Light at a face of film or foil: the region it goes on in.
-    fn meet(
+    /// A flight in film or air to a collision, a surface or another region; `None` where the photon goes on at once.
+    #[inline(always)]
+    fn fly_in_film_or_air(
         &self,
-        light: &mut PackPhoton,
-        face: Face,
-        region: Region,
-        observer: &mut impl LineObserver,
+        state: &mut PackPhoton,
         rng: &mut impl Rng,
-    ) -> Region {
-        let (shape, photon) = (&self.shape, &mut light.photon);
-        let normal = shape.normal(light.cell, face, photon.position);
-        let sealed = face == Face::Lower && region == Region::Film && shape.cells[light.cell].sealed;
-        if face == Face::Foil || sealed {
-            let facets = Microfacets::new(shape.metal(light.cell), normal);
-            self.next_event_from_foil(light, &facets, sealed, observer, rng);
-            lose(&mut light.photon, 1.0 - facets.reflectance, observer, rng);
-            if light.photon.weight > 0.0 {
-                light.photon.direction = facets.sample(light.photon.direction, rng);
-            }
-            return region;
-        }
-        let n = shape.slab(light.cell).n;
-        // The normal on the side that light goes to.
-        let ahead = if (face == Face::Upper) == (region == Region::Film) { normal } else { -normal };
-        let beyond = match (region, face) {
-            (Region::Film, Face::Upper) => Region::Above,
-            (Region::Film, _) => Region::Under,
-            _ => Region::Film,
+    ) -> Option<FlightEnd<PackMedium, PackSurface>> {
+        let (position, direction) = (state.photon.position, state.photon.direction);
+        let region = state.region;
+        let next = if region == Region::Under { self.shape.solid(position, direction, state.left) } else { None };
+        let free = match region {
+            Region::Film => -libm::log(uniform(rng)) / self.shape.slab(state.cell).extinction(),
+            _ => next.map_or(f64::INFINITY, |(_, length)| length),
         };
-        let (from, to) = if region == Region::Film { (n, 1.0) } else { (1.0, n) };
-        if cross(photon, ahead, from, to, rng) { beyond } else { region }
-    }
-
-    /// Light in the air at a solid: whether it enters.
-    fn enter_solid(
-        &self,
-        photon: &mut Photon,
-        number: usize,
-        observer: &mut impl LineObserver,
-        rng: &mut impl Rng,
-    ) -> bool {
-        let solid = &self.shape.solids[number];
-        let normal = solid.normal(photon.position.as_vec3()).as_dvec3();
-        let enters = cross(photon, -normal, 1.0, f64::from(solid.medium.n_eff), rng);
-        if enters {
-            lose(photon, 1.0 - f64::from(solid.medium.coat), observer, rng);
+        if region == Region::Film && self.shape.stays(position + direction * free, state.cell) {
+            state.photon.position += direction * free;
+            state.photon.path += free;
+            return Some(FlightEnd::Collision(PackMedium::Film(*self.shape.slab(state.cell))));
         }
-        enters
+        let (length, end) = self.shape.march(position, direction, region, free);
+        state.photon.position += direction * length;
+        Some(match end {
+            PackRayEnd::Length => match next {
+                Some((number, _)) => {
+                    state.meetings += 1;
+                    state.left = Some(number);
+                    FlightEnd::Surface(PackSurface::IntoSolid(number))
+                }
+                None => {
+                    state.photon.path += length;
+                    if let Some(cell) = self.shape.cell(state.photon.position) {
+                        state.cell = cell;
+                    }
+                    FlightEnd::Collision(PackMedium::Film(*self.shape.slab(state.cell)))
+                }
+            },
+            PackRayEnd::Face(face, cell) => {
+                state.meetings += 1;
+                state.cell = cell;
+                state.photon.path += length;
+                state.left = None;
+                FlightEnd::Surface(PackSurface::Face(face))
+            }
+            PackRayEnd::Region(other) => {
+                state.region = other;
+                return None;
+            }
+            PackRayEnd::Ground => FlightEnd::End(Fate::Dropped),
+            PackRayEnd::Beyond if direction.z < 0.0 => FlightEnd::End(Fate::Dropped),
+            PackRayEnd::Beyond => FlightEnd::End(Fate::Left),
+            PackRayEnd::Lost => FlightEnd::End(Fate::Lost),
+        })
     }
 
-    /// One free path in a solid: whether light comes out.
-    fn walk(
+    /// A flight in a solid; `None` where rounding has put the photon out of it, which is mended.
+    #[inline(always)]
+    fn fly_in_solid(
         &self,
-        light: &mut PackPhoton,
+        state: &mut PackPhoton,
         number: usize,
-        observer: &mut impl LineObserver,
         rng: &mut impl Rng,
-    ) -> bool {
+    ) -> Option<FlightEnd<PackMedium, PackSurface>> {
         let solid = &self.shape.solids[number];
-        let medium = &solid.medium;
-        let extinction = f64::from(medium.mu_a) + f64::from(medium.sigma_i);
-        let photon = &mut light.photon;
+        let extinction = f64::from(solid.medium.mu_a) + f64::from(solid.medium.sigma_i);
+        let photon = &mut state.photon;
         let free = -libm::log(uniform(rng)) / extinction;
-        let far = if free < light.clearance.free(photon.position) {
+        let far = if free < state.clearance.free(photon.position) {
             f64::INFINITY
         } else {
             let span = solid.span(photon.position.as_vec3(), photon.direction.as_vec3());
@@ -285,31 +336,63 @@ impl PackGeometry {
         photon.path += free.min(far);
         if free < far {
             if far < f64::INFINITY {
-                light.clearance.renew(photon.position, solid, extinction);
+                state.clearance.renew(photon.position, solid, extinction);
             }
-            self.next_event_from_solid(light, number, observer, rng);
-            lose(&mut light.photon, f64::from(medium.mu_a) / extinction, observer, rng);
-            light.photon.direction = isotropic(rng);
-            return false;
+            return Some(FlightEnd::Collision(PackMedium::Solid(number)));
         }
         let normal = solid.normal(photon.position.as_vec3()).as_dvec3();
         if photon.direction.dot(normal) <= 0.0 {
-            // Rounding has put it out.
             photon.position -= normal * PUSH_INSIDE_MM;
-            return false;
+            return None;
         }
-        let out = cross(photon, normal, f64::from(medium.n_eff), 1.0, rng);
-        if out {
-            lose(photon, 1.0 - f64::from(medium.coat), observer, rng);
-        }
-        out
+        Some(FlightEnd::Surface(PackSurface::OutOfSolid(number, normal)))
     }
 
-    /// Where light is that has left a solid: a little over the film's lower side where both touch.
-    fn outside(&self, light: &mut PackPhoton) -> Region {
-        let (shape, position) = (&self.shape, &mut light.photon.position);
-        let Some(cell) = shape.cell(*position) else { return Region::Under };
-        light.cell = cell;
+    /// Light at a face of film or foil.
+    fn cross_face(&self, state: &mut PackPhoton, face: Face, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let (shape, region) = (&self.shape, state.region);
+        let normal = shape.normal(state.cell, face, state.photon.position);
+        let sealed = face == Face::Lower && region == Region::Film && shape.cells[state.cell].sealed;
+        if face == Face::Foil || sealed {
+            let facets = Microfacets::new(shape.metal(state.cell), normal);
+            self.next_event_from_foil(state, &facets, sealed, observer, rng);
+            self.lose(&mut state.photon, 1.0 - facets.reflectance, observer, rng);
+            if state.photon.weight > 0.0 {
+                state.photon.direction = facets.sample(state.photon.direction, rng);
+            }
+            return;
+        }
+        let n = shape.slab(state.cell).n;
+        // The normal on the side that light goes to.
+        let ahead = if (face == Face::Upper) == (region == Region::Film) { normal } else { -normal };
+        let beyond = match (region, face) {
+            (Region::Film, Face::Upper) => Region::Above,
+            (Region::Film, _) => Region::Under,
+            _ => Region::Film,
+        };
+        let (from, to) = if region == Region::Film { (n, 1.0) } else { (1.0, n) };
+        if cross_surface(&mut state.photon, ahead, from, to, rng) {
+            state.region = beyond;
+        }
+    }
+
+    /// Takes a share of the light away, and plays roulette with what is left.
+    fn lose(&self, photon: &mut Photon, share: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let lost = photon.weight * share;
+        observer.book(Fate::Absorbed, lost);
+        photon.weight -= lost;
+        if photon.weight > 0.0 {
+            self.roulette(photon, observer, rng);
+        }
+    }
+
+    /// Puts light that has left a solid under the film: a little over the film's lower side where both touch.
+    fn leave_solid(&self, state: &mut PackPhoton, number: usize) {
+        state.clearance = Clearance::default();
+        (state.region, state.left) = (Region::Under, Some(number));
+        let (shape, position) = (&self.shape, &mut state.photon.position);
+        let Some(cell) = shape.cell(*position) else { return };
+        state.cell = cell;
         if shape.cells[cell].film {
             let (lower, upper) =
                 (shape.height(cell, Face::Lower, *position), shape.height(cell, Face::Upper, *position));
@@ -317,36 +400,25 @@ impl PackGeometry {
                 position.z = lower;
             }
         }
-        Region::Under
     }
-}
-
-/// Takes a share of the light away, and lets chance decide about faint light.
-fn lose(photon: &mut Photon, share: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
-    let lost = photon.weight * share;
-    observer.book(Fate::Absorbed, lost);
-    photon.weight -= lost;
-    if photon.weight < ROULETTE_WEIGHT && photon.weight > 0.0 {
-        observer.book(Fate::Absorbed, photon.russian_roulette(rng));
-    }
-}
-
-/// Takes light through a surface or back: whether it is through. `ahead` is the normal on the far side.
-fn cross(photon: &mut Photon, ahead: DVec3, n: f64, other: f64, rng: &mut impl Rng) -> bool {
-    let mu = photon.direction.dot(ahead).clamp(0.0, 1.0);
-    let (reflectance, cosine) = fresnel_dielectric(n, other, mu);
-    let through = uniform(rng) > reflectance;
-    photon.direction = if through {
-        refracted(photon.direction, ahead, n / other, cosine)
-    } else {
-        (photon.direction - ahead * (2.0 * mu)).normalize()
-    };
-    through
 }
 
 /// A direction beyond a surface whose normal there is `ahead`, with this ratio of indices and cosine.
-fn refracted(direction: DVec3, ahead: DVec3, ratio: f64, cosine: f64) -> DVec3 {
-    (direction * ratio + ahead * (cosine - ratio * direction.dot(ahead))).normalize()
+fn refracted_into(direction: DVec3, ahead: DVec3, ratio: f64, cosine: f64) -> DVec3 {
+    refracted(direction * ratio, ahead, ratio * direction.dot(ahead), cosine)
+}
+
+/// Takes light through a smooth surface or back: whether it is through. `ahead` is the normal on the far side.
+fn cross_surface(photon: &mut Photon, ahead: DVec3, n: f64, other: f64, rng: &mut impl Rng) -> bool {
+    let mu = photon.direction.dot(ahead).clamp(0.0, 1.0);
+    let beyond = transmitted(n, other, mu, rng);
+    match beyond {
+        Some(cosine) => {
+            photon.direction = refracted_into(photon.direction, ahead, n / other, cosine);
+        }
+        None => photon.reflect(ahead, mu),
+    }
+    beyond.is_some()
 }
 
 /// Refraction of the view into matter: the direction inside, what gets through, and that times cos(v) / (n^2 cos(v')).
@@ -367,7 +439,7 @@ impl RefractedView {
         }
         let (thrown, cosine) = fresnel_dielectric(1.0, n, facing);
         // The view reversed goes in; the direction to the lens is opposite.
-        let direction = -refracted(-view, -normal, 1.0 / n, cosine);
+        let direction = -refracted_into(-view, -normal, 1.0 / n, cosine);
         let passed = 1.0 - thrown;
         Some(Self { direction, passed, factor: passed * facing / (n * n * cosine), cosine })
     }
@@ -421,7 +493,7 @@ impl PackGeometry {
         let intensity = towards(down) * (1.0 - window.passed);
         let Some(intensity) = followed(intensity, intensity * falls(0.5 * depth), rng) else { return };
         let (length, stop) = shape.march(photon.position, down, Region::Film, f64::INFINITY);
-        if let PackFlightEnd::Face(Face::Lower, _) = stop {
+        if let PackRayEnd::Face(Face::Lower, _) = stop {
             let position = photon.position + down * length;
             let intensity = intensity * libm::exp(-slab.extinction() * length);
             self.rise(position, window.direction, intensity, slab, light.scale, observer);
@@ -441,7 +513,7 @@ impl PackGeometry {
         let (shape, mut direction) = (&self.shape, direction);
         for correction in [true, false] {
             let (length, stop) = shape.march(position, direction, Region::Film, f64::INFINITY);
-            let PackFlightEnd::Face(Face::Upper, cell) = stop else { return };
+            let PackRayEnd::Face(Face::Upper, cell) = stop else { return };
             let end = position + direction * length;
             let normal = shape.normal(cell, Face::Upper, end);
             let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
@@ -458,7 +530,7 @@ impl PackGeometry {
 
     /// Whether nothing stands between a point above the film and the lens.
     fn visible(&self, position: DVec3) -> bool {
-        matches!(self.shape.march(position, self.view, Region::Above, f64::INFINITY).1, PackFlightEnd::Beyond)
+        matches!(self.shape.march(position, self.view, Region::Above, f64::INFINITY).1, PackRayEnd::Beyond)
     }
 
     /// What a collision in a solid sends.
@@ -562,13 +634,13 @@ impl PackGeometry {
             return;
         }
         match stop {
-            PackFlightEnd::Face(Face::Lower, cell) => {
+            PackRayEnd::Face(Face::Lower, cell) => {
                 let slab = shape.slab(cell);
                 let Some(window) = RefractedView::new(self.view, shape.normal(cell, Face::Lower, end), slab.n) else {
                     return;
                 };
                 let (length, stop) = shape.march(end, window.direction, Region::Film, f64::INFINITY);
-                let PackFlightEnd::Face(Face::Upper, cell) = stop else { return };
+                let PackRayEnd::Face(Face::Upper, cell) = stop else { return };
                 let end = end + window.direction * length;
                 if self.visible(end + shape.normal(cell, Face::Upper, end) * OFF_SURFACE_MM) {
                     let pass = libm::exp(-slab.extinction() * length);
@@ -577,8 +649,8 @@ impl PackGeometry {
                     observer.see(end, scale * intensity * unturned);
                 }
             }
-            PackFlightEnd::Region(Region::Above) if self.visible(end) => observer.see(position, scale * intensity),
-            PackFlightEnd::Beyond => observer.see(position, scale * intensity),
+            PackRayEnd::Region(Region::Above) if self.visible(end) => observer.see(position, scale * intensity),
+            PackRayEnd::Beyond => observer.see(position, scale * intensity),
             _ => {}
         }
     }

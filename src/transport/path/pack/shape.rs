@@ -15,6 +15,7 @@ use glam::{DVec2, DVec3};
 use procedural::blister::{Pack, Sheet, Solid};
 use procedural::{Gloss, Medium, Surface};
 
+use super::super::bilinear_patch::BilinearPatch;
 use super::microfacets::bottom;
 use super::moved_net::lay;
 use crate::transport::line::LineSource;
@@ -38,7 +39,7 @@ pub(super) struct PackColumn {
 
 /// The film's matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct FilmMatter {
+pub(in crate::transport::path) struct FilmMatter {
     /// Refractive index [1].
     pub n: f64,
     /// Absorption [mm^-1].
@@ -68,7 +69,7 @@ struct PackNode {
 
 /// Which height field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Face {
+pub(in crate::transport::path) enum Face {
     /// The film's upper side.
     Upper = 0,
     /// The film's lower side.
@@ -255,12 +256,12 @@ impl PackShape {
         }
     }
 
-    /// Heights of a cell's nodes: at its low corner, along x, along y, opposite [mm].
+    /// A face in a cell.
     #[inline(always)]
-    pub fn corners(&self, cell: usize, face: Face) -> [f64; 4] {
+    fn patch(&self, cell: usize, face: Face) -> BilinearPatch {
         let (row, face) = (self.size[0] + 1, face as usize);
         let at = cell / self.size[0] * row + cell % self.size[0];
-        [at, at + 1, at + row, at + row + 1].map(|node| self.nodes[node].heights[face])
+        BilinearPatch([at, at + 1, at + row, at + row + 1].map(|node| self.nodes[node].heights[face]))
     }
 
     /// The cell over or under a point, if it is in the region.
@@ -281,17 +282,15 @@ impl PackShape {
     /// Height of a face above a point of a cell [mm].
     #[inline]
     pub fn height(&self, cell: usize, face: Face, position: DVec3) -> f64 {
-        let [h, x, y, xy] = self.corners(cell, face);
         let at = self.within(cell, position);
-        h + (x - h) * at.x + (y - h) * at.y + (h + xy - x - y) * at.x * at.y
+        self.patch(cell, face).height(at.x, at.y)
     }
 
     /// Upward normal of a face above a point of a cell.
     #[inline]
     pub fn normal(&self, cell: usize, face: Face, position: DVec3) -> DVec3 {
-        let [h, x, y, xy] = self.corners(cell, face);
-        let (at, twist) = (self.within(cell, position), h + xy - x - y);
-        DVec3::new(-((x - h) + twist * at.y) / self.pitch.x, -((y - h) + twist * at.x) / self.pitch.y, 1.0).normalize()
+        let at = self.within(cell, position);
+        self.patch(cell, face).normal(at.x, at.y, self.pitch)
     }
 
     /// The film's matter in a cell.
@@ -322,7 +321,7 @@ pub(super) enum Region {
 
 /// What ends a straight direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PackFlightEnd {
+pub(super) enum PackRayEnd {
     /// Its given length.
     Length,
     /// A face in this cell.
@@ -340,7 +339,7 @@ pub(super) enum PackFlightEnd {
 impl PackShape {
     /// Follows a ray outside of solids from `position` for at most `length` [mm]: how far it goes [mm], and what ends it.
     #[inline]
-    pub fn march(&self, position: DVec3, direction: DVec3, region: Region, length: f64) -> (f64, PackFlightEnd) {
+    pub fn march(&self, position: DVec3, direction: DVec3, region: Region, length: f64) -> (f64, PackRayEnd) {
         let local = (DVec2::new(position.x, position.y) - self.low) / self.pitch;
         let mut cell = [local.x.floor() as i64, local.y.floor() as i64];
         let mut next: [f64; 2] = std::array::from_fn(|axis| match direction[axis] {
@@ -355,7 +354,7 @@ impl PackShape {
         loop {
             if (0..2).any(|axis| cell[axis] < 0 || cell[axis] >= self.size[axis] as i64) {
                 let covered = region == Region::Film || (region == Region::Under && !open && gone > 0.0);
-                return (gone, if covered { PackFlightEnd::Lost } else { PackFlightEnd::Beyond });
+                return (gone, if covered { PackRayEnd::Lost } else { PackRayEnd::Beyond });
             }
             let number = cell[1] as usize * self.size[0] + cell[0] as usize;
             let here = &self.cells[number];
@@ -366,15 +365,16 @@ impl PackShape {
             let (low, high) = (start.z.min(far), start.z.max(far));
             let mut stop = (end - gone, None);
             let mut meet = |face: Face, side: f64| {
-                let length = self.crossing(number, face, start, direction, side);
+                let at = self.within(number, start);
+                let length = self.patch(number, face).crossing([at.x, at.y, start.z], direction, self.pitch, side);
                 if length <= stop.0 {
-                    stop = (length, Some(PackFlightEnd::Face(face, number)));
+                    stop = (length, Some(PackRayEnd::Face(face, number)));
                 }
             };
             match region {
                 Region::Film => {
                     if !here.film {
-                        return (gone + OVER_MM, PackFlightEnd::Region(Region::Under));
+                        return (gone + OVER_MM, PackRayEnd::Region(Region::Under));
                     }
                     if high >= here.low[0] {
                         meet(Face::Upper, 1.0);
@@ -385,10 +385,10 @@ impl PackShape {
                 }
                 Region::Above => {
                     if !here.film {
-                        return (gone + OVER_MM, PackFlightEnd::Region(Region::Under));
+                        return (gone + OVER_MM, PackRayEnd::Region(Region::Under));
                     }
                     if direction.z >= 0.0 && start.z > self.top {
-                        return (gone, PackFlightEnd::Beyond);
+                        return (gone, PackRayEnd::Beyond);
                     }
                     if low <= here.high[0] {
                         meet(Face::Upper, -1.0);
@@ -397,13 +397,13 @@ impl PackShape {
                 Region::Under | Region::Solid(_) => {
                     if here.film {
                         if open && start.z > self.height(number, Face::Upper, start) {
-                            return (gone + OVER_MM, PackFlightEnd::Region(Region::Above));
+                            return (gone + OVER_MM, PackRayEnd::Region(Region::Above));
                         }
                         if high >= here.low[1] {
                             meet(Face::Lower, 1.0);
                         }
                     } else if direction.z >= 0.0 && start.z > self.top {
-                        return (gone, PackFlightEnd::Beyond);
+                        return (gone, PackRayEnd::Beyond);
                     }
                     if here.foil {
                         if low <= here.high[2] {
@@ -412,7 +412,7 @@ impl PackShape {
                     } else if low < 0.0 && direction.z < 0.0 {
                         let down = (-start.z / direction.z).max(0.0);
                         if down <= stop.0 {
-                            stop = (down, Some(PackFlightEnd::Ground));
+                            stop = (down, Some(PackRayEnd::Ground));
                         }
                     }
                     open = !here.film;
@@ -422,7 +422,7 @@ impl PackShape {
                 return (gone + length, what);
             }
             if end >= length {
-                return (length, PackFlightEnd::Length);
+                return (length, PackRayEnd::Length);
             }
             gone = end;
             cell[axis] += if direction[axis] > 0.0 { 1 } else { -1 };
@@ -440,30 +440,6 @@ impl PackShape {
             && (end.y - here.middle.y).abs() < half.y
             && end.z > here.high[1]
             && end.z < here.low[0]
-    }
-
-    /// Length from `start` to where a direction comes above a face in this cell (`side` 1) or below it (-1); infinite if it
-    /// does not [mm].
-    #[inline]
-    fn crossing(&self, cell: usize, face: Face, start: DVec3, direction: DVec3, side: f64) -> f64 {
-        let [h, x, y, xy] = self.corners(cell, face);
-        let at = self.within(cell, start);
-        let (du, dv) = (direction.x / self.pitch.x, direction.y / self.pitch.y);
-        let (rise_x, rise_y, twist) = (x - h, y - h, h + xy - x - y);
-        // Height over the face along the direction: a t^2 + b t + c; it rises through 0 where light gets to the other side.
-        let a = side * -twist * du * dv;
-        let b = side * (direction.z - rise_x * du - rise_y * dv - twist * (at.x * dv + at.y * du));
-        let c = side * (start.z - h - rise_x * at.x - rise_y * at.y - twist * at.x * at.y);
-        if c >= 0.0 && b > 0.0 {
-            // On the face, or beyond it by rounding.
-            return 0.0;
-        }
-        let d = b * b - 4.0 * a * c;
-        if d < 0.0 {
-            return f64::INFINITY;
-        }
-        let root = if b > 0.0 { -2.0 * c / (b + d.sqrt()) } else { (d.sqrt() - b) / (2.0 * a) };
-        if root >= 0.0 { root } else { f64::INFINITY }
     }
 
     /// The next solid along a direction, but for one: its number and how far it is [mm].

@@ -1,0 +1,134 @@
+//! Windows of sensor rows around the line, for one tile of columns: the arrays that every step of an exposure works on.
+//!
+//! A tile is [`TILE`] neighbouring columns; a window is [`ROWS`] rows of each, and starts where that column's line is, so
+//! windows follow the line. Steps draw light into a window [e-]; digitising turns it into numbers.
+
+use super::speckle::TILE;
+
+/// Rows of a window around the line.
+pub const ROWS: usize = 44;
+/// Row of a window that holds the line's centre.
+pub const CENTRE: usize = 22;
+/// Rows from a window's edge within which a line's foot and its reading are cut off [px].
+const FOOT_ROWS: i32 = 16;
+/// Smallest variance of a Gaussian that is drawn [px^2].
+pub const MIN_VARIANCE: f32 = 0.05;
+
+/// Electrons of one window before noise, and where it lies.
+#[derive(Debug, Clone)]
+pub struct Window {
+    /// Light from below the surface `[ROWS][TILE]` [e-].
+    pub volume: Box<[[f32; TILE]; ROWS]>,
+    /// Light from the surface `[ROWS][TILE]` [e-].
+    pub surface: Box<[[f32; TILE]; ROWS]>,
+    /// Ambient light `[ROWS][TILE]`; empty without [e-].
+    pub ambient: Vec<[f32; TILE]>,
+    /// Sensor row of the window's first row, a column [px].
+    pub first_row: [i32; TILE],
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        let rows = || Box::new([[0.0; TILE]; ROWS]);
+        Self { volume: rows(), surface: rows(), ambient: Vec::new(), first_row: [0; TILE] }
+    }
+}
+
+impl Window {
+    /// Takes all light of the laser away.
+    #[inline(always)]
+    pub fn darken(&mut self) {
+        for k in 0..ROWS {
+            self.volume[k] = [0.0; TILE];
+            self.surface[k] = [0.0; TILE];
+        }
+    }
+}
+
+/// Signals of one window: what is read, and the part of it that makes photon noise [DN over dark].
+#[derive(Debug, Clone)]
+pub struct WindowSignal {
+    /// What is read `[ROWS][TILE]`.
+    pub level: Box<[[f32; TILE]; ROWS]>,
+    /// What of it is noisy `[ROWS][TILE]`.
+    pub noisy: Box<[[f32; TILE]; ROWS]>,
+    /// What is added to it `[ROWS][TILE]` [DN].
+    pub offset: Box<[[f32; TILE]; ROWS]>,
+}
+
+impl Default for WindowSignal {
+    fn default() -> Self {
+        let rows = || Box::new([[0.0; TILE]; ROWS]);
+        Self { level: rows(), noisy: rows(), offset: rows() }
+    }
+}
+
+/// Electrons of a tile's windows, and the buffers of its exposure.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    /// About the line that the camera will read, and about other light.
+    pub windows: [Window; 2],
+    /// How many of them hold light.
+    pub used: usize,
+    /// Columns of the tile that the sensor has.
+    pub columns: usize,
+    /// Buffer for a line in a window of its own.
+    pub spare: Window,
+    /// Buffer for signals on their way to numbers.
+    pub signal: WindowSignal,
+    /// Light of the next profile, where the object moves while it is exposed.
+    pub next: Option<Box<NextProfile>>,
+}
+
+impl Scratch {
+    /// Electrons of the laser without noise in row `k` of the first window [e-].
+    pub fn electrons(&self, k: usize, column: usize) -> f32 {
+        self.windows[0].volume[k][column] + self.windows[0].surface[k][column]
+    }
+}
+
+/// Light of a tile in the next profile, kept for that profile's own exposure.
+#[derive(Debug, Clone, Default)]
+pub struct NextProfile {
+    /// Whose light it is; `None` where nothing is kept.
+    pub key: Option<ExposureKey>,
+    /// The light.
+    pub light: Scratch,
+}
+
+/// One exposure of one tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ExposureKey {
+    /// Number of the band, which no other band of this run has.
+    pub band: u64,
+    /// Number of the profile.
+    pub profile: usize,
+    /// Number of the tile.
+    pub tile: usize,
+}
+
+/// Columns `start..` of a tile from an array over all columns, which is padded to whole tiles.
+#[inline(always)]
+pub fn load(values: &[f32], start: usize) -> &[f32; TILE] {
+    values[start..].first_chunk().expect("rows are padded to whole tiles")
+}
+
+/// First row of the window that stands about `row` [px].
+pub fn window_start(row: f32) -> i32 {
+    row.floor() as i32 - CENTRE as i32
+}
+
+/// Whether a line whose own window starts at `start` does not fit the window that starts at `first`.
+pub fn needs_own_window(start: i32, first: i32) -> bool {
+    (start - first).abs() > ROWS as i32 - CENTRE as i32 - FOOT_ROWS
+}
+
+/// `start`, moved until its window does not overlap the one that starts at `first`.
+pub fn without_overlap(start: i32, first: i32) -> i32 {
+    let rows = ROWS as i32;
+    match start - first {
+        d if d.abs() >= rows => start,
+        d if d >= 0 => first + rows,
+        _ => first - rows,
+    }
+}
