@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec3;
 
-use super::Medium;
+use super::LayeredMedium;
 use crate::transport::answer::Question;
 use crate::transport::stack::{CylinderPhase, Foil, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
 use crate::yaml::fault::Faults;
@@ -21,7 +21,7 @@ const ROUGHNESS: Range = range(1e-3, 1.0, "");
 const MAX_LAYERS: usize = 64;
 
 /// Reads `text`; every fault that is found comes back.
-pub(super) fn read(origin: &str, text: &str) -> Result<Medium, Faults> {
+pub(super) fn read(origin: &str, text: &str) -> Result<LayeredMedium, Faults> {
     let mut walk = Walk::new(text, NOUN);
     let medium = match node::parse(text, NOUN) {
         Ok(root) => medium(&mut walk, &root),
@@ -34,7 +34,7 @@ pub(super) fn read(origin: &str, text: &str) -> Result<Medium, Faults> {
     Ok(medium.expect("whatever gives no medium notes a fault"))
 }
 
-fn medium(walk: &mut Walk, root: &Node) -> Option<Medium> {
+fn medium(walk: &mut Walk, root: &Node) -> Option<LayeredMedium> {
     if !matches!(root.value, Value::Map(_)) {
         let problem = match &root.value {
             Value::Nothing => "the file is empty".to_owned(),
@@ -58,7 +58,7 @@ fn medium(walk: &mut Walk, root: &Node) -> Option<Medium> {
     top.close(walk, &["n_above", "layers", "n_below", "below", "question"], &|name| {
         LAYER_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `layers`"))
     });
-    Some(Medium { stack: Stack { above: above?, layers: layers?, below: below? }, question: question? })
+    Some(LayeredMedium { stack: Stack { above: above?, layers: layers?, below: below? }, question: question? })
 }
 
 /// What the last layer lies on: an index, or foil.
