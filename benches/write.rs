@@ -1,6 +1,6 @@
 //! What encoding costs: `cargo bench --bench write`. Times by divan; sizes are printed first, in bytes and bytes/pixel.
 //!
-//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `src/dataset/png.rs`, `exr.rs` and `size.rs`.
+//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `src/dataset/png.rs`, `exr.rs` and `shard_size.rs`.
 
 use divan::Bencher;
 use divan::counter::BytesCount;

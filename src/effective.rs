@@ -7,85 +7,190 @@ use procedural::{Gloss, Medium};
 use crate::extract;
 use crate::frame::Rig;
 use crate::optics::Sensor;
+use crate::optics::camera::Sight;
 use crate::recipe::{Plan, Scene, Subject};
 use crate::settings::ScatterDark;
 use crate::transport::fresnel::boundary_factor;
 use crate::transport::kernel::diffusion;
 
-/// Name (ending in its unit) and meaning of the numbers of the bench, which every subject has.
-const BENCH: [(&str, &str); 10] = [
-    ("magnification", "Magnification of the lens at the origin."),
-    ("scheimpflug_deg", "Tilt of the sensor; solved, it focuses the laser plane."),
-    ("height_per_row_mm", "Height that one sensor row stands for, at the sensor's middle."),
-    ("motion_per_row_mm", "Distance along the motion that one sensor row stands for, on a flat upper surface."),
-    ("line_sigma_px", "Standard deviation of the line on the upper surface, laser, lens and pixel together."),
-    ("electrons_white_e", "Electrons in one column from a white Lambertian surface at the upper surface's height."),
-    ("gain_dn_per_e", "Digital numbers per electron."),
-    ("speckle_surface", "Contrast of speckle in one pixel, light from the surface."),
-    ("speckle_volume", "Contrast of speckle in one pixel, light from below the surface."),
-    ("scatter_dark_dn", "What the dark level adds to Scatter."),
+/// One effective number of a `T`.
+struct EffectiveNumber<T> {
+    /// Its name, ending in its unit.
+    name: &'static str,
+    /// Its meaning.
+    doc: &'static str,
+    /// Its value.
+    of: fn(&T) -> f64,
+}
+
+/// A sensor over a scene, whose upper surface is seen in `sight`.
+struct SetUpScene<'a> {
+    scene: &'a Scene,
+    sensor: &'a Sensor,
+    sight: Sight,
+}
+
+/// Numbers of the bench, which every subject has.
+fn bench_numbers<'a>() -> [EffectiveNumber<SetUpScene<'a>>; 10] {
+    [
+        EffectiveNumber {
+            name: "magnification",
+            doc: "Magnification of the lens at the origin.",
+            of: |set_up| set_up.sensor.camera().rig.magnification(),
+        },
+        EffectiveNumber {
+            name: "scheimpflug_deg",
+            doc: "Tilt of the sensor; solved, it focuses the laser plane.",
+            of: |set_up| set_up.sensor.camera().rig.sensor_tilt.to_degrees(),
+        },
+        EffectiveNumber {
+            name: "height_per_row_mm",
+            doc: "Height that one sensor row stands for, at the sensor's middle.",
+            of: |set_up| {
+                let rig = &set_up.sensor.camera().rig;
+                rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5)
+            },
+        },
+        EffectiveNumber {
+            name: "motion_per_row_mm",
+            doc: "Distance along the motion that one sensor row stands for, on a flat upper surface.",
+            of: |set_up| 1.0 / f64::from(set_up.sight.rows_per_mm),
+        },
+        EffectiveNumber {
+            name: "line_sigma_px",
+            doc: "Standard deviation of the line on the upper surface, laser, lens and pixel together.",
+            of: |set_up| f64::from(set_up.sight.variance.sqrt()),
+        },
+        EffectiveNumber {
+            name: "electrons_white_e",
+            doc: "Electrons in one column from a white Lambertian surface at the upper surface's height.",
+            of: |set_up| f64::from(set_up.sight.electrons * set_up.sight.view.z),
+        },
+        EffectiveNumber {
+            name: "gain_dn_per_e",
+            doc: "Digital numbers per electron.",
+            of: |set_up| {
+                let exposure = &set_up.scene.bench.exposure;
+                set_up.scene.readout.scale() * (255.0 - exposure.dark_level_dn) / exposure.full_well_e
+            },
+        },
+        EffectiveNumber {
+            name: "speckle_surface",
+            doc: "Contrast of speckle in one pixel, light from the surface.",
+            of: |set_up| f64::from(set_up.sensor.speckle_contrast()[0]),
+        },
+        EffectiveNumber {
+            name: "speckle_volume",
+            doc: "Contrast of speckle in one pixel, light from below the surface.",
+            of: |set_up| f64::from(set_up.sensor.speckle_contrast()[1]),
+        },
+        EffectiveNumber {
+            name: "scatter_dark_dn",
+            doc: "What the dark level adds to Scatter.",
+            of: |set_up| {
+                let extraction = &set_up.scene.extraction;
+                let scatter_dark = match extraction.scatter_dark {
+                    ScatterDark::Kept => f64::from(set_up.sensor.calibration().dark_level),
+                    ScatterDark::Subtracted => 0.0,
+                };
+                extract::scatter_pixels(extraction) as f64 * scatter_dark
+            },
+        },
+    ]
+}
+
+/// Numbers of wood, by its clear earlywood.
+const WOOD: [EffectiveNumber<Medium>; 3] = [
+    EffectiveNumber {
+        name: "clear_diffusion_along_mm",
+        doc: "Diffusion coefficient of earlywood along the fibre.",
+        of: diffusion_along,
+    },
+    EffectiveNumber {
+        name: "clear_diffusion_across_mm",
+        doc: "Diffusion coefficient of earlywood across the fibre.",
+        of: diffusion_across,
+    },
+    EffectiveNumber {
+        name: "clear_boundary_factor",
+        doc: "Boundary factor A of clear wood against air.",
+        of: medium_boundary_factor,
+    },
 ];
 
-const WOOD: [(&str, &str); 3] = [
-    ("clear_diffusion_along_mm", "Diffusion coefficient of earlywood along the fibre."),
-    ("clear_diffusion_across_mm", "Diffusion coefficient of earlywood across the fibre."),
-    ("clear_boundary_factor", "Boundary factor A of clear wood against air."),
+/// Numbers of a pack.
+const BLISTER: [EffectiveNumber<Blister>; 5] = [
+    EffectiveNumber {
+        name: "film_optical_thickness",
+        doc: "Reduced scattering lengths across the flange's film.",
+        of: film_optical_thickness,
+    },
+    EffectiveNumber {
+        name: "film_transmission",
+        doc: "Share of diffuse light that passes the flange's film, by 1 / (1 + 3/4 optical thickness).",
+        of: film_transmission,
+    },
+    EffectiveNumber {
+        name: "tablet_reflectance",
+        doc: "Diffuse reflectance of a bare tablet without end, coat included.",
+        of: tablet_reflectance,
+    },
+    EffectiveNumber {
+        name: "tablet_diffusion_mm",
+        doc: "Diffusion coefficient of a tablet.",
+        of: |blister| 1.0 / (3.0 * (blister.tablet.sigma_per_mm + blister.tablet.mu_a_per_mm)),
+    },
+    EffectiveNumber {
+        name: "tablet_boundary_factor",
+        doc: "Boundary factor A of a tablet against air.",
+        of: |blister| boundary_factor(blister.tablet.n),
+    },
 ];
 
-const BLISTER: [(&str, &str); 5] = [
-    ("film_optical_thickness", "Reduced scattering lengths across the flange's film."),
-    ("film_transmission", "Share of diffuse light that passes the flange's film, by 1 / (1 + 3/4 optical thickness)."),
-    ("tablet_reflectance", "Diffuse reflectance of a bare tablet without end, coat included."),
-    ("tablet_diffusion_mm", "Diffusion coefficient of a tablet."),
-    ("tablet_boundary_factor", "Boundary factor A of a tablet against air."),
-];
-
-const MATERIAL: [(&str, &str); 3] = [
-    ("material_diffusion_along_mm", "Diffusion coefficient of the material along the fibre."),
-    ("material_diffusion_across_mm", "Diffusion coefficient of the material across the fibre."),
-    ("material_boundary_factor", "Boundary factor A of the material against air."),
+/// Numbers of a body of one medium.
+const MATERIAL: [EffectiveNumber<Medium>; 3] = [
+    EffectiveNumber {
+        name: "material_diffusion_along_mm",
+        doc: "Diffusion coefficient of the material along the fibre.",
+        of: diffusion_along,
+    },
+    EffectiveNumber {
+        name: "material_diffusion_across_mm",
+        doc: "Diffusion coefficient of the material across the fibre.",
+        of: diffusion_across,
+    },
+    EffectiveNumber {
+        name: "material_boundary_factor",
+        doc: "Boundary factor A of the material against air.",
+        of: medium_boundary_factor,
+    },
 ];
 
 /// Name (ending in its unit) and meaning of each effective number of a subject, in the order of [`effective`].
 pub fn declared(subject: Subject) -> Vec<(&'static str, &'static str)> {
-    let own: &[_] = match subject {
-        Subject::Wood => &WOOD,
-        Subject::Blister => &BLISTER,
-        Subject::Sawtooth | Subject::Mesh => &MATERIAL,
+    fn of<T>(table: &[EffectiveNumber<T>]) -> Vec<(&'static str, &'static str)> {
+        table.iter().map(|number| (number.name, number.doc)).collect()
+    }
+    let own = match subject {
+        Subject::Wood => of(&WOOD),
+        Subject::Blister => of(&BLISTER),
+        Subject::Sawtooth | Subject::Mesh => of(&MATERIAL),
     };
-    [&BENCH, own].concat()
+    [of(&bench_numbers()), own].concat()
 }
 
 /// The effective numbers of a scene whose upper surface lies about `top` [mm].
 pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str, f64)> {
-    let camera = sensor.camera();
-    let rig = &camera.rig;
-    let sight = camera.sight(0.0, top as f32, 0.0);
-    let [surface, volume] = sensor.speckle_contrast();
-    let exposure = &scene.bench.exposure;
-    let scatter_dark = match scene.extraction.scatter_dark {
-        ScatterDark::Kept => f64::from(sensor.calibration().dark_level),
-        ScatterDark::Subtracted => 0.0,
-    };
-    let bench = [
-        rig.magnification(),
-        rig.sensor_tilt.to_degrees(),
-        rig.height(rig.centre_row - 0.5) - rig.height(rig.centre_row + 0.5),
-        1.0 / f64::from(sight.rows_per_mm),
-        f64::from(sight.variance.sqrt()),
-        f64::from(sight.electrons * sight.view.z),
-        scene.readout.scale() * (255.0 - exposure.dark_level_dn) / exposure.full_well_e,
-        f64::from(surface),
-        f64::from(volume),
-        extract::scatter_pixels(&scene.extraction) as f64 * scatter_dark,
-    ];
+    fn of<T>(table: &[EffectiveNumber<T>], subject: &T) -> Vec<(&'static str, f64)> {
+        table.iter().map(|number| (number.name, (number.of)(subject))).collect()
+    }
+    let set_up = SetUpScene { scene, sensor, sight: sensor.camera().sight(0.0, top as f32, 0.0) };
     let own = match &scene.plan {
-        Plan::Wood(wood) => of_matter(&earlywood(&wood.media)).to_vec(),
-        Plan::Blister(blister) => of_blister(blister).to_vec(),
-        Plan::Sawtooth(_, material) | Plan::Mesh(_, material) => of_matter(&material.medium()).to_vec(),
+        Plan::Wood(wood) => of(&WOOD, &earlywood(&wood.media)),
+        Plan::Blister(blister) => of(&BLISTER, blister),
+        Plan::Sawtooth(_, material) | Plan::Mesh(_, material) => of(&MATERIAL, &material.medium()),
     };
-    let names = declared(scene.plan.subject()).into_iter().map(|(name, _)| name);
-    names.zip(bench.into_iter().chain(own)).collect()
+    [of(&bench_numbers(), &set_up), own].concat()
 }
 
 /// The numbers of a rig as files give them, in the order of `output_schema::row::CALIBRATION`; `x_first_mm` is NaN where
@@ -143,29 +248,36 @@ pub fn earlywood(media: &Media) -> Medium {
     }
 }
 
-fn of_matter(clear: &Medium) -> [f64; 3] {
-    let (along, across) = diffusion(f64::from(clear.sigma_i), f64::from(clear.k));
-    [along, across, boundary_factor(f64::from(clear.n_eff))]
+fn diffusion_along(medium: &Medium) -> f64 {
+    diffusion(f64::from(medium.sigma_i), f64::from(medium.k)).0
 }
 
-/// Transmission of the film: diffusion of a slab without boundary reflection or absorption (Ishimaru 1978).
-///
-/// Reflectance of the tablet: diffusion with one isotropic source (Flock, Patterson, Wilson and Wyman 1989),
+fn diffusion_across(medium: &Medium) -> f64 {
+    diffusion(f64::from(medium.sigma_i), f64::from(medium.k)).1
+}
+
+fn medium_boundary_factor(medium: &Medium) -> f64 {
+    boundary_factor(f64::from(medium.n_eff))
+}
+
+fn film_optical_thickness(blister: &Blister) -> f64 {
+    blister.web.sigma_per_mm * blister.web.thickness_mm
+}
+
+/// Diffusion through a slab without boundary reflection or absorption (Ishimaru 1978).
+fn film_transmission(blister: &Blister) -> f64 {
+    1.0 / (1.0 + 0.75 * film_optical_thickness(blister))
+}
+
+/// Diffusion with one isotropic source (Flock, Patterson, Wilson and Wyman 1989),
 /// R = a' / (1 + (1 + 2 A / 3) sqrt(3 (1 - a')) + 2 A (1 - a')) for the reduced albedo a' and the boundary factor A.
-fn of_blister(blister: &Blister) -> [f64; BLISTER.len()] {
-    let (web, tablet) = (&blister.web, &blister.tablet);
-    let thickness = web.sigma_per_mm * web.thickness_mm;
+fn tablet_reflectance(blister: &Blister) -> f64 {
+    let tablet = &blister.tablet;
     let albedo = tablet.sigma_per_mm / (tablet.sigma_per_mm + tablet.mu_a_per_mm);
     let (a, lost) = (boundary_factor(tablet.n), 1.0 - albedo);
     let within = albedo / (1.0 + (1.0 + 2.0 * a / 3.0) * (3.0 * lost).sqrt() + 2.0 * a * lost);
     let entered = (1.0 - boundary_reflectance(tablet.n)) * tablet.coat * tablet.coat;
-    [
-        thickness,
-        1.0 / (1.0 + 0.75 * thickness),
-        entered * within,
-        1.0 / (3.0 * (tablet.sigma_per_mm + tablet.mu_a_per_mm)),
-        a,
-    ]
+    entered * within
 }
 
 /// Fresnel reflectance at normal incidence against air.
@@ -185,12 +297,12 @@ mod tests {
         (blister.web.sigma_per_mm, blister.web.thickness_mm) = (40.0, 0.12);
         (blister.tablet.mu_a_per_mm, blister.tablet.sigma_per_mm, blister.tablet.n) = (0.005, 40.0, 1.5);
         blister.tablet.coat = 1.0;
-        let [thickness, transmission, reflectance, d, _] = of_blister(&blister);
+        let [thickness, transmission, reflectance, d, _] = BLISTER.map(|number| (number.of)(&blister));
         assert!((thickness - 4.8).abs() < 1e-12 && (transmission - 0.2174).abs() < 1e-4, "{transmission}");
         // The judge says 0.8994 +- 0.0004 of a white tablet; its diffusion is a third of the mean free path.
         assert!((reflectance - 0.8994).abs() < 0.0015, "{reflectance}");
         assert!((d - 1.0 / 120.015).abs() < 1e-9, "{d}");
         blister.tablet.coat = 0.5;
-        assert!((of_blister(&blister)[2] - 0.25 * reflectance).abs() < 1e-12);
+        assert!((tablet_reflectance(&blister) - 0.25 * reflectance).abs() < 1e-12);
     }
 }

@@ -1,7 +1,7 @@
 //! The spine: `Scene -> Record`, the only function that a newcomer must read.
 
 mod line_solver;
-mod numbers;
+mod range_scale;
 mod unlit;
 
 use std::ops::Range;
@@ -26,13 +26,15 @@ use crate::specimen::Specimen;
 use crate::transport::kernel::BASIS;
 
 use self::line_solver::line_solver;
-use self::numbers::{grid, steps};
+use self::range_scale::{RangeScale, grid, range_scale};
 pub use self::unlit::{Unlit, unlit};
 
 /// Memory for rows of the specimen, all threads together [bytes].
 const BAND_BYTES: usize = 256 << 20;
-/// Fewest and most profiles of a band.
-const BAND_PROFILES: (usize, usize) = (32, 512);
+/// Fewest profiles of a band.
+const MIN_BAND_PROFILES: usize = 32;
+/// Most profiles of a band.
+const MAX_BAND_PROFILES: usize = 512;
 
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
@@ -94,6 +96,15 @@ struct Scan {
     stack: Vec<StackFrame>,
 }
 
+/// How frames of a scene are read.
+#[derive(Clone, Copy)]
+struct Measurement<'a> {
+    scene: &'a Scene,
+    calibration: &'a Calibration,
+    /// The grid of a rectified scan.
+    grid: Option<&'a RectifiedGrid>,
+}
+
 /// The part of a scan's maps that one band fills.
 struct Part<'a> {
     range: &'a mut [f32],
@@ -128,10 +139,11 @@ impl Scan {
         // A slow model takes so long for a line that work and progress go profile by profile.
         let length = match scene.transport {
             Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_occlude_itself()).min(profiles),
-            _ => 1,
+            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => 1,
         };
         let calibration = sensor.calibration();
         let grid = grid(scene, &calibration.rig);
+        let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref() };
         let step = length * columns;
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
         let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
@@ -146,13 +158,12 @@ impl Scan {
         let stacks: Vec<Vec<StackFrame>> = parts
             .into_par_iter()
             .enumerate()
-            .map_init(Band::default, |room, (number, part)| {
+            .map_init(Band::default, |band, (number, part)| {
                 let start = number * length;
                 let profiles = start..(start + length).min(profiles);
-                let band = sensor.band(specimen, profiles, std::mem::take(room));
-                let stack = part.fill(scene, sensor, &band, (&calibration, grid.as_ref()));
+                *band = sensor.band(specimen, profiles, std::mem::take(band));
+                let stack = part.fill(&measurement, sensor, band);
                 progress(band.profiles.len() as u64);
-                *room = band;
                 stack
             })
             .collect();
@@ -179,7 +190,7 @@ impl Scan {
         let objects = labels::objects(&labels, &areas, instances);
         let sound = [Class::Pocket, Class::Tooth, Class::Object];
         let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
-        let (range_offset, range_scale) = steps(scene, &rig);
+        let RangeScale { offset: range_offset, scale: range_scale } = range_scale(scene, &rig);
         // The middle of the columns that are averaged into the first.
         let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
         Record {
@@ -210,13 +221,8 @@ impl Scan {
 
 impl Part<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
-    fn fill(
-        mut self,
-        scene: &Scene,
-        sensor: &Sensor,
-        band: &Band,
-        (calibration, grid): (&Calibration, Option<&RectifiedGrid>),
-    ) -> Vec<StackFrame> {
+    fn fill(mut self, measurement: &Measurement<'_>, sensor: &Sensor, band: &Band) -> Vec<StackFrame> {
+        let Measurement { scene, calibration, grid } = *measurement;
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
@@ -231,8 +237,9 @@ impl Part<'_> {
                 match (scene.plan.subject(), &mut maps[..]) {
                     (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
                     (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
-                    (_, [height, ..]) => labels::height_row(hits, height),
-                    (_, []) => {}
+                    (Subject::Sawtooth | Subject::Mesh, [height]) => labels::height_row(hits, height),
+                    // `Scan::new` makes the maps that the subject has.
+                    (Subject::Wood | Subject::Blister | Subject::Sawtooth | Subject::Mesh, _) => {}
                 }
             }
             sensor.row_offsets(profile, &mut offsets[place]);
@@ -241,7 +248,7 @@ impl Part<'_> {
                 if keeps(scene.output.sensor_stack, profile) {
                     stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
                 }
-                self.read(&[frame, Frame::default()], line, calibration, scene);
+                self.read(&[frame, Frame::default()], line, measurement);
             } else if keeps(scene.output.sensor_stack, profile) {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
@@ -252,7 +259,7 @@ impl Part<'_> {
                 for (place, profile) in profiles.clone().enumerate() {
                     sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
                     let from = place * columns + frames[0].first_col;
-                    self.read(&frames, from..from + frames[0].cols, calibration, scene);
+                    self.read(&frames, from..from + frames[0].cols, measurement);
                 }
             }
         }
@@ -266,13 +273,13 @@ impl Part<'_> {
     }
 
     /// Reads frames into the pixels `line`.
-    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, calibration: &Calibration, scene: &Scene) {
+    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) {
         let mut out = MeasuredProfile {
             range: &mut self.range[line.clone()],
             reflectance: &mut self.reflectance[line.clone()],
             scatter: &mut self.scatter[line],
         };
-        extract(frames, calibration, &scene.extraction, &mut out);
+        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out);
     }
 }
 
@@ -290,5 +297,5 @@ fn band_profiles(columns: usize, halo: [usize; 2], beside: bool) -> usize {
     let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
     let row = columns * (size_of::<crate::specimen::Hit>() + numbers * size_of::<f32>());
     let rows = (BAND_BYTES / rayon::current_num_threads() / row.max(1)).saturating_sub(halo.iter().sum());
-    rows.clamp(BAND_PROFILES.0, BAND_PROFILES.1)
+    rows.clamp(MIN_BAND_PROFILES, MAX_BAND_PROFILES)
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use sheetlight::dataset::{Dataset, ShardWriter};
 use sheetlight::settings::{Output, SensorStack, Size};
-use sheetlight::validate::{Options, validate};
+use sheetlight::validate::{ValidationOptions, validate};
 use test_support::records::{self, head, output};
 
 /// Names the folder that [`validates`] is to read in a process of its own.
@@ -40,7 +40,7 @@ fn peak(folder: &Path) -> f64 {
 /// What the process of its own does.
 fn validates(folder: &Path) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
-    let report = pool.install(|| validate(folder, &Options::default()));
+    let report = pool.install(|| validate(folder, &ValidationOptions::default()));
     // Synthetic records look more alike than scans do; what counts is that all of them were decoded.
     assert!(report.samples >= 6 && report.images == 14 * report.samples, "{report}");
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");

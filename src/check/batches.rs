@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::CheckError;
 use super::evaluation_plan::{EvaluationPlan, SampleWindows};
-use super::folder::{Facts, Folder};
 use super::sampling::{CentreRegion, draw_pixels};
 use super::sidecar::Sidecar;
+use super::split_samples::{SampleFacts, SplitSamples};
 use super::window::{InputWindow, SampleMaps, fill_input, truth};
 use crate::dataset::{RowBatch, Table};
 
@@ -53,11 +53,11 @@ pub struct Batch {
 /// Reads a split and cuts the windows that the plan asks for.
 pub struct BatchReader<'a> {
     /// The split.
-    pub folder: &'a Folder,
+    pub samples: &'a SplitSamples,
     /// What to cut.
     pub sidecar: &'a Sidecar,
     /// What the rows say, by table.
-    pub facts: &'a [Vec<Facts>],
+    pub facts: &'a [Vec<SampleFacts>],
     /// The windows of each sample.
     pub plan: &'a EvaluationPlan,
     /// Seed of drawn pixels.
@@ -86,13 +86,13 @@ impl BatchReader<'_> {
         names.extend(labels.then(|| "label".to_owned()));
         let step = rayon::current_num_threads().clamp(1, MAX_SAMPLES_IN_MEMORY);
         let (mut batch, mut sample) = (Batch::default(), 0);
-        for (table, facts) in self.folder.tables.iter().zip(self.facts) {
+        for (table, facts) in self.samples.tables.iter().zip(self.facts) {
             let mut row = 0;
-            for rows in self.folder.images(table, &names, step)? {
+            for rows in self.samples.images(table, &names, step)? {
                 let rows = rows?;
                 let here = (0..rows.len()).map(|i| (rows.row(i), sample + i, facts.get(row + i)));
-                let here: Vec<(RowBatch, usize, Option<&Facts>)> = here.collect();
-                let read = |(rows, sample, facts): &(RowBatch, usize, Option<&Facts>)| match facts {
+                let here: Vec<(RowBatch, usize, Option<&SampleFacts>)> = here.collect();
+                let read = |(rows, sample, facts): &(RowBatch, usize, Option<&SampleFacts>)| match facts {
                     Some(facts) => self.sample(table, rows, *sample, facts, &maps, labels),
                     None => Ok(None),
                 };
@@ -117,14 +117,14 @@ impl BatchReader<'_> {
         table: &Table,
         row: &RowBatch,
         sample: usize,
-        facts: &Facts,
+        facts: &SampleFacts,
         maps: &[String],
         labels: bool,
     ) -> Result<Option<(SampleMaps, Vec<LabelledWindow>)>, CheckError> {
         let Some(work) = self.plan.work.get(sample).filter(|work| **work != SampleWindows::Nothing) else {
             return Ok(None);
         };
-        let picture = self.folder.picture(table, row, facts, maps, labels)?;
+        let picture = self.samples.picture(table, row, facts, maps, labels)?;
         let sidecar = self.sidecar;
         let units = match work {
             SampleWindows::Nothing => Vec::new(),

@@ -1,8 +1,8 @@
 //! Evaluation plan: which windows of which samples the model sees, decided from the tables before any image is read.
 
-use super::folder::Facts;
 use super::sampling::even_share;
 use super::sidecar::{ModelTask, Sidecar};
+use super::split_samples::{SampleFacts, SampleObject};
 use super::window::InputWindow;
 
 /// Windows of one sample.
@@ -32,7 +32,7 @@ pub struct EvaluationPlan {
 }
 
 /// Plans for samples with images of `image`, rows and columns [px].
-pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> EvaluationPlan {
+pub fn plan(sidecar: &Sidecar, facts: &[&SampleFacts], image: [usize; 2]) -> EvaluationPlan {
     let class = |value: usize| sidecar.truth.get(value).copied().flatten();
     let whole = InputWindow { first: [0, 0], size: image };
     let window = sidecar.window.unwrap_or(image);
@@ -49,7 +49,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
         ModelTask::Objects => {
             let mut totals = vec![0_u64; sidecar.classes.len()];
             let all = || facts.iter().flat_map(|facts| &facts.objects);
-            all().filter_map(|(state, _)| class(*state)).for_each(|class| totals[class] += 1);
+            all().filter_map(|object| class(object.state)).for_each(|class| totals[class] += 1);
             let mut seen = vec![0; totals.len()];
             let mut take = |state: usize| {
                 let taken = class(state).filter(|&class| {
@@ -62,7 +62,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
             };
             let windows = facts.iter().map(|facts| {
                 let cut =
-                    |(state, middle): &(usize, [i64; 2])| Some((InputWindow::around(*middle, window), take(*state)?));
+                    |object: &SampleObject| Some((InputWindow::around(object.middle, window), take(object.state)?));
                 facts.objects.iter().filter_map(cut).collect::<Vec<_>>()
             });
             windows
@@ -72,7 +72,7 @@ pub fn plan(sidecar: &Sidecar, facts: &[&Facts], image: [usize; 2]) -> Evaluatio
                 .collect()
         }
         ModelTask::Pixels => {
-            let shows = |facts: &Facts, wanted: usize| {
+            let shows = |facts: &SampleFacts, wanted: usize| {
                 facts.area.iter().enumerate().any(|(value, &area)| area > 0 && class(value) == Some(wanted))
             };
             let mut work = vec![vec![0; sidecar.classes.len()]; facts.len()];
@@ -125,12 +125,12 @@ mod tests {
         }
     }
 
-    fn facts(class: usize, area: [u64; 4], states: &[usize]) -> Facts {
-        let objects = states.iter().map(|&state| (state, [10, 20])).collect();
-        Facts { index: 0, id: String::new(), class, area: area.to_vec(), objects, numbers: Vec::new() }
+    fn facts(class: usize, area: [u64; 4], states: &[usize]) -> SampleFacts {
+        let objects = states.iter().map(|&state| SampleObject { state, middle: [10, 20] }).collect();
+        SampleFacts { index: 0, id: String::new(), class, area: area.to_vec(), objects, numbers: Vec::new() }
     }
 
-    fn planned(sidecar: &Sidecar, all: &[Facts]) -> EvaluationPlan {
+    fn planned(sidecar: &Sidecar, all: &[SampleFacts]) -> EvaluationPlan {
         plan(sidecar, &all.iter().collect::<Vec<_>>(), [30, 40])
     }
 

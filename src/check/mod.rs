@@ -7,14 +7,13 @@
 //!
 //! [`accuracy`], [`metrics`], [`slices`], [`conditional`], [`sampling`], [`window`], [`prediction`] and [`evaluation_plan`]
 //! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, [`external_data`] knows the files
-//! that a model names, and [`folder`] those of a dataset. docs/check.md says what is measured.
+//! that a model names, and [`split_samples`] those of a dataset. docs/check.md says what is measured.
 
 pub mod accuracy;
 mod batches;
 pub mod conditional;
 pub mod evaluation_plan;
 pub mod external_data;
-pub mod folder;
 pub mod metrics;
 mod misclassified;
 pub mod model;
@@ -25,6 +24,7 @@ mod run;
 pub mod sampling;
 pub mod sidecar;
 pub mod slices;
+pub mod split_samples;
 pub mod window;
 
 use std::path::{Path, PathBuf};

@@ -12,7 +12,6 @@ use super::accuracy::Accuracy;
 use super::batches::{Batch, BatchChannels, BatchReader, LabelledWindow, WindowLabel};
 use super::evaluation_plan::plan;
 use super::external_data::sha256_with_weights;
-use super::folder::{Facts, Folder};
 use super::metrics::ClassificationMetrics;
 use super::misclassified::{Misclassification, WorstMisclassifications, draw_panels};
 use super::model::{OnnxModel, Scores};
@@ -20,6 +19,7 @@ use super::prediction::predict;
 use super::report::{AccuracySlice, CheckReport, CheckTiming};
 use super::sidecar::{OutputKind, Sidecar, beside};
 use super::slices::{SlicePoint, group_by_quantiles};
+use super::split_samples::{SampleFacts, SplitSamples};
 use super::window::NO_CLASS;
 use super::{CheckError, CheckOptions, DEFAULT_BATCH_BYTES, MAX_DEFAULT_BATCH, slice_paths};
 use crate::dataset::{Fault, hex};
@@ -34,16 +34,16 @@ const MAX_WAITING_BATCHES: usize = 2;
 /// # Errors
 /// Where dataset, sidecar, model or library are not as they should be; each error says where, what and what to do.
 pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<CheckReport, CheckError> {
-    let folder = Folder::open(&options.dir, options.split)?;
+    let samples = SplitSamples::open(&options.dir, options.split)?;
     let sidecar_path = options.sidecar.clone().map_or_else(|| beside(&options.model), Ok)?;
-    let sidecar = Sidecar::load(&sidecar_path, folder.head())?;
-    let numbers = slice_paths(&options.slices, folder.head())?;
+    let sidecar = Sidecar::load(&sidecar_path, samples.head())?;
+    let numbers = slice_paths(&options.slices, samples.head())?;
     let mut model = OnnxModel::open(&options.model, &sidecar, options.threads)?;
     let model_sha256 = sha256_with_weights(&options.model)?;
     let begun = Instant::now();
-    let facts = folder.facts(&numbers)?;
-    let all: Vec<&Facts> = facts.iter().flatten().collect();
-    let images = &folder.head().images;
+    let facts = samples.facts(&numbers)?;
+    let all: Vec<&SampleFacts> = facts.iter().flatten().collect();
+    let images = &samples.head().images;
     if images.rows.saturating_mul(images.cols) > MAX_NUMBERS as u64 {
         let what = format!("it claims images of {} x {} pixels", images.cols, images.rows);
         return Err(CheckError::at(&options.dir, what, "`gen validate` says what is damaged"));
@@ -56,7 +56,7 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     }
     let batch = batch_size(options, &model)?;
     let reader =
-        BatchReader { folder: &folder, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
+        BatchReader { samples: &samples, sidecar: &sidecar, facts: &facts, plan: &plan, seed: options.seed, batch };
     let mut scorer = Scorer::new(&all, &sidecar, options, image);
     let asked = evaluate(&reader, &mut model, &mut scorer, progress)?;
     let timing = CheckTiming { seconds: begun.elapsed().as_secs_f64(), model_seconds: asked.as_secs_f64(), batch };
@@ -71,13 +71,13 @@ pub fn check(options: &CheckOptions, progress: &dyn Fn(u64, u64)) -> Result<Chec
     }
     Ok(CheckReport {
         options: options.clone(),
-        head: folder.head().clone(),
+        head: samples.head().clone(),
         sidecar,
         model_sha256,
         sidecar_sha256,
         samples: share.samples,
         left_out: plan.left_out + left_out,
-        unfinished: folder.unfinished,
+        unfinished: samples.unfinished,
         share,
         metrics,
         slices,
@@ -150,7 +150,7 @@ fn evaluate(
 
 /// Compares predictions with the truth and keeps the counts.
 struct Scorer<'a> {
-    facts: &'a [&'a Facts],
+    facts: &'a [&'a SampleFacts],
     sidecar: &'a Sidecar,
     options: &'a CheckOptions,
     /// Rows and columns of an image [px].
@@ -164,7 +164,7 @@ struct Scorer<'a> {
 }
 
 impl<'a> Scorer<'a> {
-    fn new(facts: &'a [&'a Facts], sidecar: &'a Sidecar, options: &'a CheckOptions, image: [usize; 2]) -> Self {
+    fn new(facts: &'a [&'a SampleFacts], sidecar: &'a Sidecar, options: &'a CheckOptions, image: [usize; 2]) -> Self {
         let (metrics, rights) = (ClassificationMetrics::new(sidecar.classes.len()), vec![(0, 0); facts.len()]);
         Self {
             facts,
@@ -245,8 +245,11 @@ impl<'a> Scorer<'a> {
     /// Accuracy by each number; of `chosen` ones those that differ between samples.
     fn slices(&self, numbers: &[String], chosen: bool) -> Vec<AccuracySlice> {
         let points = |number: usize| -> Vec<SlicePoint> {
-            let point =
-                |(facts, &(right, of)): (&&Facts, &(u64, u64))| SlicePoint { value: facts.numbers[number], right, of };
+            let point = |(facts, &(right, of)): (&&SampleFacts, &(u64, u64))| SlicePoint {
+                value: facts.numbers[number],
+                right,
+                of,
+            };
             self.facts.iter().zip(&self.rights).map(point).collect()
         };
         let slice =

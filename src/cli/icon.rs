@@ -8,9 +8,8 @@ use clap::Args;
 use output_schema::file::DATASET;
 
 use super::{CommandResult, UsageError, print};
-use crate::icon::{
-    Content, IconError, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open,
-};
+use crate::dataset::Fault;
+use crate::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
 
 /// Rows that are handled at a time.
 const ROWS_AT_A_TIME: usize = 256;
@@ -46,7 +45,7 @@ fn describe_image(image: &SensorImage) -> String {
 }
 
 /// What a scan holds; rows pass through, so its length does not matter.
-fn describe(reader: &mut ScanReader) -> Result<String, IconError> {
+fn describe(reader: &mut ScanReader) -> Result<String, Fault> {
     let mut planes = Vec::new();
     let (mut missing, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
     let (mut saturated, mut encoder): (usize, Option<(i32, i32)>) = (0, None);

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::generate::{DatasetRequest, GenerateEvent};
 use crate::recipe::Recipe;
-use crate::validate::Step;
+use crate::validate::ValidationStep;
 
 /// Least time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
@@ -188,7 +188,7 @@ impl ValidationBar {
     }
 
     /// Adds a step that is done.
-    pub(super) fn show(&self, step: Step) {
+    pub(super) fn show(&self, step: ValidationStep) {
         if self.0.is_hidden() {
             return;
         }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::progress::{WorkBar, say};
 use super::{CommandResult, output, print};
-use crate::medium::Medium;
+use crate::medium::LayeredMedium;
 use crate::transport::answer::{Answer, Estimate, LineSide};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
@@ -53,7 +53,7 @@ pub(super) struct TransportArgs {
 pub(super) fn run(arguments: &TransportArgs) -> CommandResult {
     let threads = super::generate::threads(arguments.threads)?;
     let model = Model::ALL.into_iter().find(|model| model.name() == arguments.model).ok_or("no such model")?;
-    let medium = Medium::load(&arguments.medium)?;
+    let medium = LayeredMedium::load(&arguments.medium)?;
     if let Some(out) = &arguments.out {
         output::check_writable(out)?;
     }
@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &TransportArgs) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-fn document(model: Model, effort: Effort, medium: &Medium, answer: &Answer) -> Result<Value, serde_json::Error> {
+fn document(model: Model, effort: Effort, medium: &LayeredMedium, answer: &Answer) -> Result<Value, serde_json::Error> {
     let effort = model.walks().then(|| json!({ "photons": effort.walked(), "seed": effort.seed }));
     let Value::Object(shown) = medium.json() else { return Ok(Value::Null) };
     let part = |wanted: bool| -> serde_json::Map<String, Value> {

@@ -13,7 +13,7 @@ use super::progress::{ValidationBar, counted, say};
 use super::{CommandResult, output, print};
 use crate::dataset::{Dataset, DatasetSums};
 use crate::generate::ExpectedDataset;
-use crate::validate::{Declared, Derive, Expect, Options, Report, validate};
+use crate::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
 
 /// Name of the report that `--save` keeps.
 const REPORT_FILE: &str = "validation.json";
@@ -66,13 +66,13 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
         warn(expected_dataset.recipe());
     }
     let expected_dataset = expected_dataset.as_ref().map_err(String::as_str);
-    let declared: Option<Declared> = expected_dataset.ok().map(ExpectedDataset::declared);
+    let declared: Option<DeclaredLaws> = expected_dataset.ok().map(ExpectedDataset::declared);
     let expect = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.expected(index));
     let derive = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.unlit(index));
     let rerender =
         |index: u64| expected_dataset.map(|expected_dataset| expected_dataset.sample(index)).map_err(String::from);
     let bar = ValidationBar::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
-    let options = Options {
+    let options = ValidationOptions {
         expect_head: Some(expected_dataset.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
 }
 
 /// Keeps the report with the sums of the documents that it is about.
-fn save(dir: &Path, sums: &DatasetSums, report: &Report) -> Result<(), String> {
+fn save(dir: &Path, sums: &DatasetSums, report: &ValidationReport) -> Result<(), String> {
     let mut document = json!({ "format": "sheetlight-validation", "dataset_sha256": sums.dataset, "manifests_sha256": sums.manifests });
     if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
         document.extend(report);

@@ -100,9 +100,8 @@ fn evenly(count: u64, most: u64) -> Vec<u64> {
 }
 
 fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {
-    let told = |e: icon::IconError| Fault::new(e.place, e.what, e.remedy);
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    match icon::open(path).map_err(told)? {
+    match icon::open(path)? {
         Content::Image(image) => {
             let exposures = vec![SensorFrame { cols: image.cols, dn: image.dn }];
             Ok(ScanMaps { name, exposures, ..ScanMaps::default() })
@@ -113,7 +112,7 @@ fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {
                 Traits::Sensor(sensor) => (RangeUnit::Px { sensor_rows: sensor.region_rows }, None),
             };
             let rows = reader.rows();
-            let scan = reader.read(0, rows).map_err(told)?;
+            let scan = reader.read(0, rows)?;
             Ok(ScanMaps {
                 name,
                 cols: scan.width,

@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use output_schema::{DatasetHead, Generator};
+use output_schema::row::{CALIBRATION, OBJECT, ROW};
+use output_schema::{DatasetHead, Generator, Kind};
 use serde_json::Value;
 
-use super::card_columns::columns;
 use super::limits::limits;
 use crate::split::Split;
 
 /// Samples of each class in each split.
-pub(crate) type Counts = BTreeMap<(String, String), u64>;
+pub(crate) type ClassCounts = BTreeMap<(String, String), u64>;
 
 /// `README.md` of a dataset whose `present` splits have files; `counts` is empty while it is not finished.
-pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &Counts) -> String {
+pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> String {
     let mut page = String::new();
     front_matter(&mut page, head, present);
     add(&mut page, &format!("\n# {}\n\n{}\n", head.recipe.name, description(head)));
@@ -131,7 +131,7 @@ fn made(page: &mut String, head: &DatasetHead) {
 }
 
 /// Classes and splits: shares of the recipe, and what there is of each.
-fn shares(page: &mut String, head: &DatasetHead, counts: &Counts) {
+fn shares(page: &mut String, head: &DatasetHead, counts: &ClassCounts) {
     add(page, "\n## Classes and splits\n");
     let splits = head.splits.named();
     let named = splits.map(|(name, share)| format!("{name} ({share})"));
@@ -148,6 +148,59 @@ fn shares(page: &mut String, head: &DatasetHead, counts: &Counts) {
         page,
         "\nShares are the recipe's; the columns of splits count samples. Splits follow from seed and index alone.",
     );
+}
+
+/// Everything that the files hold, each with unit, missing rule and meaning.
+fn columns(page: &mut String, head: &DatasetHead) {
+    add(
+        page,
+        "\n## Columns\n\nLengths in mm, angles in deg, DN as the camera gives them. Images are `[rows, cols]`: x along the columns (the laser",
+    );
+    add(page, "line), y along the rows (the scan), z up.\n\n| column | unit | missing | meaning |\n|---|---|---|---|");
+    for column in ROW.iter().filter(|c| head.has(c)) {
+        match column.kind {
+            Kind::Parameters => head.parameters.iter().for_each(|n| entry(page, &n.path(), &n.unit, "", &n.doc)),
+            Kind::Physics => {
+                for n in &head.physics {
+                    entry(page, &format!("physics.{}", n.key), &n.unit, column.missing, &n.doc);
+                }
+            }
+            _ => entry(page, column.name, column.unit, column.missing, column.doc),
+        }
+    }
+    for field in &CALIBRATION {
+        entry(page, &format!("calibration.{}", field.name), field.unit, field.missing, field.doc);
+    }
+    for field in &OBJECT {
+        entry(page, &format!("objects.{}", field.name), field.unit, field.missing, field.doc);
+    }
+    let classes = head.shown_classes().map(|(value, name)| format!("{value} {name}"));
+    add(page, &format!("\nPixel classes: {}.", classes.collect::<Vec<_>>().join(", ")));
+    if !head.images.exr.is_empty() {
+        let channels: Vec<String> = head.channels().iter().map(|c| format!("{} [{}]", c.name, c.unit)).collect();
+        add(
+            page,
+            &format!(
+                "\n`exr/<shard>/<id>.exr` holds the channels {}; see the attribute `sheetlight` of each file.",
+                channels.join(", ")
+            ),
+        );
+    }
+    if let Some(step) = head.images.stack_every {
+        let (rows, cols) = (head.images.sensor_rows, head.images.sensor_cols);
+        add(
+            page,
+            &format!(
+                "\n`stacks/<shard>.parquet` holds every profile whose number is a multiple of {step} as the sensor saw it, [{rows}, {cols}] DN."
+            ),
+        );
+    }
+}
+
+/// One row of the table.
+fn entry(page: &mut String, name: &str, unit: &str, missing: &str, doc: &str) {
+    let missing = if missing.is_empty() { "never" } else { missing };
+    add(page, &format!("| `{name}` | {unit} | {missing} | {} |", doc.replace('|', "\\|")));
 }
 
 /// What the dataset is, in two sentences.
@@ -204,7 +257,7 @@ fn transport(canonical: &Value) -> Option<String> {
 }
 
 /// A line.
-pub(super) fn add(page: &mut String, text: &str) {
+fn add(page: &mut String, text: &str) {
     // Writing to a String cannot fail.
     let _ = writeln!(page, "{text}");
 }

@@ -9,10 +9,10 @@ use output_schema::file::{
 };
 
 use super::atomic_file::{FileError, create_directory, names, remove, write_in};
-use super::card::Counts;
+use super::card::ClassCounts;
 use super::lock::Lock;
-use super::reader::{read_head, unusable};
-use super::{Dataset, Fault, card, croissant, refuse};
+use super::reader::{read_head, to_document, unusable};
+use super::{Dataset, Fault, card, croissant, differences};
 use crate::split::Split;
 
 /// Directories of a dataset folder.
@@ -34,7 +34,7 @@ impl Dataset {
         let old = read_head(path)?;
         let mut new = head;
         if let Some(old) = &old {
-            let reasons = refuse::reasons(old, &new);
+            let reasons = differences::reasons_to_refuse(old, &new);
             if !reasons.is_empty() {
                 let remedy = "choose another folder, or run the recipe, seed and program that began this one";
                 return Err(unusable(path, reasons.join("; "), remedy));
@@ -45,14 +45,14 @@ impl Dataset {
         new.shards = DatasetHead::shards_for(new.samples, new.samples_per_shard);
         // The head comes first: whoever finds a folder with more than locks and temporary names finds it too.
         if old.as_ref() != Some(&new) {
-            write_in(path, DATASET, &document(&new))?;
+            write_in(path, DATASET, &to_document(&new))?;
         }
         for directory in DIRECTORIES.iter().filter(|&&name| needed(name, &new)) {
             create_directory(&path.join(directory))?;
         }
         let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
         if extended || [CARD, CROISSANT].iter().any(|name| !path.join(name).exists()) {
-            describe(path, &new, &Split::ALL, &Counts::new())?;
+            describe(path, &new, &Split::ALL, &ClassCounts::new())?;
         }
         let folder = Self::of(path, new);
         folder.sweep()?;
@@ -81,7 +81,7 @@ impl Dataset {
         let files = names(&self.root().join("data"))?;
         let present: Vec<Split> =
             Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
-        let mut counts = Counts::new();
+        let mut counts = ClassCounts::new();
         for shard in 0..self.head().shards {
             for sample in self.manifest(shard)?.into_iter().flat_map(|manifest| manifest.samples) {
                 *counts.entry((sample.class, sample.split)).or_default() += 1;
@@ -131,7 +131,7 @@ impl Dataset {
 }
 
 /// Writes card and metadata where they are not as they should be. Asks for the dataset's lock.
-fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &Counts) -> Result<(), Fault> {
+fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> Result<(), Fault> {
     let path = root.join(DATASET);
     let document = fs::read(&path).map_err(FileError::of("read", &path))?;
     for (name, text) in descriptions(head, present, counts, &document) {
@@ -147,7 +147,7 @@ fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &Counts)
 pub(crate) fn descriptions(
     head: &DatasetHead,
     present: &[Split],
-    counts: &Counts,
+    counts: &ClassCounts,
     document: &[u8],
 ) -> [(&'static str, Vec<u8>); 2] {
     let card = card::card(head, present, counts).into_bytes();
@@ -167,12 +167,4 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
         "stacks" => head.images.stack_every.is_some(),
         _ => true,
     }
-}
-
-/// A document as it is written: indented, with a last line end.
-pub(crate) fn document<T: serde::Serialize>(document: &T) -> Vec<u8> {
-    // Heads and manifests are plain data with text keys: they always become JSON.
-    let mut text = serde_json::to_vec_pretty(document).unwrap_or_default();
-    text.push(b'\n');
-    text
 }

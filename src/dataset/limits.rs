@@ -1,9 +1,9 @@
-//! What the scans of a subject lack beside real ones, for the dataset card and for Croissant's `dataLimitations`.
+//! Limits of the simulation: what the scans of a subject lack beside real ones, for the dataset card and for Croissant's `dataLimitations`.
 
 use output_schema::DatasetHead;
 
 /// What is true of every subject.
-const ALL: [&str; 6] = [
+const LIMITS_OF_ALL: [&str; 6] = [
     "The scans are simulated: no real object was measured, and optical coefficients are estimates from publications.",
     "Numbers that the recipe draws follow its distributions, which need not be those of your line.",
     "Dust, wear and drift of the instrument and vibration but for errors of the encoder are absent; so is everything that the recipe does not name.",
@@ -12,26 +12,26 @@ const ALL: [&str; 6] = [
     "A column sees one point: pixels at edges are not mixed. All pixels of a sample have one contrast of speckle.",
 ];
 
-const WOOD: [&str; 2] = [
+const LIMITS_OF_WOOD: [&str; 2] = [
     "Boards have no cracks and checks, blue stain, resin, compression wood, rays, wane, torn grain, whorls, moisture or loss of height by decay.",
     "A board never shades or hides its own surface.",
 ];
 
-const BLISTER: [&str; 2] = [
+const LIMITS_OF_PACKS: [&str; 2] = [
     "Packs have no two-part capsule shells, peeled or mottled coats, bent fibres, slits of a perforation or print.",
     "The default model of light takes film, air and what lies below as parallel and a pocket as endless; mirror images bounce once, and not off tablets and foil.",
 ];
 
-const PIECE: [&str; 1] = [
+const LIMITS_OF_PIECES: [&str; 1] = [
     "The piece is of one material, without texture, scratches, burrs or dirt; its labels tell the piece from the background alone.",
 ];
 
 /// The limits of a dataset's subject, each a sentence or two.
 pub(super) fn limits(head: &DatasetHead) -> Vec<&'static str> {
     let own: &[&str] = match head.subject.as_str() {
-        "wood" => &WOOD,
-        "blister" => &BLISTER,
-        _ => &PIECE,
+        "wood" => &LIMITS_OF_WOOD,
+        "blister" => &LIMITS_OF_PACKS,
+        _ => &LIMITS_OF_PIECES,
     };
-    ALL.into_iter().chain(own.iter().copied()).collect()
+    LIMITS_OF_ALL.into_iter().chain(own.iter().copied()).collect()
 }

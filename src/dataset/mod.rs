@@ -1,4 +1,4 @@
-//! Shards: finished units of writing, resuming and checking.
+//! Dataset on disk: what a dataset folder holds, how shards are written, continued and read.
 //!
 //! ```text
 //! Record --encode--> Encoded --push--> ShardWriter --finish--> files, then the manifest
@@ -15,10 +15,9 @@
 
 pub mod atomic_file;
 mod card;
-mod card_columns;
 mod croissant;
-mod croissant_fields;
-mod encoded;
+mod differences;
+mod encoding;
 mod exr;
 mod fault;
 mod folder;
@@ -26,28 +25,28 @@ mod limits;
 mod lock;
 mod png;
 mod reader;
-mod refuse;
-mod rows;
-mod size;
+mod sample_rows;
+mod shard_size;
+mod shard_writer;
 mod table_reader;
 mod table_writer;
-mod writer;
 
 pub use atomic_file::{free_bytes, hex};
-pub(crate) use card::Counts;
-pub(crate) use encoded::maps_sha256;
-pub use encoded::{Encoded, channel_name, encode};
+pub(crate) use card::ClassCounts;
+pub use differences::differences;
+pub(crate) use encoding::maps_sha256;
+pub use encoding::{Encoded, channel_name, encode};
 pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};
 pub use fault::Fault;
-pub(crate) use folder::{descriptions, document};
+pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, read_png, rounded8, rounded16, write_png, write_png_as};
+pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
-pub use refuse::differences;
-pub use rows::row_batch;
-pub(crate) use rows::{frame_numbers, image_path};
-pub use size::{ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
+pub use sample_rows::row_batch;
+pub(crate) use sample_rows::{frame_numbers, image_path};
+pub use shard_size::{ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
+pub use shard_writer::{Claim, ShardWriter};
 pub use table_reader::{JsonRow, ObjectRow, RowBatch, RowQuery, Rows, StoredImage, Table};
-pub use writer::{Claim, ShardWriter};
 
 use output_schema::{Images, NumberColumn};
 

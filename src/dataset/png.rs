@@ -86,7 +86,7 @@ fn image_size(pixels: usize, cols: usize) -> (u32, u32) {
 }
 
 /// Largest image that is decoded [bytes]: a damaged header must not take all memory.
-const LARGEST: u64 = 2 << 30;
+const MAX_DECODED_BYTES: u64 = 2 << 30;
 
 /// Columns, rows and pixels of a grey PNG.
 ///
@@ -94,10 +94,10 @@ const LARGEST: u64 = 2 << 30;
 /// What is wrong with it, for a damaged file or one that is not grey with 8 or 16 bits.
 pub fn read_png(png: &[u8]) -> Result<(u32, u32, Grey), String> {
     let mut limits = Limits::default();
-    limits.max_alloc = Some(LARGEST);
+    limits.max_alloc = Some(MAX_DECODED_BYTES);
     let decoder = PngDecoder::with_limits(Cursor::new(png), limits).map_err(|e| e.to_string())?;
     let (cols, rows) = decoder.dimensions();
-    if decoder.total_bytes() > LARGEST {
+    if decoder.total_bytes() > MAX_DECODED_BYTES {
         return Err(format!("it claims {cols} x {rows} pixels"));
     }
     let color = decoder.color_type();

@@ -10,7 +10,7 @@ use output_schema::file::{DATASET, data_path, exr_path, manifest_path, stack_pat
 use output_schema::{DatasetHead, Manifest, ManifestFile, ManifestSample, refuse_version};
 use sha2::{Digest, Sha256};
 
-use super::rows::frame_numbers;
+use super::sample_rows::frame_numbers;
 use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
 use super::{ExrChannel, Fault, atomic_file, hex, read_exr};
 use crate::record::StackFrame;
@@ -345,4 +345,12 @@ fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static s
         return Err(unusable(path, reason, remedy));
     }
     serde_json::from_value(value).map(Some).map_err(unread)
+}
+
+/// A document as it is written: indented, with a last line end.
+pub(crate) fn to_document<T: serde::Serialize>(document: &T) -> Vec<u8> {
+    // Heads and manifests are plain data with text keys: they always become JSON.
+    let mut text = serde_json::to_vec_pretty(document).unwrap_or_default();
+    text.push(b'\n');
+    text
 }

@@ -2,7 +2,7 @@
 
 use output_schema::DatasetHead;
 
-use super::ExportError;
+use crate::dataset::Fault;
 
 /// Pixel classes that have objects, with what they are a kind of.
 const SUPERCATEGORIES: [(&str, &[&str]); 8] = [
@@ -44,17 +44,17 @@ pub fn default_good(subject: &str) -> &'static [&'static str] {
 }
 
 /// For each label value whether it is good, by the names that the user gave or the defaults.
-pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], ExportError> {
+pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], Fault> {
     let default = default_good(&head.subject);
     if default.is_empty() && given.is_empty() {
         let what = format!("its subject `{}` has no defects", head.subject);
-        let remedy = "export it as png or webdataset, or say with --good which classes are good".into();
-        return Err(ExportError { place: head.recipe.name.clone(), what, remedy });
+        let remedy = "export it as png or webdataset, or say with --good which classes are good";
+        return Err(Fault::new(&head.recipe.name, what, remedy));
     }
     let shown: Vec<&str> = head.shown_classes().map(|(_, name)| name).collect();
     if let Some(unknown) = given.iter().find(|name| !shown.contains(&name.as_str())) {
         let remedy = format!("give some of {}", shown.join(", "));
-        return Err(ExportError { place: "--good".into(), what: format!("there is no class `{unknown}`"), remedy });
+        return Err(Fault::new("--good", format!("there is no class `{unknown}`"), remedy));
     }
     let is_good = |name: &str| match given {
         [] => default.contains(&name),
@@ -69,15 +69,14 @@ pub(super) fn good(head: &DatasetHead, given: &[String]) -> Result<[bool; 256], 
 }
 
 /// Refuses a name of a damaged `dataset.json` that would lead out of a folder.
-pub(super) fn folder_name(name: &str) -> Result<&str, ExportError> {
+pub(super) fn folder_name(name: &str) -> Result<&str, Fault> {
     let known = |c: u8| c.is_ascii_alphanumeric() || c == b'_' || c == b'-';
     match !name.is_empty() && name.len() <= 64 && name.bytes().all(known) {
         true => Ok(name),
-        false => Err(ExportError {
-            place: "dataset.json".into(),
-            what: format!("the pixel class {name:?} is no name for a folder"),
-            remedy: super::CHECK.into(),
-        }),
+        false => {
+            let what = format!("the pixel class {name:?} is no name for a folder");
+            Err(Fault::damaged("dataset.json".as_ref(), what))
+        }
     }
 }
 

@@ -13,9 +13,10 @@ use super::classes::{Category, categories};
 use super::export_folder::GrowingFile;
 use super::picture::TrainingPicture;
 use super::{
-    ExportError, ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region,
-    RunLengthMask, Sample, Source,
+    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, RunLengthMask, Sample,
+    Source,
 };
+use crate::dataset::Fault;
 use crate::split::Split;
 
 /// Whether the mask of an object includes the objects within it.
@@ -58,18 +59,18 @@ pub fn export(
     out: &Path,
     options: &CocoOptions,
     progress: ExportProgress,
-) -> Result<ExportSummary, ExportError> {
+) -> Result<ExportSummary, Fault> {
     let maps = options.show.maps();
     if options.stored && options.show == PictureContent::Rgb {
         let what = "colours of 16 bits are read by few";
-        return Err(ExportError::at("--bits 16".as_ref(), what, "choose one map with --image, or leave --bits away"));
+        return Err(Fault::at("--bits 16".as_ref(), what, "choose one map with --image, or leave --bits away"));
     }
     let images = [maps, &["instance"]].concat();
     source.needs(&images)?;
     let classes = categories(source.head());
     if classes.is_empty() {
         let what = format!("its subject `{}` has no classes to tell apart", source.head().subject);
-        return Err(ExportError::at(source.root(), what, "export it as png or webdataset"));
+        return Err(Fault::at(source.root(), what, "export it as png or webdataset"));
     }
     let asked = json!({
         "image": options.show.name(), "bits": if options.stored { 16 } else { 8 },
@@ -127,7 +128,7 @@ fn header(source: &Source, classes: &[Category], scaling: &Value) -> Value {
 }
 
 impl CocoDocument {
-    fn begin(out: &ExportFolder, split: Split, head: &Value) -> Result<Self, ExportError> {
+    fn begin(out: &ExportFolder, split: Split, head: &Value) -> Result<Self, Fault> {
         let name = format!("annotations/instances_{}", split.name());
         let mut images = out.create(&format!("{name}.json"))?;
         let head = head.to_string();
@@ -136,7 +137,7 @@ impl CocoDocument {
         Ok(Self { images, annotations: out.create(&format!("{name}.part"))?, counts: [0, 0] })
     }
 
-    fn push(&mut self, sample: &Sample, annotations: Vec<Value>) -> Result<(), ExportError> {
+    fn push(&mut self, sample: &Sample, annotations: Vec<Value>) -> Result<(), Fault> {
         let entry = image(sample)?;
         self.images.push(format!("{}\n{entry}", if self.counts[0] == 0 { "" } else { "," }).as_bytes())?;
         self.counts[0] += 1;
@@ -150,7 +151,7 @@ impl CocoDocument {
         Ok(())
     }
 
-    fn finish(self, out: &ExportFolder) -> Result<(), ExportError> {
+    fn finish(self, out: &ExportFolder) -> Result<(), Fault> {
         let Self { mut images, annotations, .. } = self;
         images.push(b"],\n\"annotations\":[")?;
         images.append(annotations)?;
@@ -160,7 +161,7 @@ impl CocoDocument {
 }
 
 /// The entry of an image: the keys that COCO defines, and the identity of the sample.
-fn image(sample: &Sample) -> Result<Value, ExportError> {
+fn image(sample: &Sample) -> Result<Value, Fault> {
     let mut entry = json!({
         "id": sample.index, "file_name": format!("{}.png", sample.key), "width": sample.cols, "height": sample.rows,
     });
@@ -179,7 +180,7 @@ fn image(sample: &Sample) -> Result<Value, ExportError> {
 }
 
 /// The objects of a sample, each with its mask from the instance image.
-fn annotations(sample: &Sample, classes: &[Category], options: &CocoOptions) -> Result<Vec<Value>, ExportError> {
+fn annotations(sample: &Sample, classes: &[Category], options: &CocoOptions) -> Result<Vec<Value>, Fault> {
     let objects = sample.objects()?;
     let pixels = sample.grey("instance")?.numbers();
     let whole = |object: &Map<String, Value>, name: &str| whole(object, name).map_err(|what| sample.fault(what));

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use output_schema::file::{TEMPORARY, temporary};
 use serde_json::{Value, json};
 
-use super::{ExportError, Source};
-use crate::dataset::GENERATOR_VERSION;
+use super::Source;
+use crate::dataset::{Fault, GENERATOR_VERSION};
 
 /// What is exported, while it is not finished.
 const UNFINISHED_MARKER: &str = ".unfinished-export.json";
@@ -58,8 +58,8 @@ impl ExportFolder {
         format: &str,
         options: Value,
         source: &Source,
-        fill: impl FnOnce(Self) -> Result<ExportSummary, ExportError>,
-    ) -> Result<ExportSummary, ExportError> {
+        fill: impl FnOnce(Self) -> Result<ExportSummary, Fault>,
+    ) -> Result<ExportSummary, Fault> {
         match Self::open(root, format, options, source.told())? {
             Some(out) => fill(out),
             None => Ok(ExportSummary { nothing_to_do: true, ..ExportSummary::default() }),
@@ -70,7 +70,7 @@ impl ExportFolder {
     ///
     /// # Errors
     /// Where the folder holds anything else, or cannot be written.
-    pub fn open(root: &Path, format: &str, options: Value, source: Value) -> Result<Option<Self>, ExportError> {
+    pub fn open(root: &Path, format: &str, options: Value, source: Value) -> Result<Option<Self>, Fault> {
         let order = json!({"format": format, "program": GENERATOR_VERSION, "options": options, "source": source});
         let path = root.join(UNFINISHED_MARKER);
         fs::create_dir_all(root).map_err(|e| refused(root, &e))?;
@@ -78,7 +78,7 @@ impl ExportFolder {
             let found: Value = serde_json::from_slice(&text).unwrap_or_default();
             if found.get("order") != Some(&order) {
                 let what = "it holds another export, or one of another state of the dataset";
-                return Err(ExportError::at(root, what, "choose another folder, or remove it first"));
+                return Err(Fault::at(root, what, "choose another folder, or remove it first"));
             }
             // A run that was stopped after its last file left the marker alone to remove.
             if path.exists() {
@@ -91,7 +91,7 @@ impl ExportFolder {
             let mut entries = fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten();
             // A marker that was being begun is all that a stopped run may have left.
             if entries.any(|entry| entry.file_name() != *temporary(UNFINISHED_MARKER)) {
-                return Err(ExportError::at(root, "it is not empty and holds no export", "choose an empty folder"));
+                return Err(Fault::at(root, "it is not empty and holds no export", "choose an empty folder"));
             }
             let partial = root.join(temporary(UNFINISHED_MARKER));
             let made = fs::write(&partial, format!("{order:#}\n")).and_then(|()| fs::rename(&partial, &path));
@@ -103,12 +103,12 @@ impl ExportFolder {
             let what = "it holds an unfinished export of another kind";
             let remedy =
                 format!("repeat the command that began it ({UNFINISHED_MARKER} names it), or remove the folder");
-            return Err(ExportError::at(root, what, &remedy));
+            return Err(Fault::at(root, what, remedy));
         }
         if begun.as_ref() != Some(&order) {
             let what = "it holds an unfinished export of another state of the dataset: shards were added since, or it \
                 was made anew";
-            return Err(ExportError::at(root, what, "remove the folder, or choose another one"));
+            return Err(Fault::at(root, what, "remove the folder, or choose another one"));
         }
         for entry in fs::read_dir(root).map_err(|e| refused(root, &e))?.flatten() {
             if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {
@@ -128,11 +128,7 @@ impl ExportFolder {
     ///
     /// # Errors
     /// Where `content` fails, or the file cannot be written.
-    pub fn put(
-        &self,
-        relative: &str,
-        content: impl FnOnce() -> Result<Vec<u8>, ExportError>,
-    ) -> Result<(), ExportError> {
+    pub fn put(&self, relative: &str, content: impl FnOnce() -> Result<Vec<u8>, Fault>) -> Result<(), Fault> {
         let path = self.root.join(relative);
         // A name stands for a whole file; after a loss of power it may stand for an empty one.
         if let Ok(found) = fs::metadata(&path)
@@ -157,7 +153,7 @@ impl ExportFolder {
     ///
     /// # Errors
     /// Where it cannot be made.
-    pub fn create(&self, relative: &str) -> Result<GrowingFile, ExportError> {
+    pub fn create(&self, relative: &str) -> Result<GrowingFile, Fault> {
         let (partial, path) = (self.beside(relative)?, self.root.join(relative));
         let file = File::create(&partial).map_err(|e| refused(&path, &e))?;
         Ok(GrowingFile { partial, path, file: BufWriter::new(file) })
@@ -167,7 +163,7 @@ impl ExportFolder {
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub fn finish_file(&self, growing: GrowingFile) -> Result<(), ExportError> {
+    pub fn finish_file(&self, growing: GrowingFile) -> Result<(), Fault> {
         let GrowingFile { partial, path, file } = growing;
         let file = file.into_inner().map_err(|e| refused(&path, e.error()))?;
         let bytes = file.sync_all().and_then(|()| file.metadata()).map_err(|e| refused(&path, &e))?.len();
@@ -186,7 +182,7 @@ impl ExportFolder {
     ///
     /// # Errors
     /// Where that cannot be written.
-    pub fn finish(self, result: &Value, notes: Vec<String>) -> Result<ExportSummary, ExportError> {
+    pub fn finish(self, result: &Value, notes: Vec<String>) -> Result<ExportSummary, Fault> {
         let synced = File::open(&self.root).and_then(|folder| Ok(rustix::fs::syncfs(folder)?));
         synced.map_err(|e| refused(&self.root, &e))?;
         let (files, bytes) = (self.files.into_inner(), self.bytes.into_inner());
@@ -201,7 +197,7 @@ impl ExportFolder {
     }
 
     /// The same error, after the marker was taken away where nothing else was written: the folder is free again.
-    pub(super) fn withdrawn(&self, error: ExportError) -> ExportError {
+    pub(super) fn withdrawn(&self, error: Fault) -> Fault {
         let is_marker =
             |entry: io::Result<fs::DirEntry>| entry.is_ok_and(|entry| entry.file_name() == *UNFINISHED_MARKER);
         if fs::read_dir(&self.root).is_ok_and(|mut entries| entries.all(is_marker)) {
@@ -212,7 +208,7 @@ impl ExportFolder {
     }
 
     /// The temporary path beside a file, in a folder that is there.
-    fn beside(&self, relative: &str) -> Result<PathBuf, ExportError> {
+    fn beside(&self, relative: &str) -> Result<PathBuf, Fault> {
         let partial = self.root.join(temporary(relative));
         let folder = partial.parent().unwrap_or(&self.root);
         fs::create_dir_all(folder).map_err(|e| refused(folder, &e))?;
@@ -225,7 +221,7 @@ impl GrowingFile {
     ///
     /// # Errors
     /// Where they cannot be written.
-    pub fn push(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), Fault> {
         self.file.write_all(bytes).map_err(|e| refused(&self.path, &e))
     }
 
@@ -233,7 +229,7 @@ impl GrowingFile {
     ///
     /// # Errors
     /// Where it cannot be read or written.
-    pub fn append(&mut self, other: Self) -> Result<(), ExportError> {
+    pub fn append(&mut self, other: Self) -> Result<(), Fault> {
         let copied = (|| {
             other.file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
             std::io::copy(&mut File::open(&other.partial)?, &mut self.file)?;
@@ -256,19 +252,19 @@ fn is_alike(a: &Value, b: &Value) -> bool {
 }
 
 /// The marker of a folder, held by this process alone.
-fn locked(root: &Path, path: &Path) -> Result<File, ExportError> {
+fn locked(root: &Path, path: &Path) -> Result<File, Fault> {
     let marker = File::open(path).map_err(|e| refused(path, &e))?;
     match marker.try_lock() {
         Ok(()) => Ok(marker),
         Err(TryLockError::WouldBlock) => {
-            Err(ExportError::at(root, "another process is writing it", "wait for it, or choose another folder"))
+            Err(Fault::at(root, "another process is writing it", "wait for it, or choose another folder"))
         }
         Err(TryLockError::Error(e)) => Err(refused(path, &e)),
     }
 }
 
 /// What the system refused, and what to do.
-pub(super) fn refused(path: &Path, error: &Error) -> ExportError {
+pub(super) fn refused(path: &Path, error: &Error) -> Fault {
     let (what, remedy) = match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => (
             format!("the disk is full ({error})"),
@@ -276,5 +272,5 @@ pub(super) fn refused(path: &Path, error: &Error) -> ExportError {
         ),
         _ => (format!("it cannot be written: {error}"), "give another place with --out"),
     };
-    ExportError::at(path, what, remedy)
+    Fault::at(path, what, remedy)
 }

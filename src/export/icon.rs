@@ -7,11 +7,12 @@ use output_schema::Manifest;
 use serde_json::json;
 
 use super::export_folder::refused;
-use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Source, key};
+use super::{ExportFolder, ExportProgress, ExportSummary, Source, key};
 use crate::compare::{RangeUnit, ScanMaps, frame_of};
+use crate::dataset::Fault;
 use crate::icon::{
-    IconError, IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits,
-    WorldTraits, write_image,
+    IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
+    write_image,
 };
 
 /// Rows that are handled at a time.
@@ -37,19 +38,19 @@ pub fn export(
     out: &Path,
     options: &IconOptions,
     progress: ExportProgress,
-) -> Result<ExportSummary, ExportError> {
+) -> Result<ExportSummary, Fault> {
     let images = &source.head().images;
     if images.bits > 8 {
         let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);
-        return Err(ExportError::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
+        return Err(Fault::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
     }
     if source.head().range_unit() == "px" && images.binned_columns() > 1 {
         let what = "its sensor rows are means of several columns, which no camera writes";
-        return Err(ExportError::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
+        return Err(Fault::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
     }
     if options.sensor && images.stack_every.is_none() {
         let remedy = "set `output: {sensor_stack: {every: 100}}` in the recipe and make it anew";
-        return Err(ExportError::at(source.root(), "no sensor frame was kept", remedy));
+        return Err(Fault::at(source.root(), "no sensor frame was kept", remedy));
     }
     let asked = json!({"words": options.words, "rate_hz": options.rate, "sensor": options.sensor});
     ExportFolder::write(out, "icon", asked, source, |out| {
@@ -82,7 +83,7 @@ fn mark(profile: usize, row_mm: f64, rate: f64) -> ProfileMark {
     ProfileMark { encoder, timestamp, ..ProfileMark::default() }
 }
 
-fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(), IconError> {
+fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(), Fault> {
     let valid = || frame.range.iter().filter(|z| z.is_finite());
     let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
     let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
@@ -135,12 +136,11 @@ fn float_height(height: f32) -> f32 {
     }
 }
 
-fn write_sensor_image(out: &Path, frame: &ScanMaps) -> Result<(), ExportError> {
+fn write_sensor_image(out: &Path, frame: &ScanMaps) -> Result<(), Fault> {
     let Some(exposure) = frame.exposures.get(frame.exposures.len() / 2) else {
-        let remedy = super::CHECK.into();
-        return Err(ExportError { place: frame.name.clone(), what: "it has no sensor frame".into(), remedy });
+        return Err(Fault::damaged(frame.name.as_ref(), "it has no sensor frame"));
     };
     let rows = exposure.dn.len() / exposure.cols.max(1);
     let image = SensorImage { cols: exposure.cols, rows, offset: [0, 0], dn: exposure.dn.clone() };
-    Ok(write_image(out, &image)?)
+    write_image(out, &image)
 }

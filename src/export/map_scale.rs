@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::{ExportError, ExportProgress, Sample, Source};
+use super::{ExportProgress, Sample, Source};
+use crate::dataset::Fault;
 
 /// Samples that a scale is found from.
 const MAX_SCALE_SAMPLES: u64 = 64;
@@ -67,7 +68,7 @@ impl MapScales {
         maps: &'static [&'static str],
         given: GivenEnds,
         progress: ExportProgress,
-    ) -> Result<Self, ExportError> {
+    ) -> Result<Self, Fault> {
         let unknown: Vec<&str> = [("range", given.range), ("scatter", given.scatter)]
             .into_iter()
             .filter(|(name, ends)| ends.is_none() && maps.contains(name))
@@ -95,7 +96,7 @@ impl MapScales {
                 ends.ok_or_else(|| {
                     let what =
                         format!("no pixel of the samples that the ends of {name} are found from shows the object");
-                    ExportError::at(source.root(), what, &format!("give them with --{name}-ends LOW,HIGH"))
+                    Fault::at(source.root(), what, format!("give them with --{name}-ends LOW,HIGH"))
                 })
             };
             let ends = match name {
@@ -105,7 +106,7 @@ impl MapScales {
             };
             Ok((name, MapScale::between(ends)))
         };
-        Ok(Self { maps: maps.iter().copied().map(scaling).collect::<Result<_, ExportError>>()? })
+        Ok(Self { maps: maps.iter().copied().map(scaling).collect::<Result<_, Fault>>()? })
     }
 
     /// The scales, channel by channel.
@@ -124,12 +125,12 @@ impl MapScales {
 }
 
 /// What numbers of a stored map mean: `offset + scale * n`.
-pub(super) fn physical_scale(sample: &Sample, map: &str) -> Result<[f64; 2], ExportError> {
+pub(super) fn physical_scale(sample: &Sample, map: &str) -> Result<[f64; 2], Fault> {
     if map == "range" { sample.range_scale() } else { Ok([0.0, 1.0]) }
 }
 
 /// How many pixels that show the object have each value of a map: whole DN, hundredths of a millimetre or of a row.
-fn histogram(sample: &Sample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(i64, u64)>, ExportError> {
+fn histogram(sample: &Sample, map: &str, labels: Option<&[u16]>) -> Result<Vec<(i64, u64)>, Fault> {
     let [offset, scale] = physical_scale(sample, map)?;
     let numbers = sample.grey(map)?.numbers();
     let mut pixels = vec![0_u64; 1 << 16];

@@ -30,44 +30,6 @@ pub use run_length::RunLengthMask;
 pub use sample::Sample;
 pub use source::{Selection, Source};
 
-use std::path::Path;
-
-use crate::dataset::Fault;
-use crate::icon::IconError;
-
-/// What to do about a damaged dataset.
-const CHECK: &str = "`gen validate` says what is damaged";
-
-/// What is wrong, where, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {what}; {remedy}")]
-pub struct ExportError {
-    /// File, folder or option.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: String,
-}
-
-impl ExportError {
-    fn at(place: &Path, what: impl Into<String>, remedy: &str) -> Self {
-        Self { place: place.display().to_string(), what: what.into(), remedy: remedy.into() }
-    }
-}
-
-impl From<Fault> for ExportError {
-    fn from(Fault { place, what, remedy, .. }: Fault) -> Self {
-        Self { place, what, remedy: remedy.into() }
-    }
-}
-
-impl From<IconError> for ExportError {
-    fn from(error: IconError) -> Self {
-        Self { place: error.place, what: error.what, remedy: error.remedy }
-    }
-}
-
 /// A part of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Region {

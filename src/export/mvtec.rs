@@ -15,10 +15,9 @@ use serde_json::json;
 use super::classes::{folder_name, good};
 use super::picture::TrainingPicture;
 use super::{
-    ExportError, ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, Sample,
-    Source,
+    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, Sample, Source,
 };
-use crate::dataset::{Grey, write_png};
+use crate::dataset::{Fault, Grey, write_png};
 use crate::split::Split;
 
 /// Folder of pictures with defects of several classes, as MVTec AD names it.
@@ -46,7 +45,7 @@ pub fn export(
     out: &Path,
     options: &MvtecOptions,
     progress: ExportProgress,
-) -> Result<ExportSummary, ExportError> {
+) -> Result<ExportSummary, Fault> {
     let head = source.head();
     let maps = options.show.maps();
     let images = [maps, &["label"]].concat();
@@ -55,7 +54,7 @@ pub fn export(
     let least = head.images.cols.min(head.images.rows);
     if let Some(side) = options.patch_px.filter(|side| *side as u64 > least) {
         let what = format!("{side} px is larger than the images of {} x {} px", head.images.cols, head.images.rows);
-        return Err(ExportError::at("--patch-px".as_ref(), what, &format!("give up to {least}")));
+        return Err(Fault::at("--patch-px".as_ref(), what, format!("give up to {least}")));
     }
     let asked = json!({
         "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
@@ -83,7 +82,7 @@ pub fn export(
              from good ones"
             );
             let remedy = "try --patch-px, --good, --split all or more samples";
-            return Err(out.withdrawn(ExportError::at(source.root(), what, remedy)));
+            return Err(out.withdrawn(Fault::at(source.root(), what, remedy)));
         }
         let notes = notes(source, left_out, |folder| counts.contains_key(folder));
         let good: Vec<&str> =
@@ -134,7 +133,7 @@ fn pictures(
     options: &MvtecOptions,
     scalings: &MapScales,
     good: &[bool; 256],
-) -> Result<Vec<Option<String>>, ExportError> {
+) -> Result<Vec<Option<String>>, Fault> {
     let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
     let picture = TrainingPicture::of(sample, scalings)?;
     let mut folders = Vec::new();

@@ -6,8 +6,8 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::map_scale::physical_scale;
-use super::{ExportError, MapScales, Region, Sample};
-use crate::dataset::{Grey, write_png};
+use super::{MapScales, Region, Sample};
+use crate::dataset::{Fault, Grey, write_png};
 
 /// What a picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +52,7 @@ pub(super) struct TrainingPicture {
 
 impl TrainingPicture {
     /// The picture of a sample, scaled as the whole dataset is.
-    pub(super) fn of(sample: &Sample, scalings: &MapScales) -> Result<Self, ExportError> {
+    pub(super) fn of(sample: &Sample, scalings: &MapScales) -> Result<Self, Fault> {
         let channels = scalings.channels().count();
         let mut pixels = vec![0; sample.cols * sample.rows * channels];
         for (channel, (map, scaling)) in scalings.channels().enumerate() {

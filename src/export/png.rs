@@ -13,7 +13,8 @@ use serde_json::{Map, Value, json};
 
 use super::export_folder::GrowingFile;
 use super::picture::colour_png;
-use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Sample, Source};
+use super::{ExportFolder, ExportProgress, ExportSummary, Sample, Source};
+use crate::dataset::Fault;
 use crate::drawing::class_colour;
 use crate::split::Split;
 
@@ -27,13 +28,13 @@ pub struct PngOptions {
 }
 
 /// The chosen maps, in the order of columns.
-pub(super) fn chosen(source: &Source, asked: &[String]) -> Result<Vec<&'static str>, ExportError> {
+pub(super) fn chosen(source: &Source, asked: &[String]) -> Result<Vec<&'static str>, Fault> {
     let is_chosen = |map: &&str| if asked.is_empty() { source.has(map) } else { asked.iter().any(|name| name == map) };
     let maps: Vec<&'static str> = IMAGES.into_iter().filter(is_chosen).collect();
     source.needs(&maps)?;
     if maps.is_empty() {
         let remedy = "add some to `output: {png: [..]}` of the recipe and make it anew";
-        return Err(ExportError::at(source.root(), "it was made without images", remedy));
+        return Err(Fault::at(source.root(), "it was made without images", remedy));
     }
     Ok(maps)
 }
@@ -47,7 +48,7 @@ pub fn export(
     out: &Path,
     options: &PngOptions,
     progress: ExportProgress,
-) -> Result<ExportSummary, ExportError> {
+) -> Result<ExportSummary, Fault> {
     let maps = chosen(source, &options.maps)?;
     let images = match options.colour && !maps.contains(&"label") {
         true => [maps.as_slice(), &["label"]].concat(),

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use output_schema::ManifestSample;
 use serde_json::{Map, Value};
 
-use super::{CHECK, ExportError, Source, key};
-use crate::dataset::{ExrMaps, Grey, JsonRow, Table, range_numbers, read_png, rounded8, rounded16, write_png};
+use super::{Source, key};
+use crate::dataset::{ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png, rounded8, rounded16, write_png};
 use crate::split::Split;
 
 /// One sample.
@@ -41,9 +41,9 @@ impl Sample {
         row: JsonRow,
         listed: &ManifestSample,
         with_exr: bool,
-    ) -> Result<Self, ExportError> {
+    ) -> Result<Self, Fault> {
         let head = source.head();
-        let told = |what: String| ExportError::from(table.damaged(what).of_part(format!("sample {}", listed.index)));
+        let told = |what: String| table.damaged(what).of_part(format!("sample {}", listed.index));
         let facts = || {
             let is_listed = row.whole("index")? == listed.index
                 && row.text("id")? == listed.id
@@ -80,12 +80,12 @@ impl Sample {
     }
 
     /// An error that names this sample.
-    pub(super) fn fault(&self, what: impl AsRef<str>) -> ExportError {
-        ExportError::at(&self.path, format!("sample {}: {}", self.index, what.as_ref()), CHECK)
+    pub(super) fn fault(&self, what: impl AsRef<str>) -> Fault {
+        Fault::damaged(&self.path, what.as_ref()).of_part(format!("sample {}", self.index))
     }
 
     /// What a number of Range means: `offset + number * scale` [mm or px].
-    pub(super) fn range_scale(&self) -> Result<[f64; 2], ExportError> {
+    pub(super) fn range_scale(&self) -> Result<[f64; 2], Fault> {
         let number = |what: &str| self.row.number(&format!("range_{what}_{}", self.unit)).map_err(|e| self.fault(e));
         Ok([number("offset")?, number("scale")?])
     }
@@ -94,7 +94,7 @@ impl Sample {
     ///
     /// # Errors
     /// Where it is missing or damaged.
-    pub fn grey(&self, name: &str) -> Result<Grey, ExportError> {
+    pub fn grey(&self, name: &str) -> Result<Grey, Fault> {
         let told = |what: String| self.fault(format!("`{name}`: {what}"));
         let grey = match self.row.image(name) {
             Some(png) => {
@@ -132,7 +132,7 @@ impl Sample {
     ///
     /// # Errors
     /// Where it is missing or damaged.
-    pub fn png(&self, name: &str) -> Result<Vec<u8>, ExportError> {
+    pub fn png(&self, name: &str) -> Result<Vec<u8>, Fault> {
         let grey = self.grey(name)?;
         Ok(self.row.image(name).map_or_else(|| write_png(&grey, self.cols), <[u8]>::to_vec))
     }
@@ -158,7 +158,7 @@ impl Sample {
     }
 
     /// The objects of the row.
-    pub(super) fn objects(&self) -> Result<Vec<&Map<String, Value>>, ExportError> {
+    pub(super) fn objects(&self) -> Result<Vec<&Map<String, Value>>, Fault> {
         let objects = self.row.values.get("objects").and_then(Value::as_array);
         let objects = objects.ok_or_else(|| self.fault("`objects` is no list"))?;
         let object = |value| Value::as_object(value).ok_or_else(|| self.fault("`objects` holds no structs"));

@@ -11,8 +11,8 @@ use output_schema::{DatasetHead, Manifest, ManifestSample};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{ExportError, ExportProgress, Sample};
-use crate::dataset::{Dataset, DatasetSums, RowQuery, Table};
+use super::{ExportProgress, Sample};
+use crate::dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
 use crate::split::Split;
 
 pub(super) use part::Done;
@@ -67,7 +67,7 @@ impl Source {
     ///
     /// # Errors
     /// Where there is none, or none of the chosen samples is finished.
-    pub fn open(path: &Path, selection: Selection) -> Result<Self, ExportError> {
+    pub fn open(path: &Path, selection: Selection) -> Result<Self, Fault> {
         let dataset = Dataset::open(path)?;
         // Others may be finished while this goes on: sums and samples are of the same ones.
         let finished: Vec<u64> = (0..dataset.head().shards).filter(|&shard| dataset.has_manifest(shard)).collect();
@@ -89,7 +89,7 @@ impl Source {
         if let Some(range) = beyond {
             let last = source.head().samples.saturating_sub(1);
             let remedy = format!("give --index 0 to {last}");
-            return Err(ExportError::at(path, format!("there is no sample {}", range.end()), &remedy));
+            return Err(Fault::at(path, format!("there is no sample {}", range.end()), remedy));
         }
         for shard in finished {
             let Some(manifest) = source.dataset.manifest(shard)? else { continue };
@@ -108,7 +108,7 @@ impl Source {
                 0 => ("it has no samples of that choice", "give another --split or --index"),
                 _ => ("none of the chosen samples is finished", "run gen again to finish it"),
             };
-            return Err(ExportError::at(path, what, remedy));
+            return Err(Fault::at(path, what, remedy));
         }
         Ok(source)
     }
@@ -145,14 +145,14 @@ impl Source {
     }
 
     /// Refuses where one of these images is in no file of the dataset.
-    pub(super) fn needs(&self, images: &[&str]) -> Result<(), ExportError> {
+    pub(super) fn needs(&self, images: &[&str]) -> Result<(), Fault> {
         let known = &self.head().images;
         match images.iter().find(|image| !self.has(image)) {
             None => Ok(()),
             Some(missing) => {
                 let what = format!("it was made without `{missing}` images (png {:?}, exr {:?})", known.png, known.exr);
                 let remedy = format!("add {missing} to `output: {{png: [..]}}` of the recipe and make it anew");
-                Err(ExportError::at(self.root(), what, &remedy))
+                Err(Fault::at(self.root(), what, remedy))
             }
         }
     }
@@ -175,9 +175,9 @@ impl Source {
     /// Where a manifest is damaged, or `work` fails; of several errors the first in the order of samples.
     pub(super) fn each_index(
         &self,
-        work: impl Fn(&Manifest, u64) -> Result<(), ExportError> + Sync,
+        work: impl Fn(&Manifest, u64) -> Result<(), Fault> + Sync,
         progress: ExportProgress,
-    ) -> Result<(), ExportError> {
+    ) -> Result<(), Fault> {
         let mut done = self.done_samples;
         for &shard in &self.shards {
             let Some(manifest) = self.dataset.manifest(shard)? else { continue };
@@ -201,10 +201,10 @@ impl Source {
     pub(super) fn each<T: Send>(
         &self,
         images: &[&str],
-        work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
-        mut take: impl FnMut(&Sample, T) -> Result<(), ExportError>,
+        work: impl Fn(&Sample) -> Result<T, Fault> + Sync,
+        mut take: impl FnMut(&Sample, T) -> Result<(), Fault>,
         progress: ExportProgress,
-    ) -> Result<(), ExportError> {
+    ) -> Result<(), Fault> {
         let stored: Vec<&str> =
             images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();
         let with_exr = stored.len() < images.len();
@@ -242,13 +242,13 @@ impl Source {
     }
 
     /// The tables with chosen samples that are left, in the order of shards, then of splits.
-    fn wanted(&self) -> impl Iterator<Item = Result<WantedRows, ExportError>> + '_ {
+    fn wanted(&self) -> impl Iterator<Item = Result<WantedRows, Fault>> + '_ {
         let splits = Split::ALL.into_iter().filter(|split| self.selection.has_split(split.name()));
         let tables = self.shards.iter().flat_map(move |&shard| splits.clone().map(move |split| (shard, split)));
         tables.filter_map(|(shard, split)| self.wanted_of(shard, split).transpose())
     }
 
-    fn wanted_of(&self, shard: u64, split: Split) -> Result<Option<WantedRows>, ExportError> {
+    fn wanted_of(&self, shard: u64, split: Split) -> Result<Option<WantedRows>, Fault> {
         let Some(manifest) = self.dataset.manifest(shard)? else { return Ok(None) };
         let of_split: Vec<_> =
             manifest.samples.into_iter().filter(|sample| sample.split == split.name()).enumerate().collect();

@@ -19,7 +19,8 @@ use tar::{Archive, EntryType, Header};
 use super::export_folder::GrowingFile;
 use super::png::chosen;
 use super::source::Done;
-use super::{ExportError, ExportFolder, ExportProgress, ExportSummary, Sample, Source};
+use super::{ExportFolder, ExportProgress, ExportSummary, Sample, Source};
+use crate::dataset::Fault;
 use crate::split::Split;
 
 /// What ends a tar: two empty blocks.
@@ -52,7 +53,7 @@ pub fn export(
     out: &Path,
     options: &WebDatasetOptions,
     progress: ExportProgress,
-) -> Result<ExportSummary, ExportError> {
+) -> Result<ExportSummary, Fault> {
     let maps = chosen(source, &options.maps)?;
     let asked = json!({"maps": maps, "most_bytes": options.most_bytes});
     ExportFolder::write(out, "webdataset", asked, source, |out| {
@@ -107,12 +108,7 @@ fn name(split: Split, number: u64) -> String {
 
 /// The tars of a split that a stopped run has finished, and what is in them; `None` where there are none, or where they
 /// are not the first of this export.
-fn keep(
-    out: &ExportFolder,
-    source: &Source,
-    split: Split,
-    maps: &[&str],
-) -> Result<Option<(SplitTars, Done)>, ExportError> {
+fn keep(out: &ExportFolder, source: &Source, split: Split, maps: &[&str]) -> Result<Option<(SplitTars, Done)>, Fault> {
     let mut tars = SplitTars::default();
     let mut sizes = Vec::new();
     let mut last = None;
@@ -132,7 +128,7 @@ fn keep(
 }
 
 impl SplitTars {
-    fn close(&mut self, out: &ExportFolder) -> Result<(), ExportError> {
+    fn close(&mut self, out: &ExportFolder) -> Result<(), Fault> {
         if let Some(mut tar) = self.open.take() {
             tar.push(&END_OF_TAR)?;
             out.finish_file(tar)?;
@@ -144,7 +140,7 @@ impl SplitTars {
 }
 
 /// Appends a file with its header, filled up to whole blocks.
-fn entry(files: &mut Vec<u8>, sample: &Sample, name: &str, content: &[u8]) -> Result<(), ExportError> {
+fn entry(files: &mut Vec<u8>, sample: &Sample, name: &str, content: &[u8]) -> Result<(), Fault> {
     let mut header = Header::new_ustar();
     header.set_path(name).map_err(|e| sample.fault(format!("{name} is no name for a tar: {e}")))?;
     header.set_entry_type(EntryType::Regular);

@@ -9,7 +9,7 @@ use crate::optics::speckle::PatternCache;
 use crate::pipeline;
 use crate::recipe::{Distribution, Recipe};
 use crate::split::Split;
-use crate::validate::{Declared, DeclaredParameter, Expected, Unlit};
+use crate::validate::{DeclaredLaws, ExpectedRow, ParameterLaws, UnlitRow};
 
 /// The recipe of a dataset, and the content that this program expects of it.
 pub struct ExpectedDataset {
@@ -47,9 +47,9 @@ impl ExpectedDataset {
     }
 
     /// Expected row of a sample as far as it is drawn, without rendering.
-    pub fn expected(&self, index: u64) -> Expected {
+    pub fn expected(&self, index: u64) -> ExpectedRow {
         let scene = self.recipe.draw(self.head.seed, index);
-        Expected {
+        ExpectedRow {
             numbers: scene.values().into_iter().map(|(_, value)| value).collect(),
             id: scene.id,
             split: scene.split.name().into(),
@@ -58,11 +58,11 @@ impl ExpectedDataset {
     }
 
     /// Expected numbers and labels of a sample that need no light.
-    pub fn unlit(&self, index: u64) -> Unlit {
+    pub fn unlit(&self, index: u64) -> UnlitRow {
         let pipeline::Unlit { record, instances, rows } =
             pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);
         let derived = record.calibration.iter().chain(&record.physics);
-        Unlit {
+        UnlitRow {
             derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
             grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
             defects: record.defects.iter().map(|class| class.name().to_owned()).collect(),
@@ -72,7 +72,7 @@ impl ExpectedDataset {
     }
 
     /// How the rows are drawn.
-    pub fn declared(&self) -> Declared {
+    pub fn declared(&self) -> DeclaredLaws {
         declared(&self.recipe, self.head.seed)
     }
 
@@ -83,7 +83,7 @@ impl ExpectedDataset {
 }
 
 /// How the rows of a dataset of `recipe` and `seed` are drawn.
-pub fn declared(recipe: &Recipe, seed: u64) -> Declared {
+pub fn declared(recipe: &Recipe, seed: u64) -> DeclaredLaws {
     let classes = recipe.classes();
     let parameter = |(parameter, _): (&'static Parameter, f64)| {
         let path = parameter.path();
@@ -95,7 +95,7 @@ pub fn declared(recipe: &Recipe, seed: u64) -> Declared {
             })
         });
         let law_of_class = law_of_class.collect();
-        DeclaredParameter { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class }
+        ParameterLaws { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class }
     };
     let own = recipe.clone();
     let class_of = move |index: u64| {
@@ -103,7 +103,7 @@ pub fn declared(recipe: &Recipe, seed: u64) -> Declared {
         own.classes().iter().position(|known| known.name == class.name).unwrap_or(usize::MAX)
     };
     let splits = recipe.splits();
-    Declared {
+    DeclaredLaws {
         classes: classes.iter().map(|class| (class.name.clone(), class.share)).collect(),
         class_of: Box::new(class_of),
         splits: Split::ALL

@@ -10,7 +10,7 @@
 //! Reflectance, then Scatter, then Mark; a sensor image goes line by line (layout SCAN). Readers take both. A scan in
 //! memory may hold some rows of a file only, so files of any length pass through in little memory.
 //!
-//! A damaged file gives an [`IconError`], never a panic, and takes no more memory than its own size.
+//! A damaged file gives an [`Fault`](crate::dataset::Fault), never a panic, and takes no more memory than its own size.
 //! [docs/files/icon.md](../../docs/files/icon.md) tells what every element means.
 
 mod layout;
@@ -22,18 +22,6 @@ mod xml;
 pub use read::{Content, ScanReader, open};
 pub use traits::{SensorTraits, Traits, WorldTraits};
 pub use write::{ScanWriter, write_image};
-
-/// What is wrong with a file, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {what}; {remedy}")]
-pub struct IconError {
-    /// File, and line where there is one.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: String,
-}
 
 /// Heights of a scan, `[rows, width]`, row-major.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::layout::{Component, FileLayout, NumberType, Plane, PlaneContent};
 use super::traits::Traits;
-use super::{IconError, IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage, xml};
+use super::{IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage, xml};
+use crate::dataset::Fault;
 
 /// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
 const MAX_XML_BYTES: u64 = 16 << 20;
@@ -41,22 +42,22 @@ struct DataFile {
 ///
 /// # Errors
 /// What is wrong with one of them, where, and what to do.
-pub fn open(path: &Path) -> Result<Content, IconError> {
+pub fn open(path: &Path) -> Result<Content, Fault> {
     let known = path.extension().is_some_and(|extension| extension == "xml" || extension == "dat");
     let side = |extension: &str| {
         if known { path.with_extension(extension) } else { PathBuf::from(format!("{}.{extension}", path.display())) }
     };
     let (description, data) = (side("xml"), side("dat"));
     let layout = read_layout(&description)?;
-    let unreadable = |error: std::io::Error| fault(&data, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
+    let unreadable = |error: std::io::Error| Fault::at(&data, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
     let file = File::open(&data).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
     let whole = layout.line as u64;
     if whole == 0 || !length.is_multiple_of(whole) {
         let what = format!("its {length} bytes are no whole number of rows of {whole} bytes, as its XML has them");
-        return Err(fault(&data, what, COPY_AGAIN));
+        return Err(Fault::at(&data, what, COPY_AGAIN));
     }
-    let rows = usize::try_from(length / whole).map_err(|_| fault(&data, "it is beyond memory".into(), COPY_AGAIN))?;
+    let rows = usize::try_from(length / whole).map_err(|_| Fault::at(&data, "it is beyond memory", COPY_AGAIN))?;
     let subject = layout.subject;
     let mut data = DataFile { layout, rows, file, path: data };
     match subject {
@@ -64,7 +65,7 @@ pub fn open(path: &Path) -> Result<Content, IconError> {
         Component::SensorImage { rows: height, offset, plane } => {
             if height != rows {
                 let what = format!("it has {rows} rows of {whole} bytes, its XML says {height}");
-                return Err(fault(&data.path, what, COPY_AGAIN));
+                return Err(Fault::at(&data.path, what, COPY_AGAIN));
             }
             let dn = data.bytes(&plane, 0, rows)?;
             Ok(Content::Image(SensorImage { cols: plane.width, rows, offset, dn }))
@@ -77,15 +78,11 @@ const COPY_AGAIN: &str = "copy both files again, or have them written again";
 /// What to do about a file that is not there.
 const SIDE_BY_SIDE: &str = "NAME.xml and NAME.dat must lie side by side";
 
-fn fault(path: &Path, what: String, remedy: &str) -> IconError {
-    IconError { place: path.display().to_string(), what, remedy: remedy.into() }
-}
-
-fn read_layout(path: &Path) -> Result<FileLayout, IconError> {
-    let unreadable = |error: std::io::Error| fault(path, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
+fn read_layout(path: &Path) -> Result<FileLayout, Fault> {
+    let unreadable = |error: std::io::Error| Fault::at(path, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
     let length = fs::metadata(path).map_err(unreadable)?.len();
     if length > MAX_XML_BYTES {
-        return Err(fault(
+        return Err(Fault::at(
             path,
             format!("it has {length} bytes, more than any description"),
             "give the .xml of a scan",
@@ -95,13 +92,13 @@ fn read_layout(path: &Path) -> Result<FileLayout, IconError> {
     let text = String::from_utf8(bytes);
     let text = text.map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        fault(path, format!("byte {at} is no UTF-8"), "save it as UTF-8 without other changes")
+        Fault::at(path, format!("byte {at} is no UTF-8"), "save it as UTF-8 without other changes")
     })?;
     // Windows tools may begin with a mark of byte order.
     let read = xml::read(text.trim_start_matches('\u{feff}')).and_then(|root| FileLayout::read(&root));
     read.map_err(|wrong| {
         let place = format!("{}, line {}", path.display(), wrong.line);
-        IconError { place, what: wrong.what, remedy: "correct this line, or have the file written again".into() }
+        Fault::new(place, wrong.what, "correct this line, or have the file written again")
     })
 }
 
@@ -125,7 +122,7 @@ impl ScanReader {
     ///
     /// # Errors
     /// Where the disk refuses, or the file has become shorter.
-    pub fn read(&mut self, first: usize, count: usize) -> Result<IconScan, IconError> {
+    pub fn read(&mut self, first: usize, count: usize) -> Result<IconScan, Fault> {
         let rows = count.min(self.data.rows.saturating_sub(first));
         let mut range = RangeValues::World(Vec::new());
         let (mut light, mut scatter, mut marks) = (None, None, None);
@@ -157,8 +154,8 @@ impl ScanReader {
 
 impl DataFile {
     /// The bytes of some rows of a plane.
-    fn bytes(&mut self, plane: &Plane, first: usize, rows: usize) -> Result<Vec<u8>, IconError> {
-        let refused = |error: std::io::Error| fault(&self.path, format!("it cannot be read: {error}"), COPY_AGAIN);
+    fn bytes(&mut self, plane: &Plane, first: usize, rows: usize) -> Result<Vec<u8>, Fault> {
+        let refused = |error: std::io::Error| Fault::at(&self.path, format!("it cannot be read: {error}"), COPY_AGAIN);
         let mut bytes = vec![0; rows * plane.line()];
         // A plane on its own lies the same way in either layout.
         if self.layout.planar || plane.line() == self.layout.line {

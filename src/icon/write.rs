@@ -5,8 +5,8 @@ use std::io::{Error, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::layout::{FileLayout, PlaneContent};
-use super::{IconError, IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage};
-use crate::dataset::atomic_file;
+use super::{IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage};
+use crate::dataset::{Fault, atomic_file};
 
 /// A scan that is being written. Without [`ScanWriter::finish`] nothing stays.
 #[derive(Debug)]
@@ -25,7 +25,7 @@ impl ScanWriter {
     ///
     /// # Errors
     /// Where the place cannot be written.
-    pub fn create(name: &Path, like: &IconScan, rows: usize) -> Result<Self, IconError> {
+    pub fn create(name: &Path, like: &IconScan, rows: usize) -> Result<Self, Fault> {
         let data = paths(name)?.0;
         let partial = partial(&data);
         let file = File::create(&partial).map_err(|error| refused(&data, &error))?;
@@ -36,12 +36,8 @@ impl ScanWriter {
     ///
     /// # Errors
     /// Where they have another layout, are more than were announced, or the disk refuses.
-    pub fn push(&mut self, rows: &IconScan) -> Result<(), IconError> {
-        let wrong = |what: String| IconError {
-            place: self.data.display().to_string(),
-            what,
-            remedy: "give whole rows of the scan that was begun".into(),
-        };
+    pub fn push(&mut self, rows: &IconScan) -> Result<(), Fault> {
+        let wrong = |what: String| Fault::at(&self.data, what, "give whole rows of the scan that was begun");
         if FileLayout::of(rows) != self.layout {
             return Err(wrong("these rows have other planes, another width or other traits".into()));
         }
@@ -73,10 +69,10 @@ impl ScanWriter {
     ///
     /// # Errors
     /// Where rows are missing, or the disk refuses.
-    pub fn finish(self) -> Result<(), IconError> {
+    pub fn finish(self) -> Result<(), Fault> {
         if self.written != self.rows {
             let what = format!("{} of {} rows were written", self.written, self.rows);
-            return Err(IconError { place: self.data.display().to_string(), what, remedy: "write all rows".into() });
+            return Err(Fault::at(&self.data, what, "write all rows"));
         }
         self.file.sync_all().map_err(|error| refused(&self.data, &error))?;
         atomic_file::rename(&self.partial, &self.data).map_err(|no| refused(&self.data, &no.source))?;
@@ -95,23 +91,23 @@ impl Drop for ScanWriter {
 ///
 /// # Errors
 /// Where the place cannot be written, or the image is not whole rows.
-pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), IconError> {
+pub fn write_image(name: &Path, image: &SensorImage) -> Result<(), Fault> {
     let (data, text) = paths(name)?;
     if image.cols == 0 || image.dn.len() != image.cols * image.rows {
         let what = format!("{} numbers are not {} rows of {}", image.dn.len(), image.rows, image.cols);
-        return Err(IconError { place: data.display().to_string(), what, remedy: "give a whole image".into() });
+        return Err(Fault::at(&data, what, "give a whole image"));
     }
     let told = |no: atomic_file::FileError| refused(&data, &no.source);
     atomic_file::write(&partial(&data), &data, &image.dn).map_err(told)?;
     write_text(&text, &FileLayout::of_image(image.cols, image.rows, image.offset).write())
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), IconError> {
+fn write_text(path: &Path, text: &str) -> Result<(), Fault> {
     atomic_file::write(&partial(path), path, text.as_bytes()).map_err(|no| refused(path, &no.source))
 }
 
 /// `NAME.dat` and `NAME.xml`.
-fn paths(name: &Path) -> Result<(PathBuf, PathBuf), IconError> {
+fn paths(name: &Path) -> Result<(PathBuf, PathBuf), Fault> {
     let bare = match name.extension() {
         Some(extension) if extension == "dat" || extension == "xml" => name.with_extension(""),
         _ => name.to_path_buf(),
@@ -128,13 +124,13 @@ fn partial(path: &Path) -> PathBuf {
     path.with_file_name(format!(".tmp-{}-{name}", std::process::id()))
 }
 
-fn refused(path: &Path, error: &Error) -> IconError {
+fn refused(path: &Path, error: &Error) -> Fault {
     let (what, remedy) = match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => ("the disk is full", "make room, then try again"),
         ErrorKind::IsADirectory => ("it is a folder", "give another name with --out"),
         _ => ("it cannot be written", "make the folder first, or give another name with --out"),
     };
-    IconError { place: path.display().to_string(), what: format!("{what}: {error}"), remedy: remedy.into() }
+    Fault::at(path, format!("{what}: {error}"), remedy)
 }
 
 /// The bytes of a plane; none where the scan has no such plane.

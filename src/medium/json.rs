@@ -2,11 +2,11 @@
 
 use serde_json::{Map, Value, json};
 
-use super::Medium;
+use super::LayeredMedium;
 use crate::transport::answer::Question;
 use crate::transport::stack::{CylinderPhase, Foil, Layer, Scattering, Substrate};
 
-impl Medium {
+impl LayeredMedium {
     /// Everything that the medium means; JSON is YAML, so it is a medium file itself.
     pub fn json(&self) -> Value {
         let mut shown = json!({

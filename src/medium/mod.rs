@@ -1,7 +1,7 @@
 //! Media: plane layers and a question about them, as a YAML file says them for `gen transport`.
 //!
-//! `text -> tree -> yaml -> Medium`. Every fault of a text is found at once and names its line, its key and its remedy;
-//! what is left after that is in range, so no model checks it again. All azimuths in files are measured from the motion
+//! `text -> tree -> yaml -> LayeredMedium`. Every fault of a text is found at once and names its line, its key and its
+//! remedy; what is left after that is in range, so no model checks it again. All azimuths in files are measured from the motion
 //! (+y) towards the laser line (+x). recipes/media/README.md explains every key.
 
 mod json;
@@ -17,7 +17,7 @@ pub use self::reader::axis;
 
 /// Layers and what is asked about them; every number in it is in range.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Medium {
+pub struct LayeredMedium {
     /// The layers.
     pub stack: Stack,
     /// What is asked.
@@ -40,7 +40,7 @@ pub enum MediumError {
     Faulty(#[from] YamlFaults),
 }
 
-impl Medium {
+impl LayeredMedium {
     /// The medium in the file `path`.
     pub fn load(path: &Path) -> Result<Self, MediumError> {
         let bytes = read_bytes(path).map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;

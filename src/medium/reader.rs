@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec3;
 
-use super::Medium;
+use super::LayeredMedium;
 use crate::transport::answer::Question;
 use crate::transport::stack::{CylinderPhase, Foil, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
 use crate::yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, parse_yaml};
@@ -19,7 +19,7 @@ const ROUGHNESS: NumberRange = range(1e-3, 1.0, "");
 const MAX_LAYERS: usize = 64;
 
 /// Reads `text`; every fault that is found comes back.
-pub(super) fn read(origin: &str, text: &str) -> Result<Medium, YamlFaults> {
+pub(super) fn read(origin: &str, text: &str) -> Result<LayeredMedium, YamlFaults> {
     let mut yaml = YamlReader::new(text, NOUN);
     let medium = match parse_yaml(text, NOUN) {
         Ok(root) => medium(&mut yaml, &root),
@@ -32,7 +32,7 @@ pub(super) fn read(origin: &str, text: &str) -> Result<Medium, YamlFaults> {
     Ok(medium.expect("whatever gives no medium notes a fault"))
 }
 
-fn medium(yaml: &mut YamlReader, root: &YamlNode) -> Option<Medium> {
+fn medium(yaml: &mut YamlReader, root: &YamlNode) -> Option<LayeredMedium> {
     if !matches!(root.value, YamlValue::Map(_)) {
         let problem = match &root.value {
             YamlValue::Nothing => "the file is empty".to_owned(),
@@ -56,7 +56,7 @@ fn medium(yaml: &mut YamlReader, root: &YamlNode) -> Option<Medium> {
     top.close(yaml, &["n_above", "layers", "n_below", "below", "question"], &|name| {
         LAYER_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `layers`"))
     });
-    Some(Medium { stack: Stack { above: above?, layers: layers?, below: below? }, question: question? })
+    Some(LayeredMedium { stack: Stack { above: above?, layers: layers?, below: below? }, question: question? })
 }
 
 /// What the last layer lies on: an index, or foil.

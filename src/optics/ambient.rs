@@ -1,10 +1,10 @@
-//! Light of lamps and windows that gets past the filter: an even glow on whatever a pixel looks at.
+//! Ambient light: light of lamps and windows that passes the filter, uniform on everything that a pixel looks at.
 //!
-//! [`super::vignetting`] has the equation. A place throws back as much of it as of an even light from above, which is the sum
-//! of all widths of its spread, and what its surface throws back; the pixel of a sensor row sees the place that the row
-//! looks at, as the light from below does. It has no speckle (its band is broad) and photon noise like all light.
-//! Neglected: shadows that the object throws on itself and on the conveyor; a place that is hidden has its own
-//! brightness in place of what hides it; places beyond the rows that a band holds have the last one's.
+//! [`super::vignetting`] has the equation. A point returns the albedo that it has for uniform light from above: the sum of
+//! all widths of its spread, plus what its surface throws back. The pixel of a sensor row sees the point that the row looks
+//! at, as for light from below the surface. Ambient light has photon noise and, since its band is broad, no speckle.
+//! Neglected: shadows of the object on itself and on the conveyor; a hidden point shows its own brightness and not that of
+//! what hides it; points beyond the rows that a band holds show the last row's.
 
 use std::ops::Range;
 
@@ -33,7 +33,7 @@ pub fn row(own: Range<usize>, camera: &Camera, spread: &SpreadRow, albedo: &mut 
     row.ambient.resize(row.centre.len(), 0.0);
 }
 
-/// Adds it to the windows of a tile.
+/// Adds ambient light to the windows of a tile.
 pub fn add(camera: &Camera, geometry: &ScanGeometry, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
     if !camera.has_ambient() {
         scratch.windows.iter_mut().for_each(|window| window.ambient.clear());

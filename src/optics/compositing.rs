@@ -1,7 +1,7 @@
-//! Light of several lines put into the windows of a tile.
+//! Compositing: light of several lines added up in the windows of a tile.
 //!
 //! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to where
-//! the tile's windows stand ([`super::secondary_light`]). What falls outside of both is lost.
+//! the tile's windows lie ([`super::secondary_light`]). What falls outside of both is lost.
 
 use super::line_image::draw_transmitted;
 use super::row::{Reflection, SecondaryLight, WindowNeed};

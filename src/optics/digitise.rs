@@ -1,4 +1,5 @@
-//! From electrons of a window to digital numbers: speckle, the pixels' own response, slopes, blooming and noise.
+//! Digitising: from the electrons of a window to digital numbers, by speckle, the pixels' own response, slopes, blooming
+//! and noise.
 //!
 //! The pattern of speckle lies on the object and moves with it ([`super::speckle`]); noise has a counter and a key for each
 //! pixel ([`crate::lanes::normals`]). A second window has a key of its own, so what it holds changes nothing in the first.

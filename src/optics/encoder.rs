@@ -1,7 +1,7 @@
-//! Where the object stands when a profile is taken.
+//! Encoder: the position of the object when a profile is taken.
 //!
-//! Profile n is wanted at n steps. An encoder gives it with two errors: one that is new with each profile, and one that
-//! comes again with each turn of its wheel, whose axis is off its middle:
+//! Profile n is wanted at n steps. The encoder triggers it with two errors: jitter, which is new with each profile, and wow,
+//! which comes again with each turn of a wheel whose axis is off its middle:
 //!
 //! ```text
 //! y(n) = n step + A sin(2 pi n step / P + phase) + jitter(n)

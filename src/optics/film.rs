@@ -1,10 +1,11 @@
-//! A film over something else, in the words of the camera: what the film itself sends out, and the second line, of light
-//! that comes through it from what lies below.
+//! Film over another surface: the light that leaves the film itself, and the transmitted line, which is light of the
+//! surface below seen through the film.
 //!
-//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] say, and is seen at the film. What
-//! they say is seen through the film stands where the laser meets the surface below: lower, so in other rows, and at the
-//! camera's slant in other columns. There the line is drawn anew, linear between the places that neighbouring columns
-//! meet; where what lies below jumps (the edge of a tablet) it is broken, and what tablets hide from the lens is dark.
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] says, and is seen at the film.
+//! Light that is seen through the film lies where the laser meets the surface below: lower, so in other rows, and by the
+//! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
+//! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
+//! dark.
 //! Neglected: refraction in the film, which moves light by under a third of its thickness; what the film above hides of
 //! what lies below; light that comes back through another film than it went in by.
 

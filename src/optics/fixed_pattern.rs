@@ -1,4 +1,4 @@
-//! What stays with the pixels of a sensor: unlike response (PRNU), unlike dark level (DSNU), column pattern, defects.
+//! Fixed-pattern noise of a sensor: non-uniform response (PRNU) and dark signal (DSNU), column pattern, defects.
 //!
 //! EMVA 1288 (release 4.0): PRNU and DSNU are standard deviations over the pixels of a sensor, here normal and without
 //! correlation but for the columns. Drawn once a sample by pixel `[row, column]` of its camera, so every profile sees the

@@ -1,7 +1,7 @@
-//! Where light of a row leaves: through the surface, and through a body's front face.
+//! Front face of a body: light leaves a row through the surface and through the face that looks at the lens.
 //!
-//! A front face looks at the lens. Light that creeps up to it from behind leaves through it, and is seen about where it
-//! would leave had the surface gone on. Neglected: the height at which it leaves.
+//! Light that spreads up to a front face from behind leaves through it, and is seen about where it would leave if the
+//! surface went on. Neglected: the height at which it leaves.
 
 use procedural::Class;
 

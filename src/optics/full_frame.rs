@@ -1,4 +1,4 @@
-//! Frames of the whole sensor: what recipes keep, and what the thesis' scripts work on.
+//! Full frames of the sensor: those that recipes keep, and those that the thesis' scripts work on.
 
 use super::band::Band;
 use super::postprocess::FrameLight;

@@ -1,4 +1,4 @@
-//! Gaussians of a tile of columns on whole rows.
+//! Gaussian stepper: the Gaussians of a tile of columns, stepped from row to row.
 //!
 //! They follow by recursion from the middle outwards, g(d + 1) = g(d) q(d), q(d + 1) = q(d) exp(-1 / sigma^2), whose
 //! relative error after 22 rows is under 1e-4. A narrow Gaussian on whole rows sums to
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line lies.
-//! What is more than one Gaussian across the line is drawn strand by strand ([`LineProfile`]). Neglected: that a pixel gathers
+//! What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected: that a pixel gathers
 //! over its box, where a Gaussian has the box's variance alone.
 
 use super::circle_of_confusion;

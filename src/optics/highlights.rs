@@ -1,5 +1,4 @@
-//! Places of the object that shine when the line stands on them: fibres of wood that guide light out of it, and facets of
-//! metal that mirror it into the lens.
+//! Highlights: fibres of wood that guide light out of the line, and facets of metal that mirror it into the lens.
 //!
 //! They are two of the three mechanisms that make hairs of a laser line (docs/instrument/laser.md): a facet brightens its
 //! column, and with it all of the halo that the laser has there; a fibre draws a streak beside the line ([`super::streak`]).
@@ -20,44 +19,70 @@ use crate::specimen::Hit;
 /// Fibres that run straighter across the motion than this guide no light along it [1].
 const MIN_FIBRE_ALONG: f32 = 0.5;
 
-/// What shines on an object.
+/// Highlights of one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Highlights {
-    /// Fibres that guide light, with their width [mm] and mean share of the peak [1].
-    streaks: Option<(SegmentProcess, f32, f32)>,
-    /// Facets of metal, with their mean gain [1].
-    glints: Option<(SegmentProcess, f32)>,
+    fibres: Option<GuidingFibres>,
+    facets: Option<MetalFacets>,
 }
 
-/// Buffers in which they are found.
+/// Fibres that guide light out of the line.
+#[derive(Debug, Clone, Copy)]
+struct GuidingFibres {
+    segments: SegmentProcess,
+    /// Width of a fibre [mm].
+    width: f32,
+    /// Mean share of the line's peak [1].
+    share: f32,
+}
+
+/// Facets of metal that mirror the line into the lens.
+#[derive(Debug, Clone, Copy)]
+struct MetalFacets {
+    segments: SegmentProcess,
+    /// Mean gain over the light of the surface [1].
+    gain: f32,
+}
+
+/// Buffers in which highlights are found.
 #[derive(Debug, Default)]
 pub struct HighlightScratch {
     segments: Vec<Segment>,
-    glints: Vec<(usize, f32)>,
+    glints: Vec<Glint>,
+}
+
+/// Light that facets add to one column.
+#[derive(Debug, Clone, Copy)]
+struct Glint {
+    column: usize,
+    electrons: f32,
 }
 
 impl Highlights {
     /// Of a bench; `stream` belongs to the sample.
     pub fn new(bench: &LaserParameters, stream: Stream) -> Self {
-        let spots = |per_mm, length, name| SegmentProcess::new(per_mm, length, stream.child(name));
+        let segments = |per_mm, length, name| SegmentProcess::new(per_mm, length, stream.child(name));
         Self {
-            streaks: spots(bench.streaks_per_mm, bench.streak_length_mm, "streaks")
-                .map(|spots| (spots, (bench.streak_width_um * 1e-3) as f32, bench.streak_share as f32)),
-            glints: spots(bench.glints_per_mm, bench.glint_length_mm, "glints")
-                .map(|spots| (spots, bench.glint_gain as f32)),
+            fibres: segments(bench.streaks_per_mm, bench.streak_length_mm, "streaks").map(|segments| GuidingFibres {
+                segments,
+                width: (bench.streak_width_um * 1e-3) as f32,
+                share: bench.streak_share as f32,
+            }),
+            facets: segments(bench.glints_per_mm, bench.glint_length_mm, "glints")
+                .map(|segments| MetalFacets { segments, gain: bench.glint_gain as f32 }),
         }
     }
 
-    /// Adds what shines to a row that is worked out otherwise.
+    /// Adds highlights to a row that is worked out otherwise.
     pub fn add(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
-        self.glint(view, row, scratch);
-        self.streaks(view, row, scratch);
+        self.add_glints(view, row, scratch);
+        self.add_streaks(view, row, scratch);
     }
 
     /// Lets facets of metal shine that mirror light into the lens.
-    fn glint(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
-        let Some((spots, gain)) = &self.glints else { return };
-        spots.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
+    fn add_glints(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
+        let Some(MetalFacets { segments, gain }) = &self.facets else { return };
+        segments.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
         for segment in &scratch.segments {
             let (column, hit) = at(&row.hits, segment.x);
             let gloss = &hit.matter.medium.gloss;
@@ -73,20 +98,20 @@ impl Highlights {
                 if let Some(hit) = row.hits.get(there)
                     && hit.matter.class != Class::Background
                 {
-                    scratch.glints.push((there, part * light));
+                    scratch.glints.push(Glint { column: there, electrons: part * light });
                 }
             }
         }
-        for (column, light) in scratch.glints.drain(..) {
-            row.surface_light[column] += light;
+        for Glint { column, electrons } in scratch.glints.drain(..) {
+            row.surface_light[column] += electrons;
         }
     }
 
     /// Notes the fibres that guide light out of the line.
-    fn streaks(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
+    fn add_streaks(&self, view: RowView<'_>, row: &mut Row, scratch: &mut HighlightScratch) {
         row.streaks.clear();
-        let Some((spots, width, share)) = &self.streaks else { return };
-        spots.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
+        let Some(GuidingFibres { segments, width, share }) = &self.fibres else { return };
+        segments.meet(f64::from(view.y), ends(&row.hits), &mut scratch.segments);
         for segment in &scratch.segments {
             let (column, hit) = at(&row.hits, segment.x);
             let Some(lean) = lean(&hit.matter.medium) else { continue };

@@ -1,9 +1,9 @@
-//! What the camera sees of a line besides the line itself, and where its windows of rows stand for that.
+//! Secondary light: what the camera sees of a line besides the line itself, and where windows of rows lie for that.
 //!
-//! A column has its line on the upper surface, a second one through a film ([`super::film`]), and mirror images
-//! ([`super::reflections`]). The first window of [`ROWS`] rows stands about the brighter of the two lines, as the camera will
-//! take it for the peak; a second one, which never overlaps the first, about the brightest of what is left outside.
-//! Neglected: anything outside of both.
+//! A column has its line on the upper surface, another one seen through a film ([`super::film`]), and mirror images
+//! ([`super::reflections`]). The first window of [`ROWS`] rows lies about the brighter of the two lines, which the camera
+//! will take for the peak; a second one, which never overlaps the first, about the brightest of what the first does not
+//! hold. Neglected: light outside of both.
 
 use super::film;
 use super::reflections::{LitRow, ReflectionScratch};
@@ -15,7 +15,7 @@ use crate::transport::kernel::film_stack::FilmStackKernel;
 /// Buffers in which these are made.
 #[derive(Debug, Default)]
 pub struct SecondaryScratch {
-    /// For second lines.
+    /// For transmitted lines.
     pub transmission: film::TransmissionScratch,
     /// What films do to light.
     pub covers: FilmStackKernel,
@@ -23,7 +23,7 @@ pub struct SecondaryScratch {
 }
 
 impl SecondaryLight {
-    /// Everything beside the line of `row`.
+    /// Works out all light of `row` besides its line.
     pub fn make(&mut self, lit: &LitRow<'_>, row: &Row, scratch: &mut SecondaryScratch) {
         scratch.transmission.draw(lit.view.camera, &mut self.transmitted);
         scratch.reflections.images(lit, &mut self.reflections);

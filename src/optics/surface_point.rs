@@ -1,4 +1,4 @@
-//! A point of an object's surface in the words of the kernel of light below it.
+//! Surface point: the medium, slope and view of a point, as the kernel of subsurface light asks for them.
 
 use glam::Vec3;
 use procedural::Medium;

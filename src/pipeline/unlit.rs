@@ -15,9 +15,9 @@ use crate::settings::Movement;
 use crate::specimen::{Hit, Specimen, height_below};
 
 /// Rows that are made again wherever instances lie, evenly spread.
-const EVEN: usize = 4;
+const EVENLY_SPREAD_ROWS: usize = 4;
 /// Most rows through the middles of instances.
-const MIDDLES: usize = 20;
+const MAX_MIDDLE_ROWS: usize = 20;
 
 /// What of a sample follows without light.
 #[derive(Debug)]
@@ -46,14 +46,15 @@ pub fn unlit(scene: &Scene, tiles: &PatternCache) -> Unlit {
 /// Rows of the image to make again.
 fn chosen(scene: &Scene, instances: &[Instance]) -> BTreeSet<usize> {
     let rows = scene.size.profiles / scene.output.bin_profiles;
-    let mut chosen: BTreeSet<usize> = (0..EVEN).map(|k| (2 * k + 1) * rows / (2 * EVEN)).collect();
+    let mut chosen: BTreeSet<usize> =
+        (0..EVENLY_SPREAD_ROWS).map(|k| (2 * k + 1) * rows / (2 * EVENLY_SPREAD_ROWS)).collect();
     // On a turntable the row of a place is another in each column.
     if scene.movement == Movement::Linear {
         let place = |y: f64| (y / scene.bench.motion.step_mm).round();
         let profiles = instances.iter().map(|instance| place(instance.y_mm));
         let inside = profiles.filter(|profile| (0.0..scene.size.profiles as f64).contains(profile));
         let middles: Vec<usize> = inside.map(|profile| profile as usize / scene.output.bin_profiles).collect();
-        chosen.extend(middles.iter().step_by(middles.len().div_ceil(MIDDLES).max(1)));
+        chosen.extend(middles.iter().step_by(middles.len().div_ceil(MAX_MIDDLE_ROWS).max(1)));
     }
     chosen.retain(|&row| row < rows);
     chosen

@@ -1,4 +1,4 @@
-//! What lies in a dataset's folder: its head, its finished shards, and bytes by kind of file.
+//! Dataset folder as a page shows it: its head, its finished shards, and bytes by kind of file.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,17 +12,6 @@ use crate::dataset::{Dataset, Fault, Table};
 
 /// Most faults that the page lists; the others are counted.
 pub(super) const LISTED: usize = 40;
-
-/// Something that is missing or cannot be read.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trouble {
-    /// File, or shards.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: &'static str,
-}
 
 /// Files of one kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -43,7 +32,7 @@ pub(super) struct Folder {
     /// Files by kind, the largest kinds not first but in the order of the alphabet.
     pub kinds: BTreeMap<&'static str, Files>,
     /// What is missing, the first of it.
-    pub troubles: Vec<Trouble>,
+    pub troubles: Vec<Fault>,
     /// How much more is.
     pub more: u64,
 }
@@ -128,7 +117,7 @@ impl Folder {
     /// Notes what is wrong.
     pub fn trouble(&mut self, place: String, what: String, remedy: &'static str) {
         if self.troubles.len() < LISTED {
-            self.troubles.push(Trouble { place, what, remedy });
+            self.troubles.push(Fault::new(place, what, remedy));
         } else {
             self.more += 1;
         }

@@ -33,7 +33,6 @@ use crate::dataset::{Dataset, Fault};
 use crate::recipe::Recipe;
 
 pub use self::exposed_profile::ExposedProfile;
-pub use self::folder::Trouble;
 pub use self::page_data::RenderTiming;
 
 /// Bytes of pictures that the contact sheet may take; more samples have smaller pictures [bytes].

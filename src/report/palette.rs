@@ -4,7 +4,7 @@ use image::Rgb;
 use output_schema::DatasetHead;
 use png::{BitDepth, ColorType, Compression, Encoder};
 
-use super::folder::Trouble;
+use crate::dataset::Fault;
 use crate::drawing::{class_colour, inferno, viridis};
 
 /// Colours of a map; number 0 stands for a missing value.
@@ -37,7 +37,7 @@ impl ColourMap {
 }
 
 /// A map as PNG: level 0 is missing, 1 to 127 go from `low` to `high`.
-pub(super) fn map_png(map: &[f32], width: u32, (low, high): (f32, f32), ramp: ColourMap) -> Result<Vec<u8>, Trouble> {
+pub(super) fn map_png(map: &[f32], width: u32, (low, high): (f32, f32), ramp: ColourMap) -> Result<Vec<u8>, Fault> {
     let most = f32::from(MAP_LEVELS - 2);
     let mut palette = MISSING_COLOUR.to_vec();
     (1..MAP_LEVELS).for_each(|level| palette.extend(ramp.at(f32::from(level - 1) / most)));
@@ -49,7 +49,7 @@ pub(super) fn map_png(map: &[f32], width: u32, (low, high): (f32, f32), ramp: Co
 }
 
 /// Labels as PNG to be laid over a map: borders between classes solid, the inside of all but plain surfaces tinted.
-pub(super) fn labels_png(labels: &[u8], width: u32, plain: &[u8]) -> Result<Vec<u8>, Trouble> {
+pub(super) fn labels_png(labels: &[u8], width: u32, plain: &[u8]) -> Result<Vec<u8>, Fault> {
     let (mut palette, mut opacity) = (Vec::new(), Vec::new());
     let most = labels.iter().copied().max().unwrap_or(0).min(126);
     for class in 0..=most {
@@ -73,14 +73,14 @@ pub(super) fn labels_png(labels: &[u8], width: u32, plain: &[u8]) -> Result<Vec<
 }
 
 /// A sensor frame as grey PNG, the square root of digital numbers.
-pub(super) fn frame_png(dn: &[u16], width: u32, most: u16) -> Result<Vec<u8>, Trouble> {
+pub(super) fn frame_png(dn: &[u16], width: u32, most: u16) -> Result<Vec<u8>, Fault> {
     let palette = (0..64u8).flat_map(|level| [level * 4; 3]).collect();
     let level = |&dn: &u16| ((f32::from(dn) / f32::from(most.max(1))).sqrt() * 63.0).clamp(0.0, 63.0) as u8;
     let levels: Vec<u8> = dn.iter().map(level).collect();
     indexed(&levels, width, palette, Vec::new())
 }
 
-fn indexed(levels: &[u8], width: u32, palette: Vec<u8>, opacity: Vec<u8>) -> Result<Vec<u8>, Trouble> {
+fn indexed(levels: &[u8], width: u32, palette: Vec<u8>, opacity: Vec<u8>) -> Result<Vec<u8>, Fault> {
     let mut bytes = Vec::new();
     let height = levels.len() as u32 / width.max(1);
     let write = || {
@@ -96,10 +96,8 @@ fn indexed(levels: &[u8], width: u32, palette: Vec<u8>, opacity: Vec<u8>) -> Res
         writer.write_image_data(levels)?;
         writer.finish()
     };
-    write().map_err(|error| Trouble {
-        place: "a picture of the page".into(),
-        what: error.to_string(),
-        remedy: "report it with recipe, seed and index",
+    write().map_err(|error| {
+        Fault::new("a picture of the page", error.to_string(), "report it with recipe, seed and index")
     })?;
     Ok(bytes)
 }

@@ -12,7 +12,7 @@ use super::media::{WOODS, WoodMedium};
 use super::{StudyProgress, StudyReport, ask, describe, photon_document, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, MARGIN, Page};
-use crate::medium::Medium;
+use crate::medium::LayeredMedium;
 use crate::transport::answer::{Answer, Estimate, LineSide, Question};
 use crate::transport::model::Model;
 use crate::transport::path::Effort;
@@ -149,7 +149,7 @@ pub fn workload(effort: Effort) -> u64 {
 pub fn study(effort: Effort, progress: StudyProgress) -> StudyReport {
     let question = Question { rows: ROWS_ASIDE, cells: 0, angles: 0, ..Question::default() };
     let answers = |wood: &WoodMedium, model: Model| {
-        ask(model, wood.name, &Medium { stack: wood.stack(), question }, effort, progress)
+        ask(model, wood.name, &LayeredMedium { stack: wood.stack(), question }, effort, progress)
             .map_err(|refusal| refusal.to_string())
     };
     let case = |wood: &WoodMedium| MediumCase {

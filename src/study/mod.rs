@@ -22,7 +22,7 @@ pub mod profile;
 use image::RgbImage;
 use serde_json::{Value, json};
 
-use crate::medium::Medium;
+use crate::medium::LayeredMedium;
 use crate::transport::answer::{Answer, Estimate};
 use crate::transport::model::{Model, ModelError};
 use crate::transport::path::Effort;
@@ -54,7 +54,7 @@ pub type StudyProgress<'a> = &'a (dyn Fn(StudyEvent) + Sync);
 fn ask(
     model: Model,
     what: &str,
-    medium: &Medium,
+    medium: &LayeredMedium,
     effort: Effort,
     progress: StudyProgress,
 ) -> Result<Answer, ModelError> {

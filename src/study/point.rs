@@ -17,7 +17,7 @@ use super::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
 use super::{StudyProgress, StudyReport, announce, ask, describe, photon_document, total_photons};
 use crate::drawing::chart::{Axis, Chart, Series};
 use crate::drawing::{Area, LETTER, MARGIN, Page, viridis};
-use crate::medium::Medium;
+use crate::medium::LayeredMedium;
 use crate::transport::answer::{Estimate, Question};
 use crate::transport::kernel::diffusion;
 use crate::transport::model::ModelError;
@@ -147,9 +147,14 @@ impl ComparedModel {
         let what = format!("{} at {} deg", wood.name, wood.azimuth);
         let (source, method) = match self {
             Self::Model(model) => {
-                return Ok(
-                    ask(model, &what, &Medium { stack: wood.stack(), question: question() }, effort, progress)?.point
-                );
+                return Ok(ask(
+                    model,
+                    &what,
+                    &LayeredMedium { stack: wood.stack(), question: question() },
+                    effort,
+                    progress,
+                )?
+                .point);
             }
             Self::Thesis if is_knot(&ground(wood)) => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_A_KNOT),
             Self::Thesis => (thesis::LaserPoint::thesis(middle), SpreadMethod::ON_CLEAR_WOOD),

@@ -1,5 +1,5 @@
-//! Answers of the transport models: reflectance, transmittance, absorption and spreads of a stack under a thin vertical beam
-//! or line of unit energy.
+//! Answers of the transport models: reflectance, transmittance, absorption and spreads of a stack under a thin vertical
+//! beam or line of unit energy.
 
 use serde::Serialize;
 

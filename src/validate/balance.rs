@@ -1,4 +1,4 @@
-//! Statistics of a dataset against its recipe: classes, splits, and every drawn number.
+//! Balance: statistics of a dataset against its recipe: classes, splits, and every drawn number.
 //!
 //! | what | how it is drawn | test |
 //! |---|---|---|
@@ -13,8 +13,8 @@
 
 use serde::Serialize;
 
-use super::report::{Code, Fault};
-use super::tally::{Declared, Numbers, Tally, classes_of};
+use super::finding::{Code, Finding};
+use super::sample_counts::{DeclaredLaws, LawCounts, SampleCounts, classes_of};
 use crate::chance::{DrawLaw, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance};
 
 /// Chance that a dataset which was drawn as declared is faulted for any of its statistics.
@@ -37,7 +37,7 @@ pub struct ClassCount {
 
 /// One test.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Test {
+pub struct BalanceTest {
     /// The number, or the split as `split.train`.
     pub of: String,
     /// The classes that it is about; empty for all.
@@ -60,7 +60,7 @@ pub struct Test {
 
 /// Statistics of a dataset.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Statistics {
+pub struct BalanceStatistics {
     /// Chance of a false alarm for the whole dataset.
     pub alpha: f64,
     /// Rows that were counted.
@@ -70,11 +70,11 @@ pub struct Statistics {
     /// Farthest that a class may be from its share of the samples; null where samples are missing.
     pub class_bound: Option<f64>,
     /// Splits, then numbers.
-    pub tests: Vec<Test>,
+    pub tests: Vec<BalanceTest>,
 }
 
 /// The statistics of what was counted, and what is wrong with them; `samples` is how many the dataset should have.
-pub(super) fn judge(tally: &Tally, samples: u64) -> (Statistics, Vec<Fault>) {
+pub(super) fn judge(tally: &SampleCounts, samples: u64) -> (BalanceStatistics, Vec<Finding>) {
     let declared = tally.declared;
     let mut faults = Vec::new();
     let class_bound = (tally.samples == samples && samples > 0).then(|| discrepancy(samples));
@@ -85,7 +85,7 @@ pub(super) fn judge(tally: &Tally, samples: u64) -> (Statistics, Vec<Fault>) {
         for (place, (law, numbers)) in parameter.laws.iter().zip(tallies).enumerate() {
             if numbers.samples > 0 {
                 let (test, statistic, p) = test(law, numbers);
-                tests.push(Test {
+                tests.push(BalanceTest {
                     of: parameter.path.clone(),
                     classes: classes_of(declared, parameter, place),
                     test,
@@ -107,7 +107,7 @@ pub(super) fn judge(tally: &Tally, samples: u64) -> (Statistics, Vec<Fault>) {
             faults.push(fault(test, first));
         }
     }
-    (Statistics { alpha: ALPHA, samples: tally.samples, classes, class_bound, tests }, faults)
+    (BalanceStatistics { alpha: ALPHA, samples: tally.samples, classes, class_bound, tests }, faults)
 }
 
 /// By Denjoy and Koksma, how far the golden-ratio rotation is from any share of its first `n` steps at most.
@@ -116,7 +116,7 @@ fn discrepancy(n: u64) -> f64 {
     2.0 + libm::log(n as f64) / libm::log(golden)
 }
 
-fn classes(tally: &Tally, bound: Option<f64>, faults: &mut Vec<Fault>) -> Vec<ClassCount> {
+fn classes(tally: &SampleCounts, bound: Option<f64>, faults: &mut Vec<Finding>) -> Vec<ClassCount> {
     let counted = tally.declared.classes.iter().zip(&tally.classes);
     let classes: Vec<ClassCount> = counted
         .map(|((class, share), &[samples, drawn])| ClassCount { class: class.clone(), share: *share, samples, drawn })
@@ -128,15 +128,15 @@ fn classes(tally: &Tally, bound: Option<f64>, faults: &mut Vec<Fault>) -> Vec<Cl
         if samples != drawn || far {
             let share = format!("a share of {share} is {:.1} of {}", expected(class), tally.samples);
             let what = format!("{samples} samples are of class {name}, the recipe gives it {drawn}; {share}");
-            faults.push(Fault::new(Code::ClassBalance, PLACE, what));
+            faults.push(Finding::new(Code::ClassBalance, PLACE, what));
         }
     }
     classes
 }
 
 /// Each split over all classes, then within each.
-fn splits(tally: &Tally) -> Vec<Test> {
-    let declared: &Declared = tally.declared;
+fn splits(tally: &SampleCounts) -> Vec<BalanceTest> {
+    let declared: &DeclaredLaws = tally.declared;
     let mut groups = vec![(Vec::new(), (0..tally.classes.len()).collect::<Vec<_>>())];
     if declared.classes.len() > 1 {
         groups.extend(declared.classes.iter().enumerate().map(|(class, (name, _))| (vec![name.clone()], vec![class])));
@@ -147,7 +147,7 @@ fn splits(tally: &Tally) -> Vec<Test> {
         for (split, (name, share)) in declared.splits.iter().enumerate() {
             let count: u64 = members.iter().map(|class| tally.splits[*class][split]).sum();
             let p = binomial(samples, count, *share);
-            tests.push(Test {
+            tests.push(BalanceTest {
                 of: format!("split.{name}"),
                 classes: names.clone(),
                 test: "binomial",
@@ -164,7 +164,7 @@ fn splits(tally: &Tally) -> Vec<Test> {
 }
 
 /// Name, statistic and chance; a number that is never drawn has no chance at all.
-fn test(law: &DrawLaw, numbers: &Numbers) -> (&'static str, f64, f64) {
+fn test(law: &DrawLaw, numbers: &LawCounts) -> (&'static str, f64, f64) {
     let (name, statistic, p) = match law {
         DrawLaw::Fixed(_) => ("fixed", numbers.impossible as f64, 1.0),
         DrawLaw::Discrete(cells) => {
@@ -186,13 +186,13 @@ fn test(law: &DrawLaw, numbers: &Numbers) -> (&'static str, f64, f64) {
     (name, statistic, if numbers.impossible > 0 { 0.0 } else { p })
 }
 
-fn fault(test: &Test, first: Option<(u64, f64)>) -> Fault {
-    let Test { of, classes, test: name, samples, statistic, p, adjusted_p, .. } = test;
+fn fault(test: &BalanceTest, first: Option<(u64, f64)>) -> Finding {
+    let BalanceTest { of, classes, test: name, samples, statistic, p, adjusted_p, .. } = test;
     let within = if classes.is_empty() { String::new() } else { format!(" in {}", classes.join(", ")) };
     let chance = format!("chance {p:.1e}, {adjusted_p:.1e} among all tests");
     if let Some(expected) = test.expected {
         let what = format!("{of}{within}: {statistic} of {samples} samples, expected {expected:.1}; {chance}");
-        return Fault::new(Code::SplitBalance, PLACE, what);
+        return Finding::new(Code::SplitBalance, PLACE, what);
     }
     let what = match first {
         Some((index, value)) => {
@@ -202,5 +202,5 @@ fn fault(test: &Test, first: Option<(u64, f64)>) -> Fault {
         }
         None => format!("{name} {statistic:.4} of {samples} samples{within}; {chance}"),
     };
-    Fault::new(Code::DistributionDiffers, format!("{PLACE}, {of}"), what)
+    Finding::new(Code::DistributionDiffers, format!("{PLACE}, {of}"), what)
 }

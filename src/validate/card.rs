@@ -1,4 +1,4 @@
-//! Dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence; what the program
+//! Card: the dataset card and `croissant.json` against `dataset.json`: they may have more lines, and another licence; what the program
 //! wrote stays.
 
 use std::fs;
@@ -8,17 +8,18 @@ use output_schema::DatasetHead;
 use output_schema::file::{CROISSANT, DATASET};
 
 use super::files::unread;
-use super::report::{Code, Fault, Report};
-use crate::dataset::{Counts, descriptions};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use crate::dataset::{ClassCounts, descriptions};
 use crate::split::Split;
 
 /// First words of the lines that belong to whoever publishes the dataset.
-const OWN: [&str; 2] = ["license: ", "  \"license\": "];
+const OWNERS_LINES: [&str; 2] = ["license: ", "  \"license\": "];
 /// What to do about a document that is missing or changed.
-const REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
+const REWRITE_REMEDY: &str = "remove the file and run the command that made the dataset again: it writes it anew";
 
 /// What to do about one that was written before all shards were there, as parts have it that were put together.
-const FINISH: &str = "run the command that made the dataset once more, without --part: it finishes the file";
+const FINISH_REMEDY: &str = "run the command that made the dataset once more, without --part: it finishes the file";
 
 /// Checks the documents of a dataset whose samples are of these splits, so many of each class and split where manifests can be
 /// believed; one that is not finished names all splits.
@@ -26,13 +27,13 @@ pub(super) fn check(
     folder: &Path,
     head: &DatasetHead,
     present: &[Split],
-    counts: Option<&Counts>,
+    counts: Option<&ClassCounts>,
     finished: bool,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     // Its absence was told before.
     let document = fs::read(folder.join(DATASET)).unwrap_or_default();
-    let none = Counts::new();
+    let none = ClassCounts::new();
     // Of parts that were put together nobody has written the counts; nothing in them is wrong where every split has files.
     let unfinished = descriptions(head, &Split::ALL, &none, &document);
     let has_all = present.len() == Split::ALL.len();
@@ -40,7 +41,7 @@ pub(super) fn check(
     let counts = counts.unwrap_or(&none);
     for ((name, text), (_, other)) in descriptions(head, present, counts, &document).into_iter().zip(unfinished) {
         let mut fault = |code, what: String| {
-            report.faults.push(Fault { remedy: REMEDY, ..Fault::new(code, name, what) });
+            report.faults.push(Finding::new(code, name, what).with_remedy(REWRITE_REMEDY));
         };
         let path = folder.join(name);
         if name == CROISSANT && head.schema_version[1] < 3 && !path.exists() {
@@ -53,9 +54,9 @@ pub(super) fn check(
         match fs::read(&path) {
             Err(e) => {
                 let code = unread(&e, Code::FileMissing);
-                let remedy = if code == Code::FileUnreadable { code.remedy() } else { REMEDY };
+                let remedy = if code == Code::FileUnreadable { code.remedy() } else { REWRITE_REMEDY };
                 let what = format!("the document cannot be read: {e}");
-                report.faults.push(Fault { remedy, ..Fault::new(code, name, what) });
+                report.faults.push(Finding::new(code, name, what).with_remedy(remedy));
             }
             Ok(found) => {
                 let is_unfinished = || (has_all || !finished) && missing_line(&found, &other, !finished).is_none();
@@ -64,7 +65,7 @@ pub(super) fn check(
                     fault(Code::CardDiffers, what);
                     let is_early = finished && missing_line(&found, &other, false).is_none();
                     if let Some(fault) = report.faults.last_mut().filter(|_| is_early) {
-                        fault.remedy = FINISH;
+                        fault.fault.remedy = FINISH_REMEDY.into();
                     }
                 }
             }
@@ -77,7 +78,7 @@ pub(super) fn check(
 fn missing_line(found: &[u8], expected: &[u8], is_open: bool) -> Option<(usize, String)> {
     let mut lines = found.split(|&byte| byte == b'\n');
     let own = |line: &[u8], other: &[u8]| {
-        OWN.iter().any(|words| line.starts_with(words.as_bytes()) && other.starts_with(words.as_bytes()))
+        OWNERS_LINES.iter().any(|words| line.starts_with(words.as_bytes()) && other.starts_with(words.as_bytes()))
     };
     // A row of classes whose cells are open.
     let filled = |line: &[u8], other: &[u8]| {

@@ -1,4 +1,4 @@
-//! `RecordBatch` of one row -> plain values; every access checks name, type and presence.
+//! Columns: `RecordBatch` of one row -> plain values; every access checks name, type and presence.
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};

@@ -1,17 +1,18 @@
-//! What the recipe says about the dataset and each of its samples, handed in from outside, against what is on disk.
+//! Expected rows: what the recipe says about the dataset and each of its samples, handed in from outside, against what is on disk.
 
 use output_schema::file::DATASET;
 use output_schema::{DatasetHead, ManifestSample};
 use procedural::Instance;
 
 use super::columns::StoredRow;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
 use crate::dataset::differences;
 use crate::record::TrueRow;
 
 /// What the recipe draws for one sample, without rendering it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Expected {
+pub struct ExpectedRow {
     /// UUID.
     pub id: String,
     /// Name of its split.
@@ -24,7 +25,7 @@ pub struct Expected {
 
 /// What of one sample follows from the recipe without light, though more slowly than its draws.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unlit {
+pub struct UnlitRow {
     /// Numbers of `calibration`, then of `physics`, by name; NaN where one is missing.
     pub derived: Vec<(String, f64)>,
     /// Distance between two rows and two columns [mm], then `range_offset` and `range_scale` in the unit of Range.
@@ -38,17 +39,17 @@ pub struct Unlit {
 }
 
 /// Derives one sample: its index -> what its row has to say beyond its draws.
-pub type Derive<'a> = &'a (dyn Fn(u64) -> Unlit + Sync);
+pub type Derive<'a> = &'a (dyn Fn(u64) -> UnlitRow + Sync);
 
 /// Draws one sample: its index -> what its row has to say.
-pub type Expect<'a> = &'a (dyn Fn(u64) -> Expected + Sync);
+pub type Expect<'a> = &'a (dyn Fn(u64) -> ExpectedRow + Sync);
 
 /// Differences of `dataset.json` that one fault names.
-const NAMED: usize = 6;
+const MAX_NAMED_DIFFERENCES: usize = 6;
 
 /// Checks `dataset.json` against what this program makes of its recipe; `true` where samples can be compared too.
-pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, report: &mut Report) -> bool {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, DATASET, what));
+pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, report: &mut ValidationReport) -> bool {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, DATASET, what));
     let expected = match expected {
         Ok(expected) => expected,
         Err(what) => {
@@ -66,8 +67,12 @@ pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, re
     let value = |head: &DatasetHead| serde_json::to_value(head).unwrap_or_default();
     let other = differences("", &value(found), &value(expected));
     if !other.is_empty() {
-        let more = if other.len() > NAMED { format!("; and {} more", other.len() - NAMED) } else { String::new() };
-        let named: Vec<&str> = other.iter().take(NAMED).map(String::as_str).collect();
+        let more = if other.len() > MAX_NAMED_DIFFERENCES {
+            format!("; and {} more", other.len() - MAX_NAMED_DIFFERENCES)
+        } else {
+            String::new()
+        };
+        let named: Vec<&str> = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect();
         fault(Code::DatasetDiffers, format!("said -> what the recipe gives: {}{more}", named.join("; ")));
     }
     // Rows have other columns where these differ.
@@ -75,7 +80,7 @@ pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, re
 }
 
 /// Checks what a manifest lists about a sample; the reason where it is wrong.
-pub(super) fn listed(listed: &ManifestSample, expected: &Expected) -> Option<String> {
+pub(super) fn listed(listed: &ManifestSample, expected: &ExpectedRow) -> Option<String> {
     let said = (&listed.id, &listed.split, &listed.class);
     (said != (&expected.id, &expected.split, &expected.class)).then(|| {
         let text = |(id, split, class): (&String, &String, &String)| format!("{id}, {split}, {class}");
@@ -85,7 +90,13 @@ pub(super) fn listed(listed: &ManifestSample, expected: &Expected) -> Option<Str
 }
 
 /// Checks every drawn number of a row, bit for bit.
-pub(super) fn numbers(row: &StoredRow, head: &DatasetHead, expected: &Expected, place: &str, report: &mut Report) {
+pub(super) fn numbers(
+    row: &StoredRow,
+    head: &DatasetHead,
+    expected: &ExpectedRow,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let pairs = head.parameters.iter().zip(row.numbers.iter().zip(&expected.numbers));
     let other: Vec<String> = pairs
         .filter(|(_, (stored, drawn))| stored.to_bits() != drawn.to_bits())
@@ -93,6 +104,6 @@ pub(super) fn numbers(row: &StoredRow, head: &DatasetHead, expected: &Expected, 
         .collect();
     if let Some(first) = other.first() {
         let more = if other.len() > 1 { format!("; {} more numbers differ", other.len() - 1) } else { String::new() };
-        report.faults.push(Fault::new(Code::DrawDiffers, place, format!("{first}{more}")));
+        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{first}{more}")));
     }
 }

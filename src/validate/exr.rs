@@ -5,8 +5,9 @@ use output_schema::row::{CALIBRATION, IMAGES};
 use serde_json::Value;
 
 use super::columns::StoredRow;
-use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 use super::{pixels, true_rows};
 use crate::dataset::{ExrChannel, read_exr};
 use crate::record::TrueRow;
@@ -17,21 +18,21 @@ pub(super) fn check(
     bytes: &[u8],
     head: &DatasetHead,
     row: &StoredRow,
-    (decoded, rows): (&mut Decoded, &[TrueRow]),
+    (decoded, rows): (&mut DecodedImages, &[TrueRow]),
     place: &str,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     let declared = head.channels();
     let (cols, lines, channels, text) = match read_exr(bytes) {
         Ok(content) => content,
-        Err(e) => return report.faults.push(Fault::new(Code::ExrUnreadable, place, e)),
+        Err(e) => return report.faults.push(Finding::new(Code::ExrUnreadable, place, e)),
     };
     report.images += channels.len() as u64;
     let expected: Vec<_> = head.channels().iter().map(|c| (c.name, c.samples)).collect();
     let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
     if expected != found || (cols, lines) != (row.cols as usize, row.rows as usize) {
         let what = format!("it holds {cols} x {lines} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
-        return report.faults.push(Fault::new(Code::ExrChannels, place, what));
+        return report.faults.push(Finding::new(Code::ExrChannels, place, what));
     }
     let description: Value = serde_json::from_str(&text).unwrap_or_default();
     attribute(&description, row, head, place, report);
@@ -40,7 +41,7 @@ pub(super) fn check(
             "its attribute gives {} in {}, not in {}",
             channel.name, description["units"][channel.name], channel.unit
         );
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
     for channel in &channels {
         let numbers = channel.as_numbers();
@@ -50,7 +51,7 @@ pub(super) fn check(
         let outside = numbers.iter().filter(|n| !inside(**n)).count();
         if outside > 0 {
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
-            report.faults.push(Fault::new(Code::ValueRange, place, what));
+            report.faults.push(Finding::new(Code::ValueRange, place, what));
         }
         if channel.name == "Height" {
             true_rows::height(rows, cols, &numbers, place, report);
@@ -72,7 +73,7 @@ pub(super) fn check(
 }
 
 /// The text attribute repeats what the row says.
-fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &str, report: &mut Report) {
+fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &str, report: &mut ValidationReport) {
     let class = usize::try_from(row.class).ok().and_then(|class| head.classes.get(class));
     let expected = [
         ("id", Value::from(row.id.as_str())),
@@ -87,12 +88,12 @@ fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &s
     ];
     for (key, expected) in expected.iter().filter(|(key, expected)| description[key] != *expected) {
         let what = format!("its attribute gives {key} as {}, the row as {expected}", description[key]);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
     let bench = row.derived.iter().take_while(|(name, _)| CALIBRATION.iter().any(|field| field.name == name));
     for (name, value) in bench.filter(|(name, value)| description["calibration"][name] != *value) {
         let what = format!("its attribute gives {name} as {}, the row as {value}", description["calibration"][name]);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
 }
 
@@ -110,7 +111,14 @@ fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
     }
 }
 
-fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+fn compare(
+    channel: &ExrChannel,
+    exr: &[f32],
+    row: &StoredRow,
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
     let Some(png) = decoded.get(&name) else { return };
     // One loop for each rule: a name that is asked at every pixel costs more than the pixel.
@@ -137,7 +145,7 @@ fn compare(channel: &ExrChannel, exr: &[f32], row: &StoredRow, decoded: &Decoded
     };
     if other > 0 {
         let what = format!("{other} samples of {} are not those of the image `{name}`", channel.name);
-        report.faults.push(Fault::new(Code::ExrDiffers, place, what));
+        report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
 }
 

@@ -8,23 +8,24 @@ use output_schema::file::DATASET;
 use output_schema::{AssetHead, DatasetHead, ManifestFile};
 use sha2::{Digest, Sha256};
 
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
 use crate::dataset::hex;
 
 /// Reads one file of a manifest, once; its bytes, where it is whole.
-pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut Report) -> Option<Vec<u8>> {
+pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let whole = whole(root, file, report, |part| bytes.extend_from_slice(part));
     whole.then_some(bytes)
 }
 
 /// Checks one file of a manifest; `true` where it is whole.
-pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut Report) -> bool {
+pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> bool {
     whole(root, file, report, |_| ())
 }
 
 /// Hands the bytes on as they are read and summed.
-fn whole(root: &Path, file: &ManifestFile, report: &mut Report, take: impl FnMut(&[u8])) -> bool {
+fn whole(root: &Path, file: &ManifestFile, report: &mut ValidationReport, take: impl FnMut(&[u8])) -> bool {
     let path = root.join(&file.path);
     let found = match fs::symlink_metadata(&path) {
         Ok(found) if found.is_file() => found.len(),
@@ -52,8 +53,8 @@ pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
     if e.kind() == ErrorKind::PermissionDenied { Code::FileUnreadable } else { otherwise }
 }
 
-fn fail(report: &mut Report, code: Code, file: &ManifestFile, what: &str) -> bool {
-    report.faults.push(Fault::new(code, &file.path, what));
+fn fail(report: &mut ValidationReport, code: Code, file: &ManifestFile, what: &str) -> bool {
+    report.faults.push(Finding::new(code, &file.path, what));
     false
 }
 
@@ -73,20 +74,20 @@ fn sum(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<String> {
 }
 
 /// Checks the copies of files that the recipe names; their paths.
-pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut Report) -> Vec<String> {
+pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationReport) -> Vec<String> {
     let mut paths = Vec::new();
     for asset in &head.assets {
         let place = asset.key.split('.').fold(&head.recipe.canonical, |value, key| &value[key]);
         if !asset.is_in_folder() || place["sha256"].as_str() != Some(&asset.sha256) {
             let what = format!("its asset `{}` is none of its recipe", asset.path);
-            report.faults.push(Fault::new(Code::DatasetUnreadable, DATASET, what));
+            report.faults.push(Finding::new(Code::DatasetUnreadable, DATASET, what));
             continue;
         }
         let AssetHead { path, bytes, sha256, .. } = asset.clone();
         let before = report.faults.len();
         check(root, &ManifestFile { path: path.clone(), bytes, sha256, rows: None }, report);
         for fault in &mut report.faults[before..] {
-            fault.remedy = "run the command that began the dataset: it writes the file again";
+            fault.fault.remedy = "run the command that began the dataset: it writes the file again".into();
         }
         paths.push(path);
     }
@@ -99,7 +100,7 @@ pub(super) fn unexpected(
     folder: &str,
     is_expected: &dyn Fn(&str) -> bool,
     is_skipped: &dyn Fn(&str) -> bool,
-) -> Vec<Fault> {
+) -> Vec<Finding> {
     let mut faults = Vec::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -108,7 +109,7 @@ pub(super) fn unexpected(
             // A folder of files that are missing: each of them is told.
             Err(e) if e.kind() == ErrorKind::NotFound => continue,
             Err(e) => {
-                faults.push(Fault::new(unread(&e, Code::FileUnexpected), folder, format!("cannot be listed: {e}")));
+                faults.push(Finding::new(unread(&e, Code::FileUnexpected), folder, format!("cannot be listed: {e}")));
                 continue;
             }
         };
@@ -120,10 +121,10 @@ pub(super) fn unexpected(
                     folders.push(path);
                 }
             } else if !is_expected(&path) {
-                faults.push(Fault::new(Code::FileUnexpected, path, "no manifest names it"));
+                faults.push(Finding::new(Code::FileUnexpected, path, "no manifest names it"));
             }
         }
     }
-    faults.sort_by(|a, b| a.place.cmp(&b.place));
+    faults.sort_by(|a, b| a.fault.place.cmp(&b.fault.place));
     faults
 }

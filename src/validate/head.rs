@@ -1,4 +1,4 @@
-//! `dataset.json`: read, of a version that this program knows, consistent in itself, written as the program writes it.
+//! Head: `dataset.json`, read, of a version that this program knows, consistent in itself, written as the program writes it.
 
 use std::path::Path;
 
@@ -7,14 +7,15 @@ use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_ve
 use serde_json::Value;
 
 use super::files::unread;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
 use crate::dataset::atomic_file;
-use crate::dataset::document;
+use crate::dataset::to_document;
 
 /// Reads the head; `None` where nothing else can be checked.
-pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
+pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<DatasetHead> {
     let mut fault = |code, what: String| {
-        report.faults.push(Fault::new(code, DATASET, what));
+        report.faults.push(Finding::new(code, DATASET, what));
         None
     };
     let text = match atomic_file::read(&folder.join(DATASET)) {
@@ -46,7 +47,7 @@ pub(super) fn read(folder: &Path, report: &mut Report) -> Option<DatasetHead> {
              documents' bytes and the tables' metadata are left out"
         );
         fault(Code::VersionDiffers, what);
-    } else if document(&head) != text {
+    } else if to_document(&head) != text {
         fault(Code::DatasetDiffers, "it is not written as the program writes it: keys, order, blanks".into());
     }
     Some(head)

@@ -1,17 +1,18 @@
-//! The PNG images of a row: size, depth, values, and the rule for missing pixels.
+//! Images: the PNG images of a row: size, depth, values, and the rule for missing pixels.
 
 use output_schema::row::{IMAGES, ROW};
 use output_schema::{Images, Kind};
 
 use super::columns::StoredRow;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
 use crate::dataset::read_png;
 
 /// Decoded images by name.
 #[derive(Debug, Default)]
-pub(super) struct Decoded(Vec<(String, Vec<u16>)>);
+pub(super) struct DecodedImages(Vec<(String, Vec<u16>)>);
 
-impl Decoded {
+impl DecodedImages {
     /// Numbers of an image, row-major.
     pub(super) fn get(&self, name: &str) -> Option<&[u16]> {
         self.0.iter().find(|(known, _)| known == name).map(|(_, numbers)| numbers.as_slice())
@@ -26,11 +27,11 @@ impl Decoded {
 }
 
 /// Decodes every image, and checks size, depth and values.
-pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut Report) -> Decoded {
-    let mut decoded = Decoded::default();
+pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut ValidationReport) -> DecodedImages {
+    let mut decoded = DecodedImages::default();
     for (name, png) in &row.png {
         match read_png(png) {
-            Err(e) => report.faults.push(Fault::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
+            Err(e) => report.faults.push(Finding::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
             Ok((cols, rows, grey)) => {
                 report.images += 1;
                 let bits = if name == "reflectance" { images.depth() } else { declared_bits(name) };
@@ -39,13 +40,13 @@ pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut 
                     let beyond = numbers.iter().filter(|&&n| name == "reflectance" && n > images.most_dn()).count();
                     if beyond > 0 {
                         let what = format!("{beyond} pixels of `{name}` are beyond {} DN", images.most_dn());
-                        report.faults.push(Fault::new(Code::ValueRange, place, what));
+                        report.faults.push(Finding::new(Code::ValueRange, place, what));
                     }
                     decoded.add(name, numbers);
                 } else {
                     let found = format!("`{name}` is {cols} x {rows} with {} bits", grey.bits());
                     let what = format!("{found}, not {} x {} with {bits} bits", row.cols, row.rows);
-                    report.faults.push(Fault::new(Code::ImageSize, place, what));
+                    report.faults.push(Finding::new(Code::ImageSize, place, what));
                 }
             }
         }
@@ -63,7 +64,7 @@ fn declared_bits(name: &str) -> u8 {
 }
 
 /// Range is 0 exactly where reflectance and scatter are 0.
-fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
+fn missing_rule(decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
     let Some(range) = decoded.get("range") else { return };
     let (reflectance, scatter) = (decoded.get("reflectance"), decoded.get("scatter"));
     let light = |map: Option<&[u16]>, i: usize| map.is_some_and(|map| map[i] > 0);
@@ -75,12 +76,12 @@ fn missing_rule(decoded: &Decoded, place: &str, report: &mut Report) {
     let count = (0..range.len()).filter(broken).count();
     if count > 0 {
         let what = format!("{count} pixels have range without light, or light without range");
-        report.faults.push(Fault::new(Code::MissingRule, place, what));
+        report.faults.push(Finding::new(Code::MissingRule, place, what));
     }
 }
 
 /// Every label is one of `values`.
-pub(super) fn known_labels(decoded: &Decoded, values: &[u8], place: &str, report: &mut Report) -> bool {
+pub(super) fn known_labels(decoded: &DecodedImages, values: &[u8], place: &str, report: &mut ValidationReport) -> bool {
     let Some(label) = decoded.get("label") else { return true };
     let mut known = [false; 256];
     values.iter().for_each(|&value| known[usize::from(value)] = true);
@@ -88,7 +89,7 @@ pub(super) fn known_labels(decoded: &Decoded, values: &[u8], place: &str, report
         None => true,
         Some(class) => {
             let what = format!("the label {class} is no pixel class of the subject");
-            report.faults.push(Fault::new(Code::LabelUnknown, place, what));
+            report.faults.push(Finding::new(Code::LabelUnknown, place, what));
             false
         }
     }

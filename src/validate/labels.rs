@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use output_schema::PIXEL_CLASSES;
 
 use super::columns::StoredRow;
-use super::images::{Decoded, known_labels};
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::images::{DecodedImages, known_labels};
+use super::report::ValidationReport;
 
 /// The classes of objects that are no defects.
 const SOUND: [&str; 3] = ["pocket", "tooth", "object"];
@@ -26,7 +27,7 @@ fn in_range(name: &str, value: f64) -> bool {
 
 /// Pixels and corners of one instance.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct RowNumbers {
     area: i64,
     first: (usize, usize),
     last: (usize, usize),
@@ -35,8 +36,15 @@ struct Seen {
 /// Checks objects, their numbers, and the areas of classes.
 ///
 /// `values` are the pixel classes that labels of the dataset's subject can show; `turned` says that the object turns.
-pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Decoded, place: &str, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
+pub(super) fn check(
+    row: &StoredRow,
+    values: &[u8],
+    turned: bool,
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
     let (cols, rows) = (i64::from(row.cols), i64::from(row.rows));
     if row.class_area_px.iter().sum::<i64>() != cols * rows {
         fault(Code::ClassAreaDiffers, format!("the areas {:?} are not {cols} x {rows} pixels", row.class_area_px));
@@ -82,7 +90,7 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
         let shown: Vec<i64> = values.iter().map(|&value| areas[usize::from(value)]).collect();
         if shown != row.class_area_px {
             let what = format!("the label image shows {shown:?} pixels, the row says {:?}", row.class_area_px);
-            report.faults.push(Fault::new(Code::ClassAreaDiffers, place, what));
+            report.faults.push(Finding::new(Code::ClassAreaDiffers, place, what));
         }
     }
     if let Some(instance) = decoded.get("instance") {
@@ -90,10 +98,10 @@ pub(super) fn check(row: &StoredRow, values: &[u8], turned: bool, decoded: &Deco
     }
 }
 
-fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) {
+fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut ValidationReport) {
     let numbers = row.objects.iter().filter_map(|object| u16::try_from(object.instance).ok());
     let most = numbers.chain(instance.iter().copied()).max().unwrap_or(0);
-    let mut all: Vec<Option<Seen>> = vec![None; usize::from(most) + 1];
+    let mut all: Vec<Option<RowNumbers>> = vec![None; usize::from(most) + 1];
     let cols = row.cols.max(1) as usize;
     // What holds an object has a smaller number, or the way out of it ends there.
     let mut holders = vec![0u16; all.len()];
@@ -106,7 +114,7 @@ fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) 
         for (x, &number) in line.iter().enumerate() {
             let mut number = usize::from(number);
             while number > 0 {
-                let entry = all[number].get_or_insert(Seen { area: 0, first: (x, y), last: (x, y) });
+                let entry = all[number].get_or_insert(RowNumbers { area: 0, first: (x, y), last: (x, y) });
                 entry.area += 1;
                 entry.first = (entry.first.0.min(x), entry.first.1.min(y));
                 entry.last = (entry.last.0.max(x), entry.last.1.max(y));
@@ -115,8 +123,8 @@ fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Report) 
         }
     }
     let numbered = (0..).zip(all).filter_map(|(number, seen)| seen.map(|seen| (number, seen)));
-    let mut seen: BTreeMap<i32, Seen> = numbered.collect();
-    let mut fault = |what| report.faults.push(Fault::new(Code::ObjectDiffers, place, what));
+    let mut seen: BTreeMap<i32, RowNumbers> = numbered.collect();
+    let mut fault = |what| report.faults.push(Finding::new(Code::ObjectDiffers, place, what));
     let mut last = 0;
     for object in &row.objects {
         if object.instance <= last {

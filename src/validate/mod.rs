@@ -8,28 +8,28 @@
 //! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
 //! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
 
-mod agree;
-mod alike;
 mod balance;
 mod card;
-mod code;
+mod collected_results;
 mod columns;
+mod duplicates;
 mod expected;
 mod exr;
 mod files;
-mod found;
+mod finding;
 mod head;
 mod images;
 mod jobs;
 mod labels;
+mod manifest_origin;
 mod outline;
 mod pixels;
 mod report;
 mod sample;
+mod sample_counts;
 mod shard;
+mod shard_task;
 mod stack;
-mod tally;
-mod task;
 mod true_rows;
 mod unlit;
 
@@ -42,15 +42,15 @@ use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-pub use balance::{ALPHA, ClassCount, Statistics, Test};
-pub use code::fault_table;
-pub use expected::{Derive, Expect, Expected, Unlit};
-pub use report::{Code, Fault, Report};
-pub use tally::{Declared, DeclaredParameter, Seen};
+pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount};
+pub use expected::{Derive, Expect, ExpectedRow, UnlitRow};
+pub use finding::{Code, Finding, fault_table};
+pub use report::ValidationReport;
+pub use sample_counts::{DeclaredLaws, ParameterLaws, RowNumbers};
 
-use self::found::Found;
-use self::tally::Tally;
-use self::task::Task;
+use self::collected_results::CollectedResults;
+use self::sample_counts::SampleCounts;
+use self::shard_task::ShardTask;
 use crate::dataset::Encoded;
 use crate::split::Split;
 
@@ -59,7 +59,7 @@ pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
 
 /// A step that was done, for whoever shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step {
+pub struct ValidationStep {
     /// Rows that it read.
     pub samples: u64,
     /// Size of the files that it read [bytes].
@@ -68,7 +68,7 @@ pub struct Step {
 
 /// What to do beyond reading.
 #[derive(Clone, Copy, Default)]
-pub struct Options<'a> {
+pub struct ValidationOptions<'a> {
     /// What this program makes of the dataset's recipe, or why it cannot be loaded; `None` to compare nothing.
     pub expect_head: Option<Result<&'a DatasetHead, &'a str>>,
     /// How a sample is drawn again, without rendering; `None` to compare nothing.
@@ -76,7 +76,7 @@ pub struct Options<'a> {
     /// What else of a sample follows without rendering; `None` to compare nothing.
     pub derive: Option<Derive<'a>>,
     /// How rows are drawn; `None` to make no statistics.
-    pub declared: Option<&'a Declared>,
+    pub declared: Option<&'a DeclaredLaws>,
     /// How a sample is rendered again; `None` to compare nothing.
     pub rerender: Option<Rerender<'a>>,
     /// How many samples are rendered again.
@@ -84,18 +84,18 @@ pub struct Options<'a> {
     /// Which samples these are follows from this number and the dataset.
     pub rerender_seed: u64,
     /// Told of every step.
-    pub progress: Option<&'a (dyn Fn(Step) + Sync)>,
+    pub progress: Option<&'a (dyn Fn(ValidationStep) + Sync)>,
 }
 
 /// Checks everything in the folder.
-pub fn validate(folder: &Path, options: &Options) -> Report {
-    let mut report = Report::default();
+pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport {
+    let mut report = ValidationReport::default();
     let Some(mut head) = head::read(folder, &mut report) else { return report };
     let same = head.schema_version == SCHEMA_VERSION;
     // Nothing that the head gives is compared where it is the head that was changed.
-    let edited = same && agree::check(folder, &mut head, options.expect, &mut report);
+    let edited = same && manifest_origin::check(folder, &mut head, options.expect, &mut report);
     let same = same && !edited;
-    let mut of_assets = Report::default();
+    let mut of_assets = ValidationReport::default();
     let assets = files::assets(folder, &head, &mut of_assets);
     // A recipe does not load without its files: that is told of the file alone.
     let expected = options.expect_head.filter(|expected| expected.is_ok() || of_assets.is_clean());
@@ -103,26 +103,27 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     let comparable = same && loads && expected.is_none_or(|expected| expected::head(&head, expected, &mut report));
     let expect = options.expect.filter(|_| comparable);
     let derive = options.derive.filter(|_| comparable);
-    let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(Tally::new(declared)));
+    let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(SampleCounts::new(declared)));
     let rerender = options.rerender.filter(|_| same && options.rerender_samples > 0);
     let chosen =
         rerender.map_or_else(BTreeSet::new, |_| chosen(&head, options.rerender_samples, options.rerender_seed));
-    let seen = |row: &Seen| {
+    let seen = |row: &RowNumbers| {
         if let Some(tally) = &tally {
             tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
         }
     };
-    let task = Task { root: folder, head: &head, number: 0, expect, derive, rerender, chosen: &chosen, seen: &seen };
-    let jobs = (0..head.shards).flat_map(|number| jobs::of(Task { number, ..task }));
-    let run = |(place, job): (u64, jobs::Job)| {
+    let task =
+        ShardTask { root: folder, head: &head, number: 0, expect, derive, rerender, chosen: &chosen, seen: &seen };
+    let jobs = (0..head.shards).flat_map(|number| jobs::of(ShardTask { number, ..task }));
+    let run = |(place, job): (u64, jobs::ValidationJob)| {
         let found = job.run();
         if let Some(progress) = options.progress {
-            progress(Step { samples: found.report.samples, bytes: found.report.bytes });
+            progress(ValidationStep { samples: found.report.samples, bytes: found.report.bytes });
         }
-        Found::of(place, found)
+        CollectedResults::of(place, found)
     };
     let found = (0u64..).zip(jobs).par_bridge().map(run);
-    let mut found = found.reduce(Found::default, Found::and);
+    let mut found = found.reduce(CollectedResults::default, CollectedResults::and);
 
     let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
     expected.extend(assets);
@@ -156,14 +157,18 @@ pub fn validate(folder: &Path, options: &Options) -> Report {
     }
     if head.schema_version != SCHEMA_VERSION {
         // What another version writes otherwise is no damage: nothing is to be removed for it.
-        report.faults.iter_mut().for_each(|fault| fault.remedy = Code::VersionDiffers.remedy());
+        report.faults.iter_mut().for_each(|fault| fault.fault.remedy = Code::VersionDiffers.remedy().into());
     }
     report
 }
 
 /// The statistics of rows without any files, and what is wrong with them; `samples` is how many there should be.
-pub fn statistics(declared: &Declared, rows: impl Iterator<Item = Seen>, samples: u64) -> (Statistics, Vec<Fault>) {
-    let mut tally = Tally::new(declared);
+pub fn statistics(
+    declared: &DeclaredLaws,
+    rows: impl Iterator<Item = RowNumbers>,
+    samples: u64,
+) -> (BalanceStatistics, Vec<Finding>) {
+    let mut tally = SampleCounts::new(declared);
     rows.for_each(|row| tally.add(&row));
     balance::judge(&tally, samples)
 }

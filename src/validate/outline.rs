@@ -1,4 +1,4 @@
-//! Label against picture: where the label ends at the background, Range must step between the object and the conveyor.
+//! Outline: label against picture: where the label ends at the background, Range must step between the object and the conveyor.
 //!
 //! On each of the four sides of the object, pixels 2 and 3 places beyond its edge must be at the conveyor's height and
 //! those 2 and 3 places within at the object's, told apart half way between both. The object's
@@ -6,8 +6,9 @@
 //! mirrored, or of another sample has most of them wrong on some side; `docs/faults.md` has the rates. Sides without a
 //! clear step are left out: a card as thin as the noise of Range on the conveyor, or an object that fills the image.
 
-use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 
 /// The strip beyond or within an edge: from this place on [px].
 const NEAR: usize = 2;
@@ -29,7 +30,7 @@ const WRONG: f32 = 0.6;
 const SIGMA: f32 = 1.4826;
 
 /// Checks the edges of one sample.
-pub(super) fn check(cols: usize, decoded: &Decoded, place: &str, report: &mut Report) {
+pub(super) fn check(cols: usize, decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
     let (Some(label), Some(range)) = (decoded.get("label"), decoded.get("range")) else { return };
     let mut conveyor: Vec<u16> =
         label.iter().zip(range).filter(|(label, range)| **label == 0 && **range > 0).map(|(_, range)| *range).collect();
@@ -48,7 +49,7 @@ pub(super) fn check(cols: usize, decoded: &Decoded, place: &str, report: &mut Re
                     "{:.0} % of the pixels about the {side} {name} of the object are not at the height that the label says",
                     100.0 * wrong
                 );
-                report.faults.push(Fault::new(Code::OutlineDiffers, place, what));
+                report.faults.push(Finding::new(Code::OutlineDiffers, place, what));
             }
         }
     }

@@ -1,10 +1,11 @@
-//! Label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly.
+//! Pixels: label, instance and truth maps, pixel by pixel: all of them come from one noise-free hit, so they agree exactly.
 
 use output_schema::{DatasetHead, PIXEL_CLASSES};
 
 use super::columns::StoredRow;
-use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 use crate::dataset::ExrChannel;
 
 /// The classes of pixels that belong to no instance.
@@ -16,7 +17,7 @@ const KNOT_PX: usize = 200;
 const DIVE_DEG: f32 = 20.0;
 
 /// Every pixel of an instance has the class of its object, and every other one is ground.
-pub(super) fn instances(row: &StoredRow, decoded: &Decoded, place: &str, report: &mut Report) {
+pub(super) fn instances(row: &StoredRow, decoded: &DecodedImages, place: &str, report: &mut ValidationReport) {
     let (Some(label), Some(instance)) = (decoded.get("label"), decoded.get("instance")) else { return };
     let ground = PIXEL_CLASSES.map(|name| GROUND.contains(&name));
     let ground = |class: u16| ground.get(usize::from(class)).is_some_and(|ground| *ground);
@@ -47,7 +48,7 @@ pub(super) fn instances(row: &StoredRow, decoded: &Decoded, place: &str, report:
             i % cols,
             i / cols
         );
-        report.faults.push(Fault::new(Code::InstanceClass, place, what));
+        report.faults.push(Finding::new(Code::InstanceClass, place, what));
     }
 }
 
@@ -56,12 +57,12 @@ pub(super) fn truth(
     row: &StoredRow,
     head: &DatasetHead,
     channels: &[ExrChannel],
-    decoded: &Decoded,
+    decoded: &DecodedImages,
     place: &str,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     let map = |name: &str| channels.iter().find(|channel| channel.name == name).map(ExrChannel::as_numbers);
-    let mut fault = |what: String| report.faults.push(Fault::new(Code::TruthDiffers, place, what));
+    let mut fault = |what: String| report.faults.push(Finding::new(Code::TruthDiffers, place, what));
     let bin = &head.recipe.canonical["output"]["bin"];
     // A binned pixel is of the most frequent class, its truth a mean of what is known.
     let whole = bin["columns"] == 1 && bin["profiles"] == 1;

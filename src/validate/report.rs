@@ -1,38 +1,18 @@
-//! What validation found.
+//! Validation report: what was found, and how much was looked at.
 
 use std::fmt;
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::balance::Statistics;
-pub use super::code::Code;
-
-/// One broken rule.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Fault {
-    /// The rule.
-    pub code: Code,
-    /// File, and sample where it is about one.
-    pub place: String,
-    /// What is wrong.
-    pub what: String,
-    /// What to do.
-    pub remedy: &'static str,
-}
-
-impl Fault {
-    /// A fault with the remedy of its code.
-    pub fn new(code: Code, place: impl Into<String>, what: impl Into<String>) -> Self {
-        Self { code, place: place.into(), what: what.into(), remedy: code.remedy() }
-    }
-}
+use super::balance::BalanceStatistics;
+use super::finding::{Code, Finding};
 
 /// Everything that validation found, and how much it looked at.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Report {
+pub struct ValidationReport {
     /// Broken rules, in the order of shards.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<Finding>,
     /// Shards that have a manifest.
     pub shards: u64,
     /// Files whose checksum was computed.
@@ -48,13 +28,13 @@ pub struct Report {
     /// Indices of the samples that were chosen for that.
     pub chosen: Vec<u64>,
     /// Classes, splits and drawn numbers against the recipe; null where there is none to compare with.
-    pub statistics: Option<Statistics>,
+    pub statistics: Option<BalanceStatistics>,
 }
 
-/// Faults of one code that [`Report`] prints in full.
-pub(super) const PRINTED: usize = 8;
+/// Faults of one code that [`ValidationReport`] prints in full.
+pub(super) const MAX_PRINTED_FINDINGS: usize = 8;
 
-impl Report {
+impl ValidationReport {
     /// Whether no rule is broken.
     pub fn is_clean(&self) -> bool {
         self.faults.is_empty()
@@ -92,25 +72,25 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for ValidationReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut kinds: Vec<(Code, &str)> = Vec::new();
         for code in self.codes() {
-            for fault in self.faults.iter().filter(|fault| fault.code == code) {
-                if !kinds.contains(&(code, fault.remedy)) {
-                    kinds.push((code, fault.remedy));
+            for finding in self.faults.iter().filter(|finding| finding.code == code) {
+                if !kinds.contains(&(code, &*finding.fault.remedy)) {
+                    kinds.push((code, &finding.fault.remedy));
                 }
             }
         }
         for (code, remedy) in kinds {
-            let faults: Vec<&Fault> =
-                self.faults.iter().filter(|fault| (fault.code, fault.remedy) == (code, remedy)).collect();
+            let faults: Vec<&Finding> =
+                self.faults.iter().filter(|finding| (finding.code, &*finding.fault.remedy) == (code, remedy)).collect();
             writeln!(f, "{} ({}): {remedy}", code.name(), faults.len())?;
-            for fault in faults.iter().take(PRINTED) {
-                writeln!(f, "  {}: {}", fault.place, fault.what)?;
+            for finding in faults.iter().take(MAX_PRINTED_FINDINGS) {
+                writeln!(f, "  {}: {}", finding.fault.place, finding.fault.what)?;
             }
-            if faults.len() > PRINTED {
-                writeln!(f, "  ... and {} more", faults.len() - PRINTED)?;
+            if faults.len() > MAX_PRINTED_FINDINGS {
+                writeln!(f, "  ... and {} more", faults.len() - MAX_PRINTED_FINDINGS)?;
             }
         }
         let megabytes = self.bytes as f64 / 1e6;

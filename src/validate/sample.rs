@@ -1,4 +1,4 @@
-//! One sample: its row against file, manifest and images, and against itself when it is rendered again.
+//! Sample: its row against file, manifest and images, and against itself when it is rendered again.
 
 use std::sync::Arc;
 
@@ -6,41 +6,42 @@ use arrow_array::RecordBatch;
 use output_schema::file::exr_path;
 use output_schema::{ManifestFile, ManifestSample};
 
-use super::alike::{self, Print};
 use super::columns::{StoredRow, stored_row};
-use super::report::{Code, Fault, Report};
-use super::tally::Seen;
-use super::task::Task;
+use super::duplicates::{self, NoisePrint};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use super::sample_counts::RowNumbers;
+use super::shard_task::ShardTask;
 use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit};
 use crate::dataset::{image_path, maps_sha256, row_batch};
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
 /// need, where the row can be read.
 pub(super) fn check(
-    task: &Task,
+    task: &ShardTask,
     batch: &RecordBatch,
     file: &ManifestFile,
     listed: Option<&ManifestSample>,
     exr: Option<&[u8]>,
-    report: &mut Report,
-) -> Option<(Seen, Option<Print>)> {
+    report: &mut ValidationReport,
+) -> Option<(RowNumbers, Option<NoisePrint>)> {
     report.samples += 1;
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
         Err(what) => {
-            report.faults.push(Fault::new(Code::NumberMissing, &file.path, what));
+            report.faults.push(Finding::new(Code::NumberMissing, &file.path, what));
             return None;
         }
     };
     let place = format!("{}, sample {}", file.path, row.index);
     let Some(listed) = listed else {
         let what = format!("index {} is not the next one of this split in the manifest", row.index);
-        report.faults.push(Fault::new(Code::IndexOrder, place, what));
+        report.faults.push(Finding::new(Code::IndexOrder, place, what));
         return None;
     };
     if row.index != listed.index as i64 {
         let what = format!("index {} stands where the manifest has {}", row.index, listed.index);
-        report.faults.push(Fault::new(Code::IndexOrder, &place, what));
+        report.faults.push(Finding::new(Code::IndexOrder, &place, what));
         return None;
     }
     let expected = task.expect.map(|expect| expect(listed.index));
@@ -76,22 +77,22 @@ pub(super) fn check(
         let scale = [row.range_offset, row.range_scale];
         true_rows::range(&rows, (cols, scale, task.head.images.most_dn()), &decoded, &place, report);
     }
-    let print = alike::print(cols, &decoded, &row.numbers);
+    let print = duplicates::print(cols, &decoded, &row.numbers);
     let complete = exr.is_some() || task.head.images.exr.is_empty();
     let png = row.png.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
     if complete && maps_sha256(png, exr) != listed.sha256 {
-        report.faults.push(Fault::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
+        report.faults.push(Finding::new(Code::SampleChecksum, &place, "its maps are not those of the manifest"));
     }
     if task.chosen.contains(&listed.index) {
         rerender(task, batch, exr, listed.index, &place, report);
     }
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
-    Some((Seen { index: listed.index, split: row.split, class, numbers: row.numbers }, print))
+    Some((RowNumbers { index: listed.index, split: row.split, class, numbers: row.numbers }, print))
 }
 
 /// `named` are the id, split and class that it should say.
-fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, place, what));
+fn numbers(task: &ShardTask, row: &StoredRow, named: [&String; 3], place: &str, report: &mut ValidationReport) {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
     let head = task.head;
     let [id, split, class] = named;
     if (&row.id, &row.split, row.seed) != (id, split, head.seed) {
@@ -127,14 +128,21 @@ fn numbers(task: &Task, row: &StoredRow, named: [&String; 3], place: &str, repor
     }
 }
 
-fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, place: &str, report: &mut Report) {
+fn rerender(
+    task: &ShardTask,
+    stored: &RecordBatch,
+    exr: Option<&[u8]>,
+    index: u64,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let Some(render) = task.rerender else { return };
     report.rerendered += 1;
     let schema = Arc::new(output_schema::arrow::row_schema(task.head));
     let again = render(index).and_then(|sample| Ok((row_batch(&schema, task.head, &sample)?, sample)));
     let (row, sample) = match again {
         Ok(again) => again,
-        Err(what) => return report.faults.push(Fault::new(Code::RerenderFailed, place, what)),
+        Err(what) => return report.faults.push(Finding::new(Code::RerenderFailed, place, what)),
     };
     let names = schema.fields().iter().map(|field| field.name());
     let mut other: Vec<&str> =
@@ -146,6 +154,6 @@ fn rerender(task: &Task, stored: &RecordBatch, exr: Option<&[u8]>, index: u64, p
         other.push("sensor frames");
     }
     if !other.is_empty() {
-        report.faults.push(Fault::new(Code::RerenderDiffers, place, format!("not the same: {}", other.join(", "))));
+        report.faults.push(Finding::new(Code::RerenderDiffers, place, format!("not the same: {}", other.join(", "))));
     }
 }

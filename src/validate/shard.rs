@@ -1,4 +1,4 @@
-//! One shard: its manifest, and which files it should have.
+//! Shard: its manifest, and which files it should have.
 
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
@@ -7,17 +7,18 @@ use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_
 use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION, refuse_version};
 use sha2::{Digest, Sha256};
 
-use super::alike::Print;
-use super::report::{Code, Fault, Report};
-use super::task::Task;
+use super::duplicates::NoisePrint;
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use super::shard_task::ShardTask;
 use super::{expected, files};
 use crate::dataset::atomic_file;
-use crate::dataset::{Counts, document};
+use crate::dataset::{ClassCounts, to_document};
 use crate::split::Split;
 
 /// One shard whose manifest can be read.
-pub(super) struct Shard<'a> {
-    pub(super) task: Task<'a>,
+pub(super) struct OpenShard<'a> {
+    pub(super) task: ShardTask<'a>,
     pub(super) manifest: Manifest,
     /// Places in the manifest of the files that such a shard can have, by path.
     known: HashMap<String, usize>,
@@ -25,12 +26,12 @@ pub(super) struct Shard<'a> {
 
 /// What one job found.
 #[derive(Default)]
-pub(super) struct Finding {
-    pub(super) report: Report,
+pub(super) struct JobResult {
+    pub(super) report: ValidationReport,
     /// Digest of the id, index and shard of every sample that the manifest names.
     pub(super) ids: Vec<(u128, u64, u64)>,
     /// How many samples of each class and split the manifest names.
-    pub(super) counts: Counts,
+    pub(super) counts: ClassCounts,
     /// Paths of its tables, as the manifest names them.
     pub(super) tables: Vec<String>,
     /// Its number, where there is a manifest that can be read.
@@ -38,19 +39,19 @@ pub(super) struct Finding {
     /// Its number, where there is a manifest that cannot be read: nobody knows which files are its own.
     pub(super) hidden: Option<u64>,
     /// The row that it read.
-    pub(super) row: Option<Row>,
+    pub(super) row: Option<CheckedRow>,
 }
 
 /// What stays of a row to be compared with others.
-pub(super) struct Row {
+pub(super) struct CheckedRow {
     pub(super) index: u64,
     pub(super) split: Option<Split>,
-    pub(super) print: Option<Box<Print>>,
+    pub(super) print: Option<Box<NoisePrint>>,
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.
-pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
-    let mut found = Finding::default();
+pub(super) fn open<'a>(task: ShardTask<'a>) -> (JobResult, Option<OpenShard<'a>>) {
+    let mut found = JobResult::default();
     let place = manifest_path(task.number);
     let text = match atomic_file::read(&task.root.join(&place)) {
         Ok(text) => text,
@@ -58,7 +59,7 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
             found.hidden = (e.kind() != ErrorKind::NotFound).then_some(task.number);
             let otherwise = if found.hidden.is_none() { Code::ManifestMissing } else { Code::ManifestUnreadable };
             let code = files::unread(&e, otherwise);
-            found.report.faults.push(Fault::new(code, place, format!("shard {}: {e}", task.number)));
+            found.report.faults.push(Finding::new(code, place, format!("shard {}: {e}", task.number)));
             return (found, None);
         }
     };
@@ -69,7 +70,7 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
             // A newer document may have other keys.
             let newer = newer(&text);
             let code = if newer.is_some() { Code::VersionUnknown } else { Code::ManifestUnreadable };
-            found.report.faults.push(Fault::new(code, place, newer.unwrap_or_else(|| e.to_string())));
+            found.report.faults.push(Finding::new(code, place, newer.unwrap_or_else(|| e.to_string())));
             return (found, None);
         }
     };
@@ -83,13 +84,13 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let expected: HashSet<String> = expected_paths(&task, &manifest).into_iter().collect();
     if let Some(reason) = refuse_version(&manifest.format, manifest.schema_version) {
         let code = if manifest.format == FORMAT { Code::VersionUnknown } else { Code::ManifestDiffers };
-        found.report.faults.push(Fault::new(code, &place, reason));
+        found.report.faults.push(Finding::new(code, &place, reason));
     } else {
         let mut reasons = manifest_reasons(&task, &manifest, &expected);
-        if task.head.schema_version == SCHEMA_VERSION && document(&manifest) != text {
+        if task.head.schema_version == SCHEMA_VERSION && to_document(&manifest) != text {
             reasons.push("it is not written as the program writes it: keys, order, blanks".into());
         }
-        found.report.faults.extend(reasons.into_iter().map(|what| Fault::new(Code::ManifestDiffers, &place, what)));
+        found.report.faults.extend(reasons.into_iter().map(|what| Finding::new(Code::ManifestDiffers, &place, what)));
     }
 
     // Only names that a shard can have are opened: a manifest may not point out of the folder.
@@ -99,10 +100,10 @@ pub(super) fn open<'a>(task: Task<'a>) -> (Finding, Option<Shard<'a>>) {
     let folder = exr_folder(task.number);
     let strangers = files::unexpected(task.root, &folder, &|path| known.contains_key(path), &|_| false);
     found.report.faults.extend(strangers);
-    (found, Some(Shard { task, manifest, known }))
+    (found, Some(OpenShard { task, manifest, known }))
 }
 
-impl Shard<'_> {
+impl OpenShard<'_> {
     /// What the manifest says of a file; `None` where it names none of that path.
     pub(super) fn file(&self, path: &str) -> Option<&ManifestFile> {
         self.known.get(path).map(|&place| &self.manifest.files[place])
@@ -116,7 +117,7 @@ impl Shard<'_> {
     }
 
     /// Bytes of the EXR file of a sample, where there is one that is whole.
-    pub(super) fn exr(&self, sample: &ManifestSample, report: &mut Report) -> Option<Vec<u8>> {
+    pub(super) fn exr(&self, sample: &ManifestSample, report: &mut ValidationReport) -> Option<Vec<u8>> {
         let file = self.file(&exr_path(self.task.number, &sample.id))?;
         files::read(self.task.root, file, report)
     }
@@ -136,7 +137,7 @@ fn newer(text: &[u8]) -> Option<String> {
 }
 
 /// Everything in which a manifest is not that of its shard.
-fn manifest_reasons(task: &Task, manifest: &Manifest, expected: &HashSet<String>) -> Vec<String> {
+fn manifest_reasons(task: &ShardTask, manifest: &Manifest, expected: &HashSet<String>) -> Vec<String> {
     let head = task.head;
     let mut reasons = Vec::new();
     let mut differ = |name: &str, found: String, expected: String| {
@@ -177,7 +178,7 @@ fn manifest_reasons(task: &Task, manifest: &Manifest, expected: &HashSet<String>
     reasons
 }
 
-fn expected_paths(task: &Task, manifest: &Manifest) -> Vec<String> {
+fn expected_paths(task: &ShardTask, manifest: &Manifest) -> Vec<String> {
     let has = |split: &Split| manifest.samples.iter().any(|sample| sample.split == split.name());
     let splits = Split::ALL.iter().filter(|split| has(split));
     let mut paths: Vec<String> = splits.map(|split| data_path(split.name(), task.number)).collect();

@@ -12,15 +12,22 @@ use output_schema::file::stack_path;
 use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::alike::sum;
-use super::report::{Code, Fault, Report};
-use super::task::Task;
+use super::duplicates::sum;
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use super::shard_task::ShardTask;
 use crate::dataset::frame_numbers;
 use crate::record::StackFrame;
 
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
-pub(super) fn check(root: &Path, head: &DatasetHead, manifest: &Manifest, file: &ManifestFile, report: &mut Report) {
-    let mut fault = |code, what: String| report.faults.push(Fault::new(code, &file.path, what));
+pub(super) fn check(
+    root: &Path,
+    head: &DatasetHead,
+    manifest: &Manifest,
+    file: &ManifestFile,
+    report: &mut ValidationReport,
+) {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, &file.path, what));
     let rows = match read(&root.join(&file.path), head) {
         Ok(rows) => rows,
         Err((code, what)) => return fault(code, what),
@@ -119,7 +126,7 @@ fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
 ///
 /// # Errors
 /// Why they cannot be read.
-pub(super) fn frames(task: &Task, index: u64) -> Result<Vec<StackFrame>, String> {
+pub(super) fn frames(task: &ShardTask, index: u64) -> Result<Vec<StackFrame>, String> {
     let file = File::open(task.root.join(stack_path(task.number))).map_err(|e| e.to_string())?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
     let mut frames = Vec::new();

@@ -1,12 +1,13 @@
-//! Some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
+//! True rows: some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
 //! pixel, the height of truth maps, and whether Range is anywhere near it.
 //!
 //! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. So it is held
 //! to what no measurement misses: the median distance of well lit pixels from between the surface and what lies below a
 //! film is [`FAR_MM`] at most.
 
-use super::images::Decoded;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::images::DecodedImages;
+use super::report::ValidationReport;
 use crate::dataset::HEIGHT_STEPS;
 use crate::record::TrueRow;
 
@@ -15,10 +16,16 @@ const FAR_MM: f32 = 2.0;
 /// A pixel is well lit from this share of the greatest digital number on [1].
 const LIT: f32 = 0.25;
 /// Pixels that it takes to judge Range [px].
-const LEAST: usize = 64;
+const MIN_PIXELS: usize = 64;
 
 /// Label and instance images.
-pub(super) fn labels(rows: &[TrueRow], cols: usize, decoded: &Decoded, place: &str, report: &mut Report) {
+pub(super) fn labels(
+    rows: &[TrueRow],
+    cols: usize,
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
     let [label, instance] = ["label", "instance"].map(|name| decoded.get(name));
     let (mut wrong, mut first) = (0_usize, None);
     for row in rows {
@@ -44,12 +51,12 @@ pub(super) fn labels(rows: &[TrueRow], cols: usize, decoded: &Decoded, place: &s
             class.unwrap_or_default(),
             instance.unwrap_or_default()
         );
-        report.faults.push(Fault::new(Code::LabelDiffers, place, what));
+        report.faults.push(Finding::new(Code::LabelDiffers, place, what));
     }
 }
 
 /// The Height of an EXR file.
-pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str, report: &mut Report) {
+pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str, report: &mut ValidationReport) {
     let half = 0.5 / HEIGHT_STEPS + f32::EPSILON;
     let alike = |found: f32, made: f32| (found - made).abs() <= half.max(made.abs() * f32::EPSILON);
     let other = |(found, made): &(&f32, &f32)| if made.is_nan() { !found.is_nan() } else { !alike(**found, **made) };
@@ -58,7 +65,7 @@ pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str,
     let count = lines.flatten().filter(other).count();
     if count > 0 {
         let what = format!("Height of {count} pixels of {} rows is not the body's", rows.len());
-        report.faults.push(Fault::new(Code::TruthDiffers, place, what));
+        report.faults.push(Finding::new(Code::TruthDiffers, place, what));
     }
 }
 
@@ -67,9 +74,9 @@ pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str,
 pub(super) fn range(
     rows: &[TrueRow],
     (cols, scale, most): (usize, [f64; 2], u16),
-    decoded: &Decoded,
+    decoded: &DecodedImages,
     place: &str,
-    report: &mut Report,
+    report: &mut ValidationReport,
 ) {
     let (Some(range), Some(light)) = (decoded.get("range"), decoded.get("reflectance")) else { return };
     let mut apart = Vec::new();
@@ -84,7 +91,7 @@ pub(super) fn range(
             }
         }
     }
-    if apart.len() < LEAST {
+    if apart.len() < MIN_PIXELS {
         return;
     }
     let middle = apart.len() / 2;
@@ -97,6 +104,6 @@ pub(super) fn range(
             median.abs(),
             rows.len()
         );
-        report.faults.push(Fault::new(Code::RangeDiffers, place, what));
+        report.faults.push(Finding::new(Code::RangeDiffers, place, what));
     }
 }

@@ -1,18 +1,19 @@
-//! A row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
+//! Unlit row: a row against what its recipe makes without light: the bench, effective physics and the body's own instances, bit for bit.
 //!
 //! What light decides stays with the other checks: which instances a pixel shows, their boxes and their areas.
 
 use super::columns::{StoredObject, StoredRow};
-use super::expected::Unlit;
-use super::report::{Code, Fault, Report};
+use super::expected::UnlitRow;
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
 
-/// Names of the numbers of [`Unlit::grid`].
+/// Names of the numbers of [`UnlitRow::grid`].
 const GRID: [&str; 4] = ["row_mm", "col_mm", "range_offset", "range_scale"];
 /// Differences of a row that one fault names.
-const NAMED: usize = 3;
+const MAX_NAMED_DIFFERENCES: usize = 3;
 
 /// Checks one row.
-pub(super) fn check(row: &StoredRow, unlit: &Unlit, place: &str, report: &mut Report) {
+pub(super) fn check(row: &StoredRow, unlit: &UnlitRow, place: &str, report: &mut ValidationReport) {
     let mut other = Vec::new();
     let grid = [row.row_mm, row.col_mm, row.range_offset, row.range_scale];
     let stored = GRID.into_iter().zip(grid).map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>();
@@ -27,13 +28,17 @@ pub(super) fn check(row: &StoredRow, unlit: &Unlit, place: &str, report: &mut Re
         objects(object, unlit, &mut other);
     }
     if !other.is_empty() {
-        let more = if other.len() > NAMED { format!("; {} more differ", other.len() - NAMED) } else { String::new() };
-        let named = other.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join("; ");
-        report.faults.push(Fault::new(Code::DrawDiffers, place, format!("{named}{more}")));
+        let more = if other.len() > MAX_NAMED_DIFFERENCES {
+            format!("; {} more differ", other.len() - MAX_NAMED_DIFFERENCES)
+        } else {
+            String::new()
+        };
+        let named = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect::<Vec<_>>().join("; ");
+        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{named}{more}")));
     }
 }
 
-fn objects(object: &StoredObject, unlit: &Unlit, other: &mut Vec<String>) {
+fn objects(object: &StoredObject, unlit: &UnlitRow, other: &mut Vec<String>) {
     let name = format!("object {}: ", object.instance);
     let Some(own) = unlit.instances.iter().find(|own| i32::from(own.id) == object.instance) else {
         other.push(format!("{name}the recipe makes none of that number"));

@@ -50,7 +50,9 @@ pub fn interpreter() -> Command {
         program.display()
     );
     let mut command = Command::new(program);
+    // Where it may not be kept, each start of torch costs six seconds more.
     command.env("PYTHONPYCACHEPREFIX", concat!(env!("CARGO_TARGET_TMPDIR"), "/pycache"));
+    command.env_remove("PYTHONDONTWRITEBYTECODE");
     command
 }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use sheetlight::medium::Medium;
+use sheetlight::medium::LayeredMedium;
 use sheetlight::transport::answer::Question;
 use sheetlight::transport::model::Model;
 use sheetlight::transport::path::Effort;
@@ -37,7 +37,7 @@ fn examples() -> Vec<String> {
 }
 
 /// Everything that a reader promises about what it accepts.
-fn in_range(medium: &Medium) -> bool {
+fn in_range(medium: &LayeredMedium) -> bool {
     let last = medium.stack.layers.len() - 1;
     let fine = medium.stack.layers.iter().enumerate().all(|(i, layer)| {
         let scattering = match layer.scattering {
@@ -71,7 +71,7 @@ fn damaged_media_are_read_or_refused() {
             let to = from + rest.find([',', '}', ']', '\n']).unwrap_or(rest.len());
             for weird in WEIRD {
                 let damaged = format!("{}{weird}{}", &text[..from], &text[to..]);
-                match Medium::parse("m.yaml", &damaged) {
+                match LayeredMedium::parse("m.yaml", &damaged) {
                     Ok(medium) => {
                         assert!(in_range(&medium), "{damaged}");
                         // Refusing is well, panicking is not.
@@ -88,7 +88,7 @@ fn damaged_media_are_read_or_refused() {
         }
         // A file that stops anywhere, on any letter.
         for (end, _) in text.char_indices().step_by(3) {
-            if let Ok(medium) = Medium::parse("m.yaml", &text[..end]) {
+            if let Ok(medium) = LayeredMedium::parse("m.yaml", &text[..end]) {
                 assert!(in_range(&medium), "{}", &text[..end]);
             }
         }

@@ -1,7 +1,7 @@
 //! A dataset as the writer makes it has no fault, and is what it would be if it were rendered again.
 
 use sheetlight::settings::{Channel, Output, SensorStack};
-use sheetlight::validate::{Options, validate};
+use sheetlight::validate::{ValidationOptions, validate};
 use test_support::records::{encoded, output, write_dataset};
 
 #[test]
@@ -10,8 +10,10 @@ fn a_full_dataset_is_clean() {
     let output = output();
     write_dataset(folder.path(), 10, &output);
     let rerender = |index| Ok(encoded(index, &output));
-    let report =
-        validate(folder.path(), &Options { rerender: Some(&rerender), rerender_samples: 4, ..Options::default() });
+    let report = validate(
+        folder.path(),
+        &ValidationOptions { rerender: Some(&rerender), rerender_samples: 4, ..ValidationOptions::default() },
+    );
     assert!(report.is_clean(), "{report}");
     assert_eq!((report.shards, report.samples, report.rerendered), (3, 10, 4));
     // Five PNG and nine channels for each sample.
@@ -25,7 +27,7 @@ fn a_small_output_is_clean() {
     let png = vec![Channel::Label, Channel::Range];
     let output = Output { png, exr: vec![], truth_maps: false, sensor_stack: SensorStack::None, ..output() };
     write_dataset(folder.path(), 3, &output);
-    let report = validate(folder.path(), &Options::default());
+    let report = validate(folder.path(), &ValidationOptions::default());
     assert!(report.is_clean(), "{report}");
     assert!(!folder.path().join("exr").exists() && !folder.path().join("stacks").exists());
 }

@@ -5,7 +5,7 @@ use procedural::Class;
 use serde_json::Value;
 use sheetlight::dataset::{Encoded, ExrChannel, Grey, Samples, write_png};
 use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, Options, validate};
+use sheetlight::validate::{Code, ValidationOptions, validate};
 use test_support::records::{encoded, output, write_dataset};
 
 #[test]
@@ -97,7 +97,10 @@ fn rendered_again() {
     let place = tempfile::tempdir().expect("a folder");
     write_dataset(place.path(), 4, &output());
     let run = |render: &(dyn Fn(u64) -> Result<Encoded, String> + Sync)| {
-        validate(place.path(), &Options { rerender: Some(render), rerender_samples: 9, ..Options::default() })
+        validate(
+            place.path(),
+            &ValidationOptions { rerender: Some(render), rerender_samples: 9, ..ValidationOptions::default() },
+        )
     };
     assert_eq!(run(&|i| Ok(encoded(i, &output()))).codes(), []);
     assert_eq!(run(&|i| Err(format!("no recipe for {i}"))).codes(), [Code::RerenderFailed]);
@@ -107,11 +110,11 @@ fn rendered_again() {
         Ok(sample)
     });
     assert_eq!((other.codes(), other.rerendered), (vec![Code::RerenderDiffers], 4));
-    assert!(other.faults[0].what.contains("laser"), "{other}");
+    assert!(other.faults[0].fault.what.contains("laser"), "{other}");
     let frame = run(&|i| {
         let mut sample = encoded(i, &output());
         sample.stack[2].dn[7] ^= 1;
         Ok(sample)
     });
-    assert!(frame.faults.len() == 4 && frame.faults[0].what.contains("sensor frames"), "{frame}");
+    assert!(frame.faults.len() == 4 && frame.faults[0].fault.what.contains("sensor frames"), "{frame}");
 }

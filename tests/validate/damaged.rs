@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sheetlight::dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png};
 use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, Options, Report, validate};
+use sheetlight::validate::{Code, ValidationOptions, ValidationReport, validate};
 use tempfile::TempDir;
 
 pub use crate::damage::*;
@@ -14,8 +14,8 @@ use test_support::records::{SIZE, encoded, head, output, write_dataset};
 /// A file of the damaged dataset.
 pub const EXR: &str = "exr/00000/00000000-0000-5000-8000-000000000002.exr";
 
-pub fn check(place: &TempDir) -> Report {
-    let report = validate(place.path(), &Options::default());
+pub fn check(place: &TempDir) -> ValidationReport {
+    let report = validate(place.path(), &ValidationOptions::default());
     // Both forms can be made of every report.
     assert_eq!(report.json()["faults"].as_array().map(Vec::len), Some(report.faults.len()));
     assert!(report.to_string().contains("faults"));

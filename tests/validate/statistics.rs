@@ -4,14 +4,14 @@ use procedural::Stream;
 use rand::RngExt;
 use sheetlight::generate::declared;
 use sheetlight::recipe::Recipe;
-use sheetlight::validate::{ALPHA, Code, Declared, Fault, Seen, Statistics, statistics};
+use sheetlight::validate::{ALPHA, BalanceStatistics, Code, DeclaredLaws, Finding, RowNumbers, statistics};
 
 /// Rows of a dataset as the program draws them; nothing is rendered.
-fn rows(recipe: &Recipe, seed: u64, samples: u64) -> Vec<Seen> {
+fn rows(recipe: &Recipe, seed: u64, samples: u64) -> Vec<RowNumbers> {
     let class = |name: &str| recipe.classes().iter().position(|class| class.name == name);
     let row = |index| {
         let scene = recipe.draw(seed, index);
-        Seen {
+        RowNumbers {
             index,
             split: scene.split.name().into(),
             class: class(&scene.class).expect("a class of the recipe"),
@@ -26,7 +26,7 @@ fn small() -> Recipe {
 }
 
 /// What is found after `change` of every row of a small dataset.
-fn after(samples: u64, change: impl Fn(&mut Seen)) -> (Statistics, Vec<Fault>) {
+fn after(samples: u64, change: impl Fn(&mut RowNumbers)) -> (BalanceStatistics, Vec<Finding>) {
     let recipe = small();
     let mut all = rows(&recipe, 3, samples);
     all.iter_mut().for_each(change);
@@ -40,9 +40,9 @@ fn place(path: &str) -> usize {
 }
 
 /// The parameters that are found to be drawn otherwise.
-fn otherwise(faults: &[Fault]) -> Vec<&str> {
+fn otherwise(faults: &[Finding]) -> Vec<&str> {
     assert!(faults.iter().all(|fault| fault.code == Code::DistributionDiffers), "{faults:?}");
-    let mut names: Vec<&str> = faults.iter().filter_map(|fault| fault.place.split(", ").nth(1)).collect();
+    let mut names: Vec<&str> = faults.iter().filter_map(|found| found.fault.place.split(", ").nth(1)).collect();
     names.dedup();
     names
 }
@@ -74,7 +74,7 @@ fn chances_are_never_too_small() {
     let text = include_str!("../../recipes/wood-small.yaml").replace("blur_um: {uniform: [1.5, 4]}", three);
     let recipes = [small(), Recipe::parse("three lenses", &text).expect("a recipe")];
     let sets = recipes.iter().flat_map(|recipe| (0..SETS / 2).map(move |seed| (recipe, seed)));
-    let all: Vec<Statistics> = sets
+    let all: Vec<BalanceStatistics> = sets
         .map(|(recipe, seed)| statistics(&declared(recipe, seed), rows(recipe, seed, 60).into_iter(), 60).0)
         .collect();
     for (kind, is_sharp) in [("kolmogorov-smirnov", true), ("binomial", false), ("chi-square", false)] {
@@ -151,7 +151,7 @@ fn numbers_that_are_never_drawn_are_found() {
             }
         });
         assert_eq!(faults.len(), 1, "{faults:?}");
-        assert!(faults[0].what.contains("sample 17 has"), "{faults:?}");
+        assert!(faults[0].fault.what.contains("sample 17 has"), "{faults:?}");
     }
 }
 
@@ -162,7 +162,7 @@ fn classes_are_exactly_those_of_the_rotation() {
     let mut all = rows(&recipe, 3, 1000);
     let clear: usize = 0;
     let row = all.iter_mut().find(|row| row.class != clear).expect("another class");
-    *row = Seen { class: clear, numbers: row.numbers.clone(), ..row.clone() };
+    *row = RowNumbers { class: clear, numbers: row.numbers.clone(), ..row.clone() };
     let (_, faults) = statistics(&declared(&recipe, 3), all.into_iter(), 1000);
     assert_eq!(faults.iter().filter(|fault| fault.code == Code::ClassBalance).count(), 2, "{faults:?}");
 }
@@ -173,7 +173,7 @@ fn a_rotation_that_loses_its_shares_is_found() {
     let recipe = small();
     let samples = 10_000;
     let mut all = rows(&recipe, 3, samples);
-    let mut wrong: Declared = declared(&recipe, 3);
+    let mut wrong: DeclaredLaws = declared(&recipe, 3);
     all.iter_mut().filter(|row| row.index < 200).for_each(|row| row.class = 0);
     let own = recipe.clone();
     let class = move |index: u64| {
@@ -192,7 +192,7 @@ fn a_rotation_that_loses_its_shares_is_found() {
 fn splits_that_are_drawn_otherwise_are_found() {
     // Half as much for testing as declared.
     let codes =
-        |faults: Vec<Fault>| faults.into_iter().map(|fault| fault.code).collect::<std::collections::BTreeSet<_>>();
+        |faults: Vec<Finding>| faults.into_iter().map(|fault| fault.code).collect::<std::collections::BTreeSet<_>>();
     let (_, faults) = after(2000, |row| {
         if row.split == "test" && row.index % 2 == 0 {
             row.split = "train".into();
@@ -212,7 +212,7 @@ fn splits_that_are_drawn_otherwise_are_found() {
     let (found, faults) = statistics(&declared(&recipe, 3), all.into_iter(), 2000);
     let whole = found.tests.iter().filter(|test| test.of.starts_with("split.") && test.classes.is_empty());
     assert!(whole.clone().count() == 3 && whole.clone().all(|test| test.p > 1e-3), "the shares are right");
-    assert!(faults.iter().any(|fault| fault.what.contains("in rot")), "{faults:?}");
+    assert!(faults.iter().any(|found| found.fault.what.contains("in rot")), "{faults:?}");
     assert_eq!(codes(faults), [Code::SplitBalance].into());
 }
 
@@ -226,7 +226,7 @@ fn a_thinned_dataset_is_found() {
     (0..).zip(&mut kept).for_each(|(index, row)| row.index = index);
     let samples = kept.len() as u64;
     let (_, faults) = statistics(&declared(&recipe, 3), kept.into_iter(), samples);
-    assert!(faults.iter().any(|fault| fault.place.ends_with("exposure.time_us")), "{faults:?}");
+    assert!(faults.iter().any(|found| found.fault.place.ends_with("exposure.time_us")), "{faults:?}");
 }
 
 #[test]

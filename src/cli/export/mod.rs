@@ -13,8 +13,9 @@ use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
 use super::generate::threads;
 use super::progress::{CountBar, counted, describe_bytes, say};
 use super::{CommandResult, UsageError, output};
+use crate::dataset::Fault;
 use crate::export::{
-    ExportError, ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
+    ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
 };
 use crate::split::Split;
 
@@ -78,7 +79,7 @@ fn write(
     source: &Source,
     out: &Path,
     progress: ExportProgress,
-) -> Result<ExportSummary, ExportError> {
+) -> Result<ExportSummary, Fault> {
     match format {
         ExportCommand::Coco(coco) => {
             let options = coco::CocoOptions {

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{Selection, Source};
-use crate::export::{ExportError, ExportProgress, Sample};
+use crate::dataset::Fault;
+use crate::export::{ExportProgress, Sample};
 use crate::split::Split;
 
 /// What a stopped run has exported of a split: its first samples.
@@ -21,10 +22,10 @@ impl Source {
         &self,
         count: u64,
         images: &[&str],
-        work: impl Fn(&Sample) -> Result<T, ExportError> + Sync,
+        work: impl Fn(&Sample) -> Result<T, Fault> + Sync,
         mut take: impl FnMut(T),
         progress: ExportProgress,
-    ) -> Result<(), ExportError> {
+    ) -> Result<(), Fault> {
         let all: u64 = self.finished.iter().map(|(_, samples)| samples).sum();
         let count = count.min(all);
         let (mut shards, mut indices, mut before) = (Vec::new(), Vec::new(), 0);
@@ -50,7 +51,7 @@ impl Source {
     }
 
     /// Chosen samples of a split up to one of them, by index.
-    pub(in crate::export) fn up_to(&self, split: Split, last: u64) -> Result<u64, ExportError> {
+    pub(in crate::export) fn up_to(&self, split: Split, last: u64) -> Result<u64, Fault> {
         let mut count = 0;
         for &shard in &self.shards {
             let Some(manifest) = self.dataset.manifest(shard)? else { continue };

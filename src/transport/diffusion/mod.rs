@@ -8,7 +8,8 @@
 //!
 //! - [`tensor`], [`generalized`]: D, source place and boundary of a medium
 //! - [`slab`]: plane layers, in closed form for each wave in the plane; `spread` brings the waves together
-//! - [`voxels`], [`solver`], [`line_response`](mod@line_response): a laser line on a body, finite volumes and conjugate gradients
+//! - [`voxels`], [`solver`], [`line_response`](mod@line_response): a laser line on a body, by finite volumes and
+//!   conjugate gradients
 //!
 //! Valid some mean free paths from the source, where absorption is small against reduced scattering; the file of each
 //! part says what it leaves out. Its reference is Monte Carlo.

@@ -16,7 +16,8 @@
 //!   partial reflection of straight light between layers is left out.
 //! - Angles: P1, L(mu) ~ (1 - R)(2 A + 3 mu_inside), isotropic in form: it knows no cone light of fibres.
 //!
-//! Light that leaves straight pays absorption on its way; for the rest it begins where light begins to diffuse. Layers without scattering are refused.
+//! Light that leaves straight pays absorption on its way; for the rest it begins where light begins to diffuse. Layers
+//! without scattering are refused.
 
 use std::f64::consts::PI;
 

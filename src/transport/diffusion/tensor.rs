@@ -21,7 +21,7 @@ use crate::transport::stack::{Layer, Scattering};
 
 /// How light moves on average in a medium.
 #[derive(Debug, Clone, PartialEq)]
-enum ScatteringLaw {
+enum DiffusiveLaw {
     Isotropic { reduced: f64 },
     Fibres { sigma_i: f64, k: f64, axis: DVec3 },
     Tensor(Box<Generalized>),
@@ -36,7 +36,7 @@ pub struct Diffusive {
     pub n: f64,
     /// Diffusion tensor; the flux is -D grad Phi [mm].
     pub d: DMat3,
-    law: ScatteringLaw,
+    law: DiffusiveLaw,
 }
 
 impl Diffusive {
@@ -51,7 +51,7 @@ impl Diffusive {
                 if reduced <= 0.0 {
                     return Err(DiffusionError::Clear { layer: index });
                 }
-                (ScatteringLaw::Isotropic { reduced }, DMat3::from_diagonal(DVec3::splat(1.0 / (3.0 * reduced))))
+                (DiffusiveLaw::Isotropic { reduced }, DMat3::from_diagonal(DVec3::splat(1.0 / (3.0 * reduced))))
             }
             Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {
                 let k = sigma_c * (1.0 - turn.mean_cosine());
@@ -63,7 +63,7 @@ impl Diffusive {
                     });
                 }
                 let (along, across) = diffusion(sigma_i, k);
-                (ScatteringLaw::Fibres { sigma_i, k, axis }, uniaxial(along, across, axis))
+                (DiffusiveLaw::Fibres { sigma_i, k, axis }, uniaxial(along, across, axis))
             }
             Scattering::Tensor { mu_s, g } => {
                 if mu_s.min_element() <= 0.0 {
@@ -71,7 +71,7 @@ impl Diffusive {
                 }
                 let medium = Generalized::new(mu_s, g);
                 let d = DMat3::from_diagonal(medium.d);
-                (ScatteringLaw::Tensor(Box::new(medium)), d)
+                (DiffusiveLaw::Tensor(Box::new(medium)), d)
             }
         };
         Ok(Self { mu_a: layer.mu_a, n: layer.n, d, law })
@@ -80,13 +80,13 @@ impl Diffusive {
     /// Mean displacement of light that enters in direction `s`: where it begins to diffuse [mm].
     pub fn persistence(&self, s: DVec3) -> DVec3 {
         match &self.law {
-            ScatteringLaw::Isotropic { reduced } => s / *reduced,
-            ScatteringLaw::Fibres { sigma_i, k, axis } => {
+            DiffusiveLaw::Isotropic { reduced } => s / *reduced,
+            DiffusiveLaw::Fibres { sigma_i, k, axis } => {
                 let along = s.dot(*axis);
                 let across = s - along * *axis;
                 across / (sigma_i + k * across.length()) + along / sigma_i * *axis
             }
-            ScatteringLaw::Tensor(medium) => medium.persistence(s),
+            DiffusiveLaw::Tensor(medium) => medium.persistence(s),
         }
     }
 
@@ -94,7 +94,7 @@ impl Diffusive {
     pub fn extrapolation(&self, outside: f64) -> f64 {
         let n = self.n / outside;
         match &self.law {
-            ScatteringLaw::Tensor(medium) => medium.extrapolation(n),
+            DiffusiveLaw::Tensor(medium) => medium.extrapolation(n),
             _ => 2.0 * boundary_factor(n) * self.d.z_axis.z,
         }
     }

@@ -1,9 +1,9 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
 //! Films over something are answered by [`super::film_stack`].
 
-use super::table::{BINS, CONE, HalfSpaceTable};
+use super::table::{CONE_BINS, HalfSpaceTable, PATH_BINS};
 use super::view::View;
-use super::{SurfacePoint, kept};
+use super::{SurfacePoint, after_absorption};
 use crate::transport::answer::{Answer, Estimate, Question};
 use crate::transport::fresnel::fresnel_dielectric;
 use crate::transport::stack::{Scattering, Stack, Substrate};
@@ -54,17 +54,17 @@ pub enum KernelError {
     Above,
 }
 
-/// The Gaussians of a texel.
+/// The Gaussians of a surface point.
 pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
     let node = HalfSpaceTable::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (cone, rest) = view.factors(node.views());
     let cone = libm::exp(f64::from(cone));
-    (0..BINS)
+    (0..PATH_BINS)
         .map(|l| {
             let path = f64::from(node.path()[l]) / scattering;
-            let (left, narrower) = kept(texel.mu_a * path as f32);
+            let (left, narrower) = after_absorption(texel.mu_a * path as f32);
             let area = f64::from(narrower) / (scattering * scattering);
             Gaussian {
                 weight: f64::from(texel.enter * node.weight()[l] * left),
@@ -72,7 +72,7 @@ pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
                 along: f64::from(node.along()[l]) / scattering,
                 variance_along: f64::from(node.variance_along()[l]) * area,
                 variance_across: f64::from(node.variance_across()[l]) * area,
-                towards: if l < CONE { cone } else { f64::from(rest) },
+                towards: if l < CONE_BINS { cone } else { f64::from(rest) },
             }
         })
         .collect()
@@ -159,7 +159,7 @@ pub(super) fn seen_from_above(stack: &Stack, question: &Question) -> Result<(), 
     Ok(())
 }
 
-/// The half space as a texel, and (sine, cosine) of the fibres' track against the motion.
+/// The half space as a surface point, and (sine, cosine) of the fibres' track against the motion.
 fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)), KernelError> {
     let [layer] = stack.layers.as_slice() else { return Err(KernelError::Layers) };
     if layer.thickness.is_finite() {

@@ -24,7 +24,7 @@ use multiversion::multiversion;
 
 pub use self::diffusion_tensor::diffusion;
 pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
-use self::table::{BINS, CONE, HalfSpaceTable, LANES};
+use self::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
 use self::view::View;
 pub use self::widths::{BASIS, SPREAD_MM, WidthShares};
 use crate::lanes::{exp, ln};
@@ -32,18 +32,18 @@ use crate::lanes::{exp, ln};
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
 /// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from Monte Carlo on bodies [1].
-const RUN: f32 = 1.3;
+const MEAN_EXIT_RUN: f32 = 1.3;
 /// Share of cylinder scattering that ends a run along the fibre; from Monte Carlo on bodies [1].
-const ENDS_ALONG: f32 = 0.33;
+const RUN_ENDS_ALONG_FIBRE: f32 = 0.33;
 /// Weight of a bin that is left out [1].
-const FAINT: f32 = 2e-6;
+const MIN_BIN_WEIGHT: f32 = 2e-6;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
 const BIN_VARIANCE: f32 = 0.03;
 
 /// What absorption leaves of a bin whose mean path costs `lost` = mu_a path, and how much narrower what is left lies:
 /// longer paths of the bin lose more, and spread further.
 #[inline(always)]
-fn kept(lost: f32) -> (f32, f32) {
+fn after_absorption(lost: f32) -> (f32, f32) {
     (exp(-lost) * (1.0 + 0.5 * BIN_VARIANCE * lost * lost), (1.0 - BIN_VARIANCE * lost).max(0.3))
 }
 
@@ -91,28 +91,28 @@ impl SurfacePoint {
 /// What the media do to a line of light, structure of arrays.
 #[derive(Debug, Clone, Default)]
 pub struct SpreadRow {
-    /// Square root of each width's weight, `[BASIS][texels]` [1].
+    /// Square root of each width's weight, `[BASIS][points]` [1].
     pub enter: [Vec<f32>; BASIS],
-    /// The same times the exit's radiance factor, `[BASIS][texels]` [1].
+    /// The same times the exit's radiance factor, `[BASIS][points]` [1].
     pub exit: [Vec<f32>; BASIS],
-    /// Shift of each width along the motion, `[BASIS][texels]` [mm].
+    /// Shift of each width along the motion, `[BASIS][points]` [mm].
     pub shift: [Vec<f32>; BASIS],
 }
 
 impl SpreadRow {
-    /// A row of `texels` texels from which nothing comes out.
+    /// A row of `points` points from which nothing comes out.
     pub fn new(texels: usize) -> Self {
         let row = || std::array::from_fn(|_| vec![0.0; texels]);
         Self { enter: row(), exit: row(), shift: row() }
     }
 }
 
-/// Fills `spread` from texel `first` on for `texels`.
+/// Fills `spread` from surface point `first` on for `points`.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, spread: &mut SpreadRow) {
     let table = HalfSpaceTable::get();
     for (i, texel) in texels.iter().enumerate() {
-        let answer = one(texel, table, shares);
+        let answer = surface_point_spread(texel, table, shares);
         for j in 0..BASIS {
             spread.enter[j][first + i] = answer[0][j];
             spread.exit[j][first + i] = answer[1][j];
@@ -121,9 +121,9 @@ pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, 
     }
 }
 
-/// Square roots of weights, exits and shifts of one texel.
+/// Square roots of weights, exits and shifts of one surface point.
 #[inline(always)]
-fn one(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[f32; BASIS]; 3] {
+fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[f32; BASIS]; 3] {
     let scattering = texel.sigma_i + texel.k;
     let free = 1.0 / scattering;
     let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive);
@@ -133,15 +133,15 @@ fn one(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[
     let widest = SPREAD_MM[BASIS - 1] * SPREAD_MM[BASIS - 1];
     let (mut w, mut place) = ([0.0f32; LANES], [0.0f32; LANES]);
     for l in 0..LANES {
-        let (left, narrower) = kept(a * path[l]);
+        let (left, narrower) = after_absorption(a * path[l]);
         let variance = f2 * narrower * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
         // Beyond the widest: the height at the centre goes with one over the width.
         let shrink = (widest / variance.max(widest)).sqrt();
         w[l] = texel.enter * weight[l] * left * shrink;
         place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
     }
-    let [guided, pulled] = gather(&w, along, &place, 0..CONE, shares);
-    let [turned, pushed] = gather(&w, along, &place, CONE..BINS, shares);
+    let [guided, pulled] = gather(&w, along, &place, 0..CONE_BINS, shares);
+    let [turned, pushed] = gather(&w, along, &place, CONE_BINS..PATH_BINS, shares);
     let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
     let (cone, rest) = view.factors(node.views());
     let cone = exp(cone);
@@ -168,8 +168,8 @@ pub fn exit_shift(texel: &SurfacePoint) -> f32 {
     let (sin, cos) = (texel.sin_dive, (1.0 - texel.sin_dive * texel.sin_dive).max(0.0).sqrt());
     let lost = texel.mu_a + texel.sigma_i;
     let to_fibre = view.cone + sin;
-    let across = RUN / (lost + texel.k * (1.0 - to_fibre * to_fibre).max(0.0).sqrt());
-    let along = RUN / (lost + ENDS_ALONG * texel.k);
+    let across = MEAN_EXIT_RUN / (lost + texel.k * (1.0 - to_fibre * to_fibre).max(0.0).sqrt());
+    let along = MEAN_EXIT_RUN / (lost + RUN_ENDS_ALONG_FIBRE * texel.k);
     let inside = view.along / texel.n;
     let track = across * (inside - to_fibre * cos) + along * to_fibre * cos;
     let beside = across * (texel.view_motion - view.along * texel.cos_azimuth) / texel.n;
@@ -187,7 +187,7 @@ fn gather(
 ) -> [[f32; BASIS]; 2] {
     let (mut weight, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS]);
     for l in bins {
-        if w[l] < FAINT {
+        if w[l] < MIN_BIN_WEIGHT {
             continue;
         }
         let share = shares.at(place[l]);

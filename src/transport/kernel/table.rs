@@ -11,9 +11,9 @@ pub const FIRST_PATH: f64 = 0.05;
 /// Ratio of the ends of a bin of path lengths [1].
 pub const PATH_RATIO: f64 = 1.8225;
 /// Bins of path lengths of light that met cylinders alone.
-pub const CONE: usize = 14;
+pub const CONE_BINS: usize = 14;
 /// Bins in all, cone light first.
-pub const BINS: usize = 38;
+pub const PATH_BINS: usize = 38;
 /// Numbers kept for a bin: weight, path, displacement along, variance along, variance across.
 pub const FIELDS: usize = 5;
 /// Bins with padding, so that a field fills whole vectors.

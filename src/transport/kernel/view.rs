@@ -15,7 +15,7 @@
 use super::table::VIEWS;
 
 /// Logarithms of radiance factors of cone light are kept between these [1].
-const LOGARITHM: (f32, f32) = (-12.0, 2.5);
+const CONE_LOGARITHM_RANGE: (f32, f32) = (-12.0, 2.5);
 
 /// Coordinates of a view: (c, s, u).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +59,9 @@ impl View {
                 + views[from + 2] * terms[2]
                 + views[from + 3] * terms[3]
         };
-        (sum(0, self.cone_terms()).clamp(LOGARITHM.0, LOGARITHM.1), sum(4, self.rest_terms()).max(0.0))
+        (
+            sum(0, self.cone_terms()).clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1),
+            sum(4, self.rest_terms()).max(0.0),
+        )
     }
 }

@@ -15,12 +15,12 @@ pub const SPREAD_MM: [f32; BASIS] = [0.0, 0.054, 0.1, 0.205, 0.32, 0.535, 0.93, 
 /// Variance of the laser line for which the widths were chosen [mm^2].
 const LINE_MM2: f64 = 0.05 * 0.05;
 /// Rows of the table of shares, a power of two so that an index can be masked.
-const ROWS: usize = 512;
+const TABLE_ROWS: usize = 512;
 
 /// Shares of the fixed widths as a function of u.
 #[derive(Debug, Clone)]
 pub struct WidthShares {
-    rows: Box<[[f32; BASIS]; ROWS]>,
+    rows: Box<[[f32; BASIS]; TABLE_ROWS]>,
     low: f32,
     per_step: f32,
 }
@@ -30,7 +30,7 @@ impl WidthShares {
     pub fn new() -> Self {
         let nodes = SPREAD_MM.map(|s| libm::log(f64::from(s) * f64::from(s) + LINE_MM2));
         let (low, high) = (nodes[0], nodes[BASIS - 1]);
-        let steps = (ROWS - 1) as f64;
+        let steps = (TABLE_ROWS - 1) as f64;
         let row = |i: usize| cubic(&nodes, low + (high - low) * i as f64 / steps);
         Self { rows: Box::new(std::array::from_fn(row)), low: low as f32, per_step: (steps / (high - low)) as f32 }
     }
@@ -44,7 +44,7 @@ impl WidthShares {
     /// Shares at the nearest place of the table.
     #[inline(always)]
     pub fn at(&self, place: f32) -> &[f32; BASIS] {
-        &self.rows[place as usize % ROWS]
+        &self.rows[place as usize % TABLE_ROWS]
     }
 }
 

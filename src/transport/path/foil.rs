@@ -16,13 +16,13 @@ use crate::transport::phase::{disc, uniform};
 use crate::transport::stack::Foil;
 
 /// Draws before light is mirrored about the foil's own normal.
-const DRAWS: usize = 32;
+const MAX_DRAWS: usize = 32;
 
 impl Foil {
     /// Direction of light that met the foil travelling along `direction`, downwards, drawn.
     pub(super) fn mirror(&self, direction: DVec3, rng: &mut impl Rng) -> DVec3 {
         let back = -direction;
-        for _ in 0..DRAWS {
+        for _ in 0..MAX_DRAWS {
             let facet = self.facet(back, rng);
             let out = facet * (2.0 * back.dot(facet)) - back;
             if out.z > 1e-9 {

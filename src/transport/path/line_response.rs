@@ -1,7 +1,7 @@
 //! Response of a body to a line of light by Monte Carlo of the transport equation.
 //!
-//! Bodies of any shape and matter are tracked as [`body`](super::body) says, packs as [`pack`](super::pack) says. Light enters vertically everywhere on
-//! the line, whatever the tilt of the surface.
+//! Bodies of any shape and matter are tracked as `body` says, packs as `pack` says. Light
+//! enters vertically everywhere on the line, whatever the tilt of the surface.
 //!
 //! Photons are spread over the columns by power, evenly within a column and by the line's normal law across it. Batch b
 //! draws from stream (seed, b) and results are added in the order of batches, so an answer is the same for any number

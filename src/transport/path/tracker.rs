@@ -2,7 +2,7 @@
 //!
 //! A photon flies to a collision or a surface, whichever comes first. At a collision the lens is shown what would be sent
 //! to it (next-event estimation), absorption takes its share of the weight, and what is left is scattered. At a smooth
-//! surface Fresnel's law decides by chance between reflection and refraction ([`transmitted`]). Below [`ROULETTE_WEIGHT`]
+//! surface Fresnel's law decides by chance between reflection and refraction (`transmitted`). Below a weight of 1e-3
 //! Russian roulette decides about a photon; what it gives or takes is booked as absorbed, so energy closes exactly.
 //!
 //! Three geometries are tracked in ([`Geometry`]): plane layers, a body under a height field, a pack. Each says how free

@@ -20,7 +20,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{Picture, PixelGround};
+use super::{LightPicture, PixelGround};
 
 /// Shortest and longest path [mm].
 const PATHS_MM: (f64, f64) = (0.003, 200.0);
@@ -112,9 +112,9 @@ impl Stencil {
     }
 
     /// `picture` after `steps` implicit steps of path length `dt` [mm].
-    pub fn walk(&self, picture: &Picture, dt: f64, steps: u32) -> Picture {
+    pub fn walk(&self, picture: &LightPicture, dt: f64, steps: u32) -> LightPicture {
         let light = (0..steps).fold(self.ringed(&picture.light), |light, _| self.step(&light, dt));
-        Picture { rows: self.rows, cols: self.cols, light: self.bare(&light) }
+        LightPicture { rows: self.rows, cols: self.cols, light: self.bare(&light) }
     }
 
     /// (1 - dt L) of the light `of` at pixel i.
@@ -165,14 +165,14 @@ impl Stencil {
 }
 
 /// Light that comes out of `ground` when `picture` entered.
-pub(super) fn spread(picture: &Picture, ground: &PixelGround, paths: u32, steps: u32) -> Picture {
+pub(super) fn spread(picture: &LightPicture, ground: &PixelGround, paths: u32, steps: u32) -> LightPicture {
     let tensor =
         |walk: &Option<super::PlanarDiffusion>| walk.map(|walk| PlanarTensor::new(walk.axis, walk.along, walk.across));
     let tensors: Vec<_> = ground.walks.iter().map(tensor).collect();
     let stencil = Stencil::new(picture.rows, picture.cols, ground.pitch_mm, &tensors);
     let ratio = libm::log(PATHS_MM.1 / PATHS_MM.0) / f64::from(paths - 1);
-    let mut out = Picture::dark(picture.rows, picture.cols);
-    let mut light = Picture { rows: picture.rows, cols: picture.cols, light: picture.light.clone() };
+    let mut out = LightPicture::dark(picture.rows, picture.cols);
+    let mut light = LightPicture { rows: picture.rows, cols: picture.cols, light: picture.light.clone() };
     let mut before = 0.0;
     for m in 0..paths {
         let path = PATHS_MM.0 * libm::exp(ratio * f64::from(m));

@@ -9,7 +9,7 @@
 
 use glam::DVec2;
 
-use super::{DirectionMap, Picture};
+use super::{DirectionMap, LightPicture};
 
 /// How the pixels of a line are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,8 +79,8 @@ fn smooth(x: i32, y: i32) -> Vec<(i32, i32, f64)> {
 }
 
 /// `picture` with the light of each pixel spread along its line.
-pub(super) fn spread(picture: &Picture, map: &DirectionMap, rule: LineRule, reach: u32) -> Picture {
-    let mut out = Picture::dark(picture.rows, picture.cols);
+pub(super) fn spread(picture: &LightPicture, map: &DirectionMap, rule: LineRule, reach: u32) -> LightPicture {
+    let mut out = LightPicture::dark(picture.rows, picture.cols);
     for (i, &light) in picture.light.iter().enumerate().filter(|&(_, &light)| light > 0.0) {
         let reach = (f64::from(reach) * map.alpha(i)).round() as u32;
         let line = map.direction(i).map_or(vec![(0, 0, 1.0)], |direction| rule.pixels(direction, reach));

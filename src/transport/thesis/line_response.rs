@@ -7,7 +7,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{Picture, PixelGround, SpreadMethod, ThesisSettings, spread};
+use super::{LightPicture, PixelGround, SpreadMethod, ThesisSettings, spread};
 use crate::transport::line::{LineResponse, LineSource};
 
 /// Pixels along one axis.
@@ -66,7 +66,7 @@ pub fn line_response(line: &LineSource, settings: &ThesisSettings) -> LineRespon
             entering[i] += f64::from(power) * length / (pair[1] - pair[0]);
         }
     }
-    let mut picture = Picture::dark(ys.count, xs.count);
+    let mut picture = LightPicture::dark(ys.count, xs.count);
     for (row, light) in picture.light.chunks_mut(xs.count).enumerate() {
         let low = pitch * (row as f64 - half - 0.5);
         let share = gaussian_share(low, low + pitch, line.line_mm);
@@ -117,7 +117,7 @@ impl LaserPoint {
     }
 
     /// The point before it is spread.
-    pub fn picture(&self, rows: usize, cols: usize) -> Picture {
+    pub fn picture(&self, rows: usize, cols: usize) -> LightPicture {
         let at = |i: usize| {
             let far2 = (DVec2::new((i % cols) as f64, (i / cols) as f64) - self.at).length_squared();
             let inside = far2 <= 0.25 * self.diameter * self.diameter;
@@ -126,13 +126,13 @@ impl LaserPoint {
         let mut light: Vec<f64> = (0..rows * cols).map(at).collect();
         let sum: f64 = light.iter().sum();
         light.iter_mut().for_each(|light| *light /= sum.max(f64::MIN_POSITIVE));
-        Picture { rows, cols, light }
+        LightPicture { rows, cols, light }
     }
 }
 
 /// A laser point on `ground`: Figures 4.23 and 4.24 of the thesis with [`SpreadMethod::ON_CLEAR_WOOD`] and
 /// [`SpreadMethod::ON_A_KNOT`].
-pub fn point(ground: &PixelGround, spot: &LaserPoint, method: SpreadMethod) -> Picture {
+pub fn point(ground: &PixelGround, spot: &LaserPoint, method: SpreadMethod) -> LightPicture {
     spread(&spot.picture(ground.map.rows(), ground.map.cols()), ground, method)
 }
 

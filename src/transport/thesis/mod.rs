@@ -115,7 +115,7 @@ impl Default for ThesisSettings {
 
 /// A picture of light on a surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
+pub struct LightPicture {
     /// Rows along y, row 0 at the smallest y.
     pub rows: usize,
     /// Columns along x.
@@ -124,7 +124,7 @@ pub struct Picture {
     pub light: Vec<f64>,
 }
 
-impl Picture {
+impl LightPicture {
     /// A dark picture.
     pub fn dark(rows: usize, cols: usize) -> Self {
         Self { rows, cols, light: vec![0.0; rows * cols] }
@@ -159,7 +159,7 @@ impl Picture {
 ///
 /// # Panics
 /// Where the sizes differ.
-pub fn spread(picture: &Picture, ground: &PixelGround, method: SpreadMethod) -> Picture {
+pub fn spread(picture: &LightPicture, ground: &PixelGround, method: SpreadMethod) -> LightPicture {
     let map = &ground.map;
     assert_eq!((picture.rows, picture.cols), (map.rows(), map.cols()), "picture and ground have one size");
     match method {

@@ -19,7 +19,7 @@
 
 use rayon::prelude::*;
 
-use super::{DirectionMap, Picture};
+use super::{DirectionMap, LightPicture};
 
 /// Neighbours E, NE, N, NW as (columns, rows); the other four lie opposite.
 const HALF_NEIGHBOURS: [(i64, i64); 4] = [(1, 0), (1, 1), (0, 1), (-1, 1)];
@@ -44,12 +44,12 @@ pub(super) fn coefficients(map: &DirectionMap, rate: f64, sharpness: u32) -> Vec
 
 /// `picture` after `iterations` time steps of `sweeps` sweeps.
 pub(super) fn spread(
-    picture: &Picture,
+    picture: &LightPicture,
     map: &DirectionMap,
     iterations: u32,
     sweeps: u32,
     coefficients: &[[f64; 4]],
-) -> Picture {
+) -> LightPicture {
     let (rows, cols) = (picture.rows as i64, picture.cols as i64);
     let root = 1.0 / f64::from(iterations.max(1));
     let left: Vec<f64> = (0..picture.light.len()).map(|i| libm::pow(map.alpha(i), root)).collect();
@@ -76,5 +76,5 @@ pub(super) fn spread(
             *light *= left;
         }
     }
-    Picture { rows: picture.rows, cols: picture.cols, light }
+    LightPicture { rows: picture.rows, cols: picture.cols, light }
 }

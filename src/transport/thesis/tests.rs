@@ -23,8 +23,8 @@ fn even(side: usize, colour: [u8; 4]) -> PixelGround {
 }
 
 /// One lit pixel in the middle.
-fn dot(side: usize) -> Picture {
-    let mut picture = Picture::dark(side, side);
+fn dot(side: usize) -> LightPicture {
+    let mut picture = LightPicture::dark(side, side);
     picture.light[side / 2 * side + side / 2] = 1.0;
     picture
 }
@@ -190,7 +190,7 @@ fn steps_follow_the_gaussians() {
     let pixels = 401;
     let medium = Medium { fibre: Vec3::X, ..CLEAR };
     let ground = PixelGround::new(1, pixels, 0.05, &vec![Some(medium); pixels]);
-    let mut line = Picture::dark(1, pixels);
+    let mut line = LightPicture::dark(1, pixels);
     line.light[200] = 1.0;
     let light = spread(&line, &ground, SpreadMethod::CONSERVATIVE).light;
     let walk = PlanarDiffusion::new(&medium, &BoundaryTable::new());
@@ -226,7 +226,7 @@ fn knots_absorb_by_alpha_and_spread_evenly() {
 fn lines_on_knots_are_short_and_dim() {
     for method in [SpreadMethod::LINEAR_EQUATION, SpreadMethod::ANTI_ALIASED, SpreadMethod::BRESENHAM] {
         let [long, short] = [255, 128].map(|alpha| spread(&dot(61), &even(61, [0, 255, 0, alpha]), method));
-        let lit = |picture: &Picture| picture.light.iter().filter(|&&light| light > 0.0).count();
+        let lit = |picture: &LightPicture| picture.light.iter().filter(|&&light| light > 0.0).count();
         assert_eq!((lit(&long), lit(&short)), (41, 21), "{method:?}");
         assert!((long.sum() - 1.0).abs() < 1e-12 && (short.sum() - 128.0 / 255.0).abs() < 1e-12, "{method:?}");
     }

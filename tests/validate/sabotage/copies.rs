@@ -3,7 +3,7 @@
 use sheetlight::dataset::{Encoded, Samples};
 use sheetlight::settings::Channel;
 use sheetlight::validate::Code::*;
-use sheetlight::validate::Report;
+use sheetlight::validate::ValidationReport;
 
 use super::place::{SIZE, boards, exr, inspect, labels, png, relabel, with, write};
 
@@ -69,8 +69,8 @@ fn pair() -> (usize, usize) {
 }
 
 /// What is said of the copy; the rows' own objects differ from their bodies too.
-fn said(report: &Report) -> &str {
-    &report.faults.iter().find(|fault| fault.code == SampleAlike).expect("it is told").what
+fn said(report: &ValidationReport) -> &str {
+    &report.faults.iter().find(|fault| fault.code == SampleAlike).expect("it is told").fault.what
 }
 
 #[test]

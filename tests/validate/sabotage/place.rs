@@ -11,7 +11,7 @@ use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
 use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head};
 use sheetlight::recipe::Recipe;
 use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, Derive, Expect, Options, Report, validate};
+use sheetlight::validate::{Code, Derive, Expect, ValidationOptions, ValidationReport, validate};
 use tempfile::TempDir;
 
 pub use crate::damage::{MANIFEST, agree, edit_json as edit};
@@ -73,25 +73,31 @@ pub fn whole() -> TempDir {
 }
 
 /// What validation says, given what the recipe in the folder draws, as `gen validate` gives it.
-pub fn inspect(root: &Path) -> Report {
+pub fn inspect(root: &Path) -> ValidationReport {
     let folder = Dataset::open(root).ok();
     let again = folder.as_ref().map_or(Err("no dataset".to_owned()), ExpectedDataset::of);
     compare(root, again.as_ref().map_err(String::as_str))
 }
 
 /// The same with a recipe that was read before.
-pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> Report {
+pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> ValidationReport {
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
     let derive = again.ok().map(|again| |index: u64| again.unlit(index));
-    let options = Options {
+    let options = ValidationOptions {
         expect_head: Some(again.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
-        ..Options::default()
+        ..ValidationOptions::default()
     };
     let report = validate(root, &options);
     // Every fault says where it is and what to do.
-    assert!(report.faults.iter().all(|f| !f.place.is_empty() && !f.what.is_empty() && f.remedy.len() > 10), "{report}");
+    assert!(
+        report
+            .faults
+            .iter()
+            .all(|f| !f.fault.place.is_empty() && !f.fault.what.is_empty() && f.fault.remedy.len() > 10),
+        "{report}"
+    );
     report
 }
 
@@ -101,7 +107,7 @@ pub fn says(root: &Path, codes: &[Code], place: &str, what: &str) {
     let mut codes = codes.to_vec();
     codes.sort_unstable();
     assert_eq!(report.codes(), codes, "{what}:\n{report}");
-    assert!(report.faults.iter().any(|fault| fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
+    assert!(report.faults.iter().any(|found| found.fault.place.contains(place)), "{what}: no `{place}` in\n{report}");
 }
 
 /// The clean dataset, damaged on the disk.

@@ -8,7 +8,7 @@ use serde_json::json;
 use sheetlight::chance::DrawLaw;
 use sheetlight::dataset::{Dataset, Encoded};
 use sheetlight::validate::Code::*;
-use sheetlight::validate::{Code, Declared, DeclaredParameter, Seen, statistics};
+use sheetlight::validate::{Code, DeclaredLaws, ParameterLaws, RowNumbers, statistics};
 
 use super::place::{boards, edit, inspect, whole, write};
 use test_support::program::Place;
@@ -39,7 +39,10 @@ fn a_head_that_all_manifests_contradict_is_told_once() {
     edit(&place.path().join("dataset.json"), |v| v["seed"] = json!(6));
     let report = inspect(place.path());
     assert_eq!((report.codes(), report.faults.len()), (vec![DatasetDiffers], 1), "{report}");
-    assert!(report.faults[0].place == "dataset.json" && !report.to_string().contains("manifest and run"), "{report}");
+    assert!(
+        report.faults[0].fault.place == "dataset.json" && !report.to_string().contains("manifest and run"),
+        "{report}"
+    );
 }
 
 #[test]
@@ -73,7 +76,8 @@ fn many_missing_shards_are_one_fault() {
     let place = whole();
     edit(&place.path().join("dataset.json"), |v| (v["samples"], v["shards"]) = (300.into(), 100.into()));
     let report = inspect(place.path());
-    let missing: Vec<&str> = report.faults.iter().filter(|f| f.code == ManifestMissing).map(|f| &*f.place).collect();
+    let missing: Vec<&str> =
+        report.faults.iter().filter(|f| f.code == ManifestMissing).map(|f| &*f.fault.place).collect();
     assert_eq!(missing, ["shards/00002.json to shards/00099.json"], "{report}");
 }
 
@@ -102,7 +106,8 @@ fn parts_that_were_copied_together_are_told_how_to_end() {
         fs::copy(place.path("p1").join(&path), to).expect("copied");
     }
     let report = inspect(&place.path("p0"));
-    let ends = |fault: &sheetlight::validate::Fault| fault.code == CardDiffers && fault.remedy.contains("--part");
+    let ends =
+        |fault: &sheetlight::validate::Finding| fault.code == CardDiffers && fault.fault.remedy.contains("--part");
     assert!(!report.is_clean() && report.faults.iter().all(ends), "{report}");
     place.make("p0", "--n 2 --samples-per-shard 1");
     assert!(inspect(&place.path("p0")).is_clean());
@@ -137,18 +142,19 @@ fn a_folder_without_a_readable_head_keeps_nothing() {
 fn a_range_of_few_floats_is_not_tested_for_its_spread() {
     let (min, max) = (38.0, 38.00000000000001);
     let below = Box::new(move |x: f64| (x - min) / (max - min));
-    let declared = Declared {
+    let declared = DeclaredLaws {
         classes: vec![("one".into(), 1.0)],
         class_of: Box::new(|_| 0),
         splits: vec![("train".into(), 1.0)],
-        parameters: vec![DeclaredParameter {
+        parameters: vec![ParameterLaws {
             path: "laser.power_mw".into(),
             laws: vec![DrawLaw::Continuous { min, max, cdf: below }],
             law_of_class: vec![0],
         }],
     };
-    let row = |index| Seen { index, split: "train".into(), class: 0, numbers: vec![[min, max][index as usize % 2]] };
+    let row =
+        |index| RowNumbers { index, split: "train".into(), class: 0, numbers: vec![[min, max][index as usize % 2]] };
     assert!(statistics(&declared, (0..500).map(row), 500).1.is_empty());
-    let outside = |index| Seen { numbers: vec![39.0], ..row(index) };
+    let outside = |index| RowNumbers { numbers: vec![39.0], ..row(index) };
     assert_eq!(statistics(&declared, (0..500).map(outside), 500).1.len(), 1);
 }

@@ -21,13 +21,13 @@ const MAX_COSINE_DIFFERENCE: f64 = 0.05;
 /// # Errors
 /// Whatever the tables were not made for.
 pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
-    let cover = cover(stack, question)?;
-    let mut covers = FilmStackKernel::new();
-    let spread = covers.spread(&cover);
-    let whole = flow(&covers, &cover);
+    let film_stack = film_stack(stack, question)?;
+    let mut kernel = FilmStackKernel::new();
+    let spread = kernel.spread(&film_stack);
+    let whole = flow(&kernel, &film_stack);
     // Light that spreads beyond the fixed frequencies is all there without a gap.
-    let gapless = Film { gap_mm: cover.film.gap_mm.map(|_| 0.0), ..cover.film };
-    let total = flow(&covers, &FilmStack { film: gapless, ..cover });
+    let gapless = Film { gap_mm: film_stack.film.gap_mm.map(|_| 0.0), ..film_stack.film };
+    let total = flow(&kernel, &FilmStack { film: gapless, ..film_stack });
     let fixed = |weights: [f32; BASIS]| -> Vec<Gaussian> {
         let one = |(weight, s): (f32, f32)| Gaussian {
             weight: f64::from(weight),
@@ -43,16 +43,16 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let row = |all: &[Gaussian], row: i64, middle: f64| -> f64 {
         all.iter().map(|g| g.weight * share(row as f64 * pitch - middle, pitch, g.variance_along + laser)).sum()
     };
-    let leaves = fixed(covers.back.weights(&whole.all));
+    let leaves = fixed(kernel.back.weights(&whole.all));
     let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
     let below = fixed(spread.through);
-    let moved = f64::from(cover.film.gap_mm.unwrap_or(0.0)) * question.view.y / question.view.z;
+    let moved = f64::from(film_stack.film.gap_mm.unwrap_or(0.0)) * question.view.y / question.view.z;
     let mut absorbed = vec![0.0; stack.layers.len()];
-    absorbed[0] = f64::from(cover.enter - total.all[0] - total.sunk);
+    absorbed[0] = f64::from(film_stack.enter - total.all[0] - total.sunk);
     *absorbed.last_mut().expect("a stack has a layer") += f64::from(total.sunk);
     Ok(Answer {
         model: "kernel".into(),
-        specular: 1.0 - f64::from(cover.enter),
+        specular: 1.0 - f64::from(film_stack.enter),
         reflectance: Estimate::exact(total.all[0].into()),
         transmittance: Estimate::exact(0.0),
         unscattered: Estimate::exact(0.0),
@@ -69,7 +69,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
 }
 
 /// The stack as production sees it.
-fn cover(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
+fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
     let (top, gap, under) = match (stack.layers.as_slice(), stack.below) {
         ([film], Substrate::Foil(foil)) => (film, None, metal(&foil)),
         ([film, air], Substrate::Foil(foil)) => (film, Some(height(air)?), metal(&foil)),

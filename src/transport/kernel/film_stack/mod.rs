@@ -37,12 +37,12 @@ use crate::transport::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
 use crate::transport::stack;
 
 /// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
-const NEAR_MM: f32 = 0.5;
+const NEAR_GAP_MM: f32 = 0.5;
 /// Share of diffuse light that foil sends into a film and that comes back to it, and that a film's outside throws back [1].
-const RETURNED: f32 = 0.7;
-const DIFFUSE: f32 = 0.092;
+const FILM_RETURN: f32 = 0.7;
+const OUTER_DIFFUSE_REFLECTANCE: f32 = 0.092;
 /// Largest gain of light between film and what lies below that is believed [1].
-const LOOP: f32 = 0.98;
+const MAX_LOOP_GAIN: f32 = 0.98;
 
 /// A film over something, as light from straight above meets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +73,7 @@ pub struct FilmStackSpread {
     pub through: [f32; BASIS],
 }
 
-/// Answers for covers, one after the other. It remembers what the last ones were made of, which saves time and changes no
+/// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
 /// bit of an answer.
 #[derive(Debug, Clone)]
 pub struct FilmStackKernel {
@@ -99,7 +99,7 @@ struct FilmFlow {
 }
 
 impl FilmStackKernel {
-    /// Ready for any cover.
+    /// Ready for any stack.
     pub fn new() -> Self {
         let medium = Medium::isotropic(0.0, 1.0, 1.53, procedural::Gloss::NONE);
         Self {
@@ -110,18 +110,18 @@ impl FilmStackKernel {
         }
     }
 
-    /// What `cover` does to a line of light.
-    pub fn spread(&mut self, cover: &FilmStack) -> FilmStackSpread {
-        self.remember(cover);
-        spread(self, cover)
+    /// What `stack` does to a line of light.
+    pub fn spread(&mut self, stack: &FilmStack) -> FilmStackSpread {
+        self.remember(stack);
+        spread(self, stack)
     }
 
-    fn remember(&mut self, cover: &FilmStack) {
-        if self.films.n() != cover.medium.n_eff {
-            self.films = FilmTable::of(cover.medium.n_eff);
+    fn remember(&mut self, stack: &FilmStack) {
+        if self.films.n() != stack.medium.n_eff {
+            self.films = FilmTable::of(stack.medium.n_eff);
         }
-        if *self.under.medium() != cover.film.under {
-            self.under = Underlayer::of(&cover.film.under);
+        if *self.under.medium() != stack.film.under {
+            self.under = Underlayer::of(&stack.film.under);
         }
     }
 }
@@ -133,22 +133,22 @@ impl Default for FilmStackKernel {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn spread(covers: &FilmStackKernel, cover: &FilmStack) -> FilmStackSpread {
-    let flow = flow(covers, cover);
-    let (weights, towards) = (covers.back.weights(&flow.film), covers.back.weights(&flow.towards));
+fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
+    let flow = flow(kernel, stack);
+    let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
     let enter = weights.map(f32::sqrt);
     let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
-    FilmStackSpread { enter, exit, through: covers.back.weights(&flow.through) }
+    FilmStackSpread { enter, exit, through: kernel.back.weights(&flow.through) }
 }
 
 /// Light that leaves a film sealed to foil of another reflectance than the table's.
 ///
-/// Each meeting keeps `reflectance` of it, and the film sends [`RETURNED`] of that to the next: r / (1 - s r). Film in air
+/// Each meeting keeps `reflectance` of it, and the film sends [`FILM_RETURN`] of that to the next: r / (1 - s r). Film in air
 /// is one more known place, since its lower side throws back the share 1 - (1 - r_d) / n^2 of diffuse light inside.
 #[inline(always)]
 fn other_foil(sealed: Spectrum, back: Spectrum, n: f32, reflectance: f32) -> Spectrum {
-    let met = |kept: f32| kept / (1.0 - RETURNED * kept);
-    let air = met(1.0 - (1.0 - DIFFUSE) / (n * n));
+    let met = |kept: f32| kept / (1.0 - FILM_RETURN * kept);
+    let air = met(1.0 - (1.0 - OUTER_DIFFUSE_REFLECTANCE) / (n * n));
     let part = (met(reflectance) - air) / (met(table::SEALED.reflectance as f32) - air);
     std::array::from_fn(|i| back[i] + (sealed[i] - back[i]) * part)
 }
@@ -162,30 +162,30 @@ fn inside(n: f32, way: Vec3) -> Vec3 {
 
 /// Follows a line's light through film and gap and back.
 #[inline(always)]
-fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> FilmFlow {
-    let (medium, film, enter) = (&cover.medium, &cover.film, cover.enter);
+fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
+    let (medium, film, enter) = (&stack.medium, &stack.film, stack.enter);
     let n = medium.n_eff;
     let (thickness, foil) = (film.thickness_mm, film.under.gloss.is_metal());
     let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
-    let of = covers.films.at(turns, absorbed);
-    let place = LengthInterpolation::new(thickness, table::LOWEST as f32);
-    let laws = of.laws(cover.view_up);
+    let of = kernel.films.at(turns, absorbed);
+    let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
+    let laws = of.laws(stack.view_up);
     // Straight light: what is left after one way through, and Fresnel's law on both sides.
     let extinction = turns / (1.0 - PIGMENT_G) + absorbed;
     let left = crate::lanes::exp(-extinction);
     let fresnel = normal_reflectance(n);
     let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
     let (straight, mirrored) = ((1.0 - fresnel) * left * inner, (1.0 - fresnel) * fresnel * left * left * inner);
-    let seen = seen_through(n, extinction, cover.view_up);
+    let seen = seen_through(n, extinction, stack.view_up);
     let normal = Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize();
     let under = &film.under;
     if let (None, true) = (film.gap_mm, foil) {
         let sealed = other_foil(place.read(&of.sealed()), place.read(&of.back()), n, under.gloss.reflectance);
-        let (_, up) = refracted(n, cover.view_up);
+        let (_, up) = refracted(n, stack.view_up);
         let out = crate::lanes::exp(-extinction / up)
-            * (1.0 - fresnel_dielectric(1.0, n.into(), cover.view_up.into()).0 as f32);
+            * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
         let glint =
-            enter * left * out * gloss(&under.gloss, normal, inside(n, cover.light), inside(n, cover.view)) / (n * n);
+            enter * left * out * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
         let all = sealed.map(|part| enter * (part + of.sealed_straight()));
         let rest = (enter - all[0]).max(0.0);
         return FilmFlow {
@@ -200,23 +200,23 @@ fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> FilmFlow {
     let (back, on) = (place.read(&of.back()), place.read(&of.on()));
     let (diffuse_back, diffuse_on) = (place.read(&of.diffuse_back()), place.read(&of.diffuse_on()));
     let slopes = of.slopes();
-    let lowest = table::LOWEST as f32;
+    let lowest = table::LOWEST_FREQUENCY as f32;
     let (h1, h2) = (
         LengthInterpolation::new(gap, lowest).read(&slopes),
         LengthInterpolation::new(2.0 * gap, lowest).read(&slopes),
     );
-    let (g1, g2) = (covers.lambert.over(gap), covers.lambert.over(2.0 * gap));
-    let lobe = if foil { covers.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; FREQUENCY_COUNT] };
-    let (body, [mirrors, mirrors_straight]) = (covers.under.body(), covers.under.mirrors());
+    let (g1, g2) = (kernel.lambert.over(gap), kernel.lambert.over(2.0 * gap));
+    let lobe = if foil { kernel.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; FREQUENCY_COUNT] };
+    let (body, [mirrors, mirrors_straight]) = (kernel.under.body(), kernel.under.mirrors());
     let glint = if foil {
-        gloss(&under.gloss, normal, cover.light, cover.view)
+        gloss(&under.gloss, normal, stack.light, stack.view)
     } else {
-        covers.under.towards(cover.view.dot(normal))
+        kernel.under.towards(stack.view.dot(normal))
     };
     // What the glossy surface of a tablet throws to the lens itself.
-    let shine = if foil { 0.0 } else { gloss(&under.gloss, normal, cover.light, cover.view) };
+    let shine = if foil { 0.0 } else { gloss(&under.gloss, normal, stack.light, stack.view) };
     // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
-    let near = NEAR_MM * NEAR_MM / (NEAR_MM * NEAR_MM + gap * gap);
+    let near = NEAR_GAP_MM * NEAR_GAP_MM / (NEAR_GAP_MM * NEAR_GAP_MM + gap * gap);
     let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
     let mut out = FilmFlow {
         film: [0.0; FREQUENCY_COUNT],
@@ -233,7 +233,7 @@ fn flow(covers: &FilmStackKernel, cover: &FilmStack) -> FilmFlow {
         let first = (1.0 - mirrors_straight) * straight * body[i] * g1[i]
             + on[i] * (scattered * h1[i] * g1[i] + mirrors * h2[i])
             + again * turn;
-        let up = first / (1.0 - (diffuse_back[i] * turn).min(LOOP));
+        let up = first / (1.0 - (diffuse_back[i] * turn).min(MAX_LOOP_GAIN));
         let down = on[i] * h1[i] + (again + diffuse_back[i] * up) * g1[i];
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);

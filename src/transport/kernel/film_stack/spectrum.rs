@@ -17,30 +17,30 @@ use super::super::widths::{BASIS, SPREAD_MM, line_mm2};
 /// Number of frequencies.
 pub const FREQUENCY_COUNT: usize = 16;
 /// Lowest frequency [mm^-1].
-pub const LOWEST: f64 = 0.05;
+pub const LOWEST_FREQUENCY: f64 = 0.05;
 /// Logarithm of the ratio between neighbouring frequencies: ln(1000) / 15.
 pub const RATIO_LN: f64 = 0.460_517_018_598_809_13;
 /// A transform on the fixed frequencies [1].
 pub type Spectrum = [f32; FREQUENCY_COUNT];
 
 /// Gaussians that the way back is made for, and the largest standard deviation among them [mm].
-const GAUSSIANS: usize = 120;
-const WIDEST: f64 = 60.0;
+const FIT_GAUSSIANS: usize = 120;
+const WIDEST_MM: f64 = 60.0;
 /// The smallest one that is not 0 [mm].
-const NARROWEST: f64 = 0.01;
+const NARROWEST_MM: f64 = 0.01;
 /// Penalty on large elements of the matrix, as an error of the transforms [1].
-const PENALTY: f64 = 5e-3;
+const FIT_PENALTY: f64 = 5e-3;
 /// Rows whose light counts, and their pitch [mm].
-const ROWS: usize = 13;
-const PITCH: f64 = 0.101;
+const FIT_ROWS: usize = 13;
+const FIT_PITCH_MM: f64 = 0.101;
 /// Share of the brightest row under which a row counts no more [1].
-const FLOOR: f64 = 3e-3;
+const FIT_FLOOR: f64 = 3e-3;
 /// Steps of the fits with weights that are not negative.
 const FIT_SWEEPS: usize = 400;
 
 /// Frequency number `i` [mm^-1].
 pub fn frequency(i: usize) -> f64 {
-    LOWEST * libm::exp(i as f64 * RATIO_LN)
+    LOWEST_FREQUENCY * libm::exp(i as f64 * RATIO_LN)
 }
 
 /// A transform of a spread of unit size, with its ends repeated beyond them.
@@ -58,7 +58,7 @@ impl LengthInterpolation {
     /// For a spread of size `length` [mm], of a unit whose lowest frequency is `lowest`.
     #[inline(always)]
     pub fn new(length: f32, lowest: f32) -> Self {
-        let steps = crate::lanes::ln(length.max(1e-6) * (LOWEST as f32 / lowest)) * (1.0 / RATIO_LN as f32);
+        let steps = crate::lanes::ln(length.max(1e-6) * (LOWEST_FREQUENCY as f32 / lowest)) * (1.0 / RATIO_LN as f32);
         let whole = steps.floor();
         let f = steps - whole;
         // Cubic Lagrange interpolation between the middle two of four places.
@@ -83,24 +83,24 @@ impl LengthInterpolation {
 }
 
 /// Places of [`LambertTransfer`]'s transform.
-const GAP: usize = 32;
+const TRANSFER_NODES: usize = 32;
 /// Their lowest frequency [1].
-const GAP_LOWEST: f64 = 0.001;
+const TRANSFER_LOWEST: f64 = 0.001;
 
 /// Light from a plane to another one, by Lambert's law.
 #[derive(Debug, Clone)]
-pub struct LambertTransfer(UnitSpectrum<GAP>);
+pub struct LambertTransfer(UnitSpectrum<TRANSFER_NODES>);
 
 impl LambertTransfer {
     /// The transform x K1(x).
     pub fn new() -> Self {
-        Self(UnitSpectrum(std::array::from_fn(|i| lambert(GAP_LOWEST * libm::exp(i as f64 * RATIO_LN)) as f32)))
+        Self(UnitSpectrum(std::array::from_fn(|i| lambert(TRANSFER_LOWEST * libm::exp(i as f64 * RATIO_LN)) as f32)))
     }
 
     /// Over a distance [mm].
     #[inline(always)]
     pub fn over(&self, distance: f32) -> Spectrum {
-        LengthInterpolation::new(distance, GAP_LOWEST as f32).read(&self.0)
+        LengthInterpolation::new(distance, TRANSFER_LOWEST as f32).read(&self.0)
     }
 }
 
@@ -121,8 +121,9 @@ pub struct WidthFit([[f32; BASIS]; FREQUENCY_COUNT]);
 impl WidthFit {
     /// Makes the matrix.
     pub fn new() -> Self {
-        let wide = |i: usize| NARROWEST * libm::pow(WIDEST / NARROWEST, (i - 1) as f64 / (GAUSSIANS - 2) as f64);
-        let variances: [f64; GAUSSIANS] = std::array::from_fn(|i| if i == 0 { 0.0 } else { wide(i) * wide(i) });
+        let wide =
+            |i: usize| NARROWEST_MM * libm::pow(WIDEST_MM / NARROWEST_MM, (i - 1) as f64 / (FIT_GAUSSIANS - 2) as f64);
+        let variances: [f64; FIT_GAUSSIANS] = std::array::from_fn(|i| if i == 0 { 0.0 } else { wide(i) * wide(i) });
         let columns = SPREAD_MM.map(|s| rows(f64::from(s) * f64::from(s)));
         let (mut normal, mut right) = ([[0.0; FREQUENCY_COUNT]; FREQUENCY_COUNT], [[0.0; BASIS]; FREQUENCY_COUNT]);
         for variance in variances {
@@ -142,7 +143,7 @@ impl WidthFit {
             }
         }
         for (i, row) in normal.iter_mut().enumerate() {
-            row[i] += PENALTY * PENALTY * GAUSSIANS as f64;
+            row[i] += FIT_PENALTY * FIT_PENALTY * FIT_GAUSSIANS as f64;
         }
         solve(&mut normal, &mut right);
         Self(right.map(|row| row.map(|value| value as f32)))
@@ -162,20 +163,20 @@ impl WidthFit {
 }
 
 /// Light of a Gaussian in each row, both sides together, the laser's own width included [1].
-fn rows(variance: f64) -> [f64; ROWS] {
+fn rows(variance: f64) -> [f64; FIT_ROWS] {
     let scale = 1.0 / (2.0 * (variance + f64::from(line_mm2()))).sqrt();
     let below = |y: f64| libm::erf(y * scale);
     std::array::from_fn(|row| {
-        let share = 0.5 * (below((row as f64 + 0.5) * PITCH) - below((row as f64 - 0.5) * PITCH));
+        let share = 0.5 * (below((row as f64 + 0.5) * FIT_PITCH_MM) - below((row as f64 - 0.5) * FIT_PITCH_MM));
         if row == 0 { share } else { 2.0 * share }
     })
 }
 
 /// Weights of the fixed widths that give `rows` best and are not negative: coordinate descent.
-fn weights(columns: &[[f64; ROWS]; BASIS], rows: &[f64; ROWS]) -> [f64; BASIS] {
+fn weights(columns: &[[f64; FIT_ROWS]; BASIS], rows: &[f64; FIT_ROWS]) -> [f64; BASIS] {
     let most = rows.iter().copied().fold(0.0, f64::max);
-    let count = rows.map(|row| 1.0 / (row + FLOOR * most));
-    let dot = |a: &[f64; ROWS], b: &[f64; ROWS]| (0..ROWS).map(|i| count[i] * a[i] * b[i]).sum::<f64>();
+    let count = rows.map(|row| 1.0 / (row + FIT_FLOOR * most));
+    let dot = |a: &[f64; FIT_ROWS], b: &[f64; FIT_ROWS]| (0..FIT_ROWS).map(|i| count[i] * a[i] * b[i]).sum::<f64>();
     let gram: [[f64; BASIS]; BASIS] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&columns[i], &columns[j])));
     let right: [f64; BASIS] = std::array::from_fn(|i| dot(&columns[i], rows));
     let mut weights = [0.0f64; BASIS];
@@ -245,7 +246,7 @@ mod tests {
                 let model: f64 = (from..=to)
                     .map(|r: usize| (0..BASIS).map(|j| f64::from(weights[j]) * columns[j][r]).sum::<f64>())
                     .sum();
-                let truth = 2.0 * (below((to as f64 + 0.5) * PITCH) - below((from as f64 - 0.5) * PITCH));
+                let truth = 2.0 * (below((to as f64 + 0.5) * FIT_PITCH_MM) - below((from as f64 - 0.5) * FIT_PITCH_MM));
                 assert!(
                     (model / truth - 1.0).abs() < bar,
                     "{distance} mm, rows {from} to {to}: {model} against {truth}"

@@ -17,7 +17,7 @@ pub const ABSORBED: [f64; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 1.8, 
 /// Path of light in a film about which interpolation over absorption is exact [thicknesses].
 const TYPICAL_PATH: f32 = 4.0;
 /// Lowest frequency of a transform [1 / thickness].
-pub const LOWEST: f64 = 0.02;
+pub const LOWEST_FREQUENCY: f64 = 0.02;
 /// Frequencies of a transform.
 pub const TABLE_FREQUENCIES: usize = 20;
 /// Bins of directions of exit, even in the square of the sine.
@@ -34,7 +34,7 @@ pub const SEALED: Foil = Foil { reflectance: 0.9, roughness: [0.2, 0.2] };
 
 /// Frequencies of the transforms [1 / thickness].
 pub fn frequencies() -> [f64; TABLE_FREQUENCIES] {
-    std::array::from_fn(|i| LOWEST * libm::exp(i as f64 * RATIO_LN))
+    std::array::from_fn(|i| LOWEST_FREQUENCY * libm::exp(i as f64 * RATIO_LN))
 }
 
 /// How much larger the table keeps transmitted light [1].

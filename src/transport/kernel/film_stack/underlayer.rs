@@ -1,4 +1,5 @@
-//! Reflection by what lies below a film: what of the light that arrives it sends out again, and how far from where it arrived.
+//! Reflection by what lies below a film: what of the light that arrives it sends out again, and how far from where it
+//! arrived.
 //!
 //! A tablet mirrors Fresnel's share at its surface. The rest enters, and its transform is that of the half space's table:
 //! sum of w exp(-q^2 v / 2) over the table's Gaussians with weight w and variance v. A coat takes its share twice. Foil
@@ -9,8 +10,8 @@
 
 use procedural::Medium;
 
-use super::super::kept;
-use super::super::table::{BINS, HalfSpaceTable, VIEWS};
+use super::super::after_absorption;
+use super::super::table::{HalfSpaceTable, PATH_BINS, VIEWS};
 use super::super::view::View;
 use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
 use crate::lanes::exp;
@@ -38,8 +39,8 @@ impl Underlayer {
         let free = 1.0 / medium.sigma_i.max(1e-3);
         let waves: Spectrum = std::array::from_fn(|i| frequency(i) as f32);
         let mut body = [0.0; FREQUENCY_COUNT];
-        for l in 0..BINS {
-            let (left, narrower) = kept(medium.mu_a * free * node.path()[l]);
+        for l in 0..PATH_BINS {
+            let (left, narrower) = after_absorption(medium.mu_a * free * node.path()[l]);
             let weight = medium.coat * medium.coat * node.weight()[l] * left;
             let half = -0.25 * free * free * narrower * (node.variance_along()[l] + node.variance_across()[l]);
             for i in 0..FREQUENCY_COUNT {

@@ -5,9 +5,8 @@
 //! the rest, upright but for one cell's width, and stand on average where they should: nodes lie half a cell off the
 //! body's border.
 //!
-//! A direction is followed from cell to cell, and within each the crossing with the paraboloid is the root of a quadratic
-//! equation. Nothing is skipped, however long the direction: no gap that the grid holds can be jumped. Gaps under two cells
-//! are not held.
+//! A ray is followed from cell to cell, and crosses the surface within each as [`BilinearPatch`] says. Nothing is skipped,
+//! however long the ray: no gap that the grid holds can be jumped. Gaps under two cells are not held.
 
 use glam::DVec3;
 use procedural::body::Slice;

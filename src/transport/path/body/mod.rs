@@ -12,17 +12,17 @@
 //! At surfaces Fresnel's law with the local index decides by chance. Light outside goes straight on; where it meets the
 //! body again, across a crack for one, Fresnel's law decides again. So cracks need no rule of their own.
 //!
-//! Towards the lens each collision gives its share as in plane layers, times exp(-depth) along the straight line up, with
-//! the mean extinction over fibre directions in each cell. The direction inside is the view refracted at the surface's normal,
-//! averaged over a mm: finer heights would only blur it. Radiance towards the lens goes with 1 / facing, facing the cosine
-//! between view and normal, as in plane layers; so the factor of a collision is pi T / (n^2 cos), with the cosine of the
-//! direction inside, and a white Lambertian surface returns what entered however it is tilted. Where that line ends on a wall, or
-//! the body stands between that point and the lens, the lens sees nothing. Which lines are followed is left to chance by
-//! what they promise to bring, so that most of the time goes where light comes from.
+//! Towards the lens each collision gives its share as in plane layers, times exp(-depth) along the straight line up,
+//! with the mean extinction over fibre directions in each cell. The direction inside is the view refracted at the
+//! surface's normal, averaged over a mm: finer relief would only blur it. Radiance towards the lens goes with 1 / facing,
+//! facing the cosine between view and normal, as in plane layers; so the factor of a collision is pi T / (n^2 cos), with
+//! the cosine of the direction inside, and a white Lambertian surface returns what entered however it is tilted. Where
+//! that line ends on a wall, or the body stands between its end and the lens, the lens sees nothing. Which lines are
+//! followed is left to chance by what they promise to bring, so that most of the time goes where light comes from.
 //!
-//! Source: Woodcock et al. 1965 for free paths. Neglected: refraction on entry, bending of light where n_eff changes inside,
-//! roughness finer than 0.1 mm, cracks narrower than 0.2 mm, light beyond 20 mm from the line's grid (it is booked as lost),
-//! light to the lens through walls and sides of cracks.
+//! Source: Woodcock et al. 1965 for free paths. Neglected: refraction on entry, bending of light where n_eff changes
+//! inside, roughness finer than 0.1 mm, cracks narrower than 0.2 mm, light beyond 20 mm from the line's grid (it is
+//! booked as lost), light to the lens through walls and sides of cracks.
 
 mod height_field;
 mod medium_cache;

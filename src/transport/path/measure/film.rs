@@ -21,7 +21,7 @@ use crate::transport::phase::disc;
 use crate::transport::stack::{PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Independent batches.
-const BATCHES: u64 = 32;
+const FILM_BATCHES: u64 = 32;
 
 /// A film in units of its thickness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,8 +133,8 @@ pub fn measure(
         stack.below = Substrate::Foil(SEALED);
     }
     let geometry = StackGeometry::new(&stack, f64::INFINITY);
-    let each = photons.div_ceil(BATCHES);
-    let batches: Vec<Vec<FilmResponse>> = (0..BATCHES)
+    let each = photons.div_ceil(FILM_BATCHES);
+    let batches: Vec<Vec<FilmResponse>> = (0..FILM_BATCHES)
         .into_par_iter()
         .map(|batch| {
             let mut rng = Stream::root(seed).child("transport").child("film").index(batch).rng();
@@ -156,7 +156,7 @@ pub fn measure(
             sums.responses
         })
         .collect();
-    let share = 1.0 / (each * BATCHES) as f64;
+    let share = 1.0 / (each * FILM_BATCHES) as f64;
     (0..absorptions.len()).map(|a| mean(batches.iter().map(|responses| &responses[a]), share)).collect()
 }
 

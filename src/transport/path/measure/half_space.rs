@@ -16,12 +16,12 @@ use super::super::next_event::LensEstimator;
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
 use super::super::tracker::{Geometry, Photon};
 use crate::transport::kernel::diffusion;
-use crate::transport::kernel::table::{BINS, CONE, FIRST_PATH, LANES, NODE, PATH_RATIO, VIEWS};
+use crate::transport::kernel::table::{CONE_BINS, FIRST_PATH, LANES, NODE, PATH_BINS, PATH_RATIO, VIEWS};
 use crate::transport::kernel::view::View;
 use crate::transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
 /// Bins of path lengths that are walked; those beyond follow from diffusion.
-pub const WALKED_BINS: usize = CONE;
+pub const WALKED_BINS: usize = CONE_BINS;
 /// Tilts against the normal [deg] and azimuths against the fibre's track, on its diving side first [deg], of the views.
 pub const TILTS_DEG: [f64; 4] = [10.0, 25.0, 40.0, 60.0];
 /// See [`TILTS_DEG`].
@@ -29,7 +29,7 @@ pub const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0];
 /// Absorption per mean free path at which radiance factors are measured, that of wood [1].
 const VIEW_ABSORPTION: f64 = 0.02;
 /// Independent batches.
-const BATCHES: u64 = 64;
+const HALF_SPACE_BATCHES: u64 = 64;
 /// Cone light under this share has no measured directions of its own [1].
 const MIN_CONE_LIGHT: f64 = 3e-3;
 
@@ -139,8 +139,8 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
         .collect();
     let key = Stream::root(seed).child("paths");
     let key = [of.rho, of.dive_deg, of.n].iter().fold(key, |key, v| key.index(v.to_bits()));
-    let each = photons.div_ceil(BATCHES);
-    let batches: Vec<HalfSpaceSums> = (0..BATCHES)
+    let each = photons.div_ceil(HALF_SPACE_BATCHES);
+    let batches: Vec<HalfSpaceSums> = (0..HALF_SPACE_BATCHES)
         .into_par_iter()
         .map(|batch| {
             let mut rng = key.index(batch).rng();
@@ -154,7 +154,7 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
             counter.sums
         })
         .collect();
-    gather(of, &batches, (each * BATCHES) as f64)
+    gather(of, &batches, (each * HALF_SPACE_BATCHES) as f64)
 }
 
 /// Adds batches in their order and divides by the number of photons.
@@ -196,23 +196,23 @@ pub fn condense(paths: &PathStatistics) -> [f32; NODE] {
     };
     for lane in 0..WALKED_BINS {
         put(lane, walked(&paths.bins[0][lane], lane));
-        put(CONE + lane, walked(&paths.bins[1][lane], lane));
+        put(CONE_BINS + lane, walked(&paths.bins[1][lane], lane));
     }
     let (along, across) = spreading(paths);
     let last = walked(&paths.bins[1][WALKED_BINS - 1], WALKED_BINS - 1);
     let edge = |bin: usize| FIRST_PATH * libm::pow(PATH_RATIO, bin as f64);
     let start = edge(WALKED_BINS);
-    for bin in WALKED_BINS..BINS - CONE {
+    for bin in WALKED_BINS..PATH_BINS - CONE_BINS {
         let (low, high) = (edge(bin), edge(bin + 1));
         let inside = |path: f64| (start / path).sqrt();
-        let beyond = if bin + 1 == BINS - CONE { 0.0 } else { inside(high) };
+        let beyond = if bin + 1 == PATH_BINS - CONE_BINS { 0.0 } else { inside(high) };
         let path = (low * high).sqrt();
         let grown = 2.0 * (path - last[1]);
         let weight = paths.left * (inside(low) - beyond);
-        put(CONE + bin, [weight, path, last[2], last[3] + along * grown, last[4] + across * grown]);
+        put(CONE_BINS + bin, [weight, path, last[2], last[3] + along * grown, last[4] + across * grown]);
     }
     // Padding is never read; a path of 1 and a variance of 1 keep it finite.
-    for lane in BINS..LANES {
+    for lane in PATH_BINS..LANES {
         put(lane, [0.0, 1.0, 0.0, 1.0, 1.0]);
     }
     node[NODE - VIEWS..].copy_from_slice(&views(paths));

@@ -51,7 +51,7 @@ use rand::Rng;
 
 use self::clearance::Clearance;
 use self::microfacets::Microfacets;
-use self::shape::{Face, FilmMatter, PackRayEnd, PackShape, Region};
+use self::shape::{FilmMatter, PackFace, PackRayEnd, PackRegion, PackShape};
 use super::LONGEST_MM;
 use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
 use crate::transport::fresnel::fresnel_dielectric;
@@ -90,7 +90,7 @@ pub(super) struct PackPhoton {
     /// Light that the lens sees per intensity towards it [sr].
     scale: f64,
     /// Where it is.
-    region: Region,
+    region: PackRegion,
     /// Cell that it is in, or was last.
     cell: usize,
     /// The solid that it has just left or been thrown back by; convex, it is not met again on a straight line.
@@ -121,7 +121,7 @@ pub(super) enum PackMedium {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum PackSurface {
     /// A side of the film, or the foil, in the photon's cell.
-    Face(Face),
+    Face(PackFace),
     /// The solid of this number, from the air.
     IntoSolid(usize),
     /// The solid of this number, from inside, and its outward normal.
@@ -141,8 +141,8 @@ impl<O: LineObserver> Geometry<O> for PackGeometry {
                 return FlightEnd::End(Fate::Lost);
             }
             let end = match state.region {
-                Region::Solid(number) => self.fly_in_solid(state, number, rng),
-                Region::Above | Region::Film | Region::Under => self.fly_in_film_or_air(state, rng),
+                PackRegion::Solid(number) => self.fly_in_solid(state, number, rng),
+                PackRegion::Above | PackRegion::Film | PackRegion::Under => self.fly_in_film_or_air(state, rng),
             };
             if let Some(end) = end {
                 return end;
@@ -193,7 +193,7 @@ impl<O: LineObserver> Geometry<O> for PackGeometry {
                 let normal = solid.normal(state.photon.position.as_vec3()).as_dvec3();
                 if cross_surface(&mut state.photon, -normal, 1.0, f64::from(solid.medium.n_eff), rng) {
                     self.lose(&mut state.photon, 1.0 - f64::from(solid.medium.coat), observer, rng);
-                    state.region = Region::Solid(number);
+                    state.region = PackRegion::Solid(number);
                 }
             }
             PackSurface::OutOfSolid(number, normal) => {
@@ -217,12 +217,12 @@ impl<O: LineObserver> Geometry<O> for PackGeometry {
 impl Target for PackGeometry {
     fn illuminate(&self, x: f64, y: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
         let above = DVec3::new(x, y, self.shape.top + 1.0);
-        let (length, stop) = self.shape.march(above, DVec3::NEG_Z, Region::Above, f64::INFINITY);
+        let (length, stop) = self.shape.march(above, DVec3::NEG_Z, PackRegion::Above, f64::INFINITY);
         let position = above - DVec3::Z * length;
         let (position, normal, n, region, cell) = match stop {
-            PackRayEnd::Face(Face::Upper, cell) => {
-                let normal = self.shape.normal(cell, Face::Upper, position);
-                (position, normal, self.shape.slab(cell).n, Region::Film, cell)
+            PackRayEnd::Face(PackFace::Upper, cell) => {
+                let normal = self.shape.normal(cell, PackFace::Upper, position);
+                (position, normal, self.shape.slab(cell).n, PackRegion::Film, cell)
             }
             // Through a hole onto a solid; what enters foil stays there.
             _ => match (self.shape.solid(above, DVec3::NEG_Z, None), self.shape.cell(above)) {
@@ -230,7 +230,7 @@ impl Target for PackGeometry {
                     let position = above - DVec3::Z * length;
                     let solid = &self.shape.solids[number];
                     let normal = solid.normal(position.as_vec3()).as_dvec3();
-                    (position, normal, f64::from(solid.medium.n_eff), Region::Solid(number), cell)
+                    (position, normal, f64::from(solid.medium.n_eff), PackRegion::Solid(number), cell)
                 }
                 (None, Some(cell)) if self.shape.cells[cell].foil => return observer.book(Fate::Absorbed, 1.0),
                 _ => return observer.book(Fate::Lost, 1.0),
@@ -269,12 +269,12 @@ impl PackGeometry {
     ) -> Option<FlightEnd<PackMedium, PackSurface>> {
         let (position, direction) = (state.photon.position, state.photon.direction);
         let region = state.region;
-        let next = if region == Region::Under { self.shape.solid(position, direction, state.left) } else { None };
+        let next = if region == PackRegion::Under { self.shape.solid(position, direction, state.left) } else { None };
         let free = match region {
-            Region::Film => -libm::log(uniform(rng)) / self.shape.slab(state.cell).extinction(),
+            PackRegion::Film => -libm::log(uniform(rng)) / self.shape.slab(state.cell).extinction(),
             _ => next.map_or(f64::INFINITY, |(_, length)| length),
         };
-        if region == Region::Film && self.shape.stays(position + direction * free, state.cell) {
+        if region == PackRegion::Film && self.shape.stays(position + direction * free, state.cell) {
             state.photon.position += direction * free;
             state.photon.path += free;
             return Some(FlightEnd::Collision(PackMedium::Film(*self.shape.slab(state.cell))));
@@ -349,11 +349,11 @@ impl PackGeometry {
     }
 
     /// Light at a face of film or foil.
-    fn cross_face(&self, state: &mut PackPhoton, face: Face, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+    fn cross_face(&self, state: &mut PackPhoton, face: PackFace, observer: &mut impl LineObserver, rng: &mut impl Rng) {
         let (shape, region) = (&self.shape, state.region);
         let normal = shape.normal(state.cell, face, state.photon.position);
-        let sealed = face == Face::Lower && region == Region::Film && shape.cells[state.cell].sealed;
-        if face == Face::Foil || sealed {
+        let sealed = face == PackFace::Lower && region == PackRegion::Film && shape.cells[state.cell].sealed;
+        if face == PackFace::Foil || sealed {
             let facets = Microfacets::new(shape.metal(state.cell), normal);
             self.next_event_from_foil(state, &facets, sealed, observer, rng);
             self.lose(&mut state.photon, 1.0 - facets.reflectance, observer, rng);
@@ -364,13 +364,13 @@ impl PackGeometry {
         }
         let n = shape.slab(state.cell).n;
         // The normal on the side that light goes to.
-        let ahead = if (face == Face::Upper) == (region == Region::Film) { normal } else { -normal };
+        let ahead = if (face == PackFace::Upper) == (region == PackRegion::Film) { normal } else { -normal };
         let beyond = match (region, face) {
-            (Region::Film, Face::Upper) => Region::Above,
-            (Region::Film, _) => Region::Under,
-            _ => Region::Film,
+            (PackRegion::Film, PackFace::Upper) => PackRegion::Above,
+            (PackRegion::Film, _) => PackRegion::Under,
+            _ => PackRegion::Film,
         };
-        let (from, to) = if region == Region::Film { (n, 1.0) } else { (1.0, n) };
+        let (from, to) = if region == PackRegion::Film { (n, 1.0) } else { (1.0, n) };
         if cross_surface(&mut state.photon, ahead, from, to, rng) {
             state.region = beyond;
         }
@@ -389,13 +389,13 @@ impl PackGeometry {
     /// Puts light that has left a solid under the film: a little over the film's lower side where both touch.
     fn leave_solid(&self, state: &mut PackPhoton, number: usize) {
         state.clearance = Clearance::default();
-        (state.region, state.left) = (Region::Under, Some(number));
+        (state.region, state.left) = (PackRegion::Under, Some(number));
         let (shape, position) = (&self.shape, &mut state.photon.position);
         let Some(cell) = shape.cell(*position) else { return };
         state.cell = cell;
         if shape.cells[cell].film {
             let (lower, upper) =
-                (shape.height(cell, Face::Lower, *position), shape.height(cell, Face::Upper, *position));
+                (shape.height(cell, PackFace::Lower, *position), shape.height(cell, PackFace::Upper, *position));
             if position.z > lower && position.z < upper {
                 position.z = lower;
             }
@@ -492,8 +492,8 @@ impl PackGeometry {
         let down = window.direction - here.normal * (2.0 * window.cosine);
         let intensity = towards(down) * (1.0 - window.passed);
         let Some(intensity) = followed(intensity, intensity * falls(0.5 * depth), rng) else { return };
-        let (length, stop) = shape.march(photon.position, down, Region::Film, f64::INFINITY);
-        if let PackRayEnd::Face(Face::Lower, _) = stop {
+        let (length, stop) = shape.march(photon.position, down, PackRegion::Film, f64::INFINITY);
+        if let PackRayEnd::Face(PackFace::Lower, _) = stop {
             let position = photon.position + down * length;
             let intensity = intensity * libm::exp(-slab.extinction() * length);
             self.rise(position, window.direction, intensity, slab, light.scale, observer);
@@ -512,10 +512,10 @@ impl PackGeometry {
     ) {
         let (shape, mut direction) = (&self.shape, direction);
         for correction in [true, false] {
-            let (length, stop) = shape.march(position, direction, Region::Film, f64::INFINITY);
-            let PackRayEnd::Face(Face::Upper, cell) = stop else { return };
+            let (length, stop) = shape.march(position, direction, PackRegion::Film, f64::INFINITY);
+            let PackRayEnd::Face(PackFace::Upper, cell) = stop else { return };
             let end = position + direction * length;
-            let normal = shape.normal(cell, Face::Upper, end);
+            let normal = shape.normal(cell, PackFace::Upper, end);
             let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
             if correction && window.direction.dot(direction) < 1.0 - 1e-7 {
                 direction = window.direction;
@@ -530,7 +530,7 @@ impl PackGeometry {
 
     /// Whether nothing stands between a point above the film and the lens.
     fn visible(&self, position: DVec3) -> bool {
-        matches!(self.shape.march(position, self.view, Region::Above, f64::INFINITY).1, PackRayEnd::Beyond)
+        matches!(self.shape.march(position, self.view, PackRegion::Above, f64::INFINITY).1, PackRayEnd::Beyond)
     }
 
     /// What a collision in a solid sends.
@@ -596,10 +596,10 @@ impl PackGeometry {
             return self.through(photon.position, None, intensity, light.scale, observer, rng);
         }
         let slab = *self.shape.slab(light.cell);
-        let normal = self.shape.normal(light.cell, Face::Upper, photon.position);
+        let normal = self.shape.normal(light.cell, PackFace::Upper, photon.position);
         let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
         let intensity = strength * facets.density(photon.direction, window.direction) * window.factor;
-        let over = (self.shape.height(light.cell, Face::Upper, photon.position) - photon.position.z) * normal.z;
+        let over = (self.shape.height(light.cell, PackFace::Upper, photon.position) - photon.position.z) * normal.z;
         let promise = intensity * falls(0.7 * slab.extinction() * over / window.cosine);
         if let Some(intensity) = followed(intensity, promise, rng) {
             self.rise(photon.position, window.direction, intensity, &slab, light.scale, observer);
@@ -622,34 +622,35 @@ impl PackGeometry {
             return;
         };
         let mut position = position;
-        if let Some(lower) = shape.cells[cell].film.then(|| shape.height(cell, Face::Lower, position)) {
+        if let Some(lower) = shape.cells[cell].film.then(|| shape.height(cell, PackFace::Lower, position)) {
             // A solid that touches the film, by rounding.
-            if position.z > lower && position.z < shape.height(cell, Face::Upper, position) {
+            if position.z > lower && position.z < shape.height(cell, PackFace::Upper, position) {
                 position.z = lower;
             }
         }
-        let (length, stop) = shape.march(position, self.view, Region::Under, f64::INFINITY);
+        let (length, stop) = shape.march(position, self.view, PackRegion::Under, f64::INFINITY);
         let end = position + self.view * length;
         if shape.solid(position, self.view, but).is_some_and(|(_, blocked)| blocked < length) {
             return;
         }
         match stop {
-            PackRayEnd::Face(Face::Lower, cell) => {
+            PackRayEnd::Face(PackFace::Lower, cell) => {
                 let slab = shape.slab(cell);
-                let Some(window) = RefractedView::new(self.view, shape.normal(cell, Face::Lower, end), slab.n) else {
+                let Some(window) = RefractedView::new(self.view, shape.normal(cell, PackFace::Lower, end), slab.n)
+                else {
                     return;
                 };
-                let (length, stop) = shape.march(end, window.direction, Region::Film, f64::INFINITY);
-                let PackRayEnd::Face(Face::Upper, cell) = stop else { return };
+                let (length, stop) = shape.march(end, window.direction, PackRegion::Film, f64::INFINITY);
+                let PackRayEnd::Face(PackFace::Upper, cell) = stop else { return };
                 let end = end + window.direction * length;
-                if self.visible(end + shape.normal(cell, Face::Upper, end) * OFF_SURFACE_MM) {
+                if self.visible(end + shape.normal(cell, PackFace::Upper, end) * OFF_SURFACE_MM) {
                     let pass = libm::exp(-slab.extinction() * length);
                     let back = (1.0 - window.passed) * pass;
                     let unturned = window.passed * window.passed * pass / (1.0 - back * back);
                     observer.see(end, scale * intensity * unturned);
                 }
             }
-            PackRayEnd::Region(Region::Above) if self.visible(end) => observer.see(position, scale * intensity),
+            PackRayEnd::Region(PackRegion::Above) if self.visible(end) => observer.see(position, scale * intensity),
             PackRayEnd::Beyond => observer.see(position, scale * intensity),
             _ => {}
         }

@@ -8,8 +8,7 @@
 //!
 //! Neglected: edges cut upright, shapes finer than a cell.
 //!
-//! Straight lines go from cell to cell, as in a body of wood. Within a cell the crossing with a face, a hyperbolic paraboloid,
-//! is the root of a quadratic equation.
+//! Rays go from cell to cell, as in a body of wood, and cross faces as [`BilinearPatch`] says.
 
 use glam::{DVec2, DVec3};
 use procedural::blister::{Pack, Sheet, Solid};
@@ -69,7 +68,7 @@ struct PackNode {
 
 /// Which height field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::transport::path) enum Face {
+pub(in crate::transport::path) enum PackFace {
     /// The film's upper side.
     Upper = 0,
     /// The film's lower side.
@@ -183,15 +182,15 @@ impl PackShape {
     fn node(&mut self, column: Option<PackColumn>) -> PackNode {
         let Some(column) = column else { return PackNode::default() };
         let mut node = PackNode { card: true, ..PackNode::default() };
-        node.heights[Face::Foil as usize] = f64::from(column.foil.0.z);
+        node.heights[PackFace::Foil as usize] = f64::from(column.foil.0.z);
         node.foil = number(&mut self.metals, bottom(&column.foil.1));
         if let Some(sheet) = column.sheet {
             let (z, medium) = (f64::from(sheet.surface.z), &sheet.medium);
             let mu_s = f64::from(medium.sigma_i) / (1.0 - PIGMENT_G);
             let slab = FilmMatter { n: f64::from(medium.n_eff), mu_a: f64::from(medium.mu_a), mu_s };
             (node.film, node.sealed, node.slab) = (true, sheet.sealed, number(&mut self.slabs, slab));
-            node.heights[Face::Upper as usize] = z;
-            node.heights[Face::Lower as usize] = z - f64::from(sheet.thickness_mm) / normal(&sheet.surface).z;
+            node.heights[PackFace::Upper as usize] = z;
+            node.heights[PackFace::Lower as usize] = z - f64::from(sheet.thickness_mm) / normal(&sheet.surface).z;
             self.top = self.top.max(z);
         }
         node
@@ -246,9 +245,9 @@ impl PackShape {
             });
             let flat =
                 self.low + (DVec2::new((at % self.size[0]) as f64, (at / self.size[0]) as f64) + 0.5) * self.pitch;
-            let middle = flat.extend(self.height(at, Face::Upper, flat.extend(0.0)));
-            let normal = self.normal(at, Face::Upper, middle);
-            let thickness = middle.z - self.height(at, Face::Lower, middle);
+            let middle = flat.extend(self.height(at, PackFace::Upper, flat.extend(0.0)));
+            let normal = self.normal(at, PackFace::Upper, middle);
+            let thickness = middle.z - self.height(at, PackFace::Lower, middle);
             let depth = if covered.is_some() { self.slab(at).extinction() * thickness * normal.z } else { 0.0 };
             let cell = &mut self.cells[at];
             (cell.middle, cell.normal) = (middle, normal);
@@ -258,7 +257,7 @@ impl PackShape {
 
     /// A face in a cell.
     #[inline(always)]
-    fn patch(&self, cell: usize, face: Face) -> BilinearPatch {
+    fn patch(&self, cell: usize, face: PackFace) -> BilinearPatch {
         let (row, face) = (self.size[0] + 1, face as usize);
         let at = cell / self.size[0] * row + cell % self.size[0];
         BilinearPatch([at, at + 1, at + row, at + row + 1].map(|node| self.nodes[node].heights[face]))
@@ -281,14 +280,14 @@ impl PackShape {
 
     /// Height of a face above a point of a cell [mm].
     #[inline]
-    pub fn height(&self, cell: usize, face: Face, position: DVec3) -> f64 {
+    pub fn height(&self, cell: usize, face: PackFace, position: DVec3) -> f64 {
         let at = self.within(cell, position);
         self.patch(cell, face).height(at.x, at.y)
     }
 
     /// Upward normal of a face above a point of a cell.
     #[inline]
-    pub fn normal(&self, cell: usize, face: Face, position: DVec3) -> DVec3 {
+    pub fn normal(&self, cell: usize, face: PackFace, position: DVec3) -> DVec3 {
         let at = self.within(cell, position);
         self.patch(cell, face).normal(at.x, at.y, self.pitch)
     }
@@ -308,7 +307,7 @@ impl PackShape {
 
 /// Where light is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Region {
+pub(super) enum PackRegion {
     /// In the air above the film.
     Above,
     /// In the film.
@@ -325,9 +324,9 @@ pub(super) enum PackRayEnd {
     /// Its given length.
     Length,
     /// A face in this cell.
-    Face(Face, usize),
+    Face(PackFace, usize),
     /// Another region, without a surface between.
-    Region(Region),
+    Region(PackRegion),
     /// The conveyor.
     Ground,
     /// The open sky, or the region's end in the open.
@@ -339,7 +338,7 @@ pub(super) enum PackRayEnd {
 impl PackShape {
     /// Follows a ray outside of solids from `position` for at most `length` [mm]: how far it goes [mm], and what ends it.
     #[inline]
-    pub fn march(&self, position: DVec3, direction: DVec3, region: Region, length: f64) -> (f64, PackRayEnd) {
+    pub fn march(&self, position: DVec3, direction: DVec3, region: PackRegion, length: f64) -> (f64, PackRayEnd) {
         let local = (DVec2::new(position.x, position.y) - self.low) / self.pitch;
         let mut cell = [local.x.floor() as i64, local.y.floor() as i64];
         let mut next: [f64; 2] = std::array::from_fn(|axis| match direction[axis] {
@@ -353,7 +352,7 @@ impl PackShape {
         let (mut gone, mut open) = (0.0f64, false);
         loop {
             if (0..2).any(|axis| cell[axis] < 0 || cell[axis] >= self.size[axis] as i64) {
-                let covered = region == Region::Film || (region == Region::Under && !open && gone > 0.0);
+                let covered = region == PackRegion::Film || (region == PackRegion::Under && !open && gone > 0.0);
                 return (gone, if covered { PackRayEnd::Lost } else { PackRayEnd::Beyond });
             }
             let number = cell[1] as usize * self.size[0] + cell[0] as usize;
@@ -364,7 +363,7 @@ impl PackShape {
             let far = position.z + direction.z * end;
             let (low, high) = (start.z.min(far), start.z.max(far));
             let mut stop = (end - gone, None);
-            let mut meet = |face: Face, side: f64| {
+            let mut meet = |face: PackFace, side: f64| {
                 let at = self.within(number, start);
                 let length = self.patch(number, face).crossing([at.x, at.y, start.z], direction, self.pitch, side);
                 if length <= stop.0 {
@@ -372,42 +371,42 @@ impl PackShape {
                 }
             };
             match region {
-                Region::Film => {
+                PackRegion::Film => {
                     if !here.film {
-                        return (gone + OVER_MM, PackRayEnd::Region(Region::Under));
+                        return (gone + OVER_MM, PackRayEnd::Region(PackRegion::Under));
                     }
                     if high >= here.low[0] {
-                        meet(Face::Upper, 1.0);
+                        meet(PackFace::Upper, 1.0);
                     }
                     if low <= here.high[1] {
-                        meet(Face::Lower, -1.0);
+                        meet(PackFace::Lower, -1.0);
                     }
                 }
-                Region::Above => {
+                PackRegion::Above => {
                     if !here.film {
-                        return (gone + OVER_MM, PackRayEnd::Region(Region::Under));
+                        return (gone + OVER_MM, PackRayEnd::Region(PackRegion::Under));
                     }
                     if direction.z >= 0.0 && start.z > self.top {
                         return (gone, PackRayEnd::Beyond);
                     }
                     if low <= here.high[0] {
-                        meet(Face::Upper, -1.0);
+                        meet(PackFace::Upper, -1.0);
                     }
                 }
-                Region::Under | Region::Solid(_) => {
+                PackRegion::Under | PackRegion::Solid(_) => {
                     if here.film {
-                        if open && start.z > self.height(number, Face::Upper, start) {
-                            return (gone + OVER_MM, PackRayEnd::Region(Region::Above));
+                        if open && start.z > self.height(number, PackFace::Upper, start) {
+                            return (gone + OVER_MM, PackRayEnd::Region(PackRegion::Above));
                         }
                         if high >= here.low[1] {
-                            meet(Face::Lower, 1.0);
+                            meet(PackFace::Lower, 1.0);
                         }
                     } else if direction.z >= 0.0 && start.z > self.top {
                         return (gone, PackRayEnd::Beyond);
                     }
                     if here.foil {
                         if low <= here.high[2] {
-                            meet(Face::Foil, -1.0);
+                            meet(PackFace::Foil, -1.0);
                         }
                     } else if low < 0.0 && direction.z < 0.0 {
                         let down = (-start.z / direction.z).max(0.0);
@@ -430,7 +429,7 @@ impl PackShape {
         }
     }
 
-    /// Whether a direction in the film that ends at `end` meets nothing: it ends in the cell where it began, between all that
+    /// Whether a path in the film that ends at `end` meets nothing: it ends in the cell where it began, between all that
     /// bounds the film there.
     #[inline(always)]
     pub fn stays(&self, end: DVec3, cell: usize) -> bool {

@@ -1,16 +1,16 @@
-//! What the checks of one shard share.
+//! Shard task: what the checks of one shard share.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use output_schema::DatasetHead;
 
-use super::tally::Seen;
+use super::sample_counts::RowNumbers;
 use super::{Derive, Expect, Rerender};
 
 /// What is to be checked.
 #[derive(Clone, Copy)]
-pub(super) struct Task<'a> {
+pub(super) struct ShardTask<'a> {
     pub(super) root: &'a Path,
     pub(super) head: &'a DatasetHead,
     pub(super) number: u64,
@@ -19,5 +19,5 @@ pub(super) struct Task<'a> {
     pub(super) rerender: Option<Rerender<'a>>,
     pub(super) chosen: &'a BTreeSet<u64>,
     /// Takes what each row says.
-    pub(super) seen: &'a (dyn Fn(&Seen) + Sync),
+    pub(super) seen: &'a (dyn Fn(&RowNumbers) + Sync),
 }

@@ -1,4 +1,4 @@
-//! Why a folder that holds a dataset cannot be continued.
+//! Differences between documents, and which of them keep a dataset from being continued.
 
 use output_schema::DatasetHead;
 use serde_json::Value;
@@ -43,7 +43,7 @@ fn short(value: &Value) -> String {
 
 /// Every reason why samples of `new` cannot go into a dataset of `old`; the number of samples may differ, and so may
 /// the recipe's text where its meaning is the same.
-pub(super) fn reasons(old: &DatasetHead, new: &DatasetHead) -> Vec<String> {
+pub(super) fn reasons_to_refuse(old: &DatasetHead, new: &DatasetHead) -> Vec<String> {
     let mut reasons = Vec::new();
     if old.recipe.hash != new.recipe.hash {
         let mut keys = differences("recipe", &old.recipe.canonical, &new.recipe.canonical);

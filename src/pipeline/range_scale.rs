@@ -1,4 +1,4 @@
-//! What the numbers of Range mean: the grid of a rectified scan, offset and scale.
+//! Scale of Range: what its whole numbers mean, and the grid of a rectified scan.
 
 use crate::extract::RectifiedGrid;
 use crate::frame::Rig;
@@ -13,17 +13,25 @@ pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
     }
 }
 
-/// Offset and scale of Range as whole numbers up to 65535, of which 0 is missing [mm or px].
-pub(super) fn steps(scene: &Scene, rig: &Rig) -> (f64, f64) {
+/// What the whole numbers of Range mean, up to 65535, of which 0 is missing [mm or px].
+pub(super) struct RangeScale {
+    /// Range of the number 0 [mm or px].
+    pub offset: f64,
+    /// Range of one step [mm or px].
+    pub scale: f64,
+}
+
+/// The scale of Range of a scene under a rig.
+pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> RangeScale {
     let rows = scene.size.rows as f64;
     if scene.extraction.range == RangeForm::Uncalibrated {
         // A step of the extraction, or of the finest that fits where it gives none.
         let finest = (65535.0 / rows).floor();
         let asked = f64::from(scene.extraction.subpixel_steps);
-        return (0.0, 1.0 / if asked > 0.0 { asked.min(finest) } else { finest });
+        return RangeScale { offset: 0.0, scale: 1.0 / if asked > 0.0 { asked.min(finest) } else { finest } };
     }
     // The sensor's whole height.
     let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
     let scale = (high - low) / 65534.0;
-    (low - scale, scale)
+    RangeScale { offset: low - scale, scale }
 }

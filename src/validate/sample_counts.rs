@@ -1,9 +1,9 @@
-//! Counts of what rows say, from which the statistics of a dataset follow: their size does not grow with its samples.
+//! Sample counts: what rows say, counted, from which the statistics of a dataset follow: their size does not grow with its samples.
 
 use crate::chance::{DrawLaw, UnitHistogram};
 
 /// How the rows of a dataset are drawn, as its recipe declares it.
-pub struct Declared {
+pub struct DeclaredLaws {
     /// Names and shares of the classes, in the order of `classes` of `dataset.json`; the shares sum to 1.
     pub classes: Vec<(String, f64)>,
     /// The class of a sample by its index.
@@ -11,11 +11,11 @@ pub struct Declared {
     /// Names and shares of the splits; the shares sum to 1.
     pub splits: Vec<(String, f64)>,
     /// Every drawn number, in the order of `parameters` of `dataset.json`.
-    pub parameters: Vec<DeclaredParameter>,
+    pub parameters: Vec<ParameterLaws>,
 }
 
 /// How one number is drawn.
-pub struct DeclaredParameter {
+pub struct ParameterLaws {
     /// Its path, for instance `laser.power_mw`.
     pub path: String,
     /// The laws that it has in one class or another.
@@ -26,7 +26,7 @@ pub struct DeclaredParameter {
 
 /// What one row says: some hundreds of bytes, whatever the size of the images.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct RowNumbers {
     /// Number in the dataset.
     pub index: u64,
     /// Name of its split.
@@ -38,7 +38,7 @@ pub struct Seen {
 }
 
 /// The numbers of one parameter that follow one law.
-pub(super) struct Numbers {
+pub(super) struct LawCounts {
     /// How many there are.
     pub(super) samples: u64,
     /// How many of them the law never draws, and the first of these by its index.
@@ -51,25 +51,25 @@ pub(super) struct Numbers {
 }
 
 /// Floats that a range must hold for its numbers to count as continuous [1]: many more than the test has cells.
-const FINE: f64 = 1e5;
+const MIN_FLOATS_IN_RANGE: f64 = 1e5;
 
 /// Counts of all rows.
-pub(super) struct Tally<'a> {
-    pub(super) declared: &'a Declared,
+pub(super) struct SampleCounts<'a> {
+    pub(super) declared: &'a DeclaredLaws,
     pub(super) samples: u64,
     /// Samples of each class, as rows say and as their indices say.
     pub(super) classes: Vec<[u64; 2]>,
     /// Samples of each class in each split.
     pub(super) splits: Vec<Vec<u64>>,
     /// By parameter, then by law.
-    pub(super) parameters: Vec<Vec<Numbers>>,
+    pub(super) parameters: Vec<Vec<LawCounts>>,
 }
 
-impl<'a> Tally<'a> {
+impl<'a> SampleCounts<'a> {
     /// Nothing counted.
-    pub(super) fn new(declared: &'a Declared) -> Self {
+    pub(super) fn new(declared: &'a DeclaredLaws) -> Self {
         let classes = declared.classes.len();
-        let numbers = |law: &DrawLaw| Numbers {
+        let numbers = |law: &DrawLaw| LawCounts {
             samples: 0,
             impossible: 0,
             first: None,
@@ -86,7 +86,7 @@ impl<'a> Tally<'a> {
     }
 
     /// Counts one row. The order of rows does not matter.
-    pub(super) fn add(&mut self, row: &Seen) {
+    pub(super) fn add(&mut self, row: &RowNumbers) {
         let declared = self.declared;
         let drawn = (declared.class_of)(row.index);
         if row.class >= self.classes.len() || drawn >= self.classes.len() {
@@ -108,10 +108,10 @@ impl<'a> Tally<'a> {
 /// Whether a law is continuous and its range wide enough for the spread of its numbers to be told: where floats are as
 /// coarse as the range, its numbers come in steps that no continuous law knows.
 fn is_fine(law: &DrawLaw) -> bool {
-    matches!(law, DrawLaw::Continuous { min, max, .. } if max - min > FINE * f64::EPSILON * min.abs().max(max.abs()))
+    matches!(law, DrawLaw::Continuous { min, max, .. } if max - min > MIN_FLOATS_IN_RANGE * f64::EPSILON * min.abs().max(max.abs()))
 }
 
-impl Numbers {
+impl LawCounts {
     fn add(&mut self, law: &DrawLaw, index: u64, value: f64) {
         self.samples += 1;
         let possible = match law {
@@ -142,7 +142,7 @@ impl Numbers {
 }
 
 /// Names of the classes that follow law number `law` of a parameter; empty where all do.
-pub(super) fn classes_of(declared: &Declared, parameter: &DeclaredParameter, law: usize) -> Vec<String> {
+pub(super) fn classes_of(declared: &DeclaredLaws, parameter: &ParameterLaws, law: usize) -> Vec<String> {
     if parameter.laws.len() == 1 {
         return Vec::new();
     }

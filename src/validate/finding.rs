@@ -1,6 +1,8 @@
-//! The rules that a dataset can break, and what to do about each.
+//! Findings: the rules that a dataset can break, what to do about each, and a fault that breaks one.
 
 use serde::Serialize;
+
+use crate::dataset::Fault;
 
 /// Declares the codes with their meaning: the words of the declaration are those of the table in `docs/validate.md`.
 macro_rules! codes {
@@ -177,4 +179,27 @@ impl Code {
 pub fn fault_table() -> String {
     let row = |code: &Code| format!("| `{}` | {} | {} |\n", code.name(), code.meaning(), code.remedy());
     format!("| code | what is wrong | what to do |\n|---|---|---|\n{}", Code::ALL.iter().map(row).collect::<String>())
+}
+
+/// One broken rule.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The rule.
+    pub code: Code,
+    /// File, and sample where it is about one; what is wrong there, and what to do.
+    #[serde(flatten)]
+    pub fault: Fault,
+}
+
+impl Finding {
+    /// A fault with the remedy of its code.
+    pub fn new(code: Code, place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { code, fault: Fault::new(place, what, code.remedy()) }
+    }
+
+    /// The same with a remedy that fits better.
+    pub(super) fn with_remedy(mut self, remedy: &'static str) -> Self {
+        self.fault.remedy = remedy.into();
+        self
+    }
 }

@@ -1,4 +1,4 @@
-//! `dataset.json` against all manifests: where these agree with each other and not with it, it alone was changed.
+//! Origin that manifests name: `dataset.json` against all of them: where these agree with each other and not with it, it alone was changed.
 
 use std::path::Path;
 
@@ -6,7 +6,8 @@ use output_schema::file::{DATASET, manifest_path};
 use output_schema::{DatasetHead, Generator, Manifest};
 
 use super::Expect;
-use super::report::{Code, Fault, Report};
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
 use crate::dataset::atomic_file;
 
 /// Generator, recipe hash and seed.
@@ -15,7 +16,12 @@ type Origin = (Generator, String, u64);
 /// Takes the origin of all manifests into `head` where they agree on another one, and tells it once; `true` where it did.
 ///
 /// One manifest alone is believed if the id of its first sample is not the one that `expect` draws for the head.
-pub(super) fn check(root: &Path, head: &mut DatasetHead, expect: Option<Expect>, report: &mut Report) -> bool {
+pub(super) fn check(
+    root: &Path,
+    head: &mut DatasetHead,
+    expect: Option<Expect>,
+    report: &mut ValidationReport,
+) -> bool {
     let read = |shard: u64| -> Option<Manifest> {
         let text = atomic_file::read(&root.join(manifest_path(shard))).ok()?;
         serde_json::from_slice(&text).ok()
@@ -43,7 +49,7 @@ pub(super) fn check(root: &Path, head: &mut DatasetHead, expect: Option<Expect>,
     let text = |(generator, hash, seed): &Origin| format!("{} {}, {hash}, {seed}", generator.name, generator.version);
     let (said, all) = (text(&own), text(&found));
     let what = format!("its generator, recipe hash and seed are {said}; all manifests agree on {all}");
-    report.faults.push(Fault::new(Code::DatasetDiffers, DATASET, what));
+    report.faults.push(Finding::new(Code::DatasetDiffers, DATASET, what));
     (head.generator, head.recipe.hash, head.seed) = found;
     true
 }

@@ -1,11 +1,11 @@
-//! How large a sample will be on disk, and how many of them make a shard.
+//! Shard size: how large a sample will be on disk, and how many of them make a shard.
 
 use crate::settings::{Channel, Output, Size};
 
 /// Largest shard that is aimed at [bytes]: it fits a download and a restart.
-const SHARD_BYTES: u64 = 500_000_000;
+const TARGET_SHARD_BYTES: u64 = 500_000_000;
 /// Most samples in a shard, however small they are: manifests and folders stay readable.
-const MOST_SAMPLES: u64 = 1000;
+const MAX_SAMPLES_PER_SHARD: u64 = 1000;
 /// What numbers, objects and file headers take in a sample, on the large side [bytes].
 pub const ROW_BYTES: u64 = 16_000;
 /// What schemas and footers of a shard's tables, and its manifest, take, on the large side [bytes].
@@ -55,6 +55,6 @@ pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
 /// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB, at most 1000, at least 1.
 /// A pure function of sizes and output, so that every process cuts alike.
 pub fn samples_per_shard(output: &Output, size: &Size) -> usize {
-    let fitting = (SHARD_BYTES / estimated_bytes_per_sample(output, size)).clamp(1, MOST_SAMPLES);
+    let fitting = (TARGET_SHARD_BYTES / estimated_bytes_per_sample(output, size)).clamp(1, MAX_SAMPLES_PER_SHARD);
     output.samples_per_shard.unwrap_or(fitting as usize).max(1)
 }

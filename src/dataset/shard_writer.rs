@@ -11,9 +11,9 @@ use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_
 use output_schema::{Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
 
 use super::atomic_file::{FileError, create_directory, rename, sha256, sync_directory, write_in};
-use super::folder::document;
 use super::lock::Lock;
-use super::rows::{row_batch, stack_batch};
+use super::reader::to_document;
+use super::sample_rows::{row_batch, stack_batch};
 use super::table_writer::TableWriter;
 use super::{Dataset, Encoded, Fault};
 use crate::split::Split;
@@ -202,7 +202,7 @@ impl ShardWriter {
             files,
             samples: std::mem::take(&mut self.samples),
         };
-        write_in(&root, &manifest_path(self.shard), &document(&manifest))?;
+        write_in(&root, &manifest_path(self.shard), &to_document(&manifest))?;
         self.finished = true;
         Ok(manifest)
     }

@@ -1,4 +1,4 @@
-//! The samples of a split as a check needs them: first what the tables say of them, then their maps.
+//! Samples of a split as a check needs them: first what the tables say of them, then their maps.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::split::Split;
 
 /// A split of a dataset.
 #[derive(Debug)]
-pub struct Folder {
+pub struct SplitSamples {
     dataset: Dataset,
     /// Tables in the order of shards, then of splits.
     pub tables: Vec<Table>,
@@ -21,7 +21,7 @@ pub struct Folder {
 
 /// What a row says of its sample beside the maps.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Facts {
+pub struct SampleFacts {
     /// Number in the dataset.
     pub index: u64,
     /// Name.
@@ -30,13 +30,22 @@ pub struct Facts {
     pub class: usize,
     /// Pixels of each pixel class, by its value.
     pub area: Vec<u64>,
-    /// Objects that lie in no other: pixel class of the whole, and middle of the box: row and column [px].
-    pub objects: Vec<(usize, [i64; 2])>,
-    /// The numbers that were asked for; NaN where there is none, or the sample lacks the thing that it is of.
+    /// Objects that lie in no other.
+    pub objects: Vec<SampleObject>,
+    /// The chosen numbers; NaN where there is none, or the sample lacks what it describes.
     pub numbers: Vec<f64>,
 }
 
-impl Folder {
+/// An object of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleObject {
+    /// Pixel class of the whole with all that lies in it.
+    pub state: usize,
+    /// Middle of its box: row and column [px].
+    pub middle: [i64; 2],
+}
+
+impl SplitSamples {
     /// Opens the finished shards of a dataset, one split or all.
     ///
     /// # Errors
@@ -56,7 +65,7 @@ impl Folder {
     ///
     /// # Errors
     /// Where a table is damaged.
-    pub fn facts(&self, numbers: &[String]) -> Result<Vec<Vec<Facts>>, Fault> {
+    pub fn facts(&self, numbers: &[String]) -> Result<Vec<Vec<SampleFacts>>, Fault> {
         let wanted = |name: &str| {
             let is_group = |path: &str| path.split_once('.').is_some_and(|(group, _)| group == name);
             let group = |path: &String| is_group(path) || deciders(path).any(is_group);
@@ -97,7 +106,7 @@ impl Folder {
         &self,
         table: &Table,
         row: &RowBatch,
-        facts: &Facts,
+        facts: &SampleFacts,
         channels: &[String],
         labels: bool,
     ) -> Result<SampleMaps, Fault> {
@@ -159,17 +168,17 @@ fn first<T>(values: Vec<T>, name: &str) -> Result<T, String> {
 }
 
 /// What some rows say; `numbers` are paths of drawn and derived numbers.
-fn facts_of(rows: &RowBatch, head: &DatasetHead, numbers: &[String]) -> Result<Vec<Facts>, String> {
+fn facts_of(rows: &RowBatch, head: &DatasetHead, numbers: &[String]) -> Result<Vec<SampleFacts>, String> {
     let (index, id, class) = (rows.integers("index")?, rows.ids()?, rows.integers("class")?);
     let area = |(value, name): (usize, &str)| Ok((value, rows.integers(&format!("class_area_px.{name}"))?));
     let areas = head.shown_classes().map(area).collect::<Result<Vec<_>, String>>()?;
-    let numbers = numbers.iter().map(|path| meant(rows, path)).collect::<Result<Vec<_>, String>>()?;
-    let facts = |(row, objects): (usize, Vec<(usize, [i64; 2])>)| {
+    let numbers = numbers.iter().map(|path| conditional_number(rows, path)).collect::<Result<Vec<_>, String>>()?;
+    let facts = |(row, objects): (usize, Vec<SampleObject>)| {
         let mut area = vec![0; head.pixel_classes.len()];
         areas
             .iter()
             .for_each(|(value, counts): &(usize, Vec<i64>)| area[*value] = u64::try_from(counts[row]).unwrap_or(0));
-        Ok(Facts {
+        Ok(SampleFacts {
             index: index[row] as u64,
             id: id[row].clone(),
             class: usize::try_from(class[row]).map_err(|_| "`class` is negative")?,
@@ -183,15 +192,15 @@ fn facts_of(rows: &RowBatch, head: &DatasetHead, numbers: &[String]) -> Result<V
         let outer = objects.into_iter().filter(|object| object.within == 0);
         let place = outer.map(|object| {
             let [left, top, cols, rows] = object.bbox;
-            (object.state, [middle(top, rows), middle(left, cols)])
+            SampleObject { state: object.state, middle: [middle(top, rows), middle(left, cols)] }
         });
         place.collect()
     });
     objects.enumerate().map(facts).collect()
 }
 
-/// The number `path` of some rows; NaN also where the sample lacks the thing that it is of, which is drawn all the same.
-fn meant(rows: &RowBatch, path: &str) -> Result<Vec<f64>, String> {
+/// The number `path` of some rows; NaN also where the sample lacks what the number describes, since it is drawn all the same.
+fn conditional_number(rows: &RowBatch, path: &str) -> Result<Vec<f64>, String> {
     let mut values = rows.numbers(path)?;
     let deciders: Vec<_> = deciders(path).map(|decider| rows.numbers(decider)).collect();
     let lacks = |row: usize| {

@@ -1,4 +1,4 @@
-//! `Record -> Encoded`: everything about a sample as it will be on disk. Pure, and called from many threads.
+//! Encoding: `Record -> Encoded`, everything about a sample as it will be on disk. Pure, and called from many threads.
 
 use output_schema::PIXEL_CLASSES;
 use output_schema::channel::channels;

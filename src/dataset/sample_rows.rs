@@ -1,4 +1,4 @@
-//! `Encoded -> RecordBatch`: one row of `data/*.parquet`, and the rows of `stacks/*.parquet`.
+//! Sample rows: `Encoded -> RecordBatch`, one row of `data/*.parquet`, and the rows of `stacks/*.parquet`.
 
 use std::sync::Arc;
 
