@@ -7,9 +7,9 @@
 //! 1 + 2 exp(-2 pi^2 v) cos(2 pi d) + 2 exp(-8 pi^2 v) cos(4 pi d) + ...
 //! ```
 //!
-//! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line lies.
-//! What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected: that a pixel gathers
-//! over its box, where a Gaussian has the box's variance alone.
+//! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line
+//! lies. What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected:
+//! that a pixel gathers over its box, where a Gaussian has the box's variance alone.
 
 use super::circle_of_confusion;
 use super::laser::{GaussianMixture, LineProfile};
