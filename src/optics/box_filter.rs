@@ -1,6 +1,6 @@
-//! Light spread along the line: a Gaussian by two boxes.
+//! Extended box filter: a Gaussian blur along the line by two boxes.
 //!
-//! Extended box filter (Gwosdek et al. 2011): two boxes with fractional ends have a Gaussian's variance exactly and its
+//! Gwosdek et al. 2011: two boxes with fractional ends have a Gaussian's variance exactly and its
 //! shape nearly, at a cost that does not grow with the width.
 
 /// Difference of variances along a line from which on it is blurred twice [px^2].

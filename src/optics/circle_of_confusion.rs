@@ -1,4 +1,4 @@
-//! The disc that a point out of focus is blurred to, as strands of a line.
+//! Circle of confusion: the disc that a point out of focus is blurred to, as Gaussian components of a line.
 //!
 //! An even disc of radius R projected on the rows is a semicircle, 2 / (pi R^2) sqrt(R^2 - x^2). Its mean over a smooth
 //! function is Gauss's quadrature of Chebyshev's second kind, exact for polynomials of degree 2 n - 1:
@@ -17,7 +17,7 @@ use super::window::MIN_VARIANCE;
 
 /// Radius in standard deviations of the rest below which the disc is taken by its variance: its peak is off by 0.2 %.
 const MIN_RADIUS_SIGMAS: f32 = 0.7;
-/// Most strands; wider discs than a window are torn apart.
+/// Most components; discs wider than a window are torn apart.
 const MAX_COMPONENTS: usize = 33;
 
 /// Nodes in units of the radius, and weights, for each odd number of them.
@@ -56,13 +56,13 @@ mod tests {
 
     /// Moments of the semicircle: 1, 0, 1/4, 0, 1/8; and a blurred one against the integral.
     #[test]
-    fn strands_stand_for_a_disc() {
+    fn components_stand_for_a_disc() {
         for law in QUADRATURES.iter().skip(1) {
             let moment = |power: i32| law.iter().map(|[x, w]| f64::from(*w) * f64::from(*x).powi(power)).sum::<f64>();
             for (power, truth) in [(0, 1.0), (1, 0.0), (2, 0.25), (3, 0.0), (4, 0.125)] {
                 assert!(
                     (moment(power) - truth).abs() < 1e-6,
-                    "{} strands, moment {power}: {}",
+                    "{} components, moment {power}: {}",
                     law.len(),
                     moment(power)
                 );

@@ -48,7 +48,7 @@ pub struct Digitiser<'a> {
 }
 
 impl Digitiser<'_> {
-    /// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is room to work in.
+    /// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is a buffer.
     pub fn digitise(
         &self,
         exposure: &TileExposure<'_>,
@@ -66,7 +66,7 @@ impl Digitiser<'_> {
         frame.dn.resize(ROWS * columns, 0);
         let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
         let keys = self.chain.keys(NOISE_STREAMS[number], profile);
-        // Another part of the pattern for the second window, which stands elsewhere.
+        // Another part of the pattern for the second window, which lies elsewhere.
         let view = self.speckle.tile(tile, place, way, number * ROWS);
         let counter = tile as u32 * TILE as u32;
         let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
@@ -82,14 +82,14 @@ impl Digitiser<'_> {
                 keys,
             }
         };
-        let chain = self.chain;
+        let (chain, scale) = (self.chain, self.speckle.scale());
         let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
             for (row, numbers) in dn[2 * pair * columns..].chunks_exact_mut(columns).zip(numbers) {
                 row.copy_from_slice(&numbers[..columns]);
             }
         };
         if chain.is_plain() {
-            (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), self)));
+            (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), chain, scale)));
             return;
         }
         let runs = WindowRuns::new(&window.first_row);
@@ -98,10 +98,10 @@ impl Digitiser<'_> {
             let codes = rows_of(pair)
                 .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
             if chain.blooming == 0.0 {
-                out(&mut frame.dn, pair, unlike(&own, &codes, self));
+                out(&mut frame.dn, pair, unlike(&own, &codes, chain, scale));
                 continue;
             }
-            let developed = develop(&own, &codes, self);
+            let developed = develop(&own, &codes, chain, scale);
             for (row, k) in rows_of(pair).into_iter().enumerate() {
                 (signal.level[k], signal.noisy[k], signal.offset[k]) =
                     (developed[0][row], developed[1][row], developed[2][row]);
@@ -157,13 +157,14 @@ impl PairOfRows<'_> {
         &self,
         codes: &[PixelCodes; 2],
         steps: CodeSteps,
-        by: &Digitiser<'_>,
+        chain: &SignalChain,
+        scale: [f32; 2],
         row: usize,
         c: usize,
     ) -> [f32; 3] {
         let (response, shift) = steps.decode(&codes[row], c);
-        let light = self.light(by.speckle.scale(), row, c);
-        let (level, noisy) = by.chain.slopes.respond((by.chain.gain * response * light).max(0.0));
+        let light = self.light(scale, row, c);
+        let (level, noisy) = chain.slopes.respond((chain.gain * response * light).max(0.0));
         [level, noisy, self.shades[row][c] + shift]
     }
 
@@ -184,27 +185,32 @@ impl PairOfRows<'_> {
 
 /// Gain and noise alone.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn plain(pixels: &PairOfRows<'_>, by: &Digitiser<'_>) -> RowPair<u16> {
-    pixels.numbers(by.chain, |row, c| {
-        let signal = (by.chain.gain * pixels.light(by.speckle.scale(), row, c)).max(0.0);
+fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain, scale: [f32; 2]) -> RowPair<u16> {
+    pixels.numbers(chain, |row, c| {
+        let signal = (chain.gain * pixels.light(scale, row, c)).max(0.0);
         [signal, signal, pixels.shades[row][c]]
     })
 }
 
 /// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], by: &Digitiser<'_>) -> RowPair<u16> {
-    let steps = by.chain.steps();
-    pixels.numbers(by.chain, |row, c| pixels.developed(codes, steps, by, row, c))
+fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain, scale: [f32; 2]) -> RowPair<u16> {
+    let steps = chain.steps();
+    pixels.numbers(chain, |row, c| pixels.developed(codes, steps, chain, scale, row, c))
 }
 
 /// The same without noise, for charge to overflow.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], by: &Digitiser<'_>) -> [RowPair<f32>; 3] {
-    let (steps, mut out) = (by.chain.steps(), [[[0.0; TILE]; 2]; 3]);
+fn develop(
+    pixels: &PairOfRows<'_>,
+    codes: &[PixelCodes; 2],
+    chain: &SignalChain,
+    scale: [f32; 2],
+) -> [RowPair<f32>; 3] {
+    let (steps, mut out) = (chain.steps(), [[[0.0; TILE]; 2]; 3]);
     for row in 0..2 {
         for c in 0..TILE {
-            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, by, row, c);
+            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, chain, scale, row, c);
         }
     }
     out

@@ -7,9 +7,9 @@
 //! 1 + 2 exp(-2 pi^2 v) cos(2 pi d) + 2 exp(-8 pi^2 v) cos(4 pi d) + ...
 //! ```
 //!
-//! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line lies.
-//! What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected: that a pixel gathers
-//! over its box, where a Gaussian has the box's variance alone.
+//! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line
+//! lies. What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected:
+//! that a pixel gathers over its box, where a Gaussian has the box's variance alone.
 
 use super::circle_of_confusion;
 use super::laser::{GaussianMixture, LineProfile};
@@ -34,12 +34,12 @@ pub struct CompositeLine<'a> {
     pub start: usize,
     /// What the line is across.
     pub profile: &'a LineProfile,
-    /// Its strands for one width.
+    /// Its components for one width.
     pub mixture: &'a GaussianMixture,
 }
 
 impl CompositeLine<'_> {
-    /// Adds all strands of a line whose middle has `phase` and `variance`.
+    /// Adds all components of a line whose middle has `phase` and `variance`.
     #[inline(always)]
     pub fn add<'a>(
         &self,
@@ -50,12 +50,12 @@ impl CompositeLine<'_> {
         out: &mut [[f32; TILE]; ROWS],
     ) {
         let unit = load(&self.own.profile_unit, self.start);
-        for (number, strand) in self.mixture.components.iter().enumerate() {
+        for (number, component) in self.mixture.components.iter().enumerate() {
             let (mut place, mut wide, mut light) = (*phase, *variance, *source);
             for c in 0..TILE {
-                place[c] += strand.offset * unit[c];
-                wide[c] += (strand.variance - self.profile.core()) * unit[c] * unit[c];
-                light[c] *= strand.weight;
+                place[c] += component.offset * unit[c];
+                wide[c] += (component.variance - self.profile.core()) * unit[c] * unit[c];
+                light[c] *= component.weight;
             }
             if self.mixture.varies() {
                 let node = load(&self.own.profile_node, self.start);
@@ -96,11 +96,11 @@ fn add_defocused<'a>(
     exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
     out: &mut [[f32; TILE]; ROWS],
 ) {
-    let strands = circle_of_confusion::components(disc, variance);
-    if strands.is_empty() {
+    let components = circle_of_confusion::components(disc, variance);
+    if components.is_empty() {
         return add_placed(phase, variance, source, exit, out);
     }
-    for [node, weight] in strands {
+    for [node, weight] in components {
         let (mut place, mut rest, mut light) = (*phase, *variance, *source);
         for c in 0..TILE {
             place[c] += node * disc[c];

@@ -1,4 +1,4 @@
-//! What the light does: from a specimen to digitised frames.
+//! Optics: laser, lens and sensor, from a specimen to digitised frames.
 //!
 //! `Specimen -> Band` works the light out once for each position of the scan, `Band -> Frame` exposes: every profile
 //! looks at the rows around its own. Exposure runs over tiles of [`TILE`] columns, so that the window of rows stays in

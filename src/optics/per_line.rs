@@ -1,6 +1,6 @@
-//! Light from below by a model that knows one line at a time (path, diffusion, thesis), put on the sensor.
+//! Per-line models: light from below by a model that answers one line at a time, laid on the sensor.
 //!
-//! The model answers on cells of the body around the line, columns of the sensor times rows along the scan ([`LineResponse`]).
+//! The pipeline hands the model in as a [`LineSolver`]. It answers on cells of the body around the line, columns of the sensor times rows along the scan ([`LineResponse`]).
 //! Each cell is laid on the sensor's rows where the body's surface there is seen, with the blur of lens and pixel; the
 //! laser's width is in the answer already. The lens blurs along the line too. Neglected: light stays in its column, and
 //! one direction of view serves the whole line, that of its middle.

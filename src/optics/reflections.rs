@@ -1,4 +1,4 @@
-//! Mirror images of the line: laser light that a film's first surface throws back, and that falls on the film elsewhere.
+//! Reflections, mirror images of the line: laser light that a film's first surface throws back, and that falls on the film elsewhere.
 //!
 //! Geometrical optics with one bounce: each column's light leaves in the mirror direction with Fresnel's share (a quarter
 //! on a wall of 75 degrees), is followed to the next film, and lights it there as the laser lights the line; the lens sees

@@ -156,7 +156,7 @@ impl RowMaker {
         row.variance[column] = sight.variance;
         if let Some(unit) = row.profile_unit.get_mut(column) {
             *unit = sight.unit;
-            row.profile_node[column] = view.camera.laser.node(hit.x, hit.surface.z);
+            row.profile_node[column] = view.camera.laser.profile_node(hit.x, hit.surface.z);
         }
         if let Some(defocus) = scratch.defocus.get_mut(column) {
             *defocus = sight.defocus;

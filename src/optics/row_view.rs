@@ -32,7 +32,7 @@ impl RowView<'_> {
     /// The same with what a column gets of a point laser.
     #[inline]
     pub fn share(&self, sight: Sight, x: f32, z: f32) -> Sight {
-        match self.camera.laser.spot(self.profile, x, z, sight.column_mm) {
+        match self.camera.laser.spot_light(self.profile, x, z, sight.column_mm) {
             Some(SpotLight { share, off }) => {
                 // A column looks along a slant: beside the spot's middle it sees more of one half than of the other.
                 let row = sight.row + off * self.camera.sightline_lean(x, z) * sight.rows_per_mm;

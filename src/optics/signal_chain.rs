@@ -1,4 +1,4 @@
-//! From electrons to digital numbers, after EMVA 1288 (release 4.0).
+//! Signal chain of the sensor: from electrons to digital numbers, after EMVA 1288 (release 4.0).
 //!
 //! ```text
 //! e = slopes((1 + PRNU) light)                        charge, at most two slopes

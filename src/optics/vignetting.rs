@@ -1,4 +1,4 @@
-//! What mounts and filter take of the light, by how far from the axis it comes; and light of lamps and windows.
+//! Vignetting, band-pass filter and ambient radiance: what mounts and filter take of the light, by its angle to the axis.
 //!
 //! **Vignetting** by the mounts of the lens, beyond the cosines of geometry: 1 - V (tan / tan_edge)^2, the first term of
 //! what any round mounts take.

@@ -12,6 +12,10 @@
 //!
 //! [`stack`] is the matter in plane layers and [`answer`] what is said of it; [`line`] is a line of light on a body.
 //! docs/physics.md has the equations, their sources and where each model fails.
+//!
+//! Production needs [`stack`], [`answer`], [`phase`], [`fresnel`], [`line`] and [`kernel`], which use neither [`path`],
+//! [`diffusion`], [`thesis`] nor [`model`]; those may use them. Tables of the kernel are laid out by the kernel and measured
+//! by [`path::measure`].
 
 pub mod answer;
 pub mod diffusion;

@@ -63,7 +63,7 @@ impl Slant {
         let rise = slope_x / seen * scale * sin * distance / (bottom * bottom);
         let rows = (rise * column_mm).abs().min(MAX_SMEAR_ROWS);
         Self {
-            light: laser.slant(x, z, slope_x) / seen,
+            light: laser.slope_factor(x, z, slope_x) / seen,
             rate: rise * x * (sin - tan_beta * cos - slope_y * up) / bottom,
             smear: rows * rows,
         }

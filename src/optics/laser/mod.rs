@@ -8,8 +8,8 @@
 //! E = P p(theta) / rho * S(y; rho) * |N.s|,    integral p dtheta = 1,    integral S dy = 1
 //! ```
 //!
-//! so a strip of the width dx along the line and any length along the motion gets P q(t) / h (1 + t dz/dx) dx, with
-//! q = p cos^2(theta), whatever the slope along the motion ([`Beam::per_mm`] and [`Laser::slant`]). Across the sheet
+//! so a strip of the width dx along the line and any length along the motion gets P q(t) / h (1 + t dz/dx) dx, with q =
+//! p cos^2(theta), whatever the slope along the motion ([`Beam::per_mm`] and [`Laser::slope_factor`]). Across the sheet
 //! stands a Gaussian beam (Siegman 1986), w(rho) = w0 sqrt(1 + ((rho - rho0) / zR)^2), zR = pi w0^2 / (M^2 lambda), its
 //! waist at rho0 below the source; or what [`LineProfile`] makes of the other shapes.
 //!
@@ -71,7 +71,7 @@ pub struct Laser {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Share of the laser's power on a mm of a surface that is level along the line [1/mm]; 1 for a point laser, whose
-    /// light [`Laser::spot`] gives.
+    /// light [`Laser::spot_light`] gives.
     pub per_mm: f32,
     /// Unit vector of the light.
     pub light: Vec3,
@@ -151,7 +151,7 @@ impl Laser {
 
     /// Light on a surface that rises by `slope_x` along the line over that on a level one; 0 where it turns away [1].
     #[inline]
-    pub fn slant(&self, x: f32, z: f32, slope_x: f32) -> f32 {
+    pub fn slope_factor(&self, x: f32, z: f32, slope_x: f32) -> f32 {
         (1.0 + slope_x * x / (self.height - z).max(1.0)).max(0.0)
     }
 
@@ -166,7 +166,7 @@ impl Laser {
     }
 
     /// Light of a point laser in a column `width` wide that looks at `x`, `z` in a profile; `None` for a line.
-    pub fn spot(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<SpotLight> {
+    pub fn spot_light(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<SpotLight> {
         let spot = self.point.as_ref()?;
         let near = (self.height - z).max(1.0) / self.height;
         let off = x - spot.x(profile) as f32 * near;
@@ -177,7 +177,7 @@ impl Laser {
 
     /// Position along the nodes of the line profile [1].
     #[inline]
-    pub fn node(&self, x: f32, z: f32) -> f32 {
+    pub fn profile_node(&self, x: f32, z: f32) -> f32 {
         let side = x / (self.height - z).max(1.0) / self.half;
         (0.5 + 0.5 * side) * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.nodes() as f32) - 0.5
     }
