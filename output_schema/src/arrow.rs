@@ -8,7 +8,7 @@ use std::sync::Arc;
 use arrow_schema::{DataType, Field, Fields, Metadata, Schema};
 use serde_json::{Map, Value, json};
 
-use crate::column::{Column, Kind, NumberColumn};
+use crate::column::{Column, ColumnKind, NumberColumn};
 use crate::dataset::DatasetHead;
 use crate::row::ROW;
 use crate::stack::STACK;
@@ -20,7 +20,7 @@ pub fn row_schema(head: &DatasetHead) -> Schema {
     for column in &ROW {
         match column.kind {
             _ if !head.has(column) => {}
-            Kind::Parameters => {
+            ColumnKind::Parameters => {
                 for (group, numbers) in head.groups() {
                     let (kind, feature) = numbers_struct(&numbers);
                     features.insert(group.into(), feature);
@@ -86,35 +86,35 @@ fn declared_struct(columns: &[Column], head: &DatasetHead) -> (DataType, Value) 
 fn declared(column: &Column, head: &DatasetHead) -> (Field, Value) {
     let mut metadata = Metadata::from([("doc", column.doc), ("unit", column.unit)]);
     let (kind, feature) = match column.kind {
-        Kind::Text => (DataType::Utf8, value("string")),
-        Kind::Int32 => (DataType::Int32, value("int32")),
-        Kind::Int64 => (DataType::Int64, value("int64")),
-        Kind::UInt64 => (DataType::UInt64, value("uint64")),
-        Kind::Float64 => (DataType::Float64, value("float64")),
-        Kind::SampleClass => (DataType::Int64, labels(&head.classes)),
-        Kind::PixelClass => (DataType::Int64, labels(&head.pixel_classes)),
-        Kind::PixelClassNames => {
+        ColumnKind::Text => (DataType::Utf8, value("string")),
+        ColumnKind::Int32 => (DataType::Int32, value("int32")),
+        ColumnKind::Int64 => (DataType::Int64, value("int64")),
+        ColumnKind::UInt64 => (DataType::UInt64, value("uint64")),
+        ColumnKind::Float64 => (DataType::Float64, value("float64")),
+        ColumnKind::SampleClass => (DataType::Int64, labels(&head.classes)),
+        ColumnKind::PixelClass => (DataType::Int64, labels(&head.pixel_classes)),
+        ColumnKind::PixelClassNames => {
             (DataType::List(item(DataType::Utf8)), json!({ "feature": value("string"), "_type": "List" }))
         }
-        Kind::Box4 => (
+        ColumnKind::Box4 => (
             DataType::FixedSizeList(item(DataType::Int32), 4),
             json!({ "feature": value("int32"), "length": 4, "_type": "List" }),
         ),
-        Kind::Image(_) => (DataType::Struct(image_fields()), json!({ "_type": "Image" })),
-        Kind::PixelCounts => {
+        ColumnKind::Image(_) => (DataType::Struct(image_fields()), json!({ "_type": "Image" })),
+        ColumnKind::PixelCounts => {
             let names = || head.shown_classes().map(|(_, name)| name);
             let field = |name: &str| Field::new(name, DataType::Int64, true).with_metadata([("unit", "px")]);
             let feature = names().map(|name| (name.to_string(), value("int64"))).collect();
             (DataType::Struct(names().map(field).collect()), Value::Object(feature))
         }
-        Kind::Physics => numbers_struct(&head.physics.iter().collect::<Vec<_>>()),
-        Kind::Parameters => numbers_struct(&head.parameters.iter().collect::<Vec<_>>()),
-        Kind::Struct(columns) => declared_struct(columns, head),
-        Kind::List(columns) => {
+        ColumnKind::Physics => numbers_struct(&head.physics.iter().collect::<Vec<_>>()),
+        ColumnKind::Parameters => numbers_struct(&head.parameters.iter().collect::<Vec<_>>()),
+        ColumnKind::Struct(columns) => declared_struct(columns, head),
+        ColumnKind::List(columns) => {
             let (kind, feature) = declared_struct(columns, head);
             (DataType::List(item(kind)), json!({ "feature": feature, "_type": "List" }))
         }
-        Kind::Tensor => {
+        ColumnKind::Tensor => {
             let (rows, cols) = (head.images.sensor_rows, head.images.sensor_cols);
             metadata.insert("ARROW:extension:name", "arrow.fixed_shape_tensor");
             metadata.insert("ARROW:extension:metadata", json!({ "shape": [rows, cols] }).to_string());

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// UTF-8 text.
     Text,
     /// Signed whole number, 32 bits.
@@ -39,7 +39,7 @@ pub enum Kind {
     Tensor,
 }
 
-impl Kind {
+impl ColumnKind {
     /// Name in the data dictionary.
     pub fn name(self) -> String {
         match self {
@@ -82,7 +82,7 @@ pub struct Column {
     /// Name of the column.
     pub name: &'static str,
     /// What it holds.
-    pub kind: Kind,
+    pub kind: ColumnKind,
     /// Unit; `1` for pure numbers, empty where a unit has no meaning.
     pub unit: &'static str,
     /// Values that it may take.

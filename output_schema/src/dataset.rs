@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::channel::{Channel, channels, range_form};
-use crate::column::{Column, Kind, NumberColumn};
+use crate::column::{Column, ColumnKind, NumberColumn};
 
 /// Value of `format`.
 pub const FORMAT: &str = "sheetlight-dataset";
@@ -14,10 +14,10 @@ pub const FORMAT: &str = "sheetlight-dataset";
 pub const SCHEMA_VERSION: [u32; 2] = [1, 3];
 
 /// Most samples of a dataset.
-pub const MOST_SAMPLES: u64 = 100_000_000;
+pub const MAX_SAMPLES: u64 = 100_000_000;
 
 /// Most shards of a dataset: their names have five digits.
-pub const MOST_SHARDS: u64 = 100_000;
+pub const MAX_SHARDS: u64 = 100_000;
 
 /// The oldest minor number of this major one whose columns and keys are all that readers here ask for.
 pub const OLDEST_MINOR: u32 = 2;
@@ -193,8 +193,8 @@ impl DatasetHead {
         if samples_per_shard == 0 || shards != Self::shards_for(samples, samples_per_shard) {
             return Some(format!("{samples} samples in shards of {samples_per_shard} are not {shards} shards"));
         }
-        (samples > MOST_SAMPLES || shards > MOST_SHARDS).then(|| {
-            format!("{samples} samples in {shards} shards: at most {MOST_SAMPLES} samples in {MOST_SHARDS} shards")
+        (samples > MAX_SAMPLES || shards > MAX_SHARDS).then(|| {
+            format!("{samples} samples in {shards} shards: at most {MAX_SAMPLES} samples in {MAX_SHARDS} shards")
         })
     }
 
@@ -223,7 +223,7 @@ impl DatasetHead {
     /// Whether the rows of this dataset have a column of [`crate::ROW`].
     pub fn has(&self, column: &Column) -> bool {
         match column.kind {
-            Kind::Image(_) => self.images.png.iter().any(|name| name == column.name),
+            ColumnKind::Image(_) => self.images.png.iter().any(|name| name == column.name),
             _ => match column.name.strip_prefix("range_offset_").or(column.name.strip_prefix("range_scale_")) {
                 Some(unit) => unit == self.range_unit(),
                 None => true,

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::channel::{CHANNEL_SHAPE, CHANNELS, RANGE_FORMS};
-use crate::column::{Column, Kind};
+use crate::column::{Column, ColumnKind};
 use crate::dataset::{FORMAT, SCHEMA_VERSION};
 use crate::file::FILES;
 use crate::row::{PIXEL_CLASSES, ROW};
@@ -39,7 +39,7 @@ fn columns(table: &[Column]) -> Vec<Value> {
             "name": c.name, "type": c.kind.name(), "shape": c.kind.shape(), "unit": c.unit, "range": c.range,
             "missing": c.missing, "doc": c.doc,
         });
-        if let Kind::List(fields) | Kind::Struct(fields) = c.kind {
+        if let ColumnKind::List(fields) | ColumnKind::Struct(fields) = c.kind {
             entry["fields"] = Value::from(columns(fields));
         }
         entry

@@ -1,12 +1,12 @@
 //! The columns of `stacks/*.parquet`: one row for each kept sensor frame.
 
-use crate::column::{Column, Kind};
+use crate::column::{Column, ColumnKind};
 
 /// Every column in order.
 pub const STACK: [Column; 4] = [
     Column {
         name: "id",
-        kind: Kind::Text,
+        kind: ColumnKind::Text,
         unit: "",
         range: "UUID, version 5",
         missing: "never",
@@ -14,7 +14,7 @@ pub const STACK: [Column; 4] = [
     },
     Column {
         name: "index",
-        kind: Kind::Int64,
+        kind: ColumnKind::Int64,
         unit: "1",
         range: "0 to n - 1",
         missing: "never",
@@ -22,7 +22,7 @@ pub const STACK: [Column; 4] = [
     },
     Column {
         name: "profile",
-        kind: Kind::Int32,
+        kind: ColumnKind::Int32,
         unit: "1",
         range: "0 to profiles - 1",
         missing: "never",
@@ -30,7 +30,7 @@ pub const STACK: [Column; 4] = [
     },
     Column {
         name: "frame",
-        kind: Kind::Tensor,
+        kind: ColumnKind::Tensor,
         unit: "DN",
         range: "0 to 255; uint16, to 1023 or 4095, for 10 or 12 bits",
         missing: "never",

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use output_schema::{MOST_SAMPLES, MOST_SHARDS};
+use output_schema::{MAX_SAMPLES, MAX_SHARDS};
 
 use super::progress::{GenerateBar, counted, describe_bytes, describe_duration, say};
 use super::{CommandResult, GenerateArgs, UsageError, print};
@@ -79,7 +79,7 @@ fn requested_samples(arguments: &GenerateArgs) -> Result<u64, UsageError> {
     let n = match arguments.n {
         None => Err("--n is missing: how many samples shall the dataset have? for instance --n 100".into()),
         Some(0) => Err("--n 0: a dataset has 1 sample or more".into()),
-        Some(n) if n > MOST_SAMPLES => Err(format!("--n {n}: at most {MOST_SAMPLES} samples")),
+        Some(n) if n > MAX_SAMPLES => Err(format!("--n {n}: at most {MAX_SAMPLES} samples")),
         Some(n) => Ok(n),
     };
     if let Some(size @ (0 | 100_001..)) = arguments.samples_per_shard {
@@ -108,9 +108,9 @@ fn dataset_request(arguments: &GenerateArgs, recipe: &Recipe, samples: u64) -> R
         samples_per_shard: arguments.samples_per_shard.or(begun.map(|begun| begun.head().samples_per_shard)),
     };
     let shards = dataset_head(recipe, &request).shards;
-    if shards > MOST_SHARDS {
+    if shards > MAX_SHARDS {
         let remedy = "ask for more --samples-per-shard, or for fewer samples";
-        return Err(UsageError(format!("{samples} samples would be {shards} shards, at most {MOST_SHARDS}; {remedy}")));
+        return Err(UsageError(format!("{samples} samples would be {shards} shards, at most {MAX_SHARDS}; {remedy}")));
     }
     Ok(request)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use output_schema::row::{CALIBRATION, OBJECT, ROW};
-use output_schema::{DatasetHead, Generator, Kind};
+use output_schema::{ColumnKind, DatasetHead, Generator};
 use serde_json::Value;
 
 use super::limits::limits;
@@ -159,8 +159,8 @@ fn columns(page: &mut String, head: &DatasetHead) {
     add(page, "line), y along the rows (the scan), z up.\n\n| column | unit | missing | meaning |\n|---|---|---|---|");
     for column in ROW.iter().filter(|c| head.has(c)) {
         match column.kind {
-            Kind::Parameters => head.parameters.iter().for_each(|n| entry(page, &n.path(), &n.unit, "", &n.doc)),
-            Kind::Physics => {
+            ColumnKind::Parameters => head.parameters.iter().for_each(|n| entry(page, &n.path(), &n.unit, "", &n.doc)),
+            ColumnKind::Physics => {
                 for n in &head.physics {
                     entry(page, &format!("physics.{}", n.key), &n.unit, column.missing, &n.doc);
                 }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use output_schema::row::ROW;
 use output_schema::stack::STACK;
-use output_schema::{AssetHead, Column, DatasetHead, Kind, NumberColumn};
+use output_schema::{AssetHead, Column, ColumnKind, DatasetHead, NumberColumn};
 use serde_json::{Map, Value, json};
 
 use super::atomic_file::sha256;
@@ -183,7 +183,7 @@ fn samples(head: &DatasetHead) -> Value {
         let of = |key: &str| from("tables", column.name, Some(key));
         fields.extend(match column.kind {
             _ if column.name == "split" => vec![split(&id, column)],
-            Kind::Parameters => {
+            ColumnKind::Parameters => {
                 let group = |(name, numbers): (&str, Vec<&NumberColumn>)| {
                     let id = format!("samples/{name}");
                     let parts = numbers.iter().map(|n| {
@@ -198,7 +198,7 @@ fn samples(head: &DatasetHead) -> Value {
                 };
                 head.groups().into_iter().map(group).collect()
             }
-            Kind::Physics => {
+            ColumnKind::Physics => {
                 let parts = head.physics.iter().map(|n| {
                     leaf(
                         &format!("{id}/{}", n.key),
@@ -209,17 +209,17 @@ fn samples(head: &DatasetHead) -> Value {
                 });
                 vec![parent(&id, column.doc, parts.collect(), false)]
             }
-            Kind::PixelCounts => {
+            ColumnKind::PixelCounts => {
                 let parts = head.shown_classes().map(|(_, name)| {
                     leaf(&format!("{id}/{name}"), &format!("Pixels that show {name}."), json!("cr:Int64"), of(name))
                 });
                 vec![parent(&id, column.doc, parts.collect(), false)]
             }
-            Kind::Struct(columns) | Kind::List(columns) => {
+            ColumnKind::Struct(columns) | ColumnKind::List(columns) => {
                 let parts = columns.iter().map(|c| declared(&format!("{id}/{}", c.name), c, of(c.name)));
-                vec![parent(&id, column.doc, parts.collect(), matches!(column.kind, Kind::List(_)))]
+                vec![parent(&id, column.doc, parts.collect(), matches!(column.kind, ColumnKind::List(_)))]
             }
-            Kind::Image(_) => vec![declared(&id, column, of("bytes"))],
+            ColumnKind::Image(_) => vec![declared(&id, column, of("bytes"))],
             _ => vec![declared(&id, column, from("tables", column.name, None))],
         });
     }
@@ -234,7 +234,7 @@ fn samples(head: &DatasetHead) -> Value {
 fn frames(head: &DatasetHead) -> Value {
     let field = |column: &Column| {
         let mut field = declared(&format!("frames/{}", column.name), column, from("stacks", column.name, None));
-        if column.kind == Kind::Tensor {
+        if column.kind == ColumnKind::Tensor {
             field["dataType"] = json!(if head.images.depth() > 8 { "cr:UInt16" } else { "cr:UInt8" });
             field["isArray"] = json!(true);
             field["arrayShape"] = json!(format!("{},{}", head.images.sensor_rows, head.images.sensor_cols));
@@ -262,19 +262,19 @@ fn split(id: &str, column: &Column) -> Value {
 /// One declared column.
 fn declared(id: &str, column: &Column, source: Value) -> Value {
     let kind = match column.kind {
-        Kind::Text | Kind::PixelClassNames => json!("sc:Text"),
-        Kind::Int32 | Kind::Box4 => json!("cr:Int32"),
-        Kind::UInt64 => json!("cr:UInt64"),
-        Kind::Float64 => json!("cr:Float64"),
-        Kind::SampleClass | Kind::PixelClass => json!(["cr:Int64", "cr:Label"]),
-        Kind::Image(_) if column.name == "label" => json!(["sc:ImageObject", "cr:SegmentationMask"]),
-        Kind::Image(_) => json!("sc:ImageObject"),
+        ColumnKind::Text | ColumnKind::PixelClassNames => json!("sc:Text"),
+        ColumnKind::Int32 | ColumnKind::Box4 => json!("cr:Int32"),
+        ColumnKind::UInt64 => json!("cr:UInt64"),
+        ColumnKind::Float64 => json!("cr:Float64"),
+        ColumnKind::SampleClass | ColumnKind::PixelClass => json!(["cr:Int64", "cr:Label"]),
+        ColumnKind::Image(_) if column.name == "label" => json!(["sc:ImageObject", "cr:SegmentationMask"]),
+        ColumnKind::Image(_) => json!("sc:ImageObject"),
         _ => json!("cr:Int64"),
     };
     let mut field = leaf(id, &words(column.doc, column.unit, column.range, column.missing), kind, source);
     let length = match column.kind {
-        Kind::Box4 => Some("4"),
-        Kind::PixelClassNames => Some("-1"),
+        ColumnKind::Box4 => Some("4"),
+        ColumnKind::PixelClassNames => Some("-1"),
         _ => None,
     };
     if let Some(length) = length {

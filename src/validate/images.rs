@@ -1,7 +1,7 @@
 //! Images: the PNG images of a row: size, depth, values, and the rule for missing pixels.
 
 use output_schema::row::{IMAGES, ROW};
-use output_schema::{Images, Kind};
+use output_schema::{ColumnKind, Images};
 
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
@@ -58,7 +58,7 @@ pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut 
 fn declared_bits(name: &str) -> u8 {
     let declared = ROW.iter().find(|column| column.name == name && IMAGES.contains(&column.name));
     match declared.map(|column| column.kind) {
-        Some(Kind::Image(bits)) => bits,
+        Some(ColumnKind::Image(bits)) => bits,
         _ => 0,
     }
 }
