@@ -8,7 +8,7 @@ use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Fan, Filter, Hdr, Scheimpflug, Shape, SpeckleLaw};
+use sheetlight::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use sheetlight::specimen::Specimen;
 
 /// Profiles of one band.
@@ -31,9 +31,9 @@ const EFFECTS: &[Effect] = &[
     effect("laser: cylindrical fan", |s| s.line.fan = Fan::Cylindrical),
     effect("laser: ripple", |s| s.bench.laser.fan_ripple = 0.1),
     effect("laser: narrow line", |s| s.bench.laser.waist_mm = 0.03),
-    effect("laser: slit of 0.3 mm", |s| s.line.shape = Shape::Slit),
-    effect("laser: texture", |s| s.line.shape = Shape::Texture),
-    effect("laser: point", |s| s.line.shape = Shape::Point),
+    effect("laser: slit of 0.3 mm", |s| s.line.shape = LineShape::Slit),
+    effect("laser: texture", |s| s.line.shape = LineShape::Texture),
+    effect("laser: point", |s| s.line.shape = LineShape::Point),
     effect("laser: second line", |s| s.bench.laser.second_line_mm = 3.0),
     effect("laser: smile", |s| s.bench.laser.smile_um = 30.0),
     effect("laser: lobes", |s| s.bench.laser.lobe_share = 0.02),

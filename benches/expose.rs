@@ -11,7 +11,7 @@ use sheetlight::optics::speckle::PatternCache;
 use sheetlight::optics::{Band, Scratch, Sensor, TILE};
 use sheetlight::pipeline;
 use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Direction, Extraction, Method, Peak, RangeForm};
+use sheetlight::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
 use sheetlight::specimen::Specimen;
 
 /// Profiles of one band.
@@ -102,12 +102,12 @@ struct Reading {
 /// Every way; the first is the recipe's own.
 const READINGS: [Reading; 7] = [
     Reading { name: "centre of gravity", change: |_| () },
-    Reading { name: "reverse", change: |e| e.direction = Direction::Reverse },
-    Reading { name: "first", change: |e| e.peak = Peak::First },
+    Reading { name: "reverse", change: |e| e.direction = SearchDirection::Reverse },
+    Reading { name: "first", change: |e| e.peak = PeakChoice::First },
     Reading { name: "uncalibrated", change: |e| e.range = RangeForm::Uncalibrated },
-    Reading { name: "gaussian", change: |e| e.method = Method::Gaussian },
-    Reading { name: "blais_rioux 4", change: |e| e.method = Method::BlaisRioux { order: 4 } },
-    Reading { name: "fir 5", change: |e| e.method = Method::Fir { length: 5 } },
+    Reading { name: "gaussian", change: |e| e.method = PeakMethod::Gaussian },
+    Reading { name: "blais_rioux 4", change: |e| e.method = PeakMethod::BlaisRioux { order: 4 } },
+    Reading { name: "fir 5", change: |e| e.method = PeakMethod::Fir { length: 5 } },
 ];
 
 /// Extraction alone, of frames that were exposed before.

@@ -10,11 +10,12 @@ mod words;
 use crate::words;
 
 pub use extraction::{
-    Direction, Extraction, Method, Peak, PeakMethodName, RangeForm, RangeFormName, ScatterDark, ScatterMode,
+    Extraction, PeakChoice, PeakMethod, PeakMethodName, RangeForm, RangeFormName, ScatterDark, ScatterMode,
+    SearchDirection,
 };
-pub use laser::{Fan, Line, Picture, Shape};
+pub use laser::{Fan, LaserLine, LineShape, TextureImage};
 pub use motion::{Movement, SpeckleLaw};
-pub use postprocess::{Order, Pattern, Postprocess, Step};
+pub use postprocess::{Order, Postprocess, Script, SpecklePattern};
 pub use readout::{Hdr, Readout, SCALE_DN};
 pub use words::Words;
 

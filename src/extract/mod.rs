@@ -19,7 +19,7 @@ use multiversion::multiversion;
 
 use self::block::LANES;
 use crate::frame::{Calibration, Frame};
-use crate::settings::{Extraction, Method, RangeForm};
+use crate::settings::{Extraction, PeakMethod, RangeForm};
 
 pub use self::block::MeasuredProfile;
 pub use self::rectify::{RectifiedGrid, rectify};
@@ -28,8 +28,8 @@ pub use self::scatter::{DarkSum, scatter_dark, scatter_pixels};
 /// Rows that a measurement needs on each side of its peak [px].
 pub fn margin(settings: &Extraction) -> usize {
     let position = match settings.method {
-        Method::Parabola | Method::Gaussian => 1,
-        Method::CentreOfGravity | Method::BlaisRioux { .. } | Method::Fir { .. } => settings.window_rows,
+        PeakMethod::Parabola | PeakMethod::Gaussian => 1,
+        PeakMethod::CentreOfGravity | PeakMethod::BlaisRioux { .. } | PeakMethod::Fir { .. } => settings.window_rows,
     };
     position.max(settings.scatter_offset_rows + settings.scatter_width_rows - 1)
 }
@@ -65,7 +65,7 @@ fn read_columns(
     let dark = calibration.dark_level;
     let (best, at) = peak::peaks(frame, &columns, settings);
     let (shift, scatter) = match settings.method {
-        Method::CentreOfGravity => position::centre_of_gravity(frame, &columns, &at, dark, settings),
+        PeakMethod::CentreOfGravity => position::centre_of_gravity(frame, &columns, &at, dark, settings),
         method => {
             let shift = position::by_neighbouring_rows(frame, &columns, &at, dark, method, settings.window_rows);
             (shift, scatter::scatter_sums(frame, &columns, &at, settings))

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::block::{LANES, load_row};
 use crate::frame::Frame;
-use crate::settings::{Direction, Extraction, Peak};
+use crate::settings::{Extraction, PeakChoice, SearchDirection};
 
 /// Rows before and behind the peak that a measurement may use [px].
 const HALF_WINDOW_ROWS: usize = 22;
@@ -20,7 +20,7 @@ const HALF_WINDOW_ROWS: usize = 22;
 pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction) -> ([u16; LANES], [u16; LANES]) {
     let (mut best, mut at) = ([0u16; LANES], [0u16; LANES]);
     match (settings.peak, settings.direction) {
-        (Peak::Strongest, Direction::Standard) => {
+        (PeakChoice::Strongest, SearchDirection::Standard) => {
             for k in 0..frame.rows {
                 let dn = load_row(frame, columns, k);
                 for c in 0..LANES {
@@ -30,7 +30,7 @@ pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction
                 }
             }
         }
-        (Peak::Strongest, Direction::Reverse) => {
+        (PeakChoice::Strongest, SearchDirection::Reverse) => {
             for k in 0..frame.rows {
                 let dn = load_row(frame, columns, k);
                 for c in 0..LANES {
@@ -40,12 +40,12 @@ pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction
                 }
             }
         }
-        (Peak::First, direction) => {
+        (PeakChoice::First, direction) => {
             let min_peak_level = min_peak_level(settings);
             for step in 0..frame.rows {
                 let (k, next) = match direction {
-                    Direction::Standard => (step, Some(step + 1).filter(|next| *next < frame.rows)),
-                    Direction::Reverse => (frame.rows - 1 - step, (frame.rows - 1 - step).checked_sub(1)),
+                    SearchDirection::Standard => (step, Some(step + 1).filter(|next| *next < frame.rows)),
+                    SearchDirection::Reverse => (frame.rows - 1 - step, (frame.rows - 1 - step).checked_sub(1)),
                 };
                 let dn = load_row(frame, columns, k);
                 let then = next.map_or([0; LANES], |next| load_row(frame, columns, next));
@@ -104,12 +104,12 @@ struct WindowPeak {
 /// Sensor row of the peak of a column, from the peaks of its two windows [px].
 fn winning_row(a: WindowPeak, b: WindowPeak, settings: &Extraction) -> i32 {
     let earlier = match settings.direction {
-        Direction::Standard => b.row < a.row,
-        Direction::Reverse => b.row > a.row,
+        SearchDirection::Standard => b.row < a.row,
+        SearchDirection::Reverse => b.row > a.row,
     };
     let second = match settings.peak {
-        Peak::Strongest => b.level > a.level || (b.level == a.level && earlier),
-        Peak::First => b.level > 0 && (a.level == 0 || earlier),
+        PeakChoice::Strongest => b.level > a.level || (b.level == a.level && earlier),
+        PeakChoice::First => b.level > 0 && (a.level == 0 || earlier),
     };
     if second { b.row } else { a.row }
 }

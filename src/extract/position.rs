@@ -25,7 +25,7 @@ use std::ops::Range;
 use super::block::{LANES, load_row};
 use super::scatter::{row_span, side_weights, weighted_level};
 use crate::frame::Frame;
-use crate::settings::{Extraction, Method};
+use crate::settings::{Extraction, PeakMethod};
 
 /// Least level over dark of which a logarithm is taken [DN].
 const MIN_LOG_LEVEL_DN: f32 = 0.5;
@@ -69,7 +69,7 @@ pub(super) fn by_neighbouring_rows(
     columns: &Range<usize>,
     at: &[u16; LANES],
     dark: f32,
-    method: Method,
+    method: PeakMethod,
     window: usize,
 ) -> [f32; LANES] {
     let mut shift = [f32::NAN; LANES];
@@ -81,18 +81,18 @@ pub(super) fn by_neighbouring_rows(
             if inside { f32::from(frame.dn[k as usize * frame.cols + columns.start + c]) - dark } else { 0.0 }
         };
         shift[c] = match method {
-            Method::Parabola => parabola_vertex([-1, 0, 1].map(light)),
-            Method::Gaussian => parabola_vertex([-1, 0, 1].map(|d| libm::logf(light(d).max(MIN_LOG_LEVEL_DN)))),
-            Method::BlaisRioux { order } => {
+            PeakMethod::Parabola => parabola_vertex([-1, 0, 1].map(light)),
+            PeakMethod::Gaussian => parabola_vertex([-1, 0, 1].map(|d| libm::logf(light(d).max(MIN_LOG_LEVEL_DN)))),
+            PeakMethod::BlaisRioux { order } => {
                 let half = order as i32 / 2;
                 zero_crossing(window, |i| (1..=half).map(|k| light(i + k) - light(i - k)).sum())
             }
-            Method::Fir { length } => {
+            PeakMethod::Fir { length } => {
                 let smooth = BinomialFilter::new(length);
                 zero_crossing(window, |i| smooth.at(i + 1, light) - smooth.at(i - 1, light))
             }
             // Done by [`centre_of_gravity`].
-            Method::CentreOfGravity => f32::NAN,
+            PeakMethod::CentreOfGravity => f32::NAN,
         };
     }
     shift

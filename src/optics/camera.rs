@@ -21,7 +21,7 @@ use super::vignetting::{self, Vignetting};
 use crate::frame::Rig;
 use crate::lens::{DistortedDirection, Distortion, image_distance, scheimpflug};
 use crate::parameters::Bench;
-use crate::settings::{LensModel, Line, Scheimpflug, Size};
+use crate::settings::{LaserLine, LensModel, Scheimpflug, Size};
 
 /// Planck's constant times the speed of light [J m].
 const PLANCK_TIMES_LIGHT_SPEED: f64 = 1.986_445_86e-25;
@@ -99,7 +99,7 @@ pub struct Sight {
 
 impl Camera {
     /// The camera of a bench under a laser of the kind `line`; `stream` belongs to the sample.
-    pub fn new(bench: &Bench, size: &Size, line: &Line, stream: Stream) -> Self {
+    pub fn new(bench: &Bench, size: &Size, line: &LaserLine, stream: Stream) -> Self {
         let rig = rig(bench, size);
         let (camera, laser, exposure) = (&bench.camera, &bench.laser, &bench.exposure);
         let photon = PLANCK_TIMES_LIGHT_SPEED / (laser.wavelength_nm * 1e-9);

@@ -28,7 +28,7 @@ use rustfft::num_complex::Complex32;
 
 use crate::lanes;
 use crate::parameters::Bench;
-use crate::settings::{Postprocess, Readout, SpeckleLaw, Step};
+use crate::settings::{Postprocess, Readout, Script, SpeckleLaw};
 
 /// Half length of the blur's kernel, in standard deviations [1].
 const KERNEL_REACH: f64 = 4.0;
@@ -93,9 +93,9 @@ impl ThesisScripts {
     pub fn frame(&self, mut light: FrameLight, rows: usize, profile: usize) -> Vec<u16> {
         for step in self.settings.order.steps() {
             light = match step {
-                Step::Blur => blurred(&light, self.settings.blur_radius_px, rows),
-                Step::Speckle => self.speckled(light, profile),
-                Step::Noise => self.noisy(&light, rows, profile),
+                Script::Blur => blurred(&light, self.settings.blur_radius_px, rows),
+                Script::Speckle => self.speckled(light, profile),
+                Script::Noise => self.noisy(&light, rows, profile),
             };
         }
         light.numbers.iter().map(|&v| (v.clamp(0.0, self.max_dn) + 12_582_912.0).to_bits() as u16).collect()

@@ -17,7 +17,7 @@ use super::signal_chain::SignalChain;
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
 use crate::frame::Calibration;
 use crate::parameters::Bench;
-use crate::settings::{Line, Order, Postprocess, Readout, Size, SpeckleLaw};
+use crate::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
 use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use crate::transport::fresnel;
 
@@ -30,7 +30,7 @@ pub struct SensorSetup<'a> {
     /// Numbers of the bench.
     pub bench: &'a Bench,
     /// Kind of the laser line.
-    pub line: &'a Line,
+    pub line: &'a LaserLine,
     /// Columns and rows of the sensor, profiles of the scan.
     pub size: Size,
     /// Height of the specimen's upper surface, about [mm].

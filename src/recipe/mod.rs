@@ -23,7 +23,9 @@ use procedural::{Mesh, Stream};
 use self::keys::settings::Settings;
 use crate::asset::{Asset, AssetSource};
 use crate::parameters::Bench;
-use crate::settings::{Extraction, Line, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport};
+use crate::settings::{
+    Extraction, LaserLine, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
+};
 use crate::split::Split;
 
 pub use self::canonical::differences;
@@ -42,7 +44,7 @@ pub struct Recipe {
     subject: Subject,
     settings: Settings,
     /// The laser's settings, with its picture read.
-    line: Line,
+    line: LaserLine,
     /// Every parameter's distribution by path.
     parameters: BTreeMap<String, Distribution>,
     /// By name.
@@ -71,7 +73,7 @@ pub struct Scene {
     /// Bench.
     pub bench: Bench,
     /// What of the laser is not drawn.
-    pub line: Line,
+    pub line: LaserLine,
     /// Object.
     pub plan: Plan,
     /// Triangles of a part, in units of its file.

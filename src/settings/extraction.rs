@@ -5,22 +5,22 @@ use crate::words;
 words! {
     /// How the peak is placed between the rows, by name.
     PeakMethodName {
-        /// [`Method::CentreOfGravity`].
+        /// [`PeakMethod::CentreOfGravity`].
         CentreOfGravity = "centre_of_gravity",
-        /// [`Method::Parabola`].
+        /// [`PeakMethod::Parabola`].
         Parabola = "parabola",
-        /// [`Method::Gaussian`].
+        /// [`PeakMethod::Gaussian`].
         Gaussian = "gaussian",
-        /// [`Method::BlaisRioux`].
+        /// [`PeakMethod::BlaisRioux`].
         BlaisRioux = "blais_rioux",
-        /// [`Method::Fir`].
+        /// [`PeakMethod::Fir`].
         Fir = "fir",
     }
 }
 
 /// How the peak is placed between the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum PeakMethod {
     /// Centre of gravity of the light about the peak.
     CentreOfGravity,
     /// Vertex of the parabola through the peak and its two neighbours.
@@ -39,7 +39,7 @@ pub enum Method {
     },
 }
 
-impl Method {
+impl PeakMethod {
     /// Name in recipes and files.
     pub fn name(self) -> &'static str {
         let name = match self {
@@ -55,7 +55,7 @@ impl Method {
 
 words! {
     /// Which peak of a column counts.
-    Peak {
+    PeakChoice {
         /// The greatest number; of several alike the first. GlobalMax of the camera.
         Strongest = "strongest",
         /// The first number at or above the threshold after which numbers do not rise. FirstLocalMax of the camera.
@@ -65,7 +65,7 @@ words! {
 
 words! {
     /// In which direction rows are searched: it decides what "first" means.
-    Direction {
+    SearchDirection {
         /// From row 0 on.
         Standard = "standard",
         /// From the last row on.
@@ -142,11 +142,11 @@ impl RangeForm {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extraction {
     /// How the peak is placed between the rows.
-    pub method: Method,
+    pub method: PeakMethod,
     /// Which peak of a column counts.
-    pub peak: Peak,
+    pub peak: PeakChoice,
     /// From where peaks are searched.
-    pub direction: Direction,
+    pub direction: SearchDirection,
     /// Rows on each side of the peak that the position is made from: 3, 7 or 15 [px]. Parabola and Gaussian use one.
     pub window_rows: usize,
     /// Smallest digital number of a peak [DN].

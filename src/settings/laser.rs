@@ -16,7 +16,7 @@ words! {
 
 words! {
     /// What the laser looks like across its line.
-    Shape {
+    LineShape {
         /// A Gaussian beam.
         Gaussian = "gaussian",
         /// Even, with hard edges.
@@ -30,18 +30,18 @@ words! {
 
 /// What of the laser is not drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct LaserLine {
     /// Its lens.
     pub fan: Fan,
     /// Its shape.
-    pub shape: Shape,
+    pub shape: LineShape,
     /// What a texture shows; `None` for the thesis' line.
-    pub picture: Option<Picture>,
+    pub picture: Option<TextureImage>,
 }
 
 /// Light of a picture; clones share it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
+pub struct TextureImage {
     /// Rows across the line, the first at the largest y [px].
     pub rows: usize,
     /// Columns along the line, the first at the smallest x [px].
@@ -50,7 +50,7 @@ pub struct Picture {
     pub light: Arc<[f32]>,
 }
 
-impl Line {
+impl LaserLine {
     /// A Gaussian beam behind a Powell lens.
-    pub const PLAIN: Self = Self { fan: Fan::Powell, shape: Shape::Gaussian, picture: None };
+    pub const PLAIN: Self = Self { fan: Fan::Powell, shape: LineShape::Gaussian, picture: None };
 }

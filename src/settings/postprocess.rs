@@ -13,12 +13,12 @@ pub struct Postprocess {
     /// Mean of the pattern of speckle, by which light is multiplied [1].
     pub intensity_scale: f64,
     /// The pattern.
-    pub pattern: Pattern,
+    pub pattern: SpecklePattern,
 }
 
 /// A pattern of speckle as the thesis made it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pattern {
+pub struct SpecklePattern {
     /// Side of the square of random phases [px of the pattern].
     pub size_px: usize,
     /// Diameter of the disc cut from it, at most half of the side [px of the pattern].
@@ -31,7 +31,7 @@ pub struct Pattern {
 
 /// One of the thesis' scripts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum Script {
     /// Gaussian blur over rows and columns.
     Blur,
     /// Multiplication by a pattern of speckle.
@@ -58,18 +58,18 @@ words! {
 
 impl Order {
     /// The orders that have `step`.
-    pub fn with(step: Step) -> impl Iterator<Item = Self> {
+    pub fn with(step: Script) -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(move |order| order.steps().contains(&step))
     }
 
     /// The scripts, first one first.
-    pub fn steps(self) -> &'static [Step] {
+    pub fn steps(self) -> &'static [Script] {
         match self {
             Self::Physical => &[],
-            Self::NoiseSpeckle => &[Step::Noise, Step::Speckle],
-            Self::BlurNoise => &[Step::Blur, Step::Noise],
-            Self::SpeckleBlurNoise => &[Step::Speckle, Step::Blur, Step::Noise],
-            Self::BlurSpeckleNoise => &[Step::Blur, Step::Speckle, Step::Noise],
+            Self::NoiseSpeckle => &[Script::Noise, Script::Speckle],
+            Self::BlurNoise => &[Script::Blur, Script::Noise],
+            Self::SpeckleBlurNoise => &[Script::Speckle, Script::Blur, Script::Noise],
+            Self::BlurSpeckleNoise => &[Script::Blur, Script::Speckle, Script::Noise],
         }
     }
 }

@@ -4,7 +4,7 @@ use sheetlight::extract::{MeasuredProfile, extract};
 use sheetlight::frame::{Calibration, Frame, Rig};
 use sheetlight::lens::{Distortion, image_distance, scheimpflug};
 use sheetlight::recipe::Recipe;
-use sheetlight::settings::{Extraction, Method, RangeForm};
+use sheetlight::settings::{Extraction, PeakMethod, RangeForm};
 
 /// Rows of the sensor.
 pub const SENSOR: usize = 240;
@@ -31,7 +31,7 @@ pub fn settings() -> Extraction {
 }
 
 /// The same by a method over `window_rows` on each side.
-pub fn by(method: Method, window_rows: usize) -> Extraction {
+pub fn by(method: PeakMethod, window_rows: usize) -> Extraction {
     Extraction { method, window_rows, scatter_width_rows: 1, ..settings() }
 }
 

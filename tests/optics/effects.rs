@@ -6,7 +6,8 @@ use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Scene};
 use sheetlight::record::Record;
 use sheetlight::settings::{
-    Direction, Filter, LensModel, Method, Movement, Optics, Peak, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
+    Filter, LensModel, Movement, Optics, PeakChoice, PeakMethod, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
+    SearchDirection,
 };
 use test_support::bench::{nominal, scene, tiles};
 
@@ -162,11 +163,11 @@ fn every_setting_of_the_extraction_has_an_effect() {
     type Change = fn(&mut sheetlight::settings::Extraction);
     type Map = fn(&Record) -> &Vec<f32>;
     let changes: [(&str, Change, Map); 16] = [
-        ("method parabola", |e| e.method = Method::Parabola, |r| &r.maps.range),
-        ("method gaussian", |e| e.method = Method::Gaussian, |r| &r.maps.range),
-        ("method blais_rioux", |e| e.method = Method::BlaisRioux { order: 4 }, |r| &r.maps.range),
-        ("method fir", |e| e.method = Method::Fir { length: 5 }, |r| &r.maps.range),
-        ("peak first", |e| e.peak = Peak::First, |r| &r.maps.range),
+        ("method parabola", |e| e.method = PeakMethod::Parabola, |r| &r.maps.range),
+        ("method gaussian", |e| e.method = PeakMethod::Gaussian, |r| &r.maps.range),
+        ("method blais_rioux", |e| e.method = PeakMethod::BlaisRioux { order: 4 }, |r| &r.maps.range),
+        ("method fir", |e| e.method = PeakMethod::Fir { length: 5 }, |r| &r.maps.range),
+        ("peak first", |e| e.peak = PeakChoice::First, |r| &r.maps.range),
         ("scatter_dark", |e| e.scatter_dark = ScatterDark::Subtracted, |r| &r.maps.scatter),
         ("range uncalibrated", |e| e.range = RangeForm::Uncalibrated, |r| &r.maps.range),
         ("range rectified", |e| e.range = RangeForm::Rectified { pitch_mm: None }, |r| &r.maps.range),
@@ -189,13 +190,17 @@ fn every_setting_of_the_extraction_has_an_effect() {
     }
     // Settings that have an effect beside another one.
     let pairs: [(&str, Change, Change); 4] = [
-        ("direction", |e| e.peak = Peak::First, |e| (e.peak, e.direction) = (Peak::First, Direction::Reverse)),
+        (
+            "direction",
+            |e| e.peak = PeakChoice::First,
+            |e| (e.peak, e.direction) = (PeakChoice::First, SearchDirection::Reverse),
+        ),
         (
             "blais_rioux_order",
-            |e| e.method = Method::BlaisRioux { order: 2 },
-            |e| e.method = Method::BlaisRioux { order: 8 },
+            |e| e.method = PeakMethod::BlaisRioux { order: 2 },
+            |e| e.method = PeakMethod::BlaisRioux { order: 8 },
         ),
-        ("fir_length", |e| e.method = Method::Fir { length: 3 }, |e| e.method = Method::Fir { length: 9 }),
+        ("fir_length", |e| e.method = PeakMethod::Fir { length: 3 }, |e| e.method = PeakMethod::Fir { length: 9 }),
         (
             "rectified_pitch_mm",
             |e| e.range = RangeForm::Rectified { pitch_mm: None },

@@ -5,14 +5,14 @@ use procedural::Stream;
 use rand::RngExt;
 use sheetlight::extract::{margin, scatter_pixels};
 use sheetlight::frame::Frame;
-use sheetlight::settings::{Direction, Extraction, Method, Peak, ScatterDark, ScatterMode};
+use sheetlight::settings::{Extraction, PeakChoice, PeakMethod, ScatterDark, ScatterMode, SearchDirection};
 
-const METHODS: [Method; 5] = [
-    Method::CentreOfGravity,
-    Method::Parabola,
-    Method::Gaussian,
-    Method::BlaisRioux { order: 4 },
-    Method::Fir { length: 5 },
+const METHODS: [PeakMethod; 5] = [
+    PeakMethod::CentreOfGravity,
+    PeakMethod::Parabola,
+    PeakMethod::Gaussian,
+    PeakMethod::BlaisRioux { order: 4 },
+    PeakMethod::Fir { length: 5 },
 ];
 
 /// A line of random shape, its rows above a dark level of 0.
@@ -39,7 +39,7 @@ fn positions_move_with_the_line_and_with_nothing_else() {
             assert!((at(0, 137, 1) - plain - 37.0).abs() < 1e-4, "{method:?}: shift");
             assert!((at(23, 100, 1) - plain).abs() < 1e-4, "{method:?}: offset");
             // Logarithms are taken from half a digital number on, which no scale changes.
-            if method != Method::Gaussian {
+            if method != PeakMethod::Gaussian {
                 assert!((at(0, 100, 7) - plain).abs() < 1e-4, "{method:?}: scale");
             }
         }
@@ -56,20 +56,20 @@ fn saturated_plateaus_count_from_their_first_row() {
         assert_eq!(reflectance, [255.0]);
         range[0]
     };
-    let (standard, reverse) = (Direction::Standard, Direction::Reverse);
+    let (standard, reverse) = (SearchDirection::Standard, SearchDirection::Reverse);
     // The window of three rows about row 101 holds 101 to 104 whole and row 100: its centre of gravity by hand.
     let sum = 60.0 + 4.0 * 255.0;
     let short = 101.0 + (255.0 * (1.0 + 2.0 + 3.0) - 60.0) / sum;
-    let found = of(Method::CentreOfGravity, 3, standard);
+    let found = of(PeakMethod::CentreOfGravity, 3, standard);
     assert!((found - short).abs() < 1e-3, "{found} and not {short}");
     // From the other end it is the mirror image about the middle, 104.
-    assert!((of(Method::CentreOfGravity, 3, reverse) - (208.0 - short)).abs() < 1e-3);
+    assert!((of(PeakMethod::CentreOfGravity, 3, reverse) - (208.0 - short)).abs() < 1e-3);
     // Windows that reach the far end see all of it.
-    assert!((of(Method::CentreOfGravity, 15, standard) - 104.0).abs() < 1e-3);
-    for method in [Method::Parabola, Method::Gaussian] {
+    assert!((of(PeakMethod::CentreOfGravity, 15, standard) - 104.0).abs() < 1e-3);
+    for method in [PeakMethod::Parabola, PeakMethod::Gaussian] {
         assert_eq!((of(method, 7, standard), of(method, 7, reverse)), (101.5, 106.5), "{method:?}");
     }
-    for method in [Method::BlaisRioux { order: 4 }, Method::Fir { length: 5 }] {
+    for method in [PeakMethod::BlaisRioux { order: 4 }, PeakMethod::Fir { length: 5 }] {
         assert!((of(method, 7, standard) - 104.0).abs() < 1e-3, "{method:?}: {}", of(method, 7, standard));
         assert!((of(method, 7, reverse) - 104.0).abs() < 1e-3, "{method:?}");
         // A window that ends on the plateau sees no falling side.
@@ -78,7 +78,7 @@ fn saturated_plateaus_count_from_their_first_row() {
 }
 
 /// Whether a window of three rows finds nothing.
-fn of_missing(method: Method, levels: &[u16]) -> bool {
+fn of_missing(method: PeakMethod, levels: &[u16]) -> bool {
     let long: Vec<u16> = levels.iter().copied().flat_map(|dn| if dn == 255 { vec![dn; 2] } else { vec![dn] }).collect();
     read(frame(&[column(0, 100, &long)]), 0.0, &by(method, 3))[0][0].is_nan()
 }
@@ -89,21 +89,21 @@ fn peaks_are_chosen_as_asked() {
     let mut two = column(0, 80, &[30, 90, 90, 30]);
     two[150..153].copy_from_slice(&[40, 200, 40]);
     let row = |column: &[u16], peak, direction| {
-        let settings = Extraction { peak, direction, ..by(Method::Parabola, 1) };
+        let settings = Extraction { peak, direction, ..by(PeakMethod::Parabola, 1) };
         read(frame(&[column.to_vec()]), 0.0, &settings)[0][0]
     };
-    assert_eq!(row(&two, Peak::Strongest, Direction::Standard), 151.0);
-    assert_eq!(row(&two, Peak::First, Direction::Standard), 81.5);
-    assert_eq!(row(&two, Peak::First, Direction::Reverse), 151.0);
+    assert_eq!(row(&two, PeakChoice::Strongest, SearchDirection::Standard), 151.0);
+    assert_eq!(row(&two, PeakChoice::First, SearchDirection::Standard), 81.5);
+    assert_eq!(row(&two, PeakChoice::First, SearchDirection::Reverse), 151.0);
     two[151] = 60;
-    assert_eq!(row(&two, Peak::Strongest, Direction::Standard), 81.5);
+    assert_eq!(row(&two, PeakChoice::Strongest, SearchDirection::Standard), 81.5);
     // Of two rows alike the first in the direction of the search, seen by the neighbours that the parabola takes.
-    assert_eq!(row(&two, Peak::Strongest, Direction::Reverse), 81.5);
+    assert_eq!(row(&two, PeakChoice::Strongest, SearchDirection::Reverse), 81.5);
     let rise = column(0, 80, &[18, 30, 60, 61, 90, 30]);
-    assert!((row(&rise, Peak::First, Direction::Standard) - 84.0).abs() < 0.5);
+    assert!((row(&rise, PeakChoice::First, SearchDirection::Standard) - 84.0).abs() < 0.5);
     let dip = column(0, 80, &[18, 40, 39, 60, 90, 30]);
-    assert!((row(&dip, Peak::First, Direction::Standard) - 81.0).abs() <= 0.5);
-    assert!((row(&dip, Peak::Strongest, Direction::Standard) - 84.0).abs() < 0.5);
+    assert!((row(&dip, PeakChoice::First, SearchDirection::Standard) - 81.0).abs() <= 0.5);
+    assert!((row(&dip, PeakChoice::Strongest, SearchDirection::Standard) - 84.0).abs() < 0.5);
 }
 
 /// A peak below the threshold, or too near the edge of sensor or frame for its windows, is missing with all its numbers; one
@@ -141,7 +141,7 @@ fn missing_is_missing_everywhere() {
         }
     }
     // Range is the row in steps of a sixteenth.
-    let rounded = Extraction { subpixel_steps: 16, ..by(Method::Parabola, 1) };
+    let rounded = Extraction { subpixel_steps: 16, ..by(PeakMethod::Parabola, 1) };
     let [range, ..] = read(frame(&[column(0, 100, &[50, 100, 73])]), 0.0, &rounded);
     assert_eq!(range[0], 101.125, "the vertex lies at 23 / 154 of a row, 2.4 sixteenths");
 }
@@ -208,11 +208,11 @@ fn first_peaks_are_found_in_either_window() {
     };
     let (low, high) = (line(40, 60), line(120, 200));
     for (peak, direction, row) in [
-        (Peak::Strongest, Direction::Standard, 142.0),
-        (Peak::First, Direction::Standard, 62.0),
-        (Peak::First, Direction::Reverse, 142.0),
+        (PeakChoice::Strongest, SearchDirection::Standard, 142.0),
+        (PeakChoice::First, SearchDirection::Standard, 62.0),
+        (PeakChoice::First, SearchDirection::Reverse, 142.0),
     ] {
-        let settings = Extraction { peak, direction, ..by(Method::Parabola, 1) };
+        let settings = Extraction { peak, direction, ..by(PeakMethod::Parabola, 1) };
         for frames in [[low.clone(), high.clone()], [high.clone(), low.clone()]] {
             assert_eq!(read_both(&frames, 0.0, &settings)[0], [row], "{peak:?} {direction:?}");
         }
@@ -225,7 +225,7 @@ fn more_bits_are_read_alike() {
     let mut rng = Stream::root(13).rng();
     let columns: Vec<Vec<u16>> = (0..64).map(|_| column(0, 100, &shape(&mut rng))).collect();
     let fine: Vec<Vec<u16>> = columns.iter().map(|c| c.iter().map(|dn| 16 * dn).collect()).collect();
-    for method in METHODS.into_iter().filter(|method| *method != Method::Gaussian) {
+    for method in METHODS.into_iter().filter(|method| *method != PeakMethod::Gaussian) {
         let settings = by(method, 7);
         let of_fine = Extraction { threshold_dn: 16.0 * settings.threshold_dn, ..settings };
         let [rows, light, _] = read(frame(&columns), 0.0, &settings);

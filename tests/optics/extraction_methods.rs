@@ -3,7 +3,7 @@
 use crate::columns::{by, column, frame, read};
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::settings::Method;
+use sheetlight::settings::PeakMethod;
 
 /// Greatest number of a line [DN], so large that rounding is nothing.
 const PEAK: f64 = 40_000.0;
@@ -22,7 +22,7 @@ fn boxed(row: usize, centre: f64, sigma: f64) -> f64 {
 }
 
 /// Positions less the truth of lines at `places` [px], with noise of 1 % of the greatest number of a centred line.
-fn errors(method: Method, window: usize, sigma: f64, places: &[f64], noise: f64) -> Vec<f64> {
+fn errors(method: PeakMethod, window: usize, sigma: f64, places: &[f64], noise: f64) -> Vec<f64> {
     let settings = by(method, window);
     let scale = PEAK / boxed(MIDDLE as usize, MIDDLE, sigma);
     let mut rng = Stream::root(5).child("noise").rng();
@@ -43,16 +43,16 @@ fn errors(method: Method, window: usize, sigma: f64, places: &[f64], noise: f64)
 }
 
 /// Methods in the order of the table, each with the rows on each side of its window.
-const METHODS: [(&str, Method, usize); 9] = [
-    ("parabola", Method::Parabola, 1),
-    ("gaussian", Method::Gaussian, 1),
-    ("centre of gravity 3", Method::CentreOfGravity, 1),
-    ("centre of gravity 7", Method::CentreOfGravity, 3),
-    ("centre of gravity 15", Method::CentreOfGravity, 7),
-    ("centre of gravity 31", Method::CentreOfGravity, 15),
-    ("Blais-Rioux 2", Method::BlaisRioux { order: 2 }, 7),
-    ("Blais-Rioux 4", Method::BlaisRioux { order: 4 }, 7),
-    ("Blais-Rioux 8", Method::BlaisRioux { order: 8 }, 7),
+const METHODS: [(&str, PeakMethod, usize); 9] = [
+    ("parabola", PeakMethod::Parabola, 1),
+    ("gaussian", PeakMethod::Gaussian, 1),
+    ("centre of gravity 3", PeakMethod::CentreOfGravity, 1),
+    ("centre of gravity 7", PeakMethod::CentreOfGravity, 3),
+    ("centre of gravity 15", PeakMethod::CentreOfGravity, 7),
+    ("centre of gravity 31", PeakMethod::CentreOfGravity, 15),
+    ("Blais-Rioux 2", PeakMethod::BlaisRioux { order: 2 }, 7),
+    ("Blais-Rioux 4", PeakMethod::BlaisRioux { order: 4 }, 7),
+    ("Blais-Rioux 8", PeakMethod::BlaisRioux { order: 8 }, 7),
 ];
 
 /// Largest bias without noise and rms with noise [px] by sigma [px].
@@ -155,7 +155,7 @@ fn bias_and_spread_are_those_of_the_table() {
 #[test]
 fn smoothed_derivative_by_hand() {
     let levels = [10, 30, 90, 60, 20];
-    let [range, ..] = read(frame(&[column(0, 100, &levels)]), 0.0, &by(Method::Fir { length: 3 }, 7));
+    let [range, ..] = read(frame(&[column(0, 100, &levels)]), 0.0, &by(PeakMethod::Fir { length: 3 }, 7));
     // At the peak 102: 20 + 2 * 60 - 2 * 30 - 10 = 70; at 103: 0 + 2 * 20 - 2 * 90 - 30 = -170.
     let expected = 102.0 + 70.0 / (70.0 + 170.0);
     assert!((range[0] - expected).abs() < 1e-4, "{} and not {expected}", range[0]);
@@ -173,9 +173,9 @@ fn smoothing_takes_bias_and_spread() {
         let all = errors(method, 7, 1.5, &places, 0.01);
         (bias, (all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt())
     };
-    let mut before = of(Method::BlaisRioux { order: 2 });
+    let mut before = of(PeakMethod::BlaisRioux { order: 2 });
     for length in [3, 5, 7, 9] {
-        let found = of(Method::Fir { length });
+        let found = of(PeakMethod::Fir { length });
         assert!(found.0 < before.0 && found.1 < before.1, "{length}: {found:?} after {before:?}");
         before = found;
     }

@@ -7,7 +7,7 @@ use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
 use sheetlight::parameters::LaserParameters;
 use sheetlight::pipeline;
 use sheetlight::recipe::{Plan, Recipe, Scene};
-use sheetlight::settings::Shape;
+use sheetlight::settings::LineShape;
 use test_support::bench::{expose, plate, scene, tiles};
 
 const RECIPE: &str = "name: a\nsubject: wood\nclasses: {one: {share: 1}}\n";
@@ -31,10 +31,10 @@ fn awake(name: &str) -> (Scene, Body) {
     match name {
         // The fan's ends lie on the sensor.
         "fan_soft_ends" | "smile_um" | "smile_cubic_um" => laser.fan_angle_deg = 1.2,
-        "line_width_mm" => scene.line.shape = Shape::Slit,
-        "texture_length_mm" | "texture_width_mm" => scene.line.shape = Shape::Texture,
+        "line_width_mm" => scene.line.shape = LineShape::Slit,
+        "texture_length_mm" | "texture_width_mm" => scene.line.shape = LineShape::Texture,
         "point_x_mm" | "point_step_mm" | "point_span_mm" => {
-            (scene.line.shape, laser.power_mw, laser.point_span_mm) = (Shape::Point, 0.2, 3.0);
+            (scene.line.shape, laser.power_mw, laser.point_span_mm) = (LineShape::Point, 0.2, 3.0);
         }
         "second_line_share" => laser.second_line_mm = 1.0,
         "lobe_pairs" | "lobe_distance" => laser.lobe_share = 0.1,

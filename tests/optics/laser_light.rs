@@ -6,7 +6,7 @@ use procedural::{Body, Gloss, Medium};
 use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
 use sheetlight::pipeline;
 use sheetlight::recipe::Scene;
-use sheetlight::settings::{Fan, Shape};
+use sheetlight::settings::{Fan, LineShape};
 use test_support::bench::{plate, scene, tiles};
 
 /// Columns of the whole sensor.
@@ -82,10 +82,10 @@ fn power_is_kept() {
         ("narrow", |s| s.bench.laser.waist_mm = 0.02, 2e-4),
         ("ripple", |s| (s.bench.laser.fan_ripple, s.bench.laser.fan_soft_ends) = (0.2, 0.1), 2e-4),
         ("cylindrical", |s| (s.line.fan, s.bench.laser.fan_angle_deg) = (Fan::Cylindrical, 14.0), 2e-4),
-        ("slit", |s| (s.line.shape, s.bench.laser.line_width_mm) = (Shape::Slit, 1.0), 2e-4),
-        ("texture", |s| (s.line.shape, s.bench.laser.texture_length_mm) = (Shape::Texture, 180.0), 8e-4),
-        ("point", |s| (s.line.shape, s.bench.laser.point_x_mm) = (Shape::Point, 31.0), 5e-4),
-        ("small point", |s| (s.line.shape, s.bench.laser.waist_mm) = (Shape::Point, 0.02), 5e-4),
+        ("slit", |s| (s.line.shape, s.bench.laser.line_width_mm) = (LineShape::Slit, 1.0), 2e-4),
+        ("texture", |s| (s.line.shape, s.bench.laser.texture_length_mm) = (LineShape::Texture, 180.0), 8e-4),
+        ("point", |s| (s.line.shape, s.bench.laser.point_x_mm) = (LineShape::Point, 31.0), 5e-4),
+        ("small point", |s| (s.line.shape, s.bench.laser.waist_mm) = (LineShape::Point, 0.02), 5e-4),
         ("lobes", |s| (s.bench.laser.lobe_share, s.bench.laser.lobe_pairs) = (0.1, 3.0), 2e-4),
         // 4e-3 of a halo lie beyond the window.
         ("skirt", |s| (s.bench.laser.skirt_share, s.bench.laser.skirt_width) = (0.1, 3.0), 6e-4),
@@ -182,7 +182,7 @@ fn profile(scene: &Scene, z: f64, slack: f64, law: &dyn Fn(f64, f64) -> f64) {
 fn a_slit_is_even_with_edges_as_the_lens_blurs_them() {
     for width in [0.1, 0.5, 2.0] {
         let mut scene = scene(1);
-        (scene.line.shape, scene.bench.laser.line_width_mm) = (Shape::Slit, width);
+        (scene.line.shape, scene.bench.laser.line_width_mm) = (LineShape::Slit, width);
         for z in [0.0, 40.0] {
             // The shadow of its edges grows with the distance from the source.
             let own = width * (1.0 - z / scene.bench.laser.fan_height_mm);
@@ -195,7 +195,7 @@ fn a_slit_is_even_with_edges_as_the_lens_blurs_them() {
 #[test]
 fn the_projector_throws_the_line_of_the_thesis() {
     let mut scene = scene(1);
-    scene.line.shape = Shape::Texture;
+    scene.line.shape = LineShape::Texture;
     scene.bench.laser.texture_width_mm = 6.1 / 4.0;
     let pixel = scene.bench.laser.texture_width_mm / 61.0;
     // A box of three pixels under a Gaussian of five; the picture's own pixels are boxes too.

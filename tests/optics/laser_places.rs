@@ -3,7 +3,7 @@
 use procedural::{Body, Gloss, Medium};
 use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
 use sheetlight::recipe::{Plan, Scene};
-use sheetlight::settings::Shape;
+use sheetlight::settings::LineShape;
 use test_support::bench::{ceramic, expose, moments, plate, render, scene};
 
 /// A surface that throws all light back evenly.
@@ -113,7 +113,7 @@ fn a_second_line_stands_beside_the_first() {
 fn a_point_steps_along_the_line() {
     let mut scene = scene(40);
     scene.size.columns = 256;
-    scene.line.shape = Shape::Point;
+    scene.line.shape = LineShape::Point;
     let laser = &mut scene.bench.laser;
     (laser.point_x_mm, laser.point_step_mm, laser.point_span_mm) = (1.5, 0.83, 12.0);
     let (sensor, band) = expose(&scene, plate(white(), 20.0, 0.0, 0.0), 0..40);

@@ -6,7 +6,7 @@ use crate::rays::verdict::Verdict;
 use procedural::Body;
 use procedural::flat::Flat;
 use sheetlight::recipe::Scene;
-use sheetlight::settings::{Fan, Shape};
+use sheetlight::settings::{Fan, LineShape};
 
 /// A level plate 20 mm high.
 fn plate<'a>(name: &'a str, scene: &'a Scene, first_col: usize, cols: usize, rays: usize) -> Trial<'a> {
@@ -48,7 +48,7 @@ fn a_cylindrical_lens() {
 #[test]
 fn a_slit() {
     let mut scene = scene(256);
-    scene.line.shape = Shape::Slit;
+    scene.line.shape = LineShape::Slit;
     scene.bench.laser.line_width_mm = 0.7;
     let laser = scene.bench.laser;
     let wide = |tans| {
@@ -62,7 +62,7 @@ fn a_slit() {
 #[test]
 fn a_texture() {
     let mut scene = scene(256);
-    scene.line.shape = Shape::Texture;
+    scene.line.shape = LineShape::Texture;
     let laser = scene.bench.laser;
     let pixel = laser.texture_width_mm / 61.0;
     let height = laser.fan_height_mm;
@@ -93,7 +93,7 @@ fn a_texture() {
 #[test]
 fn a_point() {
     let mut scene = scene(2560);
-    scene.line.shape = Shape::Point;
+    scene.line.shape = LineShape::Point;
     let bench = &mut scene.bench.laser;
     (bench.waist_mm, bench.waist_height_mm, bench.point_span_mm, bench.power_mw) = (0.5, 0.0, 100.0, 1.0);
     bench.point_x_mm = 63.03;

@@ -5,7 +5,7 @@ use crate::lens::{DistortedDirection, image_distance};
 use crate::parameters::CameraParameters;
 
 fn camera_of(bench: &Bench) -> Camera {
-    Camera::new(bench, &SIZE, &Line::PLAIN, Stream::root(0))
+    Camera::new(bench, &SIZE, &LaserLine::PLAIN, Stream::root(0))
 }
 
 const SIZE: Size = Size { columns: 2560, rows: 832, profiles: 1 };

@@ -18,7 +18,7 @@ use rand::RngExt;
 use super::texture::LineTexture;
 use crate::lanes::cos_sin_turns;
 use crate::parameters::LaserParameters;
-use crate::settings::{self, Line};
+use crate::settings::{self, LaserLine};
 
 /// Steps of a tabulated fan.
 const TABLE_STEPS: usize = 4096;
@@ -36,7 +36,13 @@ pub(super) enum FanProfile {
 
 impl FanProfile {
     /// The fan of a bench with the tangent `half` at its ends.
-    pub fn new(bench: &LaserParameters, line: &Line, half: f64, image: Option<&LineTexture>, stream: Stream) -> Self {
+    pub fn new(
+        bench: &LaserParameters,
+        line: &LaserLine,
+        half: f64,
+        image: Option<&LineTexture>,
+        stream: Stream,
+    ) -> Self {
         let even = Self::Even { half: half as f32, soft: bench.fan_soft_ends as f32 };
         let ripple = Ripple::new(bench.fan_ripple, half, stream);
         match (image, line.fan) {

@@ -18,7 +18,7 @@
 
 use super::texture::LineTexture;
 use crate::parameters::LaserParameters;
-use crate::settings::Shape;
+use crate::settings::LineShape;
 use crate::transport::kernel::{BASIS, SPREAD_MM};
 
 /// Weight and standard deviation of each Gaussian of a skirt [1, a].
@@ -71,27 +71,27 @@ pub struct LineProfile {
 
 impl LineProfile {
     /// Profile of a bench whose lens and pixel blur light by `lens_mm` on the object; `None` for a single Gaussian.
-    pub fn new(bench: &LaserParameters, shape: Shape, image: Option<&LineTexture>, lens_mm: f64) -> Option<Self> {
+    pub fn new(bench: &LaserParameters, shape: LineShape, image: Option<&LineTexture>, lens_mm: f64) -> Option<Self> {
         let unit_mm = match shape {
-            Shape::Gaussian | Shape::Point => 0.5 * bench.waist_mm,
-            Shape::Slit => bench.line_width_mm,
-            Shape::Texture => 1.0,
+            LineShape::Gaussian | LineShape::Point => 0.5 * bench.waist_mm,
+            LineShape::Slit => bench.line_width_mm,
+            LineShape::Texture => 1.0,
         };
         let spread = std::iter::once(0.0).chain(SPREAD_MM.map(f64::from));
         let blur = spread.map(|mm| (mm * mm + lens_mm * lens_mm).sqrt() / unit_mm);
         let mut profile = Self { mixtures: Vec::with_capacity(BASIS + 1), core: 1.0, nodes: 1 };
         match (shape, image) {
-            (Shape::Gaussian, _) if bench.lobe_share > 0.0 || bench.skirt_share > 0.0 => {
+            (LineShape::Gaussian, _) if bench.lobe_share > 0.0 || bench.skirt_share > 0.0 => {
                 let components = line_with_lobes_and_skirt(bench);
                 profile.mixtures.extend(blur.map(|sigma| GaussianMixture::uniform(merged(&components, sigma))));
             }
-            (Shape::Slit, _) => {
+            (LineShape::Slit, _) => {
                 profile.mixtures.extend(blur.map(|sigma| {
                     GaussianMixture::uniform(boxes(1.0, (1.0 / (MAX_BOX_WIDTH * sigma)).ceil() as usize))
                 }));
                 profile.core = 1.0 / 12.0;
             }
-            (Shape::Texture, Some(image)) => {
+            (LineShape::Texture, Some(image)) => {
                 let width = bench.texture_width_mm;
                 profile.nodes = image.columns();
                 let rows = image.rows() as f64;

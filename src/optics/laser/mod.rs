@@ -30,7 +30,7 @@ use self::fan::FanProfile;
 use self::texture::LineTexture;
 use self::width_jitter::WidthJitter;
 use crate::parameters::LaserParameters;
-use crate::settings::{Line, Shape};
+use crate::settings::{LaserLine, LineShape};
 
 pub use self::line_profile::{GaussianComponent, GaussianMixture, LineProfile};
 pub use self::point_laser::PointLaser;
@@ -54,7 +54,7 @@ pub struct Laser {
     /// Tangent of half the fan's angle [1].
     half: f32,
     fan: FanProfile,
-    shape: Shape,
+    shape: LineShape,
     waist: Waist,
     /// Width of a slit at the conveyor [mm].
     slit: f32,
@@ -94,12 +94,12 @@ pub struct SpotLight {
 
 impl Laser {
     /// The laser of a bench whose lens and pixel blur light by `lens_mm` on the object; `stream` belongs to the sample.
-    pub fn new(bench: &LaserParameters, line: &Line, lens_mm: f64, stream: Stream) -> Self {
+    pub fn new(bench: &LaserParameters, line: &LaserLine, lens_mm: f64, stream: Stream) -> Self {
         let stream = stream.child("laser");
         let height = bench.fan_height_mm;
         let rayleigh = std::f64::consts::PI * bench.waist_mm.powi(2) / (bench.m_squared * bench.wavelength_nm * 1e-6);
         let image = || line.picture.as_ref().map_or_else(LineTexture::thesis_projector, LineTexture::new);
-        let image = (line.shape == Shape::Texture).then(image);
+        let image = (line.shape == LineShape::Texture).then(image);
         let half = match &image {
             Some(_) => 0.5 * bench.texture_length_mm / height,
             None => libm::tan((0.5 * bench.fan_angle_deg).to_radians()),
@@ -119,7 +119,7 @@ impl Laser {
             cubic_smile: bench.smile_cubic_um as f32 * 1e-3,
             jitter: WidthJitter::new(bench, half * height, stream.child("width_jitter")),
             line_profile: LineProfile::new(bench, line.shape, image.as_ref(), lens_mm),
-            point: (line.shape == Shape::Point).then(|| PointLaser::new(bench)),
+            point: (line.shape == LineShape::Point).then(|| PointLaser::new(bench)),
         }
     }
 
@@ -132,12 +132,12 @@ impl Laser {
         let rho = ray.length();
         let near = depth / self.height;
         let mut unit = match self.shape {
-            Shape::Gaussian | Shape::Point => {
+            LineShape::Gaussian | LineShape::Point => {
                 let defocus = (rho - self.waist.distance) / self.waist.rayleigh;
                 0.5 * self.waist.radius * (1.0 + defocus * defocus).sqrt()
             }
-            Shape::Slit => self.slit * near,
-            Shape::Texture => near,
+            LineShape::Slit => self.slit * near,
+            LineShape::Texture => near,
         };
         if let Some(jitter) = &self.jitter {
             unit *= jitter.at(t * self.height);

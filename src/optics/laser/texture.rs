@@ -5,7 +5,7 @@
 //! pixels; the extents are keys of the recipe. A picture's grey is proportional to light. Neglected: that a projector's
 //! picture is sharp at one distance only.
 
-use crate::settings::Picture;
+use crate::settings::TextureImage;
 
 /// Rows of the preset of the thesis [px].
 const PROJECTOR_ROWS: usize = 61;
@@ -34,7 +34,7 @@ impl LineTexture {
     }
 
     /// The texture of a picture.
-    pub fn new(picture: &Picture) -> Self {
+    pub fn new(picture: &TextureImage) -> Self {
         let light = picture.light.iter().map(|&light| f64::from(light)).collect();
         Self { rows: picture.rows, columns: picture.columns, light }
     }

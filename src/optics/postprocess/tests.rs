@@ -1,11 +1,11 @@
 use super::*;
-use crate::settings::{Order, Pattern};
+use crate::settings::{Order, SpecklePattern};
 
 const ROWS: usize = 120;
 const COLUMNS: usize = 400;
 
 fn scripts(order: Order, law: SpeckleLaw, blur_radius_px: f64) -> ThesisScripts {
-    let pattern = Pattern { size_px: 1000, mask_px: 500, factor: 5, law };
+    let pattern = SpecklePattern { size_px: 1000, mask_px: 500, factor: 5, law };
     let settings = Postprocess { order, blur_radius_px, intensity_scale: 1.0, pattern };
     ThesisScripts::new(settings, &Bench::default(), Readout::PLAIN, Stream::root(4))
 }

@@ -12,7 +12,7 @@ use crate::recipe::keys;
 use crate::recipe::keys::idle::{Idle, Wording};
 use crate::recipe::keys::settings::Settings;
 use crate::recipe::subject::Subject;
-use crate::settings::{Fan, Filter, Movement, Scheimpflug, Shape, Words};
+use crate::settings::{Fan, Filter, LineShape, Movement, Scheimpflug, Words};
 use crate::yaml::YamlReader;
 
 /// What a parameter needs to have an effect.
@@ -21,7 +21,7 @@ enum ParameterNeeds {
     /// A movement of the object.
     Movement(Movement),
     /// One of some shapes of the laser's line.
-    Profile(&'static [Shape]),
+    Profile(&'static [LineShape]),
     /// A lens of the laser.
     Fan(Fan),
     /// Who says how the sensor stands.
@@ -38,13 +38,13 @@ enum ParameterNeeds {
 
 use ParameterNeeds::{Amount, Facets, Fibres, Profile};
 
-const BEAM: ParameterNeeds = Profile(&[Shape::Gaussian, Shape::Point]);
-const BEAM_OR_SLIT: ParameterNeeds = Profile(&[Shape::Gaussian, Shape::Slit]);
-const LINE: ParameterNeeds = Profile(&[Shape::Gaussian, Shape::Slit, Shape::Texture]);
-const GAUSSIAN: ParameterNeeds = Profile(&[Shape::Gaussian]);
-const SLIT: ParameterNeeds = Profile(&[Shape::Slit]);
-const TEXTURE: ParameterNeeds = Profile(&[Shape::Texture]);
-const POINT: ParameterNeeds = Profile(&[Shape::Point]);
+const BEAM: ParameterNeeds = Profile(&[LineShape::Gaussian, LineShape::Point]);
+const BEAM_OR_SLIT: ParameterNeeds = Profile(&[LineShape::Gaussian, LineShape::Slit]);
+const LINE: ParameterNeeds = Profile(&[LineShape::Gaussian, LineShape::Slit, LineShape::Texture]);
+const GAUSSIAN: ParameterNeeds = Profile(&[LineShape::Gaussian]);
+const SLIT: ParameterNeeds = Profile(&[LineShape::Slit]);
+const TEXTURE: ParameterNeeds = Profile(&[LineShape::Texture]);
+const POINT: ParameterNeeds = Profile(&[LineShape::Point]);
 const POWELL: ParameterNeeds = ParameterNeeds::Fan(Fan::Powell);
 const TURNTABLE: ParameterNeeds = ParameterNeeds::Movement(Movement::Turntable);
 const GIVEN: ParameterNeeds = ParameterNeeds::Scheimpflug(Scheimpflug::Given);

@@ -3,7 +3,7 @@
 use super::bounds::DrawBounds;
 use crate::recipe::keys::settings::Settings;
 use crate::recipe::subject::Subject;
-use crate::settings::{Movement, Shape, TransportName};
+use crate::settings::{LineShape, Movement, TransportName};
 use crate::yaml::{YamlReader, number_text};
 
 /// Largest share of a step that the periodic error of the place takes [1].
@@ -55,7 +55,7 @@ pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBoun
             }
         }
     }
-    if settings.laser.profile == Shape::Point && scene.most("motion.line_rate_hz") > 0.0 {
+    if settings.laser.profile == LineShape::Point && scene.most("motion.line_rate_hz") > 0.0 {
         let problem = "a stepped point stands still while it is exposed, and so does what it lights".to_owned();
         let remedy = "give 0, or a laser.profile other than `point`";
         scene.fault(yaml, &["motion.line_rate_hz"], problem, remedy);

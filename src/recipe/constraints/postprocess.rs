@@ -3,7 +3,7 @@
 use super::bounds::DrawBounds;
 use crate::parameters::SpeckleParameters;
 use crate::recipe::keys::settings::Settings;
-use crate::settings::{Hdr, Order, Step};
+use crate::settings::{Hdr, Order, Script};
 use crate::yaml::YamlReader;
 
 /// Keys of the sensor that the scripts know nothing of; they must be 0 there, so that the recipe says what is made.
@@ -23,7 +23,7 @@ const SENSOR: [&str; 10] = [
 /// What the scripts take for granted of other settings.
 pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
     let order = settings.postprocess.order;
-    let speckle = order.steps().contains(&Step::Speckle);
+    let speckle = order.steps().contains(&Script::Speckle);
     if order == Order::Physical {
         return;
     }

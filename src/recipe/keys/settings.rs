@@ -11,9 +11,10 @@ use super::texture;
 use crate::asset::{Asset, AssetSource};
 use crate::mesh;
 use crate::settings::{
-    Channel, Direction, Extraction, Fan, Filter, Hdr, LensModel, Line, Method, Movement, Optics, Order, Output,
-    Pattern, Peak, PeakMethodName, Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode,
-    Scheimpflug, SensorStack, Shape, Size, SpeckleLaw, Splits, Step, ThesisMethod, Transport, TransportName, Words,
+    Channel, Extraction, Fan, Filter, Hdr, LaserLine, LensModel, LineShape, Movement, Optics, Order, Output,
+    PeakChoice, PeakMethod, PeakMethodName, Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode,
+    Scheimpflug, Script, SearchDirection, SensorStack, Size, SpeckleLaw, SpecklePattern, Splits, ThesisMethod,
+    Transport, TransportName, Words,
 };
 use crate::yaml::{YamlNode, YamlReader};
 
@@ -176,7 +177,7 @@ settings! {
             "Lens that makes the line: `powell` lights a plane evenly, `cylindrical` leaves a hot spot in the \
              middle.",
             "[V]";
-        profile: Word<Shape>(&Shape::ALL) = Shape::Gaussian,
+        profile: Word<LineShape>(&LineShape::ALL) = LineShape::Gaussian,
             "Light across the line: a `gaussian` beam; a `slit`, even with hard edges, as wide as its shadow is; \
              a `texture` thrown by a projector; or a `point`, a round spot stepped along the line.",
             "[T] slit and texture; [V]";
@@ -269,23 +270,23 @@ settings! {
         blur_radius_px: Number(0.05, 20.0, "px") = 0.5,
             "Standard deviation of the Gaussian blur.",
             "[T] 0.5, wood 1; the thesis says radius",
-            On order in Order::with(Step::Blur);
+            On order in Order::with(Script::Blur);
         intensity_scale: Number(0.01, 100.0, "") = 3.5,
             "Mean of the pattern of speckle that light is multiplied by.",
             "[T] saw-tooth 3.5, wood 6, pack 7",
-            On order in Order::with(Step::Speckle);
+            On order in Order::with(Script::Speckle);
         pattern_px: Count(64, 4096, "") = 1000,
             "Side of the pattern.",
             "[T]",
-            On order in Order::with(Step::Speckle);
+            On order in Order::with(Script::Speckle);
         mask_px: Count(8, 2048, "") = 500,
             "Diameter of the disc of random phases, at most half of the side: a speckle is side / diameter wide.",
             "[T]",
-            On order in Order::with(Step::Speckle);
+            On order in Order::with(Script::Speckle);
         sampling_factor: Count(1, 32, "") = 5,
             "Pattern pixels along a sensor pixel; 6 makes the speckles of the default bench as large as they are.",
             "[T] 5",
-            On order in Order::with(Step::Speckle);
+            On order in Order::with(Script::Speckle);
     }
 
     extraction: ExtractionSettings at "extraction" {
@@ -304,10 +305,10 @@ settings! {
             "Rows on each side of the peak that the position is made from; `parabola` and `gaussian` have one.",
             "window around the maximum of the real camera",
             Beside method in [PeakMethodName::CentreOfGravity, PeakMethodName::BlaisRioux, PeakMethodName::Fir];
-        peak: Word<Peak>(&Peak::ALL) = Peak::Strongest,
+        peak: Word<PeakChoice>(&PeakChoice::ALL) = PeakChoice::Strongest,
             "Which peak of a column counts: the `strongest`, or the `first` that reaches the threshold.",
             "GlobalMax and FirstLocalMax of the real camera";
-        direction: Word<Direction>(&Direction::ALL) = Direction::Standard,
+        direction: Word<SearchDirection>(&SearchDirection::ALL) = SearchDirection::Standard,
             "From where peaks are searched: `standard` from row 0, `reverse` from the last; a plateau counts from \
              its first row.",
             "search direction of the real camera";
@@ -399,12 +400,12 @@ impl Settings {
             self.postprocess;
         let has = |step| order.steps().contains(&step);
         let number = |step, number| if has(step) { number } else { 0.0 };
-        let count = |count| if has(Step::Speckle) { count } else { 0 };
+        let count = |count| if has(Script::Speckle) { count } else { 0 };
         Postprocess {
             order,
-            blur_radius_px: number(Step::Blur, blur_radius_px),
-            intensity_scale: number(Step::Speckle, intensity_scale),
-            pattern: Pattern {
+            blur_radius_px: number(Script::Blur, blur_radius_px),
+            intensity_scale: number(Script::Speckle, intensity_scale),
+            pattern: SpecklePattern {
                 size_px: count(pattern_px),
                 mask_px: count(mask_px),
                 factor: count(sampling_factor),
@@ -414,11 +415,11 @@ impl Settings {
     }
 
     /// What of the laser is not drawn.
-    pub fn line(&self) -> Line {
+    pub fn line(&self) -> LaserLine {
         let LaserSettings { fan, profile, texture } = &self.laser;
         // A file that is no picture is a fault of the recipe.
         let picture = texture.asset().and_then(|file| texture::read(file.bytes()).ok());
-        Line { fan: *fan, shape: *profile, picture }
+        LaserLine { fan: *fan, shape: *profile, picture }
     }
 
     /// What of the camera is the same for all samples.
@@ -432,11 +433,11 @@ impl Settings {
     pub fn extraction(&self) -> Extraction {
         let own = &self.extraction;
         let method = match own.method {
-            PeakMethodName::CentreOfGravity => Method::CentreOfGravity,
-            PeakMethodName::Parabola => Method::Parabola,
-            PeakMethodName::Gaussian => Method::Gaussian,
-            PeakMethodName::BlaisRioux => Method::BlaisRioux { order: own.blais_rioux_order },
-            PeakMethodName::Fir => Method::Fir { length: own.fir_length },
+            PeakMethodName::CentreOfGravity => PeakMethod::CentreOfGravity,
+            PeakMethodName::Parabola => PeakMethod::Parabola,
+            PeakMethodName::Gaussian => PeakMethod::Gaussian,
+            PeakMethodName::BlaisRioux => PeakMethod::BlaisRioux { order: own.blais_rioux_order },
+            PeakMethodName::Fir => PeakMethod::Fir { length: own.fir_length },
         };
         Extraction {
             method,

@@ -4,13 +4,13 @@ use std::io::Cursor;
 
 use image::{ImageFormat, ImageReader, Limits};
 
-use crate::settings::Picture;
+use crate::settings::TextureImage;
 
 /// Most rows and most columns [px].
 pub(in crate::recipe) const MAX_SIDE: u32 = 2048;
 
 /// The light of a PNG, or what is wrong with it; colours count by their luminance.
-pub(in crate::recipe) fn read(bytes: &[u8]) -> Result<Picture, String> {
+pub(in crate::recipe) fn read(bytes: &[u8]) -> Result<TextureImage, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
@@ -21,5 +21,5 @@ pub(in crate::recipe) fn read(bytes: &[u8]) -> Result<Picture, String> {
     if light.iter().all(|&light| light == 0.0) {
         return Err("holds no light".to_owned());
     }
-    Ok(Picture { rows, columns, light: light.into() })
+    Ok(TextureImage { rows, columns, light: light.into() })
 }
