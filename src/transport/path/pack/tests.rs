@@ -31,7 +31,7 @@ fn tablet(mu_a: f32, coat: f32) -> Medium {
 
 /// A flat round tablet about the z axis, turned by `turn`, the middle of its top at `top` [mm].
 fn disc(top: f32, radius: f32, thickness: f32, turn: Mat3, medium: Medium) -> Solid {
-    let shape = solid::Shape { segment: 0.0, radius, band: 0.5 * thickness, cap: None };
+    let shape = solid::SolidShape { segment: 0.0, radius, band: 0.5 * thickness, cap: None };
     let middle = Vec3::new(0.0, 0.0, top) - turn * Vec3::new(0.0, 0.0, 0.5 * thickness);
     Solid::new(shape, Vec::new(), turn, middle, medium, Class::Pocket, 0)
 }
