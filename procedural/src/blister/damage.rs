@@ -7,9 +7,9 @@
 use glam::Vec3;
 use rand::RngExt;
 
-use super::plan::{Planned, graded};
+use super::plan::{PlannedDefect, graded};
 use super::solid::Cut;
-use super::tablet::Form;
+use super::tablet::TabletForm;
 use crate::Class;
 
 /// Tablets that are this much longer than wide break across [1].
@@ -27,14 +27,14 @@ pub struct Damage {
 }
 
 /// A plane in the tablet's own coordinates, as a cut of its shape.
-fn cut(form: &Form, normal: Vec3, limit: f32) -> Cut {
+fn cut(form: &TabletForm, normal: Vec3, limit: f32) -> Cut {
     let scaled = normal * form.scale;
     let length = scaled.length();
     Cut { normal: scaled / length, limit: limit / length }
 }
 
 /// Upright columns of a tablet: place and half the height [mm].
-fn columns(form: &Form) -> Vec<Vec3> {
+fn columns(form: &TabletForm) -> Vec<Vec3> {
     let half = form.outline().half();
     let step = |i: usize| (2 * i + 1) as f32 / COLUMNS as f32 - 1.0;
     let mut columns = Vec::with_capacity(COLUMNS * COLUMNS);
@@ -70,7 +70,7 @@ fn beyond(columns: &[Vec3], normal: Vec3, limit: f32) -> f64 {
 }
 
 /// Where the plane with that normal leaves that share of the volume beyond it [mm].
-fn plane(form: &Form, normal: Vec3, share: f32) -> f32 {
+fn plane(form: &TabletForm, normal: Vec3, share: f32) -> f32 {
     let columns = columns(form);
     let reach = form.shape.support(form.scale * normal);
     let (mut low, mut high) = (-reach, reach);
@@ -86,7 +86,7 @@ fn plane(form: &Form, normal: Vec3, share: f32) -> f32 {
 }
 
 /// The damage that was planned; `up` is the sign of the face that lies up.
-pub fn damage(form: &Form, planned: &Planned, up: f32) -> Damage {
+pub fn damage(form: &TabletForm, planned: &PlannedDefect, up: f32) -> Damage {
     let mut rng = planned.stream.child("damage").rng();
     let mut even = || rng.random::<f32>();
     let half = form.outline().half();
@@ -137,12 +137,12 @@ mod tests {
             tablet.shape = f64::from(shape);
             tablet.length_mm = 15.0;
             tablet.width_mm = 8.0;
-            let form = Form::new(&tablet);
+            let form = TabletForm::new(&tablet);
             let columns = columns(&form);
             for severity in [0.0, 0.3, 1.0] {
                 for (class, share) in [(Class::Broken, 0.2 + 0.6 * severity), (Class::Chipped, 0.01 + 0.09 * severity)]
                 {
-                    let planned = Planned { cell: 0, class, severity, stream: Stream::root(shape as u64) };
+                    let planned = PlannedDefect { cell: 0, class, severity, stream: Stream::root(shape as u64) };
                     let cut = damage(&form, &planned, 1.0).pieces[0][0];
                     let normal = cut.normal / form.scale;
                     let found = beyond(&columns, normal, cut.limit);

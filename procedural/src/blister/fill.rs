@@ -2,23 +2,23 @@
 
 use glam::Vec2;
 
-use super::dose::{BESIDE_MM, SHALLOW, deepest};
-use super::face::Face;
-use super::formed::Formed;
-use super::lay::Lay;
-use super::mark::{Kind, Mark};
+use super::card_placement::CardPlacement;
+use super::contaminants::{self, Powder};
+use super::film_mark::{FilmMark, MarkKind};
+use super::formed_pocket::FormedPocket;
 use super::parameters::{Blister, Foil};
-use super::plan::{self, Planned, graded, plan};
-use super::strew::{self, Powder};
-use super::tablet::{self, Form};
+use super::plan::{self, PlannedDefect, graded, plan};
+use super::tablet::{self, TabletForm};
+use super::tablet_face::TabletFace;
+use super::tablet_placement::{BESIDE_MM, SHALLOW, deepest};
 use super::web::{FLANGE_MM, FormedWeb, highest_bump_mm};
 use super::{Pack, flange};
 use crate::{Class, Gloss, Instance, Medium, Stream};
 
 /// Forms and fills a pack.
 pub fn form(stream: Stream, blister: &Blister) -> Pack {
-    let lay = Lay::new(&blister.card);
-    let form = Form::new(&blister.tablet);
+    let lay = CardPlacement::new(&blister.card);
+    let form = TabletForm::new(&blister.tablet);
     let slack = lay.slack(form.outline().half().length() + blister.pocket.clearance_mm as f32);
     let web = FormedWeb::new(stream, blister, &form, lay.half, slack);
     let pockets = web.cells.len();
@@ -30,7 +30,7 @@ pub fn form(stream: Stream, blister: &Blister) -> Pack {
         marks: vec![Vec::new(); pockets],
         wounds: vec![None; pockets],
         powders: vec![None; pockets],
-        face: Face::new(stream, &blister.tablet, &form),
+        face: TabletFace::new(stream, &blister.tablet, &form),
         instances: Vec::new(),
         height: 0.0,
         slack,
@@ -53,9 +53,9 @@ pub fn form(stream: Stream, blister: &Blister) -> Pack {
 
 /// What [`super::extent`] says: room across and along the card, and height [mm].
 pub fn extent_mm(blister: &Blister) -> (Vec2, f32) {
-    let (lay, form) = (Lay::new(&blister.card), Form::new(&blister.tablet));
+    let (lay, form) = (CardPlacement::new(&blister.card), TabletForm::new(&blister.tablet));
     let slack = lay.slack(form.outline().half().length() + blister.pocket.clearance_mm as f32);
-    let formed = Formed::new(&blister.pocket, &blister.web, &form, slack);
+    let formed = FormedPocket::new(&blister.pocket, &blister.web, &form, slack);
     let (depth, crown) = formed.depth_mm();
     let (depth, bump) = (depth + crown, highest_bump_mm(&blister.pocket));
     let flat = blister.web.thickness_mm as f32;
@@ -76,7 +76,7 @@ fn metal(foil: &Foil) -> Medium {
 
 impl Pack {
     /// Adds the instance of a pocket, and forms it as deep as planned.
-    fn pocket(&mut self, cell: usize, plan: &[Planned]) {
+    fn pocket(&mut self, cell: usize, plan: &[PlannedDefect]) {
         let of_whole = plan.iter().find(|p| p.cell == cell && plan::whole(p.class));
         let (class, severity) = of_whole.map_or((Class::Pocket, f32::NAN), |p| (p.class, p.severity));
         if class == Class::Shallow {
@@ -106,14 +106,14 @@ impl Pack {
     }
 
     /// Adds a mark to every cell that it reaches.
-    pub(super) fn draw(&mut self, mark: Mark) {
+    pub(super) fn draw(&mut self, mark: FilmMark) {
         for cell in self.web.cells_in(mark.middle - mark.reach(), mark.middle + mark.reach()) {
             self.marks[cell].push(mark);
         }
     }
 
     /// Defects of the flange.
-    fn flange(&mut self, stream: Stream, blister: &Blister, form: &Form) {
+    fn flange(&mut self, stream: Stream, blister: &Blister, form: &TabletForm) {
         if self.web.cells.is_empty() {
             return;
         }
@@ -142,7 +142,7 @@ impl Pack {
     }
 
     /// Powder, then particles and fibres.
-    fn strew(&mut self, blister: &Blister, plan: &[Planned]) {
+    fn strew(&mut self, blister: &Blister, plan: &[PlannedDefect]) {
         for planned in plan {
             let (within, number) = (planned.cell as u16 + 1, self.instances.len() as u16 + 1);
             let middle = self.web.cells[planned.cell].middle;
@@ -154,7 +154,7 @@ impl Pack {
                     self.powders[planned.cell] = Some(powder);
                 }
                 Class::Particle | Class::Fibre => {
-                    let Some((solid, size)) = strew::foreign(self, planned, number) else { continue };
+                    let Some((solid, size)) = contaminants::foreign(self, planned, number) else { continue };
                     let ends = if planned.class == Class::Fibre { [1.0, 10.0] } else { [0.2, 1.5] };
                     let severity = ((size - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
                     let at = 0.5 * (solid.bounds[0] + solid.bounds[1]);
@@ -187,11 +187,11 @@ impl Pack {
         let (depth, crown) = self.web.formed.depth_mm();
         let deepest = self.web.cells.iter().map(|cell| cell.factor).fold(0.0, f32::max);
         let pocket = deepest * (depth + crown) + self.web.highest_bump();
-        let raised = |kind: Kind| {
+        let raised = |kind: MarkKind| {
             let heights = self.marks.iter().flatten().filter(|m| m.kind == kind).map(|m| m.height);
             heights.fold(0.0, f32::max)
         };
-        let over = pocket.max(self.web.highest_relief()).max(raised(Kind::Tent)) + raised(Kind::Raised);
+        let over = pocket.max(self.web.highest_relief()).max(raised(MarkKind::Tent)) + raised(MarkKind::Raised);
         self.web.foil_mm + self.web.flat_mm + over + self.lay.highest()
     }
 }

@@ -1,19 +1,19 @@
 //! Defects of the film and of the seal: dents, holes, channels, wrinkles, delamination, tablets beside the pockets.
 //!
-//! Models: each is a [`Mark`] whose size grows with the severity; docs/blister.md has the ranges. Those of the flange
+//! Models: each is a [`FilmMark`] whose size grows with the severity; docs/blister.md has the ranges. Those of the flange
 //! lie on the lines halfway between pockets, or between pocket and edge.
 
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
 use super::Pack;
-use super::lay::Lay;
-use super::mark::{Kind, Mark};
+use super::card_placement::CardPlacement;
+use super::film_mark::{FilmMark, MarkKind};
 use super::outline::Outline;
-use super::plan::{Planned, graded};
-use super::pose::Wish;
+use super::plan::{PlannedDefect, graded};
+use super::pose::DrawnPose;
 use super::solid::Solid;
-use super::tablet::Form;
+use super::tablet::TabletForm;
 use crate::{Class, Medium, Stream};
 
 /// Room between a tablet on the flange and the film over it [mm].
@@ -26,7 +26,7 @@ const COLUMN_MM: f32 = 0.2;
 const BESIDE_MM: f32 = 0.3;
 
 /// The mark of a defect of one pocket, `solid` being its tablet.
-pub fn in_pocket(pack: &Pack, planned: &Planned, instance: u16, tablet: Option<(&Solid, f32)>) -> Mark {
+pub fn in_pocket(pack: &Pack, planned: &PlannedDefect, instance: u16, tablet: Option<(&Solid, f32)>) -> FilmMark {
     let mut rng = planned.stream.child("mark").rng();
     let mut even = || rng.random::<f32>();
     let (formed, cell) = (&pack.web.formed, pack.web.cells[planned.cell]);
@@ -51,13 +51,13 @@ pub fn in_pocket(pack: &Pack, planned: &Planned, instance: u16, tablet: Option<(
                 }
                 None => (own(0.2), 1.2 * half.y),
             };
-            (Kind::Dent, middle, way, ellipse(size.min(room), 0.8 + 0.2 * even()), graded(severity, 0.5, 3.0))
+            (MarkKind::Dent, middle, way, ellipse(size.min(room), 0.8 + 0.2 * even()), graded(severity, 0.5, 3.0))
         }
         Class::Punctured => {
-            (Kind::Hole, own(0.85), way.perp(), ellipse(graded(severity, 0.2, 2.0), 0.6 + 0.4 * even()), 0.0)
+            (MarkKind::Hole, own(0.85), way.perp(), ellipse(graded(severity, 0.2, 2.0), 0.6 + 0.4 * even()), 0.0)
         }
         Class::Pinhole => {
-            (Kind::Pinhole, own(0.9), way.perp(), ellipse(graded(severity, 0.02, 0.3), 0.7 + 0.3 * even()), 0.0)
+            (MarkKind::Pinhole, own(0.9), way.perp(), ellipse(graded(severity, 0.02, 0.3), 0.7 + 0.3 * even()), 0.0)
         }
         _ => {
             // A channel leaves the pocket along one of its axes.
@@ -65,10 +65,10 @@ pub fn in_pocket(pack: &Pack, planned: &Planned, instance: u16, tablet: Option<(
             let side = if even() < 0.5 { side } else { -side };
             let (width, length) = (graded(severity, 0.5, 3.0), 2.0 + 4.0 * even());
             let outline = Outline::Stadium { segment: 0.5 * length, radius: 0.5 * width };
-            (Kind::Raised, cell.middle + (reach + 0.5 * length) * side, side, outline, graded(severity, 0.03, 0.15))
+            (MarkKind::Raised, cell.middle + (reach + 0.5 * length) * side, side, outline, graded(severity, 0.03, 0.15))
         }
     };
-    Mark { kind, class: planned.class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
+    FilmMark { kind, class: planned.class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
 }
 
 /// Lines of the flange across one axis of the card: halfway between pockets, and between pocket and edge [mm].
@@ -88,7 +88,7 @@ fn both(pack: &Pack) -> [Vec<f32>; 2] {
 }
 
 /// A wrinkle or a patch of delamination.
-pub fn on_flange(pack: &Pack, class: Class, severity: f32, stream: Stream, instance: u16) -> Mark {
+pub fn on_flange(pack: &Pack, class: Class, severity: f32, stream: Stream, instance: u16) -> FilmMark {
     let mut rng = stream.child("mark").rng();
     let mut even = || rng.random::<f32>();
     let [lines_u, lines_v] = both(pack);
@@ -107,22 +107,22 @@ pub fn on_flange(pack: &Pack, class: Class, severity: f32, stream: Stream, insta
         let long = graded(severity, 2.0, 8.0);
         (Outline::Ellipse { long, short: long * graded(even(), 0.4, 0.8) }, graded(severity, 0.05, RAISED_MM))
     };
-    Mark { kind: Kind::Raised, class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
+    FilmMark { kind: MarkKind::Raised, class, instance, middle, axis, outline, height, skirt: 0.0, sag: 0.0 }
 }
 
 /// Height of film of that thickness over a tablet beside the pockets [mm].
-pub fn tent_mm(form: &Form, lay: &Lay, slack: f32, flat_mm: f32) -> f32 {
+pub fn tent_mm(form: &TabletForm, lay: &CardPlacement, slack: f32, flat_mm: f32) -> f32 {
     form.thickness_mm() + 2.0 * slack + lay.steepest() * flat_mm + 2.0 * OVER_MM
 }
 
 /// A tablet beside the pockets and the film over it; `None` where there is no room for one.
 pub fn tablet_on_flange(
     pack: &Pack,
-    form: &Form,
+    form: &TabletForm,
     medium: Medium,
     stream: Stream,
     instance: u16,
-) -> Option<(Solid, Mark)> {
+) -> Option<(Solid, FilmMark)> {
     let mut rng = stream.child("place").rng();
     let [lines_u, lines_v] = both(pack);
     let mut places: Vec<Vec2> = lines_u.iter().flat_map(|&u| lines_v.iter().map(move |&v| Vec2::new(u, v))).collect();
@@ -134,7 +134,7 @@ pub fn tablet_on_flange(
     while !places.is_empty() {
         let middle = places.swap_remove(rng.random_range(0..places.len()));
         for eighth in 0..4_u8 {
-            let wish = Wish { yaw: yaw + std::f32::consts::FRAC_PI_4 * f32::from(eighth), ..Wish::FLAT };
+            let wish = DrawnPose { yaw: yaw + std::f32::consts::FRAC_PI_4 * f32::from(eighth), ..DrawnPose::FLAT };
             let pose = wish.pose(form, middle, Vec2::X, pack.web.foil_mm + pack.slack);
             let (tangent, origin) = pack.lay.tangent(middle);
             let origin = origin + Vec3::Z * pose.middle.z;
@@ -151,8 +151,8 @@ pub fn tablet_on_flange(
             let over = tent_mm(form, &pack.lay, pack.slack, pack.web.flat_mm);
             // A cap of radius R falls by at least r^2 / 2R from its middle.
             let drop = form.shape.cap.map_or(0.0, |[radius, _]| half.y * half.y / (2.0 * radius));
-            let mark = Mark {
-                kind: Kind::Tent,
+            let mark = FilmMark {
+                kind: MarkKind::Tent,
                 class: Class::TabletOnFlange,
                 instance,
                 middle,

@@ -2,14 +2,14 @@
 
 use glam::Vec2;
 
-use super::lay::Lay;
+use super::card_placement::CardPlacement;
 use crate::Mesh;
 
 /// Distance between corners [mm].
 const PITCH_MM: f32 = 0.5;
 
 /// The hull under `top`, the upper side over a flat card [mm].
-pub fn hull(lay: &Lay, top: impl Fn(Vec2) -> f32) -> Mesh {
+pub fn hull(lay: &CardPlacement, top: impl Fn(Vec2) -> f32) -> Mesh {
     let [columns, rows] = [lay.half.x, lay.half.y].map(|half| (2.0 * half / PITCH_MM) as u32 + 1);
     let mut positions = Vec::with_capacity(2 * ((columns + 1) * (rows + 1)) as usize);
     // Rows along the laser line, each as wide as the rounded card is there.
@@ -63,7 +63,7 @@ mod tests {
     fn a_plate_has_the_volume_of_a_plate() {
         let mut card = Card::from_values(&mut |p| p.default);
         card.turn_deg = 30.0;
-        let mesh = hull(&Lay::new(&card), |_| 2.0);
+        let mesh = hull(&CardPlacement::new(&card), |_| 2.0);
         let corners = (4.0 - std::f64::consts::PI) * card.corner_mm * card.corner_mm;
         let expected = 2.0 * (card.width_mm * card.length_mm - corners);
         assert!((volume(&mesh) / expected - 1.0).abs() < 2.0e-3, "{} for {expected}", volume(&mesh));

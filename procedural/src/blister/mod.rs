@@ -2,41 +2,41 @@
 //!
 //! `Blister --form--> Pack --slice--> PackSlice --> Surface, Matter`.
 
+mod card_placement;
+mod contaminants;
 mod damage;
-mod dose;
-mod face;
 mod fill;
+mod film_mark;
 mod flange;
-mod formed;
+mod formed_pocket;
 mod hull;
-mod lay;
-mod look;
-mod mark;
 mod outline;
+mod pack_point;
 pub mod parameters;
 mod plan;
 mod pose;
 pub mod solid;
-mod strew;
 mod tablet;
+mod tablet_face;
+mod tablet_placement;
 mod texture;
 mod web;
 
 use glam::Vec3;
 
-use self::face::Face;
-use self::lay::Lay;
-use self::look::Wound;
-use self::mark::Mark;
+use self::card_placement::CardPlacement;
+use self::contaminants::Powder;
+use self::film_mark::FilmMark;
+use self::pack_point::TabletDamage;
 pub use self::parameters::{Blister, Card, Defects, Foil, Pocket, Tablet, Web};
 pub use self::solid::Solid;
-use self::strew::Powder;
+use self::tablet_face::TabletFace;
 use self::web::FormedWeb;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
 /// The film at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sheet {
+pub struct CardFilm {
     /// Its upper side.
     pub surface: Surface,
     /// Thickness across it [mm].
@@ -50,17 +50,17 @@ pub struct Sheet {
 /// A blister pack.
 #[derive(Debug, Clone)]
 pub struct Pack {
-    lay: Lay,
+    lay: CardPlacement,
     web: FormedWeb,
     foil: Medium,
     solids: Vec<Solid>,
     /// Solids that lie above the cell of each pocket.
     contents: Vec<Vec<usize>>,
     /// Marks of the film that reach into the cell of each pocket.
-    marks: Vec<Vec<Mark>>,
-    wounds: Vec<Option<Wound>>,
+    marks: Vec<Vec<FilmMark>>,
+    wounds: Vec<Option<TabletDamage>>,
     powders: Vec<Option<Powder>>,
-    face: Face,
+    face: TabletFace,
     instances: Vec<Instance>,
     /// What the warp may take of the room around a tablet [mm].
     slack: f32,
@@ -86,7 +86,7 @@ fn fresnel(n: f32) -> f32 {
 
 /// How much of its surroundings a pack takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
+pub struct PackExtent {
     /// Room that each pocket takes across and along the card, with the flange to its neighbours [mm].
     ///
     /// Pockets that a card has no room for are left out; [`RIM_MM`] stays free around all of them together.
@@ -96,9 +96,9 @@ pub struct Extent {
 }
 
 /// The extent of packs of these numbers.
-pub fn extent(blister: &Blister) -> Extent {
+pub fn extent(blister: &Blister) -> PackExtent {
     let (room, height) = fill::extent_mm(blister);
-    Extent { room_mm: room.to_array().map(f64::from), height_mm: f64::from(height) }
+    PackExtent { room_mm: room.to_array().map(f64::from), height_mm: f64::from(height) }
 }
 
 /// Flange beyond the room of the outermost pockets, both sides together [mm].
@@ -116,7 +116,7 @@ impl Pack {
     }
 
     /// The film above (x, y) [mm]; `None` where there is none: beside the card or in a hole.
-    pub fn sheet(&self, x: f32, y: f32) -> Option<Sheet> {
+    pub fn sheet(&self, x: f32, y: f32) -> Option<CardFilm> {
         self.film(&self.spot(x, y)?)
     }
 

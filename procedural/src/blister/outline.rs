@@ -27,7 +27,7 @@ pub enum Outline {
 
 /// Where a place lies with respect to an outline.
 #[derive(Debug, Clone, Copy)]
-pub enum Place {
+pub enum OutlinePoint {
     /// Outside the roof's rim: distance inwards from the outline and its gradient [mm].
     Wall(f32, Vec2),
     /// Within the rim: q^2 and its gradient [1].
@@ -64,23 +64,23 @@ impl Outline {
 
     /// Where `p` lies, with the rim of the roof at `rim` inwards [mm].
     #[inline]
-    pub fn place(&self, p: Vec2, rim: f32) -> Place {
+    pub fn place(&self, p: Vec2, rim: f32) -> OutlinePoint {
         match *self {
             Self::Stadium { segment, radius } => {
                 let away = Vec2::new(p.x - p.x.clamp(-segment, segment), p.y);
                 let (square, inner) = (away.length_squared(), radius - rim);
                 if square <= inner * inner {
-                    return Place::Roof(square / (inner * inner), 2.0 * away / (inner * inner));
+                    return OutlinePoint::Roof(square / (inner * inner), 2.0 * away / (inner * inner));
                 }
                 let distance = square.sqrt();
-                Place::Wall(radius - distance, -away / distance)
+                OutlinePoint::Wall(radius - distance, -away / distance)
             }
             Self::Ellipse { long, short } => {
                 let inner = Vec2::new(long - rim, short - rim);
                 let share = p / inner;
                 let square = share.length_squared();
                 if square <= 1.0 {
-                    return Place::Roof(square, 2.0 * share / inner);
+                    return OutlinePoint::Roof(square, 2.0 * share / inner);
                 }
                 // f(e) = (x / (a - e))^2 + (y / (b - e))^2 - 1 is convex and rises: Newton from the right stays there.
                 let mut inset = (long - p.x.abs()).min(short - p.y.abs()).min(rim);
@@ -91,7 +91,7 @@ impl Outline {
                 }
                 let axes = Vec2::new(long - inset, short - inset);
                 let pull = p / (axes * axes);
-                Place::Wall(inset, -pull / (pull * pull * axes).element_sum())
+                OutlinePoint::Wall(inset, -pull / (pull * pull * axes).element_sum())
             }
         }
     }

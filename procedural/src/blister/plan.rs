@@ -11,7 +11,7 @@ use crate::{Class, Stream};
 
 /// A defect of a pocket.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Planned {
+pub struct PlannedDefect {
     /// Number of the pocket.
     pub cell: usize,
     /// Kind.
@@ -97,8 +97,8 @@ pub fn severity(defects: &Defects, stream: Stream) -> f32 {
 }
 
 /// The defects of all pockets, kind by kind.
-pub fn plan(stream: Stream, defects: &Defects, pockets: usize) -> Vec<Planned> {
-    let mut plan: Vec<Planned> = Vec::new();
+pub fn plan(stream: Stream, defects: &Defects, pockets: usize) -> Vec<PlannedDefect> {
+    let mut plan: Vec<PlannedDefect> = Vec::new();
     for class in KINDS.into_iter().chain([Class::Channel]) {
         let stream = stream.child("defects").child(class.name());
         let mut ranking: Vec<usize> = (0..pockets).collect();
@@ -110,7 +110,7 @@ pub fn plan(stream: Stream, defects: &Defects, pockets: usize) -> Vec<Planned> {
             .collect();
         plan.extend(free.into_iter().map(|cell| {
             let stream = stream.index(cell as u64);
-            Planned { cell, class, severity: severity(defects, stream), stream }
+            PlannedDefect { cell, class, severity: severity(defects, stream), stream }
         }));
     }
     plan

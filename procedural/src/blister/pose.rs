@@ -6,7 +6,7 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::tablet::Form;
+use super::tablet::TabletForm;
 
 /// Distance between a tablet and what it rests on [mm].
 const REST_MM: f32 = 0.001;
@@ -15,7 +15,7 @@ const HALVINGS: usize = 7;
 
 /// The pose that was drawn.
 #[derive(Debug, Clone, Copy)]
-pub struct Wish {
+pub struct DrawnPose {
     /// Turn of its long axis from the pocket's [rad].
     pub yaw: f32,
     /// Tilt [rad].
@@ -39,7 +39,7 @@ pub struct Pose {
     pub middle: Vec3,
 }
 
-impl Wish {
+impl DrawnPose {
     /// Lying flat in the middle.
     pub const FLAT: Self = Self { yaw: 0.0, tilt: 0.0, about: 0.0, offset: Vec2::ZERO, flipped: false, on_edge: false };
 
@@ -50,7 +50,7 @@ impl Wish {
     }
 
     /// The pose of a form that rests on the level `floor`, with its pocket's middle and long axis.
-    pub fn pose(self, form: &Form, middle: Vec2, axis: Vec2, floor: f32) -> Pose {
+    pub fn pose(self, form: &TabletForm, middle: Vec2, axis: Vec2, floor: f32) -> Pose {
         let face = if self.on_edge {
             quarter()
         } else if self.flipped {
@@ -106,7 +106,7 @@ impl Cavity<'_> {
     }
 
     /// The pose closest to the wish that lies inside; `None` where even a flat one does not. Round tablets turn freely.
-    pub fn settle(&self, form: &Form, probes: &[Vec3], wish: Wish) -> Option<Pose> {
+    pub fn settle(&self, form: &TabletForm, probes: &[Vec3], wish: DrawnPose) -> Option<Pose> {
         let free = form.shape.segment == 0.0 && form.scale.x == 1.0;
         let pose = |share: f32| wish.part(share, free).pose(form, self.middle, self.axis, self.floor);
         let whole = pose(1.0);
@@ -115,7 +115,7 @@ impl Cavity<'_> {
         }
         let mut best = pose(0.0);
         if !self.holds(&best, probes) {
-            let lying = Wish { on_edge: false, ..wish };
+            let lying = DrawnPose { on_edge: false, ..wish };
             return if wish.on_edge { self.settle(form, probes, lying) } else { None };
         }
         let (mut low, mut high) = (0.0, 1.0);

@@ -11,7 +11,7 @@ use crate::{Class, Medium};
 
 /// The shape before it is scaled, turned and moved [mm].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shape {
+pub struct SolidShape {
     /// Half the length of the segment.
     pub segment: f32,
     /// Radius of the prism.
@@ -44,7 +44,7 @@ pub struct Solid {
     pub medium: Medium,
     /// Whether its face at +z bears the pack's score line and mark.
     pub(super) marked: bool,
-    shape: Shape,
+    shape: SolidShape,
     cuts: Vec<Cut>,
     /// From the pack's coordinates to the shape's: linear part, after the origin was taken off.
     inverse: Mat3,
@@ -53,7 +53,7 @@ pub struct Solid {
 
 const EVERYWHERE: [f32; 2] = [f32::NEG_INFINITY, f32::INFINITY];
 
-impl Shape {
+impl SolidShape {
     /// Largest value of `way . p` over the shape, for any vector [mm].
     pub fn support(&self, way: Vec3) -> f32 {
         let across = (way.x * way.x + way.y * way.y).sqrt();
@@ -79,7 +79,7 @@ impl Shape {
 impl Solid {
     /// The shape under the map `linear p + origin`.
     pub fn new(
-        shape: Shape,
+        shape: SolidShape,
         cuts: Vec<Cut>,
         linear: Mat3,
         origin: Vec3,
@@ -243,7 +243,7 @@ mod tests {
     use rand::RngExt;
 
     /// Whether a place of the shape's coordinates is inside, straight from the definition.
-    fn inside(shape: &Shape, cuts: &[Cut], p: Vec3) -> bool {
+    fn inside(shape: &SolidShape, cuts: &[Cut], p: Vec3) -> bool {
         let away = |p: Vec3| (p - Vec3::X * p.x.clamp(-shape.segment, shape.segment)).length();
         let capped = match shape.cap {
             Some([radius, beyond]) => [beyond, -beyond].iter().all(|&up| away(p + Vec3::Z * up) < radius),
@@ -254,10 +254,10 @@ mod tests {
 
     #[test]
     fn ways_enter_and_leave_where_the_definition_says() {
-        let lens = Shape { segment: 0.0, radius: 4.0, band: 1.0, cap: Some([8.5, 6.5]) };
-        let caplet = Shape { segment: 3.0, ..lens };
-        let flat = Shape { cap: None, ..caplet };
-        let rod = Shape { segment: 5.0, radius: 3.0, band: 0.0, cap: Some([3.0, 0.0]) };
+        let lens = SolidShape { segment: 0.0, radius: 4.0, band: 1.0, cap: Some([8.5, 6.5]) };
+        let caplet = SolidShape { segment: 3.0, ..lens };
+        let flat = SolidShape { cap: None, ..caplet };
+        let rod = SolidShape { segment: 5.0, radius: 3.0, band: 0.0, cap: Some([3.0, 0.0]) };
         let cut = Cut { normal: Vec3::new(0.6, 0.0, 0.8), limit: 1.0 };
         let mut rng = Stream::root(1).child("ways").rng();
         let mut vector = || Vec3::from_array(std::array::from_fn(|_| 2.0 * rng.random::<f32>() - 1.0));

@@ -8,7 +8,7 @@ use glam::{Mat3, Vec3};
 
 use super::outline::Outline;
 use super::parameters::Tablet;
-use super::solid::Shape;
+use super::solid::SolidShape;
 use crate::{Gloss, Medium};
 
 /// Angles at which a tablet's surface is probed.
@@ -20,20 +20,20 @@ const ALONG: usize = 10;
 
 /// The size and form of a tablet; its long axis is x, its faces lie at +z and -z.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Form {
+pub struct TabletForm {
     /// Before scaling.
-    pub shape: Shape,
+    pub shape: SolidShape,
     /// From the shape's coordinates to the tablet's, axis by axis [1].
     pub scale: Vec3,
 }
 
-impl Form {
+impl TabletForm {
     /// The form of these numbers.
     pub fn new(tablet: &Tablet) -> Self {
         let sizes = [0.5 * tablet.length_mm as f32, 0.5 * tablet.width_mm as f32];
         let (long, short) = (sizes[0].max(sizes[1]), sizes[0].min(sizes[1]));
         if tablet.shape >= 1.5 {
-            let shape = Shape { segment: long - short, radius: short, band: 0.0, cap: Some([short, 0.0]) };
+            let shape = SolidShape { segment: long - short, radius: short, band: 0.0, cap: Some([short, 0.0]) };
             return Self { shape, scale: Vec3::ONE };
         }
         let thickness = tablet.thickness_mm as f32;
@@ -43,9 +43,9 @@ impl Form {
         let radius = (height * height + short * short) / (2.0 * height);
         let cap = (!flat).then_some([radius, radius - height - band]);
         if tablet.shape >= 0.5 {
-            Self { shape: Shape { segment: long - short, radius: short, band, cap }, scale: Vec3::ONE }
+            Self { shape: SolidShape { segment: long - short, radius: short, band, cap }, scale: Vec3::ONE }
         } else {
-            let shape = Shape { segment: 0.0, radius: short, band, cap };
+            let shape = SolidShape { segment: 0.0, radius: short, band, cap };
             Self { shape, scale: Vec3::new(long / short, 1.0, 1.0) }
         }
     }
@@ -87,7 +87,7 @@ impl Form {
 
     /// Places whose convex hull holds the tablet to a few micrometres, in its own coordinates [mm].
     pub fn probes(&self) -> Vec<Vec3> {
-        let Shape { segment, radius, band, .. } = self.shape;
+        let SolidShape { segment, radius, band, .. } = self.shape;
         let round = 1.0 / libm::cosf(std::f32::consts::PI / ANGLES as f32);
         let mut probes = Vec::with_capacity(2 * (RINGS + 1) * (ANGLES + 2 * ALONG));
         for ring in 0..=RINGS {

@@ -7,9 +7,9 @@
 
 use glam::Vec2;
 
-use super::formed::Formed;
+use super::formed_pocket::FormedPocket;
 use super::parameters::{Blister, Pocket};
-use super::tablet::Form;
+use super::tablet::TabletForm;
 use super::texture::{Texture, hump};
 use crate::noise::{Noise, smoothstep};
 use crate::{Gloss, Medium, Stream};
@@ -32,12 +32,12 @@ const FADE_MM: [f32; 2] = [0.2, 0.8];
 
 /// A pocket of the grid.
 #[derive(Debug, Clone, Copy)]
-pub struct Cell {
+pub struct PocketCell {
     /// Middle on the card [mm].
     pub middle: Vec2,
     /// Its depth over that of the form [1].
     pub factor: f32,
-    /// How far its film is stretched, see [`Formed::stretch`] [1].
+    /// How far its film is stretched, see [`FormedPocket::stretch`] [1].
     pub stretch: f32,
 }
 
@@ -45,9 +45,9 @@ pub struct Cell {
 #[derive(Debug, Clone)]
 pub struct FormedWeb {
     /// The form of the pockets.
-    pub formed: Formed,
+    pub formed: FormedPocket,
     /// Every pocket, rows along the laser line one after another.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<PocketCell>,
     /// Upper side of the foil [mm].
     pub foil_mm: f32,
     /// Thickness of the flange [mm].
@@ -66,7 +66,7 @@ pub struct FormedWeb {
 
 /// The film at a place of the card.
 #[derive(Debug, Clone, Copy)]
-pub struct Leaf {
+pub struct WebFilm {
     /// Upper side over the conveyor [mm].
     pub top: f32,
     /// Its gradient in the axes of the card [1].
@@ -79,7 +79,7 @@ pub struct Leaf {
     pub drawn: f32,
 }
 
-impl Leaf {
+impl WebFilm {
     /// Lower side over the conveyor on a flat card, where the card as it lies is tilted by that slope [mm].
     #[inline]
     pub fn low(&self, tilt: Vec2) -> f32 {
@@ -104,10 +104,10 @@ pub fn highest_bump_mm(pocket: &Pocket) -> f32 {
 }
 
 impl FormedWeb {
-    /// The film of a pack on a card of half size `half`; `slack` as in [`Formed::new`].
-    pub fn new(stream: Stream, blister: &Blister, form: &Form, half: Vec2, slack: f32) -> Self {
+    /// The film of a pack on a card of half size `half`; `slack` as in [`FormedPocket::new`].
+    pub fn new(stream: Stream, blister: &Blister, form: &TabletForm, half: Vec2, slack: f32) -> Self {
         let (card, pocket, web) = (&blister.card, &blister.pocket, &blister.web);
-        let formed = Formed::new(pocket, web, form, slack);
+        let formed = FormedPocket::new(pocket, web, form, slack);
         let box_mm = 2.0 * formed.reach() + FLANGE_MM;
         let asked = Vec2::new(card.pitch_x_mm as f32, card.pitch_y_mm as f32);
         let pitch = asked.max(box_mm);
@@ -127,7 +127,7 @@ impl FormedWeb {
             .map(|i| {
                 let middle = pitch * Vec2::new(at(i % count[0], count[0]), at(i / count[0], count[1]));
                 let middle = middle + Vec2::new(0.0, shift);
-                Cell { middle, factor: 1.0, stretch }
+                PocketCell { middle, factor: 1.0, stretch }
             })
             .collect();
         let gloss = Gloss {
@@ -204,7 +204,7 @@ impl FormedWeb {
 
     /// The film over a place of the card, nearest to pocket `cell`.
     #[inline]
-    pub fn leaf(&self, p: Vec2, cell: Option<usize>) -> Leaf {
+    pub fn leaf(&self, p: Vec2, cell: Option<usize>) -> WebFilm {
         let base = self.foil_mm + self.flat_mm;
         let mut inset = f32::NEG_INFINITY;
         let mut cuts = (0.0, Vec2::ZERO);
@@ -219,7 +219,7 @@ impl FormedWeb {
                     let (bump, tilt, noise) = self.bumps(p, skin.rise, skin.slope, cell.factor);
                     let thickness = self.formed.thickness_mm(skin.drawn, cell.stretch) * (1.0 + noise);
                     let top = base + skin.rise + bump;
-                    return Leaf { top, slope: skin.slope + tilt, thickness, inset, drawn: skin.drawn };
+                    return WebFilm { top, slope: skin.slope + tilt, thickness, inset, drawn: skin.drawn };
                 }
             }
             let (column, row) = (number % self.count[0], number / self.count[0]);
@@ -227,7 +227,13 @@ impl FormedWeb {
             cuts = self.texture.cuts(q, 0.5 * self.pitch, open);
         }
         let (height, slope) = self.relief(p, inset);
-        Leaf { top: base + height - cuts.0, slope: slope - cuts.1, thickness: self.flat_mm - cuts.0, inset, drawn: 0.0 }
+        WebFilm {
+            top: base + height - cuts.0,
+            slope: slope - cuts.1,
+            thickness: self.flat_mm - cuts.0,
+            inset,
+            drawn: 0.0,
+        }
     }
 
     /// Bumps and crevices of formed film [mm], their slope [1], and the relative variation of its thickness [1].

@@ -34,7 +34,7 @@ pub(super) struct Bulge {
 
 /// The merging at one distance from the axis.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Merge {
+pub(super) struct BulgeMerge {
     /// Depth of the bulge over its height [1].
     pub depth: f32,
     /// Slope of that depth over x, divided by x [1].
@@ -74,13 +74,13 @@ impl Bulge {
 
     /// The merging at `x` half widths from the axis, below the reach.
     #[inline]
-    pub fn at(&self, x: f32) -> Merge {
+    pub fn at(&self, x: f32) -> BulgeMerge {
         let at = x * (STEPS as f32 / REACH);
         let i = (at as usize).min(STEPS);
         let w = at - i as f32;
         let (a, b) = (self.table[i], self.table[i + 1]);
         let mix = |n: usize| a[n] + w * (b[n] - a[n]);
-        Merge { depth: mix(0), slope_over_x: mix(1), weight: mix(2) }
+        BulgeMerge { depth: mix(0), slope_over_x: mix(1), weight: mix(2) }
     }
 }
 

@@ -49,7 +49,7 @@ impl Coefficients {
 
 /// The kinds of wood in a board.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kinds {
+pub(super) struct WoodKinds {
     /// Earlywood.
     pub earlywood: Coefficients,
     /// Latewood.
@@ -64,7 +64,7 @@ pub(super) struct Kinds {
     pub rot: Coefficients,
 }
 
-impl Kinds {
+impl WoodKinds {
     /// The kinds of a recipe: earlywood as it is given, everything else but bark's absorption by its ratios to earlywood.
     pub fn new(m: &Media) -> Self {
         let (mu_a, sigma_i, k) = (m.earlywood_mu_a_per_mm, m.earlywood_sigma_i_per_mm, m.earlywood_k_per_mm);
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_defaults_are_the_class_table() {
-        let kinds = Kinds::new(&Wood::from_values(&mut |p| p.default).media);
+        let kinds = WoodKinds::new(&Wood::from_values(&mut |p| p.default).media);
         // docs/wood.md.
         let table = [
             (kinds.earlywood, 0.08, 2.0, 10.0, 1.18),

@@ -11,10 +11,10 @@
 use glam::{Vec2, Vec3};
 
 use super::bulge::{ASPECT, Bulge, REACH, height};
-use super::flow::{Oval, SLOWEST};
-use super::knot::{Distance, Knot, Section};
+use super::grain_flow::{Oval, SLOWEST};
+use super::knot::{Knot, KnotDistance, KnotSection};
 use super::parameters::Wood;
-use super::pith::Place;
+use super::pith::LogPoint;
 use crate::Stream;
 use crate::noise::{Noise, smoothstep};
 
@@ -78,7 +78,7 @@ pub(super) struct Branch<'a> {
     /// Cosine of the angle between the direction from the axis to here and down the stem [1].
     pub below: f32,
     offset: Vec2,
-    section: Section,
+    section: KnotSection,
 }
 
 impl Growth {
@@ -96,7 +96,7 @@ impl Growth {
 
     /// Time of growth and fibre at a place among the knots that may be near.
     #[inline]
-    pub fn at<'a>(&self, place: &Place, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
+    pub fn at<'a>(&self, place: &LogPoint, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
         let (r, around) = (place.r, place.around());
         let (wave, wave_slope) = self.waves.space_slope((WAVES_PER_RAD * place.outward).extend(place.l / WAVE_MM));
         let mut t = r * (1.0 + WAVINESS * wave);
@@ -113,7 +113,7 @@ impl Growth {
         let mut branch: Option<Branch<'a>> = None;
         let mut distance = None;
         for knot in knots {
-            let section = knot.section(distance.get_or_insert_with(|| Distance::new(r)));
+            let section = knot.section(distance.get_or_insert_with(|| KnotDistance::new(r)));
             let a = section.half_width;
             let offset = Vec2::new(r * wrap(place.phi - section.phi), place.l - section.l);
             let shorten = knot.cos_slope / ASPECT;
@@ -190,7 +190,7 @@ impl Branch<'_> {
 
     /// The fibre here, given that of the trunk around.
     #[inline]
-    fn fibre(&self, trunk: Vec3, place: &Place) -> Vec3 {
+    fn fibre(&self, trunk: Vec3, place: &LogPoint) -> Vec3 {
         let share = self.joined();
         if share == 0.0 {
             return trunk;

@@ -36,7 +36,7 @@ const BARK_LIMIT: f32 = 0.6;
 
 /// What is drawn for a knot whatever the recipe says; scaled to the recipe later.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Draw {
+pub(super) struct KnotDraw {
     /// Standard normal behind the width.
     pub width: f64,
     /// Standard normal behind the slope.
@@ -49,7 +49,7 @@ pub(super) struct Draw {
     outline: [Vec2; HARMONICS],
 }
 
-impl Draw {
+impl KnotDraw {
     /// The draws of one knot's own stream.
     pub fn new(stream: Stream) -> Self {
         let mut rng = stream.child("shape").rng();
@@ -71,7 +71,7 @@ impl Draw {
 
 /// Where a knot meets the upper surface, and how.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+pub(super) struct KnotPoint {
     /// Distance from the pith [mm].
     pub r: f32,
     /// Azimuth [rad].
@@ -116,7 +116,7 @@ pub(super) struct Knot {
 
 /// Powers of the distance from the pith that all knots at a point share.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Distance {
+pub(super) struct KnotDistance {
     /// The distance itself [mm].
     pub r: f32,
     root: f32,
@@ -124,7 +124,7 @@ pub(super) struct Distance {
     fourth_root: f32,
 }
 
-impl Distance {
+impl KnotDistance {
     /// Of a point `r` away from the pith [mm].
     #[inline]
     pub fn new(r: f32) -> Self {
@@ -135,7 +135,7 @@ impl Distance {
 
 /// A knot's skeleton and width at one distance from the pith.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Section {
+pub(super) struct KnotSection {
     /// Azimuth of the axis [rad].
     pub phi: f32,
     /// r d(phi)/dr of the axis [rad].
@@ -152,7 +152,7 @@ pub(super) struct Section {
 
 impl Knot {
     /// The branch through a spot.
-    pub fn new(id: u16, class: Class, spot: &Spot, draw: &Draw) -> Self {
+    pub fn new(id: u16, class: Class, spot: &KnotPoint, draw: &KnotDraw) -> Self {
         let opening = (OPENING[0] + OPENING[1] * draw.opening).clamp(OPENING_RANGE[0], OPENING_RANGE[1]);
         let narrowing = TAPER[0] * opening + TAPER[1] + TAPER[2] * draw.taper;
         let fixed = spot.r.min(spot.death);
@@ -178,7 +178,7 @@ impl Knot {
 
     /// The knot at a distance from the pith.
     #[inline]
-    pub fn section(&self, at: &Distance) -> Section {
+    pub fn section(&self, at: &KnotDistance) -> KnotSection {
         let [start, bend, rise, azimuth, turn] = self.skeleton;
         let share = at.r / self.fixed;
         let (half_width, widening) = if at.r >= self.death || share >= self.widest {
@@ -189,7 +189,7 @@ impl Knot {
             let slope = (1.0 - 1.25 * self.taper * fourth) / (1.0 - self.taper);
             (self.half_width * self.growth(share, fourth), self.half_width * slope / self.fixed)
         };
-        Section {
+        KnotSection {
             phi: azimuth + turn * at.log,
             turn,
             l: start + bend * at.root + rise * at.r,
@@ -224,15 +224,15 @@ mod tests {
     use super::*;
 
     fn knot(death: f32, index: u64) -> Knot {
-        let spot = Spot { r: 70.0, phi: 0.3, l: 12.0, half_width: 6.0, slope: -0.18, death, bark: 0.7 };
-        Knot::new(1, Class::SoundKnot, &spot, &Draw::new(Stream::root(2).index(index)))
+        let spot = KnotPoint { r: 70.0, phi: 0.3, l: 12.0, half_width: 6.0, slope: -0.18, death, bark: 0.7 };
+        Knot::new(1, Class::SoundKnot, &spot, &KnotDraw::new(Stream::root(2).index(index)))
     }
 
     #[test]
     fn a_knot_passes_its_spot_with_its_width_and_slope() {
         for death in [f32::INFINITY, 49.0] {
             for index in 0..50 {
-                let section = knot(death, index).section(&Distance::new(70.0));
+                let section = knot(death, index).section(&KnotDistance::new(70.0));
                 assert!((section.l - 12.0).abs() < 1.0e-4 && (section.phi - 0.3).abs() < 1.0e-5);
                 assert!((section.half_width - 6.0).abs() < 1.0e-4 && (section.slope + 0.18).abs() < 1.0e-5);
             }
@@ -243,7 +243,7 @@ mod tests {
     fn width_grows_while_the_branch_lives_and_then_stays() {
         for index in 0..50 {
             let knot = knot(49.0, index);
-            let widths: Vec<f32> = (1..120).map(|r| knot.section(&Distance::new(r as f32)).half_width).collect();
+            let widths: Vec<f32> = (1..120).map(|r| knot.section(&KnotDistance::new(r as f32)).half_width).collect();
             assert!(widths.windows(2).all(|w| w[1] >= w[0]), "{widths:?}");
             assert!(widths[49..].iter().all(|&w| w == widths[60]) && widths[20] < 0.9 * widths[60]);
         }
@@ -255,9 +255,9 @@ mod tests {
             let knot = knot(death, 3);
             let h = 0.05;
             let (low, mid, high) = (
-                knot.section(&Distance::new(r - h)),
-                knot.section(&Distance::new(r)),
-                knot.section(&Distance::new(r + h)),
+                knot.section(&KnotDistance::new(r - h)),
+                knot.section(&KnotDistance::new(r)),
+                knot.section(&KnotDistance::new(r + h)),
             );
             assert!(((high.l - low.l) / (2.0 * h) - mid.slope).abs() < 1.0e-3);
             assert!(((high.phi - low.phi) / (2.0 * h) * r - mid.turn).abs() < 1.0e-3);

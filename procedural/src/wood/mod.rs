@@ -10,27 +10,27 @@
 mod bulge;
 mod coefficients;
 mod decay;
-mod flow;
+mod grain_flow;
 mod growth;
 mod knot;
+mod knot_placement;
 pub mod parameters;
 mod pith;
-mod placing;
 mod rings;
-mod sawn;
+mod sawn_surface;
 #[cfg(test)]
 mod tests;
 
 use glam::{Vec2, Vec3};
 
-use self::coefficients::{Coefficients, Kinds};
+use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
 use self::growth::{Branch, Grown, Growth};
+use self::knot_placement::PlacedKnot;
 pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
-use self::pith::{Place, Trunk};
-use self::placing::Placed;
+use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
-use self::sawn::{Sawn, SawnCut};
+use self::sawn_surface::{SawnProfile, SawnSurface};
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
@@ -57,10 +57,10 @@ pub struct Plank {
     trunk: Trunk,
     rings: Rings,
     growth: Growth,
-    knots: Vec<Placed>,
+    knots: Vec<PlacedKnot>,
     decay: Option<Decay>,
-    sawn: Sawn,
-    kinds: Kinds,
+    sawn: SawnSurface,
+    kinds: WoodKinds,
     streaks: [Noise; 2],
     streak: f32,
     latewood_share: f32,
@@ -74,9 +74,9 @@ pub struct PlankSlice<'a> {
     plank: &'a Plank,
     y: f32,
     middle: f32,
-    cut: SawnCut<'a>,
+    cut: SawnProfile<'a>,
     /// Knots that disturb this cut.
-    near: Vec<&'a Placed>,
+    near: Vec<&'a PlacedKnot>,
 }
 
 impl Plank {
@@ -86,8 +86,8 @@ impl Plank {
         let trunk = Trunk::grow(stream.child("pith"), wood);
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
-        let kinds = Kinds::new(&wood.media);
-        let knots = placing::place(stream.child("knot"), wood, &trunk);
+        let kinds = WoodKinds::new(&wood.media);
+        let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
         let decay = Decay::grow(stream.child("rot"), wood, kinds.rot);
         let mut instances: Vec<Instance> = knots.iter().map(|placed| placed.instance).collect();
         if let Some(decay) = &decay {
@@ -108,7 +108,7 @@ impl Plank {
         Self {
             rings: Rings::grow(stream.child("rings"), &wood.log, reach),
             growth: Growth::new(stream.child("growth"), wood),
-            sawn: Sawn::grow(stream.child("saw"), wood),
+            sawn: SawnSurface::grow(stream.child("saw"), wood),
             streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
             streak: wood.log.streak as f32,
             latewood_share: wood.log.latewood_share as f32,
@@ -145,7 +145,7 @@ impl Plank {
 
     /// Relative departure of the fibre bundle at a place from the mean [1].
     #[inline]
-    fn streak(&self, place: &Place, grown: &Grown) -> f32 {
+    fn streak(&self, place: &LogPoint, grown: &Grown) -> f32 {
         let layer = |i: usize, cell: [f32; 2]| {
             let p = Vec3::new(grown.bundle * cell[0], grown.t * cell[0], place.l * cell[1]);
             STREAK_SHARES[i] * self.streaks[i].space(p)
@@ -155,7 +155,7 @@ impl Plank {
 
     /// Wood without defect.
     #[inline]
-    fn clear(&self, place: &Place, grown: &Grown) -> Coefficients {
+    fn clear(&self, place: &LogPoint, grown: &Grown) -> Coefficients {
         let phase = self.rings.at(grown.t);
         let streak = self.streak(place, grown);
         let absorption = phase.gain * (1.0 + streak).max(STREAK_LEAST);
@@ -165,7 +165,7 @@ impl Plank {
 
     /// Wood outside of branches, clear or decayed, with its class and instance.
     #[inline]
-    fn stem(&self, x: f32, place: &Place, grown: &Grown) -> (Coefficients, Class, u16) {
+    fn stem(&self, x: f32, place: &LogPoint, grown: &Grown) -> (Coefficients, Class, u16) {
         let clear = self.clear(place, grown);
         let Some(decay) = &self.decay else { return (clear, Class::Clear, 0) };
         let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);

@@ -23,9 +23,9 @@ const MARGIN_MM: f32 = 50.0;
 /// Smallest distance from the pith at which directions are told apart [mm].
 const NEAREST_MM: f32 = 1.0e-3;
 
-/// Place and direction of the pith at one place along the log.
+/// Position and direction of the pith at one place along the log.
 #[derive(Debug, Clone, Copy)]
-struct Node {
+struct PithNode {
     /// Sideways and upwards [mm].
     place: Vec2,
     /// Their change along the log [1].
@@ -43,12 +43,12 @@ pub(super) struct Trunk {
     zenith: Vec2,
     /// First place of the table [mm].
     start: f32,
-    nodes: Vec<Node>,
+    nodes: Vec<PithNode>,
 }
 
 /// A point in the log's coordinates, with the directions that belong to it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct LogPoint {
     /// Distance from the pith [mm].
     pub r: f32,
     /// Azimuth, from the pith-to-board direction, right-handed about the log [rad].
@@ -61,7 +61,7 @@ pub(super) struct Place {
     pub pith_slope: Vec2,
 }
 
-impl Place {
+impl LogPoint {
     /// Direction of growing azimuth: sideways and upwards [1].
     #[inline]
     pub fn around(&self) -> Vec2 {
@@ -95,7 +95,7 @@ impl Trunk {
         let nodes = (0..count).map(|i| {
             let l = i as f32 * STEP_MM - reach;
             let (x, z) = (sideways(l), upwards(l));
-            Node { place: straight + Vec2::new(x.x, z.x - tilt * l), slope: Vec2::new(x.y, z.y - tilt) }
+            PithNode { place: straight + Vec2::new(x.x, z.x - tilt * l), slope: Vec2::new(x.y, z.y - tilt) }
         });
         let middle = Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32);
         let to_board = Vec2::new(0.0, 0.5 * board.thickness_mm as f32) - straight;
@@ -109,17 +109,17 @@ impl Trunk {
     }
 
     #[inline]
-    fn pith(&self, l: f32) -> Node {
+    fn pith(&self, l: f32) -> PithNode {
         let at = ((l - self.start) / STEP_MM).clamp(0.0, (self.nodes.len() - 2) as f32);
         let i = at as usize;
         let w = at - i as f32;
         let (a, b) = (self.nodes[i], self.nodes[i + 1]);
-        Node { place: a.place + w * (b.place - a.place), slope: a.slope + w * (b.slope - a.slope) }
+        PithNode { place: a.place + w * (b.place - a.place), slope: a.slope + w * (b.slope - a.slope) }
     }
 
     /// Log coordinates of a point of the unwarped board [mm].
     #[inline]
-    pub fn place(&self, x: f32, y: f32, z: f32) -> Place {
+    pub fn place(&self, x: f32, y: f32, z: f32) -> LogPoint {
         let (dx, dy) = (x - self.middle.x, y - self.middle.y);
         let (sideways, l) = (dx * self.turn.x - dy * self.turn.y, dx * self.turn.y + dy * self.turn.x);
         let pith = self.pith(l);
@@ -127,7 +127,7 @@ impl Trunk {
         let r = offset.length().max(NEAREST_MM);
         let outward = offset / r;
         let phi = atan2(outward.perp_dot(self.zenith), outward.dot(self.zenith));
-        Place { r, phi, l, outward, pith_slope: pith.slope }
+        LogPoint { r, phi, l, outward, pith_slope: pith.slope }
     }
 
     /// Point of the unwarped board at log coordinates [mm].

@@ -47,7 +47,7 @@ pub(super) struct Rings {
 
 /// Wood within its ring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Phase {
+pub(super) struct RingPhase {
     /// Share of latewood, 0 to 1 [1].
     pub latewood: f32,
     /// Factor on the absorption of the whole ring [1].
@@ -86,7 +86,7 @@ impl Rings {
 
     /// Wood that grew when the trunk had the radius `t` [mm].
     #[inline]
-    pub fn at(&self, t: f32) -> Phase {
+    pub fn at(&self, t: f32) -> RingPhase {
         let t = t.max(0.0);
         let stretch = ((t * self.per_mean) as usize).min(self.index.len() - 1);
         let mut i = self.index[stretch] as usize;
@@ -95,7 +95,7 @@ impl Rings {
         }
         let ring = &self.rings[i];
         let u = (t - ring.start) * ring.per_width;
-        Phase { latewood: smoothstep(ring.ramp[0], ring.ramp[1], u), gain: ring.gain }
+        RingPhase { latewood: smoothstep(ring.ramp[0], ring.ramp[1], u), gain: ring.gain }
     }
 }
 

@@ -80,7 +80,7 @@ fn fibres_run_into_a_living_branch_from_below_and_dive_under_it_above() {
         let half = 0.5 * knot.diameter_mm as f32;
         // How far outwards the fibre runs, up the stem or out along the branch, `x` half widths up the stem from the axis and as far around it as it is wide.
         let outwards = |x: f32, aside: f32| {
-            let section = plank.knots[0].knot.section(&knot::Distance::new(middle.r));
+            let section = plank.knots[0].knot.section(&knot::KnotDistance::new(middle.r));
             let p = plank.trunk.point(middle.r, section.phi + aside * half / middle.r, section.l + x * half);
             let place = plank.trunk.place(p.x, p.y, p.z);
             grown(&plank, p).fibre.truncate().dot(place.outward)

@@ -11,7 +11,7 @@
 //! Rays go from cell to cell, as in a body of wood, and cross faces as [`BilinearPatch`] says.
 
 use glam::{DVec2, DVec3};
-use procedural::blister::{Pack, Sheet, Solid};
+use procedural::blister::{CardFilm, Pack, Solid};
 use procedural::{Gloss, Medium, Surface};
 
 use super::super::bilinear_patch::BilinearPatch;
@@ -31,7 +31,7 @@ const OVER_MM: f64 = 1e-9;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PackColumn {
     /// The film, unless there is a hole.
-    pub sheet: Option<Sheet>,
+    pub sheet: Option<CardFilm>,
     /// The foil below.
     pub foil: (Surface, Medium),
 }

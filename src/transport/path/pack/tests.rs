@@ -1,7 +1,7 @@
 //! Monte Carlo on packs against Monte Carlo in plane layers, against closed forms, and against itself.
 
 use glam::{DVec2, DVec3, Mat3, Vec3};
-use procedural::blister::{Sheet, Solid, solid};
+use procedural::blister::{CardFilm, Solid, solid};
 use procedural::flat::Flat;
 use procedural::{Body, Class, Gloss, Medium, Stream, Surface};
 
@@ -31,17 +31,17 @@ fn tablet(mu_a: f32, coat: f32) -> Medium {
 
 /// A flat round tablet about the z axis, turned by `turn`, the middle of its top at `top` [mm].
 fn disc(top: f32, radius: f32, thickness: f32, turn: Mat3, medium: Medium) -> Solid {
-    let shape = solid::Shape { segment: 0.0, radius, band: 0.5 * thickness, cap: None };
+    let shape = solid::SolidShape { segment: 0.0, radius, band: 0.5 * thickness, cap: None };
     let middle = Vec3::new(0.0, 0.0, top) - turn * Vec3::new(0.0, 0.0, 0.5 * thickness);
     Solid::new(shape, Vec::new(), turn, middle, medium, Class::Pocket, 0)
 }
 
 /// A card of 60 mm, `sheet` over `foil`, sloping along y.
-fn card(sheet: Sheet, foil: (Surface, Medium), solids: Vec<Solid>) -> PackGeometry {
+fn card(sheet: CardFilm, foil: (Surface, Medium), solids: Vec<Solid>) -> PackGeometry {
     let corners = [DVec2::splat(-30.0), DVec2::splat(30.0)];
     let at = |surface: Surface, y: f32| Surface { z: surface.z + surface.slope_y * y, ..surface };
     let shape = PackShape::new(corners, corners, solids, |x, y| {
-        let sheet = Sheet { surface: at(sheet.surface, y), ..sheet };
+        let sheet = CardFilm { surface: at(sheet.surface, y), ..sheet };
         (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil: (at(foil.0, y), foil.1) })
     });
     PackGeometry::new(shape, Question::default().view)
@@ -50,7 +50,7 @@ fn card(sheet: Sheet, foil: (Surface, Medium), solids: Vec<Solid>) -> PackGeomet
 /// A level card, film of `thickness` [mm], foil `gap` [mm] below it.
 fn flat(medium: Medium, thickness: f32, gap: Option<f32>, foil: Gloss, solids: Vec<Solid>) -> PackGeometry {
     let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
-    let sheet = Sheet { surface: level(TOP), thickness_mm: thickness, sealed: gap.is_none(), medium };
+    let sheet = CardFilm { surface: level(TOP), thickness_mm: thickness, sealed: gap.is_none(), medium };
     card(sheet, (level(TOP - thickness - gap.unwrap_or(0.0)), Medium::opaque(foil)), solids)
 }
 
@@ -208,7 +208,7 @@ fn scaled(of: Estimate, medium: Medium) -> Estimate {
 fn sloping_sealed_film_is_a_stack_lit_aslant() {
     let (cover, slope) = (film(0.05, 8.0), 0.35f32);
     let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: slope };
-    let sheet = Sheet { surface: level(TOP), thickness_mm: 0.25, sealed: true, medium: cover };
+    let sheet = CardFilm { surface: level(TOP), thickness_mm: 0.25, sealed: true, medium: cover };
     let geometry = card(sheet, (level(TOP - 0.4), Medium::opaque(SMOOTH)), Vec::new());
     let (_, balance) = ask(&geometry, (60.0, 0), 60_000, 7);
     let foil = Substrate::Foil(Foil { reflectance: 0.9, roughness: [0.05, 0.1] });
@@ -234,7 +234,7 @@ fn nothing_is_lost_in_a_white_pack() {
     let shape = PackShape::new(corners, corners, vec![disc(TOP - 1.0, 4.0, 3.0, turn, pill)], |x, y| {
         let level = |z: f32| Surface { z, slope_x: 0.0, slope_y: 0.0 };
         let sealed = x.hypot(y) > 6.0;
-        let sheet = Sheet { surface: level(TOP), thickness_mm: 0.2, sealed, medium: cover };
+        let sheet = CardFilm { surface: level(TOP), thickness_mm: 0.2, sealed, medium: cover };
         let foil = (level(if sealed { TOP - 0.2 } else { TOP - 6.0 }), metal);
         (x.abs() < 30.0 && y.abs() < 30.0).then_some(PackColumn { sheet: Some(sheet), foil })
     });

@@ -3,15 +3,15 @@
 //! Models: a rounded rectangle, turned about its middle, over which the height w of everything is raised by
 //! bow (1 - a^2) + curl a b / 2 with a = 2u / width, b = 2v / length, so that its lowest place lies on the conveyor.
 //! Neglected: the card is not shortened by its warp. Solids follow the tangent plane of the warp under their middle,
-//! and [`Lay::slack`] bounds what that leaves out.
+//! and [`CardPlacement::slack`] bounds what that leaves out.
 
 use glam::{Mat3, Vec2, Vec3};
 
 use super::parameters::Card;
 
-/// Place and warp of a card.
+/// Position and warp of a card.
 #[derive(Debug, Clone, Copy)]
-pub struct Lay {
+pub struct CardPlacement {
     /// Middle of the card on the conveyor [mm].
     middle: Vec2,
     /// Cosine and sine of its turn [1].
@@ -26,7 +26,7 @@ pub struct Lay {
     lift: f32,
 }
 
-impl Lay {
+impl CardPlacement {
     /// The card of these numbers.
     pub fn new(card: &Card) -> Self {
         let (sine, cosine) = libm::sincos(card.turn_deg.to_radians());

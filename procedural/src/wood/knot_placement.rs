@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 use rand::RngExt;
 
 use super::bulge::{ASPECT, REACH};
-use super::knot::{Distance, Draw, Knot, Spot};
+use super::knot::{Knot, KnotDistance, KnotDraw, KnotPoint};
 use super::parameters::Wood;
 use super::pith::Trunk;
 use crate::{Class, Instance, Stream};
@@ -40,7 +40,7 @@ const SKELETON_STEPS: usize = 200;
 
 /// A knot with the room in which it disturbs the board.
 #[derive(Debug, Clone)]
-pub(super) struct Placed {
+pub(super) struct PlacedKnot {
     /// The branch.
     pub knot: Knot,
     /// Along the laser line: from, to [mm].
@@ -53,8 +53,8 @@ pub(super) struct Placed {
 
 /// A proposal that was looked at.
 #[derive(Debug, Clone, Copy)]
-struct Proposal {
-    spot: Spot,
+struct KnotProposal {
+    spot: KnotPoint,
     centre: Vec2,
     /// Half length of the outline [mm].
     half_length: f32,
@@ -64,8 +64,8 @@ struct Proposal {
 }
 
 /// All knots of a board: sound ones first.
-pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<Placed> {
-    let mut taken: Vec<Proposal> = Vec::new();
+pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<PlacedKnot> {
+    let mut taken: Vec<KnotProposal> = Vec::new();
     let mut placed = Vec::new();
     let reach = trunk.reach(half_size(wood), wood.board.thickness_mm as f32) + 1.0;
     for (class, name, count) in
@@ -73,7 +73,7 @@ pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<Placed> {
     {
         for index in 0..count.round() as u64 {
             let own = stream.child(name).index(index);
-            let draw = Draw::new(own);
+            let draw = KnotDraw::new(own);
             let best = settle(own, wood, trunk, class, &draw, &taken);
             let id = placed.len() as u16 + 1;
             let knot = Knot::new(id, class, &best.spot, &draw);
@@ -89,9 +89,16 @@ fn half_size(wood: &Wood) -> Vec2 {
 }
 
 /// The first proposal that fits, else the one that misses by least.
-fn settle(own: Stream, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, taken: &[Proposal]) -> Proposal {
+fn settle(
+    own: Stream,
+    wood: &Wood,
+    trunk: &Trunk,
+    class: Class,
+    draw: &KnotDraw,
+    taken: &[KnotProposal],
+) -> KnotProposal {
     let mut rng = own.child("place").rng();
-    let mut best: Option<Proposal> = None;
+    let mut best: Option<KnotProposal> = None;
     for _ in 0..PROPOSALS {
         let share = Vec2::new(rng.random::<f32>(), rng.random::<f32>()) * 2.0 - 1.0;
         let proposal = look(share, wood, trunk, class, draw, taken);
@@ -106,7 +113,14 @@ fn settle(own: Stream, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, ta
 }
 
 /// Looks at the place a share of the half size away from the board's middle.
-fn look(share: Vec2, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, taken: &[Proposal]) -> Proposal {
+fn look(
+    share: Vec2,
+    wood: &Wood,
+    trunk: &Trunk,
+    class: Class,
+    draw: &KnotDraw,
+    taken: &[KnotProposal],
+) -> KnotProposal {
     let (board, knots) = (&wood.board, &wood.knots);
     let half = half_size(wood);
     let middle = Vec2::new(board.offset_mm as f32, board.lead_in_mm as f32 + half.y);
@@ -117,7 +131,7 @@ fn look(share: Vec2, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, take
     let width = fitting.min(WIDEST_OPENING * place.r);
     let slope = (knots.slope_deg + knots.slope_sd_deg * draw.slope).to_radians().clamp(-STEEPEST, STEEPEST);
     let dead = class == Class::DeadKnot;
-    let spot = Spot {
+    let spot = KnotPoint {
         r: place.r,
         phi: place.phi,
         l: place.l,
@@ -141,18 +155,18 @@ fn look(share: Vec2, wood: &Wood, trunk: &Trunk, class: Class, draw: &Draw, take
         .sum();
     let flat = MM_PER_DEG * (FLATTEST_DEG - dive.to_degrees()).max(0.0);
     let miss = 2.0 * over.element_sum() + crowd + flat + (fitting - width);
-    Proposal { spot, centre, half_length: long, dive, miss }
+    KnotProposal { spot, centre, half_length: long, dive, miss }
 }
 
 /// Finds the room that a knot disturbs and notes its numbers.
-fn surround(knot: Knot, at: &Proposal, wood: &Wood, trunk: &Trunk, reach: f32) -> Placed {
+fn surround(knot: Knot, at: &KnotProposal, wood: &Wood, trunk: &Trunk, reach: f32) -> PlacedKnot {
     let thickness = wood.board.thickness_mm as f32;
     let centre = at.centre.extend(thickness);
     let (mut low, mut high) = (centre, centre);
     let mut most = at.spot.half_width;
     let step = reach / SKELETON_STEPS as f32;
     for i in 1..=SKELETON_STEPS {
-        let distance = Distance::new(i as f32 * step);
+        let distance = KnotDistance::new(i as f32 * step);
         let section = knot.section(&distance);
         let point = trunk.point(distance.r, section.phi, section.l);
         let room = REACH * section.half_width + step;
@@ -177,5 +191,5 @@ fn surround(knot: Knot, at: &Proposal, wood: &Wood, trunk: &Trunk, reach: f32) -
         death_radius_mm: if at.spot.death.is_finite() { f64::from(at.spot.death) } else { nan },
         severity: nan,
     };
-    Placed { knot, x: [low.x, high.x], y: [low.y, high.y], instance }
+    PlacedKnot { knot, x: [low.x, high.x], y: [low.y, high.y], instance }
 }

@@ -6,13 +6,13 @@
 
 use glam::Vec2;
 
-use super::outline::{Outline, Place};
+use super::outline::{Outline, OutlinePoint};
 use super::texture::hump;
 use crate::Class;
 
 /// What a mark does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum MarkKind {
     /// Film that has come off the foil.
     Raised,
     /// Film pressed in, until it meets what lies below.
@@ -27,9 +27,9 @@ pub enum Kind {
 
 /// A mark on the card.
 #[derive(Debug, Clone, Copy)]
-pub struct Mark {
+pub struct FilmMark {
     /// What it does.
-    pub kind: Kind,
+    pub kind: MarkKind,
     /// Class of its pixels.
     pub class: Class,
     /// Instance of its pixels.
@@ -48,7 +48,7 @@ pub struct Mark {
     pub sag: f32,
 }
 
-impl Mark {
+impl FilmMark {
     /// Half the box around it [mm].
     pub fn reach(&self) -> Vec2 {
         self.outline.reach(self.axis)
@@ -62,11 +62,11 @@ impl Mark {
         if (own.abs() - self.outline.half()).max_element() >= 0.0 {
             return None;
         }
-        let (share, gradient) = if self.kind == Kind::Tent {
+        let (share, gradient) = if self.kind == MarkKind::Tent {
             match self.outline.place(own, self.skirt) {
-                Place::Roof(square, gradient) => (1.0 - self.sag * square, -self.sag * gradient),
-                Place::Wall(inset, _) if inset <= 0.0 => return None,
-                Place::Wall(inset, way) => {
+                OutlinePoint::Roof(square, gradient) => (1.0 - self.sag * square, -self.sag * gradient),
+                OutlinePoint::Wall(inset, _) if inset <= 0.0 => return None,
+                OutlinePoint::Wall(inset, way) => {
                     let (share, slope) = hump(1.0 - inset / self.skirt);
                     let rim = 1.0 - self.sag;
                     (rim * share, -rim * slope / self.skirt * way)

@@ -9,8 +9,8 @@ use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
 use super::Pack;
-use super::plan::{Planned, graded};
-use super::solid::{Shape, Solid};
+use super::plan::{PlannedDefect, graded};
+use super::solid::{Solid, SolidShape};
 use crate::noise::{Noise, smoothstep};
 use crate::{Class, Gloss, Medium};
 
@@ -42,7 +42,7 @@ pub struct Powder {
 
 impl Powder {
     /// The planned powder on the floor of a pocket of `pack`.
-    pub fn new(pack: &Pack, planned: &Planned, medium: Medium, instance: u16) -> Self {
+    pub fn new(pack: &Pack, planned: &PlannedDefect, medium: Medium, instance: u16) -> Self {
         let stream = planned.stream;
         let heaps = Noise::new(stream.child("heaps"));
         let (outline, middle) = (pack.web.formed.outline, pack.web.cells[planned.cell].middle);
@@ -51,7 +51,7 @@ impl Powder {
         for i in 0..40 * 40 {
             let share = Vec2::new((i % 40) as f32 + 0.5, (i / 40) as f32 + 0.5) / 20.0 - 1.0;
             let own = share * half;
-            if matches!(outline.place(own, 0.0), super::outline::Place::Roof(..)) {
+            if matches!(outline.place(own, 0.0), super::outline::OutlinePoint::Roof(..)) {
                 values.push(self::heaps(heaps, middle + own.x * axis + own.y * axis.perp()));
             }
         }
@@ -87,13 +87,13 @@ fn heaps(noise: Noise, p: Vec2) -> f32 {
 }
 
 /// Something small and level: how far it reaches to its sides, its height, and its length.
-struct Piece {
+struct ContaminantPiece {
     half: Vec2,
     height: f32,
 }
 
 /// Lays a piece somewhere in a pocket; its middle on the conveyor, and its direction.
-fn lie(pack: &Pack, planned: &Planned, piece: &Piece, round: usize) -> Option<(Vec3, Vec2)> {
+fn lie(pack: &Pack, planned: &PlannedDefect, piece: &ContaminantPiece, round: usize) -> Option<(Vec3, Vec2)> {
     let mut rng = planned.stream.child("place").index(round as u64).rng();
     let half = pack.web.formed.outline.half();
     for _ in 0..TRIES {
@@ -111,7 +111,7 @@ fn lie(pack: &Pack, planned: &Planned, piece: &Piece, round: usize) -> Option<(V
 }
 
 /// Level on which a piece comes to rest; `None` where film leaves no room for it [mm].
-fn rest(pack: &Pack, cell: usize, piece: &Piece, middle: Vec2, way: Vec2) -> Option<f32> {
+fn rest(pack: &Pack, cell: usize, piece: &ContaminantPiece, middle: Vec2, way: Vec2) -> Option<f32> {
     let reach = piece.half * WIDER + APART_MM;
     let counts = reach.map(|r| (r / 0.06).clamp(2.0, 96.0));
     let (mut floor, mut ceiling) = (f32::NEG_INFINITY, f32::INFINITY);
@@ -131,7 +131,7 @@ fn rest(pack: &Pack, cell: usize, piece: &Piece, middle: Vec2, way: Vec2) -> Opt
 }
 
 /// A foreign particle or fibre and its largest extent; `None` where there is no room at all.
-pub fn foreign(pack: &Pack, planned: &Planned, instance: u16) -> Option<(Solid, f32)> {
+pub fn foreign(pack: &Pack, planned: &PlannedDefect, instance: u16) -> Option<(Solid, f32)> {
     let mut rng = planned.stream.child("piece").rng();
     let (slim, kind) = (rng.random::<f32>(), rng.random::<f32>());
     let fibre = planned.class == Class::Fibre;
@@ -144,13 +144,13 @@ pub fn foreign(pack: &Pack, planned: &Planned, instance: u16) -> Option<(Solid, 
             0.5 * size * Vec2::new(1.0, graded(slim, 0.6, 1.0))
         };
         let height = if fibre { thick } else { size * graded(slim, 0.35, 0.7) };
-        if let Some((middle, way)) = lie(pack, planned, &Piece { half, height }, round) {
+        if let Some((middle, way)) = lie(pack, planned, &ContaminantPiece { half, height }, round) {
             let linear = Mat3::from_cols(way.extend(0.0), way.perp().extend(0.0), Vec3::Z);
             let (shape, scale) = if fibre {
                 let radius = 0.5 * thick;
-                (Shape { segment: half.x - radius, radius, band: 0.0, cap: Some([radius, 0.0]) }, Vec3::ONE)
+                (SolidShape { segment: half.x - radius, radius, band: 0.0, cap: Some([radius, 0.0]) }, Vec3::ONE)
             } else {
-                (Shape { segment: 0.0, radius: 1.0, band: 0.0, cap: Some([1.0, 0.0]) }, half.extend(0.5 * height))
+                (SolidShape { segment: 0.0, radius: 1.0, band: 0.0, cap: Some([1.0, 0.0]) }, half.extend(0.5 * height))
             };
             let metal = Gloss { share: 1.0, reflectance: 0.6, roughness: [0.3; 2], matte: 0.0 };
             let dark = Gloss { share: 0.5, reflectance: 0.04, roughness: [0.5; 2], matte: 0.0 };

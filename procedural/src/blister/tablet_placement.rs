@@ -6,14 +6,14 @@
 use glam::{Mat3, Vec2, Vec3};
 use rand::RngExt;
 
+use super::card_placement::CardPlacement;
 use super::damage::{Damage, damage};
-use super::lay::Lay;
-use super::look::Wound;
+use super::pack_point::TabletDamage;
 use super::parameters::{Blister, Tablet};
-use super::plan::{self, Planned, graded};
-use super::pose::{Cavity, Pose, Wish};
+use super::plan::{self, PlannedDefect, graded};
+use super::pose::{Cavity, DrawnPose, Pose};
 use super::solid::{Cut, Solid};
-use super::tablet::{self, Form};
+use super::tablet::{self, TabletForm};
 use super::{Pack, flange};
 use crate::{Class, Gloss, Medium, Stream, normal};
 
@@ -35,7 +35,7 @@ const DEEPER: f32 = 1.03;
 /// The form has room for a tablet with `spare` to lose, least of it over the tablet's rim; so film that is
 /// (floor + rim + spare) / rim times as deep has room for one that lies on `floor`. The first of two may stand as high
 /// as the film, or as it is long.
-pub fn deepest(form: &Form, depth: f32, spare: f32, double: bool) -> f32 {
+pub fn deepest(form: &TabletForm, depth: f32, spare: f32, double: bool) -> f32 {
     let rim = form.top_mm(0.0);
     let half = form.outline().half();
     let long = (4.0 * half.x * half.x + form.thickness_mm() * form.thickness_mm()).sqrt();
@@ -44,7 +44,7 @@ pub fn deepest(form: &Form, depth: f32, spare: f32, double: bool) -> f32 {
 }
 
 /// Draws the pose of a tablet.
-fn wish(stream: Stream, blister: &Blister, form: &Form) -> Wish {
+fn wish(stream: Stream, blister: &Blister, form: &TabletForm) -> DrawnPose {
     let Tablet { tilt_deg, rattle, on_edge, .. } = blister.tablet;
     let mut rng = stream.rng();
     let mut even = || rng.random::<f64>();
@@ -55,7 +55,7 @@ fn wish(stream: Stream, blister: &Blister, form: &Form) -> Wish {
     let half = form.outline().half();
     let play = if half.x == half.y { std::f64::consts::PI } else { 2.0 * far / f64::from(half.x) };
     let tilt = normal(&mut stream.child("tilt").rng()) * tilt_deg.to_radians();
-    Wish {
+    DrawnPose {
         yaw: (2.0 * play * (yaw - 0.5)) as f32,
         tilt: tilt as f32,
         about: (std::f64::consts::TAU * about) as f32,
@@ -66,7 +66,7 @@ fn wish(stream: Stream, blister: &Blister, form: &Form) -> Wish {
 }
 
 /// A posed tablet, or a piece of it, as a solid on the conveyor.
-fn solid(lay: &Lay, form: &Form, pose: &Pose, cuts: Vec<Cut>, medium: Medium, class: Class) -> Solid {
+fn solid(lay: &CardPlacement, form: &TabletForm, pose: &Pose, cuts: Vec<Cut>, medium: Medium, class: Class) -> Solid {
     let (tangent, origin) = lay.tangent(pose.middle.truncate());
     let linear = tangent * pose.turn * Mat3::from_diagonal(form.scale);
     let mut solid = Solid::new(form.shape, cuts, linear, origin + Vec3::Z * pose.middle.z, medium, class, 0);
@@ -75,7 +75,7 @@ fn solid(lay: &Lay, form: &Form, pose: &Pose, cuts: Vec<Cut>, medium: Medium, cl
 }
 
 /// Another product that is no larger: its form and what it is made of.
-fn other_product(tablet: &Tablet, severity: f32) -> (Form, Medium) {
+fn other_product(tablet: &Tablet, severity: f32) -> (TabletForm, Medium) {
     let (long, short) = (tablet.length_mm.max(tablet.width_mm), tablet.length_mm.min(tablet.width_mm));
     let size = f64::from(graded(severity, 1.0, 0.75));
     let mut other = *tablet;
@@ -87,7 +87,7 @@ fn other_product(tablet: &Tablet, severity: f32) -> (Form, Medium) {
     other.thickness_mm = 0.9 * size * if tablet.shape >= 1.5 { short } else { tablet.thickness_mm };
     other.band_mm = 0.6 * other.thickness_mm;
     other.coat *= f64::from(graded(severity, 0.9, 0.4));
-    (Form::new(&other), tablet::medium(&other))
+    (TabletForm::new(&other), tablet::medium(&other))
 }
 
 impl Pack {
@@ -97,15 +97,16 @@ impl Pack {
         stream: Stream,
         blister: &Blister,
         cell: usize,
-        form: &Form,
+        form: &TabletForm,
         probes: &[Vec3],
-        plan: &[Planned],
+        plan: &[PlannedDefect],
     ) {
         let mine = || plan.iter().filter(move |p| p.cell == cell);
         let of_whole = mine().find(|p| plan::whole(p.class));
         let class = self.instances[cell].class;
         let wish = wish(stream.child("pose").index(cell as u64), blister, form);
-        let swept = |p: &Planned| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
+        let swept =
+            |p: &PlannedDefect| p.class == Class::Shallow && p.stream.child("swept").rng().random::<f32>() < 0.5;
         if of_whole.is_some_and(swept) {
             // Not formed deep enough for its tablet, which is not there.
             self.instances[cell].state = Class::Missing;
@@ -133,7 +134,7 @@ impl Pack {
             if class == Class::Double {
                 // The second one lies flat on the first.
                 let floor = pose.middle.z + own.support(pose.turn, Vec3::Z) + self.slack;
-                let second = self.settle(cell, &own, probes, Wish::FLAT, floor);
+                let second = self.settle(cell, &own, probes, DrawnPose::FLAT, floor);
                 self.lay_tablet(cell, &own, &second, medium, None);
             }
             if class == Class::Shallow {
@@ -157,10 +158,10 @@ impl Pack {
     pub(super) fn lay_tablet(
         &mut self,
         cell: usize,
-        form: &Form,
+        form: &TabletForm,
         pose: &Pose,
         medium: Medium,
-        damaged: Option<(&Planned, Damage)>,
+        damaged: Option<(&PlannedDefect, Damage)>,
     ) {
         let class = self.instances[cell].class;
         let make = |cuts: Vec<Cut>| solid(&self.lay, form, pose, cuts, medium, class);
@@ -172,7 +173,7 @@ impl Pack {
         pieces.into_iter().for_each(|piece| self.add(cell, piece));
         let size = 2.0 * form.outline().half().x;
         let id = self.enter(planned.class, cell as u16 + 1, pose.middle.truncate(), size, planned.severity);
-        self.wounds[cell] = Some(Wound { whole, lost: damage.lost, label: (planned.class, id) });
+        self.wounds[cell] = Some(TabletDamage { whole, lost: damage.lost, label: (planned.class, id) });
     }
 
     pub(super) fn add(&mut self, cell: usize, solid: Solid) {
@@ -182,7 +183,7 @@ impl Pack {
 
     /// Lays a tablet in a pocket on that level; where not even a flat one has room, the film is formed deeper until it
     /// has.
-    fn settle(&mut self, cell: usize, form: &Form, probes: &[Vec3], wish: Wish, floor: f32) -> Pose {
+    fn settle(&mut self, cell: usize, form: &TabletForm, probes: &[Vec3], wish: DrawnPose, floor: f32) -> Pose {
         let mut more = 0.0;
         loop {
             let (web, lay, middle) = (&self.web, &self.lay, self.web.cells[cell].middle);
@@ -207,7 +208,7 @@ impl Pack {
 }
 
 /// Least distance between the upper side of a tablet and the film over it, column by column [mm].
-fn room(form: &Form, pose: &Pose, ceiling: &dyn Fn(Vec2) -> f32) -> f32 {
+fn room(form: &TabletForm, pose: &Pose, ceiling: &dyn Fn(Vec2) -> f32) -> f32 {
     let linear = pose.turn * Mat3::from_diagonal(form.scale);
     let solid = Solid::new(form.shape, Vec::new(), linear, pose.middle, Medium::opaque(Gloss::NONE), Class::Pocket, 0);
     let gap = |p: Vec2| solid.column(p.x, p.y).map_or(f32::INFINITY, |[_, top]| ceiling(p) - top);

@@ -6,8 +6,8 @@
 use glam::{Vec2, Vec3};
 
 use super::parameters::Tablet;
-use super::solid::{Shape, Solid};
-use super::tablet::Form;
+use super::solid::{Solid, SolidShape};
+use super::tablet::TabletForm;
 use super::texture::{digit, digits, hump};
 use crate::Stream;
 
@@ -21,18 +21,18 @@ const ON_FACE_MM: f32 = 0.003;
 
 /// The marked face of a pack's tablets.
 #[derive(Debug, Clone)]
-pub struct Face {
+pub struct TabletFace {
     score: f32,
     deboss: f32,
     dot: f32,
     digits: [u16; 2],
     scale: Vec3,
-    shape: Shape,
+    shape: SolidShape,
 }
 
-impl Face {
+impl TabletFace {
     /// The face of these tablets.
-    pub fn new(stream: Stream, tablet: &Tablet, form: &Form) -> Self {
+    pub fn new(stream: Stream, tablet: &Tablet, form: &TabletForm) -> Self {
         let key = stream.child("deboss").key();
         Self {
             score: tablet.score_mm as f32,

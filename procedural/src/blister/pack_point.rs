@@ -2,10 +2,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::mark::{Kind, Mark};
+use super::film_mark::{FilmMark, MarkKind};
 use super::solid::{Cut, Solid};
-use super::web::Leaf;
-use super::{Pack, Sheet};
+use super::web::WebFilm;
+use super::{CardFilm, Pack};
 use crate::{Class, Film, Gloss, Matter, Medium, Surface};
 
 /// Air that is left where film rests on something [mm].
@@ -19,7 +19,7 @@ const POWDER_MM: f32 = 0.005;
 
 /// A tablet that has lost something.
 #[derive(Debug, Clone)]
-pub struct Wound {
+pub struct TabletDamage {
     /// The tablet before.
     pub whole: Solid,
     /// A place of its upper side beyond all of these is lost.
@@ -30,15 +30,15 @@ pub struct Wound {
 
 /// A place of the card and the film over it.
 #[derive(Debug, Clone, Copy)]
-pub struct Spot {
-    /// Place on the card [mm].
+pub struct PackPoint {
+    /// Position on the card [mm].
     pub p: Vec2,
-    /// Place on the conveyor [mm].
+    /// Position on the conveyor [mm].
     pub at: Vec2,
     /// Nearest pocket.
     pub cell: Option<usize>,
     /// The film.
-    pub leaf: Leaf,
+    pub leaf: WebFilm,
     /// Whether foil and film have come apart although this is flange.
     lifted: bool,
     /// How far a tablet on the flange holds film and foil apart [1].
@@ -49,20 +49,20 @@ pub struct Spot {
 }
 
 /// What light meets below the film.
-struct Below {
+struct UnderFilm {
     surface: Surface,
     medium: Medium,
     label: Option<(Class, u16)>,
 }
 
-impl Spot {
+impl PackPoint {
     fn sealed(&self) -> bool {
         self.leaf.inset <= 0.0 && !self.lifted
     }
 }
 
 impl Pack {
-    pub(super) fn spot(&self, x: f32, y: f32) -> Option<Spot> {
+    pub(super) fn spot(&self, x: f32, y: f32) -> Option<PackPoint> {
         let p = self.lay.card(x, y);
         if !self.lay.holds(p) {
             return None;
@@ -70,15 +70,15 @@ impl Pack {
         let cell = self.web.nearest(p);
         let leaf = self.web.leaf(p, cell);
         let at = Vec2::new(x, y);
-        let mut spot = Spot { p, at, cell, leaf, lifted: false, tent: 0.0, hole: None, pinhole: None, mark: None };
-        let marks: &[Mark] = cell.map_or(&[], |cell| &self.marks[cell]);
+        let mut spot = PackPoint { p, at, cell, leaf, lifted: false, tent: 0.0, hole: None, pinhole: None, mark: None };
+        let marks: &[FilmMark] = cell.map_or(&[], |cell| &self.marks[cell]);
         if !marks.is_empty() {
             self.mark(&mut spot, marks);
         }
         Some(spot)
     }
 
-    fn mark(&self, spot: &mut Spot, marks: &[Mark]) {
+    fn mark(&self, spot: &mut PackPoint, marks: &[FilmMark]) {
         let (mut dent, mut raised) = ((0.0, Vec2::ZERO), (0.0, Vec2::ZERO));
         let (_, tilt) = self.lay.warp(spot.p);
         for mark in marks {
@@ -86,7 +86,7 @@ impl Pack {
             let label = (mark.class, mark.instance);
             let (height, slope) = (mark.height * share, mark.height * gradient);
             match mark.kind {
-                Kind::Raised => {
+                MarkKind::Raised => {
                     if height > raised.0 {
                         raised = (height, slope);
                     }
@@ -95,13 +95,13 @@ impl Pack {
                         spot.mark = Some(label);
                     }
                 }
-                Kind::Dent => {
+                MarkKind::Dent => {
                     dent = (height, slope);
                     spot.mark = Some(label);
                 }
-                Kind::Hole => spot.hole = Some(label),
-                Kind::Pinhole => spot.pinhole = Some(label),
-                Kind::Tent => {
+                MarkKind::Hole => spot.hole = Some(label),
+                MarkKind::Pinhole => spot.pinhole = Some(label),
+                MarkKind::Tent => {
                     spot.tent = spot.tent.max(share);
                     spot.lifted = true;
                     // Film hangs from whichever of tablet and pocket holds its lower side higher.
@@ -128,7 +128,7 @@ impl Pack {
     }
 
     /// Presses the film in, down to what lies below.
-    fn press(&self, spot: &mut Spot, (depth, slope): (f32, Vec2)) {
+    fn press(&self, spot: &mut PackPoint, (depth, slope): (f32, Vec2)) {
         let free = spot.leaf;
         spot.leaf.top -= depth;
         spot.leaf.slope -= slope;
@@ -151,8 +151,8 @@ impl Pack {
     }
 
     /// The film at a spot; `None` in a hole.
-    pub(super) fn film(&self, spot: &Spot) -> Option<Sheet> {
-        spot.hole.is_none().then(|| Sheet {
+    pub(super) fn film(&self, spot: &PackPoint) -> Option<CardFilm> {
+        spot.hole.is_none().then(|| CardFilm {
             surface: self.world(spot.p, spot.leaf.top, spot.leaf.slope),
             thickness_mm: spot.leaf.thickness,
             sealed: spot.sealed(),
@@ -168,13 +168,13 @@ impl Pack {
     }
 
     /// Lower side of the film at a spot, on the conveyor [mm].
-    pub(super) fn ceiling(&self, spot: &Spot) -> f32 {
+    pub(super) fn ceiling(&self, spot: &PackPoint) -> f32 {
         let (rise, tilt) = self.lay.warp(spot.p);
         spot.leaf.low(tilt) + rise
     }
 
     /// The foil, or powder on it.
-    pub(super) fn ground(&self, spot: &Spot) -> (Surface, Medium, Option<(Class, u16)>) {
+    pub(super) fn ground(&self, spot: &PackPoint) -> (Surface, Medium, Option<(Class, u16)>) {
         let (height, slope) = self.web.relief(spot.p, spot.leaf.inset);
         let keep = 1.0 - spot.tent;
         let surface = self.world(spot.p, self.web.foil_mm + keep * height, keep * slope);
@@ -222,12 +222,12 @@ impl Pack {
         best
     }
 
-    fn below(&self, spot: &Spot) -> Below {
+    fn below(&self, spot: &PackPoint) -> UnderFilm {
         let Vec2 { x, y } = spot.at;
         let solid = if spot.sealed() { None } else { self.highest(spot.cell, x, y) };
         let Some((number, top)) = solid else {
             let (surface, medium, label) = self.ground(spot);
-            return Below { surface, medium, label };
+            return UnderFilm { surface, medium, label };
         };
         let solid = &self.solids[number];
         let at = Vec3::new(x, y, top);
@@ -240,11 +240,15 @@ impl Pack {
             surface.slope_x -= slope.x;
             surface.slope_y -= slope.y;
         }
-        Below { surface, medium: solid.medium, label: (solid.instance != 0).then_some((solid.class, solid.instance)) }
+        UnderFilm {
+            surface,
+            medium: solid.medium,
+            label: (solid.instance != 0).then_some((solid.class, solid.instance)),
+        }
     }
 
     /// Whether the tablet of a pocket has lost what was visible at a spot.
-    fn wound(&self, spot: &Spot) -> Option<(Class, u16)> {
+    fn wound(&self, spot: &PackPoint) -> Option<(Class, u16)> {
         let wound = self.wounds[spot.cell?].as_ref()?;
         let [_, top] = wound.whole.column(spot.at.x, spot.at.y)?;
         let own = wound.whole.own(spot.at.extend(top));
@@ -252,14 +256,14 @@ impl Pack {
     }
 
     /// What lies open in a hole of the film, else the film.
-    pub(super) fn surface_at(&self, spot: &Spot) -> Surface {
+    pub(super) fn surface_at(&self, spot: &PackPoint) -> Surface {
         match spot.hole {
             Some(_) => self.below(spot).surface,
             None => self.world(spot.p, spot.leaf.top, spot.leaf.slope),
         }
     }
 
-    pub(super) fn matter_at(&self, spot: &Spot) -> Matter {
+    pub(super) fn matter_at(&self, spot: &PackPoint) -> Matter {
         let below = self.below(spot);
         let inside = spot.leaf.inset > 0.0;
         let label = spot

@@ -38,7 +38,7 @@ const HULL_LOWEST_MM: f32 = 0.01;
 
 /// The upper surface of a board.
 #[derive(Debug, Clone)]
-pub(super) struct Sawn {
+pub(super) struct SawnSurface {
     /// Middle of the board and half its size [mm].
     middle: Vec2,
     half: Vec2,
@@ -62,8 +62,8 @@ pub(super) struct Sawn {
 
 /// The upper surface along one profile.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SawnCut<'a> {
-    sawn: &'a Sawn,
+pub(super) struct SawnProfile<'a> {
+    sawn: &'a SawnSurface,
     inside: bool,
     /// Distance of the profile from the board's middle [mm].
     dy: f32,
@@ -73,7 +73,7 @@ pub(super) struct SawnCut<'a> {
     phase: Vec2,
 }
 
-impl Sawn {
+impl SawnSurface {
     /// The surface of a board.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let board = &wood.board;
@@ -97,7 +97,7 @@ impl Sawn {
     }
 
     /// The surface along the profile at `y` [mm].
-    pub fn cut(&self, y: f32) -> SawnCut<'_> {
+    pub fn cut(&self, y: f32) -> SawnProfile<'_> {
         let dy = y - self.middle.y;
         let cell = RIPPLE_CELL * self.pitch;
         let drift = self.drift.map(|noise| {
@@ -105,7 +105,7 @@ impl Sawn {
             Vec2::new(value, slope / cell)
         });
         let phase = RIPPLE_PHASE * drift[1] + TAU / self.pitch * Vec2::new(dy, 1.0);
-        SawnCut {
+        SawnProfile {
             sawn: self,
             inside: dy.abs() <= self.half.y,
             dy,
@@ -167,7 +167,7 @@ impl Sawn {
     }
 }
 
-impl SawnCut<'_> {
+impl SawnProfile<'_> {
     /// How far the board's matter was moved upwards at `dx` from its middle [mm], with slopes.
     #[inline]
     pub fn warp(&self, dx: f32) -> Surface {

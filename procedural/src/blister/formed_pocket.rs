@@ -10,9 +10,9 @@
 
 use glam::Vec2;
 
-use super::outline::{Outline, Place};
+use super::outline::{Outline, OutlinePoint};
 use super::parameters::{Pocket, Web};
-use super::tablet::Form;
+use super::tablet::TabletForm;
 
 /// Extra draw of the middle of the shoulder, as a share of the whole depth [1].
 const CORNER: f32 = 0.5;
@@ -23,7 +23,7 @@ const ROOF_MM: f32 = 0.5;
 
 /// Height above the flange as a function of the distance inwards.
 #[derive(Debug, Clone, Copy)]
-struct Section {
+struct PocketSection {
     /// Radius of edge and of shoulder [mm].
     radius: [f32; 2],
     /// Where the wall begins, where it ends, and where the roof begins [mm].
@@ -38,12 +38,12 @@ struct Section {
 
 /// The form that all pockets of a pack share.
 #[derive(Debug, Clone)]
-pub struct Formed {
+pub struct FormedPocket {
     /// Outline on the flange.
     pub outline: Outline,
     /// Long axis in the card [1].
     pub axis: Vec2,
-    section: Section,
+    section: PocketSection,
     crown: f32,
     flat_mm: f32,
     thinning: f32,
@@ -51,7 +51,7 @@ pub struct Formed {
 
 /// The film of a pocket at one place.
 #[derive(Debug, Clone, Copy)]
-pub struct Skin {
+pub struct PocketFilm {
     /// Distance inwards from the outline, or from the rim on the roof; negative outside the pocket [mm].
     pub inset: f32,
     /// Height above the flange [mm].
@@ -62,7 +62,7 @@ pub struct Skin {
     pub drawn: f32,
 }
 
-impl Section {
+impl PocketSection {
     fn new(pocket: &Pocket, depth: f32) -> Self {
         let (sine, cosine) = libm::sincosf((90.0 - pocket.draft_deg as f32).to_radians());
         let radii = [pocket.edge_radius_mm as f32, pocket.shoulder_radius_mm as f32];
@@ -102,16 +102,16 @@ impl Section {
     }
 }
 
-impl Formed {
+impl FormedPocket {
     /// Pockets for that tablet; `slack` is what the card's warp takes of the room below and above it [mm].
-    pub fn new(pocket: &Pocket, web: &Web, form: &Form, slack: f32) -> Self {
+    pub fn new(pocket: &Pocket, web: &Web, form: &TabletForm, slack: f32) -> Self {
         let (sine, cosine) = libm::sincosf((pocket.turn_deg as f32).to_radians());
         let flat_mm = web.thickness_mm as f32;
         let crown = pocket.dome_mm as f32;
         // The roof's rim may lie lower than the room asked for over a convex tablet's middle.
         let spare = crown.min(0.5 * form.cap_mm()).min(0.8 * pocket.headroom_mm as f32);
         let depth = form.thickness_mm() + pocket.headroom_mm as f32 + 2.0 * slack - spare;
-        let section = Section::new(pocket, depth);
+        let section = PocketSection::new(pocket, depth);
         let short = form.outline().half().y;
         let clearance = pocket.clearance_mm as f32 + BESIDE_MM;
         let fits = |room: f32| {
@@ -166,22 +166,22 @@ impl Formed {
 
     /// The film at `p` from the pocket's middle, formed `factor` times as deep [mm].
     #[inline]
-    pub fn skin(&self, p: Vec2, factor: f32) -> Skin {
+    pub fn skin(&self, p: Vec2, factor: f32) -> PocketFilm {
         let own = Vec2::new(self.axis.dot(p), self.axis.perp_dot(p));
         let [_, end, roof] = self.section.ends;
         let (inset, rise, slope, drawn) = match self.outline.place(own, roof) {
-            Place::Wall(inset, gradient) => {
+            OutlinePoint::Wall(inset, gradient) => {
                 let (rise, slope) = self.section.at(inset);
                 let x = ((inset - end) / (roof - end)).clamp(0.0, 1.0);
                 (inset, rise, slope * gradient, rise / self.section.depth + CORNER * 4.0 * x * (1.0 - x))
             }
-            Place::Roof(square, gradient) => {
+            OutlinePoint::Roof(square, gradient) => {
                 let left = 1.0 - square;
                 (roof, self.section.depth + self.crown * left * left, -2.0 * self.crown * left * gradient, 1.0)
             }
         };
         let slope = factor * (slope.x * self.axis + slope.y * self.axis.perp());
-        Skin { inset, rise: factor * rise, slope, drawn }
+        PocketFilm { inset, rise: factor * rise, slope, drawn }
     }
 
     /// What the film's thickness is divided by, less one, where it is drawn to the full: from the volume of film [1].
