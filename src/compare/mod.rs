@@ -8,7 +8,7 @@
 //! function of one scan in a file of its own, whose header states its assumptions.
 
 mod comparison;
-mod dataset;
+mod dataset_frame;
 pub mod distribution;
 mod exr_frame;
 mod json_frame;
@@ -21,7 +21,7 @@ pub mod speckle;
 mod statistics;
 
 pub use comparison::{Comparison, StatisticDistance};
-pub use dataset::frame_of;
+pub use dataset_frame::frame_of;
 pub use source::ScanSource;
 pub use statistics::{ScanStatistics, StatisticsBuilder};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
-use super::{RangeUnit, ScanMaps, SensorFrame, dataset, exr_frame, json_frame};
+use super::{RangeUnit, ScanMaps, SensorFrame, dataset_frame, exr_frame, json_frame};
 use crate::dataset::{Dataset, Fault};
 use crate::icon::{self, Content, Traits};
 
@@ -80,7 +80,7 @@ impl ScanSource {
     /// Where it is damaged, or holds no heights.
     pub fn frame(&self, i: usize) -> Result<ScanMaps, Fault> {
         match &self.kind {
-            ScanFiles::Dataset(dataset, chosen) => dataset::frame(dataset, chosen[i]),
+            ScanFiles::Dataset(dataset, chosen) => dataset_frame::frame(dataset, chosen[i]),
             ScanFiles::Files(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {

@@ -1,9 +1,10 @@
 //! Every model by name, and one place where they are asked.
 
 use super::answer::{Answer, Question};
+use super::diffusion;
+use super::kernel;
 use super::path::{Effort, solve_watched};
 use super::stack::Stack;
-use super::{diffusion, kernel};
 
 /// A model of transport.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -18,30 +18,28 @@ use crate::transport::stack::Foil;
 /// Draws before light is mirrored about the foil's own normal.
 const MAX_DRAWS: usize = 32;
 
-impl Foil {
-    /// Direction of light that met the foil travelling along `direction`, downwards, drawn.
-    pub(super) fn mirror(&self, direction: DVec3, rng: &mut impl Rng) -> DVec3 {
-        let back = -direction;
-        for _ in 0..MAX_DRAWS {
-            let facet = self.facet(back, rng);
-            let out = facet * (2.0 * back.dot(facet)) - back;
-            if out.z > 1e-9 {
-                return out.normalize();
-            }
+/// Direction of light that met the foil travelling along `direction`, downwards, drawn.
+pub(super) fn mirror(foil: &Foil, direction: DVec3, rng: &mut impl Rng) -> DVec3 {
+    let back = -direction;
+    for _ in 0..MAX_DRAWS {
+        let facet = facet(foil, back, rng);
+        let out = facet * (2.0 * back.dot(facet)) - back;
+        if out.z > 1e-9 {
+            return out.normalize();
         }
-        DVec3::new(direction.x, direction.y, -direction.z)
     }
+    DVec3::new(direction.x, direction.y, -direction.z)
+}
 
-    /// Normal of a facet among those that are seen from direction `v`, upwards.
-    fn facet(&self, v: DVec3, rng: &mut impl Rng) -> DVec3 {
-        let [ax, ay] = self.roughness;
-        // As if seen on a sphere of unit roughness.
-        let v = DVec3::new(ax * v.x, ay * v.y, v.z).normalize();
-        let z = (1.0 - uniform(rng)) * (1.0 + v.z) - v.z;
-        let sin = (1.0 - z * z).max(0.0).sqrt();
-        let (x, y, s) = disc(rng);
-        let scale = sin / s.sqrt();
-        let h = DVec3::new(x * scale, y * scale, z) + v;
-        DVec3::new(ax * h.x, ay * h.y, h.z.max(0.0)).normalize()
-    }
+/// Normal of a facet among those that are seen from direction `v`, upwards.
+fn facet(foil: &Foil, v: DVec3, rng: &mut impl Rng) -> DVec3 {
+    let [ax, ay] = foil.roughness;
+    // As if seen on a sphere of unit roughness.
+    let v = DVec3::new(ax * v.x, ay * v.y, v.z).normalize();
+    let z = (1.0 - uniform(rng)) * (1.0 + v.z) - v.z;
+    let sin = (1.0 - z * z).max(0.0).sqrt();
+    let (x, y, s) = disc(rng);
+    let scale = sin / s.sqrt();
+    let h = DVec3::new(x * scale, y * scale, z) + v;
+    DVec3::new(ax * h.x, ay * h.y, h.z.max(0.0)).normalize()
 }

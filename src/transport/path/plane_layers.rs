@@ -8,6 +8,7 @@
 use glam::DVec3;
 use rand::Rng;
 
+use super::foil::mirror;
 use super::tracker::{Fate, FlightEnd, Geometry, Photon, RouletteOrder, transmitted};
 use crate::transport::phase::{dispersed, fibre_collision, frame, henyey_greenstein, uniform};
 use crate::transport::stack::{Layer, Scattering, Stack, Substrate};
@@ -153,7 +154,7 @@ impl StackGeometry {
                 observer.absorb(photon.layer, photon.weight * (1.0 - foil.reflectance));
                 photon.weight *= foil.reflectance;
                 photon.turned += 1;
-                photon.direction = foil.mirror(photon.direction, rng);
+                photon.direction = mirror(foil, photon.direction, rng);
                 return false;
             }
             Substrate::Foil(_) => n,
