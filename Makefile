@@ -122,10 +122,10 @@ schema: build ## JSON Schemas of recipes and datasets in out/
 
 kernel-table: ## measure the kernel's table anew: half an hour on two cores; goes on in out/kernel_measurements.jsonl
 	mkdir -p out
-	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl src/transport/kernel/table.bin
+	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl crates/transport/src/kernel/table.bin
 
 film-table: ## measure the table of films anew: three minutes on two cores
-	cargo run --release --locked --example film_table -- src/transport/kernel/film_stack/film.bin
+	cargo run --release --locked --example film_table -- crates/transport/src/kernel/film_stack/film.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)
 	BLESS=1 cargo test $(ALL) --test recipe_schema --test dictionary

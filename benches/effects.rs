@@ -1,15 +1,15 @@
 //! Cost of each effect of the instrument: rows and exposure of the full scan's recipe with one effect more, one core, to
 //! be held against `none`. One line in [`EFFECTS`] an effect.
 
+use bench::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use sheetlight::frame::Frame;
-use sheetlight::optics::speckle::PatternCache;
-use sheetlight::optics::{Band, Scratch, Sensor, TILE};
-use sheetlight::pipeline;
-use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
-use sheetlight::specimen::Specimen;
+use pipeline;
+use recipe::{Recipe, Scene};
+use scanner::frame::Frame;
+use scanner::optics::speckle::PatternCache;
+use scanner::optics::{Band, Scratch, Sensor, TILE};
+use scanner::specimen::Specimen;
 
 /// Profiles of one band.
 const PROFILES: usize = 64;

@@ -1,18 +1,18 @@
 //! Profiles a second on the recipe of the full scan, 2560 columns, every effect on, one core: the light of the rows,
 //! exposure and extraction apart and together. `make bench` prints it; docs/performance.md reads it.
 
+use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use pipeline;
 use procedural::Body;
 use procedural::blister::{Blister, Pack};
-use sheetlight::extract::{MeasuredProfile, extract};
-use sheetlight::frame::{Calibration, Frame};
-use sheetlight::optics::speckle::PatternCache;
-use sheetlight::optics::{Band, Scratch, Sensor, TILE};
-use sheetlight::pipeline;
-use sheetlight::recipe::{Recipe, Scene};
-use sheetlight::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
-use sheetlight::specimen::Specimen;
+use recipe::{Recipe, Scene};
+use scanner::extract::{MeasuredProfile, extract};
+use scanner::frame::{Calibration, Frame};
+use scanner::optics::speckle::PatternCache;
+use scanner::optics::{Band, Scratch, Sensor, TILE};
+use scanner::specimen::Specimen;
 
 /// Profiles of one band.
 const PROFILES: usize = 64;

@@ -4,7 +4,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
-use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
 
 /// Surface points of a row.
 const POINTS: usize = 2560;

@@ -7,11 +7,11 @@ use glam::{DVec3, Vec3};
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use sheetlight::transport::answer::Question;
-use sheetlight::transport::line::LineSource;
-use sheetlight::transport::path::line_response::line_response_with_balance;
-use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Scattering, Stack};
+use reference::path::line_response::line_response_with_balance;
+use reference::path::{Effort, solve};
+use transport::answer::Question;
+use transport::line::LineSource;
+use transport::stack::{Scattering, Stack};
 
 const CLEAR: Medium =
     Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };

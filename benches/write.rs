@@ -1,17 +1,17 @@
 //! What encoding costs: `cargo bench --bench write`. Times by divan; sizes are printed first, in bytes and bytes/pixel.
 //!
-//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `src/dataset/png.rs`, `exr.rs` and `shard_size.rs`.
+//! One sample of 2560 x 500 with the noise of a scan: the numbers behind `crates/dataset/src/png.rs`, `exr.rs` and `shard_size.rs`.
 
+use bench::settings::{Output, SensorStack, Size};
+use dataset::record::{Below, Record};
+use dataset::{
+    Dataset, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
+    write_exr_as, write_png_as,
+};
 use divan::Bencher;
 use divan::counter::BytesCount;
 use exr::prelude::Compression;
 use image::codecs::png::{CompressionType, FilterType};
-use sheetlight::dataset::{
-    Dataset, ExrChannel, Grey, Samples, ShardWriter, encode, estimated_bytes_per_sample, read_exr, read_png,
-    write_exr_as, write_png_as,
-};
-use sheetlight::record::{Below, Record};
-use sheetlight::settings::{Output, SensorStack, Size};
 use test_support::records;
 
 const SIZE: Size = Size { columns: 2560, rows: 512, profiles: 500 };

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use arrow_array::cast::AsArray;
+use dataset::{read_exr, read_png};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use rayon::prelude::*;
-use sheetlight::dataset::{read_exr, read_png};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 

@@ -4,10 +4,10 @@
 
 use std::iter;
 
-use sheetlight::transport::answer::{Answer, Estimate, LineSide, Question};
-use sheetlight::transport::kernel;
-use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
+use reference::path::{Effort, solve};
+use transport::answer::{Answer, Estimate, LineSide, Question};
+use transport::kernel;
+use transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 
 const FOIL: Foil = Foil { reflectance: 0.9, roughness: [0.2, 0.2] };
 

@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release --example film_table -- TABLE`; `make film-table` runs it, three minutes on two cores.
 
-use sheetlight::transport::kernel::film_stack::table::{ABSORBED, N, TURNS, frequencies};
-use sheetlight::transport::path::measure::film::{FilmIllumination, MeasuredFilm, condense, measure};
+use reference::path::measure::film::{FilmIllumination, MeasuredFilm, condense, measure};
+use transport::kernel::film_stack::table::{ABSORBED, N, TURNS, frequencies};
 
 /// Photons of one film under one light.
 const PHOTONS: u64 = 400_000;

@@ -7,8 +7,8 @@
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Write};
 
-use sheetlight::transport::kernel::table;
-use sheetlight::transport::path::measure::half_space::{HalfSpace, PathStatistics, condense, measure};
+use reference::path::measure::half_space::{HalfSpace, PathStatistics, condense, measure};
+use transport::kernel::table;
 
 /// Photons of one half space.
 const PHOTONS: u64 = 250_000;

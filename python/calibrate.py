@@ -5,7 +5,7 @@
                                                same recipe and seed, within 1 um
 
 ROWS is a dataset made with `extraction: {range: uncalibrated}`; its column `calibration` holds the camera. `locate` and
-`along` are all that is needed, and are meant to be copied. The same way goes the program itself (src/frame/rig.rs):
+`along` are all that is needed, and are meant to be copied. The same way goes the program itself (crates/scanner/src/frame/rig.rs):
 
     s = (centre_row - row) p          v = v0 + s sin b
     (xd, yd) = ((col - centre_col) p, s cos b) / v

@@ -12,14 +12,12 @@ use output_schema::file::asset_path;
 use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
 
-use crate::asset::{Asset, AssetSource, KeptAsset};
-use crate::dataset::{
-    self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column,
-};
-use crate::effective;
-use crate::optics::speckle::PatternCache;
-use crate::pipeline;
-use crate::recipe::Recipe;
+use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
+use pipeline;
+use pipeline::effective;
+use recipe::Recipe;
+use recipe::asset::{Asset, AssetSource, KeptAsset};
+use scanner::optics::speckle::PatternCache;
 
 pub use self::estimate::GenerateEstimate;
 pub use self::expected_dataset::{ExpectedDataset, declared};

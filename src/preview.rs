@@ -8,12 +8,12 @@ use procedural::Class;
 
 pub use self::exposure::expose_profile;
 use self::legend::Legend;
-use crate::drawing::{LETTER, MARGIN, Page, Ramp, ScaleEnds, class_colour, viridis};
-use crate::optics::speckle::PatternCache;
-use crate::pipeline;
-use crate::recipe::{Recipe, Scene, Subject};
-use crate::record::Record;
-use crate::settings::SensorStack;
+use bench::settings::SensorStack;
+use dataset::record::Record;
+use drawing::{LETTER, MARGIN, Page, Ramp, ScaleEnds, class_colour, viridis};
+use pipeline;
+use recipe::{Recipe, Scene, Subject};
+use scanner::optics::speckle::PatternCache;
 
 /// Largest panel [px].
 const MAX_PANEL_PX: (u32, u32) = (400, 800);
@@ -37,7 +37,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
 pub fn draw(scene: &Scene, record: &Record) -> RgbImage {
     let panel = PanelGrid::fit(record);
     let dark = scene.bench.exposure.dark_level_dn as f32;
-    let scatter_dark = crate::extract::scatter_dark(&scene.extraction, dark).kept;
+    let scatter_dark = scanner::extract::scatter_dark(&scene.extraction, dark).kept;
     let on_body = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.labels.class).filter(|(v, class)| **class > 0 && **v > 0.0).map(|(v, _)| *v).collect()
     };

@@ -5,16 +5,16 @@ use std::path::PathBuf;
 
 /// Folder or file, and what may not be named there.
 const FORBIDDEN: [(&str, &[&str]); 32] = [
-    ("src/lens.rs", &["crate::", "procedural"]),
-    ("src/split.rs", &["crate::", "procedural"]),
-    ("src/parameters.rs", &["crate::optics", "crate::recipe", "crate::frame", "crate::lens"]),
-    ("src/asset.rs", &["crate::", "procedural", "output_schema"]),
-    ("src/chance", &["crate::", "procedural", "output_schema"]),
-    ("src/quadrature.rs", &["crate::", "procedural", "output_schema"]),
+    ("crates/bench/src/lens.rs", &["crate::", "procedural"]),
+    ("crates/bench/src/split.rs", &["crate::", "procedural"]),
+    ("crates/bench/src/parameters.rs", &["crate::optics", "crate::recipe", "crate::frame", "crate::lens"]),
+    ("crates/recipe/src/asset.rs", &["crate::", "procedural", "output_schema"]),
+    ("crates/numerics/src/chance", &["crate::", "procedural", "output_schema"]),
+    ("crates/numerics/src/quadrature.rs", &["crate::", "procedural", "output_schema"]),
     ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
     ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
     (
-        "src/recipe",
+        "crates/recipe/src",
         &[
             "crate::optics",
             "crate::frame",
@@ -25,11 +25,14 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
             "crate::labels",
         ],
     ),
-    ("src/yaml", &["crate::recipe", "crate::medium", "crate::transport", "crate::settings", "procedural"]),
-    ("src/medium", &["crate::recipe", "crate::optics", "crate::specimen", "crate::dataset", "crate::study"]),
-    ("src/study", &["crate::specimen", "crate::extract", "crate::labels", "crate::dataset", "crate::validate"]),
+    ("crates/yaml/src", &["crate::recipe", "crate::medium", "crate::transport", "crate::settings", "procedural"]),
     (
-        "src/transport",
+        "crates/study/src/medium",
+        &["crate::recipe", "crate::optics", "crate::specimen", "crate::dataset", "crate::study"],
+    ),
+    ("crates/study/src", &["crate::specimen", "crate::extract", "crate::labels", "crate::dataset", "crate::validate"]),
+    (
+        "crates/transport/src",
         &[
             "crate::recipe",
             "crate::optics",
@@ -43,24 +46,30 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
             "crate::study",
         ],
     ),
-    ("src/optics", &["crate::recipe", "crate::extract", "crate::labels", "crate::dataset", "crate::record"]),
-    ("src/labels.rs", &["crate::frame", "crate::extract", "crate::optics"]),
-    ("src/dataset", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::pipeline"]),
-    ("src/dataset/atomic_file.rs", &["crate::", "procedural", "output_schema"]),
-    ("src/validate", &["crate::optics", "crate::extract", "crate::specimen", "crate::recipe"]),
-    ("src/specimen", &["crate::recipe", "crate::extract", "crate::dataset", "crate::optics"]),
-    ("src/mesh", &["crate::recipe", "crate::optics", "crate::specimen", "crate::dataset", "crate::settings"]),
-    ("src/specimen.rs", &["crate::recipe", "crate::extract", "crate::dataset", "crate::optics"]),
     (
-        "src/frame.rs",
+        "crates/scanner/src/optics",
+        &["crate::recipe", "crate::extract", "crate::labels", "crate::dataset", "crate::record"],
+    ),
+    ("crates/pipeline/src/labels.rs", &["crate::frame", "crate::extract", "crate::optics"]),
+    ("crates/dataset/src", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::pipeline"]),
+    ("crates/dataset/src/atomic_file.rs", &["crate::", "procedural", "output_schema"]),
+    ("crates/dataset/src/validate", &["crate::optics", "crate::extract", "crate::specimen", "crate::recipe"]),
+    ("crates/scanner/src/specimen", &["crate::recipe", "crate::extract", "crate::dataset", "crate::optics"]),
+    (
+        "crates/recipe/src/mesh",
+        &["crate::recipe", "crate::optics", "crate::specimen", "crate::dataset", "crate::settings"],
+    ),
+    ("crates/scanner/src/specimen.rs", &["crate::recipe", "crate::extract", "crate::dataset", "crate::optics"]),
+    (
+        "crates/scanner/src/frame.rs",
         &["crate::recipe", "crate::optics", "crate::specimen", "crate::parameters", "crate::settings", "procedural"],
     ),
     (
-        "src/frame",
+        "crates/scanner/src/frame",
         &["crate::recipe", "crate::optics", "crate::specimen", "crate::parameters", "crate::settings", "procedural"],
     ),
     (
-        "src/icon",
+        "crates/tools/src/icon",
         &[
             "crate::recipe",
             "crate::optics",
@@ -73,7 +82,7 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
         ],
     ),
     (
-        "src/compare",
+        "crates/tools/src/compare",
         &[
             "crate::recipe",
             "crate::optics",
@@ -87,7 +96,7 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
         ],
     ),
     (
-        "src/check",
+        "crates/tools/src/check",
         &[
             "crate::recipe",
             "crate::optics",
@@ -100,7 +109,7 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
         ],
     ),
     (
-        "src/export",
+        "crates/tools/src/export",
         &[
             "crate::recipe",
             "crate::optics",
@@ -116,7 +125,7 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
         ],
     ),
     (
-        "src/report",
+        "crates/tools/src/report",
         &[
             "crate::optics",
             "crate::specimen",
@@ -129,17 +138,20 @@ const FORBIDDEN: [(&str, &[&str]); 32] = [
             "crate::preview",
         ],
     ),
-    ("src/pipeline.rs", &["crate::dataset", "crate::validate", "crate::cli"]),
-    ("src/pipeline", &["crate::dataset", "crate::validate", "crate::cli"]),
-    ("src/effective.rs", &["crate::specimen", "crate::labels", "crate::dataset"]),
-    ("src/record.rs", &["crate::recipe", "crate::optics", "crate::extract", "crate::dataset", "crate::specimen"]),
+    ("crates/pipeline/src/lib.rs", &["crate::dataset", "crate::validate", "crate::cli"]),
+    ("crates/pipeline/src", &["crate::dataset", "crate::validate", "crate::cli"]),
+    ("crates/pipeline/src/effective.rs", &["crate::specimen", "crate::labels", "crate::dataset"]),
+    (
+        "crates/dataset/src/record.rs",
+        &["crate::recipe", "crate::optics", "crate::extract", "crate::dataset", "crate::specimen"],
+    ),
 ];
 
 /// All that the instrument's own software may know.
 const EXTRACT_MAY: [&str; 2] = ["crate::frame", "crate::settings"];
 
 /// The only file that names the ray tracer.
-const RAYS: &str = "src/specimen/rays.rs";
+const RAYS: &str = "crates/scanner/src/specimen/rays.rs";
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -246,7 +258,7 @@ fn nothing_names_what_it_must_not_know() {
 
 #[test]
 fn extraction_sees_frames_alone() {
-    for (file, text) in sources("src/extract") {
+    for (file, text) in sources("crates/scanner/src/extract") {
         let known = paths(&text).into_iter().filter(|path| within(path, "crate") || within(path, "procedural"));
         let beyond: Vec<_> = known.filter(|path| !EXTRACT_MAY.iter().any(|name| within(path, name))).collect();
         assert!(beyond.is_empty(), "{file} names {beyond:?}");
@@ -269,5 +281,5 @@ fn two_files_name_onnxruntime() {
     let mut naming: Vec<String> =
         sources("src").into_iter().filter(|(_, text)| names(text)).map(|(file, _)| file).collect();
     naming.sort();
-    assert_eq!(naming, ["src/check/model.rs", "src/check/onnxruntime.rs"]);
+    assert_eq!(naming, ["crates/tools/src/check/model.rs", "crates/tools/src/check/onnxruntime.rs"]);
 }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use sheetlight::dataset::{Dataset, ShardWriter};
-use sheetlight::settings::{Output, SensorStack, Size};
-use sheetlight::validate::{ValidationOptions, validate};
+use bench::settings::{Output, SensorStack, Size};
+use dataset::validate::{ValidationOptions, validate};
+use dataset::{Dataset, ShardWriter};
 use test_support::records::{self, head, output};
 
 /// Names the folder that [`validates`] is to read in a process of its own.
@@ -21,7 +21,7 @@ fn write(path: &Path, samples: u64) {
         ShardWriter::claim(&folder, 0).expect("the folder can be written").granted().expect("the shard is free");
     for index in 0..samples {
         let record = records::record(index, &LARGE, &output);
-        writer.push(sheetlight::dataset::encode(record, &output)).expect("it is written");
+        writer.push(dataset::encode(record, &output)).expect("it is written");
     }
     writer.finish().expect("it is finished");
     folder.complete().expect("the card is written");

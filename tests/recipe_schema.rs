@@ -6,8 +6,8 @@ use std::path::Path;
 
 use procedural::blister::{Blister, Defects};
 use procedural::wood::Wood;
+use recipe::{Plan, Recipe, Subject, reference_markdown, schema};
 use serde_json::Value;
-use sheetlight::recipe::{Plan, Recipe, Subject, reference_markdown, schema};
 
 fn recipes() -> Vec<(String, String)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes");

@@ -12,9 +12,9 @@ use serde_json::Value;
 use super::generate::threads;
 use super::progress::{CountBar, counted, describe_duration, say};
 use super::{CommandResult, UsageError, output, print};
-use crate::check::{CheckError, CheckOptions, CheckReport, check};
-use crate::dataset::{Dataset, DatasetSums};
-use crate::split::Split;
+use bench::split::Split;
+use dataset::{Dataset, DatasetSums};
+use tools::check::{CheckError, CheckOptions, CheckReport, check};
 
 /// Name of the document in the folder of pictures.
 const REPORT_FILE: &str = "check.json";

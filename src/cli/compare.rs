@@ -8,8 +8,8 @@ use clap::Args;
 
 use super::progress::say;
 use super::{CommandResult, output, print};
-use crate::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
-use crate::dataset::Fault;
+use dataset::Fault;
+use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

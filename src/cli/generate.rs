@@ -7,10 +7,10 @@ use output_schema::{MAX_SAMPLES, MAX_SHARDS};
 
 use super::progress::{GenerateBar, counted, describe_bytes, describe_duration, say};
 use super::{CommandResult, GenerateArgs, UsageError, print};
-use crate::dataset::Dataset;
 use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, dataset_head, generate};
-use crate::recipe::Recipe;
-use crate::settings::Transport;
+use bench::settings::Transport;
+use dataset::Dataset;
+use recipe::Recipe;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MAX_THREADS: (usize, usize) = (4, 16);

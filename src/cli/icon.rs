@@ -8,8 +8,8 @@ use clap::Args;
 use output_schema::file::DATASET;
 
 use super::{CommandResult, UsageError, print};
-use crate::dataset::Fault;
-use crate::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
+use dataset::Fault;
+use tools::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
 
 /// Rows that are handled at a time.
 const ROWS_AT_A_TIME: usize = 256;

@@ -22,10 +22,10 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
-use crate::dataset::Dataset;
 use crate::preview;
-use crate::recipe::{self, Recipe};
+use dataset::Dataset;
 use progress::say;
+use recipe::{self, Recipe};
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
 #[derive(Debug, Parser)]

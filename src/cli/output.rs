@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use image::RgbImage;
 
-use crate::dataset::atomic_file;
+use dataset::atomic_file;
 
 /// Writes `content` to `path`, which `--out` names.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::generate::{DatasetRequest, GenerateEvent};
-use crate::recipe::Recipe;
-use crate::validate::ValidationStep;
+use dataset::validate::ValidationStep;
+use recipe::Recipe;
 
 /// Least time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);

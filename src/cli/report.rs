@@ -11,12 +11,12 @@ use output_schema::file::{DATASET, REPORTS};
 use super::generate::threads;
 use super::progress::{CountBar, counted, describe_bytes, say};
 use super::{CommandResult, UsageError, output};
-use crate::dataset::Dataset;
 use crate::generate::{recipe_of, render_sample};
-use crate::optics::speckle::PatternCache;
 use crate::preview::expose_profile;
-use crate::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
-use crate::settings::Transport;
+use bench::settings::Transport;
+use dataset::Dataset;
+use scanner::optics::speckle::PatternCache;
+use tools::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -8,10 +8,10 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
 use super::progress::{WorkBar, say};
 use super::{CommandResult, output, print};
-use crate::recipe::Recipe;
-use crate::study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
-use crate::study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
-use crate::transport::path::Effort;
+use recipe::Recipe;
+use reference::path::Effort;
+use study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
+use study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
 
 /// Largest number of photons for a single question: days of work.
 const MAX_PHOTONS: u64 = 10_000_000_000;

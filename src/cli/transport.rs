@@ -10,10 +10,10 @@ use serde_json::{Value, json};
 
 use super::progress::{WorkBar, say};
 use super::{CommandResult, output, print};
-use crate::medium::LayeredMedium;
-use crate::transport::answer::{Answer, Estimate, LineSide};
-use crate::transport::model::Model;
-use crate::transport::path::Effort;
+use reference::model::Model;
+use reference::path::Effort;
+use study::medium::LayeredMedium;
+use transport::answer::{Answer, Estimate, LineSide};
 
 /// Version of the document's layout.
 const SCHEMA_VERSION: u32 = 1;

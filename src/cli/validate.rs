@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use super::generate::{threads, warn};
 use super::progress::{ValidationBar, counted, say};
 use super::{CommandResult, output, print};
-use crate::dataset::{Dataset, DatasetSums};
 use crate::generate::ExpectedDataset;
-use crate::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
+use dataset::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
+use dataset::{Dataset, DatasetSums};
 
 /// Name of the report that `--save` keeps.
 const REPORT_FILE: &str = "validation.json";

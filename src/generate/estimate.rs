@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::{DatasetRequest, dataset_head, in_flight, render_sample};
-use crate::dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
-use crate::optics::speckle::PatternCache;
-use crate::recipe::Recipe;
-use crate::settings::Transport;
+use bench::settings::Transport;
+use dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
+use recipe::Recipe;
+use scanner::optics::speckle::PatternCache;
 
 /// Samples of each class in the whole dataset, in the recipe's order.
 fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, u64)> {

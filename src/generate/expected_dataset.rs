@@ -4,12 +4,12 @@ use output_schema::DatasetHead;
 use procedural::Parameter;
 
 use super::{DatasetRequest, dataset_head, recipe_of, render_sample};
-use crate::dataset::{Dataset, Encoded};
-use crate::optics::speckle::PatternCache;
-use crate::pipeline;
-use crate::recipe::{Distribution, Recipe};
-use crate::split::Split;
-use crate::validate::{DeclaredLaws, ExpectedRow, ParameterLaws, UnlitRow};
+use bench::split::Split;
+use dataset::validate::{DeclaredLaws, ExpectedRow, ParameterLaws, UnlitRow};
+use dataset::{Dataset, Encoded};
+use pipeline;
+use recipe::{Distribution, Recipe};
+use scanner::optics::speckle::PatternCache;
 
 /// The recipe of a dataset, and the content that this program expects of it.
 pub struct ExpectedDataset {

@@ -1,13 +1,13 @@
 //! One exposure of a profile: the sensor frame around the laser line, and the line that extraction finds in it.
 
-use crate::extract::{MeasuredProfile, extract};
-use crate::frame::Frame;
-use crate::optics::Band;
-use crate::optics::speckle::PatternCache;
-use crate::pipeline;
-use crate::recipe::Scene;
-use crate::report::ExposedProfile;
-use crate::settings::RangeForm;
+use bench::settings::RangeForm;
+use pipeline;
+use recipe::Scene;
+use scanner::extract::{MeasuredProfile, extract};
+use scanner::frame::Frame;
+use scanner::optics::Band;
+use scanner::optics::speckle::PatternCache;
+use tools::report::ExposedProfile;
 
 /// Sensor rows kept above and below the line [px].
 const MARGIN_ROWS: usize = 24;

@@ -3,7 +3,7 @@
 use image::RgbImage;
 use procedural::Class;
 
-use crate::drawing::{INK, LETTER, Page, class_colour};
+use drawing::{INK, LETTER, Page, class_colour};
 
 /// Height of a line of the legend [px].
 const LINE_PX: u32 = 14;

@@ -1,7 +1,7 @@
 //! What numbers become on disk: PNG rounding and saturation, half floats that are exact, attributes in ASCII.
 
-use sheetlight::dataset::{ExrChannel, Grey, Samples, encode, read_exr, read_png, write_exr, write_png};
-use sheetlight::settings::{Channel, Output};
+use bench::settings::{Channel, Output};
+use dataset::{ExrChannel, Grey, Samples, encode, read_exr, read_png, write_exr, write_png};
 use test_support::records::{SIZE, output, record};
 
 fn exr(samples: Samples, cols: usize) -> ExrChannel {

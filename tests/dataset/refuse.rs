@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 use std::thread;
 
+use dataset::{Claim, Dataset, ShardWriter};
 use output_schema::DatasetHead;
-use sheetlight::dataset::{Claim, Dataset, ShardWriter};
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 
 fn refusal(path: &Path, change: impl Fn(&mut DatasetHead)) -> String {

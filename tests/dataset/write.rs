@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use sheetlight::dataset::{Claim, Dataset, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
-use sheetlight::settings::{Output, SensorStack, Size};
+use bench::settings::{Output, SensorStack, Size};
+use dataset::{Claim, Dataset, ShardWriter, estimated_bytes_per_sample, samples_per_shard};
 use test_support::records::{SIZE, encoded, head, output, tree, write_dataset, write_shard};
 
 fn names(tree: &[(String, Vec<u8>)]) -> Vec<&str> {

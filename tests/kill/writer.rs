@@ -5,9 +5,9 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use bench::settings::{Channel, Output, SensorStack, Size};
+use dataset::{Claim, Dataset, ShardWriter, encode};
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use sheetlight::dataset::{Claim, Dataset, ShardWriter, encode};
-use sheetlight::settings::{Channel, Output, SensorStack, Size};
 use test_support::records::{SIZE, encoded, head, output, record, tree, write_dataset};
 
 /// Where the child of the test below writes.

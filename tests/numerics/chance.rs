@@ -3,7 +3,7 @@
 use procedural::Stream;
 use rand::RngExt;
 
-use sheetlight::chance::{
+use numerics::chance::{
     HISTOGRAM_CELLS, UnitHistogram, binomial, holm, kolmogorov_smirnov, likelihood_ratio, likelihood_ratio_chance,
 };
 

@@ -46,7 +46,7 @@ const SYSTEM: [&str; 35] = [
 /// Names that stand for such functions elsewhere: an FFT that picks its instructions, and a ziggurat that asks exp and ln.
 const NAMES: [&str; 3] = ["FftPlanner:", "FftPlanner;", "rand_distr"];
 /// What only draws, reports or checks a finished sample.
-const AFTERWARDS: [&str; 3] = ["src/preview.rs", "src/cli", "src/validate"];
+const AFTERWARDS: [&str; 3] = ["src/preview.rs", "src/cli", "crates/dataset/src/validate"];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a source folder") {

@@ -1,12 +1,12 @@
 //! What Scatter is for: on 500 packs of one film and one exposure, a plain threshold on a pocket's mean Scatter finds the
 //! missing tablets, and one on its mean Range does not; the more pigment in the film, the less is left of it.
 
+use dataset::record::Record;
+use pipeline;
 use procedural::{Class, Instance};
 use rayon::prelude::*;
-use sheetlight::pipeline;
-use sheetlight::recipe::{Plan, Recipe};
-use sheetlight::record::Record;
-use test_support::bench;
+use recipe::{Plan, Recipe};
+use test_support::target;
 
 /// A pocket: whether it holds its tablet, mean Scatter [DN], mean Range over the card's [mm].
 struct Seen {
@@ -33,7 +33,7 @@ fn pockets(packs: u64, sigma: f64, thickness: f64) -> Vec<Seen> {
         blister.defects = procedural::blister::Defects::from_values(&mut |parameter| parameter.default);
         blister.defects.missing = (index % 4) as f64;
         (scene.output.bin_columns, scene.output.bin_profiles, scene.output.truth_maps) = (1, 1, false);
-        let record = pipeline::render(&scene, bench::tiles(), &|_| ());
+        let record = pipeline::render(&scene, target::tiles(), &|_| ());
         seen(&record)
     });
     seen.collect()
@@ -92,7 +92,7 @@ fn scatter_finds_missing_tablets_and_range_does_not() {
 
 /// By how much filled pockets are brighter in Scatter than empty ones, and its standard error [DN].
 fn brighter(pockets: &[Seen]) -> [f64; 2] {
-    let of = |filled: bool| bench::moments(pockets.iter().filter(move |p| p.filled == filled).map(|p| p.scatter));
+    let of = |filled: bool| target::moments(pockets.iter().filter(move |p| p.filled == filled).map(|p| p.scatter));
     let count = |filled: bool| pockets.iter().filter(|p| p.filled == filled).count() as f64;
     let ((full, spread), (empty, other)) = (of(true), of(false));
     [full - empty, (spread * spread / count(true) + other * other / count(false)).sqrt()]

@@ -1,12 +1,12 @@
 //! Blooming as frames show it: charge above the full well is there again, beside where it was too much, and nowhere else.
 
+use pipeline;
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
-use sheetlight::frame::Frame;
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor, expose};
-use sheetlight::pipeline;
-use sheetlight::recipe::Scene;
-use test_support::bench::{scene, tiles};
+use recipe::Scene;
+use scanner::frame::Frame;
+use scanner::optics::{Band, ROWS, Scratch, Sensor, expose};
+use test_support::target::{scene, tiles};
 
 /// First profile that looks at the middle of the plate.
 const PROFILE: usize = 40;

@@ -1,10 +1,10 @@
 //! Motion blur and its bookkeeping: the light of an exposure is the mean over the way moved, whoever asks in what order.
 
+use pipeline;
 use procedural::{Body, Gloss, Medium, flat::Flat};
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose::window};
-use sheetlight::pipeline;
-use sheetlight::recipe::{Plan, Scene};
-use test_support::bench::{expose, nominal, plate, scene, tiles};
+use recipe::{Plan, Scene};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose::window};
+use test_support::target::{expose, nominal, plate, scene, tiles};
 
 /// Share of a step that the moving scenes move while they are exposed.
 const WAY: f64 = 0.6;
@@ -24,7 +24,7 @@ fn line(sensor: &Sensor, band: &Band, profile: usize, column: usize) -> Vec<[f64
     let mut scratch = Scratch::default();
     window(sensor, band, profile, column / TILE, &mut scratch);
     let c = column % TILE;
-    let sum = |window: &sheetlight::optics::Window| {
+    let sum = |window: &scanner::optics::Window| {
         let light = |k: usize| f64::from(window.volume[k][c] + window.surface[k][c]);
         let total: f64 = (0..ROWS).map(light).sum();
         let moment: f64 = (0..ROWS).map(|k| light(k) * (k as f64 + f64::from(window.first_row[c]))).sum();

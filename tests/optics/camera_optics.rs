@@ -1,10 +1,10 @@
 //! The camera's effects measured on the light of production's exposure, against closed forms.
 
+use bench::settings::{Filter, LensModel, Scheimpflug};
 use procedural::{Body, Gloss, Medium, flat::Flat};
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose::window};
-use sheetlight::recipe::Scene;
-use sheetlight::settings::{Filter, LensModel, Scheimpflug};
-use test_support::bench::{ceramic, expose, moments, plate, render, scene};
+use recipe::Scene;
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose::window};
+use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 /// A grey plate whose light comes back from where it hits.
 fn grey() -> Medium {
@@ -156,8 +156,8 @@ fn range_behind_a_bent_lens_is_right() {
         }
     }
     // The same places of the sensor, read as if the lens were straight.
-    let rig = sheetlight::optics::camera::rig(&scene.bench, &scene.size);
-    let straight = sheetlight::frame::Rig { distortion: Default::default(), ..rig };
+    let rig = scanner::optics::camera::rig(&scene.bench, &scene.size);
+    let straight = scanner::frame::Rig { distortion: Default::default(), ..rig };
     let (col, row) = rig.project(100.0, 0.0, 20.0);
     let [x, z] = straight.locate(col, row);
     assert!((x - 100.0).abs() > 0.2 && (z - 20.0).abs() > 0.04, "read straight: {x} {z}");
@@ -172,7 +172,7 @@ fn a_region_elsewhere_reads_the_same() {
     let body = || plate(grey(), 20.0, 0.0, 0.0);
     let ([_, row, _], [_, other, _]) = (middle(&plain, body()), middle(&moved, body()));
     assert!((other - row - 100.0).abs() < 1e-3, "the line stands in row {row} and {other}");
-    let rigs = [&plain, &moved].map(|s| sheetlight::optics::camera::rig(&s.bench, &s.size));
+    let rigs = [&plain, &moved].map(|s| scanner::optics::camera::rig(&s.bench, &s.size));
     assert!((rigs[0].height(row) - rigs[1].height(other)).abs() < 1e-3);
     let x = rigs.map(|rig| rig.locate(100.0, row)[0]);
     assert!((rigs[0].along(164.0, 20.0) - rigs[1].along(100.0, 20.0)).abs() < 1e-9, "{x:?}");
@@ -194,7 +194,7 @@ fn filter_and_mounts_dim_the_field() {
         lines(&sensor, &band, 100, 2560)
     };
     let (plain_light, dim_light) = (light(&plain), light(&dim));
-    let rig = sheetlight::optics::camera::rig(&plain.bench, &plain.size);
+    let rig = scanner::optics::camera::rig(&plain.bench, &plain.size);
     for column in [60, 400, 900, 1280, 2500] {
         let passed = dim_light[column][0] / plain_light[column][0];
         let x = rig.along(column as f64, 0.1);

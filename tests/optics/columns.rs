@@ -1,10 +1,10 @@
 //! Columns of a sensor with a line in them, and what is read from them.
 
-use sheetlight::extract::{MeasuredProfile, extract};
-use sheetlight::frame::{Calibration, Frame, Rig};
-use sheetlight::lens::{Distortion, image_distance, scheimpflug};
-use sheetlight::recipe::Recipe;
-use sheetlight::settings::{Extraction, PeakMethod, RangeForm};
+use bench::lens::{Distortion, image_distance, scheimpflug};
+use bench::settings::{Extraction, PeakMethod, RangeForm};
+use recipe::Recipe;
+use scanner::extract::{MeasuredProfile, extract};
+use scanner::frame::{Calibration, Frame, Rig};
 
 /// Rows of the sensor.
 pub const SENSOR: usize = 240;

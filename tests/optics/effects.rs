@@ -1,15 +1,15 @@
 //! Every number of the bench and every setting of the extraction changes what comes out, one by one.
 
-use procedural::Parameter;
-use sheetlight::parameters::{Bench, CameraParameters, ExposureParameters, MotionParameters, SpeckleParameters};
-use sheetlight::pipeline;
-use sheetlight::recipe::{Plan, Scene};
-use sheetlight::record::Record;
-use sheetlight::settings::{
+use bench::parameters::{Bench, CameraParameters, ExposureParameters, MotionParameters, SpeckleParameters};
+use bench::settings::{
     Filter, LensModel, Movement, Optics, PeakChoice, PeakMethod, RangeForm, ScatterDark, ScatterMode, Scheimpflug,
     SearchDirection,
 };
-use test_support::bench::{nominal, scene, tiles};
+use dataset::record::Record;
+use pipeline;
+use procedural::Parameter;
+use recipe::{Plan, Scene};
+use test_support::target::{nominal, scene, tiles};
 
 fn render(scene: &Scene) -> Record {
     pipeline::render(scene, tiles(), &|_| ())
@@ -64,7 +64,7 @@ fn changed(parameter: &'static Parameter) -> Bench {
 }
 
 fn nominal_with(value: &mut dyn FnMut(&'static Parameter) -> f64) -> Bench {
-    Bench::from_values(value, sheetlight::settings::Optics::default())
+    Bench::from_values(value, bench::settings::Optics::default())
 }
 
 /// The scene in which a number of the camera or of the movement is awake: beside the setting that asks for it, or with a
@@ -160,7 +160,7 @@ fn every_setting_of_the_camera_has_an_effect() {
 fn every_setting_of_the_extraction_has_an_effect() {
     let base = base();
     let plain = render(&base);
-    type Change = fn(&mut sheetlight::settings::Extraction);
+    type Change = fn(&mut bench::settings::Extraction);
     type Map = fn(&Record) -> &Vec<f32>;
     let changes: [(&str, Change, Map); 16] = [
         ("method parabola", |e| e.method = PeakMethod::Parabola, |r| &r.maps.range),

@@ -1,11 +1,11 @@
 //! What an extractor makes of a column, by hand: peaks, plateaus, windows, edges, Scatter.
 
 use crate::columns::{SENSOR, by, column, frame, read, read_both, settings};
+use bench::settings::{Extraction, PeakChoice, PeakMethod, ScatterDark, ScatterMode, SearchDirection};
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::extract::{margin, scatter_pixels};
-use sheetlight::frame::Frame;
-use sheetlight::settings::{Extraction, PeakChoice, PeakMethod, ScatterDark, ScatterMode, SearchDirection};
+use scanner::extract::{margin, scatter_pixels};
+use scanner::frame::Frame;
 
 const METHODS: [PeakMethod; 5] = [
     PeakMethod::CentreOfGravity,

@@ -1,9 +1,9 @@
 //! Bias and spread of every method on lines of known place: the table of the project's physics notes, measured anew.
 
 use crate::columns::{by, column, frame, read};
+use bench::settings::PeakMethod;
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::settings::PeakMethod;
 
 /// Greatest number of a line [DN], so large that rounding is nothing.
 const PEAK: f64 = 40_000.0;

@@ -1,10 +1,10 @@
 //! A flat target under the nominal bench: Range is right on average, spreads as noise theory says, dark and bright as set.
 
+use dataset::record::Record;
 use procedural::{Gloss, Medium};
-use sheetlight::optics::{ROWS, Scratch, expose::window};
-use sheetlight::recipe::Scene;
-use sheetlight::record::Record;
-use test_support::bench::{ceramic, expose, moments, plate, render, scene};
+use recipe::Scene;
+use scanner::optics::{ROWS, Scratch, expose::window};
+use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 const TILTS: [(f32, f32); 3] = [(0.0, 0.0), (0.08, 0.0), (0.0, 0.05)];
 /// Profiles at either end of the plate whose light reaches its edge.

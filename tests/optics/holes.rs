@@ -1,9 +1,9 @@
 //! Light about the holes of a part.
 
-use sheetlight::optics::speckle::PatternCache;
-use sheetlight::optics::{Band, ROWS, Scratch, TILE, expose};
-use sheetlight::pipeline;
-use sheetlight::recipe::{Recipe, Scene};
+use pipeline;
+use recipe::{Recipe, Scene};
+use scanner::optics::speckle::PatternCache;
+use scanner::optics::{Band, ROWS, Scratch, TILE, expose};
 
 /// Light of every pixel about the line of `profile`, worked out in the band `profiles` [e-].
 fn light(scene: &Scene, profiles: std::ops::Range<usize>, profile: usize) -> Vec<u32> {

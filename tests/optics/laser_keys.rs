@@ -2,13 +2,13 @@
 
 use std::io::Cursor;
 
+use bench::parameters::LaserParameters;
+use bench::settings::LineShape;
+use pipeline;
 use procedural::{Body, Gloss, Medium, Parameter};
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
-use sheetlight::parameters::LaserParameters;
-use sheetlight::pipeline;
-use sheetlight::recipe::{Plan, Recipe, Scene};
-use sheetlight::settings::LineShape;
-use test_support::bench::{expose, plate, scene, tiles};
+use recipe::{Plan, Recipe, Scene};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use test_support::target::{expose, plate, scene, tiles};
 
 const RECIPE: &str = "name: a\nsubject: wood\nclasses: {one: {share: 1}}\n";
 

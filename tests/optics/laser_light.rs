@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
+use bench::settings::{Fan, LineShape};
+use pipeline;
 use procedural::{Body, Gloss, Medium};
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
-use sheetlight::pipeline;
-use sheetlight::recipe::Scene;
-use sheetlight::settings::{Fan, LineShape};
-use test_support::bench::{plate, scene, tiles};
+use recipe::Scene;
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use test_support::target::{plate, scene, tiles};
 
 /// Columns of the whole sensor.
 const COLUMNS: usize = 2560;

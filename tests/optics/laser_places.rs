@@ -1,10 +1,10 @@
 //! Where light of each kind of laser stands: bowed lines, second lines, stepped points, hairs beside the line.
 
+use bench::settings::LineShape;
 use procedural::{Body, Gloss, Medium};
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
-use sheetlight::recipe::{Plan, Scene};
-use sheetlight::settings::LineShape;
-use test_support::bench::{ceramic, expose, moments, plate, render, scene};
+use recipe::{Plan, Scene};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 /// A surface that throws all light back evenly.
 fn white() -> Medium {
@@ -154,7 +154,7 @@ fn speckle_makes_hairs_of_a_skirt() {
         for tile in 0..20 {
             sensor.expose(&band, 0, tile, &offsets, &mut Scratch::default(), &mut frames);
             // Eight rows beside the line.
-            let row = (sheetlight::optics::CENTRE + 8) * frames[0].cols;
+            let row = (scanner::optics::CENTRE + 8) * frames[0].cols;
             dn.extend(frames[0].dn[row..row + TILE].iter().map(|&dn| f64::from(dn) - 12.0));
         }
         let (mean, sd) = moments(dn.iter().copied());
@@ -201,7 +201,7 @@ fn streaks_lie_on_the_board() {
         wood.board.lead_in_mm = -5.0_f64.min(wood.board.lead_in_mm);
         (wood.board.lead_in_mm, wood.board.width_mm) = (0.5, 90.0);
     }
-    let body: Body = sheetlight::pipeline::body(&scene);
+    let body: Body = pipeline::body(&scene);
     let (sensor, plain) = expose(&scene, body.clone(), 14..18);
     let dark = light(&sensor, &plain, 16, 1024);
     (scene.bench.laser.streaks_per_mm, scene.bench.laser.streak_length_mm) = (1.0, 0.3);

@@ -4,9 +4,9 @@
 use glam::{DVec3, Vec3};
 use procedural::blister::{Blister, Pack};
 use procedural::{Body, Stream};
-use sheetlight::recipe::Scene;
-use sheetlight::specimen::{Hit, height_below};
-use test_support::bench::{expose, moments, render, scene};
+use recipe::Scene;
+use scanner::specimen::{Hit, height_below};
+use test_support::target::{expose, moments, render, scene};
 
 /// A level pack of 3 by 3 flat round tablets under smooth film, 10 mm of the first row of pockets in the middle of 600
 /// profiles.

@@ -1,11 +1,11 @@
 //! A column read from two windows of rows is read as from the whole sensor, as long as they hold all of its light.
 
+use bench::lens::{Distortion, image_distance, scheimpflug};
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::extract::{MeasuredProfile, extract};
-use sheetlight::frame::{Calibration, Frame, Rig};
-use sheetlight::lens::{Distortion, image_distance, scheimpflug};
-use sheetlight::recipe::Recipe;
+use recipe::Recipe;
+use scanner::extract::{MeasuredProfile, extract};
+use scanner::frame::{Calibration, Frame, Rig};
 
 const ROWS: usize = 44;
 const SENSOR: usize = 240;

@@ -1,13 +1,13 @@
 //! Range as heights, as sensor rows, and on an even grid: the same scan three times.
 
 use crate::columns::rig;
-use sheetlight::extract::{MeasuredProfile, RectifiedGrid, rectify};
-use sheetlight::frame::{Calibration, Locator, Rig};
-use sheetlight::lens::{Distortion, image_distance, scheimpflug};
-use sheetlight::recipe::Scene;
-use sheetlight::record::Record;
-use sheetlight::settings::RangeForm;
-use test_support::bench::{self, ceramic, plate, render, scene};
+use bench::lens::{Distortion, image_distance, scheimpflug};
+use bench::settings::RangeForm;
+use dataset::record::Record;
+use recipe::Scene;
+use scanner::extract::{MeasuredProfile, RectifiedGrid, rectify};
+use scanner::frame::{Calibration, Locator, Rig};
+use test_support::target::{self, ceramic, plate, render, scene};
 
 /// The default bench and rigs near the ends of what is built, in focus on the laser plane, with and without distortion.
 fn rigs() -> Vec<(String, Rig)> {
@@ -140,7 +140,7 @@ fn forms_of_one_scan_agree() {
     let (scene, heights) = scan(RangeForm::Calibrated);
     let (_, rows) = scan(RangeForm::Uncalibrated);
     let (_, grid) = scan(RangeForm::Rectified { pitch_mm: None });
-    let rig = sheetlight::pipeline::set_up(&scene, plate(ceramic(), 12.0, 0.1, 0.02), bench::tiles()).0.camera().rig;
+    let rig = pipeline::set_up(&scene, plate(ceramic(), 12.0, 0.1, 0.02), target::tiles()).0.camera().rig;
     assert_eq!((&heights.maps.reflectance, &heights.labels), (&rows.maps.reflectance, &rows.labels));
     for (i, (z, row)) in heights.maps.range.iter().zip(&rows.maps.range).enumerate() {
         assert_eq!(z.is_nan(), row.is_nan());

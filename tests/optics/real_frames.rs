@@ -1,9 +1,9 @@
 //! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/compare.md).
 
-use sheetlight::compare::{ScanMaps, ScanStatistics, StatisticsBuilder};
-use sheetlight::optics::speckle::PatternCache;
-use sheetlight::pipeline;
-use sheetlight::recipe::Recipe;
+use pipeline;
+use recipe::Recipe;
+use scanner::optics::speckle::PatternCache;
+use tools::compare::{ScanMaps, ScanStatistics, StatisticsBuilder};
 
 /// Robust noise of heights in either direction, both frames [um].
 const NOISE_UM: std::ops::RangeInclusive<f64> = 11.0..=33.0;

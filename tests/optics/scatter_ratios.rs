@@ -1,13 +1,13 @@
 //! What a Scatter image must show on rendered boards: knots, dead knots and rot darker than clear wood by the published
 //! ratios (docs/physics.md), at nominal coefficients.
 
+use dataset::record::{Below, Record, TruthMaps};
+use pipeline;
 use procedural::Class;
 use procedural::wood::Wood;
-use sheetlight::extract::scatter_pixels;
-use sheetlight::pipeline;
-use sheetlight::recipe::{Plan, Recipe, Scene};
-use sheetlight::record::{Below, Record, TruthMaps};
-use test_support::bench::{nominal, tiles};
+use recipe::{Plan, Recipe, Scene};
+use scanner::extract::scatter_pixels;
+use test_support::target::{nominal, tiles};
 
 /// A small board at declared defaults: 20 x 14 mm of flat-sawn wood.
 fn scene(index: u64, change: impl Fn(&mut Wood)) -> Scene {

@@ -1,15 +1,15 @@
 //! The sensor by EMVA 1288, read off digital numbers: gain, dark law, what stays with pixels, rows and columns, slopes.
 
+use bench::settings::{Hdr, Readout};
+use pipeline;
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
+use recipe::Scene;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
-use sheetlight::frame::Frame;
-use sheetlight::optics::{Band, ROWS, Scratch, Sensor};
-use sheetlight::pipeline;
-use sheetlight::recipe::Scene;
-use sheetlight::settings::{Hdr, Readout};
-use test_support::bench::{moments, scene, tiles};
+use scanner::frame::Frame;
+use scanner::optics::{Band, ROWS, Scratch, Sensor};
+use test_support::target::{moments, scene, tiles};
 
 /// First profile that sees nothing but the conveyor.
 const BARE: usize = 64;
@@ -169,7 +169,7 @@ fn response_stays_with_the_pixels() {
         (scene.bench.exposure.row_noise_dn, scene.bench.exposure.row_pattern_dn) = (0.0, 0.0);
         let (sensor, band) = sensor(&scene);
         let mut scratch = Scratch::default();
-        sheetlight::optics::expose::window(&sensor, &band, BARE, 0, &mut scratch);
+        scanner::optics::expose::window(&sensor, &band, BARE, 0, &mut scratch);
         let gain = (255.0 - 11.6) / scene.bench.exposure.full_well_e;
         let pixels = in_time(&scene);
         let columns = pixels.len() / ROWS;
@@ -205,7 +205,7 @@ fn slopes_stretch_the_range() {
             let gain = full / exposure.full_well_e;
             let (sensor, band) = sensor(&scene);
             let mut scratch = Scratch::default();
-            sheetlight::optics::expose::window(&sensor, &band, BARE, 0, &mut scratch);
+            scanner::optics::expose::window(&sensor, &band, BARE, 0, &mut scratch);
             let pixels = in_time(&scene);
             let columns = pixels.len() / ROWS;
             let row = ROWS / 2;

@@ -3,8 +3,8 @@
 use glam::Vec3;
 use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
 use procedural::{Body, Class, Mesh};
-use sheetlight::recipe::{Plan, Recipe, Scene};
-use test_support::bench::{expose, moments, render, scene};
+use recipe::{Plan, Recipe, Scene};
+use test_support::target::{expose, moments, render, scene};
 
 /// Metal that throws half of the light back evenly and lets nothing in that returns.
 fn metal() -> Material {
@@ -41,11 +41,11 @@ fn range_of_the_saw_tooth_is_right() {
     let slope = piece.depth_mm / (0.5 * piece.length_mm / piece.teeth);
     let middle = (piece.base_mm + 0.5 * piece.depth_mm) as f32;
     scene.size.profiles = 120;
-    let body = sheetlight::pipeline::body(&scene);
+    let body = pipeline::body(&scene);
     let record = render(&scene, body);
     let truth = &record.truth.as_ref().expect("the recipe keeps truth maps").height;
     let cols = record.cols;
-    let rig = sheetlight::optics::camera::rig(&scene.bench, &scene.size);
+    let rig = scanner::optics::camera::rig(&scene.bench, &scene.size);
     assert_eq!(cols, scene.size.columns);
     let mut errors = Vec::new();
     for row in 80..record.rows {

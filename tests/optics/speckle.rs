@@ -1,14 +1,14 @@
 //! What speckle does to the line's centre, in production's own Range, and what law and patterns do to its contrast.
 
+use bench::settings::SpeckleLaw;
+use dataset::record::Record;
 use glam::Vec3;
 use procedural::solid::{Material, Part, Placing};
 use procedural::{Body, Gloss, Medium, Mesh};
-use sheetlight::frame::Frame;
-use sheetlight::optics::Scratch;
-use sheetlight::recipe::Scene;
-use sheetlight::record::Record;
-use sheetlight::settings::SpeckleLaw;
-use test_support::bench::{self, expose, moments, plate, render, scene};
+use recipe::Scene;
+use scanner::frame::Frame;
+use scanner::optics::Scratch;
+use test_support::target::{self, expose, moments, plate, render, scene};
 
 /// A flat metal target in the waist, no noise but rounding; the line is `sigma` rows wide before pixels.
 fn lined(sigma: f64, patterns: f64) -> Scene {
@@ -97,7 +97,7 @@ fn jitter_and_wow_show_in_truth_and_range() {
         scene.bench.speckle.strength = 0.0;
         (scene.bench.motion.encoder_jitter_um, scene.bench.motion.wow_um) = (jitter, wow);
         scene.bench.motion.wow_period_mm = 5.44;
-        heights(&render(&scene, plate(bench::ceramic(), 10.0, 0.0, SLOPE)))
+        heights(&render(&scene, plate(target::ceramic(), 10.0, 0.0, SLOPE)))
     };
     let (even, _) = of(0.0, 0.0);
     for (jitter, wow, sd) in [(20.0, 0.0, 20.0), (0.0, 60.0, 60.0 / 2f64.sqrt())] {

@@ -1,16 +1,16 @@
 //! An object on a turntable: slopes, heights, shadows, areas and speckle of the turned body.
 
+use bench::settings::Movement;
 use glam::Vec3;
+use pipeline::set_up;
 use procedural::flat::Flat;
 use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
 use procedural::{Body, Gloss, Medium, Mesh};
-use sheetlight::frame::Frame;
-use sheetlight::optics::{Band, Scratch};
-use sheetlight::pipeline::set_up;
-use sheetlight::recipe::Scene;
-use sheetlight::settings::Movement;
-use sheetlight::specimen::Hit;
-use test_support::bench::{ceramic, moments, plate, render, scene, tiles};
+use recipe::Scene;
+use scanner::frame::Frame;
+use scanner::optics::{Band, Scratch};
+use scanner::specimen::Hit;
+use test_support::target::{ceramic, moments, plate, render, scene, tiles};
 
 /// A turntable whose profiles are `step` apart at `radius` [mm].
 fn table(profiles: usize, axis: [f64; 2], radius: f64, step: f64) -> Scene {

@@ -48,7 +48,7 @@ fn wide_numbers_go_all_the_way() {
 
         for (index, sample) in place.samples("planks") {
             let (_, _, image) = sample.image("reflectance");
-            let read = sheetlight::dataset::read_exr(&sample.exr).expect("it is whole");
+            let read = dataset::read_exr(&sample.exr).expect("it is whole");
             let said: Value = serde_json::from_str(&read.3).expect("it is JSON");
             assert_eq!((said["index"].as_i64(), said["bits"].as_u64()), (Some(index), Some(bits.into())));
             let channel = read.2.iter().find(|channel| channel.name == "Reflectance").expect("it has light");

@@ -1,9 +1,9 @@
 //! Datasets whose Range is sensor rows or lies on an even grid, as their users make, check, export and compare them.
 
+use dataset::read_exr;
 use serde_json::Value;
-use sheetlight::dataset::read_exr;
-use sheetlight::icon::{Content, IconScan, PeakLight, RangeValues, Scatter, Traits, open};
 use test_support::program::{self, Place};
+use tools::icon::{Content, IconScan, PeakLight, RangeValues, Scatter, Traits, open};
 
 /// A dataset of two samples whose Range has a form.
 fn planks(range: &str, changes: &[[&str; 2]]) -> Place {

@@ -1,11 +1,11 @@
 //! Purpose: the studies write what they say, the ellipses of clear wood lie along the fibre, the instrument is as theory has it,
 //! and bytes are stable.
 
-use sheetlight::study::compared_model::ComparedModel;
-use sheetlight::study::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
-use sheetlight::study::point::{PHOTONS, contour};
-use sheetlight::transport::model::Model;
-use sheetlight::transport::path::Effort;
+use reference::model::Model;
+use reference::path::Effort;
+use study::compared_model::ComparedModel;
+use study::media::{CLEAR_WOOD, SOUND_KNOT, WoodMedium};
+use study::point::{PHOTONS, contour};
 use test_support::program::{self, Place};
 
 /// The judge and the kernel find the fibre's azimuth on clear wood within 1.6 degrees at 1.5 mm, for azimuths of 0 to 90.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::scripts::interpreter;
-use sheetlight::drawing::class_colour;
+use drawing::class_colour;
 use test_support::program::{Place, assert_same, pack_recipe, recipe};
 
 /// As many samples to test as to train, so that few samples fill both.

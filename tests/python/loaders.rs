@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use crate::scripts::{IMAGES, Said, datasets, example, first, names, number, numbers, sum};
+use dataset::read_exr;
 use parquet::record::Field;
-use sheetlight::dataset::read_exr;
 use test_support::program::Place;
 
 /// `datasets` has the splits, names and pixels; Range in mm is what scale and offset make of the PNG.

@@ -3,8 +3,8 @@
 use std::fs;
 
 use crate::scripts::{datasets, example, first, python};
+use dataset::read_exr;
 use serde_json::{Value, json};
-use sheetlight::dataset::read_exr;
 use test_support::program::{self, Place, assert_same, mesh_recipe};
 
 /// The hub's own reader takes the card's front matter, and every file of `configs` is there.

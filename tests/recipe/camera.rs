@@ -1,8 +1,8 @@
 //! Purpose: what a recipe says of the camera has an effect or is refused, and what cannot be together is told.
 
 use crate::support::{GOOD, only};
-use sheetlight::recipe::Recipe;
-use sheetlight::settings::{Filter, LensModel, Scheimpflug};
+use bench::settings::{Filter, LensModel, Scheimpflug};
+use recipe::Recipe;
 
 #[test]
 fn settings_of_the_camera_arrive() {

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use bench::split::Split;
 use procedural::{Parameter, Stream};
-use sheetlight::recipe::{Distribution, Recipe, Scene, Subject, differences};
-use sheetlight::split::Split;
+use recipe::{Distribution, Recipe, Scene, Subject, differences};
 
 /// Draws in each test of a law.
 const DRAWS: u64 = 40_000;

@@ -3,7 +3,7 @@
 use crate::support::{GOOD, faults, only, whole};
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::recipe::{Recipe, RecipeError};
+use recipe::{Recipe, RecipeError};
 
 #[test]
 fn good_is_good() {

@@ -1,8 +1,8 @@
 //! Purpose: numbers of the movement that have no effect, or no meaning together, are refused with a remedy.
 
 use crate::support::{GOOD, only, whole};
-use sheetlight::recipe::Recipe;
-use sheetlight::settings::{Movement, SpeckleLaw};
+use bench::settings::{Movement, SpeckleLaw};
+use recipe::Recipe;
 
 #[test]
 fn numbers_without_effect_are_refused() {

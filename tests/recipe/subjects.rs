@@ -1,7 +1,7 @@
 //! Purpose: a recipe about one subject has that subject's keys and rules, and says whose the others are.
 
 use crate::support::{GOOD, faults, only, whole};
-use sheetlight::recipe::Recipe;
+use recipe::Recipe;
 
 /// As [`only`], in a recipe about packs.
 fn only_pack(line: &str, place: (usize, usize), key: &str, words: &[&str]) {

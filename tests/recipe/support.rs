@@ -1,6 +1,6 @@
 //! Recipes with one fault, and what is said about it.
 
-use sheetlight::recipe::{Recipe, RecipeError, YamlFaults};
+use recipe::{Recipe, RecipeError, YamlFaults};
 
 /// A recipe that is right, one key a line, so that the cases below can append to it.
 pub const GOOD: &str = "name: good\nsubject: wood\nclasses: {clear: {share: 1}}\n";

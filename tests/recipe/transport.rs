@@ -1,8 +1,8 @@
 //! Purpose: `transport` says the same in its short and its long form, and nothing that it says is without effect.
 
+use bench::settings::{ThesisMethod, Transport, TransportName};
+use recipe::{Recipe, RecipeError, YamlFault, differences, reference_markdown, schema};
 use serde_json::{Value, json};
-use sheetlight::recipe::{Recipe, RecipeError, YamlFault, differences, reference_markdown, schema};
-use sheetlight::settings::{ThesisMethod, Transport, TransportName};
 
 /// The line of [`text`] that the key stands in.
 const LINE: usize = 3;

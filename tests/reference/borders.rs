@@ -1,13 +1,13 @@
 //! Production against the judge where media meet: a line across the edge of a knot, of rot, over a crack and at the side
 //! of a board. Scatter (rows 1 to 8 on both sides of the peak) along the line, free of noise.
 
+use bench::settings::Transport;
 use glam::Vec3;
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class, Medium};
-use sheetlight::optics::expose;
-use sheetlight::optics::{ROWS, Scratch, TILE};
-use sheetlight::settings::Transport;
-use test_support::bench;
+use scanner::optics::expose;
+use scanner::optics::{ROWS, Scratch, TILE};
+use test_support::target;
 
 /// Scan position of the line, in the middle of the plate [profiles].
 const PROFILE: usize = 150;
@@ -35,9 +35,9 @@ fn plate(strips: Vec<Strip>) -> Body {
 
 /// Scatter, all light and its first moment in rows, of bins of columns along the line [e-]; and where the bins lie [mm].
 fn profile(body: Body, transport: Transport) -> (Vec<[f64; 3]>, Vec<f64>) {
-    let mut scene = bench::scene(300);
+    let mut scene = target::scene(300);
     scene.transport = transport;
-    let (sensor, band) = bench::expose(&scene, body, PROFILE..PROFILE + 1);
+    let (sensor, band) = target::expose(&scene, body, PROFILE..PROFILE + 1);
     let mut sums = Vec::new();
     let mut scratch = Scratch::default();
     for tile in 0..scene.size.columns / TILE {

@@ -5,7 +5,7 @@ use crate::rays::scenes::{Trial, box_of, matte, plane, scene};
 use procedural::flat::Flat;
 use procedural::strips::{Strip, Strips};
 use procedural::{Body, Class};
-use sheetlight::recipe::Scene;
+use recipe::Scene;
 
 const GREY: f32 = 0.6;
 /// Columns judged.
@@ -108,7 +108,7 @@ fn steps() {
     };
     let verdict = trial.compare();
     // A column at a wall sees both sides of it: light within three standard deviations of the blur counts.
-    let calibration = sheetlight::optics::camera::rig(&scene.bench, &scene.size);
+    let calibration = scanner::optics::camera::rig(&scene.bench, &scene.size);
     let near = |col: usize| {
         walls.iter().any(|&x| [8.0, 20.0].iter().any(|&z| (calibration.project(x, 0.0, z).0 - col as f64).abs() < 2.0))
     };

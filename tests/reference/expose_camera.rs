@@ -2,11 +2,11 @@
 
 use crate::rays::eye::Eye;
 use crate::rays::scenes::{Trial, matte, plane, scene};
+use bench::settings::{LensModel, Scheimpflug};
 use procedural::Body;
 use procedural::flat::Flat;
-use sheetlight::optics::camera::rig;
-use sheetlight::recipe::Scene;
-use sheetlight::settings::{LensModel, Scheimpflug};
+use recipe::Scene;
+use scanner::optics::camera::rig;
 
 /// A level plate.
 fn plate<'a>(name: &'a str, scene: &'a Scene, height: f64, first_col: usize) -> Trial<'a> {

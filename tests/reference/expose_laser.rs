@@ -3,10 +3,10 @@
 use crate::rays::light::{Across, Draw, Light, bowed, cylindrical, draws, gaussian, half_width, powell, slit};
 use crate::rays::scenes::{Trial, matte, plane, scene};
 use crate::rays::verdict::Verdict;
+use bench::settings::{Fan, LineShape};
 use procedural::Body;
 use procedural::flat::Flat;
-use sheetlight::recipe::Scene;
-use sheetlight::settings::{Fan, LineShape};
+use recipe::Scene;
 
 /// A level plate 20 mm high.
 fn plate<'a>(name: &'a str, scene: &'a Scene, first_col: usize, cols: usize, rays: usize) -> Trial<'a> {

@@ -2,12 +2,12 @@
 
 use glam::{DVec3, Vec3};
 use procedural::{Film, Gloss, Medium, Stream};
-use sheetlight::transport::answer::{Answer, Estimate, LineSide, Question};
-use sheetlight::transport::fresnel::gloss;
-use sheetlight::transport::kernel;
-use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
-use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
+use reference::path::{Effort, solve};
+use transport::answer::{Answer, Estimate, LineSide, Question};
+use transport::fresnel::gloss;
+use transport::kernel;
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
+use transport::stack::{Foil, Layer, Scattering, Stack, Substrate};
 
 const FOIL: Foil = Foil { reflectance: 0.9, roughness: [0.25, 0.12] };
 

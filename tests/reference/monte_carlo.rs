@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use procedural::Stream;
-use sheetlight::transport::answer::{Answer, Estimate, Question};
-use sheetlight::transport::path::{Effort, solve};
-use sheetlight::transport::stack::{CylinderPhase, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
+use reference::path::{Effort, solve};
+use transport::answer::{Answer, Estimate, Question};
+use transport::stack::{CylinderPhase, Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
 
 fn isotropic(mu_s: f64, g: f64) -> Scattering {
     Scattering::Isotropic { mu_s, g }

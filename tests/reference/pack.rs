@@ -4,12 +4,12 @@
 use glam::Vec3;
 use procedural::blister::{Blister, Pack};
 use procedural::{Body, Instance, Stream};
-use sheetlight::transport::answer::{Estimate, Question};
-use sheetlight::transport::kernel::film_stack::{FilmStack, FilmStackKernel};
-use sheetlight::transport::kernel::{BASIS, SPREAD_MM};
-use sheetlight::transport::line::LineSource;
-use sheetlight::transport::path::Effort;
-use sheetlight::transport::path::line_response::line_response_with_balance;
+use reference::path::Effort;
+use reference::path::line_response::line_response_with_balance;
+use transport::answer::{Estimate, Question};
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel};
+use transport::kernel::{BASIS, SPREAD_MM};
+use transport::line::LineSource;
 
 const ROW_MM: f64 = 0.101;
 const ROWS: usize = 20;

@@ -1,10 +1,10 @@
 //! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
 
-use sheetlight::optics::coherence::coherence_contrast;
-use sheetlight::study::media::{WOODS, WoodMedium};
-use sheetlight::transport::answer::{Answer, LineSide, Question};
-use sheetlight::transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
-use sheetlight::transport::path::{self, Effort};
+use reference::path::{self, Effort};
+use scanner::optics::coherence::coherence_contrast;
+use study::media::{WOODS, WoodMedium};
+use transport::answer::{Answer, LineSide, Question};
+use transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
 
 struct Case {
     wood: WoodMedium,

@@ -1,8 +1,8 @@
 //! `gen compare`, `gen icon` and `gen export icon` as their users run them.
 
 use serde_json::Value;
-use sheetlight::icon::{Content, RangeValues, open};
 use test_support::program::{self, Place};
+use tools::icon::{Content, RangeValues, open};
 
 /// A dataset of three samples, EXR and PNG, with sensor frames.
 fn planks() -> Place {
@@ -49,7 +49,7 @@ fn formats_agree() {
     let folder = std::fs::read_dir(place.path("planks/exr/00000")).expect("EXR files are there");
     let named = |path: &std::path::Path| {
         let bytes = std::fs::read(path).expect("it can be read");
-        let text = sheetlight::dataset::read_exr(&bytes).expect("it is whole").3;
+        let text = dataset::read_exr(&bytes).expect("it is whole").3;
         serde_json::from_str::<Value>(&text).expect("it is JSON")["index"] == 2
     };
     let exr = folder.flatten().map(|entry| entry.path()).find(|path| named(path)).expect("sample 2 is there");

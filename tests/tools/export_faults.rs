@@ -3,8 +3,8 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-use sheetlight::export::{GivenEnds, PictureContent, Selection, Source, coco};
 use test_support::program::{Place, assert_same, recipe, sawtooth_recipe};
+use tools::export::{GivenEnds, PictureContent, Selection, Source, coco};
 
 /// A dataset of eight samples in shards of four, in `set`.
 fn dataset(text: String) -> Place {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::scans::{calibrated, folder, noise, plane, reader, uncalibrated, world, write, write_between};
-use sheetlight::icon::{
+use tools::icon::{
     Content, IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits,
     open, write_image,
 };

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::scans::{calibrated, folder, noise, uncalibrated, write, write_between};
-use sheetlight::icon::{Content, IconScan, ScanWriter, SensorImage, open, write_image};
+use tools::icon::{Content, IconScan, ScanWriter, SensorImage, open, write_image};
 
 /// Damage has a place, a reason and a remedy; cut or changed anywhere, a file is never a panic.
 #[test]

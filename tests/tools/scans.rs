@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sheetlight::icon::{
+use tools::icon::{
     Content, IconScan, PeakLight, ProfileMark, RangeValues, ScanReader, ScanWriter, Scatter, SensorImage, SensorTraits,
     Traits, WorldTraits, open, write_image,
 };

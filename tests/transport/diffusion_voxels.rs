@@ -3,13 +3,13 @@
 use glam::{DMat3, DVec2, DVec3};
 use procedural::flat::Flat;
 use procedural::{Body, Medium};
-use sheetlight::transport::diffusion::line_response::{DiffusionSettings, line_response_with_report};
-use sheetlight::transport::diffusion::solver::solve;
-use sheetlight::transport::diffusion::tensor::{Diffusive, uniaxial};
-use sheetlight::transport::diffusion::voxels::{Voxel, Voxels};
-use sheetlight::transport::fresnel::boundary_factor;
-use sheetlight::transport::line::LineSource;
-use sheetlight::transport::stack::{Layer, Scattering};
+use reference::diffusion::line_response::{DiffusionSettings, line_response_with_report};
+use reference::diffusion::solver::solve;
+use reference::diffusion::tensor::{Diffusive, uniaxial};
+use reference::diffusion::voxels::{Voxel, Voxels};
+use transport::fresnel::boundary_factor;
+use transport::line::LineSource;
+use transport::stack::{Layer, Scattering};
 
 fn fibre(azimuth_deg: f64, dive_deg: f64) -> DVec3 {
     let (sin, cos) = azimuth_deg.to_radians().sin_cos();

@@ -4,11 +4,11 @@ use glam::DVec3;
 use procedural::Stream;
 use rand::Rng;
 use rayon::prelude::*;
-use sheetlight::transport::answer::Estimate;
-use sheetlight::transport::kernel::diffusion;
-use sheetlight::transport::path::tracker::Photon;
-use sheetlight::transport::phase::{fibre_collision, isotropic, uniform};
-use sheetlight::transport::stack::CylinderPhase;
+use reference::path::tracker::Photon;
+use transport::answer::Estimate;
+use transport::kernel::diffusion;
+use transport::phase::{fibre_collision, isotropic, uniform};
+use transport::stack::CylinderPhase;
 
 /// Windows of a walk, and their length in mean free paths of the background, after which light forgets its direction.
 const WINDOWS: usize = 16;

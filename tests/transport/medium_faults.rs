@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use sheetlight::medium::LayeredMedium;
-use sheetlight::transport::answer::Question;
-use sheetlight::transport::model::Model;
-use sheetlight::transport::path::Effort;
-use sheetlight::transport::stack::Scattering;
+use reference::model::Model;
+use reference::path::Effort;
+use study::medium::LayeredMedium;
+use transport::answer::Question;
+use transport::stack::Scattering;
 
 /// What a value is replaced by.
 const WEIRD: [&str; 16] = [

@@ -1,7 +1,7 @@
 //! A dataset as the writer makes it has no fault, and is what it would be if it were rendered again.
 
-use sheetlight::settings::{Channel, Output, SensorStack};
-use sheetlight::validate::{ValidationOptions, validate};
+use bench::settings::{Channel, Output, SensorStack};
+use dataset::validate::{ValidationOptions, validate};
 use test_support::records::{encoded, output, write_dataset};
 
 #[test]
@@ -40,7 +40,7 @@ fn pixel_classes_are_those_of_the_labels() {
         assert_eq!(*class as usize, value);
     }
     let subjects: Vec<&str> = output_schema::SUBJECTS.iter().map(|subject| subject.name).collect();
-    assert_eq!(subjects, sheetlight::recipe::Subject::NAMES);
+    assert_eq!(subjects, recipe::Subject::NAMES);
     // Together the subjects have every class once, background apart.
     let own = output_schema::SUBJECTS.iter().flat_map(|subject| subject.first..=subject.last);
     assert_eq!(own.map(usize::from).collect::<Vec<_>>(), (1..names.len()).collect::<Vec<_>>());

@@ -1,11 +1,11 @@
 //! Samples that are wrong in themselves are reported as that kind of fault.
 
 use crate::damaged::{MANIFEST, after, check, edit_json, exr, png, with};
+use bench::settings::Channel;
+use dataset::validate::{Code, ValidationOptions, validate};
+use dataset::{Encoded, ExrChannel, Grey, Samples, write_png};
 use procedural::Class;
 use serde_json::Value;
-use sheetlight::dataset::{Encoded, ExrChannel, Grey, Samples, write_png};
-use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, ValidationOptions, validate};
 use test_support::records::{encoded, output, write_dataset};
 
 #[test]

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use sheetlight::dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png};
-use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, ValidationOptions, ValidationReport, validate};
+use bench::settings::Channel;
+use dataset::validate::{Code, ValidationOptions, ValidationReport, validate};
+use dataset::{Dataset, Encoded, ExrChannel, Grey, ShardWriter, read_exr, read_png, write_exr, write_png};
 use tempfile::TempDir;
 
 pub use crate::damage::*;

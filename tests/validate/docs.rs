@@ -1,6 +1,6 @@
 //! Purpose: docs/validate.md lists every code of a fault with its meaning and its remedy, as the program has them.
 
-use sheetlight::validate::{Code, fault_table};
+use dataset::validate::{Code, fault_table};
 
 const PAGE: &str = include_str!("../../docs/validate.md");
 

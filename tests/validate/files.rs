@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use crate::damaged::{DATA, EXR, MANIFEST, after, agree, check, edit_json, rewrite};
 use arrow_array::RecordBatch;
+use dataset::Dataset;
+use dataset::validate::Code;
 use output_schema::file::asset_path;
 use output_schema::{AssetHead, DatasetHead};
+use recipe::asset::Asset;
 use serde_json::Value;
-use sheetlight::asset::Asset;
-use sheetlight::dataset::Dataset;
-use sheetlight::validate::Code;
 use test_support::records::{SIZE, head, output, write_dataset};
 
 #[test]

@@ -1,10 +1,10 @@
 //! Purpose: statistics of rows alarm where draws, classes or splits are not those of the recipe, and only there.
 
+use dataset::validate::{ALPHA, BalanceStatistics, Code, DeclaredLaws, Finding, RowNumbers, statistics};
 use procedural::Stream;
 use rand::RngExt;
+use recipe::Recipe;
 use sheetlight::generate::declared;
-use sheetlight::recipe::Recipe;
-use sheetlight::validate::{ALPHA, BalanceStatistics, Code, DeclaredLaws, Finding, RowNumbers, statistics};
 
 /// Rows of a dataset as the program draws them; nothing is rendered.
 fn rows(recipe: &Recipe, seed: u64, samples: u64) -> Vec<RowNumbers> {

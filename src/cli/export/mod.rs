@@ -13,11 +13,11 @@ use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
 use super::generate::threads;
 use super::progress::{CountBar, counted, describe_bytes, say};
 use super::{CommandResult, UsageError, output};
-use crate::dataset::Fault;
-use crate::export::{
+use bench::split::Split;
+use dataset::Fault;
+use tools::export::{
     ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
 };
-use crate::split::Split;
 
 pub(super) fn run(format: &ExportCommand) -> CommandResult {
     let common = format.common();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::check::SplitChoice;
-use crate::export::{GivenEnds, PictureContent};
+use tools::export::{GivenEnds, PictureContent};
 
 /// Formats with their options.
 #[derive(Debug, Subcommand)]

@@ -1,18 +1,18 @@
 //! The same scene for production and for the judge.
 
+use bench::parameters::Bench;
 use glam::DVec3;
+use pipeline;
 use procedural::{Body, Gloss, Medium};
-use sheetlight::optics::{Band, ROWS, Scratch, TILE, expose};
-use sheetlight::parameters::Bench;
-use sheetlight::pipeline;
-use sheetlight::recipe::Scene;
+use recipe::Scene;
+use scanner::optics::{Band, ROWS, Scratch, TILE, expose};
 
 use super::eye::Eye;
 use super::light::Light;
 use super::object::{Facet, Object};
 use super::verdict::Verdict;
 use super::{Picture, Region, picture};
-use test_support::bench;
+use test_support::target;
 
 /// Rows of every sensor here [px].
 pub const SENSOR_ROWS: usize = 832;
@@ -24,7 +24,7 @@ pub fn matte(share: f32) -> Medium {
 
 /// A scene of the nominal bench on a sensor of `columns` columns.
 pub fn scene(columns: usize) -> Scene {
-    let mut scene = bench::scene(400);
+    let mut scene = target::scene(400);
     (scene.size.columns, scene.size.rows) = (columns, SENSOR_ROWS);
     // A scene of its own is held to Airy's rings.
     scene.bench.optics.diffraction = false;
@@ -73,7 +73,7 @@ impl Trial<'_> {
 
     /// Production's electrons in the columns judged, on the rows that its windows reach `[rows, cols]` [e-].
     pub fn production(&self) -> (Region, Vec<f64>) {
-        let (sensor, specimen) = pipeline::set_up(self.scene, self.body.clone(), bench::tiles());
+        let (sensor, specimen) = pipeline::set_up(self.scene, self.body.clone(), target::tiles());
         let band = sensor.band(&specimen, self.profile..self.profile + 1, Band::default());
         let mut scratch = Scratch::default();
         let mut columns: Vec<Vec<(i32, f64)>> = Vec::new();

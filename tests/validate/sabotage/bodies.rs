@@ -1,9 +1,9 @@
 //! What was taken away or moved in all files alike, so that they agree with each other and not with the recipe's bodies.
 
+use bench::settings::Channel;
+use dataset::validate::Code::*;
+use dataset::{Encoded, ExrChannel, Samples};
 use procedural::Class;
-use sheetlight::dataset::{Encoded, ExrChannel, Samples};
-use sheetlight::settings::Channel;
-use sheetlight::validate::Code::*;
 
 use super::place::{boards, exr, labels, png, relabel, with};
 

@@ -1,10 +1,10 @@
 //! Samples that are wrong in themselves, with every checksum right: numbers, images, labels, frames.
 
+use bench::settings::Channel;
+use bench::split::Split;
+use dataset::validate::Code::*;
+use dataset::{Encoded, Grey, Samples, write_png};
 use procedural::Class;
-use sheetlight::dataset::{Encoded, Grey, Samples, write_png};
-use sheetlight::settings::Channel;
-use sheetlight::split::Split;
-use sheetlight::validate::Code::*;
 
 use super::place::{SIZE, boards, exr, labels, png, relabel, with};
 

@@ -1,9 +1,9 @@
 //! Samples that are there twice: as they are, with a little more noise, darker, mirrored.
 
-use sheetlight::dataset::{Encoded, Samples};
-use sheetlight::settings::Channel;
-use sheetlight::validate::Code::*;
-use sheetlight::validate::ValidationReport;
+use bench::settings::Channel;
+use dataset::validate::Code::*;
+use dataset::validate::ValidationReport;
+use dataset::{Encoded, Samples};
 
 use super::place::{SIZE, boards, exr, inspect, labels, png, relabel, with, write};
 

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use dataset::validate::Code::*;
 use serde_json::{Value, json};
-use sheetlight::validate::Code::*;
 
 use super::place::{MANIFEST, after, edit};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StructArray};
-use sheetlight::validate::Code::{self, *};
+use dataset::validate::Code::{self, *};
 
 use super::place::{MANIFEST, after, agree, boards};
 use crate::damage::{self, DATA};

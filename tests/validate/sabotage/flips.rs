@@ -2,9 +2,9 @@
 
 use std::fs;
 
+use dataset::Dataset;
 use procedural::Stream;
 use rand::RngExt;
-use sheetlight::dataset::Dataset;
 use sheetlight::generate::ExpectedDataset;
 
 use super::place::{compare, inspect};

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use bench::settings::Channel;
+use dataset::validate::{Code, Derive, Expect, ValidationOptions, ValidationReport, validate};
+use dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
+use dataset::{read_exr, read_png, write_exr, write_png};
 use output_schema::DatasetHead;
 use procedural::Class;
+use recipe::Recipe;
 use serde_json::Value;
-use sheetlight::dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
-use sheetlight::dataset::{read_exr, read_png, write_exr, write_png};
 use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head};
-use sheetlight::recipe::Recipe;
-use sheetlight::settings::Channel;
-use sheetlight::validate::{Code, Derive, Expect, ValidationOptions, ValidationReport, validate};
 use tempfile::TempDir;
 
 pub use crate::damage::{MANIFEST, agree, edit_json as edit};
@@ -42,7 +42,7 @@ pub fn boards() -> &'static Boards {
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let order =
             DatasetRequest { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
-        let tiles = sheetlight::optics::speckle::PatternCache::new(order.seed);
+        let tiles = scanner::optics::speckle::PatternCache::new(order.seed);
         let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
         Boards { head: dataset_head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
     })

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 use std::fs;
 
+use dataset::validate::Code::*;
+use dataset::validate::{Code, DeclaredLaws, ParameterLaws, RowNumbers, statistics};
+use dataset::{Dataset, Encoded};
+use numerics::chance::DrawLaw;
 use procedural::Class;
 use serde_json::json;
-use sheetlight::chance::DrawLaw;
-use sheetlight::dataset::{Dataset, Encoded};
-use sheetlight::validate::Code::*;
-use sheetlight::validate::{Code, DeclaredLaws, ParameterLaws, RowNumbers, statistics};
 
 use super::place::{boards, edit, inspect, whole, write};
 use test_support::program::Place;
@@ -106,8 +106,7 @@ fn parts_that_were_copied_together_are_told_how_to_end() {
         fs::copy(place.path("p1").join(&path), to).expect("copied");
     }
     let report = inspect(&place.path("p0"));
-    let ends =
-        |fault: &sheetlight::validate::Finding| fault.code == CardDiffers && fault.fault.remedy.contains("--part");
+    let ends = |fault: &dataset::validate::Finding| fault.code == CardDiffers && fault.fault.remedy.contains("--part");
     assert!(!report.is_clean() && report.faults.iter().all(ends), "{report}");
     place.make("p0", "--n 2 --samples-per-shard 1");
     assert!(inspect(&place.path("p0")).is_clean());

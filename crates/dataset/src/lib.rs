@@ -1,0 +1,94 @@
+//! Dataset on disk: what a dataset folder holds, how shards are written, continued and read.
+//!
+//! ```text
+//! Record --encode--> Encoded --push--> ShardWriter --finish--> files, then the manifest
+//! files --Dataset::open--> Dataset --tables, rows, images, EXR maps, sensor frames--> plain values, or a Fault
+//! ```
+//!
+//! A shard is there when its manifest is there: files are written under temporary names that start with `.tmp-`,
+//! synced and renamed, and the manifest comes last. A process that is killed leaves temporary names and an unlocked lock
+//! file; whoever takes the shard next removes them and starts the shard again. Two processes never write one shard: the
+//! kernel holds the lock, and lets go of it when the process ends in whatever way.
+//!
+//! What is in the files is declared in [`output_schema`]; bytes depend on records and output alone, never on threads,
+//! processes or the time.
+
+pub mod record;
+pub mod validate;
+
+pub mod atomic_file;
+mod card;
+mod croissant;
+mod differences;
+mod encoding;
+mod exr;
+mod fault;
+mod folder;
+mod limits;
+mod lock;
+mod png;
+mod reader;
+mod sample_rows;
+mod shard_size;
+mod shard_writer;
+mod table_reader;
+mod table_writer;
+
+pub use atomic_file::{free_bytes, hex};
+pub use card::ClassCounts;
+pub use differences::differences;
+pub use encoding::maps_sha256;
+pub use encoding::{Encoded, channel_name, encode};
+pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};
+pub use fault::Fault;
+pub use folder::descriptions;
+pub use png::{Grey, range_numbers, read_png, rounded8, rounded16, write_png, write_png_as};
+pub use reader::to_document;
+pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
+pub use sample_rows::row_batch;
+pub use sample_rows::{frame_numbers, image_path};
+pub use shard_size::{ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
+pub use shard_writer::{Claim, ShardWriter};
+pub use table_reader::{JsonRow, ObjectRow, RowBatch, RowQuery, Rows, StoredImage, Table};
+
+use output_schema::{Images, NumberColumn};
+
+use bench::settings::{Output, RangeForm, SensorStack, Size};
+
+/// Version of the program; another version may give other numbers.
+pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Day of that version, which stands where metadata wants a date: no clock goes into files. The same as in CHANGELOG.md,
+/// or the day on which work on the version began while it is unreleased.
+pub const GENERATOR_DATE: &str = "2026-11-21";
+
+/// The declaration of a parameter as a column.
+pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {
+    NumberColumn::new(parameter.group, parameter.name, parameter.doc)
+}
+
+/// What a recipe's sizes and output say about the images.
+pub fn images(output: &Output, size: &Size, range: RangeForm) -> Images {
+    let names = |channels: &[bench::settings::Channel]| {
+        let mut channels = channels.to_vec();
+        channels.sort_unstable();
+        channels.dedup();
+        channels.into_iter().map(|channel| channel_name(channel).to_string()).collect()
+    };
+    Images {
+        cols: (size.columns / output.bin_columns.max(1)) as u64,
+        rows: (size.profiles / output.bin_profiles.max(1)) as u64,
+        png: names(&output.png),
+        exr: names(&output.exr),
+        range: range.name().into(),
+        truth_maps: output.truth_maps,
+        stack_every: match output.sensor_stack {
+            SensorStack::None => None,
+            SensorStack::Every(step) => Some(step.max(1) as u64),
+            SensorStack::All => Some(1),
+        },
+        sensor_cols: size.columns as u64,
+        sensor_rows: size.rows as u64,
+        bits: output.bits.into(),
+    }
+}

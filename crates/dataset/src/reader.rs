@@ -1,0 +1,356 @@
+//! Dataset reader: the one way from the files of a dataset back to rows, images, maps and sensor frames.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use arrow_array::cast::AsArray;
+use output_schema::file::{DATASET, data_path, exr_path, manifest_path, stack_path};
+use output_schema::{DatasetHead, Manifest, ManifestFile, ManifestSample, refuse_version};
+use sha2::{Digest, Sha256};
+
+use super::sample_rows::frame_numbers;
+use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
+use super::{ExrChannel, Fault, atomic_file, hex, read_exr};
+use crate::record::StackFrame;
+use bench::split::Split;
+
+/// What to do about a `dataset.json` that cannot be used.
+const BRING_BACK: &str = "choose another folder, or bring the file back";
+/// What to do about a manifest that cannot be used.
+const VALIDATE: &str = "run gen validate: it says what is wrong with the dataset";
+
+/// An open dataset: its folder, and `dataset.json`, which is read once.
+///
+/// A dataset consists of shards; a shard is there when its manifest is. Reading takes what is finished and says how much
+/// is not. It trusts the manifests about which file holds what, and checks no sums and no content: `gen validate` does.
+///
+/// ```
+/// use std::path::Path;
+///
+/// use dataset::{Dataset, Fault, RowQuery};
+/// use bench::split::Split;
+///
+/// /// Widest board of a split, and the samples that were looked at.
+/// fn widest(folder: &Path, split: Split) -> Result<(f64, usize), Fault> {
+///     let dataset = Dataset::open(folder)?;
+///     let (mut widest, mut samples) = (f64::NAN, 0);
+///     for table in dataset.tables(Some(split))?.tables {
+///         for rows in table.rows(&RowQuery::of(&|column| column == "board"))? {
+///             let widths = rows?.numbers("board.width_mm").map_err(|what| table.damaged(what))?;
+///             samples += widths.len();
+///             widest = widths.into_iter().fold(widest, f64::max);
+///         }
+///     }
+///     Ok((widest, samples))
+/// }
+///
+/// let fault = widest("nowhere".as_ref(), Split::Test).unwrap_err();
+/// assert_eq!(fault.to_string(), "cannot use nowhere: it holds no dataset.json; name the folder of a dataset");
+/// ```
+///
+/// # Failures
+/// Each is a [`Fault`] with the place and what to do; nothing panics, whatever the files hold.
+///
+/// | of | when |
+/// |---|---|
+/// | [`Dataset::open`] | there is no `dataset.json`; it is no JSON, of a newer schema, or its sizes contradict each other |
+/// | [`Dataset::manifest`] | it is no JSON, or of a newer schema; a missing one is no failure but `None` |
+/// | [`Dataset::tables`] | no shard is finished, or none has samples of the split |
+/// | [`Table::rows`] and its items | the file is missing or no Parquet, or a page of it is damaged |
+/// | values of a [`RowBatch`] | a column is missing, of another type, or empty where a value must be: a reason in words |
+/// | [`Dataset::exr`] | the id is none, the file is missing, or it is no EXR file with the attribute `sheetlight` |
+/// | [`Dataset::sensor_frames`] | the manifest does not count them, or they are not where they should be |
+#[derive(Debug, Clone)]
+pub struct Dataset {
+    root: PathBuf,
+    head: Arc<DatasetHead>,
+}
+
+/// What is finished of a dataset or of one split of it.
+#[derive(Debug, Clone)]
+pub struct FinishedTables {
+    /// Tables in the order of shards, then of splits.
+    pub tables: Vec<Table>,
+    /// Shards that are not finished.
+    pub unfinished: u64,
+}
+
+/// SHA-256 of a dataset's documents, hexadecimal: two sums that change when the dataset does, which a saved result names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DatasetSums {
+    /// Of `dataset.json`.
+    pub dataset: String,
+    /// Of the manifests that are there, one after the other in the order of shards.
+    pub manifests: String,
+}
+
+impl Dataset {
+    /// Opens the dataset at `path` to read it; changes nothing.
+    ///
+    /// # Errors
+    /// Where it is no dataset, or one that this program does not read.
+    pub fn open(path: &Path) -> Result<Self, Fault> {
+        let missing = || unusable(path, format!("it holds no {DATASET}"), "name the folder of a dataset");
+        Ok(Self::of(path, read_head(path)?.ok_or_else(missing)?))
+    }
+
+    /// The dataset in the folder `root`, whose `dataset.json` is `head`.
+    pub(super) fn of(root: &Path, head: DatasetHead) -> Self {
+        Self { root: root.into(), head: Arc::new(head) }
+    }
+
+    /// The folder.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// `dataset.json`.
+    pub fn head(&self) -> &DatasetHead {
+        &self.head
+    }
+
+    /// The manifest of a finished shard; `None` where the shard is not finished.
+    ///
+    /// # Errors
+    /// Where it is damaged, or one that this program does not read.
+    pub fn manifest(&self, shard: u64) -> Result<Option<Manifest>, Fault> {
+        read_document(&self.root.join(manifest_path(shard)), VALIDATE)
+    }
+
+    /// Whether a shard has a manifest, readable or not.
+    pub fn has_manifest(&self, shard: u64) -> bool {
+        self.root.join(manifest_path(shard)).exists()
+    }
+
+    /// Whether the shard needs no more work: its manifest is there, counts as many samples as it should, and every file
+    /// has its size.
+    pub fn is_done(&self, shard: u64) -> bool {
+        let Ok(Some(manifest)) = self.manifest(shard) else { return false };
+        let whole = |file: &ManifestFile| {
+            fs::metadata(self.root.join(&file.path)).is_ok_and(|found| found.is_file() && found.len() == file.bytes)
+        };
+        let (first, count) = self.head.span(shard);
+        manifest.recipe_hash == self.head.recipe.hash
+            && manifest.generator == self.head.generator
+            && manifest.seed == self.head.seed
+            && (manifest.first, manifest.count) == (first, count)
+            && manifest.files.iter().all(whole)
+    }
+
+    /// The shards among `shards` that are not done.
+    pub fn remaining(&self, shards: impl IntoIterator<Item = u64>) -> Vec<u64> {
+        shards.into_iter().filter(|&shard| shard < self.head.shards && !self.is_done(shard)).collect()
+    }
+
+    /// Sums of `dataset.json` and of all manifests; documents that are not there count as empty.
+    pub fn sums(&self) -> DatasetSums {
+        self.sums_of(0..self.head.shards)
+    }
+
+    /// The same with the manifests of these shards alone.
+    pub fn sums_of(&self, shards: impl IntoIterator<Item = u64>) -> DatasetSums {
+        let mut manifests = Sha256::new();
+        for shard in shards {
+            manifests.update(fs::read(self.root.join(manifest_path(shard))).unwrap_or_default());
+        }
+        let dataset = Sha256::digest(fs::read(self.root.join(DATASET)).unwrap_or_default());
+        DatasetSums { dataset: hex(&dataset), manifests: hex(&manifests.finalize()) }
+    }
+
+    /// The tables of all finished shards, of one split or of all.
+    ///
+    /// # Errors
+    /// Where there is none, or a manifest is damaged.
+    pub fn tables(&self, split: Option<Split>) -> Result<FinishedTables, Fault> {
+        let mut found = FinishedTables { tables: Vec::new(), unfinished: 0 };
+        for shard in 0..self.head.shards {
+            match self.manifest(shard)? {
+                None => found.unfinished += 1,
+                Some(manifest) => {
+                    let tables = self.tables_of(shard, &manifest);
+                    found
+                        .tables
+                        .extend(tables.into_iter().filter(|table| split.is_none_or(|split| split == table.split)));
+                }
+            }
+        }
+        if found.tables.is_empty() {
+            let (what, remedy) = match split {
+                _ if found.unfinished == self.head.shards => {
+                    ("no shard of it is finished".into(), "run gen again to finish it")
+                }
+                Some(split) => (
+                    format!("it has no samples of the split `{}`", split.name()),
+                    "give --split all, or make more samples",
+                ),
+                None => ("it has no samples".into(), "make some"),
+            };
+            return Err(Fault::at(&self.root, what, remedy));
+        }
+        Ok(found)
+    }
+
+    /// The tables that the manifest of a shard names, in the order of splits.
+    pub fn tables_of(&self, shard: u64, manifest: &Manifest) -> Vec<Table> {
+        let tables = Split::ALL.into_iter().map(|split| self.table(shard, split));
+        tables.filter(|table| manifest.files.iter().any(|file| file.path == table.relative)).collect()
+    }
+
+    /// The table of a split in a shard, whether it is there or not.
+    pub fn table(&self, shard: u64, split: Split) -> Table {
+        let relative = data_path(split.name(), shard);
+        Table { path: self.root.join(&relative), relative, shard, split }
+    }
+
+    /// The shard that a sample belongs to.
+    pub fn shard_of(&self, index: u64) -> u64 {
+        index / self.head.samples_per_shard.max(1)
+    }
+
+    /// The row of a sample that the manifest of its shard lists, with the wanted columns, `index` among them.
+    ///
+    /// # Errors
+    /// Where it is not where it should be, or cannot be read.
+    pub fn row(
+        &self,
+        manifest: &Manifest,
+        listed: &ManifestSample,
+        columns: &dyn Fn(&str) -> bool,
+    ) -> Result<RowBatch, Fault> {
+        let shard = self.shard_of(listed.index);
+        let split = Split::ALL.into_iter().find(|split| split.name() == listed.split);
+        let unknown =
+            || Fault::damaged(&self.root.join(manifest_path(shard)), format!("there is no split `{}`", listed.split));
+        let table = self.table(shard, split.ok_or_else(unknown)?);
+        let is_before = |other: &&ManifestSample| other.split == listed.split && other.index < listed.index;
+        let place = manifest.samples.iter().filter(is_before).count();
+        let row = table.row(place, columns)?;
+        match row.integers("index").map_err(|what| table.damaged(what))?[..] {
+            [index] if index == listed.index as i64 => Ok(row),
+            _ => Err(table.damaged(format!("row {place} is not sample {}", listed.index))),
+        }
+    }
+
+    /// The maps of a sample's EXR file.
+    ///
+    /// # Errors
+    /// Where it is missing or damaged.
+    pub fn exr(&self, shard: u64, id: &str) -> Result<ExrMaps, Fault> {
+        let path = self.root.join(exr_path(shard, id));
+        if !is_id(id) {
+            return Err(Fault::damaged(&path, "its name is no id"));
+        }
+        let bytes = fs::read(&path).map_err(|e| Fault::damaged(&path, format!("it cannot be read: {e}")))?;
+        ExrMaps::decode(&path, &bytes).map_err(|what| Fault::damaged(&path, what))
+    }
+
+    /// The sensor frames of a sample that the manifest of its shard lists, at most `most` of them: the middle ones.
+    ///
+    /// # Errors
+    /// Where they are not where they should be, or cannot be read.
+    pub fn sensor_frames(&self, manifest: &Manifest, index: u64, most: usize) -> Result<Vec<StackFrame>, Fault> {
+        let relative = stack_path(self.shard_of(index));
+        let path = self.root.join(&relative);
+        let damaged = |what: String| Fault::damaged(&path, what);
+        let rows = manifest.files.iter().find(|file| file.path == relative).and_then(|file| file.rows);
+        let rows = rows.ok_or_else(|| damaged("the manifest does not count its rows".into()))?;
+        // Each sample of a shard has as many, in order.
+        let each = (rows / manifest.samples.len().max(1) as u64) as usize;
+        let before = manifest.samples.iter().filter(|sample| sample.index < index).count() * each;
+        let take = each.min(most);
+        let first = before + (each - take) / 2;
+        let query =
+            RowQuery { ranges: Some(vec![first..first + take]), at_once: take.clamp(1, 8), ..RowQuery::of(&|_| true) };
+        let mut frames = Vec::new();
+        for batch in Table::read(&path, &query)? {
+            let batch = batch?;
+            let values = (|| Ok::<_, String>((batch.integers("index")?, batch.integers("profile")?)))();
+            let (indices, profiles) = values.map_err(damaged)?;
+            let tensors = batch.column("frame").map_err(damaged)?.as_fixed_size_list_opt();
+            let tensors = tensors.ok_or_else(|| damaged("the frames are no tensors".into()))?;
+            for (row, (found, profile)) in indices.into_iter().zip(profiles).enumerate() {
+                if found != index as i64 {
+                    return Err(damaged(format!("a sensor frame of sample {index} is not where it should be")));
+                }
+                let dn = frame_numbers(&tensors.value(row));
+                let dn = dn.ok_or_else(|| damaged("the frames are neither uint8 nor uint16".into()))?;
+                frames.push(StackFrame { profile: u32::try_from(profile).unwrap_or(0), dn });
+            }
+        }
+        Ok(frames)
+    }
+}
+
+/// The maps of one sample, as its EXR file holds them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExrMaps {
+    /// The file.
+    pub path: PathBuf,
+    /// Columns [px].
+    pub cols: usize,
+    /// Rows [px].
+    pub rows: usize,
+    /// Its channels `[rows, cols]`, row-major.
+    pub channels: Vec<ExrChannel>,
+    /// The text attribute `sheetlight`: a JSON document.
+    pub description: String,
+}
+
+impl ExrMaps {
+    /// The maps that the file at `path` holds, of a dataset or alone; `bytes` are its content.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self, String> {
+        let (cols, rows, channels, description) = guarded(|| read_exr(bytes))?;
+        Ok(Self { path: path.into(), cols, rows, channels, description })
+    }
+
+    /// The channel of that name, whatever the case of its letters.
+    pub fn channel(&self, name: &str) -> Option<&ExrChannel> {
+        self.channels.iter().find(|channel| channel.name.eq_ignore_ascii_case(name))
+    }
+}
+
+/// A folder or document that cannot be used.
+pub(super) fn unusable(path: &Path, what: String, remedy: &'static str) -> Fault {
+    Fault { tried: Some("use"), ..Fault::at(path, what, remedy) }
+}
+
+/// `dataset.json` of a folder; `None` where there is none.
+pub(super) fn read_head(root: &Path) -> Result<Option<DatasetHead>, Fault> {
+    let path = root.join(DATASET);
+    let head: Option<DatasetHead> = read_document(&path, BRING_BACK)?;
+    let size = |head: &DatasetHead| DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
+    match head.as_ref().and_then(size) {
+        Some(reason) => Err(unusable(&path, reason, BRING_BACK)),
+        None => Ok(head),
+    }
+}
+
+/// A document with format and version; `None` where there is none.
+fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static str) -> Result<Option<T>, Fault> {
+    let text = match atomic_file::read(path) {
+        Ok(text) => text,
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(atomic_file::FileError::of("read", path)(e).into()),
+    };
+    let unread = |e: serde_json::Error| unusable(path, format!("it cannot be read: {e}"), remedy);
+    let value: serde_json::Value = serde_json::from_slice(&text).map_err(unread)?;
+    // The version first: a newer document may have other keys.
+    let version = serde_json::from_value(value["schema_version"].clone()).unwrap_or([0, 0]);
+    if let Some(reason) = refuse_version(value["format"].as_str().unwrap_or(""), version) {
+        return Err(unusable(path, reason, remedy));
+    }
+    serde_json::from_value(value).map(Some).map_err(unread)
+}
+
+/// A document as it is written: indented, with a last line end.
+pub fn to_document<T: serde::Serialize>(document: &T) -> Vec<u8> {
+    // Heads and manifests are plain data with text keys: they always become JSON.
+    let mut text = serde_json::to_vec_pretty(document).unwrap_or_default();
+    text.push(b'\n');
+    text
+}

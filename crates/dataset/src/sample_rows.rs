@@ -1,0 +1,227 @@
+//! Sample rows: `Encoded -> RecordBatch`, one row of `data/*.parquet`, and the rows of `stacks/*.parquet`.
+
+use std::sync::Arc;
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{UInt8Type, UInt16Type};
+use arrow_array::{
+    Array, ArrayRef, BinaryArray, FixedSizeListArray, Float64Array, Int32Array, Int64Array, ListArray, RecordBatch,
+    StringArray, StructArray, UInt8Array, UInt16Array, UInt64Array,
+};
+use arrow_buffer::OffsetBuffer;
+use arrow_schema::{ArrowError, DataType, Field, Fields, SchemaRef};
+use output_schema::DatasetHead;
+use output_schema::row::CALIBRATION;
+use procedural::Class;
+
+use super::{Encoded, channel_name};
+use crate::record::Object;
+
+/// The one row of a sample, as [`output_schema::arrow::row_schema`] declares it.
+///
+/// # Errors
+/// What differs, where the sample does not fit the head: another class, other drawn or derived numbers, other images.
+pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Result<RecordBatch, String> {
+    check_numbers("draws", head.parameters.iter().map(|n| n.path()), sample.draws.iter().map(|d| d.0.as_str()))?;
+    check_numbers("physics", head.physics.iter().map(|n| n.path()), sample.physics.iter().map(|p| p.0))?;
+    let declared = CALIBRATION.iter().map(|column| column.name.to_owned());
+    check_numbers("numbers of calibration", declared, sample.calibration.iter().map(|c| c.0))?;
+    let class = head.classes.iter().position(|name| *name == sample.class);
+    let class = class.ok_or_else(|| format!("its class `{}` is none of {:?}", sample.class, head.classes))?;
+    let size = (sample.cols as u64, sample.rows as u64);
+    if size != (head.images.cols, head.images.rows) {
+        return Err(format!(
+            "its images have {size:?} columns and rows, not {:?}",
+            (head.images.cols, head.images.rows)
+        ));
+    }
+    let array = |field: &Field| -> Result<ArrayRef, String> {
+        Ok(match field.name().as_str() {
+            "id" => text(&sample.id),
+            "index" => int64(sample.index as i64),
+            "seed" => Arc::new(UInt64Array::from(vec![head.seed])),
+            "split" => text(sample.split.name()),
+            "class" => int64(class as i64),
+            "cols" => Arc::new(Int32Array::from(vec![sample.cols as i32])),
+            "rows" => Arc::new(Int32Array::from(vec![sample.rows as i32])),
+            "row_mm" => float64(Some(sample.row_mm)),
+            "col_mm" => float64(Some(sample.col_mm)),
+            "range_offset_mm" | "range_offset_px" => float64(Some(sample.range_offset)),
+            "range_scale_mm" | "range_scale_px" => float64(Some(sample.range_scale)),
+            "calibration" => structure(field, sample.calibration.iter().map(|c| float64(known(c.1))).collect())?,
+            "physics" => structure(field, sample.physics.iter().map(|p| float64(known(p.1))).collect())?,
+            "objects" => objects(field, &sample.objects).map_err(|e| e.to_string())?,
+            "defect_classes" => defects(field, &sample.defects).map_err(|e| e.to_string())?,
+            "class_area_px" => areas(field, head, sample)?,
+            name => match head.images.png.iter().any(|image| image == name) {
+                true => image(field, name, sample)?,
+                false => group(field, head, sample)?,
+            },
+        })
+    };
+    let arrays: Vec<ArrayRef> = schema.fields().iter().map(|field| array(field)).collect::<Result<_, _>>()?;
+    RecordBatch::try_new(schema.clone(), arrays).map_err(|e| e.to_string())
+}
+
+/// One row for each sensor frame of a sample; `None` where it has none.
+///
+/// # Errors
+/// What differs, where a frame is not as large as the head says.
+pub(super) fn stack_batch(schema: &SchemaRef, sample: &Encoded) -> Result<Option<RecordBatch>, String> {
+    let rows = sample.stack.len();
+    if rows == 0 {
+        return Ok(None);
+    }
+    let DataType::FixedSizeList(item, length) = schema.field(3).data_type() else {
+        return Err("the column `frame` is no tensor".into());
+    };
+    if let Some(frame) = sample.stack.iter().find(|frame| frame.dn.len() != *length as usize) {
+        return Err(format!("the frame of profile {} has {} pixels, not {length}", frame.profile, frame.dn.len()));
+    }
+    let pixels = sample.stack.iter().flat_map(|frame| frame.dn.iter().copied());
+    let pixels: ArrayRef = match item.data_type() {
+        DataType::UInt8 => {
+            let narrow = |dn: u16| u8::try_from(dn).map_err(|_| format!("a frame holds {dn} DN, beyond 8 bits"));
+            Arc::new(UInt8Array::from(pixels.map(narrow).collect::<Result<Vec<u8>, _>>()?))
+        }
+        _ => Arc::new(UInt16Array::from(pixels.collect::<Vec<u16>>())),
+    };
+    let frames = FixedSizeListArray::try_new(item.clone(), *length, pixels, None);
+    let arrays: Vec<ArrayRef> = vec![
+        Arc::new(StringArray::from(vec![sample.id.as_str(); rows])),
+        Arc::new(Int64Array::from(vec![sample.index as i64; rows])),
+        Arc::new(sample.stack.iter().map(|frame| Some(frame.profile as i32)).collect::<Int32Array>()),
+        Arc::new(frames.map_err(|e| e.to_string())?),
+    ];
+    RecordBatch::try_new(schema.clone(), arrays).map(Some).map_err(|e| e.to_string())
+}
+
+/// Digital numbers of a frame of either depth.
+pub fn frame_numbers(pixels: &ArrayRef) -> Option<Vec<u16>> {
+    let narrow = pixels.as_primitive_opt::<UInt8Type>().map(|dn| dn.values().iter().map(|&dn| dn.into()).collect());
+    narrow.or_else(|| pixels.as_primitive_opt::<UInt16Type>().map(|dn| dn.values().to_vec()))
+}
+
+fn check_numbers<'a>(
+    what: &str,
+    declared: impl Iterator<Item = String>,
+    given: impl Iterator<Item = &'a str>,
+) -> Result<(), String> {
+    let (declared, given): (Vec<String>, Vec<&str>) = (declared.collect(), given.collect());
+    if declared == given {
+        return Ok(());
+    }
+    let missing: Vec<&String> = declared.iter().filter(|name| !given.contains(&name.as_str())).collect();
+    let extra: Vec<&&str> = given.iter().filter(|name| !declared.iter().any(|d| d == *name)).collect();
+    Err(format!(
+        "its {what} are not those of dataset.json: missing {missing:?}, unknown {extra:?}, or in another order"
+    ))
+}
+
+fn known(number: f64) -> Option<f64> {
+    (!number.is_nan()).then_some(number)
+}
+
+fn text(value: &str) -> ArrayRef {
+    Arc::new(StringArray::from(vec![value]))
+}
+
+fn int64(value: i64) -> ArrayRef {
+    Arc::new(Int64Array::from(vec![value]))
+}
+
+fn float64(value: Option<f64>) -> ArrayRef {
+    Arc::new(Float64Array::from(vec![value]))
+}
+
+fn fields_of(field: &Field) -> Result<Fields, String> {
+    match field.data_type() {
+        DataType::Struct(fields) => Ok(fields.clone()),
+        other => Err(format!("the column `{}` is {other}, not a struct", field.name())),
+    }
+}
+
+fn structure(field: &Field, children: Vec<ArrayRef>) -> Result<ArrayRef, String> {
+    let fields = fields_of(field)?;
+    if fields.is_empty() {
+        return Ok(Arc::new(StructArray::new_empty_fields(1, None)));
+    }
+    StructArray::try_new(fields, children, None).map(|array| Arc::new(array) as ArrayRef).map_err(|e| e.to_string())
+}
+
+fn group(field: &Field, head: &DatasetHead, sample: &Encoded) -> Result<ArrayRef, String> {
+    // Declarations and draws have the same order, which was checked.
+    let numbers = head.parameters.iter().zip(&sample.draws).filter(|(n, _)| n.group == *field.name());
+    structure(field, numbers.map(|(_, draw)| float64(known(draw.1))).collect())
+}
+
+/// What the image of a sample would be called if it were a file of its own.
+pub fn image_path(id: &str, name: &str) -> String {
+    format!("{id}_{name}.png")
+}
+
+fn image(field: &Field, name: &str, sample: &Encoded) -> Result<ArrayRef, String> {
+    let png = sample.png.iter().find(|(channel, _)| channel_name(*channel) == name);
+    let (_, png) = png.ok_or_else(|| format!("its image `{name}` is missing"))?;
+    let bytes = Arc::new(BinaryArray::from(vec![png.as_slice()]));
+    structure(field, vec![bytes, text(&image_path(&sample.id, name))])
+}
+
+/// Pixels of the classes that the head lists; a class that it does not list covers none.
+fn areas(field: &Field, head: &DatasetHead, sample: &Encoded) -> Result<ArrayRef, String> {
+    let listed: Vec<usize> = head.shown_classes().map(|(value, _)| value).collect();
+    let unlisted = (0..sample.class_area_px.len()).find(|v| sample.class_area_px[*v] > 0 && !listed.contains(v));
+    if let Some(value) = unlisted {
+        return Err(format!("its labels show class {value}, which is none of {listed:?}"));
+    }
+    structure(field, listed.iter().map(|&value| int64(sample.class_area_px[value] as i64)).collect())
+}
+
+fn defects(field: &Field, classes: &[Class]) -> Result<ArrayRef, ArrowError> {
+    let DataType::List(item) = field.data_type() else {
+        return Err(ArrowError::SchemaError("the column `defect_classes` is no list".into()));
+    };
+    let names: StringArray = classes.iter().map(|class| Some(class.name())).collect();
+    let lengths = OffsetBuffer::from_lengths([classes.len()]);
+    Ok(Arc::new(ListArray::try_new(item.clone(), lengths, Arc::new(names), None)?))
+}
+
+fn objects(field: &Field, objects: &[Object]) -> Result<ArrayRef, ArrowError> {
+    let DataType::List(item) = field.data_type() else {
+        return Err(ArrowError::SchemaError("the column `objects` is no list".into()));
+    };
+    let DataType::Struct(fields) = item.data_type() else {
+        return Err(ArrowError::SchemaError("the column `objects` is no list of structs".into()));
+    };
+    let float = |number: fn(&Object) -> f64| -> ArrayRef {
+        Arc::new(objects.iter().map(|object| known(number(object))).collect::<Float64Array>())
+    };
+    let bbox = |field: &Field| -> Result<ArrayRef, ArrowError> {
+        let DataType::FixedSizeList(side, length) = field.data_type() else {
+            return Err(ArrowError::SchemaError("the field `bbox` is no fixed list".into()));
+        };
+        let sides: Int32Array = objects.iter().flat_map(|object| object.bbox.map(|n| Some(n as i32))).collect();
+        Ok(Arc::new(FixedSizeListArray::try_new(side.clone(), *length, Arc::new(sides), None)?))
+    };
+    let child = |field: &Arc<Field>| -> Result<ArrayRef, ArrowError> {
+        Ok(match field.name().as_str() {
+            "instance" => Arc::new(objects.iter().map(|o| Some(i32::from(o.instance.id))).collect::<Int32Array>()),
+            "class" => Arc::new(objects.iter().map(|o| Some(o.instance.class as i64)).collect::<Int64Array>()),
+            "state" => Arc::new(objects.iter().map(|o| Some(o.instance.state as i64)).collect::<Int64Array>()),
+            "within" => Arc::new(objects.iter().map(|o| Some(i32::from(o.instance.within))).collect::<Int32Array>()),
+            "bbox" => bbox(field)?,
+            "area_px" => Arc::new(objects.iter().map(|o| Some(o.area_px as i64)).collect::<Int64Array>()),
+            "area_mm2" => float(|o| o.area_mm2),
+            "x_mm" => float(|o| o.instance.x_mm),
+            "y_mm" => float(|o| o.instance.y_mm),
+            "diameter_mm" => float(|o| o.instance.diameter_mm),
+            "dive_deg" => float(|o| o.instance.dive_deg),
+            "death_radius_mm" => float(|o| o.instance.death_radius_mm),
+            "severity" => float(|o| o.instance.severity),
+            other => return Err(ArrowError::SchemaError(format!("no value for `objects.{other}`"))),
+        })
+    };
+    let children = fields.iter().map(child).collect::<Result<Vec<_>, _>>()?;
+    let structs: Arc<dyn Array> = Arc::new(StructArray::try_new(fields.clone(), children, None)?);
+    Ok(Arc::new(ListArray::try_new(item.clone(), OffsetBuffer::from_lengths([objects.len()]), structs, None)?))
+}

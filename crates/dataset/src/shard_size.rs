@@ -1,0 +1,60 @@
+//! Shard size: how large a sample will be on disk, and how many of them make a shard.
+
+use bench::settings::{Channel, Output, Size};
+
+/// Largest shard that is aimed at [bytes]: it fits a download and a restart.
+const TARGET_SHARD_BYTES: u64 = 500_000_000;
+/// Most samples in a shard, however small they are: manifests and folders stay readable.
+const MAX_SAMPLES_PER_SHARD: u64 = 1000;
+/// What numbers, objects and file headers take in a sample, on the large side [bytes].
+pub const ROW_BYTES: u64 = 16_000;
+/// What schemas and footers of a shard's tables, and its manifest, take, on the large side [bytes].
+pub const TABLES_BYTES: u64 = 150_000;
+
+/// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up.
+fn png_bytes(channel: Channel) -> f64 {
+    match channel {
+        Channel::Range => 1.4,
+        Channel::Reflectance => 0.9,
+        Channel::Scatter => 1.3,
+        Channel::Label => 0.02,
+        Channel::Instance => 0.03,
+    }
+}
+
+/// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up; Reflectance counts twice, see `Y`.
+fn exr_bytes(channel: Channel) -> f64 {
+    match channel {
+        Channel::Range => 2.2,
+        Channel::Reflectance => 1.6,
+        Channel::Scatter => 1.4,
+        Channel::Label | Channel::Instance => 0.05,
+    }
+}
+
+/// Bytes for each pixel of the three truth maps together.
+const TRUTH_BYTES: f64 = 3.0;
+/// Bytes for each pixel of a sensor frame of 8 bits: most of it is dark noise.
+const FRAME_BYTES: f64 = 0.4;
+/// Bytes that each bit beyond 8 adds to a pixel of a frame, and to one of Reflectance: noise does not compress.
+const BIT_BYTES: f64 = 0.15;
+
+/// Estimate of what one sample takes on disk [bytes], on the large side; a pure function of sizes and output.
+pub fn estimated_bytes_per_sample(output: &Output, size: &Size) -> u64 {
+    let cols = size.columns / output.bin_columns.max(1);
+    let rows = size.profiles / output.bin_profiles.max(1);
+    let png: f64 = output.png.iter().map(|&channel| png_bytes(channel)).sum();
+    let exr: f64 = output.exr.iter().map(|&channel| exr_bytes(channel)).sum();
+    let truth = if output.truth_maps && !output.exr.is_empty() { TRUTH_BYTES } else { 0.0 };
+    let more = f64::from(output.bits.saturating_sub(8)) * BIT_BYTES;
+    let images = (cols * rows) as f64 * (png + exr + truth + 3.0 * more);
+    let stack = (output.frames(size) * size.columns * size.rows) as f64 * (FRAME_BYTES + more);
+    ROW_BYTES + (images + stack).ceil() as u64
+}
+
+/// Samples in a shard: what the recipe asks for, else as many as stay under about 500 MB, at most 1000, at least 1.
+/// A pure function of sizes and output, so that every process cuts alike.
+pub fn samples_per_shard(output: &Output, size: &Size) -> usize {
+    let fitting = (TARGET_SHARD_BYTES / estimated_bytes_per_sample(output, size)).clamp(1, MAX_SAMPLES_PER_SHARD);
+    output.samples_per_shard.unwrap_or(fitting as usize).max(1)
+}

@@ -1,0 +1,236 @@
+//! Shard writer: one shard, samples in order of index, straight to disk.
+
+use std::fs::{self, File};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use arrow_array::RecordBatch;
+use arrow_schema::SchemaRef;
+use output_schema::arrow::{row_schema, stack_schema};
+use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path, temporary};
+use output_schema::{Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
+
+use super::atomic_file::{FileError, create_directory, rename, sha256, sync_directory, write_in};
+use super::lock::Lock;
+use super::reader::to_document;
+use super::sample_rows::{row_batch, stack_batch};
+use super::table_writer::TableWriter;
+use super::{Dataset, Encoded, Fault};
+use bench::split::Split;
+
+/// A shard in the making. Dropped before [`ShardWriter::finish`], it removes what it wrote.
+#[derive(Debug)]
+pub struct ShardWriter {
+    dataset: Dataset,
+    shard: u64,
+    first: u64,
+    count: u64,
+    rows: SchemaRef,
+    frames: SchemaRef,
+    tables: [Option<TableWriter>; Split::ALL.len()],
+    stack: Option<TableWriter>,
+    exr: Vec<ManifestFile>,
+    samples: Vec<ManifestSample>,
+    bytes: u64,
+    finished: bool,
+    /// Held to the very end: fields are dropped after the cleaning up in `drop`.
+    _lock: Lock,
+}
+
+/// What comes of asking for a shard to write.
+#[derive(Debug)]
+pub enum Claim {
+    /// It is the caller's.
+    Granted(Box<ShardWriter>),
+    /// Another process writes it.
+    Busy,
+    /// It is finished.
+    Done,
+}
+
+impl Claim {
+    /// The writer, where the shard was free.
+    pub fn granted(self) -> Option<ShardWriter> {
+        match self {
+            Self::Granted(writer) => Some(*writer),
+            Self::Busy | Self::Done => None,
+        }
+    }
+}
+
+impl ShardWriter {
+    /// Takes the shard's lock and removes what an earlier attempt left. First index and count follow from the head.
+    ///
+    /// # Errors
+    /// Where the folder cannot be written.
+    pub fn claim(dataset: &Dataset, shard: u64) -> Result<Claim, Fault> {
+        let Some(lock) = Lock::try_take(&dataset.lock_path(shard))? else { return Ok(Claim::Busy) };
+        if dataset.is_done(shard) {
+            return Ok(Claim::Done);
+        }
+        dataset.clear(shard)?;
+        let head = dataset.head();
+        let (first, count) = head.span(shard);
+        let (rows, frames) = (Arc::new(row_schema(head)), Arc::new(stack_schema(head)));
+        let mut writer = Self {
+            dataset: dataset.clone(),
+            shard,
+            first,
+            count,
+            rows,
+            frames,
+            tables: [None, None, None],
+            stack: None,
+            exr: Vec::new(),
+            samples: Vec::new(),
+            bytes: 0,
+            finished: false,
+            _lock: lock,
+        };
+        if !head.images.exr.is_empty() {
+            create_directory(&writer.path(&temporary(&exr_folder(shard))))?;
+        }
+        if head.images.stack_every.is_some() {
+            writer.stack = Some(TableWriter::create(dataset.root(), stack_path(shard), writer.frames.clone())?);
+        }
+        Ok(Claim::Granted(Box::new(writer)))
+    }
+
+    /// First index and count of the shard's samples.
+    pub fn span(&self) -> (u64, u64) {
+        (self.first, self.count)
+    }
+
+    /// Writes the next sample.
+    ///
+    /// # Errors
+    /// Where it is not the next one or not what `dataset.json` promises, before anything of it is written; where the disk
+    /// refuses, after which the writer can only be dropped.
+    pub fn push(&mut self, sample: Encoded) -> Result<(), Fault> {
+        let (row, frames) = self.tabulate(&sample).map_err(|what| self.misfit(sample.index, what))?;
+        let (bytes, done) = (sample.bytes(), self.samples.len() as u64);
+        let needed = (self.bytes + bytes) / (done + 1) * self.count.saturating_sub(done);
+        self.write(sample, &row, frames.as_ref()).map_err(|error| Fault::of_file(error, Some(needed)))?;
+        self.bytes += bytes;
+        Ok(())
+    }
+
+    /// The rows of a sample, or why it does not fit.
+    fn tabulate(&self, sample: &Encoded) -> Result<(RecordBatch, Option<RecordBatch>), String> {
+        let next = self.first + self.samples.len() as u64;
+        if sample.index != next || next >= self.first + self.count {
+            return Err(format!("sample {next} of {} to {} is next", self.first, self.first + self.count));
+        }
+        let row = row_batch(&self.rows, self.dataset.head(), sample)?;
+        let frames = stack_batch(&self.frames, sample)?;
+        if frames.is_some() && self.stack.is_none() {
+            return Err("it has sensor frames, which dataset.json does not promise".into());
+        }
+        if sample.exr.is_some() == self.dataset.head().images.exr.is_empty() {
+            return Err("its EXR file is missing, or not promised by dataset.json".into());
+        }
+        Ok((row, frames))
+    }
+
+    fn misfit(&self, index: u64, what: String) -> Fault {
+        let place = format!("sample {index} does not fit shard {}", self.shard);
+        Fault::new(place, what, "this is a fault of the program, please report it")
+    }
+
+    fn write(&mut self, sample: Encoded, row: &RecordBatch, frames: Option<&RecordBatch>) -> Result<(), FileError> {
+        let shard = self.shard;
+        let root = self.dataset.root().to_path_buf();
+        let table = &mut self.tables[sample.split as usize];
+        let table = match table {
+            Some(table) => table,
+            None => table.insert(TableWriter::create(&root, data_path(sample.split.name(), shard), self.rows.clone())?),
+        };
+        table.write(row)?;
+        if let (Some(table), Some(frames)) = (&mut self.stack, frames) {
+            table.write(frames)?;
+        }
+        if let Some(exr) = &sample.exr {
+            let partial = self.path(&format!("{}/{}.exr", temporary(&exr_folder(shard)), sample.id));
+            fs::write(&partial, exr).map_err(FileError::of("write", &partial))?;
+            let path = exr_path(shard, &sample.id);
+            self.exr.push(ManifestFile { path, bytes: exr.len() as u64, sha256: sha256(exr), rows: None });
+        }
+        self.samples.push(ManifestSample {
+            index: sample.index,
+            sha256: sample.sha256(),
+            id: sample.id,
+            split: sample.split.name().into(),
+            class: sample.class,
+        });
+        Ok(())
+    }
+
+    /// Closes, syncs and names every file, then writes the manifest. Only after this does the shard count.
+    ///
+    /// # Errors
+    /// Where samples are missing, or the disk refuses; nothing of the shard is left then.
+    pub fn finish(mut self) -> Result<Manifest, Fault> {
+        if (self.samples.len() as u64) < self.count {
+            let index = self.first + self.samples.len() as u64;
+            return Err(self.misfit(index, "the shard was to be finished before it was written".into()));
+        }
+        let root = self.dataset.root().to_path_buf();
+        let mut files = Vec::new();
+        for table in self.tables.iter_mut().chain([&mut self.stack]).filter_map(Option::take) {
+            files.push(table.finish()?);
+        }
+        files.append(&mut self.exr);
+        let images = &self.dataset.head().images;
+        sync_directory(&root.join("data"))?;
+        if images.stack_every.is_some() {
+            sync_directory(&root.join("stacks"))?;
+        }
+        if !images.exr.is_empty() {
+            self.name_exr()?;
+        }
+        files.sort_by(|a, b| a.path.cmp(&b.path));
+        let head = self.dataset.head();
+        let manifest = Manifest {
+            format: head.format.clone(),
+            schema_version: SCHEMA_VERSION,
+            generator: head.generator.clone(),
+            recipe_hash: head.recipe.hash.clone(),
+            seed: head.seed,
+            shard: self.shard,
+            first: self.first,
+            count: self.count,
+            files,
+            samples: std::mem::take(&mut self.samples),
+        };
+        write_in(&root, &manifest_path(self.shard), &to_document(&manifest))?;
+        self.finished = true;
+        Ok(manifest)
+    }
+
+    fn name_exr(&self) -> Result<(), FileError> {
+        let (whole, exr) = (self.path(&exr_folder(self.shard)), self.path("exr"));
+        let partial = self.path(&temporary(&exr_folder(self.shard)));
+        for sample in &self.samples {
+            let file = partial.join(format!("{}.exr", sample.id));
+            File::open(&file).and_then(|file| file.sync_all()).map_err(FileError::of("sync", &file))?;
+        }
+        sync_directory(&partial)?;
+        rename(&partial, &whole)?;
+        sync_directory(&exr)
+    }
+
+    fn path(&self, relative: &str) -> PathBuf {
+        self.dataset.root().join(relative)
+    }
+}
+
+impl Drop for ShardWriter {
+    fn drop(&mut self) {
+        if !self.finished {
+            self.tables = [None, None, None];
+            self.stack = None;
+            // What cannot be removed now has a temporary name, or no manifest, and is removed by the next attempt.
+            let _ = self.dataset.clear(self.shard);
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Collected results: what all jobs found, put together in any order and told in the order of jobs.
+
+use output_schema::file::manifest_path;
+
+use super::duplicates;
+use super::finding::{Code, Finding};
+use super::report::{MAX_PRINTED_FINDINGS, ValidationReport};
+use super::shard::{CheckedRow, JobResult};
+use crate::ClassCounts;
+use bench::split::Split;
+
+/// What some jobs found.
+#[derive(Default)]
+pub(super) struct CollectedResults {
+    counts: ValidationReport,
+    /// Faults with the number of their job.
+    faults: Vec<(u64, Vec<Finding>)>,
+    /// Digest of the id, index and shard of every sample.
+    ids: Vec<(u128, u64, u64)>,
+    /// How many samples of each class and split the manifests name.
+    pub(super) listed: ClassCounts,
+    /// Paths of tables that manifests name.
+    pub(super) tables: Vec<String>,
+    /// Shards whose manifest can be read.
+    pub(super) opened: Vec<u64>,
+    /// Shards whose manifest is there and cannot be read.
+    pub(super) hidden: Vec<u64>,
+    /// Rows with the number of their job.
+    rows: Vec<(u64, CheckedRow)>,
+}
+
+impl CollectedResults {
+    /// What job number `place` found.
+    pub(super) fn of(place: u64, finding: JobResult) -> Self {
+        let JobResult { mut report, ids, counts: listed, tables, opened, hidden, row } = finding;
+        let faults = std::mem::take(&mut report.faults);
+        let faults = if faults.is_empty() { Vec::new() } else { vec![(place, faults)] };
+        let rows = row.map(|row| (place, row)).into_iter().collect();
+        let [opened, hidden] = [opened, hidden].map(|shard| shard.into_iter().collect());
+        Self { counts: report, faults, ids, listed, tables, opened, hidden, rows }
+    }
+
+    /// Both.
+    pub(super) fn and(mut self, mut other: Self) -> Self {
+        self.counts.add(other.counts);
+        self.faults.append(&mut other.faults);
+        self.ids.append(&mut other.ids);
+        other.listed.into_iter().for_each(|(kind, count)| *self.listed.entry(kind).or_default() += count);
+        self.tables.append(&mut other.tables);
+        self.opened.append(&mut other.opened);
+        self.hidden.append(&mut other.hidden);
+        self.rows.append(&mut other.rows);
+        self
+    }
+
+    /// Adds counts and faults to a report.
+    pub(super) fn tell(&mut self, report: &mut ValidationReport) {
+        report.add(std::mem::take(&mut self.counts));
+        self.faults.sort_by_key(|(place, _)| *place);
+        report.faults.extend(runs(self.faults.drain(..).flat_map(|(_, faults)| faults)));
+        report.faults.extend(self.repeated());
+    }
+
+    /// The splits that manifests name.
+    pub(super) fn present(&self) -> Vec<Split> {
+        let named = |split: &&Split| self.listed.keys().any(|(_, name)| name == split.name());
+        Split::ALL.iter().filter(named).copied().collect()
+    }
+
+    /// Samples that are there twice.
+    pub(super) fn alike(&mut self) -> Vec<Finding> {
+        self.rows.sort_by_key(|(place, _)| *place);
+        let prints = self.rows.iter().filter_map(|(_, row)| Some((row, row.print.as_deref()?)));
+        let split = |row: &CheckedRow| row.split.map_or("no split", Split::name);
+        let samples =
+            prints.map(|(row, print)| duplicates::PrintedSample { index: row.index, split: split(row), print });
+        duplicates::check(&samples.collect::<Vec<_>>())
+    }
+
+    /// Samples whose id another one has.
+    fn repeated(&mut self) -> Vec<Finding> {
+        self.ids.sort_unstable();
+        let same = self.ids.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        same.map(|pair| {
+            let what = format!("samples {} and {} have the same id", pair[0].1, pair[1].1);
+            Finding::new(Code::IdRepeated, manifest_path(pair[1].2), what)
+        })
+        .collect()
+    }
+}
+
+/// Faults as they are, but many missing manifests in a row as one.
+fn runs(faults: impl Iterator<Item = Finding>) -> Vec<Finding> {
+    let mut told: Vec<Finding> = Vec::new();
+    let mut missing: Vec<Finding> = Vec::new();
+    let end = |missing: &mut Vec<Finding>, told: &mut Vec<Finding>| match missing.as_slice() {
+        [first, .., last] if missing.len() > MAX_PRINTED_FINDINGS => {
+            let place = format!("{} to {}", first.fault.place, last.fault.place);
+            let what = format!("{} shards in a row have no manifest", missing.len());
+            told.push(Finding::new(Code::ManifestMissing, place, what));
+            missing.clear();
+        }
+        _ => told.append(missing),
+    };
+    for fault in faults {
+        if fault.code == Code::ManifestMissing {
+            missing.push(fault);
+        } else {
+            end(&mut missing, &mut told);
+            told.push(fault);
+        }
+    }
+    end(&mut missing, &mut told);
+    told
+}

@@ -1,0 +1,109 @@
+//! Expected rows: what the recipe says about the dataset and each of its samples, handed in from outside, against what is on disk.
+
+use output_schema::file::DATASET;
+use output_schema::{DatasetHead, ManifestSample};
+use procedural::Instance;
+
+use super::columns::StoredRow;
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use crate::differences;
+use crate::record::TrueRow;
+
+/// What the recipe draws for one sample, without rendering it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExpectedRow {
+    /// UUID.
+    pub id: String,
+    /// Name of its split.
+    pub split: String,
+    /// Name of its class.
+    pub class: String,
+    /// Drawn numbers in the order of the head's parameters.
+    pub numbers: Vec<f64>,
+}
+
+/// What of one sample follows from the recipe without light, though more slowly than its draws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnlitRow {
+    /// Numbers of `calibration`, then of `physics`, by name; NaN where one is missing.
+    pub derived: Vec<(String, f64)>,
+    /// Distance between two rows and two columns [mm], then `range_offset` and `range_scale` in the unit of Range.
+    pub grid: [f64; 4],
+    /// Names of all defects, seen or not.
+    pub defects: Vec<String>,
+    /// Every instance of the body, by number from 1, seen or not.
+    pub instances: Vec<Instance>,
+    /// Some rows of the label image, and the body's heights there.
+    pub rows: Vec<TrueRow>,
+}
+
+/// Derives one sample: its index -> what its row has to say beyond its draws.
+pub type Derive<'a> = &'a (dyn Fn(u64) -> UnlitRow + Sync);
+
+/// Draws one sample: its index -> what its row has to say.
+pub type Expect<'a> = &'a (dyn Fn(u64) -> ExpectedRow + Sync);
+
+/// Differences of `dataset.json` that one fault names.
+const MAX_NAMED_DIFFERENCES: usize = 6;
+
+/// Checks `dataset.json` against what this program makes of its recipe; `true` where samples can be compared too.
+pub(super) fn head(found: &DatasetHead, expected: Result<&DatasetHead, &str>, report: &mut ValidationReport) -> bool {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, DATASET, what));
+    let expected = match expected {
+        Ok(expected) => expected,
+        Err(what) => {
+            fault(Code::RecipeDiffers, what.to_owned());
+            return false;
+        }
+    };
+    if (&found.generator, &found.target) != (&expected.generator, &expected.target) {
+        let writer =
+            |head: &DatasetHead| format!("{} {} for {}", head.generator.name, head.generator.version, head.target);
+        fault(Code::WriterDiffers, format!("it was written by {}, this is {}", writer(found), writer(expected)));
+        return false;
+    }
+    // Heads are plain data: they always become JSON.
+    let value = |head: &DatasetHead| serde_json::to_value(head).unwrap_or_default();
+    let other = differences("", &value(found), &value(expected));
+    if !other.is_empty() {
+        let more = if other.len() > MAX_NAMED_DIFFERENCES {
+            format!("; and {} more", other.len() - MAX_NAMED_DIFFERENCES)
+        } else {
+            String::new()
+        };
+        let named: Vec<&str> = other.iter().take(MAX_NAMED_DIFFERENCES).map(String::as_str).collect();
+        fault(Code::DatasetDiffers, format!("said -> what the recipe gives: {}{more}", named.join("; ")));
+    }
+    // Rows have other columns where these differ.
+    found.parameters.len() == expected.parameters.len()
+}
+
+/// Checks what a manifest lists about a sample; the reason where it is wrong.
+pub(super) fn listed(listed: &ManifestSample, expected: &ExpectedRow) -> Option<String> {
+    let said = (&listed.id, &listed.split, &listed.class);
+    (said != (&expected.id, &expected.split, &expected.class)).then(|| {
+        let text = |(id, split, class): (&String, &String, &String)| format!("{id}, {split}, {class}");
+        let drawn = text((&expected.id, &expected.split, &expected.class));
+        format!("sample {} is {}, the recipe draws {drawn}", listed.index, text(said))
+    })
+}
+
+/// Checks every drawn number of a row, bit for bit.
+pub(super) fn numbers(
+    row: &StoredRow,
+    head: &DatasetHead,
+    expected: &ExpectedRow,
+    place: &str,
+    report: &mut ValidationReport,
+) {
+    let pairs = head.parameters.iter().zip(row.numbers.iter().zip(&expected.numbers));
+    let other: Vec<String> = pairs
+        .filter(|(_, (stored, drawn))| stored.to_bits() != drawn.to_bits())
+        .map(|(number, (stored, drawn))| format!("{} is {stored:?}, the recipe draws {drawn:?}", number.path()))
+        .collect();
+    if let Some(first) = other.first() {
+        let more = if other.len() > 1 { format!("; {} more numbers differ", other.len() - 1) } else { String::new() };
+        report.faults.push(Finding::new(Code::DrawDiffers, place, format!("{first}{more}")));
+    }
+}

@@ -1,0 +1,130 @@
+//! Files against manifests: there, whole, unchanged, and no others.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read};
+use std::path::Path;
+
+use output_schema::file::DATASET;
+use output_schema::{AssetHead, DatasetHead, ManifestFile};
+use sha2::{Digest, Sha256};
+
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use crate::hex;
+
+/// Reads one file of a manifest, once; its bytes, where it is whole.
+pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let whole = whole(root, file, report, |part| bytes.extend_from_slice(part));
+    whole.then_some(bytes)
+}
+
+/// Checks one file of a manifest; `true` where it is whole.
+pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> bool {
+    whole(root, file, report, |_| ())
+}
+
+/// Hands the bytes on as they are read and summed.
+fn whole(root: &Path, file: &ManifestFile, report: &mut ValidationReport, take: impl FnMut(&[u8])) -> bool {
+    let path = root.join(&file.path);
+    let found = match fs::symlink_metadata(&path) {
+        Ok(found) if found.is_file() => found.len(),
+        Ok(_) => return fail(report, Code::FileMissing, file, "is no plain file"),
+        Err(e) => return fail(report, unread(&e, Code::FileMissing), file, &e.to_string()),
+    };
+    if found != file.bytes {
+        return fail(report, Code::FileSize, file, &format!("has {found} bytes, not {}", file.bytes));
+    }
+    match sum(&path, take) {
+        Err(e) => fail(report, unread(&e, Code::FileMissing), file, &format!("cannot be read: {e}")),
+        Ok(sum) if sum != file.sha256 => {
+            fail(report, Code::FileChecksum, file, &format!("has SHA-256 {sum}, not {}", file.sha256))
+        }
+        Ok(_) => {
+            report.files += 1;
+            report.bytes += found;
+            true
+        }
+    }
+}
+
+/// The code of a file that could not be read: `otherwise`, unless it is there and may not be.
+pub(super) fn unread(e: &io::Error, otherwise: Code) -> Code {
+    if e.kind() == ErrorKind::PermissionDenied { Code::FileUnreadable } else { otherwise }
+}
+
+fn fail(report: &mut ValidationReport, code: Code, file: &ManifestFile, what: &str) -> bool {
+    report.faults.push(Finding::new(code, &file.path, what));
+    false
+}
+
+fn sum(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut sum = Sha256::new();
+    // Small enough to be summed and copied while it is in the processor's cache.
+    let mut part = vec![0; 1 << 16];
+    loop {
+        let read = file.read(&mut part)?;
+        if read == 0 {
+            return Ok(hex(&sum.finalize()));
+        }
+        sum.update(&part[..read]);
+        take(&part[..read]);
+    }
+}
+
+/// Checks the copies of files that the recipe names; their paths.
+pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationReport) -> Vec<String> {
+    let mut paths = Vec::new();
+    for asset in &head.assets {
+        let place = asset.key.split('.').fold(&head.recipe.canonical, |value, key| &value[key]);
+        if !asset.is_in_folder() || place["sha256"].as_str() != Some(&asset.sha256) {
+            let what = format!("its asset `{}` is none of its recipe", asset.path);
+            report.faults.push(Finding::new(Code::DatasetUnreadable, DATASET, what));
+            continue;
+        }
+        let AssetHead { path, bytes, sha256, .. } = asset.clone();
+        let before = report.faults.len();
+        check(root, &ManifestFile { path: path.clone(), bytes, sha256, rows: None }, report);
+        for fault in &mut report.faults[before..] {
+            fault.fault.remedy = "run the command that began the dataset: it writes the file again".into();
+        }
+        paths.push(path);
+    }
+    paths
+}
+
+/// Every file below `folder` of `root` that is not expected; folders that are skipped are not listed.
+pub(super) fn unexpected(
+    root: &Path,
+    folder: &str,
+    is_expected: &dyn Fn(&str) -> bool,
+    is_skipped: &dyn Fn(&str) -> bool,
+) -> Vec<Finding> {
+    let mut faults = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let entries = match fs::read_dir(root.join(&folder)) {
+            Ok(entries) => entries,
+            // A folder of files that are missing: each of them is told.
+            Err(e) if e.kind() == ErrorKind::NotFound => continue,
+            Err(e) => {
+                faults.push(Finding::new(unread(&e, Code::FileUnexpected), folder, format!("cannot be listed: {e}")));
+                continue;
+            }
+        };
+        for entry in entries.flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
+            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                if !is_skipped(&path) {
+                    folders.push(path);
+                }
+            } else if !is_expected(&path) {
+                faults.push(Finding::new(Code::FileUnexpected, path, "no manifest names it"));
+            }
+        }
+    }
+    faults.sort_by(|a, b| a.fault.place.cmp(&b.fault.place));
+    faults
+}

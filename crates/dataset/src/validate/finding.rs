@@ -1,0 +1,205 @@
+//! Findings: the rules that a dataset can break, what to do about each, and a fault that breaks one.
+
+use serde::Serialize;
+
+use crate::Fault;
+
+/// Declares the codes with their meaning: the words of the declaration are those of the table in `docs/validate.md`.
+macro_rules! codes {
+    ($($(#[doc = $doc:literal])+ $name:ident,)+) => {
+        /// A rule that a dataset can break.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Code {
+            $($(#[doc = $doc])+ $name,)+
+        }
+
+        impl Code {
+            /// Every code in order.
+            pub const ALL: &'static [Self] = &[$(Self::$name,)+];
+
+            /// What is wrong.
+            pub fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$name => concat!($($doc,)+).trim_ascii(),)+
+                }
+            }
+        }
+    };
+}
+
+codes! {
+    /// `dataset.json` is not there.
+    DatasetMissing,
+    /// `dataset.json` is no document of this format.
+    DatasetUnreadable,
+    /// `dataset.json` says something else than its recipe gives, or is not written as the program writes it.
+    DatasetDiffers,
+    /// The recipe in `dataset.json` does not load, or means something else than it did.
+    RecipeDiffers,
+    /// Another version of the program, or one for another target, wrote the dataset: its draws cannot be compared.
+    WriterDiffers,
+    /// The dataset was written with a schema that this program does not read.
+    VersionUnknown,
+    /// The dataset was written with another minor version of the schema: much of it cannot be compared.
+    VersionDiffers,
+    /// A shard has no manifest: it is not finished.
+    ManifestMissing,
+    /// A manifest is no document of this format.
+    ManifestUnreadable,
+    /// A manifest belongs to another dataset, or counts other samples or files than it should.
+    ManifestDiffers,
+    /// A file of the manifest is not there.
+    FileMissing,
+    /// A file or folder is there, but may not be read.
+    FileUnreadable,
+    /// A file has another size than its manifest says.
+    FileSize,
+    /// A file has another SHA-256 than its manifest says.
+    FileChecksum,
+    /// A file that no manifest names.
+    FileUnexpected,
+    /// A Parquet file cannot be read.
+    TableUnreadable,
+    /// A Parquet file has other columns than declared.
+    SchemaDiffers,
+    /// A Parquet file has more or fewer rows than it should.
+    RowCount,
+    /// The indices in a file are not those of its shard and split, in order.
+    IndexOrder,
+    /// Two samples have one id.
+    IdRepeated,
+    /// A row says another id, split, class or seed than its file, manifest or `dataset.json`.
+    RowDiffers,
+    /// A drawn number, or what follows from the draws without light, is not what recipe, seed and index give.
+    DrawDiffers,
+    /// A row has a class that `dataset.json` does not name.
+    ClassUnknown,
+    /// A number that can never be missing is missing.
+    NumberMissing,
+    /// A number is outside of its range.
+    ValueRange,
+    /// An image cannot be decoded.
+    ImageUnreadable,
+    /// An image has another size or bit depth than declared.
+    ImageSize,
+    /// Range is missing where light was measured, or the other way round.
+    MissingRule,
+    /// A label that is no pixel class.
+    LabelUnknown,
+    /// An object's area or box is not what the instance image shows, or an instance has no object.
+    ObjectDiffers,
+    /// A pixel has another class than its instance, or an instance where there is none.
+    InstanceClass,
+    /// Labels or objects are not what the truth maps show.
+    TruthDiffers,
+    /// Labels or instances are not those of the body that the recipe makes.
+    LabelDiffers,
+    /// Range is nowhere near the body that the recipe makes.
+    RangeDiffers,
+    /// The label's outline is not where Range steps from the conveyor to the object.
+    OutlineDiffers,
+    /// The area of a class is not what the label image shows.
+    ClassAreaDiffers,
+    /// An EXR file cannot be read.
+    ExrUnreadable,
+    /// An EXR file has other channels, types or size than declared.
+    ExrChannels,
+    /// An EXR file says something else than the row's images.
+    ExrDiffers,
+    /// The maps of a sample have another SHA-256 than the manifest says.
+    SampleChecksum,
+    /// Two samples have the same measured maps.
+    SampleRepeated,
+    /// Two samples share their noise: one is a copy of the other with small changes.
+    SampleAlike,
+    /// The dataset card or `croissant.json` lacks a line that the program wrote.
+    CardDiffers,
+    /// The sensor frames are not those that the recipe keeps.
+    StackDiffers,
+    /// A sensor frame is 0 everywhere.
+    StackBlank,
+    /// Two sensor frames have the same pixels, noise and all.
+    StackRepeated,
+    /// The classes come otherwise than the recipe's shares give.
+    ClassBalance,
+    /// The splits come otherwise than the recipe's shares make likely.
+    SplitBalance,
+    /// The drawn numbers of a parameter are spread otherwise than its declaration makes likely.
+    DistributionDiffers,
+    /// A sample could not be rendered again.
+    RerenderFailed,
+    /// A sample that was rendered again is not what is on disk.
+    RerenderDiffers,
+}
+
+impl Code {
+    /// Name in reports.
+    pub fn name(self) -> String {
+        // A unit variant becomes a JSON string.
+        serde_json::to_value(self).ok().and_then(|v| v.as_str().map(String::from)).unwrap_or_default()
+    }
+
+    /// What to do.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::DatasetMissing => "name the folder that holds dataset.json",
+            Self::DatasetUnreadable => "bring dataset.json back from a copy, or make the dataset again",
+            Self::DatasetDiffers | Self::RecipeDiffers => {
+                "bring dataset.json back from a copy: what it says no longer fits its samples"
+            }
+            Self::CardDiffers => "remove the file and run the command that made the dataset again: it writes it anew",
+            Self::SampleRepeated | Self::SampleAlike => "remove the manifests of both shards and run the command again",
+            Self::WriterDiffers => "validate with the program version and target that the message names",
+            Self::VersionDiffers => "validate with the program version that wrote the dataset; it stays readable",
+            Self::VersionUnknown => "use the program version that the message names",
+            Self::ManifestMissing => "run the command that began the dataset to continue it",
+            Self::FileUnreadable => "let it be read by whom `gen` runs for; nothing is known to be wrong with it",
+            Self::FileUnexpected => "remove the file, or continue the dataset if it is being written",
+            Self::ClassBalance | Self::SplitBalance | Self::DistributionDiffers => {
+                "samples were left out, added or drawn otherwise: make the dataset again from its recipe"
+            }
+            Self::RerenderFailed => "validate with the recipe and program version of dataset.json",
+            Self::RerenderDiffers => "use the same program version and target; if they are the same, report it",
+            Self::ManifestUnreadable
+            | Self::ManifestDiffers
+            | Self::FileMissing
+            | Self::FileSize
+            | Self::FileChecksum
+            | Self::TableUnreadable
+            | Self::SampleChecksum => "remove the shard's manifest and run the command again: the shard is made again",
+            _ => {
+                "remove the shard's manifest and run the command again; if it comes back, report it with recipe, seed and index"
+            }
+        }
+    }
+}
+
+/// Every code with its meaning and remedy, as a table in Markdown.
+pub fn fault_table() -> String {
+    let row = |code: &Code| format!("| `{}` | {} | {} |\n", code.name(), code.meaning(), code.remedy());
+    format!("| code | what is wrong | what to do |\n|---|---|---|\n{}", Code::ALL.iter().map(row).collect::<String>())
+}
+
+/// One broken rule.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The rule.
+    pub code: Code,
+    /// File, and sample where it is about one; what is wrong there, and what to do.
+    #[serde(flatten)]
+    pub fault: Fault,
+}
+
+impl Finding {
+    /// A fault with the remedy of its code.
+    pub fn new(code: Code, place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { code, fault: Fault::new(place, what, code.remedy()) }
+    }
+
+    /// The same with a remedy that fits better.
+    pub(super) fn with_remedy(mut self, remedy: &'static str) -> Self {
+        self.fault.remedy = remedy.into();
+        self
+    }
+}

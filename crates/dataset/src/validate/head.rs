@@ -1,0 +1,67 @@
+//! Head: `dataset.json`, read, of a version that this program knows, consistent in itself, written as the program writes it.
+
+use std::path::Path;
+
+use output_schema::file::DATASET;
+use output_schema::{DatasetHead, FORMAT, SCHEMA_VERSION, SubjectFiles, refuse_version};
+use serde_json::Value;
+
+use super::files::unread;
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use crate::atomic_file;
+use crate::to_document;
+
+/// Reads the head; `None` where nothing else can be checked.
+pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<DatasetHead> {
+    let mut fault = |code, what: String| {
+        report.faults.push(Finding::new(code, DATASET, what));
+        None
+    };
+    let text = match atomic_file::read(&folder.join(DATASET)) {
+        Ok(text) => text,
+        Err(e) => return fault(unread(&e, Code::DatasetMissing), format!("cannot be read: {e}")),
+    };
+    let value: Value = match serde_json::from_slice(&text) {
+        Ok(value) => value,
+        Err(e) => return fault(Code::DatasetUnreadable, e.to_string()),
+    };
+    let format = value["format"].as_str().unwrap_or("").to_string();
+    // The version first: a newer document may have other keys.
+    let version = serde_json::from_value(value["schema_version"].clone()).unwrap_or([0, 0]);
+    if let Some(reason) = refuse_version(&format, version) {
+        let code = if format == FORMAT { Code::VersionUnknown } else { Code::DatasetUnreadable };
+        return fault(code, reason);
+    }
+    let head: DatasetHead = match serde_json::from_value(value) {
+        Ok(head) => head,
+        Err(e) => return fault(Code::DatasetUnreadable, e.to_string()),
+    };
+    if let Some(what) = inconsistent(&head) {
+        return fault(Code::DatasetUnreadable, what);
+    }
+    if head.schema_version != SCHEMA_VERSION {
+        let [[major, minor], [_, own]] = [head.schema_version, SCHEMA_VERSION];
+        let what = format!(
+            "it was written with schema {major}.{minor}, this program writes {major}.{own}: comparisons with the recipe, the \
+             documents' bytes and the tables' metadata are left out"
+        );
+        fault(Code::VersionDiffers, what);
+    } else if to_document(&head) != text {
+        fault(Code::DatasetDiffers, "it is not written as the program writes it: keys, order, blanks".into());
+    }
+    Some(head)
+}
+
+/// In what a head contradicts itself.
+fn inconsistent(head: &DatasetHead) -> Option<String> {
+    let size = DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
+    if size.is_some() {
+        return size;
+    }
+    let Some(subject) = SubjectFiles::named(&head.subject) else {
+        return Some(format!("its subject is `{}`", head.subject));
+    };
+    ((&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(), &subject.label_values()))
+        .then(|| format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values))
+}

@@ -1,0 +1,184 @@
+//! Jobs: the work on a dataset as a sequence of jobs, each small enough that one for every core fit in memory.
+//!
+//! Whoever takes the next job moves the reader on: it opens a shard, sums a table, or reads one row of it. The row is then
+//! checked outside, beside others, whatever the number of shards. An EXR file is read once, with its row; a table is
+//! summed just before its rows are read, so that the second reading comes from the system's cache.
+
+use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use arrow_array::RecordBatch;
+use output_schema::SCHEMA_VERSION;
+use output_schema::arrow::row_schema;
+use output_schema::file::{data_path, stack_path};
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use super::shard::{self, CheckedRow, JobResult, OpenShard};
+use super::shard_task::ShardTask;
+use super::{files, sample, stack};
+use bench::split::Split;
+
+/// Jobs of one dataset or shard, in the order in which faults are told.
+type ShardJobs<'a> = Box<dyn Iterator<Item = ValidationJob<'a>> + Send + 'a>;
+
+/// One piece of work.
+pub(super) enum ValidationJob<'a> {
+    /// What a shard shows before its files are opened.
+    Opened(Box<JobResult>),
+    /// What reading a table showed.
+    Told(ValidationReport),
+    /// A row of the table at a path, and the place of its sample in the manifest.
+    CheckedRow(Arc<OpenShard<'a>>, Arc<str>, Option<usize>, RecordBatch),
+    /// The EXR file of a sample, by its place in the manifest, that no row leads to.
+    Exr(Arc<OpenShard<'a>>, usize),
+    /// The sensor frames.
+    Stack(Arc<OpenShard<'a>>),
+}
+
+/// Everything that is to be done for one shard.
+pub(super) fn of(task: ShardTask<'_>) -> ShardJobs<'_> {
+    let (found, shard) = shard::open(task);
+    let opened = std::iter::once(ValidationJob::Opened(Box::new(found)));
+    let Some(shard) = shard.map(Arc::new) else { return Box::new(opened) };
+    let stack = shard.file(&stack_path(task.number)).is_some().then(|| ValidationJob::Stack(shard.clone()));
+    let splits = Split::ALL.into_iter().map(Some).chain([None]);
+    Box::new(opened.chain(splits.flat_map(move |split| table(&shard, split))).chain(stack))
+}
+
+/// The rows of one split, and the EXR files of samples that have no row.
+fn table<'a>(shard: &Arc<OpenShard<'a>>, split: Option<Split>) -> ShardJobs<'a> {
+    let shard = shard.clone();
+    let listed = shard.listed(split);
+    let path = split.map(|split| data_path(split.name(), shard.task.number)).unwrap_or_default();
+    let mut report = ValidationReport::default();
+    let file = shard.file(&path).filter(|file| files::check(shard.task.root, file, &mut report));
+    let reader = file.and_then(|_| {
+        let opened = caught(&path, || reader(&shard, &path));
+        opened.map_err(|fault| report.faults.push(fault)).ok()
+    });
+    let told = std::iter::once(ValidationJob::Told(report));
+    Box::new(told.chain(Table { shard, path: path.into(), listed, count: 0, reader }))
+}
+
+/// Rows, one after the other, then what is left.
+struct Table<'a> {
+    shard: Arc<OpenShard<'a>>,
+    path: Arc<str>,
+    /// Places in the manifest of the samples of this split.
+    listed: Vec<usize>,
+    /// Jobs that were given out.
+    count: usize,
+    /// `None` where nothing more can be read.
+    reader: Option<ParquetRecordBatchReader>,
+}
+
+impl<'a> Iterator for Table<'a> {
+    type Item = ValidationJob<'a>;
+
+    fn next(&mut self) -> Option<ValidationJob<'a>> {
+        if let Some(reader) = &mut self.reader {
+            let next = caught(&self.path, || {
+                let batch = reader.next().transpose();
+                batch.map_err(|e| Finding::new(Code::TableUnreadable, &*self.path, e.to_string()))
+            });
+            let fault = match next {
+                Ok(Some(batch)) => {
+                    self.count += 1;
+                    let listed = self.listed.get(self.count - 1).copied();
+                    return Some(ValidationJob::CheckedRow(self.shard.clone(), self.path.clone(), listed, batch));
+                }
+                Ok(None) => self.miscounted(),
+                Err(fault) => Some(fault),
+            };
+            self.reader = None;
+            return Some(ValidationJob::Told(ValidationReport {
+                faults: fault.into_iter().collect(),
+                ..ValidationReport::default()
+            }));
+        }
+        self.count += 1;
+        self.listed.get(self.count - 1).map(|&place| ValidationJob::Exr(self.shard.clone(), place))
+    }
+}
+
+impl Table<'_> {
+    fn miscounted(&self) -> Option<Finding> {
+        let (count, listed) = (self.count, self.listed.len());
+        let rows = self.shard.file(&self.path).and_then(|file| file.rows);
+        let what = format!("it has {count} rows, its manifest {listed} samples and {rows:?} rows");
+        (count != listed || rows != Some(count as u64)).then(|| Finding::new(Code::RowCount, &*self.path, what))
+    }
+}
+
+/// A reader of the rows of a table, which has the columns that it should.
+fn reader(shard: &OpenShard, path: &str) -> Result<ParquetRecordBatchReader, Finding> {
+    let unreadable = |e: String| Finding::new(Code::TableUnreadable, path, e);
+    let file = File::open(shard.task.root.join(path)).map_err(|e| unreadable(e.to_string()))?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
+    let (found, expected) = (builder.schema().clone(), row_schema(shard.task.head));
+    // Another version's metadata and descriptions differ; each value's name and type is asked for where it is read.
+    if shard.task.head.schema_version == SCHEMA_VERSION && *found != expected {
+        let fields =
+            expected.fields().iter().filter(|field| found.field_with_name(field.name()).ok() != Some(field.as_ref()));
+        let names: Vec<&str> = fields.map(|field| field.name().as_str()).collect();
+        let what = format!("its columns are not those that are declared: {names:?}, their order, or the metadata");
+        return Err(Finding::new(Code::SchemaDiffers, path, what));
+    }
+    builder.with_batch_size(1).build().map_err(|e| unreadable(e.to_string()))
+}
+
+impl ValidationJob<'_> {
+    /// What is found when it is done.
+    pub(super) fn run(self) -> JobResult {
+        let mut report = ValidationReport::default();
+        let mut kept = None;
+        match self {
+            ValidationJob::Opened(found) => return *found,
+            ValidationJob::Told(told) => report = told,
+            ValidationJob::CheckedRow(shard, path, listed, batch) => {
+                kept = row(&shard, &path, listed, &batch, &mut report)
+            }
+            ValidationJob::Exr(shard, place) => {
+                shard.exr(&shard.manifest.samples[place], &mut report);
+            }
+            ValidationJob::Stack(shard) => {
+                let ShardTask { root, head, number, .. } = shard.task;
+                let path = stack_path(number);
+                if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, &mut report)) {
+                    let read = caught(&path, || {
+                        stack::check(root, head, &shard.manifest, file, &mut report);
+                        Ok(())
+                    });
+                    report.faults.extend(read.err());
+                }
+            }
+        }
+        JobResult { report, row: kept, ..JobResult::default() }
+    }
+}
+
+fn row(
+    shard: &OpenShard,
+    path: &str,
+    listed: Option<usize>,
+    batch: &RecordBatch,
+    report: &mut ValidationReport,
+) -> Option<CheckedRow> {
+    let file = shard.file(path)?;
+    let listed = listed.map(|place| &shard.manifest.samples[place]);
+    let exr = listed.and_then(|listed| shard.exr(listed, report));
+    let seen = caught(path, || Ok(sample::check(&shard.task, batch, file, listed, exr.as_deref(), report)));
+    let (seen, print) = seen.map_err(|fault| report.faults.push(fault)).ok()??;
+    (shard.task.seen)(&seen);
+    let split = Split::ALL.into_iter().find(|split| split.name() == seen.split);
+    Some(CheckedRow { index: seen.index, split, print: print.map(Box::new) })
+}
+
+/// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.
+fn caught<T>(path: &str, read: impl FnOnce() -> Result<T, Finding>) -> Result<T, Finding> {
+    let gave_up = |_| Err(Finding::new(Code::TableUnreadable, path, "a reader gave up on its content"));
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(gave_up)
+}

@@ -1,0 +1,191 @@
+//! Validation: reads a dataset folder, believes nothing, and names each fault with its place and what to do.
+//!
+//! ```text
+//! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (rendered again) -> Report
+//!                                                      \-> counts of all rows -> statistics ---------^
+//! ```
+//!
+//! A damaged file gives a fault, never a panic. Only files whose checksum is right are decoded. Of the samples as many are
+//! in memory as there are threads; what stays of each is its print (see `alike`) and the digest of its id.
+
+mod balance;
+mod card;
+mod collected_results;
+mod columns;
+mod duplicates;
+mod expected;
+mod exr;
+mod files;
+mod finding;
+mod head;
+mod images;
+mod jobs;
+mod labels;
+mod manifest_origin;
+mod outline;
+mod pixels;
+mod report;
+mod sample;
+mod sample_counts;
+mod shard;
+mod shard_task;
+mod stack;
+mod true_rows;
+mod unlit;
+
+use std::collections::{BTreeSet, HashSet};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use output_schema::file::{CARD, CROISSANT, DATASET, REPORTS, data_path, exr_folder, manifest_path, stack_path};
+use output_schema::{DatasetHead, SCHEMA_VERSION};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount};
+pub use expected::{Derive, Expect, ExpectedRow, UnlitRow};
+pub use finding::{Code, Finding, fault_table};
+pub use report::ValidationReport;
+pub use sample_counts::{DeclaredLaws, ParameterLaws, RowNumbers};
+
+use self::collected_results::CollectedResults;
+use self::sample_counts::SampleCounts;
+use self::shard_task::ShardTask;
+use crate::Encoded;
+use bench::split::Split;
+
+/// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
+pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
+
+/// A step that was done, for whoever shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ValidationStep {
+    /// Rows that it read.
+    pub samples: u64,
+    /// Size of the files that it read [bytes].
+    pub bytes: u64,
+}
+
+/// What to do beyond reading.
+#[derive(Clone, Copy, Default)]
+pub struct ValidationOptions<'a> {
+    /// What this program makes of the dataset's recipe, or why it cannot be loaded; `None` to compare nothing.
+    pub expect_head: Option<Result<&'a DatasetHead, &'a str>>,
+    /// How a sample is drawn again, without rendering; `None` to compare nothing.
+    pub expect: Option<Expect<'a>>,
+    /// What else of a sample follows without rendering; `None` to compare nothing.
+    pub derive: Option<Derive<'a>>,
+    /// How rows are drawn; `None` to make no statistics.
+    pub declared: Option<&'a DeclaredLaws>,
+    /// How a sample is rendered again; `None` to compare nothing.
+    pub rerender: Option<Rerender<'a>>,
+    /// How many samples are rendered again.
+    pub rerender_samples: u64,
+    /// Which samples these are follows from this number and the dataset.
+    pub rerender_seed: u64,
+    /// Told of every step.
+    pub progress: Option<&'a (dyn Fn(ValidationStep) + Sync)>,
+}
+
+/// Checks everything in the folder.
+pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport {
+    let mut report = ValidationReport::default();
+    let Some(mut head) = head::read(folder, &mut report) else { return report };
+    let same = head.schema_version == SCHEMA_VERSION;
+    // Nothing that the head gives is compared where it is the head that was changed.
+    let edited = same && manifest_origin::check(folder, &mut head, options.expect, &mut report);
+    let same = same && !edited;
+    let mut of_assets = ValidationReport::default();
+    let assets = files::assets(folder, &head, &mut of_assets);
+    // A recipe does not load without its files: that is told of the file alone.
+    let expected = options.expect_head.filter(|expected| expected.is_ok() || of_assets.is_clean());
+    let loads = expected.is_some() || options.expect_head.is_none();
+    let comparable = same && loads && expected.is_none_or(|expected| expected::head(&head, expected, &mut report));
+    let expect = options.expect.filter(|_| comparable);
+    let derive = options.derive.filter(|_| comparable);
+    let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(SampleCounts::new(declared)));
+    let rerender = options.rerender.filter(|_| same && options.rerender_samples > 0);
+    let chosen =
+        rerender.map_or_else(BTreeSet::new, |_| chosen(&head, options.rerender_samples, options.rerender_seed));
+    let seen = |row: &RowNumbers| {
+        if let Some(tally) = &tally {
+            tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
+        }
+    };
+    let task =
+        ShardTask { root: folder, head: &head, number: 0, expect, derive, rerender, chosen: &chosen, seen: &seen };
+    let jobs = (0..head.shards).flat_map(|number| jobs::of(ShardTask { number, ..task }));
+    let run = |(place, job): (u64, jobs::ValidationJob)| {
+        let found = job.run();
+        if let Some(progress) = options.progress {
+            progress(ValidationStep { samples: found.report.samples, bytes: found.report.bytes });
+        }
+        CollectedResults::of(place, found)
+    };
+    let found = (0u64..).zip(jobs).par_bridge().map(run);
+    let mut found = found.reduce(CollectedResults::default, CollectedResults::and);
+
+    let mut expected: HashSet<String> = [DATASET, CARD, CROISSANT].map(String::from).into();
+    expected.extend(assets);
+    report.add(of_assets);
+    expected.extend((0..head.shards).map(manifest_path));
+    expected.extend(std::mem::take(&mut found.tables));
+    // A shard whose manifest could be read has looked into its folder itself.
+    let own: HashSet<String> = found.opened.iter().chain(&found.hidden).map(|&shard| exr_folder(shard)).collect();
+    // What a manifest that cannot be read may name is no stranger.
+    let tables =
+        |&shard: &u64| Split::ALL.map(|split| data_path(split.name(), shard)).into_iter().chain([stack_path(shard)]);
+    expected.extend(found.hidden.iter().flat_map(tables));
+    found.tell(&mut report);
+    report.chosen = chosen.into_iter().collect();
+    let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
+    report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));
+    let finished = !report.codes().contains(&Code::ManifestMissing);
+    let codes = report.codes();
+    let believed =
+        finished && ![Code::ManifestDiffers, Code::ManifestUnreadable].iter().any(|code| codes.contains(code));
+    let counts = believed.then_some(&found.listed);
+    if same {
+        card::check(folder, &head, &found.present(), counts, finished, &mut report);
+    }
+    report.faults.extend(found.alike());
+    if let Some(tally) = tally {
+        let tally = tally.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let (statistics, faults) = balance::judge(&tally, head.samples);
+        report.statistics = Some(statistics);
+        report.faults.extend(faults);
+    }
+    if head.schema_version != SCHEMA_VERSION {
+        // What another version writes otherwise is no damage: nothing is to be removed for it.
+        report.faults.iter_mut().for_each(|fault| fault.fault.remedy = Code::VersionDiffers.remedy().into());
+    }
+    report
+}
+
+/// The statistics of rows without any files, and what is wrong with them; `samples` is how many there should be.
+pub fn statistics(
+    declared: &DeclaredLaws,
+    rows: impl Iterator<Item = RowNumbers>,
+    samples: u64,
+) -> (BalanceStatistics, Vec<Finding>) {
+    let mut tally = SampleCounts::new(declared);
+    rows.for_each(|row| tally.add(&row));
+    balance::judge(&tally, samples)
+}
+
+/// `count` indices of the dataset, all sets of so many equally likely (Floyd; Bentley 1987), from `seed` and what the
+/// dataset is.
+fn chosen(head: &DatasetHead, count: u64, seed: u64) -> BTreeSet<u64> {
+    let word = |place: u64| {
+        let sum = Sha256::digest(format!("{}/{}/{}/{seed}/{place}", head.recipe.hash, head.seed, head.samples));
+        sum.iter().take(8).fold(0, |word, byte| word << 8 | u64::from(*byte))
+    };
+    let mut chosen = BTreeSet::new();
+    for last in head.samples - count.min(head.samples)..head.samples {
+        let place = word(last) % (last + 1);
+        if !chosen.insert(place) {
+            chosen.insert(last);
+        }
+    }
+    chosen
+}

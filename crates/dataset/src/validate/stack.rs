@@ -1,0 +1,153 @@
+//! Sensor frames: every kept profile of every sample, in order.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::path::Path;
+
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Int32Type, Int64Type};
+use output_schema::arrow::stack_schema;
+use output_schema::file::stack_path;
+use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+use super::duplicates::sum;
+use super::finding::{Code, Finding};
+use super::report::ValidationReport;
+use super::shard_task::ShardTask;
+use crate::frame_numbers;
+use crate::record::StackFrame;
+
+/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
+pub(super) fn check(
+    root: &Path,
+    head: &DatasetHead,
+    manifest: &Manifest,
+    file: &ManifestFile,
+    report: &mut ValidationReport,
+) {
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, &file.path, what));
+    let rows = match read(&root.join(&file.path), head) {
+        Ok(rows) => rows,
+        Err((code, what)) => return fault(code, what),
+    };
+    content(&rows, head, &mut fault);
+    if file.rows != Some(rows.len() as u64) {
+        fault(Code::RowCount, format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows));
+    }
+    // `stack_every` is checked by the caller; a step of 1 keeps the rule harmless without it.
+    let step = head.images.stack_every.unwrap_or(1) as i64;
+    let mut rows = rows.iter().peekable();
+    let mut counts = Vec::new();
+    for sample in &manifest.samples {
+        let mut count = 0;
+        while let Some(Row { key: (id, _, profile), .. }) = rows.next_if(|row| row.key.1 == sample.index as i64) {
+            if *id != sample.id || *profile != count * step {
+                return fault(
+                    Code::StackDiffers,
+                    format!("sample {}: frame {count} is profile {profile} of {id}", sample.index),
+                );
+            }
+            count += 1;
+        }
+        counts.push(count);
+    }
+    if let Some(Row { key: (id, index, profile), .. }) = rows.next() {
+        fault(Code::StackDiffers, format!("profile {profile} of sample {index} ({id}) is out of order"));
+    }
+    // A recipe that is none is told elsewhere.
+    let profiles = head.recipe.canonical["scan"]["profiles"].as_u64();
+    let kept = profiles.map(|profiles| profiles.div_ceil(step.max(1) as u64) as i64).or(counts.first().copied());
+    let other = manifest.samples.iter().zip(&counts).find(|(_, count)| Some(**count) != kept || **count == 0);
+    if let Some((sample, count)) = other {
+        let what = format!("sample {} has {count} frames, not {}", sample.index, kept.unwrap_or_default());
+        fault(Code::StackDiffers, what);
+    }
+}
+
+/// Id, index and profile of each row.
+type Key = (String, i64, i64);
+
+/// A row without its pixels.
+struct Row {
+    key: Key,
+    /// Of all pixels.
+    sum: u64,
+    least: u16,
+    most: u16,
+}
+
+/// Noise makes each frame the only one of its kind; no number is beyond the converter's greatest.
+fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)) {
+    let mut first: HashMap<u64, &Key> = HashMap::new();
+    for row in rows {
+        let (id, index, profile) = &row.key;
+        let frame = format!("profile {profile} of sample {index} ({id})");
+        if row.most > head.images.most_dn() {
+            fault(Code::ValueRange, format!("{frame} has {} DN, beyond {}", row.most, head.images.most_dn()));
+        }
+        if row.most == 0 {
+            fault(Code::StackBlank, format!("{frame} is 0 everywhere"));
+        }
+        let before = *first.entry(row.sum).or_insert(&row.key);
+        if *before != row.key && row.least < row.most {
+            let what = format!("{frame} has the pixels of profile {} of sample {} ({})", before.2, before.1, before.0);
+            fault(Code::StackRepeated, what);
+        }
+    }
+}
+
+fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
+    let unreadable = |e: String| (Code::TableUnreadable, e);
+    let file = File::open(path).map_err(|e| unreadable(e.to_string()))?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
+    if head.schema_version == SCHEMA_VERSION && **builder.schema() != stack_schema(head) {
+        return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
+    }
+    let mut rows = Vec::new();
+    for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
+        let batch = batch.map_err(|e| unreadable(e.to_string()))?;
+        let wrong = || unreadable("a column has another type".into());
+        let mut keys = Vec::new();
+        keys_of(&batch, &mut keys).ok_or_else(wrong)?;
+        let frames = batch.column(3).as_fixed_size_list_opt().ok_or_else(wrong)?;
+        for (i, key) in keys.into_iter().enumerate() {
+            let dn = frame_numbers(&frames.value(i)).ok_or_else(wrong)?;
+            let (least, most) = (dn.iter().min().copied(), dn.iter().max().copied());
+            let row = Row { key, sum: sum(&dn), least: least.unwrap_or(0), most: most.unwrap_or(0) };
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// The sensor frames of one sample.
+///
+/// # Errors
+/// Why they cannot be read.
+pub(super) fn frames(task: &ShardTask, index: u64) -> Result<Vec<StackFrame>, String> {
+    let file = File::open(task.root.join(stack_path(task.number))).map_err(|e| e.to_string())?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
+    let mut frames = Vec::new();
+    for batch in builder.with_batch_size(8).build().map_err(|e| e.to_string())? {
+        let batch = batch.map_err(|e| e.to_string())?;
+        let mut keys = Vec::new();
+        keys_of(&batch, &mut keys).ok_or("a column has another type")?;
+        let tensors = batch.column(3).as_fixed_size_list_opt().ok_or("the frames are no tensors")?;
+        for (i, (.., profile)) in keys.iter().enumerate().filter(|(_, key)| key.1 == index as i64) {
+            let pixels = tensors.value(i);
+            let dn = frame_numbers(&pixels).ok_or("the frames are neither uint8 nor uint16")?;
+            frames.push(StackFrame { profile: *profile as u32, dn });
+        }
+    }
+    Ok(frames)
+}
+
+fn keys_of(batch: &RecordBatch, keys: &mut Vec<Key>) -> Option<()> {
+    let id = batch.column(0).as_string_opt::<i32>()?;
+    let index = batch.column(1).as_primitive_opt::<Int64Type>()?;
+    let profile = batch.column(2).as_primitive_opt::<Int32Type>()?;
+    keys.extend((0..batch.num_rows()).map(|i| (id.value(i).into(), index.value(i), profile.value(i).into())));
+    Some(())
+}

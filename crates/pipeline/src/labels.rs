@@ -1,0 +1,312 @@
+//! Labels from the truth alone: noise-free hits and the body's own instances, never a measured map.
+
+use procedural::{Class, Instance, Matter, atan2};
+
+use dataset::record::{Below, Labels, Maps, Object, TruthMaps};
+use scanner::specimen::Hit;
+
+/// Writes the truth of one profile into row `row` of full-size maps of `hits.len()` columns.
+pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
+    for (column, hit) in hits.iter().enumerate() {
+        class[column] = hit.matter.class as u8;
+        instance[column] = hit.matter.instance;
+    }
+}
+
+/// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x
+/// is nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
+/// a pitch beyond either end show the background.
+pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
+    let sorted = |seen_alone: bool| -> Vec<&Hit> {
+        let mut sorted: Vec<&Hit> = hits.iter().filter(|hit| !seen_alone || (hit.lit && hit.seen)).collect();
+        // Of two at one position the upper one hides the lower.
+        sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(b.surface.z.total_cmp(&a.surface.z)));
+        sorted
+    };
+    let (seen, all) = (sorted(true), sorted(false));
+    let nearest = |list: &[&Hit], x: f32| -> Option<(f32, Hit)> {
+        let above = list.partition_point(|hit| hit.x < x);
+        // The first of those at one position.
+        let below = above.checked_sub(1).map(|last| list.partition_point(|hit| hit.x < list[last].x));
+        let candidates = [below, Some(above)].into_iter().flatten().filter_map(|i| list.get(i));
+        let apart = |hit: &&Hit| ((hit.x - x).abs(), **hit);
+        candidates.map(apart).reduce(|a, b| if b.0 < a.0 { b } else { a })
+    };
+    let at_column = |j: usize| {
+        let x = (first_mm + j as f64 * pitch_mm) as f32;
+        let near = nearest(&seen, x).filter(|(apart, _)| f64::from(*apart) <= pitch_mm).or_else(|| nearest(&all, x));
+        let ends = [all.first(), all.last()].map(|end| end.map_or(x, |hit| hit.x));
+        let beyond = f64::from((ends[0] - x).max(x - ends[1])) > 0.5 * pitch_mm;
+        near.map(|(_, hit)| if beyond { background(hit, x) } else { hit })
+    };
+    (0..hits.len()).filter_map(at_column).collect()
+}
+
+/// The background at `x`, with the surface of `hit`.
+fn background(hit: Hit, x: f32) -> Hit {
+    Hit { x, matter: Matter { class: Class::Background, instance: 0, ..hit.matter }, lit: false, seen: false, ..hit }
+}
+
+/// Writes the truth of one profile of a board: height, fibre azimuth and fibre dive; NaN off the body.
+pub fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
+    for (column, hit) in hits.iter().enumerate() {
+        (height[column], azimuth[column], dive[column]) = if hit.matter.class == Class::Background {
+            (f32::NAN, f32::NAN, f32::NAN)
+        } else {
+            let normal = glam::Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
+            let fibre = hit.matter.medium.fibre;
+            let rise = fibre.dot(normal).clamp(-1.0, 1.0);
+            let along = fibre - normal * rise;
+            // A fibre is an axis without sign: the end that points along the scan gives the angle.
+            let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
+            let azimuth = atan2(sign * along.x, sign * along.y).to_degrees();
+            (hit.surface.z, azimuth, atan2(rise.abs(), along.length()).to_degrees())
+        };
+    }
+}
+
+/// Writes the truth of one profile of a pack: height, thickness of the film and air below it; NaN off the body.
+pub fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
+    for (column, hit) in hits.iter().enumerate() {
+        let film = hit.matter.film.as_ref();
+        (height[column], thickness[column], gap[column]) = if hit.matter.class == Class::Background {
+            (f32::NAN, f32::NAN, f32::NAN)
+        } else {
+            let air = film.and_then(|film| film.gap_mm);
+            (hit.surface.z, film.map_or(0.0, |film| film.thickness_mm), air.unwrap_or(0.0))
+        };
+    }
+}
+
+/// Writes the truth of one profile of a solid piece: its height; NaN off the body.
+pub fn height_row(hits: &[Hit], height: &mut [f32]) {
+    for (height, hit) in height.iter_mut().zip(hits) {
+        *height = if hit.matter.class == Class::Background { f32::NAN } else { hit.surface.z };
+    }
+}
+
+/// Binning: groups of pixels that become one.
+#[derive(Debug, Clone, Copy)]
+pub struct Binning {
+    /// Columns of the images before [px].
+    pub cols: usize,
+    /// Columns of a group [px].
+    pub columns: usize,
+    /// Rows of a group [px].
+    pub rows: usize,
+}
+
+impl Binning {
+    fn is_none(self) -> bool {
+        self.columns == 1 && self.rows == 1
+    }
+
+    /// Labels of groups of pixels: the most frequent class (the greater value on a tie, so that a small defect is not
+    /// lost to sound wood), and among its pixels the most frequent instance.
+    pub fn labels(self, labels: Labels) -> Labels {
+        if self.is_none() {
+            return labels;
+        }
+        let Self { cols, columns, rows } = self;
+        let (out_cols, out_rows) = (cols / columns, labels.class.len() / cols / rows);
+        let mut out = Labels { class: Vec::with_capacity(out_cols * out_rows), instance: Vec::new() };
+        let mut group: Vec<(u8, u16)> = Vec::with_capacity(columns * rows);
+        for row in 0..out_rows {
+            for column in 0..out_cols {
+                group.clear();
+                for r in row * rows..(row + 1) * rows {
+                    let line = r * cols + column * columns;
+                    group.extend((line..line + columns).map(|i| (labels.class[i], labels.instance[i])));
+                }
+                group.sort_unstable();
+                let class = most_frequent(group.iter().map(|&(class, _)| u16::from(class)));
+                let instance = most_frequent(group.iter().filter(|p| u16::from(p.0) == class).map(|&(_, i)| i));
+                out.class.push(class as u8);
+                out.instance.push(instance);
+            }
+        }
+        out
+    }
+
+    /// Means of measured pixels that are not missing.
+    pub fn maps(self, maps: Maps) -> Maps {
+        if self.is_none() {
+            return maps;
+        }
+        let light = |map: Vec<f32>| -> Vec<f32> {
+            let known = map.iter().zip(&maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect();
+            self.mean(known, 0.0, |v| !v.is_nan())
+        };
+        let (reflectance, scatter) = (light(maps.reflectance), light(maps.scatter));
+        let range = self.mean(maps.range, f32::NAN, |v| !v.is_nan());
+        Maps { range, reflectance, scatter }
+    }
+
+    /// Means of truth pixels; angles by their vectors, NaN left out.
+    pub fn truth(self, truth: TruthMaps) -> TruthMaps {
+        if self.is_none() {
+            return truth;
+        }
+        let mean = |map: Vec<f32>| self.mean(map, f32::NAN, |v| !v.is_nan());
+        let below = match truth.below {
+            Below::Fibre { azimuth, dive } => {
+                // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
+                let part =
+                    |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
+                let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
+                let azimuth = cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect();
+                Below::Fibre { azimuth, dive: mean(dive) }
+            }
+            Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },
+            Below::Solid(subject) => Below::Solid(subject),
+        };
+        TruthMaps { height: mean(truth.height), below }
+    }
+
+    /// Means of the pixels for which `valid` holds; `missing` where none does.
+    pub fn mean(self, map: Vec<f32>, missing: f32, valid: impl Fn(f32) -> bool) -> Vec<f32> {
+        if self.is_none() {
+            return map;
+        }
+        let Self { cols, columns, rows } = self;
+        let mut out = Vec::with_capacity(map.len() / columns / rows);
+        for band in map.chunks_exact(cols * rows) {
+            for column in 0..cols / columns {
+                let (mut sum, mut count) = (0.0f64, 0u32);
+                for line in band.chunks_exact(cols) {
+                    for &v in line[column * columns..(column + 1) * columns].iter().filter(|v| valid(**v)) {
+                        sum += f64::from(v);
+                        count += 1;
+                    }
+                }
+                out.push(if count > 0 { (sum / f64::from(count)) as f32 } else { missing });
+            }
+        }
+        out
+    }
+}
+
+/// Most frequent value of a sorted sequence; the greatest of several.
+fn most_frequent(sorted: impl Iterator<Item = u16>) -> u16 {
+    let (mut best, mut best_count, mut value, mut count) = (0, 0, 0, 0);
+    for v in sorted {
+        count = if v == value { count + 1 } else { 1 };
+        value = v;
+        if count >= best_count {
+            (best, best_count) = (value, count);
+        }
+    }
+    best
+}
+
+/// Areas of the pixels of each image column, `columns` of `cols` sensor columns each, of which a middle one has
+/// `pixel_mm2`: on a turntable steps are as long as the distance from the axis says, which `share` tells of a column
+/// [mm^2].
+pub fn areas(cols: usize, columns: usize, pixel_mm2: f64, share: impl Fn(f64) -> f64) -> Vec<f64> {
+    let middle = |column: usize| (column as f64 + 0.5) * columns as f64 - 0.5;
+    (0..cols / columns).map(|column| pixel_mm2 * share(middle(column))).collect()
+}
+
+/// Extent of an instance in the label image.
+#[derive(Debug, Clone, Copy)]
+struct InstanceExtent {
+    /// Pixels.
+    pixels: u64,
+    /// Area of them [mm^2].
+    area: f64,
+    /// First column [px].
+    left: u32,
+    /// First row [px].
+    top: u32,
+    /// Column after the last [px].
+    right: u32,
+    /// Row after the last [px].
+    bottom: u32,
+}
+
+/// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers;
+/// `areas` are those of a pixel in each column [mm^2].
+pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {
+    let none = InstanceExtent { pixels: 0, area: 0.0, left: u32::MAX, top: u32::MAX, right: 0, bottom: 0 };
+    let mut extents = vec![none; instances.len()];
+    for (row, line) in labels.instance.chunks_exact(areas.len()).enumerate() {
+        for (column, &id) in line.iter().enumerate() {
+            let mut id = usize::from(id);
+            while id > 0 {
+                let of = &mut extents[id - 1];
+                of.pixels += 1;
+                of.area += areas[column];
+                (of.left, of.right) = (of.left.min(column as u32), of.right.max(column as u32 + 1));
+                (of.top, of.bottom) = (of.top.min(row as u32), of.bottom.max(row as u32 + 1));
+                // What holds an instance has a smaller number, so this ends.
+                id = usize::from(instances[id - 1].within).min(id - 1);
+            }
+        }
+    }
+    instances
+        .iter()
+        .zip(extents)
+        .filter(|(_, of)| of.pixels > 0)
+        .map(|(&instance, of)| Object {
+            instance,
+            area_px: of.pixels,
+            area_mm2: of.area,
+            bbox: [of.left, of.top, of.right - of.left, of.bottom - of.top],
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn majority_wins_and_ties_go_to_the_defect() {
+        let labels = Labels { class: vec![1, 1, 2, 1, 1, 2, 2, 0], instance: vec![0, 0, 3, 0, 0, 3, 3, 0] };
+        let binned = Binning { cols: 4, columns: 2, rows: 2 }.labels(labels);
+        assert_eq!(binned.class, vec![1, 2]);
+        assert_eq!(binned.instance, vec![0, 3]);
+    }
+
+    #[test]
+    fn objects_have_the_boxes_of_their_pixels() {
+        let labels = Labels { class: vec![0; 12], instance: vec![0, 0, 2, 2, 0, 0, 2, 0, 0, 0, 0, 0] };
+        let found = objects(&labels, &[0.5; 4], &[instance(1, 0), instance(2, 0)]);
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].instance.id, found[0].area_px, found[0].bbox), (2, 3, [2, 0, 2, 2]));
+        assert!((found[0].area_mm2 - 1.5).abs() < 1e-12);
+    }
+
+    fn instance(id: u16, within: u16) -> Instance {
+        Instance {
+            id,
+            class: Class::SoundKnot,
+            state: Class::SoundKnot,
+            within,
+            x_mm: 0.0,
+            y_mm: 0.0,
+            diameter_mm: 1.0,
+            dive_deg: 90.0,
+            death_radius_mm: f64::NAN,
+            severity: f64::NAN,
+        }
+    }
+
+    #[test]
+    fn a_pocket_holds_what_lies_in_it() {
+        // Pocket 1 in front, of which defect 3 hides a corner; pocket 2 shows nothing but its own defect 4.
+        let labels = Labels { class: vec![0; 12], instance: vec![1, 1, 0, 0, 1, 3, 0, 0, 0, 3, 0, 4] };
+        let found = objects(&labels, &[0.5; 4], &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
+        let seen: Vec<_> = found.iter().map(|o| (o.instance.id, o.area_px, o.bbox)).collect();
+        assert_eq!(seen, [(1, 5, [0, 0, 2, 3]), (2, 1, [3, 2, 1, 1]), (3, 2, [1, 1, 1, 2]), (4, 1, [3, 2, 1, 1])]);
+    }
+
+    #[test]
+    fn azimuth_is_averaged_as_an_axis() {
+        let below = Below::Fibre { azimuth: vec![89.0, -89.0], dive: vec![10.0, f32::NAN] };
+        let binned = Binning { cols: 2, columns: 2, rows: 1 }.truth(TruthMaps { height: vec![1.0, 3.0], below });
+        let Below::Fibre { azimuth, dive } = binned.below else { panic!("no fibres") };
+        assert!((azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", azimuth[0]);
+        assert_eq!((binned.height[0], dive[0]), (2.0, 10.0));
+    }
+}

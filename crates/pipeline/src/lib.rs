@@ -1,0 +1,304 @@
+//! The spine: `Scene -> Record`, the only function that a newcomer must read.
+
+pub mod effective;
+pub mod labels;
+
+mod line_solver;
+mod range_scale;
+mod unlit;
+
+use std::ops::Range;
+
+use procedural::blister::Pack;
+use procedural::solid::{self, Sawtooth};
+use procedural::wood::Plank;
+use procedural::{Body, Class, Mesh};
+use rayon::prelude::*;
+
+use crate::effective::{calibration_numbers, effective, typical};
+use crate::labels::Binning;
+use bench::settings::{SensorStack, Transport};
+use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
+use recipe::{Plan, Scene, Subject};
+use scanner::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
+use scanner::frame::{Calibration, Frame};
+use scanner::optics::encoder::turn;
+use scanner::optics::speckle::PatternCache;
+use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
+use scanner::specimen::Specimen;
+use transport::kernel::BASIS;
+
+use self::line_solver::line_solver;
+use self::range_scale::{RangeScale, grid, range_scale};
+pub use self::unlit::{Unlit, unlit};
+
+/// Memory for rows of the specimen, all threads together [bytes].
+const BAND_BYTES: usize = 256 << 20;
+/// Fewest profiles of a band.
+const MIN_BAND_PROFILES: usize = 32;
+/// Most profiles of a band.
+const MAX_BAND_PROFILES: usize = 512;
+
+/// Renders one sample. `progress` is told the number of profiles whenever some are finished.
+///
+/// The result depends on the scene alone: not on the number of threads, on bands, or on what was rendered before.
+pub fn render(scene: &Scene, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    render_body(scene, body(scene), tiles, progress)
+}
+
+/// Grows or forms the object of a scene.
+pub fn body(scene: &Scene) -> Body {
+    match &scene.plan {
+        Plan::Wood(wood) => Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), wood))),
+        Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),
+        Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
+        Plan::Mesh(placing, material) => {
+            // A recipe about meshes has one; a scene made by hand without one lays nothing down.
+            let none = Mesh::default();
+            Body::Part(Box::new(solid::Part::new(scene.mesh.as_deref().unwrap_or(&none), placing, material)))
+        }
+    }
+}
+
+/// [`render`] for any body.
+pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
+    let (sensor, specimen) = set_up(scene, body, tiles);
+    let mut scan = Scan::new(scene);
+    scan.expose(scene, &sensor, &specimen, progress);
+    scan.record(scene, &sensor, &specimen)
+}
+
+/// Puts a body under a scene's bench.
+pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Specimen) {
+    let height = f64::from(body.bounds().1.z);
+    let matter = typical(&scene.plan);
+    let turn = turn(&scene.bench.motion, scene.movement);
+    let sensor = Sensor::new(SensorSetup {
+        bench: &scene.bench,
+        line: &scene.line,
+        size: scene.size,
+        height,
+        clear: &matter,
+        speckle_law: scene.speckle_law,
+        patterns: tiles,
+        readout: scene.readout,
+        postprocess: scene.postprocess,
+        turn,
+        line_solver: line_solver(scene.transport, scene.stream),
+        stream: scene.stream,
+    });
+    let specimen = Specimen::new(body, sensor.camera().rig, scene.bench.laser.fan_height_mm).on_turntable(turn);
+    (sensor, specimen)
+}
+
+/// Full-size maps of one sample, `[profiles, columns]`, row-major.
+struct Scan {
+    maps: Maps,
+    labels: Labels,
+    truth: Option<TruthMaps>,
+    stack: Vec<StackFrame>,
+}
+
+/// How frames of a scene are read.
+#[derive(Clone, Copy)]
+struct Measurement<'a> {
+    scene: &'a Scene,
+    calibration: &'a Calibration,
+    /// The grid of a rectified scan.
+    grid: Option<&'a RectifiedGrid>,
+}
+
+/// The part of a scan's maps that one band fills.
+struct Part<'a> {
+    range: &'a mut [f32],
+    reflectance: &'a mut [f32],
+    scatter: &'a mut [f32],
+    class: &'a mut [u8],
+    instance: &'a mut [u16],
+    truth: Option<Vec<&'a mut [f32]>>,
+}
+
+impl Scan {
+    fn new(scene: &Scene) -> Self {
+        let pixels = scene.size.columns * scene.size.profiles;
+        let map = || vec![0.0f32; pixels];
+        Self {
+            maps: Maps { range: map(), reflectance: map(), scatter: map() },
+            labels: Labels { class: vec![0; pixels], instance: vec![0; pixels] },
+            truth: scene.output.truth_maps.then(|| TruthMaps {
+                height: map(),
+                below: match scene.plan.subject() {
+                    Subject::Wood => Below::Fibre { azimuth: map(), dive: map() },
+                    Subject::Blister => Below::Film { thickness: map(), gap: map() },
+                    Subject::Sawtooth | Subject::Mesh => Below::Solid(scene.plan.subject().name()),
+                },
+            }),
+            stack: Vec::new(),
+        }
+    }
+
+    fn expose(&mut self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) {
+        let (columns, profiles) = (scene.size.columns, scene.size.profiles);
+        // A slow model takes so long for a line that work and progress go profile by profile.
+        let length = match scene.transport {
+            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_occlude_itself()).min(profiles),
+            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => 1,
+        };
+        let calibration = sensor.calibration();
+        let grid = grid(scene, &calibration.rig);
+        let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref() };
+        let step = length * columns;
+        let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
+        let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
+        let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
+        let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
+        let measured = measured.zip(self.maps.scatter.chunks_mut(step));
+        let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
+        for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
+            let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
+            parts.push(Part { range, reflectance, scatter, class, instance, truth });
+        }
+        let stacks: Vec<Vec<StackFrame>> = parts
+            .into_par_iter()
+            .enumerate()
+            .map_init(Band::default, |band, (number, part)| {
+                let start = number * length;
+                let profiles = start..(start + length).min(profiles);
+                *band = sensor.band(specimen, profiles, std::mem::take(band));
+                let stack = part.fill(&measurement, sensor, band);
+                progress(band.profiles.len() as u64);
+                stack
+            })
+            .collect();
+        self.stack = stacks.into_iter().flatten().collect();
+    }
+
+    fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
+        let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
+        let rig = sensor.camera().rig;
+        let binning = Binning { cols, columns, rows };
+        let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
+        let truth = self.truth.map(|truth| binning.truth(truth));
+        let top = f64::from(specimen.top());
+        let grid = grid(scene, &rig);
+        // The mean of the columns, which a bent lens makes unlike.
+        let mean = || (rig.along(cols as f64 - 1.0, top) - rig.along(0.0, top)) / (cols as f64 - 1.0);
+        let pitch = grid.map_or_else(mean, |grid| grid.pitch_mm);
+        let (col_mm, row_mm) = (pitch * columns as f64, scene.bench.motion.step_mm * rows as f64);
+        let instances = specimen.body().instances();
+        let x = |column: f64| grid.map_or_else(|| rig.along(column, top), |g| g.first_mm + column * g.pitch_mm);
+        let share =
+            |column: f64| turn(&scene.bench.motion, scene.movement).map_or(1.0, |turn| turn.share(x(column)).abs());
+        let areas = labels::areas(cols, columns, col_mm * row_mm, share);
+        let objects = labels::objects(&labels, &areas, instances);
+        let sound = [Class::Pocket, Class::Tooth, Class::Object];
+        let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
+        let RangeScale { offset: range_offset, scale: range_scale } = range_scale(scene, &rig);
+        // The middle of the columns that are averaged into the first.
+        let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
+        Record {
+            index: scene.index,
+            id: scene.id.clone(),
+            split: scene.split,
+            class: scene.class.clone(),
+            cols: cols / columns,
+            rows: scene.size.profiles / rows,
+            row_mm,
+            col_mm,
+            range: scene.extraction.range,
+            range_offset,
+            range_scale,
+            sensor_rows: scene.size.rows,
+            calibration: calibration_numbers(&rig, x_first),
+            draws: scene.draws(),
+            physics: effective(scene, sensor, top),
+            maps,
+            labels,
+            truth,
+            objects,
+            defects,
+            stack: self.stack,
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
+    fn fill(mut self, measurement: &Measurement<'_>, sensor: &Sensor, band: &Band) -> Vec<StackFrame> {
+        let Measurement { scene, calibration, grid } = *measurement;
+        let (columns, profiles) = (scene.size.columns, band.profiles.clone());
+        let mut offsets = vec![Vec::new(); profiles.len()];
+        let mut stack = Vec::new();
+        for (place, profile) in profiles.clone().enumerate() {
+            let line = place * columns..(place + 1) * columns;
+            let hits = &band.row(profile).hits;
+            let even = grid.map(|grid| labels::on_grid(hits, grid.first_mm, grid.pitch_mm));
+            let hits = even.as_ref().unwrap_or(hits);
+            labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
+            if let Some(maps) = &mut self.truth {
+                let mut maps: Vec<_> = maps.iter_mut().map(|map| &mut map[line.clone()]).collect();
+                match (scene.plan.subject(), &mut maps[..]) {
+                    (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
+                    (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
+                    (Subject::Sawtooth | Subject::Mesh, [height]) => labels::height_row(hits, height),
+                    // `Scan::new` makes the maps that the subject has.
+                    (Subject::Wood | Subject::Blister | Subject::Sawtooth | Subject::Mesh, _) => {}
+                }
+            }
+            sensor.row_offsets(profile, &mut offsets[place]);
+            if sensor.is_scripted() {
+                let frame = sensor.processed(band, profile);
+                if keeps(scene.output.sensor_stack, profile) {
+                    stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
+                }
+                self.read(&[frame, Frame::default()], line, measurement);
+            } else if keeps(scene.output.sensor_stack, profile) {
+                stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
+            }
+        }
+        if !sensor.is_scripted() {
+            let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
+            for tile in 0..columns.div_ceil(TILE) {
+                for (place, profile) in profiles.clone().enumerate() {
+                    sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                    let from = place * columns + frames[0].first_col;
+                    self.read(&frames, from..from + frames[0].cols, measurement);
+                }
+            }
+        }
+        if let Some(grid) = grid {
+            let maps = self.range.chunks_mut(columns).zip(self.reflectance.chunks_mut(columns));
+            for ((range, reflectance), scatter) in maps.zip(self.scatter.chunks_mut(columns)) {
+                rectify(calibration, grid, MeasuredProfile { range, reflectance, scatter });
+            }
+        }
+        stack
+    }
+
+    /// Reads frames into the pixels `line`.
+    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) {
+        let mut out = MeasuredProfile {
+            range: &mut self.range[line.clone()],
+            reflectance: &mut self.reflectance[line.clone()],
+            scatter: &mut self.scatter[line],
+        };
+        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out);
+    }
+}
+
+/// Whether the recipe keeps the sensor frame of `profile`.
+fn keeps(stack: SensorStack, profile: usize) -> bool {
+    match stack {
+        SensorStack::None => false,
+        SensorStack::All => true,
+        SensorStack::Every(k) => profile.is_multiple_of(k),
+    }
+}
+
+/// Profiles worked on by one thread at a time, so that all threads' rows fit [`BAND_BYTES`].
+fn band_profiles(columns: usize, halo: [usize; 2], beside: bool) -> usize {
+    let numbers = 7 + 3 * BASIS + if beside { 6 + BASIS } else { 0 };
+    let row = columns * (size_of::<scanner::specimen::Hit>() + numbers * size_of::<f32>());
+    let rows = (BAND_BYTES / rayon::current_num_threads() / row.max(1)).saturating_sub(halo.iter().sum());
+    rows.clamp(MIN_BAND_PROFILES, MAX_BAND_PROFILES)
+}

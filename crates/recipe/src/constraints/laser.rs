@@ -1,0 +1,70 @@
+//! Constraints between the laser and the models of light.
+
+use super::bounds::DrawBounds;
+use crate::keys::settings::Settings;
+use crate::keys::texture;
+use bench::settings::{Fan, LineShape, TransportName};
+use yaml::{YamlReader, number_text};
+
+/// Most rows of the scan between two lines: a band of profiles keeps all of them in memory.
+const MAX_LINE_DISTANCE_ROWS: f64 = 300.0;
+
+/// What models of light that know one Gaussian line alone do not know.
+const GAUSSIAN_ALONE: [&str; 7] =
+    ["second_line_mm", "smile_um", "smile_cubic_um", "lobe_share", "skirt_share", "width_jitter", "streaks_per_mm"];
+
+/// What the laser's numbers and settings must mean together.
+pub(super) fn scene(yaml: &mut YamlReader, settings: &Settings, scene: &DrawBounds) {
+    let keys = ["laser.lobe_share", "laser.skirt_share"];
+    let shares = scene.most(keys[0]) + scene.most(keys[1]);
+    if shares > 0.9 {
+        let problem = format!("lobes and skirt can take {} of the light", number_text(shares));
+        scene.fault(yaml, &keys, problem, "leave at least 0.1 to the line");
+    }
+    let keys = ["laser.second_line_mm", "motion.step_mm"];
+    let farthest = scene.most(keys[0]).abs().max(scene.least(keys[0]).abs());
+    if farthest / scene.least(keys[1]) > MAX_LINE_DISTANCE_ROWS {
+        let problem =
+            format!("the lines can be {} mm apart, over {MAX_LINE_DISTANCE_ROWS} profiles", number_text(farthest));
+        scene.fault(yaml, &keys, problem, "move them closer, or the profiles further apart");
+    }
+    if settings.transport.model == TransportName::Kernel {
+        return;
+    }
+    let model = settings.transport.model.name();
+    let remedy = "the model knows one Gaussian line alone: remove it, or give `transport: kernel`";
+    for name in GAUSSIAN_ALONE {
+        let path = format!("laser.{name}");
+        if scene.least(&path) != 0.0 || scene.most(&path) != 0.0 {
+            scene.fault(yaml, &[&path], format!("is unknown to `transport: {model}`"), remedy);
+        }
+    }
+}
+
+/// What the laser's settings must mean beside those of other sections.
+pub(super) fn settings(yaml: &mut YamlReader, settings: &Settings) {
+    let (fan, shape) = (settings.laser.fan, settings.laser.profile);
+    if settings.transport.model != TransportName::Kernel && shape != LineShape::Gaussian {
+        let problem = format!("`{}` is unknown to `transport: {}`", shape.name(), settings.transport.model.name());
+        let remedy = "the model knows one Gaussian line alone: give `profile: gaussian` or `transport: kernel`";
+        yaml.joint_fault(&["laser.profile".to_owned(), "transport.model".to_owned()], problem, remedy);
+    }
+    if let Some(file) = settings.laser.texture.asset() {
+        let keys = ["laser.texture".to_owned()];
+        if shape != LineShape::Texture {
+            let problem = format!("has no effect on `profile: {}`", shape.name());
+            yaml.joint_fault(&keys, problem, "give `profile: texture`, or remove it");
+        } else if let Err(problem) = texture::read(file.bytes()) {
+            let problem = format!("`{}` {problem}", file.name());
+            yaml.joint_fault(
+                &keys,
+                problem,
+                format!("give a grey PNG of at most {} x {} pixels", texture::MAX_SIDE, texture::MAX_SIDE),
+            );
+        }
+    }
+    if (shape == LineShape::Texture || shape == LineShape::Point) && fan != Fan::Powell {
+        let problem = format!("has no effect on `profile: {}`", shape.name());
+        yaml.joint_fault(&["laser.fan".to_owned()], problem, "it is for lines with a lens: remove it");
+    }
+}

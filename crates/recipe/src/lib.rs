@@ -1,0 +1,203 @@
+//! Recipe: distributions, classes, sensor and sizes, exactly as in the YAML; and what one draw makes of it.
+//!
+//! `text -> tree -> walk over the tables -> Recipe -> draw -> Scene`. Every fault of a text is found at once and names its
+//! line, its key and its remedy; what is left after that is in range, so nothing behind this door checks it again.
+
+pub mod asset;
+pub mod mesh;
+
+mod canonical;
+mod class;
+mod constraints;
+mod distribution;
+mod draw;
+mod embedded;
+mod keys;
+mod reader;
+mod reference;
+mod schema;
+mod subject;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use procedural::{Mesh, Stream};
+
+use self::keys::settings::Settings;
+use crate::asset::{Asset, AssetSource};
+use bench::parameters::Bench;
+use bench::settings::{
+    Extraction, LaserLine, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
+};
+use bench::split::Split;
+
+pub use self::canonical::differences;
+pub use self::class::Class;
+pub use self::distribution::Distribution;
+pub use self::embedded::RecipeError;
+pub use self::reference::reference_markdown;
+pub use self::schema::schema;
+pub use self::subject::{Plan, Subject};
+pub use yaml::{YamlFault, YamlFaults};
+
+/// What a dataset is made from; every number in it is in range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recipe {
+    name: String,
+    subject: Subject,
+    settings: Settings,
+    /// The laser's settings, with its picture read.
+    line: LaserLine,
+    /// Every parameter's distribution by path.
+    parameters: BTreeMap<String, Distribution>,
+    /// By name.
+    classes: Vec<Class>,
+    mesh: Option<Arc<Mesh>>,
+    text: String,
+    canonical: serde_json::Value,
+    hash: String,
+}
+
+/// One draw: plain numbers, no distributions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Sample number.
+    pub index: u64,
+    /// UUID v5 of (recipe hash, seed, index).
+    pub id: String,
+    /// Split, keyed by (seed, index) and not by the recipe.
+    pub split: Split,
+    /// Name of the class.
+    pub class: String,
+    /// Root of every stream of this sample.
+    pub stream: Stream,
+    /// Sizes.
+    pub size: Size,
+    /// Bench.
+    pub bench: Bench,
+    /// What of the laser is not drawn.
+    pub line: LaserLine,
+    /// Object.
+    pub plan: Plan,
+    /// Triangles of a part, in units of its file.
+    pub mesh: Option<Arc<Mesh>>,
+    /// How light spreads below the surface.
+    pub transport: Transport,
+    /// How the object moves.
+    pub movement: Movement,
+    /// How the sensor is read out.
+    pub readout: Readout,
+    /// What is done to frames before they are read.
+    pub postprocess: Postprocess,
+    /// Law of speckle in a point.
+    pub speckle_law: SpeckleLaw,
+    /// How profiles are read.
+    pub extraction: Extraction,
+    /// What is written.
+    pub output: Output,
+}
+
+impl Recipe {
+    /// The recipe in the file `name`, or else the embedded one of that name, also as `recipes/{name}.yaml`.
+    pub fn load(name: &str) -> Result<Self, RecipeError> {
+        let (text, files) = embedded::text(name)?;
+        Self::parse_with(name, &text, &files)
+    }
+
+    /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes from.
+    pub fn parse(origin: &str, text: &str) -> Result<Self, RecipeError> {
+        Self::parse_with(origin, text, &AssetSource::BuiltIn)
+    }
+
+    /// The same with the files that it names looked for in `files`.
+    pub fn parse_with(origin: &str, text: &str, files: &AssetSource) -> Result<Self, RecipeError> {
+        let resolved = reader::read(origin, text, files)?;
+        let canonical = canonical::json(&resolved);
+        let hash = canonical::hash(&canonical);
+        let reader::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
+        let line = settings.line();
+        Ok(Self { name, subject, settings, line, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
+    }
+
+    /// Names of the recipes that are built in.
+    pub fn embedded() -> impl Iterator<Item = &'static str> {
+        embedded::EMBEDDED.iter().map(|(name, _)| *name)
+    }
+
+    /// Name of the dataset.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the objects are.
+    pub fn subject(&self) -> Subject {
+        self.subject
+    }
+
+    /// Triangles of the part that the recipe names.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        self.mesh.as_deref()
+    }
+
+    /// Sizes of the scan.
+    pub fn size(&self) -> Size {
+        self.settings.size()
+    }
+
+    /// How profiles are read.
+    pub fn extraction(&self) -> Extraction {
+        self.settings.extraction()
+    }
+
+    /// How light spreads below the surface.
+    pub fn transport(&self) -> Transport {
+        self.settings.transport()
+    }
+
+    /// What is written.
+    pub fn output(&self) -> Output {
+        self.settings.output()
+    }
+
+    /// Shares of the splits.
+    pub fn splits(&self) -> Splits {
+        self.settings.splits()
+    }
+
+    /// Every file that it names, with the key, by key.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
+        let of_subject = keys::settings(Some(self.subject));
+        of_subject.filter_map(|setting| Some((setting.path, (setting.asset)(&self.settings)?)))
+    }
+
+    /// The classes by name; their shares sum to 1.
+    pub fn classes(&self) -> &[Class] {
+        &self.classes
+    }
+
+    /// The distribution of the parameter `path` (`camera.tilt_deg`) in `class`; `None` where there is no such one.
+    pub fn distribution(&self, class: &str, path: &str) -> Option<&Distribution> {
+        let class = self.classes.iter().find(|known| known.name == class)?;
+        class.overrides.get(path).or_else(|| self.parameters.get(path))
+    }
+
+    /// The text that the recipe was read from.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Everything that the recipe means, defaults included, as JSON that is a recipe itself.
+    pub fn canonical_json(&self) -> String {
+        format!("{:#}\n", self.canonical)
+    }
+
+    /// The same as a JSON value.
+    pub fn canonical(&self) -> serde_json::Value {
+        self.canonical.clone()
+    }
+
+    /// SHA-256 of the canonical form without its blanks, in hexadecimal: comments, order and spelling leave it as it is.
+    pub fn hash(&self) -> String {
+        self.hash.clone()
+    }
+}

@@ -1,0 +1,263 @@
+//! Reader of recipes: parse the text, walk over the tables of keys, check what keys mean together.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use procedural::Mesh;
+
+use super::class::Class;
+use super::constraints::{self, Object, conditional};
+use super::distribution::{self, Distribution};
+use super::keys::settings::{Settings, TransportSettings};
+use super::keys::{self, SECTIONS, TRANSPORT, sections};
+use super::subject::Subject;
+use crate::asset::AssetSource;
+use crate::mesh;
+use bench::settings::{TransportName, Words};
+use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
+
+/// Largest share of a class; shares are relative, so this is no limit in practice.
+pub(super) const MAX_SHARE: f64 = 1e6;
+/// Smallest share of the samples; a rarer class would be missing from most datasets.
+const MIN_SHARE: f64 = 1e-6;
+/// Most classes, of which files keep the number in a byte.
+const MAX_CLASSES: usize = 255;
+/// Longest name of a recipe or class [bytes].
+const MAX_NAME_BYTES: usize = 64;
+
+/// What a text says, with every default filled in.
+pub(super) struct Resolved {
+    pub name: String,
+    pub subject: Subject,
+    pub settings: Settings,
+    pub parameters: BTreeMap<String, Distribution>,
+    pub classes: Vec<Class>,
+    pub mesh: Option<Arc<Mesh>>,
+}
+
+/// Reads `text` and the files that it names; every fault that is found comes back.
+pub(super) fn read(origin: &str, text: &str, files: &AssetSource) -> Result<Resolved, YamlFaults> {
+    let mut yaml = YamlReader::new(text, "recipe");
+    let resolved = match parse_yaml(text, "recipe") {
+        Ok(root) => recipe(&mut yaml, &root, files),
+        Err(error) => {
+            yaml.fault(error.place, "", error.problem, error.remedy);
+            None
+        }
+    };
+    yaml.finish(origin)?;
+    Ok(resolved.expect("whatever gives no recipe notes a fault"))
+}
+
+fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option<Resolved> {
+    if !matches!(root.value, YamlValue::Map(_)) {
+        let problem = match &root.value {
+            YamlValue::Nothing => "the file is empty".to_owned(),
+            other => format!("the file is {}", other.kind()),
+        };
+        yaml.fault(root.place, "", problem, "a recipe is a map with at least `name`, `subject` and `classes`");
+        return None;
+    }
+    let mut top = yaml.mapping(root, "");
+    let name = required(yaml, &mut top, root, "name").and_then(|node| name(yaml, node, "name"));
+    let subject = required(yaml, &mut top, root, "subject").and_then(|node| {
+        let word = yaml.word(node, "subject", &Subject::NAMES)?;
+        Subject::named(word)
+    });
+    let mut settings = Settings::default();
+    let mut parameters = BTreeMap::new();
+    for section in sections(subject).filter(|section| !section.path.contains('.')) {
+        let node = top.take(yaml, section.path);
+        let Some(node) = node else { continue };
+        let map = matches!(node.value, YamlValue::Map(_) | YamlValue::Nothing);
+        if section.path == TRANSPORT && !map {
+            transport_name(yaml, node, &mut settings);
+        } else {
+            let into = Keys { subject, settings: Some(&mut settings), parameters: &mut parameters };
+            section_keys(yaml, node, section, "", into);
+        }
+    }
+    for parameter in keys::parameters(subject) {
+        parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
+    }
+    let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
+    let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
+    let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
+    top.close(yaml, &known, &|name| keys::home(subject, name));
+
+    for setting in keys::settings(subject) {
+        (setting.load)(&mut settings, yaml, files);
+    }
+    let classes = classes.unwrap_or_default();
+    let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read_mesh(file) {
+        Ok(mesh) => Some(Arc::new(mesh)),
+        Err(fault) => {
+            yaml.joint_fault(&["mesh.file".to_owned()], fault.problem, fault.remedy);
+            None
+        }
+    });
+    let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
+    constraints::check(yaml, object, &parameters, &classes);
+    conditional::refuse(yaml, subject, &settings, &parameters, &classes);
+    Some(Resolved { name: name?, subject: subject?, settings, parameters, classes, mesh })
+}
+
+/// Where the keys of a section go; classes have no settings.
+struct Keys<'k> {
+    subject: Option<Subject>,
+    settings: Option<&'k mut Settings>,
+    parameters: &'k mut BTreeMap<String, Distribution>,
+}
+
+/// Reads the name of a model, which stands for the whole section `transport`.
+fn transport_name(yaml: &mut YamlReader, node: &YamlNode, settings: &mut Settings) {
+    let model = &TransportSettings::SETTINGS[0];
+    if matches!(node.value, YamlValue::Text(_)) {
+        (model.read)(settings, yaml, node, TRANSPORT);
+        return;
+    }
+    let remedy = format!("give one of {}, or a map of `model` and its keys", TransportName::NAMES.join(", "));
+    yaml.fault(node.place, TRANSPORT, format!("is {}", node.value.kind()), remedy);
+}
+
+/// Reads the keys of `section` from `node`, whose path is the section's after `prefix`.
+fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSection, prefix: &str, mut into: Keys) {
+    let mut map = yaml.mapping(node, &format!("{prefix}{}", section.path));
+    let mut known = Vec::new();
+    for parameter in section.parameters {
+        known.push(parameter.name);
+        if let Some(node) = map.take(yaml, parameter.name) {
+            let path = map.path_of(parameter.name);
+            let read = distribution::distribution(yaml, node, &path, parameter);
+            into.parameters.extend(read.map(|distribution| (parameter.path(), distribution)));
+        }
+    }
+    if let Some(settings) = &mut into.settings {
+        // Whether a setting has an effect is open while one that it needs is at fault itself.
+        let mut faulty = Vec::new();
+        for setting in section.settings {
+            known.push(setting.name);
+            let Some(node) = map.take(yaml, setting.name) else { continue };
+            let decided = !setting.needs.iter().any(|needs| faulty.contains(&needs.key));
+            if let Some(idle) = setting.idle(settings).filter(|_| decided) {
+                let (problem, remedy) = idle.refusal();
+                yaml.joint_fault(&[setting.path.to_owned()], problem, remedy);
+            } else if (setting.read)(settings, yaml, node, setting.path).is_none() {
+                faulty.push(setting.name);
+            }
+        }
+        for inner in &SECTIONS {
+            if let Some(name) = inner.path.strip_prefix(section.path).and_then(|rest| rest.strip_prefix('.')) {
+                known.push(name);
+                let Some(node) = map.take(yaml, name) else { continue };
+                let mut none = BTreeMap::new();
+                let into = Keys { subject: into.subject, settings: Some(settings), parameters: &mut none };
+                section_keys(yaml, node, inner, prefix, into);
+            }
+        }
+    }
+    let in_class = into.settings.is_none();
+    map.close(yaml, &known, &|name| {
+        let setting = in_class && section.settings.iter().any(|setting| setting.name == name);
+        let fixed = || format!("`{}.{name}` is the same for all classes: set it at the top level", section.path);
+        if setting { Some(fixed()) } else { keys::home(into.subject, name) }
+    });
+}
+
+/// The classes by name.
+fn classes(
+    yaml: &mut YamlReader,
+    node: &YamlNode,
+    subject: Option<Subject>,
+    base: &BTreeMap<String, Distribution>,
+) -> Vec<Class> {
+    let entries = yaml.mapping(node, "classes").take_all();
+    if entries.is_empty() || entries.len() > MAX_CLASSES {
+        let problem = format!("has {} classes", entries.len());
+        yaml.fault(
+            node.place,
+            "classes",
+            problem,
+            format!("give 1 to {MAX_CLASSES} classes, each `name: {{share: ...}}`"),
+        );
+    }
+    let mut classes: Vec<_> = entries
+        .iter()
+        .take(MAX_CLASSES)
+        .filter_map(|(key, node)| {
+            let path = format!("classes.{}", clipped_text(&key.name));
+            let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+            if key.name.is_empty() || key.name.len() > MAX_NAME_BYTES || !key.name.chars().all(letters) {
+                yaml.fault(key.place, &path, "is no name for a class", "use a-z, 0-9 and _, at most 64 of them");
+            }
+            class(yaml, (&key.name, node), &path, subject, base)
+        })
+        .collect();
+    classes.sort_by(|a, b| a.name.cmp(&b.name));
+    let sum: f64 = classes.iter().map(|class| class.share).sum();
+    // Shares that were written to sum to 1 stay as they were written.
+    if sum > 0.0 && (sum - 1.0).abs() > 1e-9 {
+        classes.iter_mut().for_each(|class| class.share /= sum);
+    }
+    for class in classes.iter().filter(|class| class.share < MIN_SHARE) {
+        let key = format!("classes.{}.share", class.name);
+        let problem = format!("is {} of all shares", number_text(class.share));
+        yaml.joint_fault(&[key], problem, format!("give at least {MIN_SHARE} of their sum, or remove the class"));
+    }
+    classes
+}
+
+fn class(
+    yaml: &mut YamlReader,
+    (name, node): (&str, &YamlNode),
+    path: &str,
+    subject: Option<Subject>,
+    base: &BTreeMap<String, Distribution>,
+) -> Option<Class> {
+    let mut map = yaml.mapping(node, path);
+    let range = NumberRange { min: 0.0, max: MAX_SHARE, whole: false, unit: "" };
+    let share = required(yaml, &mut map, node, "share").and_then(|node| {
+        let path = format!("{path}.share");
+        yaml.number_in(node, &path, range)
+    });
+    let mut overrides = BTreeMap::new();
+    let drawn = || sections(subject).filter(|section| !section.parameters.is_empty());
+    for section in drawn() {
+        let Some(node) = map.take(yaml, section.path) else { continue };
+        let into = Keys { subject, settings: None, parameters: &mut overrides };
+        section_keys(yaml, node, section, &format!("{path}."), into);
+    }
+    let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
+    map.close(yaml, &known, &|name| {
+        let fixed = sections(subject).any(|section| section.path == name) || name == "name" || name == "subject";
+        if fixed {
+            Some(format!("`{name}` is the same for all classes: set it at the top level"))
+        } else {
+            keys::home(subject, name)
+        }
+    });
+    // What repeats the top level has no meaning of its own and leaves the hash as it is.
+    overrides.retain(|path, distribution| base.get(path) != Some(distribution));
+    Some(Class { name: name.to_owned(), share: share?, overrides })
+}
+
+/// The value of a key that has no default.
+fn required<'n>(yaml: &mut YamlReader, map: &mut Mapping<'n>, node: &YamlNode, key: &str) -> Option<&'n YamlNode> {
+    let found = map.take(yaml, key);
+    if found.is_none() {
+        yaml.fault(node.place, &map.path_of(key), "is missing", "it has no default");
+    }
+    found
+}
+
+/// The name of a dataset, which is part of file names.
+fn name(yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> {
+    let allowed = "a name of a-z, 0-9, - and _, at most 64 of them";
+    let name = yaml.text(node, path, allowed)?;
+    let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+    if name.is_empty() || name.len() > MAX_NAME_BYTES || !name.chars().all(letters) {
+        yaml.fault(node.place, path, format!("`{}` is no name", clipped_text(name)), format!("give {allowed}"));
+        return None;
+    }
+    Some(name.to_owned())
+}

@@ -1,0 +1,184 @@
+//! The reference of every key, from the same tables; `recipes/README.md` is its committed copy.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::distribution::{FORMS, range};
+use super::keys::{RecipeSection, SECTIONS, tidy, unit};
+use yaml::number_text;
+
+const OPENING: &str = "\
+# Recipes
+
+A recipe is a YAML file that says what a dataset is made of: the bench, the objects, the kinds of samples and what is
+written. These are built into the program, so `wood` names the first wherever no file of that name exists:
+
+| recipe | subject | what |
+|---|---|---|
+| `wood.yaml` | wood | the thesis' scan of boards at full size |
+| `wood-small.yaml` | wood | a small one to try things with |
+| `blister.yaml` | blister | the thesis' scan of packs at full size: white tablets under coloured, half clear film |
+| `blister-small.yaml` | blister | a small one to try things with |
+| `blister-clear.yaml` | blister | transparent film, so that pockets show what lies in them |
+| `blister-opaque.yaml` | blister | white film over oblong tablets, so that little light comes back from below |
+| `wood-train.yaml`, `blister-train.yaml` | each | many small samples, to train and to test classifiers with: docs/baselines.md |
+| `sawtooth.yaml` | sawtooth | the calibration piece RCAL-300 at full size, of blasted metal |
+| `sawtooth-small.yaml` | sawtooth | a small one to try things with, of metal and of plastic |
+| `mesh-small.yaml` | mesh | a plate with a hole, an arch and a ball, from a file of triangles |
+| `thesis/wood.yaml`, `thesis/blister.yaml`, `thesis/sawtooth.yaml` | each | the thesis' simulation by its tables and scripts, slow |
+
+This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
+writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
+
+    # yaml-language-server: $schema=recipe.schema.json
+
+## How a recipe reads
+
+- `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
+- A section of one subject is a fault in a recipe about another.
+- A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
+- A file is named relative to the recipe's own file, or is one that is built in. Its content is part of what the recipe
+  means, and the dataset keeps a copy: give the folder of a dataset in place of a recipe to continue it. The long form
+  `{name: part.stl, sha256: ...}` takes the file with that content alone.
+- A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts or
+  shares.
+- All faults of a recipe are reported at once, each with its line, its key, what is allowed and the nearest right spelling.
+
+A whole recipe:
+
+```yaml
+# yaml-language-server: $schema=recipe.schema.json
+name: two-kinds
+subject: wood
+scan: {columns: 512, profiles: 256}
+camera:
+  tilt_deg: 30                                       # a number
+  blur_um: {uniform: [1.5, 4]}                       # a distribution
+classes:
+  clear: {share: 2}                                  # two of three samples
+  knotty:
+    share: 1                                         # one of three
+    knots: {sound_count: {uniform: [1, 4]}}          # only here; everything else as at the top level
+output: {bin: {columns: 2, profiles: 2}}
+```
+";
+
+const BOUNDS: &str = "
+Every draw is made again until it lies in the parameter's own range; a distribution with less than 1 % chance of that is a
+fault, and so is an end or a value out of range. Counts are rounded to the nearest whole number.
+
+";
+
+const CLASSES: &str = "\
+## Classes
+
+`classes` maps names (a-z, 0-9, _) to kinds of samples. Each has a `share`, relative to the other shares (at least a
+millionth of their sum), and may repeat any group of parameters with the keys that it changes; settings stay the same for
+all classes. Sample i belongs to the class at the point (offset + i / golden ratio) mod 1 of the shares, classes in the
+order of their names, so every prefix of a dataset holds each class within a few samples of its share, and the first
+hundred samples of a large dataset are the dataset of a hundred.
+
+## What stays when a recipe is edited
+
+Each parameter of each sample has a random stream of its own, keyed by the seed, the sample and the key path. Editing one
+key leaves every other draw as it was. The split of a sample is keyed by seed and sample alone. The identity of a sample
+(a UUID) follows from the meaning of the whole recipe, the seed and its number: comments, the order of keys and the way a
+number is written do not matter, everything else does.
+
+## What must fit together
+
+- `camera.focal_length_mm` stays below half of `camera.distance_mm`; laser and camera stand above the object.
+- `exposure.dark_noise_dn` covers its parts: row noise^2 + row pattern^2 + column pattern^2 + DSNU^2 + 1/12 (rounding) is
+  at most its square.
+- DN in keys count on the scale of 8 bits (0 to 255) whatever `exposure.bits` is, so that a recipe is one sensor; images,
+  frames and Scatter hold the converter's own numbers.
+- Under an order of `postprocess` other than `physical` noise is `dark_level_dn` and `dark_noise_dn` alone: the other
+  sources of noise and of structure are 0 there, `exposure.hdr` is none and `speckle` has its law alone.
+- `scan.columns` times `scan.profiles` is at most 2^27; the bins divide them.
+- `extraction.scatter_offset_rows` + `scatter_width_rows` is at most 16, and at most 29 rows are summed, 16 of
+  12 bits.
+- A key of `extraction` stands only beside the `method` or the `range` that it has an effect on.
+- `splits` sum to 1; `rot.edge` is -1 or 1.
+- All pockets have room on the card, with their walls, at the distances asked for; `tablet.band_mm` is at most
+  `tablet.thickness_mm`.
+- `transport` is `kernel` or `path` for blister packs: the other models know no film over air. It is `kernel` for meshes,
+  which can overhang.
+- `material.gloss` times `reflectance` plus `matte` is at most 1: no surface throws back more light than it gets.
+- A key of `transport` stands only beside the model, and `iterations` beside a method, that it has an effect on.
+
+These hold for every draw: a distribution is checked at its ends.
+";
+
+const SOURCES: &str = "\
+## Sources
+
+[T] Kihl and Källberg 2021, the thesis whose bench this is; [V] vendors' published figures; [M] engineering estimate;
+[C] computed or chosen so that the observables come out; [G] statistics of a scanned spruce log (Larsson et al. 2022);
+[L] literature named in the project's documentation.
+";
+
+/// Every key of a recipe: meaning, unit, default, range and source, in Markdown.
+pub fn reference_markdown() -> String {
+    let mut page = OPENING.to_owned();
+    page.push_str("\n## Distributions\n\n");
+    page.push_str("| form | draws | source |\n|---|---|---|\n| `v` | always v | |\n");
+    for form in FORMS {
+        row(&mut page, &[&format!("`{}`", form.example), form.law, form.source]);
+    }
+    page.push_str(BOUNDS);
+    page.push_str("## Keys\n");
+    for section in &SECTIONS {
+        keys(&mut page, section);
+    }
+    page.push('\n');
+    for part in [CLASSES, SOURCES] {
+        page.push_str(part);
+        page.push('\n');
+    }
+    page.truncate(page.trim_end().len());
+    page.push('\n');
+    page
+}
+
+fn keys(page: &mut String, section: &RecipeSection) {
+    let kind = match (section.settings.is_empty(), section.parameters.is_empty()) {
+        (false, true) => " (settings)",
+        (true, false) => " (parameters)",
+        _ => " (parameters, and a setting)",
+    };
+    let subjects: Vec<_> = section.subjects.iter().map(|subject| format!("`{}`", subject.name())).collect();
+    let subject = if subjects.is_empty() { String::new() } else { format!("Subject {}. ", subjects.join(" or ")) };
+    // Writing to a string cannot fail.
+    let _ = write!(page, "\n### `{}`{kind}\n\n{subject}{}\n\n", section.path, tidy(section.doc));
+    page.push_str("| key | meaning | unit | default | range | source |\n|---|---|---|---|---|---|\n");
+    for setting in section.settings {
+        let description = (setting.describe)();
+        let (unit, range) = description.unit_and_range.unwrap_or_else(|| (unit(setting.name), description.allowed));
+        let default = match description.default {
+            Value::Number(number) if number.is_f64() => number_text(number.as_f64().unwrap_or(f64::NAN)),
+            other => other.to_string().replace('"', "").replace(',', ", "),
+        };
+        row(page, &[&format!("`{}`", setting.name), setting.doc, unit, &default, &range, setting.source]);
+    }
+    for parameter in section.parameters {
+        let allowed = range(parameter);
+        let whole = if parameter.integer { ", whole" } else { "" };
+        row(
+            page,
+            &[
+                &format!("`{}`", parameter.name),
+                &tidy(parameter.doc),
+                allowed.unit,
+                &number_text(parameter.default),
+                &format!("{} to {}{whole}", number_text(parameter.min), number_text(parameter.max)),
+                parameter.source,
+            ],
+        );
+    }
+}
+
+fn row(page: &mut String, cells: &[&str]) {
+    let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    let _ = writeln!(page, "| {} |", cells.join(" | "));
+}

@@ -1,0 +1,57 @@
+//! Every model by name, and one place where they are asked.
+
+use crate::diffusion;
+use crate::path::{Effort, solve_watched};
+use transport::answer::{Answer, Question};
+use transport::kernel;
+use transport::stack::Stack;
+
+/// A model of transport.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    /// Monte Carlo of the transport equation.
+    Path,
+    /// Steady anisotropic diffusion.
+    Diffusion,
+    /// Gaussians over path length, from a table.
+    Kernel,
+}
+
+/// What a model cannot say, and what to do instead.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct ModelError(pub String);
+
+impl Model {
+    /// Every model, the reference first.
+    pub const ALL: [Self; 3] = [Self::Path, Self::Diffusion, Self::Kernel];
+
+    /// Name on the command line and in answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Diffusion => "diffusion",
+            Self::Kernel => "kernel",
+        }
+    }
+
+    /// Whether it tracks photons, so that effort and seed mean something.
+    pub fn walks(self) -> bool {
+        matches!(self, Self::Path)
+    }
+
+    /// Asks the model about `stack`; one that tracks photons tells `watch` how many photons are done.
+    pub fn ask(
+        self,
+        stack: &Stack,
+        question: &Question,
+        effort: Effort,
+        watch: &(dyn Fn(u64) + Sync),
+    ) -> Result<Answer, ModelError> {
+        match self {
+            Self::Path => Ok(solve_watched(stack, question, effort, watch)),
+            Self::Diffusion => diffusion::solve(stack, question).map_err(|error| ModelError(error.to_string())),
+            Self::Kernel => kernel::solve(stack, question).map_err(|error| ModelError(error.to_string())),
+        }
+    }
+}

@@ -1,0 +1,658 @@
+//! Monte Carlo of light in a pack: film, air, tablets and foil in their true shape.
+//!
+//! Model: the film is a body of its own between two height fields, its upper side and its lower one ([`shape`]); light
+//! walks in it as in a layer, leaves it by Fresnel's law through either side, flies straight through the air and meets
+//! film, tablets and foil where they stand. Tablets are walked in like layers. No plane layers, no diffuse gaps,
+//! no tables: nothing is shared with the kernel but coefficients.
+//!
+//! A cell of the answer holds the light that leaves the *film* over it towards the lens (or whatever lies open, in a
+//! hole). A ray is a ray: through clear film the lens sees that point of the film, wherever the light was last turned.
+//!
+//! Valid for shapes coarser than 0.1 mm. Neglected: polarisation and waves, roughness of film and tablets, mirror images,
+//! light farther than 20 mm from the line's grid (booked as lost).
+//!
+//! # Photons
+//!
+//! In film and solids: free paths, Henyey and Greenstein's law in the film (its pigment's mean cosine) and none but
+//! isotropic turns in solids, absorption and roulette as in plane layers. At the film's sides and at solids: Fresnel's
+//! law decides by chance; a solid's coat takes its share of what passes. In the air: straight lines to the next film,
+//! solid or foil. At the foil: facets ([`Microfacets`]); where the film is sealed to it, they lie on the film's lower side.
+//!
+//! Neglected: roughness of film and solids, refraction by anything finer than a cell.
+//!
+//! # Light towards the lens
+//!
+//! A lens far away in direction v gets the intensity I = w p(w -> v') T exp(-depth) cos(v) / (n^2 cos(v')) per photon
+//! from a collision, with v' the direction that refraction turns into v, and I = w R f(w -> v) from foil, f the
+//! facets' density. What comes from below the film passes it unturned: Fresnel's law on both sides, exp(-depth), and
+//! what comes after two reflections between the sides. Light of the film that its own lower side throws back is seen
+//! too. The lens sees pi I / facing, with the cosine `facing` between view and normal where the light *entered*: times
+//! that same cosine, which optics puts into the line's power, it is the intensity, wherever the light leaves. So a white
+//! Lambertian surface returns what entered however it is tilted.
+//!
+//! Refraction takes the normal where light leaves, after one correction of a first guess. Which of them are followed is left
+//! to chance by what they promise.
+//!
+//! Neglected: mirror images of what lies elsewhere, on film and solids (of the line itself they are glare, and booked by
+//! optics); light that would come through a second wall of film.
+
+mod clearance;
+mod microfacets;
+mod moved_net;
+mod shape;
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use procedural::blister::Pack;
+use rand::Rng;
+
+use self::clearance::Clearance;
+use self::microfacets::Microfacets;
+use self::shape::{FilmMatter, PackFace, PackRayEnd, PackRegion, PackShape};
+use super::LONGEST_MM;
+use super::tracker::{Fate, FlightEnd, Geometry, LineObserver, Photon, RouletteOrder, Target, refracted, transmitted};
+use transport::fresnel::fresnel_dielectric;
+use transport::line::LineSource;
+use transport::phase::{henyey_greenstein, henyey_greenstein_density, isotropic, uniform};
+use transport::stack::PIGMENT_G;
+
+/// Meetings with surfaces after which light is given up: it is caught in a wedge.
+const MAX_MEETINGS: u32 = 10_000;
+/// Light enters at least so far towards the lens; less is grazing, and optics sends hardly any [1].
+const MIN_FACING: f64 = 0.02;
+/// Push that brings light on a solid's surface back inside [mm].
+const PUSH_INSIDE_MM: f64 = 1e-5;
+
+/// Intensity that is always followed [sr^-1].
+const SURE_INTENSITY: f64 = 0.1;
+/// Depth beyond which light is not looked for: 1e-9 of it is left [1].
+const MAX_DEPTH: f64 = 20.0;
+/// A little off a surface [mm].
+const OFF_SURFACE_MM: f64 = 1e-7;
+
+/// A pack about a line of light, as photons meet it.
+#[derive(Debug)]
+pub(super) struct PackGeometry {
+    shape: PackShape,
+    /// Unit vector towards the lens.
+    view: DVec3,
+    /// The view into the film at each cell.
+    windows: Vec<Option<RefractedView>>,
+}
+
+/// A photon in a pack, with what it is worth to the lens.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PackPhoton {
+    photon: Photon,
+    /// Light that the lens sees per intensity towards it [sr].
+    scale: f64,
+    /// Where it is.
+    region: PackRegion,
+    /// Cell that it is in, or was last.
+    cell: usize,
+    /// The solid that it has just left or been thrown back by; convex, it is not met again on a straight line.
+    left: Option<usize>,
+    /// Clearance about it in a solid.
+    clearance: Clearance,
+    /// Surfaces that it has met.
+    meetings: u32,
+}
+
+impl AsMut<Photon> for PackPhoton {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut Photon {
+        &mut self.photon
+    }
+}
+
+/// Matter of a pack in which light collides.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PackMedium {
+    /// The film.
+    Film(FilmMatter),
+    /// The solid of this number.
+    Solid(usize),
+}
+
+/// A surface of a pack.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum PackSurface {
+    /// A side of the film, or the foil, in the photon's cell.
+    Face(PackFace),
+    /// The solid of this number, from the air.
+    IntoSolid(usize),
+    /// The solid of this number, from inside, and its outward normal.
+    OutOfSolid(usize, DVec3),
+}
+
+impl<O: LineObserver> Geometry<O> for PackGeometry {
+    type State = PackPhoton;
+    type Medium<'g> = PackMedium;
+    type Surface = PackSurface;
+    const ROULETTE_ORDER: RouletteOrder = RouletteOrder::BeforeScattering;
+
+    #[inline(always)]
+    fn fly(&self, state: &mut PackPhoton, rng: &mut impl Rng) -> FlightEnd<PackMedium, PackSurface> {
+        loop {
+            if state.photon.path > LONGEST_MM || state.meetings > MAX_MEETINGS {
+                return FlightEnd::End(Fate::Lost);
+            }
+            let end = match state.region {
+                PackRegion::Solid(number) => self.fly_in_solid(state, number, rng),
+                PackRegion::Above | PackRegion::Film | PackRegion::Under => self.fly_in_film_or_air(state, rng),
+            };
+            if let Some(end) = end {
+                return end;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn next_event(&self, state: &PackPhoton, medium: PackMedium, observer: &mut O, rng: &mut impl Rng) {
+        match medium {
+            PackMedium::Film(slab) => self.next_event_from_film(state, &slab, observer, rng),
+            PackMedium::Solid(number) => self.next_event_from_solid(state, number, observer, rng),
+        }
+    }
+
+    #[inline(always)]
+    fn absorbed(&self, photon: &Photon, medium: PackMedium) -> f64 {
+        let share = match medium {
+            PackMedium::Film(slab) => slab.mu_a / slab.extinction(),
+            PackMedium::Solid(number) => {
+                let medium = &self.shape.solids[number].medium;
+                f64::from(medium.mu_a) / (f64::from(medium.mu_a) + f64::from(medium.sigma_i))
+            }
+        };
+        photon.weight * share
+    }
+
+    #[inline(always)]
+    fn scatter(&self, photon: &mut Photon, medium: PackMedium, rng: &mut impl Rng) {
+        photon.direction = match medium {
+            PackMedium::Film(_) => henyey_greenstein(photon.direction, PIGMENT_G, rng),
+            PackMedium::Solid(_) => isotropic(rng),
+        };
+    }
+
+    #[inline(always)]
+    fn cross(
+        &self,
+        state: &mut PackPhoton,
+        surface: PackSurface,
+        observer: &mut O,
+        rng: &mut impl Rng,
+    ) -> Option<Fate> {
+        match surface {
+            PackSurface::Face(face) => self.cross_face(state, face, observer, rng),
+            PackSurface::IntoSolid(number) => {
+                let solid = &self.shape.solids[number];
+                let normal = solid.normal(state.photon.position.as_vec3()).as_dvec3();
+                if cross_surface(&mut state.photon, -normal, 1.0, f64::from(solid.medium.n_eff), rng) {
+                    self.lose(&mut state.photon, 1.0 - f64::from(solid.medium.coat), observer, rng);
+                    state.region = PackRegion::Solid(number);
+                }
+            }
+            PackSurface::OutOfSolid(number, normal) => {
+                let medium = &self.shape.solids[number].medium;
+                if cross_surface(&mut state.photon, normal, f64::from(medium.n_eff), 1.0, rng) {
+                    self.lose(&mut state.photon, 1.0 - f64::from(medium.coat), observer, rng);
+                    state.meetings += 1;
+                    self.leave_solid(state, number);
+                }
+            }
+        }
+        None
+    }
+
+    #[inline(always)]
+    fn book(&self, _: &Photon, fate: Fate, weight: f64, observer: &mut O) {
+        observer.book(fate, weight);
+    }
+}
+
+impl Target for PackGeometry {
+    fn illuminate(&self, x: f64, y: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let above = DVec3::new(x, y, self.shape.top + 1.0);
+        let (length, stop) = self.shape.march(above, DVec3::NEG_Z, PackRegion::Above, f64::INFINITY);
+        let position = above - DVec3::Z * length;
+        let (position, normal, n, region, cell) = match stop {
+            PackRayEnd::Face(PackFace::Upper, cell) => {
+                let normal = self.shape.normal(cell, PackFace::Upper, position);
+                (position, normal, self.shape.slab(cell).n, PackRegion::Film, cell)
+            }
+            // Through a hole onto a solid; what enters foil stays there.
+            _ => match (self.shape.solid(above, DVec3::NEG_Z, None), self.shape.cell(above)) {
+                (Some((number, length)), Some(cell)) => {
+                    let position = above - DVec3::Z * length;
+                    let solid = &self.shape.solids[number];
+                    let normal = solid.normal(position.as_vec3()).as_dvec3();
+                    (position, normal, f64::from(solid.medium.n_eff), PackRegion::Solid(number), cell)
+                }
+                (None, Some(cell)) if self.shape.cells[cell].foil => return observer.book(Fate::Absorbed, 1.0),
+                _ => return observer.book(Fate::Lost, 1.0),
+            },
+        };
+        let direction = refracted_into(DVec3::NEG_Z, -normal, 1.0 / n, fresnel_dielectric(1.0, n, normal.z).1);
+        let photon = Photon { position, direction, weight: 1.0, layer: 0, path: 0.0, turned: 0, guided: 0 };
+        let scale = std::f64::consts::PI / normal.dot(self.view).max(MIN_FACING);
+        let clearance = Clearance::default();
+        self.track(PackPhoton { photon, scale, region, cell, left: None, clearance, meetings: 0 }, observer, rng);
+    }
+}
+
+impl PackGeometry {
+    /// `pack` about `line`.
+    pub(super) fn in_pack(pack: &Pack, line: &LineSource) -> Self {
+        Self::new(PackShape::of(pack, line), line.view)
+    }
+
+    /// A shape, seen from `view`.
+    fn new(shape: PackShape, view: DVec3) -> Self {
+        let window = |cell: usize| {
+            let film = shape.cells[cell].film;
+            film.then(|| RefractedView::new(view, shape.cells[cell].normal, shape.slab(cell).n)).flatten()
+        };
+        let windows = (0..shape.cells.len()).map(window).collect();
+        Self { shape, view, windows }
+    }
+
+    /// A flight in film or air to a collision, a surface or another region; `None` where the photon goes on at once.
+    #[inline(always)]
+    fn fly_in_film_or_air(
+        &self,
+        state: &mut PackPhoton,
+        rng: &mut impl Rng,
+    ) -> Option<FlightEnd<PackMedium, PackSurface>> {
+        let (position, direction) = (state.photon.position, state.photon.direction);
+        let region = state.region;
+        let next = if region == PackRegion::Under { self.shape.solid(position, direction, state.left) } else { None };
+        let free = match region {
+            PackRegion::Film => -libm::log(uniform(rng)) / self.shape.slab(state.cell).extinction(),
+            _ => next.map_or(f64::INFINITY, |(_, length)| length),
+        };
+        if region == PackRegion::Film && self.shape.stays(position + direction * free, state.cell) {
+            state.photon.position += direction * free;
+            state.photon.path += free;
+            return Some(FlightEnd::Collision(PackMedium::Film(*self.shape.slab(state.cell))));
+        }
+        let (length, end) = self.shape.march(position, direction, region, free);
+        state.photon.position += direction * length;
+        Some(match end {
+            PackRayEnd::Length => match next {
+                Some((number, _)) => {
+                    state.meetings += 1;
+                    state.left = Some(number);
+                    FlightEnd::Surface(PackSurface::IntoSolid(number))
+                }
+                None => {
+                    state.photon.path += length;
+                    if let Some(cell) = self.shape.cell(state.photon.position) {
+                        state.cell = cell;
+                    }
+                    FlightEnd::Collision(PackMedium::Film(*self.shape.slab(state.cell)))
+                }
+            },
+            PackRayEnd::Face(face, cell) => {
+                state.meetings += 1;
+                state.cell = cell;
+                state.photon.path += length;
+                state.left = None;
+                FlightEnd::Surface(PackSurface::Face(face))
+            }
+            PackRayEnd::Region(other) => {
+                state.region = other;
+                return None;
+            }
+            PackRayEnd::Ground => FlightEnd::End(Fate::Dropped),
+            PackRayEnd::Beyond if direction.z < 0.0 => FlightEnd::End(Fate::Dropped),
+            PackRayEnd::Beyond => FlightEnd::End(Fate::Left),
+            PackRayEnd::Lost => FlightEnd::End(Fate::Lost),
+        })
+    }
+
+    /// A flight in a solid; `None` where rounding has put the photon out of it, which is mended.
+    #[inline(always)]
+    fn fly_in_solid(
+        &self,
+        state: &mut PackPhoton,
+        number: usize,
+        rng: &mut impl Rng,
+    ) -> Option<FlightEnd<PackMedium, PackSurface>> {
+        let solid = &self.shape.solids[number];
+        let extinction = f64::from(solid.medium.mu_a) + f64::from(solid.medium.sigma_i);
+        let photon = &mut state.photon;
+        let free = -libm::log(uniform(rng)) / extinction;
+        let far = if free < state.clearance.free(photon.position) {
+            f64::INFINITY
+        } else {
+            let span = solid.span(photon.position.as_vec3(), photon.direction.as_vec3());
+            span.map_or(0.0, |[_, far]| f64::from(far).max(0.0))
+        };
+        photon.position += photon.direction * free.min(far);
+        photon.path += free.min(far);
+        if free < far {
+            if far < f64::INFINITY {
+                state.clearance.renew(photon.position, solid, extinction);
+            }
+            return Some(FlightEnd::Collision(PackMedium::Solid(number)));
+        }
+        let normal = solid.normal(photon.position.as_vec3()).as_dvec3();
+        if photon.direction.dot(normal) <= 0.0 {
+            photon.position -= normal * PUSH_INSIDE_MM;
+            return None;
+        }
+        Some(FlightEnd::Surface(PackSurface::OutOfSolid(number, normal)))
+    }
+
+    /// Light at a face of film or foil.
+    fn cross_face(&self, state: &mut PackPhoton, face: PackFace, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let (shape, region) = (&self.shape, state.region);
+        let normal = shape.normal(state.cell, face, state.photon.position);
+        let sealed = face == PackFace::Lower && region == PackRegion::Film && shape.cells[state.cell].sealed;
+        if face == PackFace::Foil || sealed {
+            let facets = Microfacets::new(shape.metal(state.cell), normal);
+            self.next_event_from_foil(state, &facets, sealed, observer, rng);
+            self.lose(&mut state.photon, 1.0 - facets.reflectance, observer, rng);
+            if state.photon.weight > 0.0 {
+                state.photon.direction = facets.sample(state.photon.direction, rng);
+            }
+            return;
+        }
+        let n = shape.slab(state.cell).n;
+        // The normal on the side that light goes to.
+        let ahead = if (face == PackFace::Upper) == (region == PackRegion::Film) { normal } else { -normal };
+        let beyond = match (region, face) {
+            (PackRegion::Film, PackFace::Upper) => PackRegion::Above,
+            (PackRegion::Film, _) => PackRegion::Under,
+            _ => PackRegion::Film,
+        };
+        let (from, to) = if region == PackRegion::Film { (n, 1.0) } else { (1.0, n) };
+        if cross_surface(&mut state.photon, ahead, from, to, rng) {
+            state.region = beyond;
+        }
+    }
+
+    /// Takes a share of the light away, and plays roulette with what is left.
+    fn lose(&self, photon: &mut Photon, share: f64, observer: &mut impl LineObserver, rng: &mut impl Rng) {
+        let lost = photon.weight * share;
+        observer.book(Fate::Absorbed, lost);
+        photon.weight -= lost;
+        if photon.weight > 0.0 {
+            self.roulette(photon, observer, rng);
+        }
+    }
+
+    /// Puts light that has left a solid under the film: a little over the film's lower side where both touch.
+    fn leave_solid(&self, state: &mut PackPhoton, number: usize) {
+        state.clearance = Clearance::default();
+        (state.region, state.left) = (PackRegion::Under, Some(number));
+        let (shape, position) = (&self.shape, &mut state.photon.position);
+        let Some(cell) = shape.cell(*position) else { return };
+        state.cell = cell;
+        if shape.cells[cell].film {
+            let (lower, upper) =
+                (shape.height(cell, PackFace::Lower, *position), shape.height(cell, PackFace::Upper, *position));
+            if position.z > lower && position.z < upper {
+                position.z = lower;
+            }
+        }
+    }
+}
+
+/// A direction beyond a surface whose normal there is `ahead`, with this ratio of indices and cosine.
+fn refracted_into(direction: DVec3, ahead: DVec3, ratio: f64, cosine: f64) -> DVec3 {
+    refracted(direction * ratio, ahead, ratio * direction.dot(ahead), cosine)
+}
+
+/// Takes light through a smooth surface or back: whether it is through. `ahead` is the normal on the far side.
+fn cross_surface(photon: &mut Photon, ahead: DVec3, n: f64, other: f64, rng: &mut impl Rng) -> bool {
+    let mu = photon.direction.dot(ahead).clamp(0.0, 1.0);
+    let beyond = transmitted(n, other, mu, rng);
+    match beyond {
+        Some(cosine) => {
+            photon.direction = refracted_into(photon.direction, ahead, n / other, cosine);
+        }
+        None => photon.reflect(ahead, mu),
+    }
+    beyond.is_some()
+}
+
+/// Refraction of the view into matter: the direction inside, what gets through, and that times cos(v) / (n^2 cos(v')).
+#[derive(Debug, Clone, Copy)]
+struct RefractedView {
+    direction: DVec3,
+    passed: f64,
+    factor: f64,
+    cosine: f64,
+}
+
+impl RefractedView {
+    /// Into index `n` below a surface with this normal; `None` where it is turned away from the lens.
+    fn new(view: DVec3, normal: DVec3, n: f64) -> Option<Self> {
+        let facing = view.dot(normal);
+        if facing <= 0.0 {
+            return None;
+        }
+        let (thrown, cosine) = fresnel_dielectric(1.0, n, facing);
+        // The view reversed goes in; the direction to the lens is opposite.
+        let direction = -refracted_into(-view, -normal, 1.0 / n, cosine);
+        let passed = 1.0 - thrown;
+        Some(Self { direction, passed, factor: passed * facing / (n * n * cosine), cosine })
+    }
+}
+
+/// A little more than exp(-depth), quickly: for promises.
+#[inline(always)]
+fn falls(depth: f64) -> f64 {
+    let d = depth.clamp(0.0, MAX_DEPTH) * 0.25;
+    let root = 1.0 / (1.0 + d * (1.0 + d * (0.5 + d * (1.0 / 6.0 + d / 24.0))));
+    (root * root) * (root * root)
+}
+
+/// Follows only some of the faint, by what they `promise`: the light with its weight, or nothing.
+fn followed(intensity: f64, promise: f64, rng: &mut impl Rng) -> Option<f64> {
+    let worth = promise / SURE_INTENSITY;
+    if worth >= 1.0 {
+        return Some(intensity);
+    }
+    (uniform(rng) <= worth).then(|| intensity / worth)
+}
+
+impl PackGeometry {
+    /// What a collision in the film sends, straight and by way of the film's lower side.
+    #[inline(never)]
+    fn next_event_from_film(
+        &self,
+        light: &PackPhoton,
+        slab: &FilmMatter,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let (shape, photon) = (&self.shape, &light.photon);
+        // The cell's own window does for a guess.
+        let (here, Some(window)) = (&shape.cells[light.cell], &self.windows[light.cell]) else { return };
+        let strength = photon.weight * slab.mu_s / slab.extinction() * window.factor;
+        let towards =
+            |direction: DVec3| strength * henyey_greenstein_density(photon.direction.dot(direction), PIGMENT_G);
+        let below = (here.middle - photon.position).dot(here.normal).max(0.0);
+        let depth = slab.extinction() * below / window.cosine;
+        let intensity = towards(window.direction);
+        if depth < MAX_DEPTH
+            && let Some(intensity) = followed(intensity, intensity * falls(0.7 * depth), rng)
+        {
+            self.rise(photon.position, window.direction, intensity, slab, light.scale, observer);
+        }
+        if here.sealed {
+            return;
+        }
+        let down = window.direction - here.normal * (2.0 * window.cosine);
+        let intensity = towards(down) * (1.0 - window.passed);
+        let Some(intensity) = followed(intensity, intensity * falls(0.5 * depth), rng) else { return };
+        let (length, stop) = shape.march(photon.position, down, PackRegion::Film, f64::INFINITY);
+        if let PackRayEnd::Face(PackFace::Lower, _) = stop {
+            let position = photon.position + down * length;
+            let intensity = intensity * libm::exp(-slab.extinction() * length);
+            self.rise(position, window.direction, intensity, slab, light.scale, observer);
+        }
+    }
+
+    /// Takes light in the film up and out of it, to the lens.
+    fn rise(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        intensity: f64,
+        slab: &FilmMatter,
+        scale: f64,
+        observer: &mut impl LineObserver,
+    ) {
+        let (shape, mut direction) = (&self.shape, direction);
+        for correction in [true, false] {
+            let (length, stop) = shape.march(position, direction, PackRegion::Film, f64::INFINITY);
+            let PackRayEnd::Face(PackFace::Upper, cell) = stop else { return };
+            let end = position + direction * length;
+            let normal = shape.normal(cell, PackFace::Upper, end);
+            let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
+            if correction && window.direction.dot(direction) < 1.0 - 1e-7 {
+                direction = window.direction;
+                continue;
+            }
+            if self.visible(end + normal * OFF_SURFACE_MM) {
+                observer.see(end, scale * intensity * libm::exp(-slab.extinction() * length));
+            }
+            return;
+        }
+    }
+
+    /// Whether nothing stands between a point above the film and the lens.
+    fn visible(&self, position: DVec3) -> bool {
+        matches!(self.shape.march(position, self.view, PackRegion::Above, f64::INFINITY).1, PackRayEnd::Beyond)
+    }
+
+    /// What a collision in a solid sends.
+    #[inline(never)]
+    fn next_event_from_solid(
+        &self,
+        light: &PackPhoton,
+        number: usize,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let (solid, photon) = (&self.shape.solids[number], &light.photon);
+        let (n, coat) = (f64::from(solid.medium.n_eff), f64::from(solid.medium.coat));
+        let extinction = f64::from(solid.medium.mu_a) + f64::from(solid.medium.sigma_i);
+        let albedo = f64::from(solid.medium.sigma_i) / extinction;
+        let strength = photon.weight * albedo / (4.0 * PI) * coat;
+        // The depth of the film above, and at least that of the solid.
+        let film = self.shape.cell(photon.position).map_or(0.0, |cell| f64::from(self.shape.depths[cell]));
+        let below = extinction * light.clearance.free(photon.position);
+        if below > MAX_DEPTH {
+            return;
+        }
+        let promise = strength / (n * n) * falls(film + 0.7 * below);
+        let Some(strength) = followed(strength, promise, rng) else { return };
+        let Some(mut window) = RefractedView::new(self.view, solid.normal(photon.position.as_vec3()).as_dvec3(), n)
+        else {
+            return;
+        };
+        let mut end = photon.position;
+        let mut depth = 0.0;
+        for _ in 0..2 {
+            let Some([_, far]) = solid.span(photon.position.as_vec3(), window.direction.as_vec3()) else { return };
+            depth = extinction * f64::from(far).max(0.0);
+            if depth > MAX_DEPTH {
+                return;
+            }
+            end = photon.position + window.direction * f64::from(far).max(0.0);
+            let normal = solid.normal(end.as_vec3()).as_dvec3();
+            let Some(right) = RefractedView::new(self.view, normal, n) else { return };
+            if right.direction.dot(window.direction) > 1.0 - 1e-7 {
+                break;
+            }
+            window = right;
+        }
+        let intensity = strength * window.factor * libm::exp(-depth);
+        self.through(end, Some(number), intensity, light.scale, observer, rng);
+    }
+
+    /// What foil sends, in the air or under sealed film.
+    #[inline(never)]
+    fn next_event_from_foil(
+        &self,
+        light: &PackPhoton,
+        facets: &Microfacets,
+        sealed: bool,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let photon = &light.photon;
+        let strength = photon.weight * facets.reflectance;
+        if !sealed {
+            let intensity = strength * facets.density(photon.direction, self.view);
+            return self.through(photon.position, None, intensity, light.scale, observer, rng);
+        }
+        let slab = *self.shape.slab(light.cell);
+        let normal = self.shape.normal(light.cell, PackFace::Upper, photon.position);
+        let Some(window) = RefractedView::new(self.view, normal, slab.n) else { return };
+        let intensity = strength * facets.density(photon.direction, window.direction) * window.factor;
+        let over = (self.shape.height(light.cell, PackFace::Upper, photon.position) - photon.position.z) * normal.z;
+        let promise = intensity * falls(0.7 * slab.extinction() * over / window.cosine);
+        if let Some(intensity) = followed(intensity, promise, rng) {
+            self.rise(photon.position, window.direction, intensity, &slab, light.scale, observer);
+        }
+    }
+
+    /// Takes light from a point in the air below towards the lens: through the film, or through a hole.
+    fn through(
+        &self,
+        position: DVec3,
+        but: Option<usize>,
+        intensity: f64,
+        scale: f64,
+        observer: &mut impl LineObserver,
+        rng: &mut impl Rng,
+    ) {
+        let shape = &self.shape;
+        let Some(cell) = shape.cell(position) else { return };
+        let Some(intensity) = followed(intensity, intensity * falls(f64::from(shape.depths[cell])), rng) else {
+            return;
+        };
+        let mut position = position;
+        if let Some(lower) = shape.cells[cell].film.then(|| shape.height(cell, PackFace::Lower, position)) {
+            // A solid that touches the film, by rounding.
+            if position.z > lower && position.z < shape.height(cell, PackFace::Upper, position) {
+                position.z = lower;
+            }
+        }
+        let (length, stop) = shape.march(position, self.view, PackRegion::Under, f64::INFINITY);
+        let end = position + self.view * length;
+        if shape.solid(position, self.view, but).is_some_and(|(_, blocked)| blocked < length) {
+            return;
+        }
+        match stop {
+            PackRayEnd::Face(PackFace::Lower, cell) => {
+                let slab = shape.slab(cell);
+                let Some(window) = RefractedView::new(self.view, shape.normal(cell, PackFace::Lower, end), slab.n)
+                else {
+                    return;
+                };
+                let (length, stop) = shape.march(end, window.direction, PackRegion::Film, f64::INFINITY);
+                let PackRayEnd::Face(PackFace::Upper, cell) = stop else { return };
+                let end = end + window.direction * length;
+                if self.visible(end + shape.normal(cell, PackFace::Upper, end) * OFF_SURFACE_MM) {
+                    let pass = libm::exp(-slab.extinction() * length);
+                    let back = (1.0 - window.passed) * pass;
+                    let unturned = window.passed * window.passed * pass / (1.0 - back * back);
+                    observer.see(end, scale * intensity * unturned);
+                }
+            }
+            PackRayEnd::Region(PackRegion::Above) if self.visible(end) => observer.see(position, scale * intensity),
+            PackRayEnd::Beyond => observer.see(position, scale * intensity),
+            _ => {}
+        }
+    }
+}

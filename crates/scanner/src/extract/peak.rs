@@ -1,0 +1,115 @@
+//! Peak detection: which row of a column is its peak.
+//!
+//! Model: GlobalMax takes the greatest digital number, FirstLocalMax the first at or above the threshold after which
+//! numbers do not rise; rows are searched from row 0 on or from the last row on. So a saturated plateau counts from its
+//! first saturated row in the direction of the search (the makers' manual; docs/instrument/extraction.md). How a real
+//! camera tells a local maximum from noise on a flank is not published: here any fall of one digital number ends a
+//! rise.
+
+use std::ops::Range;
+
+use super::block::{LANES, load_row};
+use crate::frame::Frame;
+use bench::settings::{Extraction, PeakChoice, SearchDirection};
+
+/// Rows before and behind the peak that a measurement may use [px].
+const HALF_WINDOW_ROWS: usize = 22;
+
+/// Level [DN] and window row of the peak of each column; level 0 where there is none.
+#[inline(always)]
+pub(super) fn peaks(frame: &Frame, columns: &Range<usize>, settings: &Extraction) -> ([u16; LANES], [u16; LANES]) {
+    let (mut best, mut at) = ([0u16; LANES], [0u16; LANES]);
+    match (settings.peak, settings.direction) {
+        (PeakChoice::Strongest, SearchDirection::Standard) => {
+            for k in 0..frame.rows {
+                let dn = load_row(frame, columns, k);
+                for c in 0..LANES {
+                    let higher = dn[c] > best[c];
+                    best[c] = if higher { dn[c] } else { best[c] };
+                    at[c] = if higher { k as u16 } else { at[c] };
+                }
+            }
+        }
+        (PeakChoice::Strongest, SearchDirection::Reverse) => {
+            for k in 0..frame.rows {
+                let dn = load_row(frame, columns, k);
+                for c in 0..LANES {
+                    let higher = dn[c] >= best[c];
+                    best[c] = if higher { dn[c] } else { best[c] };
+                    at[c] = if higher { k as u16 } else { at[c] };
+                }
+            }
+        }
+        (PeakChoice::First, direction) => {
+            let min_peak_level = min_peak_level(settings);
+            for step in 0..frame.rows {
+                let (k, next) = match direction {
+                    SearchDirection::Standard => (step, Some(step + 1).filter(|next| *next < frame.rows)),
+                    SearchDirection::Reverse => (frame.rows - 1 - step, (frame.rows - 1 - step).checked_sub(1)),
+                };
+                let dn = load_row(frame, columns, k);
+                let then = next.map_or([0; LANES], |next| load_row(frame, columns, next));
+                for c in 0..LANES {
+                    let found = best[c] == 0 && dn[c] >= min_peak_level && then[c] <= dn[c];
+                    best[c] = if found { dn[c] } else { best[c] };
+                    at[c] = if found { k as u16 } else { at[c] };
+                }
+            }
+        }
+    }
+    (best, at)
+}
+
+/// Least digital number of a peak; at least 1, since 0 means none [DN].
+fn min_peak_level(settings: &Extraction) -> u16 {
+    (settings.threshold_dn.ceil() as u16).max(1)
+}
+
+/// One window around the peak of each column, from the two in `frames`, and `dark` where there is neither.
+pub(super) fn merge_windows(frames: &[Frame; 2], dark: u16, settings: &Extraction) -> Frame {
+    let (cols, first_col) = (frames[0].cols, frames[0].first_col);
+    let rows = 2 * HALF_WINDOW_ROWS + 1;
+    let mut merged = Frame { cols, rows, first_col, first_row: Vec::new(), dn: vec![dark; rows * cols] };
+    for start in (0..cols).step_by(LANES) {
+        let columns = start..(start + LANES).min(cols);
+        let peaks = frames.each_ref().map(|frame| peaks(frame, &columns, settings));
+        for column in columns {
+            let [a, b] = [0, 1].map(|number: usize| {
+                let (best, at) = &peaks[number];
+                let row = frames[number].first_row[column] + i32::from(at[column - start]);
+                WindowPeak { level: best[column - start], row }
+            });
+            let first = winning_row(a, b, settings) - HALF_WINDOW_ROWS as i32;
+            merged.first_row.push(first);
+            for frame in frames {
+                let off = frame.first_row[column] - first;
+                for k in (-off).max(0)..(rows as i32 - off).min(frame.rows as i32) {
+                    merged.dn[(k + off) as usize * cols + column] = frame.dn[k as usize * cols + column];
+                }
+            }
+        }
+    }
+    merged
+}
+
+/// Peak of a column in one of its windows.
+#[derive(Debug, Clone, Copy)]
+struct WindowPeak {
+    /// Level; 0 where there is no peak [DN].
+    level: u16,
+    /// Sensor row [px].
+    row: i32,
+}
+
+/// Sensor row of the peak of a column, from the peaks of its two windows [px].
+fn winning_row(a: WindowPeak, b: WindowPeak, settings: &Extraction) -> i32 {
+    let earlier = match settings.direction {
+        SearchDirection::Standard => b.row < a.row,
+        SearchDirection::Reverse => b.row > a.row,
+    };
+    let second = match settings.peak {
+        PeakChoice::Strongest => b.level > a.level || (b.level == a.level && earlier),
+        PeakChoice::First => b.level > 0 && (a.level == 0 || earlier),
+    };
+    if second { b.row } else { a.row }
+}

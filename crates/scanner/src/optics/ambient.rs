@@ -1,0 +1,69 @@
+//! Ambient light: light of lamps and windows that passes the filter, uniform on everything that a pixel looks at.
+//!
+//! [`super::vignetting`] has the equation. A point returns the albedo that it has for uniform light from above: the sum of
+//! all widths of its spread, plus what its surface throws back. The pixel of a sensor row sees the point that the row looks
+//! at, as for light from below the surface. Ambient light has photon noise and, since its band is broad, no speckle.
+//! Neglected: shadows of the object on itself and on the conveyor; a hidden point shows its own brightness and not that of
+//! what hides it; points beyond the rows that a band holds show the last row's.
+
+use std::ops::Range;
+
+use procedural::Class;
+
+use super::band::Band;
+use super::camera::Camera;
+use super::row::Row;
+use super::scan_geometry::ScanGeometry;
+use super::speckle::TILE;
+use super::window::{ROWS, Scratch, Window, window_start};
+use crate::specimen::Hit;
+use transport::kernel::{BASIS, SpreadRow};
+
+/// Fills the ambient light of `row`, whose body stands in the columns `own`; `albedo` holds what surfaces throw back.
+pub fn row(own: Range<usize>, camera: &Camera, spread: &SpreadRow, albedo: &mut [f32], row: &mut Row) {
+    row.ambient.clear();
+    if !camera.has_ambient() {
+        return;
+    }
+    for column in own.filter(|&column| row.hits[column].matter.class != Class::Background) {
+        albedo[column] += (0..BASIS).map(|j| spread.enter[j][column] * spread.exit[j][column]).sum::<f32>();
+    }
+    let light = |(hit, albedo): (&Hit, &f32)| albedo * camera.ambient(hit.x, hit.surface.z);
+    row.ambient.extend(row.hits.iter().zip(&*albedo).map(light));
+    row.ambient.resize(row.centre.len(), 0.0);
+}
+
+/// Adds ambient light to the windows of a tile.
+pub fn add(camera: &Camera, geometry: &ScanGeometry, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
+    if !camera.has_ambient() {
+        scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
+        return;
+    }
+    let start = tile * TILE;
+    let centre = &band.row(profile).centre[start..start + TILE];
+    let Scratch { windows, used, .. } = scratch;
+    for window in &mut windows[..*used] {
+        let Window { ambient, first_row, .. } = window;
+        ambient.resize(ROWS, [0.0; TILE]);
+        let at_the_line = first_row.iter().zip(centre).all(|(&first, &row)| first == window_start(row));
+        for (k, line) in ambient.iter_mut().enumerate() {
+            if at_the_line {
+                line.copy_from_slice(&band.neighbour(profile, geometry.neighbours[k]).ambient[start..start + TILE]);
+            } else {
+                for (c, pixel) in line.iter_mut().enumerate() {
+                    let offset = geometry.neighbour_at(centre[c] - (first_row[c] + k as i32) as f32);
+                    *pixel = band.neighbour(profile, offset).ambient[start + c];
+                }
+            }
+        }
+    }
+}
+
+/// Ambient light in pixel `[row, column]` of the whole sensor [e-].
+pub fn pixel(camera: &Camera, geometry: &ScanGeometry, band: &Band, profile: usize, [row, column]: [usize; 2]) -> f32 {
+    if !camera.has_ambient() {
+        return 0.0;
+    }
+    let offset = geometry.neighbour_at(band.row(profile).centre[column] - row as f32);
+    band.neighbour(profile, offset).ambient[column]
+}

@@ -1,0 +1,83 @@
+//! Compositing: light of several lines added up in the windows of a tile.
+//!
+//! Lines are drawn in windows of their own, where a Gaussian is stepped from its middle, and moved by whole rows to where
+//! the tile's windows lie ([`super::secondary_light`]). What falls outside of both is lost.
+
+use super::line_image::draw_transmitted;
+use super::row::{Reflection, SecondaryLight, WindowNeed};
+use super::speckle::TILE;
+use super::window::{ROWS, Scratch, Window};
+use numerics::lanes::exp;
+
+/// Standard deviations beyond which an image is left out.
+const REACH_SIGMAS: f32 = 5.0;
+
+/// Adds what lies beside the line to `scratch`, whose first window holds the line alone.
+pub fn composite(secondary: &SecondaryLight, tile: usize, scratch: &mut Scratch) {
+    let need = secondary.needs[tile];
+    if need == WindowNeed::Line {
+        return;
+    }
+    let start = tile * TILE;
+    let Scratch { windows, spare, used, .. } = scratch;
+    *used = if need == WindowNeed::Two { 2 } else { 1 };
+    let places = [0, 1].map(|number| load_rows(&secondary.windows[number], start));
+    if windows[0].first_row != places[0] {
+        std::mem::swap(&mut windows[0], spare);
+        windows[0].darken();
+        windows[0].first_row = places[0];
+        windows[1].first_row = places[1];
+        windows[1].darken();
+        add_shifted(spare, &mut windows[..*used], &[], 1.0);
+    } else {
+        windows[1].first_row = places[1];
+        windows[1].darken();
+    }
+    let windows = &mut windows[..*used];
+    let columns = &secondary.transmitted.columns;
+    if columns.start < start + TILE && columns.end > start {
+        draw_transmitted(&secondary.transmitted, start, spare);
+        add_shifted(spare, windows, &secondary.transmitted.metal[start..start + TILE], 1.0);
+    }
+    for reflection in secondary.tile(tile) {
+        add_reflection(reflection, start, windows);
+    }
+}
+
+fn load_rows(rows: &[i32], start: usize) -> [i32; TILE] {
+    std::array::from_fn(|c| rows[start + c])
+}
+
+/// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light from
+/// the surface in columns of `metal`.
+pub fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
+    for c in 0..TILE {
+        let metal = metal.get(c).is_some_and(|&metal| metal);
+        for window in to.iter_mut() {
+            let off = from.first_row[c] - window.first_row[c];
+            let rows = ROWS as i32;
+            for k in (-off).max(0)..(rows - off).min(rows) {
+                let (k, there) = (k as usize, (k + off) as usize);
+                let (surface, volume) = (share * from.surface[k][c], share * from.volume[k][c]);
+                window.surface[there][c] += if metal { surface + volume } else { surface };
+                window.volume[there][c] += if metal { 0.0 } else { volume };
+            }
+        }
+    }
+}
+
+/// Adds an image; light that a film sends out from below its surface.
+fn add_reflection(reflection: &Reflection, start: usize, windows: &mut [Window]) {
+    let column = reflection.column - start;
+    let reach = REACH_SIGMAS * reflection.variance.sqrt();
+    let scale = reflection.peak();
+    for window in windows {
+        let middle = reflection.row - window.first_row[column] as f32;
+        let (low, high) = ((middle - reach).ceil().max(0.0), (middle + reach).floor().min(ROWS as f32 - 1.0));
+        let (low, high) = (low as i32, high as i32);
+        for k in low..high + 1 {
+            let d = k as f32 - middle;
+            window.volume[k as usize][column] += scale * exp(-0.5 * d * d / reflection.variance);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Film over another surface: the light that leaves the film itself, and the transmitted line, which is light of the
+//! surface below seen through the film.
+//!
+//! Light enters the film by Fresnel's law (Born and Wolf), spreads as [`FilmStackKernel`] says, and is seen at the film.
+//! Light that is seen through the film lies where the laser meets the surface below: lower, so in other rows, and by the
+//! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
+//! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
+//! dark.
+//! Neglected: refraction in the film, which moves light by under a third of its thickness; what the film above hides of
+//! what lies below; light that comes back through another film than it went in by.
+
+use glam::Vec3;
+use procedural::{Film, Matter, Medium, Surface};
+
+use super::box_filter::blur_varying;
+use super::camera::{Camera, Sight};
+use super::row::TransmittedLine;
+use super::row_view::RowView;
+use super::speckle::TILE;
+use crate::specimen::{Hit, height_below};
+use transport::fresnel;
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread};
+use transport::kernel::{BASIS, SPREAD_MM};
+
+/// Heights of neighbouring columns below a film that count as two surfaces [mm].
+const JUMP_MM: f32 = 0.5;
+/// Greatest radiance factor of a width that is believed [1].
+const MAX_RADIANCE_FACTOR: f32 = 2.0;
+/// Mean run of light on its way out in free paths, as in the kernel [1].
+const ESCAPE_FREE_PATHS: f32 = 1.3;
+
+/// What the laser meets below a film, by the column that looks at the film above it.
+#[derive(Debug, Clone, Copy)]
+struct TransmittedPoint {
+    /// Sensor column where it is seen [px].
+    column: f32,
+    z: f32,
+    sight: Sight,
+    /// Light towards the lens, by width [e-].
+    light: [f32; BASIS],
+    metal: bool,
+    sealed: bool,
+}
+
+/// Buffers in which second lines are made.
+#[derive(Debug, Default)]
+pub struct TransmissionScratch {
+    below: Vec<Option<TransmittedPoint>>,
+    /// Height of the surface drawn in each column [mm].
+    height: Vec<f32>,
+    /// Whether the film is sealed to it: light does not creep from there into a pocket.
+    sealed: Vec<bool>,
+    /// Variance along the line of what is out of focus, a column [px^2].
+    defocus: Vec<f32>,
+    buffer: Vec<f32>,
+}
+
+/// Share of light from `light` that enters a film of index `n` [1].
+pub fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
+    1.0 - fresnel::fresnel_dielectric(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
+}
+
+/// How far along the motion the lens sees light leave a film beside where it leaves towards all sides [mm].
+pub fn exit_shift(medium: &Medium, film: &Film, view: Vec3) -> f32 {
+    let run = (ESCAPE_FREE_PATHS / (medium.mu_a + medium.sigma_i)).min(0.5 * film.thickness_mm);
+    run * view.y / medium.n_eff
+}
+
+/// The film of `matter` in the production model.
+pub fn spread(
+    matter: &Matter,
+    film: &Film,
+    normal: Vec3,
+    sight: &Sight,
+    covers: &mut FilmStackKernel,
+) -> FilmStackSpread {
+    let mut spread = covers.spread(&FilmStack {
+        medium: matter.medium,
+        film: *film,
+        enter: entering_share(matter.medium.n_eff, normal, -sight.light),
+        view_up: normal.dot(sight.view).max(0.0),
+        view: sight.view,
+        light: -sight.light,
+    });
+    // A width that holds next to nothing says nothing of how its light leaves; another place's light must not leave by it.
+    for (exit, enter) in spread.exit.iter_mut().zip(spread.enter) {
+        *exit = exit.clamp(0.0, MAX_RADIANCE_FACTOR * enter);
+    }
+    spread
+}
+
+fn under_normal(film: &Film) -> Vec3 {
+    let [along, across] = film.under_slope;
+    Vec3::new(-along, -across, 1.0).normalize()
+}
+
+impl TransmissionScratch {
+    /// Nothing below any of `columns` columns.
+    pub fn clear(&mut self, columns: usize) {
+        self.below.clear();
+        self.below.resize(columns, None);
+    }
+
+    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`FilmStackSpread`] has it.
+    pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], view: &RowView<'_>) {
+        let z = height_below(&hit.surface, film);
+        let light: f32 = through.iter().sum();
+        let [slope_x, slope_y] = film.under_slope;
+        let sight = view.sight(hit.x, &Surface { z, slope_x, slope_y });
+        let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
+        // No row holds more than all of it.
+        let faint = light * white < view.faint;
+        if !hit.lit || faint || !view.specimen.sees_below(Vec3::new(hit.x, view.y, z), view.y) {
+            return;
+        }
+        self.below[column] = Some(TransmittedPoint {
+            column: view.camera.project(hit.x, 0.0, z)[0],
+            z,
+            sight,
+            light: through.map(|t| t * white),
+            metal: film.under.gloss.is_metal(),
+            sealed: film.gap_mm.is_none(),
+        });
+    }
+
+    /// Draws the second line of a row.
+    pub fn draw(&mut self, camera: &Camera, line: &mut TransmittedLine) {
+        let columns = self.below.len();
+        let padded = columns.next_multiple_of(TILE);
+        let old = line.columns.clone();
+        for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance] {
+            field.resize(padded, 1.0);
+        }
+        for source in &mut line.source {
+            source.resize(padded, 0.0);
+            source[old.clone()].fill(0.0);
+        }
+        line.metal.resize(padded, false);
+        self.height.clear();
+        self.height.resize(columns, f32::MIN);
+        self.sealed.clear();
+        self.sealed.resize(columns, false);
+        self.defocus.resize(columns, 0.0);
+        let (mut first, mut last) = (columns, 0);
+        for pair in self.below.windows(2) {
+            let [Some(a), Some(b)] = pair else { continue };
+            if (a.z - b.z).abs() > JUMP_MM || b.column <= a.column {
+                continue;
+            }
+            let end = (b.column.ceil() as usize).min(columns);
+            for column in a.column.ceil().max(0.0) as usize..end {
+                let part = (column as f32 - a.column) / (b.column - a.column);
+                let mix = |a: f32, b: f32| a + (b - a) * part;
+                let z = mix(a.z, b.z);
+                if z <= self.height[column] {
+                    continue;
+                }
+                self.height[column] = z;
+                self.sealed[column] = a.sealed;
+                self.defocus[column] = mix(a.sight.defocus, b.sight.defocus);
+                (first, last) = (first.min(column), last.max(column + 1));
+                line.centre[column] = mix(a.sight.row, b.sight.row);
+                line.rows_per_mm[column] = mix(a.sight.rows_per_mm, b.sight.rows_per_mm);
+                line.variance[column] = mix(a.sight.variance, b.sight.variance);
+                line.metal[column] = a.metal;
+                for j in 0..BASIS {
+                    line.source[j][column] = mix(a.light[j], b.light[j]);
+                }
+            }
+        }
+        line.columns = first.min(last)..last;
+        self.blur(camera, line);
+    }
+
+    /// Spreads the second line along itself, piece by piece.
+    fn blur(&mut self, camera: &Camera, line: &mut TransmittedLine) {
+        let mut start = line.columns.start;
+        for column in line.columns.clone() {
+            let ends = column + 1 == line.columns.end
+                || (self.height[column + 1] - self.height[column]).abs() > JUMP_MM
+                || line.metal[column + 1] != line.metal[column]
+                || self.sealed[column + 1] != self.sealed[column];
+            if !ends {
+                continue;
+            }
+            let piece = start..column + 1;
+            start = column + 1;
+            if self.height[column] == f32::MIN {
+                continue;
+            }
+            let defocus = &self.defocus[piece.clone()];
+            for j in 0..BASIS {
+                let source = &mut line.source[j][piece.clone()];
+                if source.iter().any(|&light| light != 0.0) {
+                    blur_varying(source, camera.along_variance(SPREAD_MM[j]), defocus, 1.0, &mut self.buffer);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Gaussian stepper: the Gaussians of a tile of columns, stepped from row to row.
+//!
+//! They follow by recursion from the middle outwards, g(d + 1) = g(d) q(d), q(d + 1) = q(d) exp(-1 / sigma^2), whose
+//! relative error after 22 rows is under 1e-4. A narrow Gaussian on whole rows sums to
+//!
+//! ```text
+//! 1 + 2 exp(-2 pi^2 v) cos(2 pi d) + 2 exp(-8 pi^2 v) cos(4 pi d) + ...
+//! ```
+//!
+//! (Poisson's sum), by which it is divided, so that a column's light does not depend on where between rows the line
+//! lies. What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected:
+//! that a pixel gathers over its box, where a Gaussian has the box's variance alone.
+
+use super::circle_of_confusion;
+use super::laser::{GaussianMixture, LineProfile};
+use super::row::Row;
+use super::speckle::TILE;
+use super::window::{CENTRE, MIN_VARIANCE, ROWS, load};
+use numerics::lanes::{cos_sin_turns, exp};
+
+/// Standard deviations of a Gaussian beyond which it is left out: 1e-9 of its peak.
+const REACH_SIGMAS: f32 = 6.5;
+/// Variance over which a Gaussian on whole rows sums to 1 within 1e-4 [px^2].
+const NARROW_VARIANCE: f32 = 0.5;
+/// Exponent at which a Gaussian is too faint to be stepped from there.
+const MAX_EXPONENT: f32 = 60.0;
+
+/// The line of a tile that is more than one Gaussian.
+#[derive(Debug, Clone, Copy)]
+pub struct CompositeLine<'a> {
+    /// The lit row.
+    pub own: &'a Row,
+    /// First column of the tile.
+    pub start: usize,
+    /// What the line is across.
+    pub profile: &'a LineProfile,
+    /// Its components for one width.
+    pub mixture: &'a GaussianMixture,
+}
+
+impl CompositeLine<'_> {
+    /// Adds all components of a line whose middle has `phase` and `variance`.
+    #[inline(always)]
+    pub fn add<'a>(
+        &self,
+        phase: &[f32; TILE],
+        variance: &[f32; TILE],
+        source: &[f32; TILE],
+        exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+        out: &mut [[f32; TILE]; ROWS],
+    ) {
+        let unit = load(&self.own.profile_unit, self.start);
+        for (number, component) in self.mixture.components.iter().enumerate() {
+            let (mut place, mut wide, mut light) = (*phase, *variance, *source);
+            for c in 0..TILE {
+                place[c] += component.offset * unit[c];
+                wide[c] += (component.variance - self.profile.core()) * unit[c] * unit[c];
+                light[c] *= component.weight;
+            }
+            if self.mixture.varies() {
+                let node = load(&self.own.profile_node, self.start);
+                for c in 0..TILE {
+                    light[c] = source[c] * self.mixture.weight(number, node[c]);
+                }
+            }
+            match self.own.defocus_radius_of(self.start) {
+                None => add_placed(&place, &wide, &light, exit, out),
+                Some(disc) => add_defocused(disc, &place, &wide, &light, exit, out),
+            }
+        }
+    }
+}
+
+/// Adds a line that is one Gaussian, but for the disc that it is out of focus by.
+#[inline(always)]
+pub fn add_line<'a>(
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+    disc: Option<&[f32; TILE]>,
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    match disc {
+        None => GaussianStepper::new(phase, variance).add(source, exit, out),
+        Some(disc) => add_defocused(disc, phase, variance, source, exit, out),
+    }
+}
+
+/// Adds Gaussians blurred by discs, whose variance they have.
+fn add_defocused<'a>(
+    disc: &[f32; TILE],
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    let components = circle_of_confusion::components(disc, variance);
+    if components.is_empty() {
+        return add_placed(phase, variance, source, exit, out);
+    }
+    for [node, weight] in components {
+        let (mut place, mut rest, mut light) = (*phase, *variance, *source);
+        for c in 0..TILE {
+            place[c] += node * disc[c];
+            rest[c] -= 0.25 * disc[c] * disc[c];
+            light[c] *= weight;
+        }
+        add_placed(&place, &rest, &light, exit, out);
+    }
+}
+
+/// Adds Gaussians whose middles may lie add_placed.
+#[inline(always)]
+fn add_placed<'a>(
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE],
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    match GaussianStepper::about(phase, variance) {
+        Some(stepper) => stepper.add(source, exit, out),
+        None => add_by_rows(phase, variance, source, exit, out),
+    }
+}
+
+/// Gaussians whose middles lie too far apart for one stepper, row by row.
+fn add_by_rows<'a>(
+    phase: &[f32; TILE],
+    variance: &[f32; TILE],
+    source: &[f32; TILE],
+    exit: impl Fn(usize) -> &'a [f32; TILE],
+    out: &mut [[f32; TILE]; ROWS],
+) {
+    for (k, row) in out.iter_mut().enumerate() {
+        let exit = exit(k);
+        for c in 0..TILE {
+            let d = phase[c] + k as f32 - CENTRE as f32;
+            let v = variance[c].max(MIN_VARIANCE);
+            let sum = if v < NARROW_VARIANCE { row_sum(d, v) } else { 1.0 };
+            row[c] += source[c] * exit[c] * 0.398_942_3 / (v.sqrt() * sum) * exp(-0.5 * d * d / v);
+        }
+    }
+}
+
+/// The exit of light that the surface throws back.
+pub const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
+
+/// Gaussians of one tile, stepped from row to row.
+#[derive(Debug)]
+pub struct GaussianStepper {
+    middle: [f32; TILE],
+    up: [f32; TILE],
+    down: [f32; TILE],
+    ratio: [f32; TILE],
+    /// Row of the window that they are stepped from, and how far.
+    from: usize,
+    reach: usize,
+}
+
+impl GaussianStepper {
+    /// `phase` is the distance from the line's centre to the window's middle row [px].
+    #[inline(always)]
+    pub fn new(phase: &[f32; TILE], variance: &[f32; TILE]) -> Self {
+        let mut stepper = Self {
+            middle: [0.0; TILE],
+            up: [0.0; TILE],
+            down: [0.0; TILE],
+            ratio: [0.0; TILE],
+            from: CENTRE,
+            reach: 0,
+        };
+        let (mut widest, mut narrowest) = (0.0f32, NARROW_VARIANCE);
+        for c in 0..TILE {
+            let v = variance[c].max(MIN_VARIANCE);
+            let half = 0.5 / v;
+            let d = phase[c];
+            // 1 / sqrt(2 pi v)
+            stepper.middle[c] = 0.398_942_3 / v.sqrt() * exp(-d * d * half);
+            stepper.up[c] = exp(-(2.0 * d + 1.0) * half);
+            stepper.down[c] = exp((2.0 * d - 1.0) * half);
+            stepper.ratio[c] = exp(-2.0 * half);
+            (widest, narrowest) = (widest.max(v), narrowest.min(v));
+        }
+        if narrowest < NARROW_VARIANCE {
+            for c in 0..TILE {
+                stepper.middle[c] /= row_sum(phase[c], variance[c].max(MIN_VARIANCE));
+            }
+        }
+        stepper.reach = (REACH_SIGMAS * widest.sqrt() + 1.0).min(CENTRE as f32) as usize;
+        stepper
+    }
+
+    /// The same for lines whose centres lie add_placed; `None` where they lie too far apart.
+    #[inline(always)]
+    fn about(phase: &[f32; TILE], variance: &[f32; TILE]) -> Option<Self> {
+        let (mut least, mut most, mut narrowest) = (f32::MAX, f32::MIN, f32::MAX);
+        for c in 0..TILE {
+            (least, most) = (least.min(phase[c]), most.max(phase[c]));
+            narrowest = narrowest.min(variance[c].max(MIN_VARIANCE));
+        }
+        let from = (CENTRE as f32 - (0.5 * (least + most)).round()).clamp(0.0, ROWS as f32 - 1.0);
+        let moved = from - CENTRE as f32;
+        let far = (least + moved).abs().max((most + moved).abs());
+        if 0.5 * far * far > MAX_EXPONENT * narrowest {
+            return None;
+        }
+        let mut stepper = Self::new(&phase.map(|phase| phase + moved), variance);
+        stepper.from = from as usize;
+        stepper.reach = (stepper.reach + far.ceil() as usize).min(ROWS);
+        Some(stepper)
+    }
+
+    /// Adds source x Gaussian x exit to every row of the window in reach.
+    #[inline(always)]
+    pub fn add<'a>(
+        &self,
+        source: &[f32; TILE],
+        exit: impl Fn(usize) -> &'a [f32; TILE],
+        out: &mut [[f32; TILE]; ROWS],
+    ) {
+        let (middle, row) = (exit(self.from), &mut out[self.from]);
+        let mut start = [0.0f32; TILE];
+        for c in 0..TILE {
+            start[c] = source[c] * self.middle[c];
+            row[c] += start[c] * middle[c];
+        }
+        let step = |g: &mut [f32; TILE], q: &mut [f32; TILE], exit: &[f32; TILE], row: &mut [f32; TILE]| {
+            for c in 0..TILE {
+                g[c] *= q[c];
+                q[c] *= self.ratio[c];
+                row[c] += g[c] * exit[c];
+            }
+        };
+        let (mut g, mut q) = (start, self.up);
+        for k in self.from + 1..(self.from + self.reach + 1).min(ROWS) {
+            step(&mut g, &mut q, exit(k), &mut out[k]);
+        }
+        let (mut g, mut q) = (start, self.down);
+        for k in (self.from.saturating_sub(self.reach)..self.from).rev() {
+            step(&mut g, &mut q, exit(k), &mut out[k]);
+        }
+    }
+}
+
+/// Sum over whole rows of a Gaussian of variance `v` that lies `d` beside one of them [1].
+#[inline(always)]
+fn row_sum(d: f32, v: f32) -> f32 {
+    const TWO_PI2: f32 = 19.739_209;
+    let (cos, _) = cos_sin_turns(d - d.floor().min(d));
+    let first = exp(-TWO_PI2 * v);
+    1.0 + 2.0 * first * (cos + first * first * first * (2.0 * cos * cos - 1.0))
+}

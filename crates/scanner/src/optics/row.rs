@@ -1,0 +1,158 @@
+//! Light of one row of the specimen, as the camera sees it when the laser stands on that row.
+//!
+//! Subsurface response depends only on the body, so a row is worked out once for each position of the scan and used by
+//! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
+
+use super::speckle::TILE;
+use super::streak::Streak;
+use super::window::load;
+use crate::specimen::Hit;
+use transport::kernel::{BASIS, SPREAD_MM};
+
+/// Numbers of one position of the scan, structure of arrays over sensor columns, padded with zeros to whole tiles.
+#[derive(Debug, Clone, Default)]
+pub struct Row {
+    /// What each column sees; noise-free truth.
+    pub hits: Vec<Hit>,
+    /// Sensor row of the line's centre [px].
+    pub centre: Vec<f32>,
+    /// Rows per mm along the motion [px/mm].
+    pub rows_per_mm: Vec<f32>,
+    /// Variance of laser, lens and pixel [px^2].
+    pub variance: Vec<f32>,
+    /// Unit of the laser's line profile; empty for a Gaussian line [px].
+    pub profile_unit: Vec<f32>,
+    /// Position along the line profile's nodes; empty for a Gaussian line [1].
+    pub profile_node: Vec<f32>,
+    /// Radius along the rows of the circle of confusion, whose variance `variance` holds; empty where nothing can be out
+    /// of focus [px].
+    pub defocus_radius: Vec<f32>,
+    /// Light thrown back by the surface itself [e-].
+    pub surface_light: Vec<f32>,
+    /// Light that entered below the surface, as a white Lambertian surface would return it to the lens [e-].
+    pub entered_light: Vec<f32>,
+    /// Light that entered, by width, spread along the line, `[BASIS][columns]` [sqrt(1) e-].
+    pub source: [Vec<f32>; BASIS],
+    /// Shift of each width's light against the centre, `[BASIS][columns]` [px].
+    pub shift: [Vec<f32>; BASIS],
+    /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
+    pub exit: [Vec<f32>; BASIS],
+    /// The same for light of rows behind this one, which leaves through a front face where this row is bare; `None` where
+    /// that makes no difference.
+    pub front_exit: Option<Box<[Vec<f32>; BASIS]>>,
+    /// Ambient light in a pixel that looks here; empty where there is none [e-].
+    pub ambient: Vec<f32>,
+    /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
+    pub secondary: Option<Box<SecondaryLight>>,
+    /// Single fibres that guide light out of the line, by rising column.
+    pub streaks: Vec<Streak>,
+}
+
+impl Row {
+    /// Radii of the circles of confusion of a tile; `None` where all is sharp.
+    pub fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
+        self.defocus_radius.get(start..)?.first_chunk()
+    }
+
+    /// Factors by which width `j` leaves here in the tile that begins at column `start`, for light from `behind` this row
+    /// or from before it [sqrt(1)].
+    #[inline(always)]
+    pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
+        let exit = self.front_exit.as_deref().filter(|_| behind).unwrap_or(&self.exit);
+        load(&exit[j], start)
+    }
+
+    /// Light in the brightest row of a column's line [e-].
+    pub fn line_peak(&self, column: usize) -> f32 {
+        let rows_per_mm = self.rows_per_mm[column];
+        peak(self.surface_light[column], self.variance[column], rows_per_mm, |j| {
+            self.source[j][column] * self.exit[j][column]
+        })
+    }
+}
+
+/// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.
+#[derive(Debug, Clone, Default)]
+pub struct SecondaryLight {
+    /// The line through the film.
+    pub transmitted: TransmittedLine,
+    /// Mirror images, by rising column.
+    pub reflections: Vec<Reflection>,
+    /// Sensor row of the first row of each window, a column [px].
+    pub windows: [Vec<i32>; 2],
+    /// Whether a tile of columns needs more than its line's own window.
+    pub needs: Vec<WindowNeed>,
+}
+
+impl SecondaryLight {
+    /// Mirror images in the columns of a tile.
+    pub fn tile(&self, tile: usize) -> &[Reflection] {
+        let at = |column: usize| self.reflections.partition_point(|reflection| reflection.column < column);
+        &self.reflections[at(tile * TILE)..at((tile + 1) * TILE)]
+    }
+}
+
+/// Windows that a tile of columns needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum WindowNeed {
+    /// The line's own window holds all there is.
+    #[default]
+    Line,
+    /// More light, in one window.
+    One,
+    /// More light, in two windows.
+    Two,
+}
+
+/// The line that is seen through a film, structure of arrays over sensor columns, padded to whole tiles.
+#[derive(Debug, Clone, Default)]
+pub struct TransmittedLine {
+    /// Sensor row of the line's centre [px].
+    pub centre: Vec<f32>,
+    /// Rows per mm along the motion [px/mm].
+    pub rows_per_mm: Vec<f32>,
+    /// Variance of laser, lens and pixel [px^2].
+    pub variance: Vec<f32>,
+    /// Light towards the lens, by width, spread along the line, `[BASIS][columns]` [e-].
+    pub source: [Vec<f32>; BASIS],
+    /// Whether metal throws it back.
+    pub metal: Vec<bool>,
+    /// Columns that hold any of it.
+    pub columns: std::ops::Range<usize>,
+}
+
+impl TransmittedLine {
+    /// Light in the brightest row of a column's transmitted line [e-].
+    pub fn peak(&self, column: usize) -> f32 {
+        peak(0.0, self.variance[column], self.rows_per_mm[column], |j| self.source[j][column])
+    }
+}
+
+/// Mirror image of the line in one column: a Gaussian along the rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reflection {
+    /// Sensor column [px].
+    pub column: usize,
+    /// Sensor row of its centre [px].
+    pub row: f32,
+    /// Its variance along the rows [px^2].
+    pub variance: f32,
+    /// All of its light in this column [e-].
+    pub electrons: f32,
+}
+
+impl Reflection {
+    /// Light in its brightest row [e-].
+    pub fn peak(&self) -> f32 {
+        0.398_942_3 * self.electrons / self.variance.sqrt()
+    }
+}
+
+/// Sum of Gaussians in their common middle: `surface_light` of the line's own variance, the rest on the fixed widths [e-].
+fn peak(surface_light: f32, variance: f32, rows_per_mm: f32, light: impl Fn(usize) -> f32) -> f32 {
+    let spread = |j: usize| {
+        let sigma = SPREAD_MM[j] * rows_per_mm;
+        light(j) / (variance + sigma * sigma).sqrt()
+    };
+    0.398_942_3 * (surface_light / variance.sqrt() + (0..BASIS).map(spread).sum::<f32>())
+}

@@ -1,0 +1,326 @@
+//! Making of rows: what each column of a row sends to the lens when the laser stands on it, and what it lets out of its
+//! neighbours' light.
+//!
+//! In steps: what each column sees ([`crate::specimen`]); the sight of it, with laser and lens; how much light its matter
+//! throws back and takes in; how light that entered spreads, by the kernel along the motion and by a blur along the line;
+//! and the extras: highlights, blur out of focus, ambient light, secondary light.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use procedural::{Class, Film, Gloss, Medium};
+
+use super::ambient;
+use super::box_filter::{blur, blur_varying};
+use super::camera::{Camera, Sight};
+use super::film;
+use super::highlights::{HighlightScratch, Highlights};
+use super::reflections::LitRow;
+use super::row::Row;
+use super::row_view::RowView;
+use super::secondary_light::SecondaryScratch;
+use super::spans::spans;
+use super::speckle::TILE;
+use super::surface_point::surface_point;
+use crate::frame::Sightlines;
+use crate::specimen::{Hit, Specimen};
+use transport::fresnel;
+use transport::kernel::{
+    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, exit_shift, line_spread,
+};
+
+/// Share that comes back of light that would cross an upright wall, which lets it out: negative, since the wall takes of
+/// the light near it too; from Monte Carlo scatter beside a crack and at the side of a board [1].
+const WALL_RETURN: f32 = -0.5;
+
+/// Makes rows; holds what is worked out once.
+#[derive(Debug)]
+pub struct RowMaker {
+    shares: WidthShares,
+    conveyor: Medium,
+    conveyor_reflectance: f32,
+    /// Where each column looks.
+    columns: Sightlines,
+    /// How the camera sees the bare conveyor in each column.
+    conveyor_sights: Vec<Sight>,
+    highlights: Highlights,
+}
+
+/// Buffers that one thread needs to make rows.
+#[derive(Debug)]
+pub struct RowScratch {
+    points: Vec<SurfacePoint>,
+    spread: SpreadRow,
+    /// Light of each column towards the lens from a white Lambertian surface [e-].
+    white: Vec<f32>,
+    /// Buffer for blurring along the line.
+    line: Vec<f32>,
+    /// How much nearer to the lens light is seen to leave, along the motion [mm].
+    exit_shift: Vec<f32>,
+    /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
+    defocus: Vec<f32>,
+    /// Diffuse reflectance for light from all sides [1].
+    albedo: Vec<f32>,
+    /// Stretches of columns along which light spreads without a break.
+    spans: Vec<Range<usize>>,
+    secondary: SecondaryScratch,
+    highlights: HighlightScratch,
+}
+
+impl RowScratch {
+    /// Buffers for `columns` columns.
+    pub fn new(columns: usize) -> Self {
+        Self {
+            points: vec![SurfacePoint::BLACK; columns],
+            spread: SpreadRow::new(columns),
+            white: vec![0.0; columns],
+            line: Vec::new(),
+            exit_shift: vec![0.0; columns],
+            defocus: Vec::new(),
+            albedo: vec![0.0; columns],
+            spans: Vec::new(),
+            secondary: SecondaryScratch::default(),
+            highlights: HighlightScratch::default(),
+        }
+    }
+}
+
+impl RowMaker {
+    /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, below bodies that
+    /// rise to `top` [mm] and have `highlights`, and a sensor of `columns` columns.
+    pub fn new(conveyor_reflectance: f64, camera: &Camera, highlights: Highlights, columns: usize, top: f64) -> Self {
+        let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
+        Self {
+            columns: camera.rig.sightlines(columns, top),
+            conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
+            highlights,
+            shares: WidthShares::new(),
+            conveyor: Medium::opaque(Gloss::NONE),
+            conveyor_reflectance: conveyor_reflectance as f32,
+        }
+    }
+
+    /// What each column sees with the laser at scan position `y` [mm]; fills `hits`, `[columns]`.
+    pub fn look(&self, specimen: &Specimen, y: f32, hits: &mut Vec<Hit>) {
+        specimen.look(y, &self.columns, self.conveyor, hits);
+    }
+
+    /// Makes the row of what `view` looks at.
+    pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        self.look(view.specimen, view.y, &mut row.hits);
+        prepare(view, scratch, row);
+        let own = self.light(view, scratch, row);
+        darken_outside(&own, scratch.white.len(), row);
+        if !own.is_empty() {
+            self.spread(own.clone(), view, scratch, row);
+        }
+        self.add_extras(view, own, scratch, row);
+    }
+
+    /// Sight and matter of all columns; the columns from the body's first to its last, 0..0 where there is none.
+    fn light(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) -> Range<usize> {
+        let hits = std::mem::take(&mut row.hits);
+        let (mut first, mut last) = (hits.len(), 0);
+        for (column, hit) in hits.iter().enumerate() {
+            let sight = self.sight(column, hit, view, scratch, row);
+            // Electrons of a white Lambertian surface, before its slope.
+            let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
+            if is_bare(hit) {
+                self.conveyor(column, reach * sight.view.z, scratch, row);
+                continue;
+            }
+            (first, last) = (first.min(column), column + 1);
+            let normal = Vec3::new(-hit.surface.slope_x, -hit.surface.slope_y, 1.0).normalize();
+            let facing = normal.dot(sight.view).max(0.0);
+            let lit = LitColumn { column, hit, sight, normal, white: facing * reach };
+            lit.reflect(scratch, row);
+            match &hit.matter.film {
+                Some(film) => lit.enter_film(film, view, scratch, row),
+                None => lit.enter(scratch, row),
+            }
+        }
+        row.hits = hits;
+        first.min(last)..last
+    }
+
+    /// Where and how sharp laser and lens draw the line in a column.
+    #[inline]
+    fn sight(&self, column: usize, hit: &Hit, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) -> Sight {
+        let sight = if is_bare(hit) {
+            view.share(self.conveyor_sights[column], hit.x, 0.0)
+        } else {
+            view.sight(hit.x, &hit.surface)
+        };
+        row.centre[column] = sight.row;
+        row.rows_per_mm[column] = sight.rows_per_mm;
+        row.variance[column] = sight.variance;
+        if let Some(unit) = row.profile_unit.get_mut(column) {
+            *unit = sight.unit;
+            row.profile_node[column] = view.camera.laser.profile_node(hit.x, hit.surface.z);
+        }
+        if let Some(defocus) = scratch.defocus.get_mut(column) {
+            *defocus = sight.defocus;
+            row.defocus_radius[column] = sight.disc;
+        }
+        sight
+    }
+
+    /// Light of the bare conveyor in a column where a white one would send `white`.
+    #[inline]
+    fn conveyor(&self, column: usize, white: f32, scratch: &mut RowScratch, row: &mut Row) {
+        row.surface_light[column] = white * self.conveyor_reflectance;
+        (scratch.white[column], row.entered_light[column]) = (0.0, 0.0);
+        scratch.points[column] = SurfacePoint::BLACK;
+        scratch.albedo[column] = self.conveyor_reflectance;
+    }
+
+    /// Lets the light of the columns `own` spread, along the motion and along the line.
+    fn spread(&self, own: Range<usize>, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        let (camera, relief) = (view.camera, view.specimen.can_occlude_itself());
+        let (first, last) = (own.start, own.end);
+        let mut start = first;
+        for part in row.hits[own].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
+            if part[0].matter.film.is_none() {
+                line_spread(&scratch.points[start..start + part.len()], start, &self.shares, &mut scratch.spread);
+            }
+            start += part.len();
+        }
+        spans(&row.hits[first..last], first, relief, &mut scratch.spans);
+        let sideways = if relief { 1.0 } else { SPREAD_ACROSS_OVER_ALONG };
+        for j in 0..BASIS {
+            for column in first..last {
+                // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
+                let hit = &row.hits[column];
+                let inside = if is_bare(hit) || !hit.seen { 0.0 } else { 1.0 };
+                row.exit[j][column] = scratch.spread.exit[j][column] * inside;
+                row.source[j][column] = scratch.spread.enter[j][column] * scratch.white[column] * inside;
+                let shift = scratch.spread.shift[j][column] + scratch.exit_shift[column];
+                row.shift[j][column] = -shift * row.rows_per_mm[column];
+            }
+            let variance = camera.along_variance(SPREAD_MM[j] * sideways);
+            let side = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
+            for span in &scratch.spans {
+                let own = scratch.defocus.get(span.clone()).unwrap_or_default();
+                blur_varying(&mut row.source[j][span.clone()], variance, own, side, &mut scratch.line);
+            }
+        }
+    }
+
+    /// What comes on top of the line and its spread: highlights, blur along the line, ambient light, secondary light.
+    fn add_extras(&self, view: RowView<'_>, own: Range<usize>, scratch: &mut RowScratch, row: &mut Row) {
+        let camera = view.camera;
+        self.highlights.add(view, row, &mut scratch.highlights);
+        // What the lens blurs along a line is even anyway.
+        if camera.laser.is_point() {
+            let columns = row.hits.len();
+            blur(&mut row.surface_light[..columns], camera.blur_variance, 1.0, &mut scratch.line);
+        }
+        if camera.blurs() {
+            spans(&row.hits, 0, view.specimen.can_occlude_itself(), &mut scratch.spans);
+            for span in &scratch.spans {
+                let (light, own) = (&mut row.surface_light[span.clone()], &scratch.defocus[span.clone()]);
+                blur_varying(light, 0.0, own, 1.0, &mut scratch.line);
+            }
+        }
+        ambient::row(own, camera, &scratch.spread, &mut scratch.albedo, row);
+        if let Some(mut secondary) = row.secondary.take() {
+            let lit = LitRow { view, hits: &row.hits, spread: &scratch.spread };
+            secondary.make(&lit, row, &mut scratch.secondary);
+            row.secondary = Some(secondary);
+        }
+    }
+}
+
+/// Gives a row and its buffers their lengths, and takes away what another row has left.
+fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+    let RowView { specimen, camera, .. } = view;
+    let columns = scratch.white.len();
+    let padded = columns.next_multiple_of(TILE);
+    row.front_exit = None;
+    for field in
+        [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.surface_light, &mut row.entered_light]
+    {
+        field.resize(padded, 0.0);
+    }
+    let profiled = if camera.laser.line_profile().is_some() { padded } else { 0 };
+    row.profile_unit.resize(profiled, 0.0);
+    row.profile_node.resize(profiled, 0.0);
+    if specimen.can_occlude_itself() {
+        row.secondary.get_or_insert_default();
+        scratch.secondary.transmission.clear(columns);
+    } else {
+        row.secondary = None;
+    }
+    scratch.defocus.resize(if camera.blurs() { columns } else { 0 }, 0.0);
+    row.defocus_radius.resize(if camera.blurs() { padded } else { 0 }, 0.0);
+}
+
+/// Leaves no spread light outside of the columns `own` of a row of `columns` columns.
+fn darken_outside(own: &Range<usize>, columns: usize, row: &mut Row) {
+    for j in 0..BASIS {
+        for field in [&mut row.source[j], &mut row.exit[j], &mut row.shift[j]] {
+            field.resize(columns.next_multiple_of(TILE), 0.0);
+            field[..own.start].fill(0.0);
+            field[own.end..].fill(0.0);
+        }
+    }
+}
+
+/// Whether a column sees the bare conveyor.
+#[inline]
+fn is_bare(hit: &Hit) -> bool {
+    hit.matter.class == Class::Background
+}
+
+/// A column that sees the body.
+#[derive(Debug, Clone, Copy)]
+struct LitColumn<'a> {
+    column: usize,
+    hit: &'a Hit,
+    sight: Sight,
+    /// Unit normal of the surface.
+    normal: Vec3,
+    /// Light towards the lens from a white Lambertian surface; what follows multiplies it by radiance factors [e-].
+    white: f32,
+}
+
+impl LitColumn<'_> {
+    /// Light that the surface itself throws back.
+    #[inline]
+    fn reflect(&self, scratch: &mut RowScratch, row: &mut Row) {
+        let Self { column, sight, normal, white, .. } = *self;
+        let gloss = &self.hit.matter.medium.gloss;
+        scratch.white[column] = white;
+        row.surface_light[column] = white * fresnel::gloss(gloss, normal, -sight.light, sight.view);
+        scratch.albedo[column] = gloss.matte + gloss.share * gloss.reflectance;
+    }
+
+    /// Light that enters a film over something else.
+    #[inline]
+    fn enter_film(&self, film: &Film, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
+        let Self { column, hit, sight, normal, white } = *self;
+        let medium = &hit.matter.medium;
+        let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        for j in 0..BASIS {
+            scratch.spread.enter[j][column] = spread.enter[j];
+            scratch.spread.exit[j][column] = spread.exit[j];
+            scratch.spread.shift[j][column] = 0.0;
+        }
+        row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
+        scratch.exit_shift[column] = film::exit_shift(medium, film, sight.view);
+        scratch.albedo[column] += spread.through.iter().sum::<f32>();
+        scratch.secondary.transmission.note(column, hit, film, &spread.through, &view);
+    }
+
+    /// Light that enters a body of one medium.
+    #[inline]
+    fn enter(&self, scratch: &mut RowScratch, row: &mut Row) {
+        let Self { column, sight, normal, white, .. } = *self;
+        let medium = &self.hit.matter.medium;
+        let point = surface_point(medium, normal, sight.view);
+        row.entered_light[column] = white * point.enter;
+        scratch.exit_shift[column] = exit_shift(&point);
+        // A coat is passed both ways.
+        scratch.points[column] = SurfacePoint { enter: point.enter * medium.coat * medium.coat, ..point };
+    }
+}

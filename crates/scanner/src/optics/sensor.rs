@@ -1,0 +1,192 @@
+//! The instrument over one scan: laser, camera, sensor and conveyor, set up for one sample.
+
+use procedural::{Medium, Stream};
+
+use super::band::Band;
+use super::camera::Camera;
+use super::coherence::coherence_contrast;
+use super::encoder::Encoder;
+use super::highlights::Highlights;
+use super::per_line::{LineSolver, PerLine};
+use super::postprocess::ThesisScripts;
+use super::row_maker::{RowMaker, RowScratch};
+use super::row_view::RowView;
+use super::scan_geometry::ScanGeometry;
+use super::second_line::SecondLine;
+use super::signal_chain::SignalChain;
+use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
+use crate::frame::Calibration;
+use crate::specimen::{Hit, Specimen, turntable::Turntable};
+use bench::parameters::Bench;
+use bench::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
+use transport::fresnel;
+
+/// Light in one pixel under which secondary light is left out [DN of 8 bits].
+const FAINT_DN: f32 = 0.05;
+
+/// Everything that a [`Sensor`] is set up from.
+#[derive(Debug)]
+pub struct SensorSetup<'a> {
+    /// Numbers of the bench.
+    pub bench: &'a Bench,
+    /// Kind of the laser line.
+    pub line: &'a LaserLine,
+    /// Columns and rows of the sensor, profiles of the scan.
+    pub size: Size,
+    /// Height of the specimen's upper surface, about [mm].
+    pub height: f64,
+    /// Medium whose path lengths decide how far speckle from below the surface is washed out.
+    pub clear: &'a Medium,
+    /// Law of the speckle's intensity.
+    pub speckle_law: SpeckleLaw,
+    /// Speckle patterns, shared by all samples.
+    pub patterns: &'a PatternCache,
+    /// Converter and slopes of the response.
+    pub readout: Readout,
+    /// The thesis' scripts in place of speckle and noise, where the order is not `physical`.
+    pub postprocess: Postprocess,
+    /// Where the specimen turns; `None` for a straight way.
+    pub turn: Option<Turntable>,
+    /// Model of light from below that answers one line at a time; `None` for the kernel.
+    pub line_solver: Option<LineSolver>,
+    /// Stream of the sample.
+    pub stream: Stream,
+}
+
+/// Laser, camera and sensor over one scan.
+#[derive(Debug)]
+pub struct Sensor {
+    pub(super) camera: Camera,
+    pub(super) chain: SignalChain,
+    pub(super) speckle: AnchoredSpeckle,
+    /// The thesis' scripts in place of speckle and noise.
+    pub(super) scripts: Option<ThesisScripts>,
+    pub(super) geometry: ScanGeometry,
+    pub(super) second: Option<SecondLine>,
+    pub(super) turn: Option<Turntable>,
+    pub(super) size: Size,
+    /// Light in one pixel under which secondary light is left out [e-].
+    pub(super) faint: f32,
+    line_solver: Option<LineSolver>,
+    maker: RowMaker,
+}
+
+impl Sensor {
+    /// Sets the instrument up.
+    pub fn new(setup: SensorSetup<'_>) -> Self {
+        let SensorSetup { bench, size, height, clear, stream, .. } = setup;
+        let camera = Camera::new(bench, &size, setup.line, stream);
+        let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
+        let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
+        let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
+        let paths = coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
+        let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
+        let step = bench.motion.step_mm;
+        let exposed_share = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
+        let travel = exposed_share / (1.0 / (rows_per_mm * step));
+        let conditions = SpeckleConditions { grain, rows_per_mm, height, paths, travel };
+        let encoder = Encoder::new(&bench.motion, stream.child("travel"));
+        let scripted = setup.postprocess.order != Order::Physical;
+        // On the scale of 8 bits, whatever the converter.
+        let gain = ((255.0 - bench.exposure.dark_level_dn) / bench.exposure.full_well_e) as f32;
+        Self {
+            chain: SignalChain::new(&bench.exposure, setup.readout, &size, stream.child("sensor")),
+            speckle: AnchoredSpeckle::new(
+                bench,
+                &conditions,
+                setup.speckle_law,
+                setup.patterns,
+                stream.child("speckle").key(),
+            ),
+            scripts: scripted
+                .then(|| ThesisScripts::new(setup.postprocess, bench, setup.readout, stream.child("postprocess"))),
+            geometry: ScanGeometry::new(encoder, step, rows_per_mm, exposed_share, setup.turn.is_some()),
+            second: SecondLine::new(&bench.laser, step),
+            turn: setup.turn,
+            size,
+            faint: FAINT_DN / gain,
+            line_solver: setup.line_solver,
+            maker: RowMaker::new(
+                bench.motion.conveyor_reflectance,
+                &camera,
+                Highlights::new(&bench.laser, stream.child("shining")),
+                size.columns,
+                height,
+            ),
+            camera,
+        }
+    }
+
+    /// Whether frames are made whole by the thesis' scripts ([`Self::processed`]) and not by [`Self::expose`].
+    pub fn is_scripted(&self) -> bool {
+        self.scripts.is_some()
+    }
+
+    /// The geometry and radiometry in use.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Contrast of speckle from the surface and from below in one pixel [1].
+    pub fn speckle_contrast(&self) -> [f32; 2] {
+        self.speckle.contrast()
+    }
+
+    /// What a reader of the frames has to know.
+    pub fn calibration(&self) -> Calibration {
+        Calibration::new(self.camera.rig, [self.size.columns, self.size.rows], self.chain.dark_level)
+    }
+
+    /// Scan position under the laser in `profile` [mm].
+    pub fn position(&self, profile: usize) -> f64 {
+        self.geometry.position(profile as isize)
+    }
+
+    /// What each column sees in `profile`, without light; fills `hits`, `[columns]`.
+    pub fn hits(&self, specimen: &Specimen, profile: usize, hits: &mut Vec<Hit>) {
+        self.maker.look(specimen, self.position(profile) as f32, hits);
+    }
+
+    /// Offsets of the sensor's rows in exposure `profile` [DN]; common to all tiles of the profile.
+    pub fn row_offsets(&self, profile: usize, offsets: &mut Vec<f32>) {
+        self.chain.row_offsets(profile, offsets);
+    }
+
+    /// Rows of the specimen that a profile needs before and behind its own, and one for the front faces of the last.
+    pub fn halo(&self) -> [usize; 2] {
+        let [before, behind] = self.second.map_or([0; 2], |second| second.reach());
+        [self.geometry.halo() + before, self.geometry.halo() + behind]
+    }
+
+    /// Distance that the image of a flat surface moves along the rows while it is exposed [px].
+    pub fn travel_px(&self) -> f64 {
+        self.geometry.exposed_px()
+    }
+
+    /// Works out the light at every position that `profiles` look at, in the memory of a band that is no longer needed.
+    /// The band belongs to this sensor.
+    pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
+        band.restart(profiles, self.halo());
+        let mut scratch = RowScratch::new(self.size.columns);
+        for (place, row) in band.rows.iter_mut().enumerate() {
+            let profile = (band.profiles.start + place) as isize - band.halo as isize;
+            let y = self.geometry.position(profile) as f32;
+            let view = RowView { specimen, camera: &self.camera, y, profile, faint: self.faint };
+            self.maker.make(view, &mut scratch, row);
+        }
+        for place in (1..band.rows.len()).rev() {
+            let (before, from) = band.rows.split_at_mut(place);
+            before[place - 1].open_front(&from[0]);
+        }
+        // The light that a moving object has in the next profile counts too.
+        band.offsets = self.geometry.uneven_neighbours(band.profiles.start..band.profiles.end + 1);
+        band.volumes.clear();
+        if let Some(solver) = &self.line_solver {
+            let model = PerLine { specimen, camera: &self.camera, solver };
+            let last = band.profiles.end + usize::from(self.geometry.exposed_share > 0.0);
+            let volume = |profile: usize| model.volume(band.row(profile), profile as u64, self.position(profile));
+            band.volumes = (band.profiles.start..last).map(volume).collect();
+        }
+        band
+    }
+}

@@ -1,0 +1,144 @@
+//! Anchoring of speckle to the object: which row of which pattern a pixel sees.
+//!
+//! A point of the object at the scan position y shows the pattern's row y * rows per mm, so the pattern moves with the
+//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset,
+//! and at a new one each time the pattern repeats. The height of a point gives its coordinate in the stack of patterns
+//! when it passes the line; in window row k it has moved on by (k - centre) rows, which [`Boiling`] turns into
+//! diameters of the pupil. Between two patterns of the stack the points change over one after the other, evenly.
+
+use std::sync::Arc;
+
+use procedural::stream::mix;
+
+use super::boiling::Boiling;
+use super::contrast::pixel_contrast;
+use super::pupil::TILE;
+use super::stack::{PatternCache, PatternStack, STACK_PATTERNS};
+use bench::parameters::Bench;
+use bench::settings::SpeckleLaw;
+
+/// Rows over which points change from one pattern of the stack to the next, one after the other [px].
+const TRANSITION_ROWS: usize = 64;
+
+/// Speckle of one sample.
+#[derive(Debug, Clone)]
+pub struct AnchoredSpeckle {
+    stack: Arc<PatternStack>,
+    /// Factor on the patterns, for light from the surface and from below [1].
+    scale: [f32; 2],
+    /// Resulting contrast in one pixel [1].
+    contrast: [f32; 2],
+    /// Movement of the pattern with the object [px/mm].
+    rows_per_mm: f64,
+    /// Height at which stacks start at their first pattern [mm].
+    height: f64,
+    boiling: Boiling,
+    key: u64,
+}
+
+/// What determines the speckle of a sample besides its bench.
+#[derive(Debug, Clone, Copy)]
+pub struct SpeckleConditions {
+    /// Grain L = lambda times the working f-number [px].
+    pub grain: f64,
+    /// Movement of the image with the object [px/mm].
+    pub rows_per_mm: f64,
+    /// Height of the object [mm].
+    pub height: f64,
+    /// Contrast that paths of different length below the surface leave [1].
+    pub paths: f64,
+    /// Travel of the image over the sensor while the shutter is open [px].
+    pub travel: f64,
+}
+
+impl AnchoredSpeckle {
+    /// For a bench; `key` belongs to the sample.
+    pub fn new(bench: &Bench, conditions: &SpeckleConditions, law: SpeckleLaw, cache: &PatternCache, key: u64) -> Self {
+        let (speckle, grain) = (&bench.speckle, conditions.grain);
+        // The number of equal independent patterns with that contrast is 1 / C^2.
+        let below = speckle.volume_patterns / (conditions.paths * conditions.paths);
+        let patterns = [speckle.surface_patterns, below];
+        let stack = cache.get(grain, law, patterns);
+        let own = pixel_contrast(stack.grain(), law, 0.0);
+        let developed = pixel_contrast(grain, law, conditions.travel) * speckle.strength;
+        let contrast = patterns.map(|n| developed / n.sqrt());
+        let scale = [0, 1].map(|i| (contrast[i] / own * (stack.looks()[i] as f64).sqrt()) as f32);
+        Self {
+            stack,
+            scale,
+            contrast: contrast.map(|c| c as f32),
+            rows_per_mm: conditions.rows_per_mm,
+            height: conditions.height,
+            boiling: Boiling::new(bench),
+            key,
+        }
+    }
+
+    /// Contrast in one pixel of light from the surface and from below [1].
+    pub fn contrast(&self) -> [f32; 2] {
+        self.contrast
+    }
+
+    /// Factor on the patterns, for light from the surface and from below [1].
+    pub fn scale(&self) -> [f32; 2] {
+        self.scale
+    }
+
+    /// Speckle of tile `tile` around the point `point` (x, z) [mm] of the laser plane when the object has moved by
+    /// `scan_position` [mm]; `rows_aside` reads the pattern at another row [px].
+    pub fn tile(&self, tile: usize, point: [f64; 2], scan_position: f64, rows_aside: usize) -> TileSpeckle<'_> {
+        let pupil = STACK_PATTERNS as f64 / 2.0;
+        let (fine, period) = (self.stack.fine(), self.stack.rows());
+        let base = (scan_position * self.rows_per_mm * fine as f64).round() as i64 + (rows_aside * fine) as i64;
+        let (repeat, key) = (base.div_euclid(period as i64), mix(self.key ^ mix(tile as u64)));
+        let offset = |repeat: i64| (mix(key ^ repeat as u64) % period as u64) as usize;
+        let start = (pupil * self.boiling.rise(point[1] - self.height)).rem_euclid(STACK_PATTERNS as f64);
+        TileSpeckle {
+            stack: &self.stack,
+            row: base.rem_euclid(period as i64) as usize,
+            offsets: [-1, 0, 1].map(|next| offset(repeat + next)),
+            // Whole periods of the stack keep it above 0.
+            start: (start + (64 * STACK_PATTERNS) as f64) as f32,
+            patterns_per_row: (pupil * self.boiling.diameters(point, [0.0, 1.0 / self.rows_per_mm])) as f32,
+            per_fine: 1.0 / (TRANSITION_ROWS * fine) as f32,
+        }
+    }
+}
+
+/// The speckle of one tile in one exposure.
+#[derive(Debug, Clone, Copy)]
+pub struct TileSpeckle<'a> {
+    stack: &'a PatternStack,
+    /// Fine row of the pattern on the line.
+    row: usize,
+    /// Offset into the pattern in the repeat before, in this one and in the next [fine rows].
+    offsets: [usize; 3],
+    /// PatternStack coordinate on the line, and its growth from row to row [1, 1/px].
+    start: f32,
+    /// Its growth from row to row [1/px].
+    patterns_per_row: f32,
+    /// Share of a step of the stack from one fine row to the next [1].
+    per_fine: f32,
+}
+
+impl TileSpeckle<'_> {
+    /// The pattern less its mean of 1, `rows` of the window behind the line, at most one period of it: for light from
+    /// the surface and from below.
+    #[inline(always)]
+    pub fn row(&self, rows: i64) -> [&[f32; TILE]; 2] {
+        let (fine, period) = (self.stack.fine(), self.stack.rows());
+        // One period ahead, so that it is above 0.
+        let row = (self.row + period).wrapping_add_signed(-(rows as isize) * fine as isize);
+        let (repeat, row) = if row < period {
+            (0, row)
+        } else if row < 2 * period {
+            (1, row - period)
+        } else {
+            (2, row - 2 * period)
+        };
+        let ramp = if row < TRANSITION_ROWS * fine { row } else { row - TRANSITION_ROWS * fine };
+        let pattern = (self.start + self.patterns_per_row * rows as f32 + ramp as f32 * self.per_fine) as usize;
+        let fine_row = row + self.offsets[repeat];
+        self.stack.at(pattern % STACK_PATTERNS, if fine_row < period { fine_row } else { fine_row - period })
+    }
+}

@@ -1,0 +1,186 @@
+//! Fully developed speckle: light behind a pupil of random phases, gathered by square pixels.
+//!
+//! A disc of D cells with unit amplitude and uniform random phase, seen in a Fourier transform of side Q, has the
+//! intensity
+//!
+//! ```text
+//! p(I) = exp(-I),    <I I'> - 1 = [2 J1(pi r / L) / (pi r / L)]^2,    L = Q / D samples = lambda N (1 + m)
+//! ```
+//!
+//! with Q >= 2 D (Duncan and Kirkpatrick 2008; Goodman 2007). L is not the size 1.22 L of the first zero, which is
+//! often quoted as the grain. The grid's sides may differ: the disc is then an ellipse in cells, round on the sensor.
+//! The phases continue behind the disc for two diameters, in a ring: shifted against the disc by s diameters they give
+//! the pattern of a pupil that has moved as far ([`super::stack`]).
+//!
+//! A pixel takes the mean of the intensity over its box. On samples that resolve the intensity (two a grain) the mean
+//! over the box is a product in the Fourier domain, sinc(f_x) sinc(f_y) for frequencies in cycles a pixel, and exact
+//! for box_spectrum anywhere; a sum of samples is not: six a pixel give neighbours 9 % too little correlation. Columns
+//! are needed at pixel distance alone, rows at every sample. Two patterns share the transforms, one as the real, one as
+//! the imaginary part.
+//!
+//! For the thesis' law the square root of the intensity is gathered; its spectrum is not limited, and what lies beyond
+//! the grid's is aliased. Valid for a rough, resting surface and polarised light of one wavelength. Neglected: dead
+//! zones between pixels, crosstalk.
+
+use std::f64::consts::PI;
+
+use procedural::Stream;
+use procedural::stream::mix;
+use rustfft::FftPlannerScalar;
+use rustfft::num_complex::Complex32;
+
+use bench::settings::SpeckleLaw;
+use numerics::lanes;
+
+/// Pixels along the line after which a pattern repeats.
+pub const TILE: usize = 128;
+/// Rows of the grid that are transformed at a time.
+const BLOCK_ROWS: usize = 16;
+
+/// A pupil of random phases.
+#[derive(Debug, Clone)]
+pub struct Pupil {
+    /// Samples of the grid along columns and rows.
+    side: [usize; 2],
+    /// Cells of the disc along both.
+    diameter: [f64; 2],
+    key: u64,
+}
+
+/// The field after the first of its two transforms: along the rows.
+#[derive(Debug)]
+pub struct RowTransform {
+    side: [usize; 2],
+    columns: usize,
+    /// `[columns of the disc][rows of the grid]`.
+    lines: Vec<Complex32>,
+}
+
+impl Pupil {
+    /// For a grid of `side` samples and grains L of `grain` samples, at least 2.
+    pub fn new(side: [usize; 2], grain: f64, stream: Stream) -> Self {
+        Self { side, diameter: side.map(|side| side as f64 / grain), key: stream.child("phases").key() }
+    }
+
+    /// Samples of the grid along columns and rows.
+    pub fn side(&self) -> [usize; 2] {
+        self.side
+    }
+
+    /// Rows of phases after which they repeat: two diameters.
+    pub fn phase_rows(&self) -> usize {
+        (2.0 * self.diameter[1]).round() as usize
+    }
+
+    /// The field of the phases moved by `shift` rows, transformed along the rows.
+    pub fn row_transform(&self, shift: usize) -> RowTransform {
+        let [columns, rows] = self.diameter.map(|d| d.ceil() as usize);
+        let mut lines = vec![Complex32::default(); columns * self.side[1]];
+        let off = |at: usize, d: f64| (at as f64 + 0.5) / (0.5 * d) - 1.0;
+        for (column, line) in lines.chunks_exact_mut(self.side[1]).enumerate() {
+            let key = mix(self.key ^ mix(column as u64)) as u32;
+            let across = off(column, self.diameter[0]);
+            for (row, cell) in line[..rows].iter_mut().enumerate() {
+                let down = off(row, self.diameter[1]);
+                if across * across + down * down <= 1.0 {
+                    let phase_row = (row + shift) % self.phase_rows();
+                    let (cos, sin) =
+                        lanes::cos_sin_turns((lanes::hash(phase_row as u32 ^ key) >> 8) as f32 / 16_777_216.0);
+                    *cell = Complex32::new(cos, sin);
+                }
+            }
+        }
+        // The other planners pick instructions by the CPU, and with them the last bits.
+        FftPlannerScalar::new().plan_fft_forward(self.side[1]).process(&mut lines);
+        RowTransform { side: self.side, columns, lines }
+    }
+}
+
+impl RowTransform {
+    /// Intensity of the rows from `first` on, as many as fit in `light`; `[rows][columns of the grid]`.
+    pub fn rows(
+        &self,
+        first: usize,
+        light: &mut [f32],
+        scratch: &mut Vec<Complex32>,
+        planner: &mut FftPlannerScalar<f32>,
+    ) {
+        let [across, down] = self.side;
+        let rows = light.len() / across;
+        scratch.clear();
+        scratch.resize(light.len(), Complex32::default());
+        for column in 0..self.columns {
+            for (row, value) in self.lines[column * down + first..][..rows].iter().enumerate() {
+                scratch[row * across + column] = *value;
+            }
+        }
+        planner.plan_fft_forward(across).process(scratch);
+        for (light, value) in light.iter_mut().zip(scratch) {
+            *light = value.norm_sqr();
+        }
+    }
+}
+
+/// The patterns of `pupil` moved by two `shifts`, in pixels of `fine` samples: less their mean of 1, `[samples, TILE]`.
+pub fn gather(pupil: &Pupil, shifts: [usize; 2], law: SpeckleLaw, fine: usize) -> [Vec<f32>; 2] {
+    let [across, down] = pupil.side();
+    let mut planner = FftPlannerScalar::new();
+    let transforms = shifts.map(|shift| pupil.row_transform(shift));
+    let along = box_spectrum(across, fine);
+    let mut columns = vec![Complex32::default(); TILE * down];
+    let (mut scratch, mut lights) = (Vec::new(), [0, 1].map(|_| vec![0.0f32; BLOCK_ROWS * across]));
+    for first in (0..down).step_by(BLOCK_ROWS) {
+        let rows = BLOCK_ROWS.min(down - first);
+        for (transform, light) in transforms.iter().zip(&mut lights) {
+            transform.rows(first, &mut light[..rows * across], &mut scratch, &mut planner);
+            if law == SpeckleLaw::Rayleigh {
+                light.iter_mut().for_each(|light| *light = light.sqrt());
+            }
+        }
+        scratch.clear();
+        let [one, other] = &lights;
+        scratch.extend(one.iter().zip(other).take(rows * across).map(|(one, other)| Complex32::new(*one, *other)));
+        planner.plan_fft_forward(across).process(&mut scratch);
+        let mut folded = vec![Complex32::default(); rows * TILE];
+        for (line, folded) in scratch.chunks_exact(across).zip(folded.chunks_exact_mut(TILE)) {
+            for (part, along) in line.chunks_exact(TILE).zip(along.chunks_exact(TILE)) {
+                for ((sum, value), weight) in folded.iter_mut().zip(part).zip(along) {
+                    *sum += value * weight;
+                }
+            }
+        }
+        planner.plan_fft_inverse(TILE).process(&mut folded);
+        for (row, line) in folded.chunks_exact(TILE).enumerate() {
+            for (column, value) in line.iter().enumerate() {
+                columns[column * down + first + row] = *value;
+            }
+        }
+    }
+    planner.plan_fft_forward(down).process(&mut columns);
+    let weights = box_spectrum(down, fine);
+    for line in columns.chunks_exact_mut(down) {
+        line.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+    }
+    planner.plan_fft_inverse(down).process(&mut columns);
+    [|v: &Complex32| v.re, |v: &Complex32| v.im].map(|part| {
+        let mean = columns.iter().map(|value| f64::from(part(value))).sum::<f64>() / columns.len() as f64;
+        let scale = (1.0 / mean) as f32;
+        let mut pattern = vec![0.0; columns.len()];
+        for (column, line) in columns.chunks_exact(down).enumerate() {
+            for (row, value) in line.iter().enumerate() {
+                pattern[row * TILE + column] = part(value) * scale - 1.0;
+            }
+        }
+        pattern
+    })
+}
+
+/// Amplitude that a box of `fine` samples leaves of each frequency of `side` samples [1].
+fn box_spectrum(side: usize, fine: usize) -> Vec<f32> {
+    let weight = |index: usize| {
+        let cycles = if 2 * index > side { index as f64 - side as f64 } else { index as f64 };
+        let angle = PI * cycles * fine as f64 / side as f64;
+        if index == 0 { 1.0 } else { (libm::sin(angle) / angle) as f32 }
+    };
+    (0..side).map(weight).collect()
+}

@@ -1,0 +1,192 @@
+//! Bergmann's stack of speckle patterns, each of which boils into the next, and the cache of stacks.
+//!
+//! The pupils of the patterns are cut from the same random phases, neighbours 1/16 of the pupil apart. Two pupils s
+//! diameters apart give intensities correlated by g^2, g = (2 / pi) [acos s - s sqrt(1 - s^2)]. In Bergmann et al. 2016
+//! the pupils stand on a circle, where the distance between pattern m and n is the chord sin(pi |m - n| / 2M), right
+//! from pattern 0 and too short elsewhere. Here phases pass straight through a pupil that stands, so a movement of the
+//! pupil by a_p is a_p / D diameters wherever it starts; after two diameters the phases repeat. Nothing is interpolated
+//! between two patterns of the stack, which would lower the contrast by up to 10 %: each point of the object changes
+//! from one pattern to the next at a time of its own. Intensity distribution and contrast are then those of the
+//! patterns, and the correlation is g^2 between whole steps and linear inside a step.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use procedural::Stream;
+
+use super::pupil::{Pupil, TILE, gather};
+use bench::settings::SpeckleLaw;
+
+/// Patterns of a stack; those half a stack apart have pupils one diameter apart.
+pub const STACK_PATTERNS: usize = 32;
+/// Ratio of the grain sizes of neighbouring stacks [1].
+const GRAIN_STEP: f64 = 1.03;
+/// Fewest fine rows per pixel, so that a pixel can start nearly anywhere along the motion.
+const MIN_FINE_ROWS: usize = 6;
+/// Most fine rows per pixel, which bound the memory of a pattern.
+const MAX_FINE_ROWS: usize = 24;
+/// Fine rows per pixel above which a pattern is half as long along the motion.
+const MAX_FINE_ROWS_OF_SQUARE_PATTERN: usize = 8;
+/// Most stacks in the cache, the latest used first.
+const MAX_CACHED_STACKS: usize = 8;
+/// Numbers of independent looks that can be averaged: a pattern and its mirror images.
+const LOOK_COUNTS: [usize; 3] = [4, 2, 1];
+
+/// What determines the patterns of a stack.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct PatternKey {
+    /// Size of the grain in steps of [`GRAIN_STEP`].
+    grain: i32,
+    law: SpeckleLaw,
+    /// Looks (independent patterns averaged), for light from the surface and from below.
+    looks: [usize; 2],
+}
+
+/// Stacks made so far. A stack depends on its key alone, not on the order of requests or on what was dropped.
+#[derive(Debug)]
+pub struct PatternCache {
+    stream: Stream,
+    kept: Mutex<Vec<(PatternKey, Arc<PatternStack>)>>,
+}
+
+impl PatternCache {
+    /// An empty cache.
+    pub fn new(seed: u64) -> Self {
+        Self { stream: Stream::root(seed).child("speckle"), kept: Mutex::new(Vec::new()) }
+    }
+
+    /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the
+    /// surface and from below.
+    pub fn get(&self, grain: f64, law: SpeckleLaw, patterns: [f64; 2]) -> Arc<PatternStack> {
+        let step = (libm::log(grain) / libm::log(GRAIN_STEP)).round() as i32;
+        let looks = patterns.map(|n| LOOK_COUNTS.into_iter().find(|looks| *looks as f64 <= n).unwrap_or(1));
+        let key = PatternKey { grain: step, law, looks };
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let index = kept.iter().position(|(known, _)| *known == key);
+        let stack = match index {
+            Some(index) => kept.remove(index).1,
+            None => Arc::new(PatternStack::new(GRAIN_STEP.powi(step), law, looks, self.stream)),
+        };
+        kept.insert(0, (key, stack.clone()));
+        kept.truncate(MAX_CACHED_STACKS);
+        stack
+    }
+}
+
+/// Patterns that boil into each other, made when they are first used.
+#[derive(Debug)]
+pub struct PatternStack {
+    pupil: Pupil,
+    law: SpeckleLaw,
+    looks: [usize; 2],
+    /// Grain that the patterns have [px].
+    grain: f64,
+    fine: usize,
+    rows: usize,
+    /// Two patterns each, since one transform makes two.
+    pairs: [OnceLock<[SpecklePattern; 2]>; STACK_PATTERNS / 2],
+}
+
+/// One pattern less its mean of 1, `[fine rows, TILE]`, for light from the surface and from below.
+#[derive(Debug)]
+struct SpecklePattern {
+    surface: Vec<f32>,
+    volume: Vec<f32>,
+}
+
+impl PatternStack {
+    pub(super) fn new(grain: f64, law: SpeckleLaw, looks: [usize; 2], stream: Stream) -> Self {
+        // Two samples a grain hold the intensity (Nyquist).
+        let fine = ((2.0 / grain).ceil() as usize).clamp(MIN_FINE_ROWS, MAX_FINE_ROWS);
+        let grain = grain.max(2.0 / fine as f64);
+        let rows = fine * if fine > MAX_FINE_ROWS_OF_SQUARE_PATTERN { TILE / 2 } else { TILE };
+        let pupil = Pupil::new([TILE * fine, rows], grain * fine as f64, stream);
+        Self { pupil, law, looks, grain, fine, rows, pairs: Default::default() }
+    }
+
+    /// Grain of the patterns: the nearest step to what was asked for, and no less than the finest pattern holds [px].
+    pub fn grain(&self) -> f64 {
+        self.grain
+    }
+
+    /// Looks (independent patterns averaged), for light from the surface and from below.
+    pub fn looks(&self) -> [usize; 2] {
+        self.looks
+    }
+
+    /// Fine rows of a pixel.
+    pub fn fine(&self) -> usize {
+        self.fine
+    }
+
+    /// Fine rows after which a pattern repeats.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Fine row `row` of pattern number `pattern`, both of which wrap around, less its mean of 1: for light from the
+    /// surface and from below.
+    pub fn row(&self, pattern: i64, row: i64) -> [&[f32; TILE]; 2] {
+        self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows as i64) as usize)
+    }
+
+    /// [`Self::row`] for numbers within the stack.
+    #[inline(always)]
+    pub(super) fn at(&self, pattern: usize, row: usize) -> [&[f32; TILE]; 2] {
+        let SpecklePattern { surface, volume } =
+            &self.pairs[pattern / 2].get_or_init(|| self.pair(pattern / 2))[pattern % 2];
+        let start = row * TILE;
+        [surface, volume].map(|light| light[start..].first_chunk().expect("rows have TILE columns"))
+    }
+
+    fn pair(&self, number: usize) -> [SpecklePattern; 2] {
+        let shifts = [0, 1].map(|i| (2 * number + i) * self.pupil.phase_rows() / STACK_PATTERNS);
+        let patterns = gather(&self.pupil, shifts, self.law, self.fine);
+        patterns
+            .map(|pattern| SpecklePattern { surface: self.averaged(&pattern, 0), volume: self.averaged(&pattern, 1) })
+    }
+
+    /// Mean of a pattern and its mirror images, each at another offset, so that they are uncorrelated everywhere and
+    /// keep the distribution, the correlation and the boiling of the pattern; `which` is 0 for light from the surface,
+    /// 1 from below.
+    fn averaged(&self, pattern: &[f32], which: usize) -> Vec<f32> {
+        let (looks, rows) = (self.looks[which], self.rows);
+        let mut mean = vec![0.0f32; pattern.len()];
+        for image in 0..looks {
+            // Light from below has images of its own.
+            let offset = 3 * image + 5 * which;
+            let (down, right) = (rows * offset / 13 + 3 * image, TILE * offset / 13 + image);
+            for (row, line) in mean.chunks_exact_mut(TILE).enumerate() {
+                let from = if image & 1 == 0 { (row + down) % rows } else { (rows + down - row) % rows };
+                let from = &pattern[from * TILE..][..TILE];
+                for (column, sum) in line.iter_mut().enumerate() {
+                    let column = if image & 2 == 0 { column + right } else { TILE + right - column };
+                    *sum += from[column % TILE];
+                }
+            }
+        }
+        mean.iter_mut().for_each(|sum| *sum /= looks as f32);
+        mean
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stacks are shared, and made again alike after they were dropped.
+    #[test]
+    fn stacks_are_shared_and_few() {
+        let tiles = PatternCache::new(7);
+        let get = |grain: f64| tiles.get(grain, SpeckleLaw::Exponential, [1.0, 9.0]);
+        let first = get(0.335);
+        assert!(Arc::ptr_eq(&first, &get(0.336)), "a grain of the same step has the same stack");
+        assert_eq!(first.looks(), [1, 4]);
+        let row = *first.row(3, 17)[0];
+        for i in 0..2 * MAX_CACHED_STACKS {
+            get(0.5 + 0.1 * i as f64);
+        }
+        assert!(tiles.kept.lock().is_ok_and(|kept| kept.len() == MAX_CACHED_STACKS));
+        assert!(!Arc::ptr_eq(&first, &get(0.335)));
+        assert_eq!(&row, get(0.335).row(3, 17)[0]);
+    }
+}

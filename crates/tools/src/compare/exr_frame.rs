@@ -1,0 +1,42 @@
+//! OpenEXR files of a scan: channels `Range`, `Reflectance` (or `Y`) and `Scatter`, with units and pitches in their header.
+
+use std::fs;
+use std::path::Path;
+
+use super::{RangeUnit, ScanMaps, to_eight_bits};
+use dataset::{ExrChannel, ExrMaps, Fault};
+
+/// Reads a file.
+pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
+    let bytes = fs::read(path).map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "allow it"))?;
+    let maps = ExrMaps::decode(path, &bytes);
+    frame(&maps.map_err(|what| Fault::at(path, what, "copy it again, or have it made again"))?)
+}
+
+/// The maps of an EXR file.
+pub(super) fn frame(maps: &ExrMaps) -> Result<ScanMaps, Fault> {
+    let find = |name: &str| maps.channels.iter().find(|channel| channel.name == name).map(ExrChannel::numbers);
+    let remedy = "set `output: {exr: [range, reflectance]}` in the recipe";
+    let missing = || Fault::at(&maps.path, "it has no channel Range", remedy);
+    let range = find("Range").ok_or_else(missing)?.into_iter().map(f64::from).collect();
+    let seen = |map: Vec<f32>| map.into_iter().map(|v| if v.is_nan() { 0.0 } else { v }).collect::<Vec<f32>>();
+    let description: serde_json::Value = serde_json::from_str(&maps.description).unwrap_or_default();
+    let name = maps.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let bits = description["bits"].as_u64().unwrap_or(0);
+    let scaled = |map: Vec<f32>| map.into_iter().map(|v| v * to_eight_bits(bits)).collect::<Vec<f32>>();
+    let sensor_rows = description["sensor_rows"].as_u64().and_then(|rows| u32::try_from(rows).ok()).unwrap_or(0);
+    Ok(ScanMaps {
+        name,
+        cols: maps.cols,
+        rows: maps.rows,
+        bits,
+        unit: if description["units"]["Range"] == "px" { RangeUnit::Px { sensor_rows } } else { RangeUnit::Mm },
+        first_mm: description["calibration"]["x_first_mm"].as_f64(),
+        col_mm: description["col_mm"].as_f64(),
+        row_mm: description["row_mm"].as_f64(),
+        range,
+        reflectance: find("Reflectance").or_else(|| find("Y")).map(seen).map(scaled),
+        scatter: find("Scatter").map(seen).map(scaled),
+        exposures: Vec::new(),
+    })
+}

@@ -1,0 +1,146 @@
+//! iCon files: a `.dat` and an `.xml`, as the real camera writes them, for each chosen sample.
+
+use std::fs;
+use std::path::Path;
+
+use output_schema::Manifest;
+use serde_json::json;
+
+use super::export_folder::refused;
+use super::{ExportFolder, ExportProgress, ExportSummary, Source, key};
+use crate::compare::{RangeUnit, ScanMaps, frame_of};
+use crate::icon::{
+    IconScan, PeakLight, ProfileMark, RangeValues, ScanWriter, Scatter, SensorImage, SensorTraits, Traits, WorldTraits,
+    write_image,
+};
+use dataset::Fault;
+
+/// Rows that are handled at a time.
+const CHUNK_ROWS: usize = 256;
+
+/// Options of the export.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IconOptions {
+    /// Heights as WORD instead of FLOAT.
+    pub words: bool,
+    /// Profiles a second, for the timestamps in Mark [Hz].
+    pub rate: f64,
+    /// The middle one of the kept sensor frames instead of the scan.
+    pub sensor: bool,
+}
+
+/// Writes the export.
+///
+/// # Errors
+/// Where the dataset is damaged or holds what no camera writes, or the folder cannot be written.
+pub fn export(
+    source: &Source,
+    out: &Path,
+    options: &IconOptions,
+    progress: ExportProgress,
+) -> Result<ExportSummary, Fault> {
+    let images = &source.head().images;
+    if images.bits > 8 {
+        let what = format!("its numbers have {} bits, and the camera's files hold 8", images.bits);
+        return Err(Fault::at(source.root(), what, "set `exposure: {bits: 8}` in the recipe and make it anew"));
+    }
+    if source.head().range_unit() == "px" && images.binned_columns() > 1 {
+        let what = "its sensor rows are means of several columns, which no camera writes";
+        return Err(Fault::at(source.root(), what, "make it anew without `output: {bin: ..}`"));
+    }
+    if options.sensor && images.stack_every.is_none() {
+        let remedy = "set `output: {sensor_stack: {every: 100}}` in the recipe and make it anew";
+        return Err(Fault::at(source.root(), "no sensor frame was kept", remedy));
+    }
+    let asked = json!({"words": options.words, "rate_hz": options.rate, "sensor": options.sensor});
+    ExportFolder::write(out, "icon", asked, source, |out| {
+        let work = |manifest: &Manifest, index: u64| {
+            let name = out.root().join(key(index));
+            let files = ["dat", "xml"].map(|extension| name.with_extension(extension));
+            // The description comes last.
+            if !files[1].exists() {
+                let frame = frame_of(&source.dataset, manifest, index, options.sensor)?;
+                match options.sensor {
+                    true => write_sensor_image(&name, &frame)?,
+                    false => write_scan(&name, &frame, options)?,
+                }
+            }
+            for file in &files {
+                out.count(fs::metadata(file).map_err(|e| refused(file, &e))?.len());
+            }
+            Ok(())
+        };
+        source.each_index(work, progress)?;
+        out.finish(&json!({"samples": source.samples}), Vec::new())
+    })
+}
+
+/// Mark of one profile: an encoder that counts micrometres of travel, and a clock that counts microseconds.
+fn mark(profile: usize, row_mm: f64, rate: f64) -> ProfileMark {
+    // The counters of the camera have 32 bits and wrap.
+    let encoder = (profile as f64 * row_mm * 1e3).round() as i64 as i32;
+    let timestamp = (profile as f64 * 1e6 / rate).round() as u64 as u32;
+    ProfileMark { encoder, timestamp, ..ProfileMark::default() }
+}
+
+fn write_scan(out: &Path, frame: &ScanMaps, options: &IconOptions) -> Result<(), Fault> {
+    let valid = || frame.range.iter().filter(|z| z.is_finite());
+    let low = valid().copied().reduce(f64::min).unwrap_or(0.0);
+    let high = valid().copied().reduce(f64::max).unwrap_or(0.0);
+    let (col_mm, row_mm) = (frame.col_mm.unwrap_or(1.0), frame.row_mm.unwrap_or(0.0));
+    let width = frame.cols as f64 * col_mm;
+    let left = frame.first_mm.map_or(-width / 2.0, |first| first - col_mm / 2.0);
+    let traits = match frame.unit {
+        RangeUnit::Mm => {
+            Traits::World(WorldTraits { lower: [left, low], upper: [left + width, high], row_mm: frame.row_mm })
+        }
+        RangeUnit::Px { sensor_rows } => Traits::Sensor(SensorTraits::new(sensor_rows, [0.0, 0.0])),
+    };
+    let words = options.words || frame.unit != RangeUnit::Mm;
+    let rows = |from: usize, to: usize| {
+        let pixels = from * frame.cols..to * frame.cols;
+        let heights = &frame.range[pixels.clone()];
+        let part = |map: &Option<Vec<f32>>| map.as_ref().map(|map| map[pixels.clone()].to_vec());
+        IconScan {
+            width: frame.cols,
+            rows: to - from,
+            traits,
+            range: if words {
+                RangeValues::Steps(heights.iter().map(|&z| traits.steps(z)).collect())
+            } else {
+                RangeValues::World(heights.iter().map(|&z| float_height(z as f32)).collect())
+            },
+            // Casts of floats saturate.
+            light: part(&frame.reflectance)
+                .map(|map| PeakLight::Reflectance(map.into_iter().map(|dn| dn.round() as u8).collect())),
+            scatter: part(&frame.scatter)
+                .map(|map| Scatter::Word(map.into_iter().map(|dn| dn.round() as u16).collect())),
+            marks: Some((from..to).map(|profile| mark(profile, row_mm, options.rate)).collect()),
+        }
+    };
+    let mut writer = ScanWriter::create(out, &rows(0, 0), frame.rows)?;
+    for from in (0..frame.rows).step_by(CHUNK_ROWS) {
+        writer.push(&rows(from, (from + CHUNK_ROWS).min(frame.rows)))?;
+    }
+    writer.finish()
+}
+
+/// A height as FLOAT: 0 means missing, so a height of just 0 is the least number above.
+fn float_height(height: f32) -> f32 {
+    if height.is_nan() {
+        0.0
+    } else if height == 0.0 {
+        f32::MIN_POSITIVE
+    } else {
+        height
+    }
+}
+
+fn write_sensor_image(out: &Path, frame: &ScanMaps) -> Result<(), Fault> {
+    let Some(exposure) = frame.exposures.get(frame.exposures.len() / 2) else {
+        return Err(Fault::damaged(frame.name.as_ref(), "it has no sensor frame"));
+    };
+    let rows = exposure.dn.len() / exposure.cols.max(1);
+    let image = SensorImage { cols: exposure.cols, rows, offset: [0, 0], dn: exposure.dn.clone() };
+    write_image(out, &image)
+}

@@ -1,0 +1,187 @@
+//! MVTec AD layout: folders that programs for anomaly detection read.
+//!
+//! ```text
+//! train/good/<name>.png    test/good/<name>.png    test/<defect>/<name>.png    ground_truth/<defect>/<name>_mask.png
+//! ```
+//!
+//! Samples of the split `train` go to `train/good` where they are good and nowhere else: such methods learn from good ones
+//! alone. Those of `test` go to `test`; `validation` has no place in the layout.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::classes::{folder_name, good};
+use super::picture::TrainingPicture;
+use super::{
+    ExportFolder, ExportProgress, ExportSummary, GivenEnds, MapScales, PictureContent, Region, Sample, Source,
+};
+use bench::split::Split;
+use dataset::{Fault, Grey, write_png};
+
+/// Folder of pictures with defects of several classes, as MVTec AD names it.
+const COMBINED_FOLDER: &str = "combined";
+
+/// Options of the export.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MvtecOptions {
+    /// What pictures show.
+    pub show: PictureContent,
+    /// Pixel classes that count as good; empty for the subject's own.
+    pub good: Vec<String>,
+    /// Side of the patches that pictures are cut into; none for whole ones [px].
+    pub patch_px: Option<usize>,
+    /// Ends of the grey scales.
+    pub ends: GivenEnds,
+}
+
+/// Writes the export.
+///
+/// # Errors
+/// Where the dataset is damaged or lacks images, its subject has no defects, or the folder cannot be written.
+pub fn export(
+    source: &Source,
+    out: &Path,
+    options: &MvtecOptions,
+    progress: ExportProgress,
+) -> Result<ExportSummary, Fault> {
+    let head = source.head();
+    let maps = options.show.maps();
+    let images = [maps, &["label"]].concat();
+    let good = good(head, &options.good)?;
+    source.needs(&images)?;
+    let least = head.images.cols.min(head.images.rows);
+    if let Some(side) = options.patch_px.filter(|side| *side as u64 > least) {
+        let what = format!("{side} px is larger than the images of {} x {} px", head.images.cols, head.images.rows);
+        return Err(Fault::at("--patch-px".as_ref(), what, format!("give up to {least}")));
+    }
+    let asked = json!({
+        "image": options.show.name(), "good": options.good, "patch_px": options.patch_px,
+        "range": options.ends.range, "scatter": options.ends.scatter,
+    });
+    ExportFolder::write(out, "mvtec", asked, source, |out| {
+        let scalings = MapScales::of(source, maps, options.ends, progress);
+        let scalings = scalings.map_err(|e| out.withdrawn(e))?;
+        let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+        let mut left_out = 0;
+        let work = |sample: &Sample| pictures(sample, &out, options, &scalings, &good);
+        let take = |_: &Sample, folders: Vec<Option<String>>| {
+            for folder in folders {
+                match folder {
+                    Some(folder) => *counts.entry(folder).or_default() += 1,
+                    None => left_out += 1,
+                }
+            }
+            Ok(())
+        };
+        source.each(&images, work, take, progress)?;
+        if counts.is_empty() {
+            let what = format!(
+                "there is nothing to write: all {left_out} pictures are of the split train and have defects, and methods learn \
+             from good ones"
+            );
+            let remedy = "try --patch-px, --good, --split all or more samples";
+            return Err(out.withdrawn(Fault::at(source.root(), what, remedy)));
+        }
+        let notes = notes(source, left_out, |folder| counts.contains_key(folder));
+        let good: Vec<&str> =
+            head.shown_classes().filter(|(value, _)| good[value & 255]).map(|(_, name)| name).collect();
+        let scaling = scalings.json(head.range_unit());
+        out.finish(&json!({"pictures": counts, "left_out": left_out, "good": good, "scaling": scaling}), notes)
+    })
+}
+
+/// What the user should know: pictures and samples that are left out, and folders without a picture.
+fn notes(source: &Source, left_out: u64, is_there: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut notes = Vec::new();
+    if left_out > 0 {
+        notes.push(format!(
+            "{left_out} pictures with defects of the split train are left out: methods learn from good ones"
+        ));
+    }
+    let asked: Vec<Split> =
+        [Split::Train, Split::Test].into_iter().filter(|split| source.selection.has_split(split.name())).collect();
+    for split in &asked {
+        let name = split.name();
+        if source.in_split(*split) == 0 {
+            let remedy = match (source.selection.indices.is_empty(), source.unfinished) {
+                (false, _) => "give another --index",
+                (true, 0) => "make more",
+                (true, _) => "run gen again to finish the dataset",
+            };
+            notes.push(format!("the split {name} has no samples: {remedy}"));
+        } else if !is_there(&format!("{name}/good")) {
+            notes.push(format!(
+                "{name}/good is empty: no picture of that split is good; try --patch-px, --good or more samples"
+            ));
+        }
+    }
+    let validation = source.in_split(Split::Validation);
+    if validation > 0 && asked.len() == 2 {
+        let samples = if validation == 1 { "sample" } else { "samples" };
+        notes
+            .push(format!("{validation} {samples} of the split validation left out: the layout has no place for them"));
+    }
+    notes
+}
+
+/// Writes the pictures of a sample; gives the folder of each, none for those that are left out.
+fn pictures(
+    sample: &Sample,
+    out: &ExportFolder,
+    options: &MvtecOptions,
+    scalings: &MapScales,
+    good: &[bool; 256],
+) -> Result<Vec<Option<String>>, Fault> {
+    let Grey::Eight(labels) = sample.grey("label")? else { return Err(sample.fault("`label` has 16 bits")) };
+    let picture = TrainingPicture::of(sample, scalings)?;
+    let mut folders = Vec::new();
+    for part in parts(sample, options.patch_px) {
+        let Region { top, left, rows, cols } = part;
+        let line = |row: usize| &labels[row * sample.cols + left..][..cols];
+        let mut seen = [false; 256];
+        (top..top + rows).flat_map(line).for_each(|label| seen[usize::from(*label)] = true);
+        let mut defects = (0..256).filter(|value| seen[*value] && !good[*value]);
+        let defect = match (defects.next(), defects.next()) {
+            (None, _) => None,
+            (Some(one), None) => Some(folder_name(sample.pixel_class(one as u64))?),
+            _ => Some(COMBINED_FOLDER),
+        };
+        let name = match options.patch_px {
+            Some(_) => format!("{}_r{top:05}_c{left:05}", sample.key),
+            None => sample.key.clone(),
+        };
+        let folder = match (sample.split, defect) {
+            (Split::Train, None) => "train/good".to_owned(),
+            (Split::Test, defect) => format!("test/{}", defect.unwrap_or("good")),
+            _ => {
+                folders.push(None);
+                continue;
+            }
+        };
+        out.put(&format!("{folder}/{name}.png"), || Ok(picture.cut(part).png()))?;
+        if let Some(defect) = defect {
+            let mask = || {
+                let pixels = (top..top + rows).flat_map(line);
+                let pixels = pixels.map(|label| if good[usize::from(*label)] { 0 } else { 255 }).collect();
+                Ok(write_png(&Grey::Eight(pixels), cols))
+            };
+            out.put(&format!("ground_truth/{defect}/{name}_mask.png"), mask)?;
+        }
+        folders.push(Some(folder));
+    }
+    Ok(folders)
+}
+
+/// The parts of a picture. Patches cover all of it, evenly apart, and overlap where its sides are no multiples of theirs.
+fn parts(sample: &Sample, patch_px: Option<usize>) -> Vec<Region> {
+    let Some(side) = patch_px else { return vec![Region { top: 0, left: 0, rows: sample.rows, cols: sample.cols }] };
+    let starts = |length: usize| {
+        let count = length.div_ceil(side);
+        let start = move |i: usize| if count > 1 { i * (length - side) / (count - 1) } else { 0 };
+        (0..count).map(start)
+    };
+    let patch = |top: usize| starts(sample.cols).map(move |left| Region { top, left, rows: side, cols: side });
+    starts(sample.rows).flat_map(patch).collect()
+}

@@ -1,0 +1,281 @@
+//! The chosen samples of a dataset, read row by row and worked on by all cores in the order of shards.
+
+mod part;
+
+use std::collections::BTreeMap;
+use std::ops::{Range, RangeInclusive};
+use std::path::Path;
+
+use output_schema::row::IMAGES;
+use output_schema::{DatasetHead, Manifest, ManifestSample};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::{ExportProgress, Sample};
+use bench::split::Split;
+use dataset::{Dataset, DatasetSums, Fault, RowQuery, Table};
+
+pub(super) use part::Done;
+
+/// Which samples.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Of these splits; empty for all.
+    pub splits: Vec<Split>,
+    /// With an index in one of these; empty for all.
+    pub indices: Vec<RangeInclusive<u64>>,
+}
+
+impl Selection {
+    fn has(&self, sample: &ManifestSample) -> bool {
+        self.has_split(&sample.split) && self.has_index(sample.index)
+    }
+
+    fn has_index(&self, index: u64) -> bool {
+        self.indices.is_empty() || self.indices.iter().any(|range| range.contains(&index))
+    }
+
+    pub(super) fn has_split(&self, name: &str) -> bool {
+        self.splits.is_empty() || self.splits.iter().any(|split| split.name() == name)
+    }
+}
+
+/// An open dataset and the samples chosen from it.
+#[derive(Debug, Clone)]
+pub struct Source {
+    pub(super) dataset: Dataset,
+    pub(super) selection: Selection,
+    /// Shards with chosen samples.
+    shards: Vec<u64>,
+    /// Shards that were finished when the dataset was opened, with their samples; others may become so while it is read.
+    finished: Vec<(u64, u64)>,
+    /// Finished samples with a chosen index in each split, whether that was chosen or not.
+    in_splits: BTreeMap<String, u64>,
+    /// The last sample of each split that a run before has exported, by index, where one has.
+    done: BTreeMap<Split, u64>,
+    /// How many these were in all.
+    done_samples: u64,
+    /// Chosen samples that are finished.
+    pub samples: u64,
+    /// Shards that are not finished.
+    pub unfinished: u64,
+    sums: DatasetSums,
+}
+
+impl Source {
+    /// Opens a dataset.
+    ///
+    /// # Errors
+    /// Where there is none, or none of the chosen samples is finished.
+    pub fn open(path: &Path, selection: Selection) -> Result<Self, Fault> {
+        let dataset = Dataset::open(path)?;
+        // Others may be finished while this goes on: sums and samples are of the same ones.
+        let finished: Vec<u64> = (0..dataset.head().shards).filter(|&shard| dataset.has_manifest(shard)).collect();
+        let unfinished = dataset.head().shards - finished.len() as u64;
+        let sums = dataset.sums_of(finished.iter().copied());
+        let mut source = Self {
+            dataset,
+            selection,
+            shards: Vec::new(),
+            finished: Vec::new(),
+            in_splits: BTreeMap::new(),
+            done: BTreeMap::new(),
+            done_samples: 0,
+            samples: 0,
+            unfinished,
+            sums,
+        };
+        let beyond = source.selection.indices.iter().find(|range| *range.end() >= source.head().samples);
+        if let Some(range) = beyond {
+            let last = source.head().samples.saturating_sub(1);
+            let remedy = format!("give --index 0 to {last}");
+            return Err(Fault::at(path, format!("there is no sample {}", range.end()), remedy));
+        }
+        for shard in finished {
+            let Some(manifest) = source.dataset.manifest(shard)? else { continue };
+            source.finished.push((shard, manifest.samples.len() as u64));
+            for sample in manifest.samples.iter().filter(|sample| source.selection.has_index(sample.index)) {
+                *source.in_splits.entry(sample.split.clone()).or_default() += 1;
+            }
+            let chosen = manifest.samples.iter().filter(|sample| source.selection.has(sample)).count() as u64;
+            if chosen > 0 {
+                source.shards.push(shard);
+                source.samples += chosen;
+            }
+        }
+        if source.samples == 0 {
+            let (what, remedy) = match source.unfinished {
+                0 => ("it has no samples of that choice", "give another --split or --index"),
+                _ => ("none of the chosen samples is finished", "run gen again to finish it"),
+            };
+            return Err(Fault::at(path, what, remedy));
+        }
+        Ok(source)
+    }
+
+    /// `dataset.json`.
+    pub fn head(&self) -> &DatasetHead {
+        self.dataset.head()
+    }
+
+    /// The folder.
+    pub fn root(&self) -> &Path {
+        self.dataset.root()
+    }
+
+    /// Finished samples of a split with a chosen index, whether that split was chosen or not.
+    pub(super) fn in_split(&self, split: Split) -> u64 {
+        self.in_splits.get(split.name()).copied().unwrap_or_default()
+    }
+
+    /// What an export is of: the dataset and the choice.
+    pub(super) fn told(&self) -> Value {
+        let head = self.head();
+        let splits: Vec<&str> = self.selection.splits.iter().map(|split| split.name()).collect();
+        let indices: Vec<_> = self.selection.indices.iter().map(|range| json!([range.start(), range.end()])).collect();
+        json!({
+            "dataset": head.recipe.name,
+            "subject": head.subject,
+            "seed": head.seed,
+            "dataset_sha256": self.sums.dataset,
+            "manifests_sha256": self.sums.manifests,
+            "splits": if splits.is_empty() { Split::ALL.map(Split::name).to_vec() } else { splits },
+            "indices": indices,
+        })
+    }
+
+    /// Refuses where one of these images is in no file of the dataset.
+    pub(super) fn needs(&self, images: &[&str]) -> Result<(), Fault> {
+        let known = &self.head().images;
+        match images.iter().find(|image| !self.has(image)) {
+            None => Ok(()),
+            Some(missing) => {
+                let what = format!("it was made without `{missing}` images (png {:?}, exr {:?})", known.png, known.exr);
+                let remedy = format!("add {missing} to `output: {{png: [..]}}` of the recipe and make it anew");
+                Err(Fault::at(self.root(), what, remedy))
+            }
+        }
+    }
+
+    /// Whether an image is in the dataset, in whatever form.
+    pub(super) fn has(&self, image: &str) -> bool {
+        let known = &self.head().images;
+        known.png.iter().chain(&known.exr).any(|name| name == image)
+    }
+
+    /// Whether a sample is chosen, and no run before has exported it.
+    fn has_left(&self, sample: &ManifestSample) -> bool {
+        let is_done = |(split, last): (&Split, &u64)| split.name() == sample.split && sample.index <= *last;
+        self.selection.has(sample) && !self.done.iter().any(is_done)
+    }
+
+    /// Works on the numbers of the chosen samples with all threads, shard by shard, each with its shard's manifest.
+    ///
+    /// # Errors
+    /// Where a manifest is damaged, or `work` fails; of several errors the first in the order of samples.
+    pub(super) fn each_index(
+        &self,
+        work: impl Fn(&Manifest, u64) -> Result<(), Fault> + Sync,
+        progress: ExportProgress,
+    ) -> Result<(), Fault> {
+        let mut done = self.done_samples;
+        for &shard in &self.shards {
+            let Some(manifest) = self.dataset.manifest(shard)? else { continue };
+            let chosen = manifest.samples.iter().filter(|sample| self.has_left(sample));
+            let chosen: Vec<u64> = chosen.map(|sample| sample.index).collect();
+            for some in chosen.chunks(rayon::current_num_threads().max(1)) {
+                let worked: Vec<_> = some.par_iter().map(|&index| work(&manifest, index)).collect();
+                worked.into_iter().collect::<Result<(), _>>()?;
+                done += some.len() as u64;
+                progress(done, self.samples);
+            }
+        }
+        Ok(())
+    }
+
+    /// Works on every chosen sample that is left with all threads, and takes the results in the order of shards, splits and
+    /// indices.
+    ///
+    /// # Errors
+    /// Where a file of the dataset is damaged, or `work` or `take` fail.
+    pub(super) fn each<T: Send>(
+        &self,
+        images: &[&str],
+        work: impl Fn(&Sample) -> Result<T, Fault> + Sync,
+        mut take: impl FnMut(&Sample, T) -> Result<(), Fault>,
+        progress: ExportProgress,
+    ) -> Result<(), Fault> {
+        let stored: Vec<&str> =
+            images.iter().copied().filter(|image| self.head().images.png.iter().any(|png| png == image)).collect();
+        let with_exr = stored.len() < images.len();
+        let together = rayon::current_num_threads().max(1);
+        let mut done = self.done_samples;
+        for wanted in self.wanted() {
+            let WantedRows { table, count, chosen } = wanted?;
+            let columns = |name: &str| !IMAGES.contains(&name) || stored.contains(&name);
+            let query = RowQuery { columns: &columns, ranges: Some(ranges(&chosen)), at_once: 1 };
+            let rows = table.rows(&query)?;
+            if rows.in_table() != count {
+                let what = format!("it has {} rows, and its manifest names {count}", rows.in_table());
+                return Err(table.damaged(what).into());
+            }
+            let mut pairs = rows.zip(chosen.into_iter().map(|(_, sample)| sample)).peekable();
+            while pairs.peek().is_some() {
+                let some: Vec<_> = pairs.by_ref().take(together).collect();
+                let worked: Vec<_> = some
+                    .into_par_iter()
+                    .map(|(row, listed)| {
+                        let row = row?.json(0).map_err(|what| table.damaged(what))?;
+                        let sample = Sample::new(self, &table, row, &listed, with_exr)?;
+                        work(&sample).map(|result| (sample, result))
+                    })
+                    .collect();
+                for result in worked {
+                    let (sample, result) = result?;
+                    take(&sample, result)?;
+                    done += 1;
+                    progress(done, self.samples);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The tables with chosen samples that are left, in the order of shards, then of splits.
+    fn wanted(&self) -> impl Iterator<Item = Result<WantedRows, Fault>> + '_ {
+        let splits = Split::ALL.into_iter().filter(|split| self.selection.has_split(split.name()));
+        let tables = self.shards.iter().flat_map(move |&shard| splits.clone().map(move |split| (shard, split)));
+        tables.filter_map(|(shard, split)| self.wanted_of(shard, split).transpose())
+    }
+
+    fn wanted_of(&self, shard: u64, split: Split) -> Result<Option<WantedRows>, Fault> {
+        let Some(manifest) = self.dataset.manifest(shard)? else { return Ok(None) };
+        let of_split: Vec<_> =
+            manifest.samples.into_iter().filter(|sample| sample.split == split.name()).enumerate().collect();
+        let count = of_split.len() as u64;
+        let chosen: Vec<_> = of_split.into_iter().filter(|(_, sample)| self.has_left(sample)).collect();
+        let table = self.dataset.table(shard, split);
+        Ok((!chosen.is_empty()).then_some(WantedRows { table, count, chosen }))
+    }
+}
+
+/// Rows of a table that are to be exported.
+struct WantedRows {
+    table: Table,
+    /// Rows that the table should have.
+    count: u64,
+    /// The chosen samples with their rows.
+    chosen: Vec<(usize, ManifestSample)>,
+}
+
+/// Rows as ranges.
+fn ranges(chosen: &[(usize, ManifestSample)]) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for &(place, _) in chosen {
+        match ranges.last_mut() {
+            Some(last) if last.end == place => last.end += 1,
+            _ => ranges.push(place..place + 1),
+        }
+    }
+    ranges
+}

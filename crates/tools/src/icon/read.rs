@@ -1,0 +1,187 @@
+//! Reader of iCon files.
+
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::layout::{Component, FileLayout, NumberType, Plane, PlaneContent};
+use super::traits::Traits;
+use super::{IconScan, PeakLight, ProfileMark, RangeValues, Scatter, SensorImage, xml};
+use dataset::Fault;
+
+/// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
+const MAX_XML_BYTES: u64 = 16 << 20;
+
+/// What a file holds.
+#[derive(Debug)]
+pub enum Content {
+    /// A scan, to be read by rows.
+    Scan(ScanReader),
+    /// One exposure.
+    Image(SensorImage),
+}
+
+/// A scan on disk.
+#[derive(Debug)]
+pub struct ScanReader {
+    traits: Traits,
+    data: DataFile,
+}
+
+/// A `.dat` and the layout of its numbers.
+#[derive(Debug)]
+struct DataFile {
+    layout: FileLayout,
+    /// Rows of every plane; all planes together are as long as the file was.
+    rows: usize,
+    file: File,
+    path: PathBuf,
+}
+
+/// Opens `NAME.xml` and `NAME.dat`; either may be given, or `NAME`.
+///
+/// # Errors
+/// What is wrong with one of them, where, and what to do.
+pub fn open(path: &Path) -> Result<Content, Fault> {
+    let known = path.extension().is_some_and(|extension| extension == "xml" || extension == "dat");
+    let side = |extension: &str| {
+        if known { path.with_extension(extension) } else { PathBuf::from(format!("{}.{extension}", path.display())) }
+    };
+    let (description, data) = (side("xml"), side("dat"));
+    let layout = read_layout(&description)?;
+    let unreadable = |error: std::io::Error| Fault::at(&data, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
+    let file = File::open(&data).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    let whole = layout.line as u64;
+    if whole == 0 || !length.is_multiple_of(whole) {
+        let what = format!("its {length} bytes are no whole number of rows of {whole} bytes, as its XML has them");
+        return Err(Fault::at(&data, what, COPY_AGAIN));
+    }
+    let rows = usize::try_from(length / whole).map_err(|_| Fault::at(&data, "it is beyond memory", COPY_AGAIN))?;
+    let subject = layout.subject;
+    let mut data = DataFile { layout, rows, file, path: data };
+    match subject {
+        Component::Scan(traits) => Ok(Content::Scan(ScanReader { traits, data })),
+        Component::SensorImage { rows: height, offset, plane } => {
+            if height != rows {
+                let what = format!("it has {rows} rows of {whole} bytes, its XML says {height}");
+                return Err(Fault::at(&data.path, what, COPY_AGAIN));
+            }
+            let dn = data.bytes(&plane, 0, rows)?;
+            Ok(Content::Image(SensorImage { cols: plane.width, rows, offset, dn }))
+        }
+    }
+}
+
+/// What to do about a file that is not whole.
+const COPY_AGAIN: &str = "copy both files again, or have them written again";
+/// What to do about a file that is not there.
+const SIDE_BY_SIDE: &str = "NAME.xml and NAME.dat must lie side by side";
+
+fn read_layout(path: &Path) -> Result<FileLayout, Fault> {
+    let unreadable = |error: std::io::Error| Fault::at(path, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
+    let length = fs::metadata(path).map_err(unreadable)?.len();
+    if length > MAX_XML_BYTES {
+        return Err(Fault::at(
+            path,
+            format!("it has {length} bytes, more than any description"),
+            "give the .xml of a scan",
+        ));
+    }
+    let bytes = fs::read(path).map_err(unreadable)?;
+    let text = String::from_utf8(bytes);
+    let text = text.map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Fault::at(path, format!("byte {at} is no UTF-8"), "save it as UTF-8 without other changes")
+    })?;
+    // Windows tools may begin with a mark of byte order.
+    let read = xml::read(text.trim_start_matches('\u{feff}')).and_then(|root| FileLayout::read(&root));
+    read.map_err(|wrong| {
+        let place = format!("{}, line {}", path.display(), wrong.line);
+        Fault::new(place, wrong.what, "correct this line, or have the file written again")
+    })
+}
+
+impl ScanReader {
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.data.layout.width()
+    }
+
+    /// Profiles.
+    pub fn rows(&self) -> usize {
+        self.data.rows
+    }
+
+    /// What columns and steps of Range mean.
+    pub fn traits(&self) -> Traits {
+        self.traits
+    }
+
+    /// `count` rows from `first` on; fewer where the scan ends.
+    ///
+    /// # Errors
+    /// Where the disk refuses, or the file has become shorter.
+    pub fn read(&mut self, first: usize, count: usize) -> Result<IconScan, Fault> {
+        let rows = count.min(self.data.rows.saturating_sub(first));
+        let mut range = RangeValues::World(Vec::new());
+        let (mut light, mut scatter, mut marks) = (None, None, None);
+        for plane in self.data.layout.planes.clone() {
+            let bytes = match plane.part {
+                PlaneContent::Other | PlaneContent::Image => continue,
+                _ => self.data.bytes(&plane, first, rows)?,
+            };
+            let words = |bytes: &[u8]| -> Vec<u16> {
+                bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
+            };
+            match (plane.part, plane.kind) {
+                (PlaneContent::Range, NumberType::Word) => range = RangeValues::Steps(words(&bytes)),
+                (PlaneContent::Range, _) => {
+                    let heights = bytes.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four));
+                    range = RangeValues::World(heights.collect());
+                }
+                (PlaneContent::Intensity, _) => light = Some(PeakLight::Intensity(bytes)),
+                (PlaneContent::Reflectance, _) => light = Some(PeakLight::Reflectance(bytes)),
+                (PlaneContent::Scatter, NumberType::Word) => scatter = Some(Scatter::Word(words(&bytes))),
+                (PlaneContent::Scatter, _) => scatter = Some(Scatter::Byte(bytes)),
+                (PlaneContent::Mark, _) => marks = Some(bytes.chunks_exact(plane.line()).map(mark).collect()),
+                (PlaneContent::Other | PlaneContent::Image, _) => {}
+            }
+        }
+        Ok(IconScan { width: self.width(), rows, traits: self.traits, range, light, scatter, marks })
+    }
+}
+
+impl DataFile {
+    /// The bytes of some rows of a plane.
+    fn bytes(&mut self, plane: &Plane, first: usize, rows: usize) -> Result<Vec<u8>, Fault> {
+        let refused = |error: std::io::Error| Fault::at(&self.path, format!("it cannot be read: {error}"), COPY_AGAIN);
+        let mut bytes = vec![0; rows * plane.line()];
+        // A plane on its own lies the same way in either layout.
+        if self.layout.planar || plane.line() == self.layout.line {
+            let at = self.rows as u64 * plane.before as u64 + first as u64 * plane.line() as u64;
+            self.file.seek(SeekFrom::Start(at)).map_err(refused)?;
+            self.file.read_exact(&mut bytes).map_err(refused)?;
+        } else {
+            for (row, line) in (first as u64..).zip(bytes.chunks_exact_mut(plane.line())) {
+                self.file
+                    .seek(SeekFrom::Start(row * self.layout.line as u64 + plane.before as u64))
+                    .map_err(refused)?;
+                self.file.read_exact(line).map_err(refused)?;
+            }
+        }
+        Ok(bytes)
+    }
+}
+
+/// Standard marks have two numbers, extended ones five.
+fn mark(bytes: &[u8]) -> ProfileMark {
+    let number = |i: usize| bytes.as_chunks::<4>().0.get(i).map_or(0, |four| u32::from_le_bytes(*four));
+    ProfileMark {
+        encoder: number(0).cast_signed(),
+        status: number(1),
+        timestamp: number(2),
+        pulse: number(3),
+        scan: number(4),
+    }
+}

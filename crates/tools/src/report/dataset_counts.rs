@@ -1,0 +1,237 @@
+//! Counts over all rows of a dataset, in two passes: first extents, then the bins of histograms. Memory
+//! does not grow with the number of samples.
+
+use output_schema::{DatasetHead, NumberColumn};
+
+use super::declared_distribution::DeclaredDistribution;
+use super::folder::Folder;
+use super::histogram::{DERIVED_ROUNDING, DRAWN_ROUNDING, Histogram, HistogramAxis, RunningRange};
+use dataset::{RowBatch, RowQuery, Table};
+
+/// Pixels and objects of one pixel class.
+#[derive(Debug, Clone)]
+pub(super) struct PixelClassCounts {
+    /// Value in label images.
+    pub value: usize,
+    /// Name.
+    pub name: String,
+    /// Pixels in all samples.
+    pub pixels: u64,
+    /// Samples that show it.
+    pub samples: u64,
+    /// Objects of it.
+    pub objects: u64,
+    /// Their diameters [mm].
+    pub extent: RunningRange,
+    /// Histogram of the diameters.
+    pub cells: Option<Histogram>,
+}
+
+/// A drawn or derived number.
+#[derive(Debug, Clone)]
+pub(super) struct NumberCounts {
+    /// Its column.
+    pub column: NumberColumn,
+    /// What it holds.
+    pub extent: RunningRange,
+    /// What the recipe declares, where that is known.
+    pub declared: Option<DeclaredDistribution>,
+    /// Histogram; none for a constant.
+    pub cells: Option<Histogram>,
+}
+
+/// The counts.
+#[derive(Debug)]
+pub(super) struct DatasetCounts {
+    /// Samples `[classes, splits]`.
+    pub samples: Vec<[u64; 3]>,
+    /// By pixel class, those alone that labels of the subject can show.
+    pub kinds: Vec<PixelClassCounts>,
+    /// Drawn numbers, then derived ones.
+    pub numbers: Vec<NumberCounts>,
+    /// Extent of images along rows and columns [mm].
+    pub field: [RunningRange; 2],
+}
+
+/// Position of a sample in the tables.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowPlace {
+    /// Class of the recipe.
+    pub class: usize,
+    /// Table in [`Folder::tables`].
+    pub table: usize,
+    /// Row of the table.
+    pub row: usize,
+}
+
+impl DatasetCounts {
+    /// Samples that were read.
+    pub fn total(&self) -> u64 {
+        self.samples.iter().flatten().sum()
+    }
+
+    /// Samples of a class.
+    pub fn of_class(&self, class: usize) -> u64 {
+        self.samples.get(class).map_or(0, |splits| splits.iter().sum())
+    }
+}
+
+/// Reads every row twice; the second pass calls `place` with each.
+pub(super) fn count(
+    head: &DatasetHead,
+    folder: &mut Folder,
+    declared: &dyn Fn(&NumberColumn, &[u64]) -> Option<DeclaredDistribution>,
+    step: &dyn Fn(u64),
+    place: &mut dyn FnMut(&DatasetCounts, RowPlace),
+) -> DatasetCounts {
+    let kind = |(value, name): (usize, &str)| PixelClassCounts {
+        value,
+        name: name.into(),
+        pixels: 0,
+        samples: 0,
+        objects: 0,
+        extent: RunningRange::default(),
+        cells: None,
+    };
+    let number = |column: &NumberColumn| NumberCounts {
+        column: column.clone(),
+        extent: RunningRange::default(),
+        declared: None,
+        cells: None,
+    };
+    let mut counts = DatasetCounts {
+        samples: vec![[0; 3]; head.classes.len()],
+        kinds: head.shown_classes().map(kind).collect(),
+        numbers: head.parameters.iter().chain(&head.physics).map(number).collect(),
+        field: [RunningRange::default(); 2],
+    };
+    let tables = folder.tables.clone();
+    for table in &tables {
+        if let Err(what) = extents(table, &mut counts) {
+            folder.trouble(table.relative.clone(), what, "`gen validate` says what is damaged");
+        }
+        step(1);
+    }
+    prepare(&mut counts, head, declared);
+    for (number, table) in tables.iter().enumerate() {
+        // What cannot be read was told by the first pass.
+        let _ = fill(table, number, &mut counts, place);
+        step(1);
+    }
+    counts
+}
+
+fn wanted(name: &str) -> bool {
+    const OTHERS: [&str; 10] =
+        ["id", "index", "seed", "split", "calibration", "defect_classes", "range", "reflectance", "scatter", "label"];
+    !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
+}
+
+/// The path of a number's column in the tables.
+fn path(column: &NumberColumn) -> String {
+    if column.group.is_empty() { format!("physics.{}", column.key) } else { column.path() }
+}
+
+fn classes(rows: &RowBatch) -> Result<Vec<usize>, String> {
+    let class = |class: i64| usize::try_from(class).map_err(|_| "`class` is negative".to_owned());
+    rows.integers("class")?.into_iter().map(class).collect()
+}
+
+/// Gives `take` the rows of a table without its images.
+fn each(table: &Table, take: &mut dyn FnMut(&RowBatch) -> Result<(), String>) -> Result<(), String> {
+    for rows in table.rows(&RowQuery::of(&wanted)).map_err(|fault| fault.what)? {
+        take(&rows.map_err(|fault| fault.what)?)?;
+    }
+    Ok(())
+}
+
+fn extents(table: &Table, counts: &mut DatasetCounts) -> Result<(), String> {
+    each(table, &mut |rows| {
+        for class in classes(rows)? {
+            let splits = counts.samples.get_mut(class).ok_or_else(|| format!("there is no class {class}"))?;
+            splits[table.split as usize] += 1;
+        }
+        for (field, [count, pitch]) in counts.field.iter_mut().zip([["rows", "row_mm"], ["cols", "col_mm"]]) {
+            let sides = rows.integers(count)?.into_iter().zip(rows.numbers(pitch)?);
+            sides.for_each(|(count, pitch)| field.add(count as f64 * pitch));
+        }
+        for number in &mut counts.numbers {
+            rows.numbers(&path(&number.column))?.into_iter().for_each(|value| number.extent.add(value));
+        }
+        for kind in &mut counts.kinds {
+            let areas = rows.integers(&format!("class_area_px.{}", kind.name))?;
+            for area in areas.into_iter().filter(|&area| area > 0) {
+                kind.pixels += area.unsigned_abs();
+                kind.samples += 1;
+            }
+        }
+        for object in rows.objects()?.into_iter().flatten() {
+            if let Some(kind) = counts.kinds.iter_mut().find(|kind| kind.value == object.class) {
+                kind.objects += 1;
+                kind.extent.add(object.diameter_mm);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Lays out the histograms.
+fn prepare(
+    counts: &mut DatasetCounts,
+    head: &DatasetHead,
+    declared: &dyn Fn(&NumberColumn, &[u64]) -> Option<DeclaredDistribution>,
+) {
+    let classes: Vec<u64> = (0..head.classes.len()).map(|class| counts.of_class(class)).collect();
+    for number in &mut counts.numbers {
+        number.declared = declared(&number.column, &classes);
+        let extent = &number.extent;
+        let rounding = if number.column.group.is_empty() { DERIVED_ROUNDING } else { DRAWN_ROUNDING };
+        if extent.count == 0 || extent.is_constant(rounding) {
+            continue;
+        }
+        let (mut min, mut max) = (extent.min, extent.max);
+        // What is declared is shown as a whole unless it is far wider than what was drawn, as the ends of a normal law.
+        if let Some(declared) = &number.declared
+            && declared.max - declared.min < 2.0 * (max - min)
+        {
+            (min, max) = (min.min(declared.min), max.max(declared.max));
+        }
+        let log = number.declared.as_ref().is_some_and(|declared| declared.log);
+        number.cells = Some(Histogram::new(HistogramAxis::new(min, max, extent.whole, log), head.classes.len()));
+    }
+    for kind in counts.kinds.iter_mut().filter(|kind| kind.extent.count > 0 && !kind.extent.is_constant(DRAWN_ROUNDING))
+    {
+        let axis = HistogramAxis::new(0.0, kind.extent.max, false, false);
+        kind.cells = Some(Histogram::new(axis, head.classes.len()));
+    }
+}
+
+fn fill(
+    table: &Table,
+    number: usize,
+    counts: &mut DatasetCounts,
+    place: &mut dyn FnMut(&DatasetCounts, RowPlace),
+) -> Result<(), String> {
+    let mut first = 0;
+    each(table, &mut |rows| {
+        let classes = classes(rows)?;
+        for number in &mut counts.numbers {
+            let values = rows.numbers(&path(&number.column))?;
+            let Some(cells) = &mut number.cells else { continue };
+            values.into_iter().zip(&classes).for_each(|(value, &class)| cells.add(class, value));
+        }
+        for (objects, &class) in rows.objects()?.into_iter().zip(&classes) {
+            for object in objects {
+                let kind = counts.kinds.iter_mut().find(|kind| kind.value == object.class);
+                if let Some(cells) = kind.and_then(|kind| kind.cells.as_mut()) {
+                    cells.add(class, object.diameter_mm);
+                }
+            }
+        }
+        for (row, &class) in classes.iter().enumerate() {
+            place(counts, RowPlace { class, table: number, row: first + row });
+        }
+        first += rows.len();
+        Ok(())
+    })
+}

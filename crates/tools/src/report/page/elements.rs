@@ -1,0 +1,34 @@
+//! Elements that several sections of the page share.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, html};
+use output_schema::DatasetHead;
+
+use crate::report::kept_documents::KeptDocument;
+
+/// Pixel classes that are no defect and no object of interest: what surfaces show where all is well.
+pub(crate) fn plain_classes(head: &DatasetHead) -> Vec<u8> {
+    let sound = ["background", "clear", "flange", "tooth", "object"];
+    head.shown_classes()
+        .filter(|(_, name)| sound.contains(name))
+        .filter_map(|(value, _)| value.try_into().ok())
+        .collect()
+}
+
+/// Bytes of a PNG as a data URL.
+pub(super) fn data_url(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
+/// Notice above a kept result that belongs to another state of the dataset, or cannot be read.
+pub(super) fn staleness(kept: &KeptDocument, again: &str) -> Markup {
+    html! {
+        @match (&kept.document, kept.is_current) {
+            (Err(what), _) => p.stale { code { "reports/" (kept.name) } " cannot be read: " (what) ". Make it again: " code { (again) } }
+            (Ok(_), Some(true)) => {}
+            (Ok(_), Some(false)) => p.stale { strong { "Stale: " } "the dataset has changed since. Make it again: " code { (again) } }
+            (Ok(_), None) => p.stale { strong { "Of what dataset? " } "It does not say what it was made from. Make it again: " code { (again) } }
+        }
+    }
+}

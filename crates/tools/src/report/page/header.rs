@@ -1,0 +1,124 @@
+//! Header of the page: what the dataset is, how it was made, and what is missing of it.
+
+use maud::{Markup, html};
+use output_schema::DatasetHead;
+
+use super::format::{bytes, count, number, shell_word};
+use crate::report::folder::unfinished;
+use crate::report::histogram::RunningRange;
+use crate::report::page_data::PageData;
+use crate::report::sheet_sample::MAPS;
+use dataset::samples_per_shard;
+
+/// The head.
+pub(super) fn header(facts: &PageData) -> Markup {
+    let (head, folder) = (facts.head, &facts.folder);
+    let missing = unfinished(head, folder);
+    let images = &head.images;
+    let [rows, cols] = &facts.counts.field;
+    let splits = head.splits.named().map(|(name, share)| format!("{name} {}", number(share)));
+    html! {
+        header.front {
+            p.kind { "Dataset of simulated laser-triangulation scans" }
+            h1 { (head.recipe.name) }
+            p.lead {
+                (count(head.samples)) " scans of " (subject(&head.subject)) ", " (images.cols) " × " (images.rows) " px"
+                @if cols.count > 0 { " (" (span(cols)) " × " (span(rows)) " mm)" }
+                (holds(head))
+            }
+            p.state {
+                @if missing == 0 && folder.troubles.is_empty() {
+                    span.badge.good { "complete" }
+                } @else {
+                    span.badge.bad { @if missing > 0 { "unfinished" } @else { "damaged" } }
+                }
+                " " (count(folder.finished)) " of " (count(head.shards)) " shards finished, "
+                (count(facts.counts.total())) " of " (count(head.samples)) " samples read, "
+                (bytes(folder.bytes() as f64)) " on disk"
+            }
+            dl.facts {
+                div { dt { "Subject" } dd { (head.subject) } }
+                div { dt { "Classes" } dd { (head.classes.len()) } }
+                div { dt { "Splits" } dd { (splits.join(", ")) } }
+                div { dt { "Seed" } dd { (head.seed) } }
+                div { dt { "Images" } dd { (list(&images.png)) @if images.exr.is_empty() { "; no EXR" } @else { "; EXR too" } } }
+                div { dt { "Range" } dd { (images.range) ", " (head.range_unit()) } }
+                div { dt { "Digital numbers" } dd { (images.bits) " bits" } }
+                div { dt { "Sensor" } dd { (images.sensor_cols) " × " (images.sensor_rows) " px" } }
+                div { dt { "Generator" } dd { (head.generator.name) " " (head.generator.version) } }
+                div { dt { "Target" } dd { (head.target) } }
+                div { dt { "Schema" } dd { (head.schema_version[0]) "." (head.schema_version[1]) } }
+                div.wide { dt { "Recipe hash" } dd { code { (head.recipe.hash) } } }
+                div.wide { dt { "Made again by" } dd { code { (again(facts)) } } }
+            }
+        }
+    }
+}
+
+/// The command that makes the dataset again, with the size of its shards where the recipe alone gives another.
+fn again(facts: &PageData) -> String {
+    let head = facts.head;
+    let own = facts.recipe.as_ref().ok().map(|recipe| samples_per_shard(&recipe.output(), &recipe.size()) as u64);
+    let shards = match own {
+        Some(own) if own == head.samples_per_shard => String::new(),
+        _ => format!(" --samples-per-shard {}", head.samples_per_shard),
+    };
+    format!("gen --recipe {} --seed {} --n {}{shards} --out again", shell_word(facts.root), head.seed, head.samples)
+}
+
+/// The lowest and the highest, where they differ as they are written.
+fn span(extent: &RunningRange) -> String {
+    let (low, high) = (number(extent.min), number(extent.max));
+    if low == high { low } else { format!("{low} to {high}") }
+}
+
+/// Which maps the dataset keeps, and whether labels with them: the end of a sentence.
+fn holds(head: &DatasetHead) -> String {
+    let labels = if head.images.holds("label") { "with pixel-exact labels" } else { "without labels" };
+    let maps: Vec<&str> = MAPS.into_iter().filter(|map| head.images.holds(map)).collect();
+    match &maps[..] {
+        [] => format!(", {labels}."),
+        [map] => format!(": {map} as a line-laser profiler measures it, {labels}."),
+        [first @ .., last] => {
+            format!(": {} and {last} as a line-laser profiler measures them, {labels}.", first.join(", "))
+        }
+    }
+}
+
+fn subject(name: &str) -> &str {
+    match name {
+        "wood" => "sawn wood",
+        "blister" => "blister packs",
+        "sawtooth" => "a saw-tooth calibration piece",
+        "mesh" => "a part from a file of triangles",
+        other => other,
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "no PNG".into() } else { names.join(", ") }
+}
+
+/// What is missing or cannot be read; nothing where all is well.
+pub(super) fn troubles(facts: &PageData) -> Markup {
+    let folder = &facts.folder;
+    html! {
+        @if !folder.troubles.is_empty() {
+            section.trouble id="troubles" {
+                h2 { "What is missing or damaged" }
+                div.scroll tabindex="0" {
+                    table {
+                        thead { tr { th { "File or shards" } th { "What" } th { "Remedy" } } }
+                        tbody {
+                            @for trouble in &folder.troubles {
+                                tr { td { code { (trouble.place) } } td { (trouble.what) } td { (trouble.remedy) } }
+                            }
+                        }
+                    }
+                }
+                @if folder.more > 0 { p { "And " (count(folder.more)) " more." } }
+                p.note { "Everything below is of what can be read." }
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Answers for whole stacks: film over air over a half space or foil, film sealed to foil.
+//!
+//! What leaves in each row towards all sides is in `line`; what the lens sees of it in `seen`, where light from below is
+//! moved by gap tan(view) to where it passes the film. Spreads are those of the fixed widths, as production uses them.
+
+use glam::Vec3;
+use procedural::{Film, Gloss, Medium};
+
+use super::super::half_space::{Gaussian, KernelError, point, seen_from_above, share};
+use super::super::widths::{BASIS, SPREAD_MM};
+use super::{FilmStack, FilmStackKernel, flow};
+use crate::answer::{Answer, Estimate, Question};
+use crate::fresnel::fresnel_dielectric;
+use crate::stack::{Layer, PIGMENT_G, Scattering, Stack, Substrate};
+
+/// How far a pigment's mean cosine may be from the table's [1].
+const MAX_COSINE_DIFFERENCE: f64 = 0.05;
+
+/// Asks about a film over something.
+///
+/// # Errors
+/// Whatever the tables were not made for.
+pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
+    let film_stack = film_stack(stack, question)?;
+    let mut kernel = FilmStackKernel::new();
+    let spread = kernel.spread(&film_stack);
+    let whole = flow(&kernel, &film_stack);
+    // Light that spreads beyond the fixed frequencies is all there without a gap.
+    let gapless = Film { gap_mm: film_stack.film.gap_mm.map(|_| 0.0), ..film_stack.film };
+    let total = flow(&kernel, &FilmStack { film: gapless, ..film_stack });
+    let fixed = |weights: [f32; BASIS]| -> Vec<Gaussian> {
+        let one = |(weight, s): (f32, f32)| Gaussian {
+            weight: f64::from(weight),
+            path: 0.0,
+            along: 0.0,
+            variance_along: f64::from(s * s),
+            variance_across: f64::from(s * s),
+            towards: 1.0,
+        };
+        weights.into_iter().zip(SPREAD_MM).map(one).collect()
+    };
+    let (pitch, laser, rows) = (question.row_mm, question.line_mm * question.line_mm, question.rows as i64);
+    let row = |all: &[Gaussian], row: i64, middle: f64| -> f64 {
+        all.iter().map(|g| g.weight * share(row as f64 * pitch - middle, pitch, g.variance_along + laser)).sum()
+    };
+    let leaves = fixed(kernel.back.weights(&whole.all));
+    let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
+    let below = fixed(spread.through);
+    let moved = f64::from(film_stack.film.gap_mm.unwrap_or(0.0)) * question.view.y / question.view.z;
+    let mut absorbed = vec![0.0; stack.layers.len()];
+    absorbed[0] = f64::from(film_stack.enter - total.all[0] - total.sunk);
+    *absorbed.last_mut().expect("a stack has a layer") += f64::from(total.sunk);
+    Ok(Answer {
+        model: "kernel".into(),
+        specular: 1.0 - f64::from(film_stack.enter),
+        reflectance: Estimate::exact(total.all[0].into()),
+        transmittance: Estimate::exact(0.0),
+        unscattered: Estimate::exact(0.0),
+        absorbed: absorbed.into_iter().map(Estimate::exact).collect(),
+        towards_lens: Some(Estimate::exact(f64::from(total.towards[0] + total.through[0]))),
+        cone: None,
+        angles: Vec::new(),
+        row_mm: question.row_mm,
+        line: (-rows..=rows).map(|at| Estimate::exact(row(&leaves, at, 0.0))).collect(),
+        seen: (-rows..=rows).map(|at| Estimate::exact(row(&film, at, 0.0) + row(&below, at, moved))).collect(),
+        cell_mm: question.cell_mm,
+        point: point(&leaves, (0.0, 1.0), question),
+    })
+}
+
+/// The stack as production sees it.
+fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelError> {
+    let (top, gap, under) = match (stack.layers.as_slice(), stack.below) {
+        ([film], Substrate::Foil(foil)) => (film, None, metal(&foil)),
+        ([film, air], Substrate::Foil(foil)) => (film, Some(height(air)?), metal(&foil)),
+        ([film, air, body], Substrate::Index(_)) => (film, Some(height(air)?), matter(body)?),
+        _ => return Err(KernelError::Layers),
+    };
+    if !top.thickness.is_finite() || top.coat < 1.0 {
+        return Err(KernelError::Layers);
+    }
+    seen_from_above(stack, question)?;
+    if let Scattering::Isotropic { mu_s, g } = top.scattering
+        && mu_s > 0.0
+        && (g - PIGMENT_G).abs() > MAX_COSINE_DIFFERENCE
+    {
+        return Err(KernelError::Pigment);
+    }
+    let medium = isotropic(top)?;
+    let film = Film { thickness_mm: top.thickness as f32, gap_mm: gap, under, under_slope: [0.0; 2] };
+    let enter = 1.0 - fresnel_dielectric(1.0, top.n, 1.0).0 as f32;
+    let view: Vec3 = question.view.as_vec3();
+    Ok(FilmStack { medium, film, enter, view_up: view.z, view, light: Vec3::Z })
+}
+
+/// Height of a layer of air [mm].
+fn height(layer: &Layer) -> Result<f32, KernelError> {
+    let clear = matches!(layer.scattering, Scattering::Isotropic { mu_s: 0.0, .. }) && layer.mu_a == 0.0;
+    let air = layer.n == 1.0 && layer.coat == 1.0 && layer.thickness.is_finite();
+    if clear && air { Ok(layer.thickness as f32) } else { Err(KernelError::Layers) }
+}
+
+/// What lies at the bottom: matter without end.
+fn matter(layer: &Layer) -> Result<Medium, KernelError> {
+    let medium = isotropic(layer)?;
+    if layer.thickness.is_finite() {
+        return Err(KernelError::Layers);
+    }
+    if medium.sigma_i <= 0.0 {
+        return Err(KernelError::Clear);
+    }
+    Ok(Medium { coat: layer.coat as f32, ..medium })
+}
+
+fn metal(foil: &crate::stack::Foil) -> Medium {
+    let roughness = foil.roughness.map(|alpha| alpha as f32);
+    Medium::opaque(Gloss { share: 1.0, reflectance: foil.reflectance as f32, roughness, matte: 0.0 })
+}
+
+/// A layer that scatters alike in all directions.
+fn isotropic(layer: &Layer) -> Result<Medium, KernelError> {
+    let Scattering::Isotropic { mu_s, g } = layer.scattering else { return Err(KernelError::Layers) };
+    Ok(Medium::isotropic(layer.mu_a as f32, (mu_s * (1.0 - g)) as f32, layer.n as f32, Gloss::NONE))
+}

@@ -1,0 +1,272 @@
+//! Adding method for a film over air and tablet, or over foil, as production uses it.
+//!
+//! Each layer answers for itself ([`table`]: films, measured by Monte Carlo; the half space's own table: tablets), and
+//! light that passes from one to the next loses its direction: it leaves by Lambert's law. In the space of frequencies q
+//! along the motion (`spectrum`) spreads one after the other are products, and all bounces between film and what lies below
+//! are a geometric series (van de Hulst 1980). With T0 the straight light that a film lets through, R and T what it
+//! reflects and lets through turned (small letters: of Lambert light), h and g the spread of light from the film and of
+//! Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
+//!
+//! ```text
+//! loop   L = (1 - m) B g^2 + m g(2 d)
+//! up     X = [(1 - m0) T0 B g + T ((1 - m) B h g + m h(2 d)) + (1 - F) R Y L] / (1 - r L)
+//! mirror Y = m0 T0, spread by the roughness of foil: 2 d alpha for d in g, the same law (slopes of GGX, Walter et al. 2007)
+//! film   R + (1 - F) T Y + t X
+//! below  B [(1 - m0) T0 + (1 - m) (T h + ((1 - F) R Y + r X) g)], seen through the film
+//! ```
+//!
+//! Valid for plane parallel layers whose films are wide against gap and thickness, light from straight above. Neglected:
+//! walls of pockets, tilt of film against tablet, direction of light after its first bounce, light that meets foil more
+//! than once in a clear film sealed to it, the change of exit angles with distance.
+
+mod answer;
+mod spectrum;
+pub mod table;
+mod underlayer;
+
+use glam::Vec3;
+use multiversion::multiversion;
+use procedural::{Film, Medium};
+
+pub(super) use self::answer::solve;
+use self::spectrum::{FREQUENCY_COUNT, LambertTransfer, LengthInterpolation, Spectrum, WidthFit};
+use self::table::FilmTable;
+use self::underlayer::Underlayer;
+use super::widths::BASIS;
+use crate::fresnel::{fresnel_dielectric, gloss, normal_reflectance};
+use crate::stack;
+
+/// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
+const NEAR_GAP_MM: f32 = 0.5;
+/// Share of diffuse light that foil sends into a film and that comes back to it, and that a film's outside throws back [1].
+const FILM_RETURN: f32 = 0.7;
+const OUTER_DIFFUSE_REFLECTANCE: f32 = 0.092;
+/// Largest gain of light between film and what lies below that is believed [1].
+const MAX_LOOP_GAIN: f32 = 0.98;
+
+/// A film over something, as light from straight above meets it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilmStack {
+    /// The film's own matter.
+    pub medium: Medium,
+    /// Its thickness and what lies below.
+    pub film: Film,
+    /// Share of light that enters the film [1].
+    pub enter: f32,
+    /// Cosine of the view against the film's normal [1].
+    pub view_up: f32,
+    /// UnitSpectrum vector to the lens; x along the line, y along the motion, z up.
+    pub view: Vec3,
+    /// UnitSpectrum vector to the laser.
+    pub light: Vec3,
+}
+
+/// What a film does to a line of light: two patterns on the fixed widths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilmStackSpread {
+    /// Square root of each width's weight, of light that leaves from the film [1].
+    pub enter: [f32; BASIS],
+    /// The same times the film's radiance factor [1].
+    pub exit: [f32; BASIS],
+    /// Weight of each width times radiance factor, of light that what lies below sends to the lens and that passes the
+    /// film without being turned: it is seen where it left the surface below [1].
+    pub through: [f32; BASIS],
+}
+
+/// Answers for film stacks, one after the other. It remembers what the last ones were made of, which saves time and changes no
+/// bit of an answer.
+#[derive(Debug, Clone)]
+pub struct FilmStackKernel {
+    films: FilmTable,
+    under: Underlayer,
+    lambert: LambertTransfer,
+    back: WidthFit,
+}
+
+/// Where a line's light goes, as transforms; shares of what arrived.
+#[derive(Debug, Clone, Copy)]
+struct FilmFlow {
+    /// Leaves upwards, turned by the film on its last way through [1].
+    film: Spectrum,
+    /// The same times its radiance factor towards the lens [1].
+    towards: Spectrum,
+    /// Radiance factor of what lies below as seen through the film [1].
+    through: Spectrum,
+    /// Leaves upwards in any way [1].
+    all: Spectrum,
+    /// Never comes back from what lies below [1].
+    sunk: f32,
+}
+
+impl FilmStackKernel {
+    /// Ready for any stack.
+    pub fn new() -> Self {
+        let medium = Medium::isotropic(0.0, 1.0, 1.53, procedural::Gloss::NONE);
+        Self {
+            films: FilmTable::of(medium.n_eff),
+            under: Underlayer::of(&medium),
+            lambert: LambertTransfer::new(),
+            back: WidthFit::new(),
+        }
+    }
+
+    /// What `stack` does to a line of light.
+    pub fn spread(&mut self, stack: &FilmStack) -> FilmStackSpread {
+        self.remember(stack);
+        spread(self, stack)
+    }
+
+    fn remember(&mut self, stack: &FilmStack) {
+        if self.films.n() != stack.medium.n_eff {
+            self.films = FilmTable::of(stack.medium.n_eff);
+        }
+        if *self.under.medium() != stack.film.under {
+            self.under = Underlayer::of(&stack.film.under);
+        }
+    }
+}
+
+impl Default for FilmStackKernel {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
+    let flow = flow(kernel, stack);
+    let (weights, towards) = (kernel.back.weights(&flow.film), kernel.back.weights(&flow.towards));
+    let enter = weights.map(f32::sqrt);
+    let exit = std::array::from_fn(|j| towards[j] / enter[j].max(1e-12));
+    FilmStackSpread { enter, exit, through: kernel.back.weights(&flow.through) }
+}
+
+/// Light that leaves a film sealed to foil of another reflectance than the table's.
+///
+/// Each meeting keeps `reflectance` of it, and the film sends [`FILM_RETURN`] of that to the next: r / (1 - s r). Film in air
+/// is one more known place, since its lower side throws back the share 1 - (1 - r_d) / n^2 of diffuse light inside.
+#[inline(always)]
+fn other_foil(sealed: Spectrum, back: Spectrum, n: f32, reflectance: f32) -> Spectrum {
+    let met = |kept: f32| kept / (1.0 - FILM_RETURN * kept);
+    let air = met(1.0 - (1.0 - OUTER_DIFFUSE_REFLECTANCE) / (n * n));
+    let part = (met(reflectance) - air) / (met(table::SEALED.reflectance as f32) - air);
+    std::array::from_fn(|i| back[i] + (sealed[i] - back[i]) * part)
+}
+
+/// A direction in air as a level film of index `n` bends it.
+#[inline(always)]
+fn inside(n: f32, way: Vec3) -> Vec3 {
+    let flat = Vec3::new(way.x, way.y, 0.0) / n;
+    flat + Vec3::Z * (1.0 - flat.length_squared()).max(0.0).sqrt()
+}
+
+/// Follows a line's light through film and gap and back.
+#[inline(always)]
+fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
+    let (medium, film, enter) = (&stack.medium, &stack.film, stack.enter);
+    let n = medium.n_eff;
+    let (thickness, foil) = (film.thickness_mm, film.under.gloss.is_metal());
+    let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
+    let of = kernel.films.at(turns, absorbed);
+    let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
+    let laws = of.laws(stack.view_up);
+    // Straight light: what is left after one way through, and Fresnel's law on both sides.
+    let extinction = turns / (1.0 - PIGMENT_G) + absorbed;
+    let left = numerics::lanes::exp(-extinction);
+    let fresnel = normal_reflectance(n);
+    let inner = 1.0 / (1.0 - fresnel * fresnel * left * left);
+    let (straight, mirrored) = ((1.0 - fresnel) * left * inner, (1.0 - fresnel) * fresnel * left * left * inner);
+    let seen = seen_through(n, extinction, stack.view_up);
+    let normal = Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize();
+    let under = &film.under;
+    if let (None, true) = (film.gap_mm, foil) {
+        let sealed = other_foil(place.read(&of.sealed()), place.read(&of.back()), n, under.gloss.reflectance);
+        let (_, up) = refracted(n, stack.view_up);
+        let out = numerics::lanes::exp(-extinction / up)
+            * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
+        let glint =
+            enter * left * out * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
+        let all = sealed.map(|part| enter * (part + of.sealed_straight()));
+        let rest = (enter - all[0]).max(0.0);
+        return FilmFlow {
+            film: sealed.map(|part| enter * part),
+            towards: sealed.map(|part| enter * laws[2] * part),
+            through: [glint; FREQUENCY_COUNT],
+            all,
+            sunk: rest,
+        };
+    }
+    let gap = film.gap_mm.unwrap_or(0.0);
+    let (back, on) = (place.read(&of.back()), place.read(&of.on()));
+    let (diffuse_back, diffuse_on) = (place.read(&of.diffuse_back()), place.read(&of.diffuse_on()));
+    let slopes = of.slopes();
+    let lowest = table::LOWEST_FREQUENCY as f32;
+    let (h1, h2) = (
+        LengthInterpolation::new(gap, lowest).read(&slopes),
+        LengthInterpolation::new(2.0 * gap, lowest).read(&slopes),
+    );
+    let (g1, g2) = (kernel.lambert.over(gap), kernel.lambert.over(2.0 * gap));
+    let lobe = if foil { kernel.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; FREQUENCY_COUNT] };
+    let (body, [mirrors, mirrors_straight]) = (kernel.under.body(), kernel.under.mirrors());
+    let glint = if foil {
+        gloss(&under.gloss, normal, stack.light, stack.view)
+    } else {
+        kernel.under.towards(stack.view.dot(normal))
+    };
+    // What the glossy surface of a tablet throws to the lens itself.
+    let shine = if foil { 0.0 } else { gloss(&under.gloss, normal, stack.light, stack.view) };
+    // Foil right below mirrors light from all sides to the lens; foil far below only what comes down steeply.
+    let near = NEAR_GAP_MM * NEAR_GAP_MM / (NEAR_GAP_MM * NEAR_GAP_MM + gap * gap);
+    let glow = if foil { near * mirrors + (1.0 - near) * glint } else { 0.0 };
+    let mut out = FilmFlow {
+        film: [0.0; FREQUENCY_COUNT],
+        towards: [0.0; FREQUENCY_COUNT],
+        through: [0.0; FREQUENCY_COUNT],
+        all: [0.0; FREQUENCY_COUNT],
+        sunk: 0.0,
+    };
+    for i in 0..FREQUENCY_COUNT {
+        let scattered = (1.0 - mirrors) * body[i];
+        let turn = scattered * g1[i] * g1[i] + mirrors * g2[i];
+        let mirror = mirrors_straight * straight * lobe[i];
+        let again = (1.0 - fresnel) * back[i] * mirror;
+        let first = (1.0 - mirrors_straight) * straight * body[i] * g1[i]
+            + on[i] * (scattered * h1[i] * g1[i] + mirrors * h2[i])
+            + again * turn;
+        let up = first / (1.0 - (diffuse_back[i] * turn).min(MAX_LOOP_GAIN));
+        let down = on[i] * h1[i] + (again + diffuse_back[i] * up) * g1[i];
+        let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
+        out.film[i] = enter * (back[i] + passed);
+        out.towards[i] = enter * (laws[0] * back[i] + laws[1] * passed);
+        let below = body[i] * ((1.0 - mirrors_straight) * straight + (1.0 - mirrors) * down) * glint + straight * shine;
+        let metal = straight * glint + down * glow;
+        out.through[i] = enter * seen * if foil { metal } else { below };
+        let unturned = of.diffuse_straight() * up + (1.0 - fresnel) * straight * mirror;
+        out.all[i] = enter * (back[i] + mirrored + passed + unturned);
+        if i == 0 {
+            let lost = if foil { 1.0 - mirrors } else { (1.0 - mirrors) * (1.0 - body[0]) };
+            let lost_straight = if foil { 1.0 - mirrors } else { (1.0 - mirrors_straight) * (1.0 - body[0]) };
+            out.sunk = enter * (lost_straight * straight + lost * down);
+        }
+    }
+    out
+}
+
+/// Mean cosine of the pigment of films [1].
+const PIGMENT_G: f32 = stack::PIGMENT_G as f32;
+
+/// Sine and cosine inside a film of index `n` of light that leaves it under cosine `up` [1].
+#[inline(always)]
+fn refracted(n: f32, up: f32) -> (f32, f32) {
+    let sin2 = (1.0 - up * up).max(0.0) / (n * n);
+    (sin2.sqrt(), (1.0 - sin2).sqrt())
+}
+
+/// Share of radiance from below that passes a film unturned towards a lens under cosine `up` [1].
+#[inline(always)]
+fn seen_through(n: f32, extinction: f32, up: f32) -> f32 {
+    let (_, inside) = refracted(n, up);
+    let left = numerics::lanes::exp(-extinction / inside);
+    let thrown = fresnel_dielectric(1.0, n.into(), up.into()).0 as f32;
+    (1.0 - thrown) * (1.0 - thrown) * left / (1.0 - thrown * thrown * left * left)
+}

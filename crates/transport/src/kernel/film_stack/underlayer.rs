@@ -1,0 +1,84 @@
+//! Reflection by what lies below a film: what of the light that arrives it sends out again, and how far from where it
+//! arrived.
+//!
+//! A tablet mirrors Fresnel's share at its surface. The rest enters, and its transform is that of the half space's table:
+//! sum of w exp(-q^2 v / 2) over the table's Gaussians with weight w and variance v. A coat takes its share twice. Foil
+//! mirrors all that it does not absorb, alike in all directions.
+//!
+//! Light that enters by Lambert's law is taken to spread as light from straight above does. Neglected beside that: the
+//! fibres of what lies below, roughness of a tablet.
+
+use procedural::Medium;
+
+use super::super::after_absorption;
+use super::super::table::{HalfSpaceTable, PATH_BINS, VIEWS};
+use super::super::view::View;
+use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
+use crate::fresnel::{fresnel_dielectric, normal_reflectance};
+use numerics::lanes::exp;
+
+/// Steps of the mean of Fresnel's law over Lambert light.
+const FRESNEL_STEPS: usize = 32;
+
+/// What lies below, ready to be asked.
+#[derive(Debug, Clone)]
+pub(super) struct Underlayer {
+    medium: Medium,
+    body: Spectrum,
+    mirrors: [f32; 2],
+    views: [f32; VIEWS],
+}
+
+impl Underlayer {
+    pub fn of(medium: &Medium) -> Self {
+        if medium.gloss.is_metal() {
+            let mirrors = [medium.gloss.reflectance; 2];
+            return Self { medium: *medium, body: [0.0; FREQUENCY_COUNT], mirrors, views: [0.0; VIEWS] };
+        }
+        let node = HalfSpaceTable::get().between(medium.n_eff, 1.0, 0.0);
+        let free = 1.0 / medium.sigma_i.max(1e-3);
+        let waves: Spectrum = std::array::from_fn(|i| frequency(i) as f32);
+        let mut body = [0.0; FREQUENCY_COUNT];
+        for l in 0..PATH_BINS {
+            let (left, narrower) = after_absorption(medium.mu_a * free * node.path()[l]);
+            let weight = medium.coat * medium.coat * node.weight()[l] * left;
+            let half = -0.25 * free * free * narrower * (node.variance_along()[l] + node.variance_across()[l]);
+            for i in 0..FREQUENCY_COUNT {
+                body[i] += weight * exp((half * waves[i] * waves[i]).max(-80.0));
+            }
+        }
+        let mirrors = [diffuse_reflectance(medium.n_eff), normal_reflectance(medium.n_eff)];
+        Self { medium: *medium, body, mirrors, views: *node.views() }
+    }
+
+    /// Of what.
+    pub fn medium(&self) -> &Medium {
+        &self.medium
+    }
+
+    /// Of light that entered, what leaves again [1].
+    #[inline(always)]
+    pub fn body(&self) -> &Spectrum {
+        &self.body
+    }
+
+    /// Share that the surface mirrors, of Lambert light and of light from straight above [1].
+    #[inline(always)]
+    pub fn mirrors(&self) -> [f32; 2] {
+        self.mirrors
+    }
+
+    /// Radiance factor of light that left the body under cosine `up` [1].
+    #[inline(always)]
+    pub fn towards(&self, up: f32) -> f32 {
+        let along = (1.0 - up * up).max(0.0).sqrt();
+        View::new(along, up, self.medium.n_eff, 0.0).factors(&self.views).1
+    }
+}
+
+/// Share of Lambert light in air that a surface of index `n` throws back [1].
+fn diffuse_reflectance(n: f32) -> f32 {
+    // Even in the square of the cosine, as Lambert light is.
+    let at = |i: usize| fresnel_dielectric(1.0, n.into(), ((i as f64 + 0.5) / FRESNEL_STEPS as f64).sqrt()).0;
+    ((0..FRESNEL_STEPS).map(at).sum::<f64>() / FRESNEL_STEPS as f64) as f32
+}

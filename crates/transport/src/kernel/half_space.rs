@@ -1,0 +1,195 @@
+//! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
+//! Films over something are answered by [`super::film_stack`].
+
+use super::table::{CONE_BINS, HalfSpaceTable, PATH_BINS};
+use super::view::View;
+use super::{SurfacePoint, after_absorption};
+use crate::answer::{Answer, Estimate, Question};
+use crate::fresnel::fresnel_dielectric;
+use crate::stack::{Scattering, Stack, Substrate};
+
+/// Light that left after about the same path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gaussian {
+    /// Share of the light that arrived [1].
+    pub weight: f64,
+    /// Path [mm].
+    pub path: f64,
+    /// Displacement towards the diving end of the fibres [mm].
+    pub along: f64,
+    /// Variance along their track [mm^2].
+    pub variance_along: f64,
+    /// Variance across it [mm^2].
+    pub variance_across: f64,
+    /// Radiance factor towards the lens [1].
+    pub towards: f64,
+}
+
+/// Why the kernel has no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum KernelError {
+    /// Neither a half space nor a film over air over one or over foil.
+    #[error(
+        "the kernel knows half spaces, and one film over air over a half space or foil, or on foil; use `--model path` for \
+         other layers and slabs"
+    )]
+    Layers,
+    /// A film that turns light in another way than pigment does.
+    #[error("the kernel's films scatter with g = 0.557, as pigment does; use `--model path` for another g")]
+    Pigment,
+    /// A law that the table was not made for.
+    #[error("the kernel's table has no tensor scattering; use `--model path` or `--model diffusion`")]
+    Tensor,
+    /// Light from elsewhere.
+    #[error("the kernel's table is for light from straight above; use `--model path` for other incidence")]
+    Incidence,
+    /// Nothing that scatters.
+    #[error("the kernel needs matter that scatters; use `--model path` for clear matter")]
+    Clear,
+    /// A lens below.
+    #[error("a half space lets no light out below; put the lens above it")]
+    Substrate,
+    /// Something else than air.
+    #[error("the kernel's table is for air above the surface; use `--model path` for other indices")]
+    Above,
+}
+
+/// The Gaussians of a surface point.
+pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
+    let scattering = f64::from(texel.sigma_i + texel.k);
+    let node = HalfSpaceTable::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
+    let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
+    let (cone, rest) = view.factors(node.views());
+    let cone = libm::exp(f64::from(cone));
+    (0..PATH_BINS)
+        .map(|l| {
+            let path = f64::from(node.path()[l]) / scattering;
+            let (left, narrower) = after_absorption(texel.mu_a * path as f32);
+            let area = f64::from(narrower) / (scattering * scattering);
+            Gaussian {
+                weight: f64::from(texel.enter * node.weight()[l] * left),
+                path,
+                along: f64::from(node.along()[l]) / scattering,
+                variance_along: f64::from(node.variance_along()[l]) * area,
+                variance_across: f64::from(node.variance_across()[l]) * area,
+                towards: if l < CONE_BINS { cone } else { f64::from(rest) },
+            }
+        })
+        .collect()
+}
+
+/// Asks the kernel about `stack`.
+///
+/// # Errors
+/// Whatever its table was not made for.
+pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> {
+    let foil = matches!(stack.below, Substrate::Foil(_));
+    if stack.layers.len() > 1 || foil {
+        return super::film_stack::solve(stack, question);
+    }
+    let (texel, track) = texel(stack, question)?;
+    let mut all = gaussians(&texel);
+    // A coat takes its share on the way in and on the way out.
+    let coat = stack.layers[0].coat;
+    all.iter_mut().for_each(|gaussian| gaussian.weight *= coat * coat);
+    let sum = |pick: &dyn Fn(&Gaussian) -> f64| all.iter().map(pick).sum::<f64>();
+    let reflectance = sum(&|g| g.weight);
+    let enter = f64::from(texel.enter);
+    let line = |row: i64| {
+        sum(&|g| {
+            let variance = g.variance_along * track.1 * track.1 + g.variance_across * track.0 * track.0;
+            let (pitch, middle) = (question.row_mm, g.along * track.1);
+            g.weight * share(row as f64 * pitch - middle, pitch, variance + question.line_mm * question.line_mm)
+        })
+    };
+    let rows = question.rows as i64;
+    Ok(Answer {
+        model: "kernel".into(),
+        specular: 1.0 - enter,
+        reflectance: Estimate::exact(reflectance),
+        transmittance: Estimate::exact(0.0),
+        unscattered: Estimate::exact(0.0),
+        absorbed: vec![Estimate::exact(enter - reflectance)],
+        towards_lens: Some(Estimate::exact(sum(&|g| g.weight * g.towards))),
+        cone: None,
+        angles: Vec::new(),
+        row_mm: question.row_mm,
+        line: (-rows..=rows).map(|row| Estimate::exact(line(row))).collect(),
+        seen: Vec::new(),
+        cell_mm: question.cell_mm,
+        point: point(&all, track, question),
+    })
+}
+
+/// Share of a Gaussian of `variance` in a row of `pitch` whose centre is `away` from its own [1].
+pub(super) fn share(away: f64, pitch: f64, variance: f64) -> f64 {
+    let scale = 1.0 / (2.0 * variance.max(1e-12)).sqrt();
+    0.5 * (libm::erf((away + 0.5 * pitch) * scale) - libm::erf((away - 0.5 * pitch) * scale))
+}
+
+/// Shares of a beam's energy in cells, `[2 cells + 1, 2 cells + 1]`, rows along y.
+pub(super) fn point(all: &[Gaussian], (sin, cos): (f64, f64), question: &Question) -> Vec<Estimate> {
+    let cells = question.cells as i64;
+    if cells == 0 {
+        return Vec::new();
+    }
+    let cell = question.cell_mm;
+    let places = (-cells..=cells).flat_map(|y| (-cells..=cells).map(move |x| (x as f64 * cell, y as f64 * cell)));
+    let at = |(x, y): (f64, f64)| {
+        let (along, across) = (y * cos + x * sin, x * cos - y * sin);
+        let one = |g: &Gaussian| {
+            g.weight * share(along - g.along, cell, g.variance_along) * share(across, cell, g.variance_across)
+        };
+        Estimate::exact(all.iter().map(one).sum())
+    };
+    places.map(at).collect()
+}
+
+/// Whether light comes straight down through air and the lens stands above: all that the tables were measured with.
+pub(super) fn seen_from_above(stack: &Stack, question: &Question) -> Result<(), KernelError> {
+    if stack.above != 1.0 {
+        return Err(KernelError::Above);
+    }
+    if question.incidence != Some(0.0) {
+        return Err(KernelError::Incidence);
+    }
+    if question.view.z <= 0.0 {
+        return Err(KernelError::Substrate);
+    }
+    Ok(())
+}
+
+/// The half space as a surface point, and (sine, cosine) of the fibres' track against the motion.
+fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)), KernelError> {
+    let [layer] = stack.layers.as_slice() else { return Err(KernelError::Layers) };
+    if layer.thickness.is_finite() {
+        return Err(KernelError::Layers);
+    }
+    seen_from_above(stack, question)?;
+    let (sigma_i, k, axis) = match layer.scattering {
+        Scattering::Isotropic { mu_s, g } => (mu_s * (1.0 - g), 0.0, glam::DVec3::Y),
+        Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {
+            // The end that dives.
+            (sigma_i, sigma_c * (1.0 - turn.mean_cosine()), if axis.z > 0.0 { -axis } else { axis })
+        }
+        Scattering::Tensor { .. } => return Err(KernelError::Tensor),
+    };
+    if sigma_i + k <= 0.0 {
+        return Err(KernelError::Clear);
+    }
+    let flat = (axis.x * axis.x + axis.y * axis.y).sqrt();
+    let track = if flat > 1e-9 { (axis.x / flat, axis.y / flat) } else { (0.0, 1.0) };
+    let texel = SurfacePoint {
+        mu_a: layer.mu_a as f32,
+        sigma_i: sigma_i as f32,
+        k: k as f32,
+        n: layer.n as f32,
+        enter: 1.0 - fresnel_dielectric(1.0, layer.n, 1.0).0 as f32,
+        sin_dive: -axis.z as f32,
+        cos_azimuth: track.1 as f32,
+        view_along: (question.view.x * track.0 + question.view.y * track.1) as f32,
+        view_motion: question.view.y as f32,
+        view_up: question.view.z as f32,
+    };
+    Ok((texel, track))
+}

@@ -1,0 +1,201 @@
+//! Subsurface scattering kernel of production: line spread and radiance factor of a thin line of light, from a table.
+//!
+//! Light that leaves after a path of length tau has spread like a Gaussian (quantised diffusion, d'Eon and Irving 2011);
+//! what weight, shift and variances it has was measured by Monte Carlo for a grid of half spaces
+//! without absorption. Absorption is exact, exp(-mu_a tau); lengths scale with 1 / (sigma_i + k). So three numbers are
+//! left to tabulate: index, background's share of scattering and dive. Light that met cylinders alone leaves into its
+//! cone and is kept apart ([`view`]).
+//!
+//! The Gaussians of a medium are put on [`BASIS`] fixed widths ([`widths`]), each with its own shift; then unlike media
+//! can be blended term by term, sqrt(w_m(source) w_m(exit)), symmetric in source and exit; over a whole scan it creates
+//! no energy (Cauchy and Schwarz), beside a sharp border one line position can.
+//!
+//! Valid for half spaces of one medium around source and exit, light from straight above, fibres dispersed by 5 degrees.
+//! Neglected: layers, finite thickness, the difference of media between source and exit other than through the blend.
+
+mod diffusion_tensor;
+pub mod film_stack;
+mod half_space;
+pub mod table;
+pub mod view;
+pub mod widths;
+
+use multiversion::multiversion;
+
+pub use self::diffusion_tensor::diffusion;
+pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
+use self::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
+use self::view::View;
+pub use self::widths::{BASIS, SPREAD_MM, WidthShares};
+use numerics::lanes::{exp, ln};
+
+/// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
+pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
+/// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from Monte Carlo on bodies [1].
+const MEAN_EXIT_RUN: f32 = 1.3;
+/// Share of cylinder scattering that ends a run along the fibre; from Monte Carlo on bodies [1].
+const RUN_ENDS_ALONG_FIBRE: f32 = 0.33;
+/// Weight of a bin that is left out [1].
+const MIN_BIN_WEIGHT: f32 = 2e-6;
+/// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
+const BIN_VARIANCE: f32 = 0.03;
+
+/// What absorption leaves of a bin whose mean path costs `lost` = mu_a path, and how much narrower what is left lies:
+/// longer paths of the bin lose more, and spread further.
+#[inline(always)]
+fn after_absorption(lost: f32) -> (f32, f32) {
+    (exp(-lost) * (1.0 + 0.5 * BIN_VARIANCE * lost * lost), (1.0 - BIN_VARIANCE * lost).max(0.3))
+}
+
+/// One point of a surface, as light from above meets it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Absorption [mm^-1].
+    pub mu_a: f32,
+    /// Isotropic reduced scattering [mm^-1].
+    pub sigma_i: f32,
+    /// Cylinder scattering [mm^-1].
+    pub k: f32,
+    /// Refractive index [1].
+    pub n: f32,
+    /// Share of light that enters [1].
+    pub enter: f32,
+    /// Sine of the fibres' angle below the surface, not negative [1].
+    pub sin_dive: f32,
+    /// Cosine of the angle between the fibres' track, towards the diving end, and the motion [1].
+    pub cos_azimuth: f32,
+    /// Part of the unit vector to the lens along that track [1].
+    pub view_along: f32,
+    /// Part of it along the motion [1].
+    pub view_motion: f32,
+    /// Its cosine against the normal [1].
+    pub view_up: f32,
+}
+
+impl SurfacePoint {
+    /// A point from which nothing comes out.
+    pub const BLACK: Self = Self {
+        mu_a: 1.0,
+        sigma_i: 1.0,
+        k: 0.0,
+        n: 1.0,
+        enter: 0.0,
+        sin_dive: 0.0,
+        cos_azimuth: 1.0,
+        view_along: 0.0,
+        view_motion: 0.0,
+        view_up: 1.0,
+    };
+}
+
+/// What the media do to a line of light, structure of arrays.
+#[derive(Debug, Clone, Default)]
+pub struct SpreadRow {
+    /// Square root of each width's weight, `[BASIS][points]` [1].
+    pub enter: [Vec<f32>; BASIS],
+    /// The same times the exit's radiance factor, `[BASIS][points]` [1].
+    pub exit: [Vec<f32>; BASIS],
+    /// Shift of each width along the motion, `[BASIS][points]` [mm].
+    pub shift: [Vec<f32>; BASIS],
+}
+
+impl SpreadRow {
+    /// A row of `points` points from which nothing comes out.
+    pub fn new(texels: usize) -> Self {
+        let row = || std::array::from_fn(|_| vec![0.0; texels]);
+        Self { enter: row(), exit: row(), shift: row() }
+    }
+}
+
+/// Fills `spread` from surface point `first` on for `points`.
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, spread: &mut SpreadRow) {
+    let table = HalfSpaceTable::get();
+    for (i, texel) in texels.iter().enumerate() {
+        let answer = surface_point_spread(texel, table, shares);
+        for j in 0..BASIS {
+            spread.enter[j][first + i] = answer[0][j];
+            spread.exit[j][first + i] = answer[1][j];
+            spread.shift[j][first + i] = answer[2][j];
+        }
+    }
+}
+
+/// Square roots of weights, exits and shifts of one surface point.
+#[inline(always)]
+fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[f32; BASIS]; 3] {
+    let scattering = texel.sigma_i + texel.k;
+    let free = 1.0 / scattering;
+    let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive);
+    let (weight, path, along) = (node.weight(), node.path(), node.along());
+    let (spread_along, spread_across) = (node.variance_along(), node.variance_across());
+    let (a, c2, f2) = (texel.mu_a * free, texel.cos_azimuth * texel.cos_azimuth, free * free);
+    let widest = SPREAD_MM[BASIS - 1] * SPREAD_MM[BASIS - 1];
+    let (mut w, mut place) = ([0.0f32; LANES], [0.0f32; LANES]);
+    for l in 0..LANES {
+        let (left, narrower) = after_absorption(a * path[l]);
+        let variance = f2 * narrower * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
+        // Beyond the widest: the height at the centre goes with one over the width.
+        let shrink = (widest / variance.max(widest)).sqrt();
+        w[l] = texel.enter * weight[l] * left * shrink;
+        place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
+    }
+    let [guided, pulled] = gather(&w, along, &place, 0..CONE_BINS, shares);
+    let [turned, pushed] = gather(&w, along, &place, CONE_BINS..PATH_BINS, shares);
+    let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
+    let (cone, rest) = view.factors(node.views());
+    let cone = exp(cone);
+    let mut out = [[0.0f32; BASIS]; 3];
+    for j in 0..BASIS {
+        let (guided, turned, moment) = (guided[j].max(0.0), turned[j].max(0.0), pulled[j] + pushed[j]);
+        let total = guided + turned;
+        out[0][j] = total.sqrt();
+        out[1][j] = (guided * cone + turned * rest) / out[0][j].max(1e-12);
+        let reach = SPREAD_MM[j] + free;
+        out[2][j] =
+            texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
+    }
+    out
+}
+
+/// How far along the motion the lens sees light leave beside where it leaves towards all sides [mm].
+///
+/// Light that leaves towards the lens was on its way there when it was last turned, below and behind the point of exit.
+/// By reciprocity this is the persistence of light that would enter from the lens: its part across the fibre lasts
+/// 1 / (sigma_i + k sin), its part along it longer, since cylinders keep it.
+pub fn exit_shift(texel: &SurfacePoint) -> f32 {
+    let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
+    let (sin, cos) = (texel.sin_dive, (1.0 - texel.sin_dive * texel.sin_dive).max(0.0).sqrt());
+    let lost = texel.mu_a + texel.sigma_i;
+    let to_fibre = view.cone + sin;
+    let across = MEAN_EXIT_RUN / (lost + texel.k * (1.0 - to_fibre * to_fibre).max(0.0).sqrt());
+    let along = MEAN_EXIT_RUN / (lost + RUN_ENDS_ALONG_FIBRE * texel.k);
+    let inside = view.along / texel.n;
+    let track = across * (inside - to_fibre * cos) + along * to_fibre * cos;
+    let beside = across * (texel.view_motion - view.along * texel.cos_azimuth) / texel.n;
+    texel.cos_azimuth * track + beside
+}
+
+/// Weights of the fixed widths, and weights times displacement, of some bins.
+#[inline(always)]
+fn gather(
+    w: &[f32; LANES],
+    along: &[f32; LANES],
+    place: &[f32; LANES],
+    bins: std::ops::Range<usize>,
+    shares: &WidthShares,
+) -> [[f32; BASIS]; 2] {
+    let (mut weight, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS]);
+    for l in bins {
+        if w[l] < MIN_BIN_WEIGHT {
+            continue;
+        }
+        let share = shares.at(place[l]);
+        for j in 0..BASIS {
+            let part = w[l] * share[j];
+            weight[j] += part;
+            moment[j] += along[l] * part;
+        }
+    }
+    [weight, moment]
+}
