@@ -1,157 +1,63 @@
-//! The table of dependencies in ARCHITECTURE.md, read off the sources.
+//! What the compiler can't say of the parts: which crate may use which, and who knows what inside a crate.
 
 use std::fs;
 use std::path::PathBuf;
 
-/// Folder or file, and what may not be named there.
-const FORBIDDEN: [(&str, &[&str]); 32] = [
-    ("crates/bench/src/lens.rs", &["crate::", "procedural"]),
-    ("crates/bench/src/split.rs", &["crate::", "procedural"]),
-    ("crates/bench/src/parameters.rs", &["crate::optics", "crate::recipe", "crate::frame", "crate::lens"]),
-    ("crates/recipe/src/asset.rs", &["crate::", "procedural", "output_schema"]),
-    ("crates/numerics/src/chance", &["crate::", "procedural", "output_schema"]),
-    ("crates/numerics/src/quadrature.rs", &["crate::", "procedural", "output_schema"]),
-    ("procedural/src", &["sheetlight", "output_schema", "arrow", "parquet", "obvhs", "exr", "image"]),
-    ("output_schema/src", &["sheetlight", "procedural", "parquet", "exr", "image"]),
+/// Crate, and the crates of this workspace that it may use. What is not here may use all.
+const CRATES: [(&str, &[&str]); 14] = [
+    ("procedural", &[]),
+    ("output_schema", &[]),
+    ("crates/numerics", &[]),
+    ("crates/yaml", &[]),
+    ("crates/bench", &["procedural"]),
+    ("crates/drawing", &["procedural"]),
+    ("crates/transport", &["numerics", "procedural"]),
+    ("crates/reference", &["numerics", "procedural", "transport"]),
+    ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
+    ("crates/recipe", &["bench", "numerics", "procedural", "yaml"]),
+    ("crates/dataset", &["bench", "numerics", "output_schema", "procedural"]),
+    ("crates/tools", &["bench", "dataset", "drawing", "output_schema", "procedural", "recipe", "yaml"]),
+    ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),
     (
-        "crates/recipe/src",
+        "crates/study",
         &[
-            "crate::optics",
-            "crate::frame",
-            "crate::specimen",
-            "crate::extract",
-            "crate::dataset",
-            "crate::pipeline",
-            "crate::labels",
-        ],
-    ),
-    ("crates/yaml/src", &["crate::recipe", "crate::medium", "crate::transport", "crate::settings", "procedural"]),
-    (
-        "crates/study/src/medium",
-        &["crate::recipe", "crate::optics", "crate::specimen", "crate::dataset", "crate::study"],
-    ),
-    ("crates/study/src", &["crate::specimen", "crate::extract", "crate::labels", "crate::dataset", "crate::validate"]),
-    (
-        "crates/transport/src",
-        &[
-            "crate::recipe",
-            "crate::optics",
-            "crate::specimen",
-            "crate::extract",
-            "crate::labels",
-            "crate::record",
-            "crate::dataset",
-            "crate::pipeline",
-            "crate::cli",
-            "crate::study",
-        ],
-    ),
-    (
-        "crates/scanner/src/optics",
-        &["crate::recipe", "crate::extract", "crate::labels", "crate::dataset", "crate::record"],
-    ),
-    ("crates/pipeline/src/labels.rs", &["crate::frame", "crate::extract", "crate::optics"]),
-    ("crates/dataset/src", &["crate::recipe", "crate::optics", "crate::specimen", "crate::extract", "crate::pipeline"]),
-    ("crates/dataset/src/atomic_file.rs", &["crate::", "procedural", "output_schema"]),
-    ("crates/dataset/src/validate", &["crate::optics", "crate::extract", "crate::specimen", "crate::recipe"]),
-    ("crates/scanner/src/specimen", &["crate::recipe", "crate::extract", "crate::dataset", "crate::optics"]),
-    (
-        "crates/recipe/src/mesh",
-        &["crate::recipe", "crate::optics", "crate::specimen", "crate::dataset", "crate::settings"],
-    ),
-    ("crates/scanner/src/specimen.rs", &["crate::recipe", "crate::extract", "crate::dataset", "crate::optics"]),
-    (
-        "crates/scanner/src/frame.rs",
-        &["crate::recipe", "crate::optics", "crate::specimen", "crate::parameters", "crate::settings", "procedural"],
-    ),
-    (
-        "crates/scanner/src/frame",
-        &["crate::recipe", "crate::optics", "crate::specimen", "crate::parameters", "crate::settings", "procedural"],
-    ),
-    (
-        "crates/tools/src/icon",
-        &[
-            "crate::recipe",
-            "crate::optics",
-            "crate::specimen",
-            "crate::extract",
-            "crate::record",
-            "crate::dataset",
-            "crate::compare",
+            "bench",
+            "dataset",
+            "drawing",
+            "pipeline",
             "procedural",
+            "recipe",
+            "reference",
+            "scanner",
+            "transport",
+            "yaml",
         ],
-    ),
-    (
-        "crates/tools/src/compare",
-        &[
-            "crate::recipe",
-            "crate::optics",
-            "crate::specimen",
-            "crate::extract",
-            "crate::labels",
-            "crate::transport",
-            "crate::pipeline",
-            "crate::validate",
-            "crate::study",
-        ],
-    ),
-    (
-        "crates/tools/src/check",
-        &[
-            "crate::recipe",
-            "crate::optics",
-            "crate::specimen",
-            "crate::extract",
-            "crate::labels",
-            "crate::transport",
-            "crate::pipeline",
-            "crate::validate",
-        ],
-    ),
-    (
-        "crates/tools/src/export",
-        &[
-            "crate::recipe",
-            "crate::optics",
-            "crate::specimen",
-            "crate::extract",
-            "crate::labels",
-            "crate::transport",
-            "crate::pipeline",
-            "crate::validate",
-            "crate::check",
-            "crate::preview",
-            "crate::cli",
-        ],
-    ),
-    (
-        "crates/tools/src/report",
-        &[
-            "crate::optics",
-            "crate::specimen",
-            "crate::extract",
-            "crate::labels",
-            "crate::transport",
-            "crate::pipeline",
-            "crate::validate",
-            "crate::check",
-            "crate::preview",
-        ],
-    ),
-    ("crates/pipeline/src/lib.rs", &["crate::dataset", "crate::validate", "crate::cli"]),
-    ("crates/pipeline/src", &["crate::dataset", "crate::validate", "crate::cli"]),
-    ("crates/pipeline/src/effective.rs", &["crate::specimen", "crate::labels", "crate::dataset"]),
-    (
-        "crates/dataset/src/record.rs",
-        &["crate::recipe", "crate::optics", "crate::extract", "crate::dataset", "crate::specimen"],
     ),
 ];
 
-/// All that the instrument's own software may know.
-const EXTRACT_MAY: [&str; 2] = ["crate::frame", "crate::settings"];
+/// A library, and the only files that may name it.
+const LIBRARIES: [(&str, &[&str]); 2] = [
+    ("obvhs", &["crates/scanner/src/specimen/rays.rs"]),
+    ("ort", &["crates/tools/src/check/model.rs", "crates/tools/src/check/onnxruntime.rs"]),
+];
 
-/// The only file that names the ray tracer.
-const RAYS: &str = "crates/scanner/src/specimen/rays.rs";
+/// Folder or file, and what may not be named there although the crate knows it.
+const FORBIDDEN: [(&str, &[&str]); 9] = [
+    // Labels come from the truth, never from what was measured.
+    ("crates/pipeline/src/labels.rs", &["scanner::frame", "scanner::extract", "scanner::optics"]),
+    ("crates/pipeline/src", &["dataset::Dataset", "dataset::ShardWriter", "dataset::validate"]),
+    ("crates/scanner/src/frame.rs", &["crate", "procedural", "transport"]),
+    ("crates/scanner/src/specimen.rs", &["crate::extract", "crate::optics"]),
+    ("crates/scanner/src/specimen", &["crate::extract", "crate::optics"]),
+    // Validation believes nothing, the reader of datasets included.
+    ("crates/dataset/src/validate", &["crate::Dataset", "crate::reader"]),
+    ("crates/tools/src/check", &["crate::compare", "crate::export", "crate::report", "recipe"]),
+    ("crates/tools/src/report", &["crate::compare", "crate::export", "crate::check", "dataset::validate"]),
+    ("crates/tools/src/export", &["crate::check", "crate::report", "dataset::validate", "recipe"]),
+];
+
+/// All that extraction may know: frames and how they shall be read. It would read real frames unchanged.
+const EXTRACT_MAY: [&str; 4] = ["crate::frame", "crate::extract", "bench::settings", "bench::lens"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -244,6 +150,24 @@ fn paths_are_found() {
 }
 
 #[test]
+fn crates_use_what_they_may() {
+    let names: Vec<&str> = CRATES.iter().map(|(path, _)| path.rsplit('/').next().unwrap_or(path)).collect();
+    for (path, may) in CRATES {
+        let manifest = fs::read_to_string(root().join(path).join("Cargo.toml")).expect("every crate has a manifest");
+        let (_, section) = manifest.split_once("\n[dependencies]\n").unwrap_or_default();
+        let section = section.split("\n[").next().unwrap_or_default();
+        let used = section.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
+        let used: Vec<&str> = used.filter(|name| names.contains(name) || *name == "sheetlight").collect();
+        let beyond: Vec<_> = used.iter().filter(|name| !may.contains(name)).collect();
+        assert!(beyond.is_empty(), "{path} uses {beyond:?}: ARCHITECTURE.md says why it must not");
+        let idle: Vec<_> = may.iter().filter(|name| !used.contains(name)).collect();
+        assert!(idle.is_empty(), "{path} does not use {idle:?}: take it out of the table");
+    }
+    let folders = fs::read_dir(root().join("crates")).expect("the folder can be listed").count();
+    assert_eq!(folders + 2, CRATES.len(), "a crate is missing in the table");
+}
+
+#[test]
 fn nothing_names_what_it_must_not_know() {
     let mut faults = Vec::new();
     for (place, forbidden) in FORBIDDEN {
@@ -259,27 +183,20 @@ fn nothing_names_what_it_must_not_know() {
 #[test]
 fn extraction_sees_frames_alone() {
     for (file, text) in sources("crates/scanner/src/extract") {
-        let known = paths(&text).into_iter().filter(|path| within(path, "crate") || within(path, "procedural"));
+        let parts = ["crate", "procedural", "transport", "bench", "numerics"];
+        let known = paths(&text).into_iter().filter(|path| parts.iter().any(|part| within(path, part)));
         let beyond: Vec<_> = known.filter(|path| !EXTRACT_MAY.iter().any(|name| within(path, name))).collect();
         assert!(beyond.is_empty(), "{file} names {beyond:?}");
     }
 }
 
 #[test]
-fn one_file_names_the_ray_tracer() {
-    let naming: Vec<String> = sources("src")
-        .into_iter()
-        .filter(|(_, text)| paths(text).iter().any(|path| within(path, "obvhs")))
-        .map(|(file, _)| file)
-        .collect();
-    assert_eq!(naming, [RAYS]);
-}
-
-#[test]
-fn two_files_name_onnxruntime() {
-    let names = |text: &str| paths(text).iter().any(|path| within(path, "ort"));
-    let mut naming: Vec<String> =
-        sources("src").into_iter().filter(|(_, text)| names(text)).map(|(file, _)| file).collect();
-    naming.sort();
-    assert_eq!(naming, ["crates/tools/src/check/model.rs", "crates/tools/src/check/onnxruntime.rs"]);
+fn few_files_name_the_ray_tracer_and_onnxruntime() {
+    for (library, may) in LIBRARIES {
+        let all = ["src", "crates", "procedural/src", "output_schema/src"].into_iter().flat_map(sources);
+        let naming = all.filter(|(_, text)| paths(text).iter().any(|path| within(path, library)));
+        let mut naming: Vec<String> = naming.map(|(file, _)| file).collect();
+        naming.sort();
+        assert_eq!(naming, may, "{library}");
+    }
 }

@@ -16,7 +16,7 @@ pub use extraction::{
 pub use laser::{Fan, LaserLine, LineShape, TextureImage};
 pub use motion::{Movement, SpeckleLaw};
 pub use postprocess::{Order, Postprocess, Script, SpecklePattern};
-pub use readout::{Hdr, Readout, SCALE_DN};
+pub use readout::{Hdr, Readout};
 pub use words::Words;
 
 /// Sizes of the scan.

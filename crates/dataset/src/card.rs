@@ -11,7 +11,7 @@ use super::limits::limits;
 use bench::split::Split;
 
 /// Samples of each class in each split.
-pub type ClassCounts = BTreeMap<(String, String), u64>;
+pub(crate) type ClassCounts = BTreeMap<(String, String), u64>;
 
 /// `README.md` of a dataset whose `present` splits have files; `counts` is empty while it is not finished.
 pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> String {

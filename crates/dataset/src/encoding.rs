@@ -71,7 +71,7 @@ impl Encoded {
 }
 
 /// See [`Encoded::sha256`].
-pub fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, exr: Option<&'a [u8]>) -> String {
+pub(crate) fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, exr: Option<&'a [u8]>) -> String {
     let mut sum = Sha256::new();
     for (name, bytes) in png.chain(exr.map(|bytes| ("exr", bytes))) {
         sum.update(name);
@@ -82,7 +82,7 @@ pub fn maps_sha256<'a>(png: impl Iterator<Item = (&'a str, &'a [u8])>, exr: Opti
 }
 
 /// Name of an image in files; a column of the rows and a word of `images` in `dataset.json`.
-pub fn channel_name(channel: Channel) -> &'static str {
+pub(crate) fn channel_name(channel: Channel) -> &'static str {
     match channel {
         Channel::Range => "range",
         Channel::Reflectance => "reflectance",

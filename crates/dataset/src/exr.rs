@@ -21,7 +21,7 @@ pub(super) const COMPRESSION: Compression = Compression::PIZ;
 
 /// Steps of heights in files, per mm: a power of two, so that they are exact. 0.12 um is far below any noise of such an
 /// instrument; the bits beyond it would be a third of a file that holds truth maps.
-pub const HEIGHT_STEPS: f32 = 8192.0;
+pub(crate) const HEIGHT_STEPS: f32 = 8192.0;
 
 /// A height as it is written [mm]; NaN stays.
 fn stepped(height: f32) -> f32 {
@@ -55,7 +55,7 @@ impl ExrChannel {
     }
 
     /// The same without a copy, where samples are floats.
-    pub fn as_numbers(&self) -> Cow<'_, [f32]> {
+    pub(crate) fn as_numbers(&self) -> Cow<'_, [f32]> {
         match &self.samples {
             Samples::Half(v) | Samples::Float(v) => Cow::Borrowed(v),
             Samples::Uint(v) => v.iter().map(|&n| n as f32).collect(),
@@ -63,7 +63,7 @@ impl ExrChannel {
     }
 
     /// Type of the samples.
-    pub fn sample_type(&self) -> SampleType {
+    pub(crate) fn sample_type(&self) -> SampleType {
         match self.samples {
             Samples::Half(_) => SampleType::Half,
             Samples::Float(_) => SampleType::Float,

@@ -144,7 +144,7 @@ fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &ClassCo
 
 /// Card and metadata of a dataset whose `present` splits have files; `counts` is empty while it is not finished, `document` is
 /// `dataset.json` as it is on disk.
-pub fn descriptions(
+pub(crate) fn descriptions(
     head: &DatasetHead,
     present: &[Split],
     counts: &ClassCounts,

@@ -35,18 +35,20 @@ mod table_reader;
 mod table_writer;
 
 pub use atomic_file::{free_bytes, hex};
-pub use card::ClassCounts;
+pub(crate) use card::ClassCounts;
 pub use differences::differences;
-pub use encoding::maps_sha256;
-pub use encoding::{Encoded, channel_name, encode};
-pub use exr::{ExrChannel, HEIGHT_STEPS, Samples, read_exr, write_exr, write_exr_as};
+pub(crate) use encoding::channel_name;
+pub(crate) use encoding::maps_sha256;
+pub use encoding::{Encoded, encode};
+pub(crate) use exr::HEIGHT_STEPS;
+pub use exr::{ExrChannel, Samples, read_exr, write_exr, write_exr_as};
 pub use fault::Fault;
-pub use folder::descriptions;
+pub(crate) use folder::descriptions;
 pub use png::{Grey, range_numbers, read_png, rounded8, rounded16, write_png, write_png_as};
-pub use reader::to_document;
+pub(crate) use reader::to_document;
 pub use reader::{Dataset, DatasetSums, ExrMaps, FinishedTables};
-pub use sample_rows::row_batch;
-pub use sample_rows::{frame_numbers, image_path};
+pub(crate) use sample_rows::row_batch;
+pub(crate) use sample_rows::{frame_numbers, image_path};
 pub use shard_size::{ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample, samples_per_shard};
 pub use shard_writer::{Claim, ShardWriter};
 pub use table_reader::{JsonRow, ObjectRow, RowBatch, RowQuery, Rows, StoredImage, Table};
@@ -60,7 +62,7 @@ pub const GENERATOR_VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Day of that version, which stands where metadata wants a date: no clock goes into files. The same as in CHANGELOG.md,
 /// or the day on which work on the version began while it is unreleased.
-pub const GENERATOR_DATE: &str = "2026-11-21";
+pub(crate) const GENERATOR_DATE: &str = "2026-11-21";
 
 /// The declaration of a parameter as a column.
 pub fn number_column(parameter: &procedural::Parameter) -> NumberColumn {

@@ -348,7 +348,7 @@ fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static s
 }
 
 /// A document as it is written: indented, with a last line end.
-pub fn to_document<T: serde::Serialize>(document: &T) -> Vec<u8> {
+pub(crate) fn to_document<T: serde::Serialize>(document: &T) -> Vec<u8> {
     // Heads and manifests are plain data with text keys: they always become JSON.
     let mut text = serde_json::to_vec_pretty(document).unwrap_or_default();
     text.push(b'\n');

@@ -21,7 +21,7 @@ use crate::record::Object;
 ///
 /// # Errors
 /// What differs, where the sample does not fit the head: another class, other drawn or derived numbers, other images.
-pub fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Result<RecordBatch, String> {
+pub(crate) fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded) -> Result<RecordBatch, String> {
     check_numbers("draws", head.parameters.iter().map(|n| n.path()), sample.draws.iter().map(|d| d.0.as_str()))?;
     check_numbers("physics", head.physics.iter().map(|n| n.path()), sample.physics.iter().map(|p| p.0))?;
     let declared = CALIBRATION.iter().map(|column| column.name.to_owned());
@@ -97,7 +97,7 @@ pub(super) fn stack_batch(schema: &SchemaRef, sample: &Encoded) -> Result<Option
 }
 
 /// Digital numbers of a frame of either depth.
-pub fn frame_numbers(pixels: &ArrayRef) -> Option<Vec<u16>> {
+pub(crate) fn frame_numbers(pixels: &ArrayRef) -> Option<Vec<u16>> {
     let narrow = pixels.as_primitive_opt::<UInt8Type>().map(|dn| dn.values().iter().map(|&dn| dn.into()).collect());
     narrow.or_else(|| pixels.as_primitive_opt::<UInt16Type>().map(|dn| dn.values().to_vec()))
 }
@@ -156,7 +156,7 @@ fn group(field: &Field, head: &DatasetHead, sample: &Encoded) -> Result<ArrayRef
 }
 
 /// What the image of a sample would be called if it were a file of its own.
-pub fn image_path(id: &str, name: &str) -> String {
+pub(crate) fn image_path(id: &str, name: &str) -> String {
     format!("{id}_{name}.png")
 }
 

@@ -231,7 +231,7 @@ impl RowBatch {
     ///
     /// # Errors
     /// Where there is no such column, it holds something else, or one of them is missing.
-    pub fn texts(&self, path: &str) -> Result<Vec<String>, String> {
+    pub(crate) fn texts(&self, path: &str) -> Result<Vec<String>, String> {
         let column = self.at(path)?;
         let texts = column.as_string_opt::<i32>().ok_or_else(|| format!("`{path}` is no text"))?;
         let text = |text: Option<&str>| text.map(str::to_owned).ok_or_else(|| format!("`{path}` is missing"));

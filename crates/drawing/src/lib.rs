@@ -17,7 +17,7 @@ pub const MARGIN: u32 = 14;
 /// Width of a letter [px].
 pub const LETTER: u32 = 7;
 /// Colour of paper.
-pub const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
+pub(crate) const PAPER: Rgb<u8> = Rgb([250, 250, 248]);
 /// Colour of text.
 pub const INK: Rgb<u8> = Rgb([30, 30, 30]);
 

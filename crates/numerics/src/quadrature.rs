@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 /// Nodes and weights on [-1, 1] for `count` nodes, rising.
-pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let mut rule = vec![(0.0, 0.0); count];
     for i in 0..count.div_ceil(2) {

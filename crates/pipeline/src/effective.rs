@@ -195,7 +195,7 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
 
 /// The numbers of a rig as files give them, in the order of `output_schema::row::CALIBRATION`; `x_first_mm` is NaN where
 /// Range lies on sensor columns.
-pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64)> {
+pub(crate) fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64)> {
     vec![
         ("distance_mm", rig.distance),
         ("tilt_deg", rig.tilt.to_degrees()),
@@ -217,7 +217,7 @@ pub fn calibration_numbers(rig: &Rig, x_first_mm: f64) -> Vec<(&'static str, f64
 ///
 /// Of a pack that is the tablet: films are a few mean free paths thick at most, so the long paths, which wash speckle out,
 /// lie in the tablet. Over an empty pocket speckle is washed out too much by that.
-pub fn typical(plan: &Plan) -> Medium {
+pub(crate) fn typical(plan: &Plan) -> Medium {
     match plan {
         Plan::Wood(wood) => earlywood(&wood.media),
         Plan::Sawtooth(_, material) | Plan::Mesh(_, material) => material.medium(),

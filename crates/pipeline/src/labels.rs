@@ -6,7 +6,7 @@ use dataset::record::{Below, Labels, Maps, Object, TruthMaps};
 use scanner::specimen::Hit;
 
 /// Writes the truth of one profile into row `row` of full-size maps of `hits.len()` columns.
-pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
+pub(crate) fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
     for (column, hit) in hits.iter().enumerate() {
         class[column] = hit.matter.class as u8;
         instance[column] = hit.matter.instance;
@@ -16,7 +16,7 @@ pub fn label_row(hits: &[Hit], class: &mut [u8], instance: &mut [u16]) {
 /// The hits of one profile at even positions along the line, as many as there are columns: at each the one whose true x
 /// is nearest, among those that are lit and seen as long as one of these lies within a pitch. Positions more than half
 /// a pitch beyond either end show the background.
-pub fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
+pub(crate) fn on_grid(hits: &[Hit], first_mm: f64, pitch_mm: f64) -> Vec<Hit> {
     let sorted = |seen_alone: bool| -> Vec<&Hit> {
         let mut sorted: Vec<&Hit> = hits.iter().filter(|hit| !seen_alone || (hit.lit && hit.seen)).collect();
         // Of two at one position the upper one hides the lower.
@@ -48,7 +48,7 @@ fn background(hit: Hit, x: f32) -> Hit {
 }
 
 /// Writes the truth of one profile of a board: height, fibre azimuth and fibre dive; NaN off the body.
-pub fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
+pub(crate) fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
     for (column, hit) in hits.iter().enumerate() {
         (height[column], azimuth[column], dive[column]) = if hit.matter.class == Class::Background {
             (f32::NAN, f32::NAN, f32::NAN)
@@ -66,7 +66,7 @@ pub fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) {
 }
 
 /// Writes the truth of one profile of a pack: height, thickness of the film and air below it; NaN off the body.
-pub fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
+pub(crate) fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
     for (column, hit) in hits.iter().enumerate() {
         let film = hit.matter.film.as_ref();
         (height[column], thickness[column], gap[column]) = if hit.matter.class == Class::Background {
@@ -79,7 +79,7 @@ pub fn film_row(hits: &[Hit], [height, thickness, gap]: [&mut [f32]; 3]) {
 }
 
 /// Writes the truth of one profile of a solid piece: its height; NaN off the body.
-pub fn height_row(hits: &[Hit], height: &mut [f32]) {
+pub(crate) fn height_row(hits: &[Hit], height: &mut [f32]) {
     for (height, hit) in height.iter_mut().zip(hits) {
         *height = if hit.matter.class == Class::Background { f32::NAN } else { hit.surface.z };
     }
@@ -87,7 +87,7 @@ pub fn height_row(hits: &[Hit], height: &mut [f32]) {
 
 /// Binning: groups of pixels that become one.
 #[derive(Debug, Clone, Copy)]
-pub struct Binning {
+pub(crate) struct Binning {
     /// Columns of the images before [px].
     pub cols: usize,
     /// Columns of a group [px].

@@ -58,7 +58,7 @@ impl Asset {
 }
 
 /// A file that is built in: its name and its content.
-pub type BuiltIn = (&'static str, &'static [u8]);
+pub(crate) type BuiltIn = (&'static str, &'static [u8]);
 
 /// Where the files are that a recipe names.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,7 +100,7 @@ impl AssetFault {
 
 /// What a recipe asks for.
 #[derive(Debug, Clone, Copy)]
-pub struct AssetRequest<'a> {
+pub(crate) struct AssetRequest<'a> {
     /// Key of the recipe.
     pub key: &'a str,
     /// What it names.
@@ -115,7 +115,7 @@ pub struct AssetRequest<'a> {
 
 impl AssetSource {
     /// The file that is `wanted`, or what is wrong with it and what to do.
-    pub fn find(&self, wanted: &AssetRequest) -> Result<Asset, AssetFault> {
+    pub(crate) fn find(&self, wanted: &AssetRequest) -> Result<Asset, AssetFault> {
         let asset = self.locate(wanted)?;
         match wanted.sha256 {
             Some(sum) if sum != asset.sha256 => Err(AssetFault::new(

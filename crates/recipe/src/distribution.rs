@@ -167,7 +167,7 @@ impl Distribution {
     }
 
     /// Chance that a sample for `parameter` lies in its range, and between the bounds where truncated.
-    pub fn chance_inside(&self, parameter: &Parameter) -> f64 {
+    pub(crate) fn chance_inside(&self, parameter: &Parameter) -> f64 {
         let half = if parameter.integer { 0.5 } else { 0.0 };
         match self {
             Self::Truncated { of, min, max } => {

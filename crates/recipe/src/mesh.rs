@@ -23,7 +23,7 @@ use crate::asset::{Asset, AssetFault, BuiltIn};
 pub const ENDINGS: [&str; 3] = ["obj", "stl", "ply"];
 
 /// The meshes that are built in, by the names that the recipes beside them give.
-pub const BUILT_IN: [BuiltIn; 1] = [("meshes/clip.obj", include_bytes!("../../../recipes/meshes/clip.obj"))];
+pub(crate) const BUILT_IN: [BuiltIn; 1] = [("meshes/clip.obj", include_bytes!("../../../recipes/meshes/clip.obj"))];
 
 /// Most triangles of a part.
 const MAX_TRIANGLES: usize = 4_000_000;
@@ -34,7 +34,7 @@ const MAX_COORDINATE: f32 = 1e9;
 ///
 /// # Errors
 /// What is wrong, with its place in the file, and what to do.
-pub fn read_mesh(file: &Asset) -> Result<Mesh, AssetFault> {
+pub(crate) fn read_mesh(file: &Asset) -> Result<Mesh, AssetFault> {
     let ending = file.name().rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default();
     let read: fn(&[u8]) -> Result<TriangleSoup, String> = match ending.as_str() {
         "obj" => obj::read_obj,

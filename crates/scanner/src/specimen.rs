@@ -17,7 +17,7 @@
 //! the piece reflects onto itself.
 
 mod rays;
-pub mod surface_grid;
+pub(crate) mod surface_grid;
 pub mod turntable;
 
 use glam::Vec3;
@@ -45,7 +45,7 @@ pub struct Hit {
 
 /// Where light reflected by a body lands on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReflectedHit {
+pub(crate) struct ReflectedHit {
     /// The point [mm].
     pub point: Vec3,
     /// The surface there.
@@ -127,13 +127,13 @@ impl Specimen {
     }
 
     /// Whether the lens sees `point` below a film with the laser at scan position `y`, the film itself ignored [mm].
-    pub fn sees_below(&self, point: Vec3, y: f32) -> bool {
+    pub(crate) fn sees_below(&self, point: Vec3, y: f32) -> bool {
         self.lower.as_ref().is_some_and(|lower| !lower.hides(point, lens(&self.rig, y)))
     }
 
     /// Where light that leaves `from` on the surface along the unit vector `direction` lands on the body within `reach`
     /// [mm], with the laser at scan position `y` [mm].
-    pub fn reflected_hit(&self, from: Vec3, direction: Vec3, reach: f32, y: f32) -> Option<ReflectedHit> {
+    pub(crate) fn reflected_hit(&self, from: Vec3, direction: Vec3, reach: f32, y: f32) -> Option<ReflectedHit> {
         let upper = self.upper.as_ref()?;
         let at = upper.first_hit(from, direction, reach)?;
         let slope = upper.slope(at.x, at.y);

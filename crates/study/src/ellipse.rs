@@ -27,7 +27,7 @@ const MAX_NEWTON_STEPS: usize = 60;
 
 /// Light per cell around a point, `[2 cells + 1, 2 cells + 1]`, row-major, rows along y.
 #[derive(Debug, Clone, Copy)]
-pub struct LightMap<'a> {
+pub(crate) struct LightMap<'a> {
     /// Light of each cell.
     pub light: &'a [f64],
     /// Cells on either side of the central one.

@@ -114,7 +114,7 @@ impl MediumCase {
     }
 
     /// The kernel's verdicts in the order of [`FIGURES`]; `None` where it or the reference refuses.
-    pub fn verdicts(&self) -> Option<[Verdict; FIGURES.len()]> {
+    pub(crate) fn verdicts(&self) -> Option<[Verdict; FIGURES.len()]> {
         let (reference, kernel) = (figures(self.answer(Model::Path)?), figures(self.answer(Model::Kernel)?));
         Some(std::array::from_fn(|i| FIGURES[i].tolerance.verdict(kernel[i], reference[i])))
     }

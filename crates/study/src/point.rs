@@ -75,7 +75,7 @@ pub struct Contour {
 
 impl PointCase {
     /// Aspect far away by diffusion, sqrt(D_e / D_perp) [1].
-    pub fn far_aspect(&self) -> f64 {
+    pub(crate) fn far_aspect(&self) -> f64 {
         let [_, sigma_i, k, _] = self.wood.coefficients;
         let (along, across) = diffusion(sigma_i, k);
         let sin = libm::sin(self.wood.dive.to_radians());
@@ -201,7 +201,7 @@ fn point_map(
 
 impl PointCase {
     /// The azimuth whose map is drawn [deg].
-    pub fn drawn_azimuth(&self) -> f64 {
+    pub(crate) fn drawn_azimuth(&self) -> f64 {
         if self.azimuths.contains(&DRAWN_AZIMUTH_DEG) { DRAWN_AZIMUTH_DEG } else { self.azimuths[0] }
     }
 }

@@ -160,7 +160,7 @@ pub fn fibre_collision<R: Rng>(
 
 /// Density of the law of dispersion at tilt `t` [sr^-1].
 #[inline]
-pub fn dispersion_density(t: f64, s: f64) -> f64 {
+pub(crate) fn dispersion_density(t: f64, s: f64) -> f64 {
     let ratio = if t < 1e-6 { 1.0 } else { t / libm::sin(t) };
     ratio * libm::exp(-0.5 * t * t / (s * s)) / (TAU * s * s)
 }

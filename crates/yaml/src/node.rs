@@ -28,7 +28,7 @@ pub struct TextPosition {
 
 impl TextPosition {
     /// The first character of the file.
-    pub const START: Self = Self { line: 1, column: 1 };
+    pub(crate) const START: Self = Self { line: 1, column: 1 };
 }
 
 impl From<Location> for TextPosition {

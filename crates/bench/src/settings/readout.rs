@@ -3,7 +3,7 @@
 use crate::words;
 
 /// Numbers of the 8-bit scale on which recipes count digital numbers [DN].
-pub const SCALE_DN: f64 = 255.0;
+pub(crate) const SCALE_DN: f64 = 255.0;
 
 /// How the sensor is read out: the same for all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

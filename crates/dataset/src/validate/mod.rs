@@ -55,7 +55,7 @@ use crate::Encoded;
 use bench::split::Split;
 
 /// Renders one sample again: its index -> what should be on disk, or why it cannot be rendered.
-pub type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
+pub(crate) type Rerender<'a> = &'a (dyn Fn(u64) -> Result<Encoded, String> + Sync);
 
 /// A step that was done, for whoever shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,7 +13,7 @@ pub use self::holm::holm;
 pub use self::kolmogorov_smirnov::{HISTOGRAM_CELLS, UnitHistogram, kolmogorov_smirnov};
 
 /// Cumulative distribution function of a law.
-pub type DistributionFunction = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+pub(crate) type DistributionFunction = Box<dyn Fn(f64) -> f64 + Send + Sync>;
 
 /// How one number is drawn.
 pub enum DrawLaw {

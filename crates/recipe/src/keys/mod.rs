@@ -106,7 +106,7 @@ pub(super) const SECTIONS: [RecipeSection; 26] = [
 
 impl RecipeSection {
     /// Whether recipes about `subject` have it; all have what is asked about while the subject is a fault itself.
-    pub fn is_of(&self, subject: Option<Subject>) -> bool {
+    pub(crate) fn is_of(&self, subject: Option<Subject>) -> bool {
         self.subjects.is_empty() || subject.is_none_or(|subject| self.subjects.contains(&subject))
     }
 }

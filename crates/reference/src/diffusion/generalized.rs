@@ -40,7 +40,7 @@ struct Harmonic {
 
 /// What the equation needs of a medium with a tensor of scattering.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Generalized {
+pub(crate) struct Generalized {
     mu_s: DVec3,
     /// Mean free path [mm].
     free: f64,
@@ -148,7 +148,7 @@ impl Generalized {
     }
 
     /// Height z_e above a surface across z at which the fluence vanishes, `n` the index inside over that outside [mm].
-    pub fn extrapolation(&self, n: f64) -> f64 {
+    pub(crate) fn extrapolation(&self, n: f64) -> f64 {
         let critical = if n > 1.0 { (1.0 - 1.0 / (n * n)).sqrt() } else { 0.0 };
         let edges = if critical > 0.0 { vec![0.0, critical, 1.0] } else { vec![0.0, 1.0] };
         self.extrapolation_with(n, &composite(&edges, COSINE_NODES))

@@ -256,7 +256,7 @@ impl VoxelGrid {
     }
 
     /// Adds the light that left each column of voxels to the rows and columns of the answer.
-    pub fn resample(&self, line: &LineSource, exits: &[f64], light: &mut [f64]) {
+    pub(crate) fn resample(&self, line: &LineSource, exits: &[f64], light: &mut [f64]) {
         let rows = 2 * line.rows + 1;
         let columns = line.x.len();
         let start = line.y - (line.rows as f64 + 0.5) * line.row_mm;

@@ -14,7 +14,7 @@
 //! Valid some mean free paths from the source, where absorption is small against reduced scattering; the file of each
 //! part says what it leaves out. Its reference is Monte Carlo.
 
-pub mod generalized;
+pub(crate) mod generalized;
 pub mod line_response;
 mod operator;
 pub mod slab;

@@ -109,7 +109,7 @@ fn directions(question: &Question) -> Result<Vec<(f64, DVec3)>, DiffusionError> 
 /// Radiance times pi over the flux that leaves, at the cosine `mu` outside; `n` is the index inside over that outside [1].
 ///
 /// (1 - R) (2 A + 3 mu_inside) / (4 n^2): its mean over the outer hemisphere, weighted by 2 mu, is 1 by the definition of A.
-pub fn radiance_factor(n: f64, mu: f64) -> f64 {
+pub(crate) fn radiance_factor(n: f64, mu: f64) -> f64 {
     let inside = 1.0 - (1.0 - mu * mu) / (n * n);
     if inside <= 0.0 {
         return 0.0;

@@ -91,7 +91,7 @@ impl Diffusive {
     }
 
     /// Height above a surface across z at which the fluence vanishes, with the index `outside` beyond it [mm].
-    pub fn extrapolation(&self, outside: f64) -> f64 {
+    pub(crate) fn extrapolation(&self, outside: f64) -> f64 {
         let n = self.n / outside;
         match &self.law {
             DiffusiveLaw::Tensor(medium) => medium.extrapolation(n),

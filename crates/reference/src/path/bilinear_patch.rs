@@ -28,7 +28,7 @@ impl BilinearPatch {
     /// Length from a place of the cell, at height `z`, to where a ray comes above the patch (`side` 1) or below it (-1);
     /// infinite if it does not [mm].
     #[inline(always)]
-    pub fn crossing(self, [u, v, z]: [f64; 3], direction: DVec3, pitch: DVec2, side: f64) -> f64 {
+    pub(crate) fn crossing(self, [u, v, z]: [f64; 3], direction: DVec3, pitch: DVec2, side: f64) -> f64 {
         let [h, x, y, xy] = self.0;
         let (du, dv) = (direction.x / pitch.x, direction.y / pitch.y);
         let (rise_x, rise_y, twist) = (x - h, y - h, h + xy - x - y);

@@ -16,7 +16,7 @@ pub mod line_response;
 pub mod measure;
 mod next_event;
 mod pack;
-pub mod plane_layers;
+pub(crate) mod plane_layers;
 mod stack_observer;
 pub mod tracker;
 
@@ -72,7 +72,12 @@ pub fn solve(stack: &Stack, question: &Question, effort: Effort) -> Answer {
 }
 
 /// As [`solve`]; tells `watch` after each batch how many photons it was.
-pub fn solve_watched(stack: &Stack, question: &Question, effort: Effort, watch: &(dyn Fn(u64) + Sync)) -> Answer {
+pub(crate) fn solve_watched(
+    stack: &Stack,
+    question: &Question,
+    effort: Effort,
+    watch: &(dyn Fn(u64) + Sync),
+) -> Answer {
     let geometry = StackGeometry::new(stack, LONGEST_MM);
     let each = effort.each();
     let counts: Vec<StackCounts> = (0..BATCHES)

@@ -14,7 +14,7 @@ use transport::phase::{dispersed, fibre_collision, frame, henyey_greenstein, uni
 use transport::stack::{Layer, Scattering, Stack, Substrate};
 
 /// What happens to photons, for those who keep count.
-pub trait StackObserver {
+pub(crate) trait StackObserver {
     /// A photon, still with its whole weight, is about to collide in `layer`.
     fn collide(&mut self, _photon: &Photon, _layer: &PreparedLayer, _rng: &mut impl Rng) {}
     /// `weight` stays in layer number `layer`; negative where roulette gives energy back.
@@ -25,7 +25,7 @@ pub trait StackObserver {
 
 /// A layer with what photons need of it.
 #[derive(Debug, Clone, Copy)]
-pub struct PreparedLayer {
+pub(crate) struct PreparedLayer {
     /// The layer as declared.
     pub layer: Layer,
     /// Its upper plane [mm].
@@ -38,7 +38,7 @@ pub struct PreparedLayer {
 
 /// Plane layers, prepared for photons.
 #[derive(Debug, Clone)]
-pub struct StackGeometry {
+pub(crate) struct StackGeometry {
     /// The layers, first one on top.
     pub layers: Vec<PreparedLayer>,
     /// Refractive index above [1].
@@ -66,7 +66,7 @@ impl StackGeometry {
     }
 
     /// Whether the index changes at any plane but the one that light to a lens above (`up`) or below leaves through.
-    pub fn mirrors_inside(&self, up: bool) -> bool {
+    pub(crate) fn mirrors_inside(&self, up: bool) -> bool {
         let index = |layer: &PreparedLayer| layer.layer.n;
         let last = self
             .layers

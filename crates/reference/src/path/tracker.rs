@@ -45,7 +45,7 @@ impl Photon {
     /// Plays Russian roulette with a faint photon: returns the energy that it leaves behind, negative where it gains; its
     /// weight is 0 if it dies.
     #[inline]
-    pub fn russian_roulette(&mut self, rng: &mut impl Rng) -> f64 {
+    pub(crate) fn russian_roulette(&mut self, rng: &mut impl Rng) -> f64 {
         let before = self.weight;
         self.weight = if uniform(rng) > SURVIVAL { 0.0 } else { before / SURVIVAL };
         before - self.weight
@@ -92,7 +92,7 @@ pub(super) fn refracted(scaled: DVec3, ahead: DVec3, scaled_mu: f64, cosine: f64
 
 /// What ends a flight.
 #[derive(Debug, Clone, Copy)]
-pub enum FlightEnd<M, S> {
+pub(crate) enum FlightEnd<M, S> {
     /// A collision in this medium.
     Collision(M),
     /// A surface.
@@ -103,7 +103,7 @@ pub enum FlightEnd<M, S> {
 
 /// When Russian roulette is played at a collision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RouletteOrder {
+pub(crate) enum RouletteOrder {
     /// With the scattered photon.
     AfterScattering,
     /// Before the photon is scattered, unless absorption has left nothing of it.
@@ -111,7 +111,7 @@ pub enum RouletteOrder {
 }
 
 /// Where photons are tracked; `O` observes them.
-pub trait Geometry<O> {
+pub(crate) trait Geometry<O> {
     /// A photon, and what is known about it from one flight to the next.
     type State: AsMut<Photon>;
     /// Matter in which a photon collides.
@@ -214,7 +214,7 @@ pub(super) trait LineObserver {
 
 /// What becomes of light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fate {
+pub(crate) enum Fate {
     /// Absorbed inside.
     Absorbed,
     /// Into the sky.

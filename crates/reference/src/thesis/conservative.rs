@@ -31,7 +31,7 @@ const MAX_ITERATIONS: usize = 10_000;
 
 /// A symmetric tensor of diffusion in the plane.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PlanarTensor {
+pub(crate) struct PlanarTensor {
     /// Along x [mm].
     pub xx: f64,
     /// Between x and y [mm].
@@ -62,7 +62,7 @@ impl PlanarTensor {
 
 /// The stencil of a picture, a ring of empty pixels around it.
 #[derive(Debug, Clone)]
-pub struct Stencil {
+pub(crate) struct Stencil {
     rows: usize,
     cols: usize,
     /// Coefficients of the faces of each pixel towards E, NE, N, NW, `[rows + 2, cols + 2]` [mm^-1].

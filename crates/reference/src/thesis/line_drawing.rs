@@ -13,7 +13,7 @@ use super::{DirectionMap, LightPicture};
 
 /// How the pixels of a line are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LineRule {
+pub(crate) enum LineRule {
     /// y = k x, rounded, for each whole x; leaves gaps where the line is steep. A line that is too steep to leave its
     /// column is stepped along y instead: there k has no number.
     LinearEquation,

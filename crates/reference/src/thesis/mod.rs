@@ -23,11 +23,10 @@ mod stam;
 #[cfg(test)]
 mod tests;
 
-pub use self::conservative::{PlanarTensor, Stencil};
 pub use self::direction_map::{DirectionMap, MapError};
-pub use self::line_drawing::LineRule;
+pub(crate) use self::line_drawing::LineRule;
 pub use self::line_response::{LaserPoint, line_response, point};
-pub use self::pixel_ground::{CLEAR_FROM, PixelGround, PlanarDiffusion, alpha};
+pub use self::pixel_ground::{PixelGround, PlanarDiffusion, alpha};
 
 /// How light is spread. The defaults of each are [`SpreadMethod::BRESENHAM`] and its kin.
 #[derive(Debug, Clone, Copy, PartialEq)]

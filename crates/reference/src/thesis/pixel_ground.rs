@@ -16,7 +16,7 @@ use transport::fresnel::BoundaryTable;
 use transport::kernel::diffusion;
 
 /// Alpha from which wood counts as clear [1].
-pub const CLEAR_FROM: f64 = 0.8;
+pub(crate) const CLEAR_FROM: f64 = 0.8;
 /// What alpha is relative to: clear spruce with fibres in the surface.
 const CLEAR_WOOD: Medium =
     Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
@@ -111,7 +111,7 @@ impl PixelGround {
     }
 
     /// Of a body, pixels of `pitch_mm` from the pixel whose middle is at `first` [mm].
-    pub fn of_body(body: &Body, first: DVec2, pitch_mm: f64, rows: usize, cols: usize) -> Self {
+    pub(crate) fn of_body(body: &Body, first: DVec2, pitch_mm: f64, rows: usize, cols: usize) -> Self {
         let row = |row: usize| {
             let slice = body.slice((first.y + pitch_mm * row as f64) as f32);
             let at = |col: usize| {

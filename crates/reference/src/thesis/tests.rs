@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 
+use super::conservative::{PlanarTensor, Stencil};
 use super::*;
 use transport::fresnel::BoundaryTable;
 use transport::line::LineSource;

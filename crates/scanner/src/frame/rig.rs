@@ -112,7 +112,7 @@ impl Rig {
     }
 
     /// Lines of sight of `columns` columns in the laser plane between the conveyor and `top` [mm].
-    pub fn sightlines(&self, columns: usize, top: f64) -> Sightlines {
+    pub(crate) fn sightlines(&self, columns: usize, top: f64) -> Sightlines {
         // Cubic through the exact positions at Chebyshev's four heights, by divided differences.
         let (middle, half) = (0.5 * top, 0.55 * top.abs().max(1.0));
         let heights = [1.0, 3.0, 5.0, 7.0].map(|i| middle + half * libm::cos(std::f64::consts::PI * i / 8.0));

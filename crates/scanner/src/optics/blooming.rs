@@ -10,7 +10,7 @@ use super::window::{ROWS, WindowSignal};
 
 impl WindowSignal {
     /// Lets `share` of what is above `full` flow on.
-    pub fn bloom(&mut self, full: f32, share: f32) {
+    pub(crate) fn bloom(&mut self, full: f32, share: f32) {
         let over: Vec<[f32; TILE]> =
             self.level.iter().map(|row| row.map(|v| 0.5 * share * (v - full).max(0.0))).collect();
         for c in 0..TILE {

@@ -8,7 +8,7 @@ const VARYING_PX2: f32 = 0.05;
 
 /// Blurs a line by a variance that is `own` more in each column, none where `own` is empty: at the least and at the
 /// greatest of them, blended so that each column has its variance [px^2].
-pub fn blur_varying(line: &mut [f32], variance: f32, own: &[f32], side: f32, buffer: &mut Vec<f32>) {
+pub(crate) fn blur_varying(line: &mut [f32], variance: f32, own: &[f32], side: f32, buffer: &mut Vec<f32>) {
     let low = own.iter().copied().fold(f32::INFINITY, f32::min);
     let high = own.iter().copied().fold(0.0, f32::max);
     if own.is_empty() || high - low < VARYING_PX2 {

@@ -173,7 +173,7 @@ impl Camera {
 
     /// Variance along the line of light spread by a standard deviation of `mm` at the origin, with the sharp lens's
     /// [px^2].
-    pub fn along_variance(&self, mm: f32) -> f32 {
+    pub(crate) fn along_variance(&self, mm: f32) -> f32 {
         let rig = &self.rig;
         let sigma = f64::from(mm) * rig.image_distance / (rig.pixel * rig.distance);
         (sigma * sigma) as f32 + self.blur_variance
@@ -187,7 +187,7 @@ impl Camera {
 
     /// The same on a surface that rises by the `slope` along the line and along the motion.
     #[inline]
-    pub fn sight_on(&self, x: f32, z: f32, slope: [f32; 2]) -> Sight {
+    pub(crate) fn sight_on(&self, x: f32, z: f32, slope: [f32; 2]) -> Sight {
         let slope_y = slope[1];
         let Projection { sin, cos, tan_beta, distance, .. } = self.projection;
         let (yc, zc) = (z * sin, distance - z * cos);
@@ -239,20 +239,20 @@ impl Camera {
     }
 
     /// Variances of defocus along columns and along rows at `y` from the laser plane and height `z` [px^2].
-    pub fn defocus(&self, y: f32, z: f32) -> [f32; 2] {
+    pub(crate) fn defocus(&self, y: f32, z: f32) -> [f32; 2] {
         let [zc, bottom] = self.projection.depth(y, z);
         if self.blurs { self.defocus.variances(zc, zc / bottom) } else { [0.0; 2] }
     }
 
     /// Variance of a thin lens's defocus along rows at `y` from the laser plane and height `z`, whatever the tilt of
     /// the sensor [px^2].
-    pub fn off_plane_defocus(&self, y: f32, z: f32) -> f32 {
+    pub(crate) fn off_plane_defocus(&self, y: f32, z: f32) -> f32 {
         let [zc, bottom] = self.projection.depth(y, z);
         if self.thin { self.defocus.variances(zc, zc / bottom)[1] } else { 0.0 }
     }
 
     /// How far a column's line of sight leans along the line over a level surface, dx/dy [1].
-    pub fn sightline_lean(&self, x: f32, z: f32) -> f32 {
+    pub(crate) fn sightline_lean(&self, x: f32, z: f32) -> f32 {
         let Projection { sin, cos, tan_beta, .. } = self.projection;
         x * (sin - tan_beta * cos) / self.projection.depth(0.0, z)[1]
     }
@@ -271,7 +271,7 @@ impl Camera {
     }
 
     /// Whether there is ambient light.
-    pub fn has_ambient(&self) -> bool {
+    pub(crate) fn has_ambient(&self) -> bool {
         self.ambient > 0.0
     }
 

@@ -50,7 +50,7 @@ fn load_rows(rows: &[i32], start: usize) -> [i32; TILE] {
 
 /// Adds `share` of the light of one window to others, row by row of the sensor; what comes from below counts as light from
 /// the surface in columns of `metal`.
-pub fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
+pub(crate) fn add_shifted(from: &Window, to: &mut [Window], metal: &[bool], share: f32) {
     for c in 0..TILE {
         let metal = metal.get(c).is_some_and(|&metal| metal);
         for window in to.iter_mut() {

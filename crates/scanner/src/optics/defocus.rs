@@ -15,7 +15,7 @@
 
 /// Lens and sensor as far as defocus depends on them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Defocus {
+pub(crate) struct Defocus {
     /// Diameter of the pupil [mm].
     pub pupil: f32,
     /// Focal length [mm].

@@ -23,7 +23,7 @@ const DARK: [f32; TILE] = [0.0; TILE];
 
 /// One exposure of one tile.
 #[derive(Debug, Clone, Copy)]
-pub struct TileExposure<'a> {
+pub(crate) struct TileExposure<'a> {
     /// Which profile.
     pub profile: usize,
     /// Which tile of columns.
@@ -40,7 +40,7 @@ pub struct TileExposure<'a> {
 
 /// From electrons to numbers, by one sensor.
 #[derive(Debug, Clone, Copy)]
-pub struct Digitiser<'a> {
+pub(crate) struct Digitiser<'a> {
     /// Response, noise and converter of the sensor.
     pub chain: &'a SignalChain,
     /// Speckle of the sample.
@@ -49,7 +49,7 @@ pub struct Digitiser<'a> {
 
 impl Digitiser<'_> {
     /// Adds speckle and noise to the electrons of window `number` and writes them to `frame`; `signal` is a buffer.
-    pub fn digitise(
+    pub(crate) fn digitise(
         &self,
         exposure: &TileExposure<'_>,
         number: usize,

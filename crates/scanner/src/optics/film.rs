@@ -56,7 +56,7 @@ pub struct TransmissionScratch {
 }
 
 /// Share of light from `light` that enters a film of index `n` [1].
-pub fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
+pub(crate) fn entering_share(n: f32, normal: Vec3, light: Vec3) -> f32 {
     1.0 - fresnel::fresnel_dielectric(1.0, f64::from(n), f64::from(normal.dot(light).max(1e-3))).0 as f32
 }
 
@@ -102,7 +102,7 @@ impl TransmissionScratch {
     }
 
     /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`FilmStackSpread`] has it.
-    pub fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], view: &RowView<'_>) {
+    pub(crate) fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], view: &RowView<'_>) {
         let z = height_below(&hit.surface, film);
         let light: f32 = through.iter().sum();
         let [slope_x, slope_y] = film.under_slope;

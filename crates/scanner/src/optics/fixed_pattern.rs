@@ -25,7 +25,7 @@ const MAX_COPIED_RUNS: usize = 12;
 
 /// The pixels of one sensor.
 #[derive(Debug, Clone)]
-pub struct FixedPattern {
+pub(crate) struct FixedPattern {
     /// Codes of response and of offset, `[tiles][rows]`.
     codes: Vec<PixelCodes>,
     rows: usize,
@@ -34,14 +34,14 @@ pub struct FixedPattern {
 }
 
 /// Codes of response and of offset in a row of a tile.
-pub type PixelCodes = [[i8; TILE]; 2];
+pub(crate) type PixelCodes = [[i8; TILE]; 2];
 
 /// Pixels that are all alike.
-pub const UNIFORM_CODES: PixelCodes = [[0; TILE]; 2];
+pub(crate) const UNIFORM_CODES: PixelCodes = [[0; TILE]; 2];
 
 /// A step of response [1], a step of offset [DN].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct CodeSteps([f32; 2]);
+pub(crate) struct CodeSteps([f32; 2]);
 
 impl CodeSteps {
     /// Response [1] and offset [DN] of column `c` of a tile's row.
@@ -59,7 +59,7 @@ impl CodeSteps {
 
 /// Neighbouring columns of a tile whose windows begin in the same row of the sensor.
 #[derive(Debug)]
-pub struct WindowRuns {
+pub(crate) struct WindowRuns {
     /// First column and first row of each, one more at the end.
     starts: [(usize, i32); TILE + 1],
     count: usize,
@@ -124,7 +124,7 @@ impl FixedPattern {
     }
 
     /// Row `k` of windows in a tile.
-    pub fn window_row(&self, tile: usize, runs: &WindowRuns, k: usize) -> PixelCodes {
+    pub(crate) fn window_row(&self, tile: usize, runs: &WindowRuns, k: usize) -> PixelCodes {
         let mut line = UNIFORM_CODES;
         let starts = &runs.starts[..=runs.count];
         for (&(start, first_row), &(end, _)) in starts.iter().zip(&starts[1..]) {

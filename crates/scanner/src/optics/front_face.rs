@@ -12,7 +12,7 @@ impl Row {
     /// Lets light out where this row is bare and the `next` one is not: a body's front face looks at the lens, so light
     /// that would leave before the front edge is seen as if the surface went on. It is kept apart from what leaves here
     /// otherwise: a hole lets out what comes from behind it, and nothing of what comes from before it.
-    pub fn open_front(&mut self, next: &Row) {
+    pub(crate) fn open_front(&mut self, next: &Row) {
         let bare = |hit: &Hit| hit.matter.class == Class::Background;
         let beyond = next.front_exit.as_deref().unwrap_or(&next.exit);
         let lets = |column: usize| bare(&self.hits[column]) && beyond.iter().any(|exit| exit[column] != 0.0);

@@ -27,7 +27,7 @@ const MAX_EXPONENT: f32 = 60.0;
 
 /// The line of a tile that is more than one Gaussian.
 #[derive(Debug, Clone, Copy)]
-pub struct CompositeLine<'a> {
+pub(crate) struct CompositeLine<'a> {
     /// The lit row.
     pub own: &'a Row,
     /// First column of the tile.
@@ -73,7 +73,7 @@ impl CompositeLine<'_> {
 
 /// Adds a line that is one Gaussian, but for the disc that it is out of focus by.
 #[inline(always)]
-pub fn add_line<'a>(
+pub(crate) fn add_line<'a>(
     phase: &[f32; TILE],
     variance: &[f32; TILE],
     source: &[f32; TILE],
@@ -146,11 +146,11 @@ fn add_by_rows<'a>(
 }
 
 /// The exit of light that the surface throws back.
-pub const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
+pub(crate) const UNIT_EXIT: [f32; TILE] = [1.0; TILE];
 
 /// Gaussians of one tile, stepped from row to row.
 #[derive(Debug)]
-pub struct GaussianStepper {
+pub(crate) struct GaussianStepper {
     middle: [f32; TILE],
     up: [f32; TILE],
     down: [f32; TILE],

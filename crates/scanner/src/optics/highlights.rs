@@ -21,7 +21,7 @@ const MIN_FIBRE_ALONG: f32 = 0.5;
 
 /// Highlights of one sample.
 #[derive(Debug, Clone, Copy)]
-pub struct Highlights {
+pub(crate) struct Highlights {
     fibres: Option<GuidingFibres>,
     facets: Option<MetalFacets>,
 }
@@ -46,7 +46,7 @@ struct MetalFacets {
 
 /// Buffers in which highlights are found.
 #[derive(Debug, Default)]
-pub struct HighlightScratch {
+pub(crate) struct HighlightScratch {
     segments: Vec<Segment>,
     glints: Vec<Glint>,
 }

@@ -26,7 +26,7 @@ pub struct LineShape<'a> {
 
 /// Light that the surface throws back, and where the windows lie; darkens the volume.
 #[inline(always)]
-pub fn surface_line(
+pub(crate) fn surface_line(
     own: &Row,
     start: usize,
     line: &LineShape<'_>,
@@ -93,7 +93,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
 
 /// Draws the line that is seen through a film in a window of its own.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn draw_transmitted(transmitted: &TransmittedLine, start: usize, window: &mut Window) {
+pub(crate) fn draw_transmitted(transmitted: &TransmittedLine, start: usize, window: &mut Window) {
     let phase = place(load(&transmitted.centre, start), window);
     let (rows_per_mm, variance) = (load(&transmitted.rows_per_mm, start), load(&transmitted.variance, start));
     for j in 0..BASIS {

@@ -20,7 +20,7 @@ use super::window::{ExposureKey, ROWS, Scratch, Window, needs_own_window, withou
 
 /// How far an exposure is blurred.
 #[derive(Debug, Clone, Copy)]
-pub struct MotionBlur {
+pub(crate) struct MotionBlur {
     /// Weight of the next profile's light, half of the share of a step that the object moves while it is exposed [1].
     pub share: f32,
     /// Light in one pixel under which no second window is given to it [e-].

@@ -39,7 +39,7 @@ impl fmt::Debug for LineSolver {
 
 /// A model that answers one line at a time, over one body.
 #[derive(Debug, Clone, Copy)]
-pub struct PerLine<'a> {
+pub(crate) struct PerLine<'a> {
     /// The body under camera and laser.
     pub specimen: &'a Specimen,
     /// Camera and laser.

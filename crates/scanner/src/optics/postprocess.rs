@@ -35,7 +35,7 @@ const KERNEL_REACH: f64 = 4.0;
 
 /// The scripts of one sample.
 #[derive(Debug, Clone)]
-pub struct ThesisScripts {
+pub(crate) struct ThesisScripts {
     settings: Postprocess,
     /// Random phases `[size, size]`.
     phases: Vec<Complex32>,

@@ -45,14 +45,14 @@ type ImageSums = [f64; 4];
 
 /// Buffers in which images are made.
 #[derive(Debug, Default)]
-pub struct ReflectionScratch {
+pub(crate) struct ReflectionScratch {
     landings: Vec<Option<Landing>>,
     slots: Vec<[ImageSums; MAX_IMAGES]>,
 }
 
 /// A row under the laser, as far as its mirror images ask for it.
 #[derive(Debug, Clone, Copy)]
-pub struct LitRow<'a> {
+pub(crate) struct LitRow<'a> {
     /// What looks at it.
     pub view: RowView<'a>,
     /// What each column sees.

@@ -50,7 +50,7 @@ pub struct Row {
 
 impl Row {
     /// Radii of the circles of confusion of a tile; `None` where all is sharp.
-    pub fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
+    pub(crate) fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
         self.defocus_radius.get(start..)?.first_chunk()
     }
 
@@ -63,7 +63,7 @@ impl Row {
     }
 
     /// Light in the brightest row of a column's line [e-].
-    pub fn line_peak(&self, column: usize) -> f32 {
+    pub(crate) fn line_peak(&self, column: usize) -> f32 {
         let rows_per_mm = self.rows_per_mm[column];
         peak(self.surface_light[column], self.variance[column], rows_per_mm, |j| {
             self.source[j][column] * self.exit[j][column]

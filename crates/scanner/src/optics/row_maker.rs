@@ -35,7 +35,7 @@ const WALL_RETURN: f32 = -0.5;
 
 /// Makes rows; holds what is worked out once.
 #[derive(Debug)]
-pub struct RowMaker {
+pub(crate) struct RowMaker {
     shares: WidthShares,
     conveyor: Medium,
     conveyor_reflectance: f32,
@@ -48,7 +48,7 @@ pub struct RowMaker {
 
 /// Buffers that one thread needs to make rows.
 #[derive(Debug)]
-pub struct RowScratch {
+pub(crate) struct RowScratch {
     points: Vec<SurfacePoint>,
     spread: SpreadRow,
     /// Light of each column towards the lens from a white Lambertian surface [e-].

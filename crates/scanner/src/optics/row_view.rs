@@ -8,7 +8,7 @@ use crate::specimen::Specimen;
 
 /// Body, camera and laser at one position of the scan.
 #[derive(Debug, Clone, Copy)]
-pub struct RowView<'a> {
+pub(crate) struct RowView<'a> {
     /// The body.
     pub specimen: &'a Specimen,
     /// The camera.

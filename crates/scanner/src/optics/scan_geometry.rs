@@ -13,7 +13,7 @@ const MAX_NEIGHBOURS: usize = 64;
 
 /// Geometry of one scan: positions of the profiles, and the rows that each of them looks at.
 #[derive(Debug, Clone)]
-pub struct ScanGeometry {
+pub(crate) struct ScanGeometry {
     /// Positions of the profiles.
     pub encoder: Encoder,
     /// Share of a step that the object moves while it is exposed [1].
@@ -54,7 +54,7 @@ impl ScanGeometry {
 
     /// Offsets of the rows that let light out, for each row of the window, in each of `profiles` [profiles]; empty where
     /// steps are even, since [`Self::neighbours`] holds for all of them.
-    pub fn uneven_neighbours(&self, profiles: std::ops::Range<usize>) -> Vec<[isize; ROWS]> {
+    pub(crate) fn uneven_neighbours(&self, profiles: std::ops::Range<usize>) -> Vec<[isize; ROWS]> {
         let nearest = |profile: usize| {
             self.distances.map(|away| self.encoder.nearest(profile as isize, away, self.max_neighbour()))
         };
@@ -62,12 +62,12 @@ impl ScanGeometry {
     }
 
     /// Offset of the row that a profile looks at `rows` above its line, as far as a band has rows [profiles].
-    pub fn neighbour_at(&self, rows: f32) -> isize {
+    pub(crate) fn neighbour_at(&self, rows: f32) -> isize {
         whole_profiles(f64::from(rows) * self.profiles_per_row).clamp(self.neighbours[ROWS - 1], self.neighbours[0])
     }
 
     /// Distance that the image of a flat surface moves along the rows while it is exposed [px].
-    pub fn exposed_px(&self) -> f64 {
+    pub(crate) fn exposed_px(&self) -> f64 {
         f64::from(self.exposed_share) / self.profiles_per_row
     }
 }

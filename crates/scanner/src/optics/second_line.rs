@@ -19,11 +19,11 @@ use super::window::{ROWS, Scratch, without_overlap};
 use bench::parameters::LaserParameters;
 
 /// Rows beyond those that even steps would ask for, for steps that are not.
-pub const SPARE_ROWS: usize = 4;
+pub(crate) const SPARE_ROWS: usize = 4;
 
 /// The second line.
 #[derive(Debug, Clone, Copy)]
-pub struct SecondLine {
+pub(crate) struct SecondLine {
     /// How far along the motion it lies [mm].
     offset: f64,
     /// Its light over the first line's [1].
@@ -34,7 +34,7 @@ pub struct SecondLine {
 
 /// One profile of a scan, whose second line is wanted.
 #[derive(Debug, Clone, Copy)]
-pub struct LitProfile<'a> {
+pub(crate) struct LitProfile<'a> {
     /// Camera and laser.
     pub camera: &'a Camera,
     /// Positions of the profiles.

@@ -24,7 +24,7 @@ pub struct SecondaryScratch {
 
 impl SecondaryLight {
     /// Works out all light of `row` besides its line.
-    pub fn make(&mut self, lit: &LitRow<'_>, row: &Row, scratch: &mut SecondaryScratch) {
+    pub(crate) fn make(&mut self, lit: &LitRow<'_>, row: &Row, scratch: &mut SecondaryScratch) {
         scratch.transmission.draw(lit.view.camera, &mut self.transmitted);
         scratch.reflections.images(lit, &mut self.reflections);
         let columns = row.centre.len();

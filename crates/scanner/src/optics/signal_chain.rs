@@ -37,7 +37,7 @@ const BARRIER_SHARE: f64 = 0.5;
 
 /// The chain of one sensor.
 #[derive(Debug, Clone)]
-pub struct SignalChain {
+pub(crate) struct SignalChain {
     /// Digital numbers per electron [DN/e-].
     pub gain: f32,
     /// Mean digital number without light [DN].
@@ -65,7 +65,7 @@ pub struct SignalChain {
 
 /// Response with one knee, of signals over dark.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slopes {
+pub(crate) struct Slopes {
     /// Signal from which the second slope counts [DN]; infinite for one slope.
     pub knee: f32,
     /// Where the second slope would start without light [DN].
@@ -87,7 +87,7 @@ impl Slopes {
 
     /// What is read of `signal`, and the part of it that makes photon noise [DN].
     #[inline(always)]
-    pub fn respond(&self, signal: f32) -> (f32, f32) {
+    pub(crate) fn respond(&self, signal: f32) -> (f32, f32) {
         let late = self.second * signal;
         if signal > self.knee { (self.barrier + late, late) } else { (signal, signal) }
     }
@@ -125,7 +125,7 @@ impl SignalChain {
     }
 
     /// Whether nothing but gain and noise stands between charge and number.
-    pub fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         self.pixels.is_none() && self.blooming == 0.0 && self.slopes.knee == f32::INFINITY
     }
 
@@ -153,7 +153,7 @@ impl SignalChain {
     /// One digital number: `level` [DN over dark], the part of it that makes photon noise [DN], a standard normal and the
     /// pixel's offset [DN].
     #[inline(always)]
-    pub fn digitise(&self, level: f32, noisy: f32, normal: f32, offset: f32) -> u16 {
+    pub(crate) fn digitise(&self, level: f32, noisy: f32, normal: f32, offset: f32) -> u16 {
         let noise = (self.read_variance + self.shot * noisy).sqrt() * normal;
         let floor = if level < self.max_dn - self.dark_level { 0.0 } else { self.max_dn };
         // Rounding to even at halves, as the sum with 1.5 * 2^23 does it; the clamp keeps it in range.

@@ -34,7 +34,7 @@ pub struct Streak {
 }
 
 /// The streaks of a row, sorted by column, that may reach a tile.
-pub fn near_tile(streaks: &[Streak], tile: usize) -> &[Streak] {
+pub(crate) fn near_tile(streaks: &[Streak], tile: usize) -> &[Streak] {
     let at = |column: f32| streaks.partition_point(|streak| streak.column < column);
     let start = (tile * TILE) as f32;
     &streaks[at(start - MAX_LEAN_COLUMNS)..at(start + TILE as f32 + MAX_LEAN_COLUMNS)]

@@ -7,7 +7,7 @@ use transport::fresnel;
 use transport::kernel::SurfacePoint;
 
 /// A point of the surface as the kernel asks for it.
-pub fn surface_point(medium: &Medium, normal: Vec3, view: Vec3) -> SurfacePoint {
+pub(crate) fn surface_point(medium: &Medium, normal: Vec3, view: Vec3) -> SurfacePoint {
     // The fibre's sign has no meaning: take the end that dives.
     let fibre = if medium.fibre.dot(normal) > 0.0 { -medium.fibre } else { medium.fibre };
     let sin_dive = (-fibre.dot(normal)).clamp(0.0, 1.0);

@@ -39,7 +39,7 @@ const FILTER_TABLE_STEPS: usize = 256;
 
 /// Share of the light that passes mounts and filter, over the square of the tangent of its angle to the axis.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Vignetting {
+pub(crate) struct Vignetting {
     /// What mounts take by tangent^2 [1].
     loss: f32,
     /// Transmission of the filter for the laser, from tangent^2 = 0 on; empty without a filter.
@@ -71,7 +71,7 @@ impl Vignetting {
 
     /// Share of light that passes the mounts [1].
     #[inline]
-    pub fn mounts(&self, tangent2: f32) -> f32 {
+    pub(crate) fn mounts(&self, tangent2: f32) -> f32 {
         (1.0 - self.loss * tangent2).max(0.0)
     }
 
@@ -100,7 +100,7 @@ fn passes(camera: &CameraParameters, tangent2: f64, wavelength: f64, linewidth: 
 }
 
 /// Middle and width of the band in which ambient light reaches the sensor [nm].
-pub fn ambient_band(camera: &CameraParameters, optics: &Optics, wavelength: f64) -> [f64; 2] {
+pub(crate) fn ambient_band(camera: &CameraParameters, optics: &Optics, wavelength: f64) -> [f64; 2] {
     match optics.filter {
         Filter::None => [wavelength, OPEN_BAND_NM],
         // The integral of T over wavelengths.

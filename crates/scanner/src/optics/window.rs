@@ -12,7 +12,7 @@ pub const CENTRE: usize = 22;
 /// Rows from a window's edge within which a line's foot and its reading are cut off [px].
 const FOOT_ROWS: i32 = 16;
 /// Smallest variance of a Gaussian that is drawn [px^2].
-pub const MIN_VARIANCE: f32 = 0.05;
+pub(crate) const MIN_VARIANCE: f32 = 0.05;
 
 /// Electrons of one window before noise, and where it lies.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ impl Default for Window {
 impl Window {
     /// Takes all light of the laser away.
     #[inline(always)]
-    pub fn darken(&mut self) {
+    pub(crate) fn darken(&mut self) {
         for k in 0..ROWS {
             self.volume[k] = [0.0; TILE];
             self.surface[k] = [0.0; TILE];
@@ -114,17 +114,17 @@ pub fn load(values: &[f32], start: usize) -> &[f32; TILE] {
 }
 
 /// First row of the window that stands about `row` [px].
-pub fn window_start(row: f32) -> i32 {
+pub(crate) fn window_start(row: f32) -> i32 {
     row.floor() as i32 - CENTRE as i32
 }
 
 /// Whether a line whose own window starts at `start` does not fit the window that starts at `first`.
-pub fn needs_own_window(start: i32, first: i32) -> bool {
+pub(crate) fn needs_own_window(start: i32, first: i32) -> bool {
     (start - first).abs() > ROWS as i32 - CENTRE as i32 - FOOT_ROWS
 }
 
 /// `start`, moved until its window does not overlap the one that starts at `first`.
-pub fn without_overlap(start: i32, first: i32) -> i32 {
+pub(crate) fn without_overlap(start: i32, first: i32) -> i32 {
     let rows = ROWS as i32;
     match start - first {
         d if d.abs() >= rows => start,

@@ -11,11 +11,11 @@ use obvhs::triangle::Triangle;
 use procedural::Mesh;
 
 /// Start of a ray off the surface that it leaves [mm]; above obvhs' absolute epsilon of 1e-4.
-pub const LEAVE_MM: f32 = 0.01;
+pub(crate) const LEAVE_MM: f32 = 0.01;
 
 /// Bounding volume hierarchy of a body's triangles.
 #[derive(Debug)]
-pub struct TriangleBvh {
+pub(crate) struct TriangleBvh {
     tree: CwBvh,
     triangles: Vec<Triangle>,
     /// Lowest corner of the box around them [mm].
@@ -26,7 +26,7 @@ pub struct TriangleBvh {
 
 /// Intersection of a ray with a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Intersection {
+pub(crate) struct Intersection {
     /// From the start of the ray [mm].
     pub distance: f32,
     /// Unit normal of the triangle, of either sign.
@@ -46,13 +46,13 @@ impl TriangleBvh {
     }
 
     /// Whether no triangle stands between two points.
-    pub fn unobstructed(&self, from: Vec3, to: Vec3) -> bool {
+    pub(crate) fn unobstructed(&self, from: Vec3, to: Vec3) -> bool {
         let (ray, _) = segment(from, to, LEAVE_MM);
         self.triangles.is_empty() || self.tree.ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray))
     }
 
     /// The first triangle on the segment from `from` to `to`, beyond a distance `start` [mm].
-    pub fn first_hit(&self, from: Vec3, to: Vec3, start: f32) -> Option<Intersection> {
+    pub(crate) fn first_hit(&self, from: Vec3, to: Vec3, start: f32) -> Option<Intersection> {
         let (ray, length) = segment(from, to, start);
         if self.triangles.is_empty() || start >= length {
             return None;

@@ -19,7 +19,7 @@ const FIRST_STEP_MM: f32 = 0.15;
 
 /// Heights over a rectangle; the conveyor, at height 0, goes on around it.
 #[derive(Debug, Clone)]
-pub struct SurfaceGrid {
+pub(crate) struct SurfaceGrid {
     /// Position of the first node [mm].
     low: Vec2,
     /// Nodes along x and along y.
@@ -108,7 +108,7 @@ impl SurfaceGrid {
 
     /// Where light that leaves `from`, a point on the surface, along the unit vector `direction` meets it again within
     /// `reach` [mm].
-    pub fn first_hit(&self, from: Vec3, direction: Vec3, reach: f32) -> Option<Vec3> {
+    pub(crate) fn first_hit(&self, from: Vec3, direction: Vec3, reach: f32) -> Option<Vec3> {
         let over = |t: f32| {
             let at = from + direction * t;
             at.z - self.height(at.x, at.y)

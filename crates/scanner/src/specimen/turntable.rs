@@ -56,20 +56,20 @@ impl BodyPose {
     }
 
     /// A point of the laser's frame, y from its plane, in the body's.
-    pub fn point_into_body(self, point: Vec3) -> Vec3 {
+    pub(crate) fn point_into_body(self, point: Vec3) -> Vec3 {
         let off = point.truncate() - self.axis;
         let (x, y) = (self.cos * off.x + self.sin * off.y, self.cos * off.y - self.sin * off.x);
         Vec3::new(self.part.x + x, self.part.y + y, point.z)
     }
 
     /// A point of the body in the laser's frame.
-    pub fn point_from_body(self, point: Vec3) -> Vec3 {
+    pub(crate) fn point_from_body(self, point: Vec3) -> Vec3 {
         let off = self.direction_from_body(Vec3::new(point.x - self.part.x, point.y - self.part.y, 0.0));
         Vec3::new(self.axis.x + off.x, self.axis.y + off.y, point.z)
     }
 
     /// A direction of the body in the laser's frame.
-    pub fn direction_from_body(self, direction: Vec3) -> Vec3 {
+    pub(crate) fn direction_from_body(self, direction: Vec3) -> Vec3 {
         let (x, y) = (direction.x, direction.y);
         Vec3::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y, direction.z)
     }

@@ -56,7 +56,7 @@ pub fn lens_variance(bench: &Bench, size: &Size) -> f64 {
 
 /// Greatest difference between a Gaussian with the pixel's variance in it and one gathered over the pixel's box, over
 /// the peak, in the waist [1].
-pub fn box_error(bench: &Bench) -> f64 {
+pub(crate) fn box_error(bench: &Bench) -> f64 {
     let size = Size { columns: 1, rows: 832, profiles: 1 };
     let bare = (0.5 * bench.laser.waist_mm * rows_per_mm(bench, &size, bench.laser.waist_height_mm)).powi(2)
         + lens_variance(bench, &size);
@@ -79,7 +79,7 @@ fn height(bench: &Bench, up: f64) -> f64 {
 }
 
 /// Rows above the sensor's middle in which the laser plane's height `z` is seen [px].
-pub fn row_up(bench: &Bench, z: f64) -> f64 {
+pub(crate) fn row_up(bench: &Bench, z: f64) -> f64 {
     let CameraGeometry { f, d, sin, cos, beta, pixel } = camera_geometry(bench);
     let (yc, zc) = (z * sin, d - z * cos);
     let v = f * d / (d - f) / (1.0 - libm::tan(beta) * yc / zc);
@@ -87,13 +87,13 @@ pub fn row_up(bench: &Bench, z: f64) -> f64 {
 }
 
 /// Height that a row stands for at height `z` [mm].
-pub fn height_per_row(bench: &Bench, z: f64) -> f64 {
+pub(crate) fn height_per_row(bench: &Bench, z: f64) -> f64 {
     let up = row_up(bench, z);
     (height(bench, up + 0.01) - height(bench, up - 0.01)) / 0.02
 }
 
 /// Width of a column at height `z` [mm].
-pub fn column_width(bench: &Bench, z: f64) -> f64 {
+pub(crate) fn column_width(bench: &Bench, z: f64) -> f64 {
     let CameraGeometry { f, d, cos, pixel, .. } = camera_geometry(bench);
     pixel * (d - f - z * cos) / f
 }

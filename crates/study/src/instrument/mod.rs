@@ -43,7 +43,7 @@ pub struct Trials {
 
 /// A measured number beside the expected one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
+pub(crate) struct Figure {
     /// Name, with the unit.
     pub name: String,
     /// Mean over repeats and its standard error.
@@ -82,7 +82,7 @@ impl Figure {
 }
 
 /// How many figures of a table hold.
-pub fn holding(figures: &[Figure]) -> usize {
+pub(crate) fn holding(figures: &[Figure]) -> usize {
     figures.iter().filter(|figure| figure.holds(figures.len())).count()
 }
 

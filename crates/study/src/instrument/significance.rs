@@ -7,7 +7,7 @@
 const FRACTION_TERMS: usize = 500;
 
 /// Chance that Student's t with `freedom` degrees of freedom lies farther from 0 than `t` [1].
-pub fn student(t: f64, freedom: f64) -> f64 {
+pub(crate) fn student(t: f64, freedom: f64) -> f64 {
     if !t.is_finite() {
         return 0.0;
     }

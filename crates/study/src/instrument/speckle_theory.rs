@@ -23,7 +23,7 @@ const LAGS_PER_PIXEL: usize = 20;
 const MAX_LAG_PX: usize = 8;
 
 /// Grain L over the pixel [1].
-pub fn grain_px(bench: &Bench) -> f64 {
+pub(crate) fn grain_px(bench: &Bench) -> f64 {
     let camera = &bench.camera;
     let magnification = camera.focal_length_mm / (camera.distance_mm - camera.focal_length_mm);
     bench.laser.wavelength_nm * 1e-3 * camera.f_number * (1.0 + magnification) / camera.pixel_um
@@ -37,7 +37,7 @@ pub fn overlap(s: f64) -> f64 {
 
 /// Diameters of the pupil that a step along the motion at the origin is worth: a_y (d_SP / R + 1 - l_y^2) / cos(tilt), R the
 /// radius of the laser's wave [1].
-pub fn pupils(bench: &Bench, step_mm: f64) -> f64 {
+pub(crate) fn pupils(bench: &Bench, step_mm: f64) -> f64 {
     let (camera, laser) = (&bench.camera, &bench.laser);
     let rayleigh = PI * laser.waist_mm.powi(2) / (laser.m_squared * laser.wavelength_nm * 1e-6);
     let behind = laser.waist_height_mm;
@@ -51,7 +51,7 @@ pub fn pupils(bench: &Bench, step_mm: f64) -> f64 {
 ///
 /// The common part of both pupils contains the frequencies of its pairs of cells. A sum over rows keeps pairs side by side,
 /// each weighted by the transfer function of a pixel's width.
-pub fn boiled(grain: f64, s: f64) -> f64 {
+pub(crate) fn boiled(grain: f64, s: f64) -> f64 {
     const CELLS: usize = 400;
     let cell = 1.0 / (CELLS as f64 * grain);
     let sinc = |x: f64| if x == 0.0 { 1.0 } else { (libm::sin(PI * x) / (PI * x)).powi(2) };
@@ -72,7 +72,7 @@ pub fn boiled(grain: f64, s: f64) -> f64 {
 
 /// Correlation of the light in pixels along a row or a column.
 #[derive(Debug, Clone)]
-pub struct PixelCorrelation {
+pub(crate) struct PixelCorrelation {
     /// Covariance at lag 0, C^2, for light of mean 1 [1].
     pub variance: f64,
     /// Correlation at lags of 1/20 px [1].
@@ -106,7 +106,7 @@ impl PixelCorrelation {
     }
 
     /// Closed form of the centre's spread for a line of standard deviation `sigma` [px].
-    pub fn wide_line(&self, contrast: f64, sigma: f64) -> f64 {
+    pub(crate) fn wide_line(&self, contrast: f64, sigma: f64) -> f64 {
         contrast * (sigma * self.length() / (4.0 * PI.sqrt())).sqrt()
     }
 }
@@ -129,7 +129,7 @@ fn covariance(grain: f64, lag: f64) -> f64 {
 
 /// Probability distribution of the light in one pixel, of mean 1.
 #[derive(Debug, Clone)]
-pub struct IntensityLaw {
+pub(crate) struct IntensityLaw {
     /// Shares of the independent exponential parts [1].
     shares: Vec<f64>,
     /// Chance of less light than i / [`LAW_POINTS`] [1].
@@ -191,7 +191,7 @@ impl IntensityLaw {
     }
 
     /// Third central moment over the variance to 3/2 [1].
-    pub fn skewness(&self) -> f64 {
+    pub(crate) fn skewness(&self) -> f64 {
         let moment = |n: i32| self.shares.iter().map(|share| share.powi(n)).sum::<f64>();
         2.0 * moment(3) / (moment(2) * moment(2).sqrt())
     }

@@ -85,7 +85,7 @@ impl Accuracy {
     }
 
     /// The 95 % interval; all of [0, 1] without guesses.
-    pub fn interval(&self) -> [f64; 2] {
+    pub(crate) fn interval(&self) -> [f64; 2] {
         self.value().map_or([0.0, 1.0], |p| wilson_interval(p, self.effective()))
     }
 }
@@ -108,7 +108,7 @@ fn student_quantile(freedom: u64) -> f64 {
 }
 
 /// Wilson's 95 % interval of a share `p` of `n` independent guesses.
-pub fn wilson_interval(p: f64, n: f64) -> [f64; 2] {
+pub(crate) fn wilson_interval(p: f64, n: f64) -> [f64; 2] {
     let z2 = NORMAL_QUANTILE * NORMAL_QUANTILE / n;
     let (middle, half) = (p + z2 / 2.0, NORMAL_QUANTILE * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt());
     [((middle - half) / (1.0 + z2)).max(0.0), ((middle + half) / (1.0 + z2)).min(1.0)]

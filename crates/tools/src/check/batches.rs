@@ -23,7 +23,7 @@ const MIN_NUMBERS_PER_CORE: usize = 1 << 20;
 
 /// One window for the model, with its true class.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LabelledWindow {
+pub(crate) struct LabelledWindow {
     /// Number of its sample in the order of the facts.
     pub sample: usize,
     /// Where it was cut.
@@ -34,7 +34,7 @@ pub struct LabelledWindow {
 
 /// The truth about a window.
 #[derive(Debug, Clone, PartialEq)]
-pub enum WindowLabel {
+pub(crate) enum WindowLabel {
     /// Of one class.
     Class(usize),
     /// The class of each cell, [`super::window::NO_CLASS`] for none.
@@ -43,7 +43,7 @@ pub enum WindowLabel {
 
 /// Windows that go to the model together.
 #[derive(Debug, Default)]
-pub struct Batch {
+pub(crate) struct Batch {
     /// The windows.
     pub units: Vec<LabelledWindow>,
     /// Their inputs, one behind the other.
@@ -51,7 +51,7 @@ pub struct Batch {
 }
 
 /// Reads a split and cuts the windows that the plan asks for.
-pub struct BatchReader<'a> {
+pub(crate) struct BatchReader<'a> {
     /// The split.
     pub samples: &'a SplitSamples,
     /// What to cut.
@@ -67,7 +67,7 @@ pub struct BatchReader<'a> {
 }
 
 /// The reader's ends of the two channels between it and the model.
-pub struct BatchChannels {
+pub(crate) struct BatchChannels {
     /// Batches on their way to the model.
     pub batches: SyncSender<Batch>,
     /// Inputs that the model has seen: fresh pages cost more than filling old ones.

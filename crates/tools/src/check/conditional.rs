@@ -45,7 +45,7 @@ const DEFECT_COUNTS: [&str; 19] = [
 ];
 
 /// Paths of the numbers that say whether a sample has what the number `path` is of; none where every sample has it.
-pub fn deciders(path: &str) -> impl Iterator<Item = &'static str> {
+pub(crate) fn deciders(path: &str) -> impl Iterator<Item = &'static str> {
     let found = CONDITIONS.iter().find(|(start, _)| path.starts_with(start));
     found.map_or(&[][..], |(_, deciders)| deciders).iter().copied()
 }

@@ -7,7 +7,7 @@ use super::window::InputWindow;
 
 /// Windows of one sample.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SampleWindows {
+pub(crate) enum SampleWindows {
     /// Nothing.
     Nothing,
     /// These windows, each with its class.
@@ -20,7 +20,7 @@ pub enum SampleWindows {
 
 /// Windows of a split.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct EvaluationPlan {
+pub(crate) struct EvaluationPlan {
     /// Of each sample, in the order of the facts.
     pub work: Vec<SampleWindows>,
     /// Windows that cover an image, for segmentation.

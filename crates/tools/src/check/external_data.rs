@@ -60,7 +60,7 @@ impl OnnxMessage {
 ///
 /// # Errors
 /// Where one of them cannot be read.
-pub fn sha256_with_weights(model: &Path) -> Result<String, CheckError> {
+pub(crate) fn sha256_with_weights(model: &Path) -> Result<String, CheckError> {
     let remedy = "export it again, with all its weights in one file";
     let unreadable = |e: std::io::Error| CheckError::at(model, format!("it cannot be read: {e}"), "make it readable");
     let bytes = fs::read(model).map_err(unreadable)?;
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn models_in_one_file_name_no_other() {
         for name in ["mean_sign.onnx", "wood_patches.onnx"] {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models").join(name);
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/models").join(name);
             let bytes = fs::read(&path).expect("it is there");
             assert!(names(&bytes).is_empty());
             assert_eq!(sha256_with_weights(&path).expect("it is read"), hex(&Sha256::digest(&bytes)));

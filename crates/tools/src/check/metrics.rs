@@ -4,7 +4,7 @@
 //! accuracy from its mean confidence, weighted by its predictions (Naeini 2015, Guo 2017).
 
 /// Bins of confidence.
-pub const CONFIDENCE_BINS: usize = 10;
+pub(crate) const CONFIDENCE_BINS: usize = 10;
 
 /// Predictions of like confidence: a bin of the reliability diagram.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -94,17 +94,17 @@ impl ClassificationMetrics {
     }
 
     /// Mean recall of the classes that were true of anything.
-    pub fn balanced_accuracy(&self) -> Option<f64> {
+    pub(crate) fn balanced_accuracy(&self) -> Option<f64> {
         mean(self.classes().into_iter().filter_map(|class| class.recall))
     }
 
     /// Mean intersection over union of the classes that were true of anything or guessed.
-    pub fn mean_iou(&self) -> Option<f64> {
+    pub(crate) fn mean_iou(&self) -> Option<f64> {
         mean(self.classes().into_iter().filter_map(|class| class.iou))
     }
 
     /// Expected calibration error; `None` without guesses.
-    pub fn calibration_error(&self) -> Option<f64> {
+    pub(crate) fn calibration_error(&self) -> Option<f64> {
         let n = self.count();
         let off = |bin: &CalibrationBin| (bin.right as f64 - bin.confidence).abs();
         (n > 0).then(|| self.bins.iter().map(off).sum::<f64>() / n as f64)

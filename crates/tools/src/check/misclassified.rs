@@ -38,7 +38,7 @@ pub struct Misclassification {
 
 /// The worst so far.
 #[derive(Debug)]
-pub struct WorstMisclassifications {
+pub(crate) struct WorstMisclassifications {
     most: usize,
     list: Vec<Misclassification>,
 }
@@ -66,14 +66,19 @@ impl WorstMisclassifications {
     }
 
     /// The worst, most confident first.
-    pub fn into_list(self) -> Vec<Misclassification> {
+    pub(crate) fn into_list(self) -> Vec<Misclassification> {
         self.list
     }
 }
 
 /// What the model saw: a panel for each channel as it came in, from dark (lowest) to bright (highest), blue where missing,
 /// and of maps what is true and what was answered, with the colours of the classes below.
-pub fn draw_panels(wrong: &Misclassification, input: &[f32], maps: Option<[&[u8]; 2]>, sidecar: &Sidecar) -> RgbImage {
+pub(crate) fn draw_panels(
+    wrong: &Misclassification,
+    input: &[f32],
+    maps: Option<[&[u8]; 2]>,
+    sidecar: &Sidecar,
+) -> RgbImage {
     let [rows, cols] = sidecar.size;
     let factor = (MIN_PANEL_PX / rows.max(cols)).max(1);
     let panel = |colour: &dyn Fn(usize) -> Rgb<u8>| {

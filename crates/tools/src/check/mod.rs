@@ -12,19 +12,19 @@
 pub mod accuracy;
 mod batches;
 pub mod conditional;
-pub mod evaluation_plan;
-pub mod external_data;
+pub(crate) mod evaluation_plan;
+pub(crate) mod external_data;
 pub mod metrics;
 mod misclassified;
 pub mod model;
 pub mod onnxruntime;
-pub mod prediction;
+pub(crate) mod prediction;
 mod report;
 mod run;
 pub mod sampling;
 pub mod sidecar;
 pub mod slices;
-pub mod split_samples;
+pub(crate) mod split_samples;
 pub mod window;
 
 use std::path::{Path, PathBuf};
@@ -65,11 +65,11 @@ pub struct CheckOptions {
 }
 
 /// Default slices: knot width, film pigment, exposure time.
-pub const DEFAULT_SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];
+pub(crate) const DEFAULT_SLICES: [&str; 3] = ["knots.width_mm", "film.sigma_per_mm", "exposure.time_us"];
 /// Most windows in a batch by default.
-pub const MAX_DEFAULT_BATCH: usize = 64;
+pub(crate) const MAX_DEFAULT_BATCH: usize = 64;
 /// Size of a batch's input by default [bytes].
-pub const DEFAULT_BATCH_BYTES: usize = 64 << 20;
+pub(crate) const DEFAULT_BATCH_BYTES: usize = 64 << 20;
 
 /// Why a check cannot be done.
 #[derive(Debug, thiserror::Error)]

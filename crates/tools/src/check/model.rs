@@ -12,7 +12,7 @@ use super::{CheckError, onnxruntime};
 
 /// An open model whose input and output agree with its sidecar.
 #[derive(Debug)]
-pub struct OnnxModel {
+pub(crate) struct OnnxModel {
     path: PathBuf,
     session: Session,
     output: String,
@@ -34,7 +34,7 @@ struct ModelShape {
 
 /// Output of a model for a batch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scores {
+pub(crate) struct Scores {
     /// The numbers as they came.
     pub values: Vec<f32>,
     /// Numbers of an answer: the classes, or 1 for one of two.
@@ -92,12 +92,12 @@ impl OnnxModel {
     }
 
     /// Samples in a batch where the model takes no other number.
-    pub fn fixed_batch(&self) -> Option<usize> {
+    pub(crate) fn fixed_batch(&self) -> Option<usize> {
         self.fixed
     }
 
     /// Numbers of one sample's input.
-    pub fn input_len(&self) -> usize {
+    pub(crate) fn input_len(&self) -> usize {
         self.shape.input.iter().product()
     }
 

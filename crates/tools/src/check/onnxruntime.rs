@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ort::environment::Environment;
 
 /// The environment variable.
-pub const LIBRARY_VARIABLE: &str = "ORT_DYLIB_PATH";
+pub(crate) const LIBRARY_VARIABLE: &str = "ORT_DYLIB_PATH";
 /// What to do without the library.
 const INSTALL_REMEDY: &str =
     "install it with `make venv` or `pip install onnxruntime`, or set ORT_DYLIB_PATH to libonnxruntime.so";

@@ -9,7 +9,7 @@ const PROBABILITY_TOLERANCE: f32 = 1e-3;
 ///
 /// # Errors
 /// Where a number is not finite, or is no probability though it should be; what to do.
-pub fn predict(scores: &[f32], output: OutputKind) -> Result<(usize, f64), String> {
+pub(crate) fn predict(scores: &[f32], output: OutputKind) -> Result<(usize, f64), String> {
     if let Some(bad) = scores.iter().find(|score| !score.is_finite()) {
         return Err(format!(
             "it answers {bad}; hold mean, sd and missing of the channels against what it was trained with"

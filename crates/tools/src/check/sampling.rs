@@ -14,14 +14,14 @@ use procedural::Stream;
 use rand::RngExt;
 
 /// How many places of `total` entry number `rank` of `count` gets.
-pub fn even_share(total: u64, rank: u64, count: u64) -> u64 {
+pub(crate) fn even_share(total: u64, rank: u64, count: u64) -> u64 {
     let end = |r: u64| (u128::from(r) * u128::from(total) / u128::from(count.max(1))) as u64;
     end(rank + 1) - end(rank)
 }
 
 /// The part of an image in which windows may have their centres: first and end of rows and columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CentreRegion {
+pub(crate) struct CentreRegion {
     rows: [usize; 2],
     cols: [usize; 2],
 }
@@ -37,7 +37,7 @@ impl CentreRegion {
 
 /// Pixels `[row, column]` of each class, `wanted[class]` of them at most, in the order of the image. `classes` says the
 /// class of each label value, `stream` is the sample's.
-pub fn draw_pixels(
+pub(crate) fn draw_pixels(
     labels: &[u8],
     cols: usize,
     inside: CentreRegion,

@@ -7,11 +7,11 @@
 use super::accuracy::Accuracy;
 
 /// Groups where the number has enough values.
-pub const MAX_GROUPS: usize = 4;
+pub(crate) const MAX_GROUPS: usize = 4;
 
 /// One sample in a slice.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlicePoint {
+pub(crate) struct SlicePoint {
     /// The number; NaN where there is none.
     pub value: f64,
     /// Right guesses.
@@ -30,7 +30,7 @@ pub struct SliceGroup {
 }
 
 /// The groups of `points`, by number, those without one last.
-pub fn group_by_quantiles(points: &[SlicePoint]) -> Vec<SliceGroup> {
+pub(crate) fn group_by_quantiles(points: &[SlicePoint]) -> Vec<SliceGroup> {
     let mut known: Vec<SlicePoint> = points.iter().filter(|p| p.of > 0 && !p.value.is_nan()).copied().collect();
     known.sort_by(|a, b| a.value.total_cmp(&b.value));
     let mut found: Vec<SliceGroup> = Vec::new();

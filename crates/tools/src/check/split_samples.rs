@@ -11,7 +11,7 @@ use dataset::{Dataset, ExrMaps, Fault, FinishedTables, Grey, RowBatch, RowQuery,
 
 /// A split of a dataset.
 #[derive(Debug)]
-pub struct SplitSamples {
+pub(crate) struct SplitSamples {
     dataset: Dataset,
     /// Tables in the order of shards, then of splits.
     pub tables: Vec<Table>,
@@ -21,7 +21,7 @@ pub struct SplitSamples {
 
 /// What a row says of its sample beside the maps.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SampleFacts {
+pub(crate) struct SampleFacts {
     /// Number in the dataset.
     pub index: u64,
     /// Name.
@@ -38,7 +38,7 @@ pub struct SampleFacts {
 
 /// An object of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SampleObject {
+pub(crate) struct SampleObject {
     /// Pixel class of the whole with all that lies in it.
     pub state: usize,
     /// Middle of its box: row and column [px].
@@ -65,7 +65,7 @@ impl SplitSamples {
     ///
     /// # Errors
     /// Where a table is damaged.
-    pub fn facts(&self, numbers: &[String]) -> Result<Vec<Vec<SampleFacts>>, Fault> {
+    pub(crate) fn facts(&self, numbers: &[String]) -> Result<Vec<Vec<SampleFacts>>, Fault> {
         let wanted = |name: &str| {
             let is_group = |path: &str| path.split_once('.').is_some_and(|(group, _)| group == name);
             let group = |path: &String| is_group(path) || deciders(path).any(is_group);

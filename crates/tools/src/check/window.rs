@@ -89,7 +89,7 @@ impl InputWindow {
 }
 
 /// Fills `out`, `[channels, rows, columns]` or `[rows, columns, channels]` by layout, with a window of the picture.
-pub fn fill_input(
+pub(crate) fn fill_input(
     out: &mut [f32],
     picture: &SampleMaps,
     window: InputWindow,
@@ -215,7 +215,7 @@ pub fn truth(picture: &SampleMaps, window: InputWindow, size: [usize; 2], classe
 }
 
 /// Stands for no class in [`truth`].
-pub const NO_CLASS: u8 = 255;
+pub(crate) const NO_CLASS: u8 = 255;
 
 #[cfg(test)]
 mod tests {

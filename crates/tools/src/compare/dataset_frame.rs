@@ -27,7 +27,7 @@ pub(super) fn frame(dataset: &Dataset, index: u64) -> Result<ScanMaps, Fault> {
 ///
 /// # Errors
 /// Where it is not there, damaged, or has no heights.
-pub fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, exposed: bool) -> Result<ScanMaps, Fault> {
+pub(crate) fn frame_of(dataset: &Dataset, manifest: &Manifest, index: u64, exposed: bool) -> Result<ScanMaps, Fault> {
     let (head, root) = (dataset.head(), dataset.root());
     let listed = manifest.samples.iter().find(|sample| sample.index == index);
     let listed = listed.ok_or_else(|| Fault::damaged(root, format!("no manifest names sample {index}")))?;

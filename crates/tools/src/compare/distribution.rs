@@ -78,7 +78,7 @@ impl EmpiricalDistribution {
     }
 
     /// Standard deviation of the normal law with the same quartiles; `None` where there are no numbers.
-    pub fn robust_deviation(&self) -> Option<f64> {
+    pub(crate) fn robust_deviation(&self) -> Option<f64> {
         /// Distance of the quartiles of the standard normal law.
         const QUARTILES: f64 = 1.348_979_500_392_163_5;
         Some((self.quantile(0.75)? - self.quantile(0.25)?) / QUARTILES)

@@ -2,7 +2,7 @@
 //! Gaussian is 2.355 deviations wide at half maximum; light from below the surface has long tails, and the ratio is smaller.
 
 /// Least light above the dark level that makes a line [DN].
-pub const MIN_PEAK_DN: f32 = 20.0;
+pub(crate) const MIN_PEAK_DN: f32 = 20.0;
 
 /// The brightest row of a column, the first of several alike, and the median, which stands for the dark level.
 struct ColumnPeak {
@@ -24,7 +24,7 @@ impl ColumnPeak {
 
 /// Full width at half maximum of a column of digital numbers, linear between rows [px]. The dark level is the median of
 /// the column. `None` where the peak is saturated, too dark, or cut off by the edge.
-pub fn full_width(column: &[u8]) -> Option<f32> {
+pub(crate) fn full_width(column: &[u8]) -> Option<f32> {
     let ColumnPeak { row: top, dn: peak, dark } = ColumnPeak::of(column)?;
     if peak == u8::MAX || f32::from(peak) - dark < MIN_PEAK_DN {
         return None;
@@ -40,7 +40,7 @@ pub fn full_width(column: &[u8]) -> Option<f32> {
 
 /// Standard deviation of the light above the dark level within one and a half `width`s of the peak [px]: 3.5 deviations of a
 /// Gaussian. `None` where that is not all in the column.
-pub fn line_deviation(column: &[u8], width: f32) -> Option<f32> {
+pub(crate) fn line_deviation(column: &[u8], width: f32) -> Option<f32> {
     let ColumnPeak { row: top, dark, .. } = ColumnPeak::of(column)?;
     let reach = (1.5 * width).ceil() as usize;
     let rows = column.get(top.checked_sub(reach)?..=top + reach)?;

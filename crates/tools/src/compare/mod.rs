@@ -12,16 +12,16 @@ mod dataset_frame;
 pub mod distribution;
 mod exr_frame;
 mod json_frame;
-pub mod line_width;
+pub(crate) mod line_width;
 pub mod noise;
 mod plots;
-pub mod power_spectrum;
+pub(crate) mod power_spectrum;
 mod source;
 pub mod speckle;
 mod statistics;
 
 pub use comparison::{Comparison, StatisticDistance};
-pub use dataset_frame::frame_of;
+pub(crate) use dataset_frame::frame_of;
 pub use source::ScanSource;
 pub use statistics::{ScanStatistics, StatisticsBuilder};
 

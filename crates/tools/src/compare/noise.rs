@@ -12,9 +12,9 @@ use super::ScanMaps;
 use super::distribution::EmpiricalDistribution;
 
 /// From how many robust deviations a second difference is an edge.
-pub const EDGE_DEVIATIONS: f64 = 4.0;
+pub(crate) const EDGE_DEVIATIONS: f64 = 4.0;
 /// Lags of correlations [px].
-pub const NOISE_LAGS: usize = 9;
+pub(crate) const NOISE_LAGS: usize = 9;
 /// Most second differences of a frame that enter its sample; more are left out evenly.
 const MAX_SAMPLED_DIFFERENCES: usize = 200_000;
 
@@ -29,7 +29,7 @@ pub enum ScanDirection {
 
 impl ScanDirection {
     /// Both.
-    pub const BOTH: [Self; 2] = [Self::Along, Self::Across];
+    pub(crate) const BOTH: [Self; 2] = [Self::Along, Self::Across];
 
     /// Key in documents.
     pub fn key(self) -> &'static str {
@@ -103,14 +103,14 @@ impl SecondDifferences {
     }
 
     /// Whether a second difference is noise: there, and no edge.
-    pub fn is_noise(&self, second: f32) -> bool {
+    pub(crate) fn is_noise(&self, second: f32) -> bool {
         (second - self.middle).abs() <= EDGE_DEVIATIONS as f32 * self.deviation
     }
 }
 
 /// Sums for correlations at lags 0 to [`NOISE_LAGS`] - 1, over pairs of which both are noise.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct NoiseCorrelation([[f64; 3]; NOISE_LAGS]);
+pub(crate) struct NoiseCorrelation([[f64; 3]; NOISE_LAGS]);
 
 impl NoiseCorrelation {
     /// Adds the pairs along `direction` of second differences across the other direction.

@@ -16,9 +16,9 @@ use super::ScanMaps;
 use super::noise::{ScanDirection, SecondDifferences};
 
 /// Pixels of a segment.
-pub const SEGMENT: usize = 32;
+pub(crate) const SEGMENT: usize = 32;
 /// Frequencies: 1 to 15 of [`SEGMENT`] cycles; the line that is taken out leaves nothing at 0.
-pub const FREQUENCIES: usize = SEGMENT / 2 - 1;
+pub(crate) const FREQUENCIES: usize = SEGMENT / 2 - 1;
 /// Most segments of a frame; lines are left out evenly beyond that.
 const MAX_SEGMENTS: usize = 20_000;
 
@@ -33,7 +33,7 @@ pub struct SpectrumPoint {
 
 /// Welch estimate: sum of the periodograms of segments.
 #[derive(Clone)]
-pub struct PowerSpectrum {
+pub(crate) struct PowerSpectrum {
     transform: Arc<dyn Fft<f64>>,
     window: [f64; SEGMENT],
     power: [f64; FREQUENCIES],

@@ -11,13 +11,13 @@ use super::ScanMaps;
 use super::noise::{ScanDirection, SecondDifferences};
 
 /// Side of patches for contrast [px]: small, so that bright and dark parts alike have unsaturated ones.
-pub const CONTRAST_SIDE_PX: usize = 4;
+pub(crate) const CONTRAST_SIDE_PX: usize = 4;
 /// Side of patches for correlation [px].
-pub const CORRELATION_SIDE_PX: usize = 8;
+pub(crate) const CORRELATION_SIDE_PX: usize = 8;
 /// Lags of the correlation in patches, 0 among them [px].
-pub const SPECKLE_LAGS: usize = 5;
+pub(crate) const SPECKLE_LAGS: usize = 5;
 /// A digital number that means saturation [DN].
-pub const SATURATED_DN: f32 = 255.0;
+pub(crate) const SATURATED_DN: f32 = 255.0;
 
 /// Reflectance of every flat, whole, unsaturated patch of `side`, patch after patch `[side, side]` [DN].
 pub fn patches(frame: &ScanMaps, seconds: &[SecondDifferences; 2], side: usize) -> Vec<Vec<f32>> {
@@ -55,7 +55,7 @@ fn moments(numbers: &[f32]) -> (f64, f64) {
 
 /// Sums for correlations in patches.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct SpeckleCorrelation {
+pub(crate) struct SpeckleCorrelation {
     variance: f64,
     covariance: [f64; SPECKLE_LAGS],
 }

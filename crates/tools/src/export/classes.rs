@@ -35,7 +35,7 @@ pub(super) fn categories(head: &DatasetHead) -> Vec<Category<'_>> {
 
 /// Names of the pixel classes that count as good unless the user says otherwise; `background` always does. Empty where a
 /// subject has no defects.
-pub fn default_good(subject: &str) -> &'static [&'static str] {
+pub(crate) fn default_good(subject: &str) -> &'static [&'static str] {
     match subject {
         "wood" => &["clear"],
         "blister" => &["flange", "pocket"],

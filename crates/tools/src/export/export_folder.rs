@@ -31,7 +31,7 @@ pub struct ExportSummary {
 
 /// The folder of an export that is being written.
 #[derive(Debug)]
-pub struct ExportFolder {
+pub(crate) struct ExportFolder {
     root: PathBuf,
     order: Value,
     /// Holds the lock on the marker until it is closed.
@@ -42,7 +42,7 @@ pub struct ExportFolder {
 
 /// A file of an export that grows; it has its name when it is finished.
 #[derive(Debug)]
-pub struct GrowingFile {
+pub(crate) struct GrowingFile {
     partial: PathBuf,
     path: PathBuf,
     file: BufWriter<File>,
@@ -163,7 +163,7 @@ impl ExportFolder {
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub fn finish_file(&self, growing: GrowingFile) -> Result<(), Fault> {
+    pub(crate) fn finish_file(&self, growing: GrowingFile) -> Result<(), Fault> {
         let GrowingFile { partial, path, file } = growing;
         let file = file.into_inner().map_err(|e| refused(&path, e.error()))?;
         let bytes = file.sync_all().and_then(|()| file.metadata()).map_err(|e| refused(&path, &e))?.len();

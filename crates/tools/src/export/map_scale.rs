@@ -18,7 +18,7 @@ const GREY_LEVELS: f64 = 254.0;
 
 /// What grey levels of one map mean: `offset + scale * g` for g of 1 to 255; 0 is missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MapScale {
+pub(crate) struct MapScale {
     /// Value at grey level 0 of the line [mm, px or DN].
     pub offset: f64,
     /// A step [mm, px or DN].
@@ -51,7 +51,7 @@ pub struct GivenEnds {
 
 /// The scales of a dataset.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MapScales {
+pub(crate) struct MapScales {
     /// The maps that are shown, in the order of channels, each with its scale.
     maps: Vec<(&'static str, MapScale)>,
 }

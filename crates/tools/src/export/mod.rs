@@ -22,11 +22,12 @@ mod run_length;
 mod sample;
 mod source;
 
-pub use classes::default_good;
-pub use export_folder::{ExportFolder, ExportSummary};
-pub use map_scale::{GivenEnds, MapScale, MapScales};
+pub(crate) use export_folder::ExportFolder;
+pub use export_folder::ExportSummary;
+pub use map_scale::GivenEnds;
+pub(crate) use map_scale::MapScales;
 pub use picture::PictureContent;
-pub use run_length::RunLengthMask;
+pub(crate) use run_length::RunLengthMask;
 pub use sample::Sample;
 pub use source::{Selection, Source};
 

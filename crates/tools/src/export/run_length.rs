@@ -4,7 +4,7 @@ use super::Region;
 
 /// Lengths of runs of zeros and ones in turn, beginning with zeros [px].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct RunLengthMask(Vec<u32>);
+pub(crate) struct RunLengthMask(Vec<u32>);
 
 impl RunLengthMask {
     /// The mask of a picture of `rows` x `cols` that is 0 outside `bbox` and `is_set(row, col)` inside.
@@ -48,7 +48,7 @@ impl RunLengthMask {
 
     /// The lengths in COCO's packed form: from the fourth on as differences to the last but one, each in groups of five
     /// bits from the lowest, a sixth bit says that more follow, and 48 makes letters of them.
-    pub fn packed(&self) -> String {
+    pub(crate) fn packed(&self) -> String {
         let mut text = String::new();
         for (i, &count) in self.0.iter().enumerate() {
             let before = if i > 2 { i64::from(self.0[i - 2]) } else { 0 };

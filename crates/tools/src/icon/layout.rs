@@ -151,7 +151,7 @@ impl FileLayout {
     }
 
     /// The layout of a sensor image.
-    pub fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
+    pub(crate) fn of_image(cols: usize, rows: usize, offset: [u32; 2]) -> Self {
         let plane = Plane { part: PlaneContent::Image, kind: NumberType::Byte, width: cols, before: 0 };
         Self { subject: Component::SensorImage { rows, offset, plane }, planes: vec![plane], line: cols, planar: false }
     }

@@ -50,7 +50,7 @@ impl RunningRange {
     }
 
     /// Whether there is one value alone, but for `rounding`, as [`DRAWN_ROUNDING`] or [`DERIVED_ROUNDING`] numbers have it [1].
-    pub fn is_constant(&self, rounding: f64) -> bool {
+    pub(crate) fn is_constant(&self, rounding: f64) -> bool {
         self.count > 0 && self.max - self.min <= rounding * self.min.abs().max(self.max.abs())
     }
 }

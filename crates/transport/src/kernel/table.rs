@@ -15,7 +15,7 @@ pub const CONE_BINS: usize = 14;
 /// Bins in all, cone light first.
 pub const PATH_BINS: usize = 38;
 /// Numbers kept for a bin: weight, path, displacement along, variance along, variance across.
-pub const FIELDS: usize = 5;
+pub(crate) const FIELDS: usize = 5;
 /// Bins with padding, so that a field fills whole vectors.
 pub const LANES: usize = 40;
 /// Numbers that describe to where light leaves: four of cone light, four of the rest.
@@ -33,7 +33,7 @@ pub const DIVE_DEG: [f32; 11] = [0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 7
 /// What is kept of one half space, or between half spaces.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub struct HalfSpaceNode(pub [f32; NODE]);
+pub(crate) struct HalfSpaceNode(pub [f32; NODE]);
 
 impl HalfSpaceNode {
     /// Weight of each bin, of light that entered [1].
@@ -52,12 +52,12 @@ impl HalfSpaceNode {
     }
 
     /// Variance along the fibres' track [mean free paths^2].
-    pub fn variance_along(&self) -> &[f32; LANES] {
+    pub(crate) fn variance_along(&self) -> &[f32; LANES] {
         self.field(3)
     }
 
     /// Variance across it [mean free paths^2].
-    pub fn variance_across(&self) -> &[f32; LANES] {
+    pub(crate) fn variance_across(&self) -> &[f32; LANES] {
         self.field(4)
     }
 
@@ -78,7 +78,7 @@ const _: () = assert!(BYTES.len() == 4 * NODE * N.len() * RHO.len() * DIVE_DEG.l
 
 /// The whole table, `[N][RHO][DIVE]`.
 #[derive(Debug)]
-pub struct HalfSpaceTable {
+pub(crate) struct HalfSpaceTable {
     nodes: Vec<HalfSpaceNode>,
     /// [`steepness`] of [`DIVE_DEG`].
     dives: [f32; DIVE_DEG.len()],

@@ -52,7 +52,7 @@ impl View {
 
     /// Logarithm of the radiance factor of cone light, and radiance factor of the rest.
     #[inline(always)]
-    pub fn factors(self, views: &[f32; VIEWS]) -> (f32, f32) {
+    pub(crate) fn factors(self, views: &[f32; VIEWS]) -> (f32, f32) {
         let sum = |from: usize, terms: [f32; 4]| {
             views[from] * terms[0]
                 + views[from + 1] * terms[1]

@@ -56,7 +56,7 @@ impl Default for WidthShares {
 
 /// Variance of the laser line for which the widths were chosen [mm^2].
 #[inline(always)]
-pub fn line_mm2() -> f32 {
+pub(crate) fn line_mm2() -> f32 {
     LINE_MM2 as f32
 }
 

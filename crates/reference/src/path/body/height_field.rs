@@ -190,7 +190,7 @@ impl HeightField {
     /// Follows a ray from `position`, `inside` the body or through the air, until it meets the surface, ends, or `visit`
     /// takes it: that is told of each cell and the length in it [mm], and may answer how far on it stops [mm].
     #[inline(always)]
-    pub fn march(
+    pub(crate) fn march(
         &self,
         position: DVec3,
         direction: DVec3,

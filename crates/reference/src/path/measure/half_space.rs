@@ -21,11 +21,11 @@ use transport::kernel::view::View;
 use transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
 
 /// Bins of path lengths that are walked; those beyond follow from diffusion.
-pub const WALKED_BINS: usize = CONE_BINS;
+pub(crate) const WALKED_BINS: usize = CONE_BINS;
 /// Tilts against the normal [deg] and azimuths against the fibre's track, on its diving side first [deg], of the views.
-pub const TILTS_DEG: [f64; 4] = [10.0, 25.0, 40.0, 60.0];
+pub(crate) const TILTS_DEG: [f64; 4] = [10.0, 25.0, 40.0, 60.0];
 /// See [`TILTS_DEG`].
-pub const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0];
+pub(crate) const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0];
 /// Absorption per mean free path at which radiance factors are measured, that of wood [1].
 const VIEW_ABSORPTION: f64 = 0.02;
 /// Independent batches.

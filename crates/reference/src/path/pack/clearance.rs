@@ -33,7 +33,7 @@ impl Clearance {
 
     /// Looks for the clearance about a point that is not in this one, unless there was too little not long ago.
     #[inline]
-    pub fn renew(&mut self, position: DVec3, solid: &Solid, extinction: f64) {
+    pub(crate) fn renew(&mut self, position: DVec3, solid: &Solid, extinction: f64) {
         self.wait = self.wait.saturating_sub(1);
         if self.wait == 0 {
             *self = Self::about(position, solid).unwrap_or_default();

@@ -338,7 +338,13 @@ pub(super) enum PackRayEnd {
 impl PackShape {
     /// Follows a ray outside of solids from `position` for at most `length` [mm]: how far it goes [mm], and what ends it.
     #[inline]
-    pub fn march(&self, position: DVec3, direction: DVec3, region: PackRegion, length: f64) -> (f64, PackRayEnd) {
+    pub(crate) fn march(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        region: PackRegion,
+        length: f64,
+    ) -> (f64, PackRayEnd) {
         let local = (DVec2::new(position.x, position.y) - self.low) / self.pitch;
         let mut cell = [local.x.floor() as i64, local.y.floor() as i64];
         let mut next: [f64; 2] = std::array::from_fn(|axis| match direction[axis] {

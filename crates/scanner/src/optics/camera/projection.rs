@@ -7,7 +7,7 @@
 //! ```
 
 /// Variance of a pixel's box along rows or columns [px^2].
-pub const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+pub(crate) const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
 
 /// Coefficients of the projection.
 #[derive(Debug, Clone, Copy)]

@@ -39,7 +39,7 @@ const MERGE_DISTANCE: f64 = 0.7;
 
 /// One Gaussian of the profile across the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussianComponent {
+pub(crate) struct GaussianComponent {
     /// Its mean along the motion [unit].
     pub offset: f32,
     /// Its variance [unit^2].
@@ -50,7 +50,7 @@ pub struct GaussianComponent {
 
 /// Profile across the line of light that matter spreads by one of the fixed widths.
 #[derive(Debug, Clone, PartialEq)]
-pub struct GaussianMixture {
+pub(crate) struct GaussianMixture {
     /// The components; their weights sum to 1.
     pub components: Vec<GaussianComponent>,
     /// Weights that change along the line, `[component][node]`; empty where the components' own weights hold
@@ -60,7 +60,7 @@ pub struct GaussianMixture {
 
 /// Profile across the line for every fixed width of spread in matter.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LineProfile {
+pub(crate) struct LineProfile {
     /// For light reflected by the surface, then for each fixed width.
     mixtures: Vec<GaussianMixture>,
     /// Variance without lobes and skirt [unit^2].
@@ -108,12 +108,12 @@ impl LineProfile {
 
     /// Mixture for light that matter spreads by fixed width `j`, or for light reflected by the surface.
     #[inline]
-    pub fn mixture(&self, j: Option<usize>) -> &GaussianMixture {
+    pub(crate) fn mixture(&self, j: Option<usize>) -> &GaussianMixture {
         &self.mixtures[j.map_or(0, |j| j + 1)]
     }
 
     /// Standard deviation without lobes and skirt [unit].
-    pub fn core_sigma(&self) -> f32 {
+    pub(crate) fn core_sigma(&self) -> f32 {
         self.core.sqrt()
     }
 

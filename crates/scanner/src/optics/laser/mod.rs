@@ -19,7 +19,7 @@
 mod fan;
 mod line_profile;
 mod point_laser;
-pub mod segment_process;
+pub(crate) mod segment_process;
 mod texture;
 mod width_jitter;
 
@@ -32,8 +32,8 @@ use self::width_jitter::WidthJitter;
 use bench::parameters::LaserParameters;
 use bench::settings::{LaserLine, LineShape};
 
-pub use self::line_profile::{GaussianComponent, GaussianMixture, LineProfile};
-pub use self::point_laser::PointLaser;
+pub(crate) use self::line_profile::{GaussianMixture, LineProfile};
+pub(crate) use self::point_laser::PointLaser;
 
 /// Gaussian beam across the sheet.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +85,7 @@ pub struct Beam {
 
 /// Light of a point laser in one column.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpotLight {
+pub(crate) struct SpotLight {
     /// Share of the laser's power [1].
     pub share: f32,
     /// Distance along the line of the column's middle from the spot's [mm].
@@ -151,22 +151,22 @@ impl Laser {
 
     /// Light on a surface that rises by `slope_x` along the line over that on a level one; 0 where it turns away [1].
     #[inline]
-    pub fn slope_factor(&self, x: f32, z: f32, slope_x: f32) -> f32 {
+    pub(crate) fn slope_factor(&self, x: f32, z: f32, slope_x: f32) -> f32 {
         (1.0 + slope_x * x / (self.height - z).max(1.0)).max(0.0)
     }
 
     /// Profile across the line where it is more than one Gaussian.
-    pub fn line_profile(&self) -> Option<&LineProfile> {
+    pub(crate) fn line_profile(&self) -> Option<&LineProfile> {
         self.line_profile.as_ref()
     }
 
     /// Whether it is a point laser.
-    pub fn is_point(&self) -> bool {
+    pub(crate) fn is_point(&self) -> bool {
         self.point.is_some()
     }
 
     /// Light of a point laser in a column `width` wide that looks at `x`, `z` in a profile; `None` for a line.
-    pub fn spot_light(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<SpotLight> {
+    pub(crate) fn spot_light(&self, profile: isize, x: f32, z: f32, width: f32) -> Option<SpotLight> {
         let spot = self.point.as_ref()?;
         let near = (self.height - z).max(1.0) / self.height;
         let off = x - spot.x(profile) as f32 * near;
@@ -177,7 +177,7 @@ impl Laser {
 
     /// Position along the nodes of the line profile [1].
     #[inline]
-    pub fn profile_node(&self, x: f32, z: f32) -> f32 {
+    pub(crate) fn profile_node(&self, x: f32, z: f32) -> f32 {
         let side = x / (self.height - z).max(1.0) / self.half;
         (0.5 + 0.5 * side) * self.line_profile.as_ref().map_or(1.0, |line_profile| line_profile.nodes() as f32) - 0.5
     }

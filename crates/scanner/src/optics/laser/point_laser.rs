@@ -12,7 +12,7 @@ const REACH_SIGMAS: f32 = 6.5;
 
 /// Position of the spot by profile.
 #[derive(Debug, Clone, Copy)]
-pub struct PointLaser {
+pub(crate) struct PointLaser {
     /// Position in profile 0 [mm].
     start: f64,
     /// Advance per profile [mm].

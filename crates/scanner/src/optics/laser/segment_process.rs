@@ -22,7 +22,7 @@ const CELLS_BEHIND: i64 = 5;
 
 /// Density and mean length of the segments on an object.
 #[derive(Debug, Clone, Copy)]
-pub struct SegmentProcess {
+pub(crate) struct SegmentProcess {
     per_mm: f64,
     length: f64,
     stream: Stream,

@@ -16,7 +16,7 @@ const PROJECTOR_BLUR_ROWS: f64 = 5.0;
 
 /// Light of a picture, `[rows, columns]`, row-major.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LineTexture {
+pub(crate) struct LineTexture {
     rows: usize,
     columns: usize,
     light: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct LineTexture {
 
 impl LineTexture {
     /// The line of the thesis, uniform along its length.
-    pub fn thesis_projector() -> Self {
+    pub(crate) fn thesis_projector() -> Self {
         let per = std::f64::consts::FRAC_1_SQRT_2 / PROJECTOR_BLUR_ROWS;
         let row = |i: usize| {
             let d = i as f64 - 0.5 * (PROJECTOR_ROWS as f64 - 1.0);
@@ -40,7 +40,7 @@ impl LineTexture {
     }
 
     /// Sum of the column at `position`, 0 at the first column's edge and 1 at the last one's; linear between columns.
-    pub fn column_sum(&self, position: f64) -> f64 {
+    pub(crate) fn column_sum(&self, position: f64) -> f64 {
         (0..self.rows).map(|row| self.at(row, position)).sum()
     }
 

@@ -22,7 +22,7 @@ const TRANSITION_ROWS: usize = 64;
 
 /// Speckle of one sample.
 #[derive(Debug, Clone)]
-pub struct AnchoredSpeckle {
+pub(crate) struct AnchoredSpeckle {
     stack: Arc<PatternStack>,
     /// Factor on the patterns, for light from the surface and from below [1].
     scale: [f32; 2],
@@ -38,7 +38,7 @@ pub struct AnchoredSpeckle {
 
 /// What determines the speckle of a sample besides its bench.
 #[derive(Debug, Clone, Copy)]
-pub struct SpeckleConditions {
+pub(crate) struct SpeckleConditions {
     /// Grain L = lambda times the working f-number [px].
     pub grain: f64,
     /// Movement of the image with the object [px/mm].
@@ -107,7 +107,7 @@ impl AnchoredSpeckle {
 
 /// The speckle of one tile in one exposure.
 #[derive(Debug, Clone, Copy)]
-pub struct TileSpeckle<'a> {
+pub(crate) struct TileSpeckle<'a> {
     stack: &'a PatternStack,
     /// Fine row of the pattern on the line.
     row: usize,

@@ -27,7 +27,7 @@ const SERIES_TERMS: u32 = 40;
 ///
 /// Within 4e-4 of itself for any grain above 0.004 pixels, within 1e-6 from a third of a pixel on for travel up to a
 /// pixel.
-pub fn pixel_contrast(grain: f64, law: SpeckleLaw, travel: f64) -> f64 {
+pub(crate) fn pixel_contrast(grain: f64, law: SpeckleLaw, travel: f64) -> f64 {
     // All is even in both lags: a quarter of the plane, four times.
     let along = intervals(&[1.0], grain);
     let mut kinks = vec![1.0, 1.0 + travel];

@@ -10,14 +10,14 @@
 //! Neglected: how the pattern of one column is sheared by movement at an angle to the columns; a pattern repeats after
 //! [`TILE`] pixels along the line, at another offset.
 
-pub mod anchored;
-pub mod boiling;
+pub(crate) mod anchored;
+pub(crate) mod boiling;
 pub mod contrast;
 pub mod pupil;
 pub mod stack;
 #[cfg(test)]
 mod tests;
 
-pub use self::anchored::{AnchoredSpeckle, SpeckleConditions};
+pub(crate) use self::anchored::{AnchoredSpeckle, SpeckleConditions};
 pub use self::pupil::{Pupil, TILE};
 pub use self::stack::{PatternCache, PatternStack};

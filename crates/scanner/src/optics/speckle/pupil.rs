@@ -68,7 +68,7 @@ impl Pupil {
     }
 
     /// Rows of phases after which they repeat: two diameters.
-    pub fn phase_rows(&self) -> usize {
+    pub(crate) fn phase_rows(&self) -> usize {
         (2.0 * self.diameter[1]).round() as usize
     }
 

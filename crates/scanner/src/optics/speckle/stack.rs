@@ -17,7 +17,7 @@ use super::pupil::{Pupil, TILE, gather};
 use bench::settings::SpeckleLaw;
 
 /// Patterns of a stack; those half a stack apart have pupils one diameter apart.
-pub const STACK_PATTERNS: usize = 32;
+pub(crate) const STACK_PATTERNS: usize = 32;
 /// Ratio of the grain sizes of neighbouring stacks [1].
 const GRAIN_STEP: f64 = 1.03;
 /// Fewest fine rows per pixel, so that a pixel can start nearly anywhere along the motion.

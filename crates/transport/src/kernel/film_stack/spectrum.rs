@@ -15,13 +15,13 @@
 use super::super::widths::{BASIS, SPREAD_MM, line_mm2};
 
 /// Number of frequencies.
-pub const FREQUENCY_COUNT: usize = 16;
+pub(crate) const FREQUENCY_COUNT: usize = 16;
 /// Lowest frequency [mm^-1].
-pub const LOWEST_FREQUENCY: f64 = 0.05;
+pub(crate) const LOWEST_FREQUENCY: f64 = 0.05;
 /// Logarithm of the ratio between neighbouring frequencies: ln(1000) / 15.
-pub const RATIO_LN: f64 = 0.460_517_018_598_809_13;
+pub(crate) const RATIO_LN: f64 = 0.460_517_018_598_809_13;
 /// A transform on the fixed frequencies [1].
-pub type Spectrum = [f32; FREQUENCY_COUNT];
+pub(crate) type Spectrum = [f32; FREQUENCY_COUNT];
 
 /// Gaussians that the way back is made for, and the largest standard deviation among them [mm].
 const FIT_GAUSSIANS: usize = 120;
@@ -45,11 +45,11 @@ pub fn frequency(i: usize) -> f64 {
 
 /// A transform of a spread of unit size, with its ends repeated beyond them.
 #[derive(Debug, Clone, Copy)]
-pub struct UnitSpectrum<const N: usize>(pub [f32; N]);
+pub(crate) struct UnitSpectrum<const N: usize>(pub [f32; N]);
 
 /// Where to read a [`UnitSpectrum`] for a length: first place, and the weights of four neighbours.
 #[derive(Debug, Clone, Copy)]
-pub struct LengthInterpolation {
+pub(crate) struct LengthInterpolation {
     first: i32,
     weights: [f32; 4],
 }
@@ -90,7 +90,7 @@ const TRANSFER_LOWEST: f64 = 0.001;
 
 /// Light from a plane to another one, by Lambert's law.
 #[derive(Debug, Clone)]
-pub struct LambertTransfer(UnitSpectrum<TRANSFER_NODES>);
+pub(crate) struct LambertTransfer(UnitSpectrum<TRANSFER_NODES>);
 
 impl LambertTransfer {
     /// The transform x K1(x).
@@ -117,7 +117,7 @@ fn lambert(x: f64) -> f64 {
 
 /// The way from transforms to weights of the fixed widths, `[FREQUENCY_COUNT][BASIS]`.
 #[derive(Debug, Clone)]
-pub struct WidthFit([[f32; BASIS]; FREQUENCY_COUNT]);
+pub(crate) struct WidthFit([[f32; BASIS]; FREQUENCY_COUNT]);
 
 impl WidthFit {
     /// Makes the matrix.

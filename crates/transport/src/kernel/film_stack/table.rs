@@ -17,7 +17,7 @@ pub const ABSORBED: [f64; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 1.8, 
 /// Path of light in a film about which interpolation over absorption is exact [thicknesses].
 const TYPICAL_PATH: f32 = 4.0;
 /// Lowest frequency of a transform [1 / thickness].
-pub const LOWEST_FREQUENCY: f64 = 0.02;
+pub(crate) const LOWEST_FREQUENCY: f64 = 0.02;
 /// Frequencies of a transform.
 pub const TABLE_FREQUENCIES: usize = 20;
 /// Bins of directions of exit, even in the square of the sine.
@@ -50,7 +50,7 @@ const PER_INDEX: usize = TURNS.len() * ABSORBED.len();
 
 /// Films of one index, `[TURNS][ABSORBED]`.
 #[derive(Debug, Clone)]
-pub struct FilmTable {
+pub(crate) struct FilmTable {
     n: f32,
     nodes: Vec<[f32; NODE]>,
     absorbed: [f32; ABSORBED.len()],
@@ -122,7 +122,7 @@ fn between(values: &[f32], x: f32) -> (usize, f32) {
 
 /// What one film does. All shares but `sealed` are of a film in air.
 #[derive(Debug, Clone, Copy)]
-pub struct FilmNode {
+pub(crate) struct FilmNode {
     node: [f32; NODE],
     scale: f32,
 }
@@ -142,13 +142,13 @@ impl FilmNode {
 
     /// Lambert light that arrived and leaves on the same side, turned or not.
     #[inline(always)]
-    pub fn diffuse_back(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
+    pub(crate) fn diffuse_back(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(2, 1.0)
     }
 
     /// Lambert light that arrived and leaves on the other side, turned.
     #[inline(always)]
-    pub fn diffuse_on(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
+    pub(crate) fn diffuse_on(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
         self.transform(3, self.scale)
     }
 
@@ -177,12 +177,12 @@ impl FilmNode {
     }
 
     /// Lambert light that arrived and passes without being turned [1].
-    pub fn diffuse_straight(&self) -> f32 {
+    pub(crate) fn diffuse_straight(&self) -> f32 {
         self.node[NODE - 2]
     }
 
     /// Straight light that entered a film sealed to foil and leaves as the foil mirrored it [1].
-    pub fn sealed_straight(&self) -> f32 {
+    pub(crate) fn sealed_straight(&self) -> f32 {
         self.node[NODE - 1]
     }
 

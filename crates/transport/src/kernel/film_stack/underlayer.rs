@@ -64,7 +64,7 @@ impl Underlayer {
 
     /// Share that the surface mirrors, of Lambert light and of light from straight above [1].
     #[inline(always)]
-    pub fn mirrors(&self) -> [f32; 2] {
+    pub(crate) fn mirrors(&self) -> [f32; 2] {
         self.mirrors
     }
 
