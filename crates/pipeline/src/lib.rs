@@ -109,7 +109,7 @@ struct Measurement<'a> {
 }
 
 /// The part of a scan's maps that one band fills.
-struct Part<'a> {
+struct BandMaps<'a> {
     range: &'a mut [f32],
     reflectance: &'a mut [f32],
     scatter: &'a mut [f32],
@@ -148,7 +148,7 @@ impl Scan {
         let grid = grid(scene, &calibration.rig);
         let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref() };
         let step = length * columns;
-        let mut parts: Vec<Part<'_>> = Vec::with_capacity(profiles.div_ceil(length));
+        let mut parts: Vec<BandMaps<'_>> = Vec::with_capacity(profiles.div_ceil(length));
         let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
         let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
         let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
@@ -156,7 +156,7 @@ impl Scan {
         let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
         for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
             let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
-            parts.push(Part { range, reflectance, scatter, class, instance, truth });
+            parts.push(BandMaps { range, reflectance, scatter, class, instance, truth });
         }
         let stacks: Vec<Vec<StackFrame>> = parts
             .into_par_iter()
@@ -222,7 +222,7 @@ impl Scan {
     }
 }
 
-impl Part<'_> {
+impl BandMaps<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
     fn fill(mut self, measurement: &Measurement<'_>, sensor: &Sensor, band: &Band) -> Vec<StackFrame> {
         let Measurement { scene, calibration, grid } = *measurement;

@@ -60,11 +60,11 @@ fn table<'a>(shard: &Arc<OpenShard<'a>>, split: Option<Split>) -> ShardJobs<'a> 
         opened.map_err(|fault| report.faults.push(fault)).ok()
     });
     let told = std::iter::once(ValidationJob::Told(report));
-    Box::new(told.chain(Table { shard, path: path.into(), listed, count: 0, reader }))
+    Box::new(told.chain(SampleTable { shard, path: path.into(), listed, count: 0, reader }))
 }
 
 /// Rows, one after the other, then what is left.
-struct Table<'a> {
+struct SampleTable<'a> {
     shard: Arc<OpenShard<'a>>,
     path: Arc<str>,
     /// Places in the manifest of the samples of this split.
@@ -75,7 +75,7 @@ struct Table<'a> {
     reader: Option<ParquetRecordBatchReader>,
 }
 
-impl<'a> Iterator for Table<'a> {
+impl<'a> Iterator for SampleTable<'a> {
     type Item = ValidationJob<'a>;
 
     fn next(&mut self) -> Option<ValidationJob<'a>> {
@@ -104,7 +104,7 @@ impl<'a> Iterator for Table<'a> {
     }
 }
 
-impl Table<'_> {
+impl SampleTable<'_> {
     fn miscounted(&self) -> Option<Finding> {
         let (count, listed) = (self.count, self.listed.len());
         let rows = self.shard.file(&self.path).and_then(|file| file.rows);

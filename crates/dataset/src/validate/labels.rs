@@ -27,7 +27,7 @@ fn in_range(name: &str, value: f64) -> bool {
 
 /// Pixels and corners of one instance.
 #[derive(Debug, Clone, Copy)]
-struct RowNumbers {
+struct LabelledRegion {
     area: i64,
     first: (usize, usize),
     last: (usize, usize),
@@ -101,7 +101,7 @@ pub(super) fn check(
 fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut ValidationReport) {
     let numbers = row.objects.iter().filter_map(|object| u16::try_from(object.instance).ok());
     let most = numbers.chain(instance.iter().copied()).max().unwrap_or(0);
-    let mut all: Vec<Option<RowNumbers>> = vec![None; usize::from(most) + 1];
+    let mut all: Vec<Option<LabelledRegion>> = vec![None; usize::from(most) + 1];
     let cols = row.cols.max(1) as usize;
     // What holds an object has a smaller number, or the way out of it ends there.
     let mut holders = vec![0u16; all.len()];
@@ -114,7 +114,7 @@ fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Validati
         for (x, &number) in line.iter().enumerate() {
             let mut number = usize::from(number);
             while number > 0 {
-                let entry = all[number].get_or_insert(RowNumbers { area: 0, first: (x, y), last: (x, y) });
+                let entry = all[number].get_or_insert(LabelledRegion { area: 0, first: (x, y), last: (x, y) });
                 entry.area += 1;
                 entry.first = (entry.first.0.min(x), entry.first.1.min(y));
                 entry.last = (entry.last.0.max(x), entry.last.1.max(y));
@@ -123,7 +123,7 @@ fn objects(row: &StoredRow, instance: &[u16], place: &str, report: &mut Validati
         }
     }
     let numbered = (0..).zip(all).filter_map(|(number, seen)| seen.map(|seen| (number, seen)));
-    let mut seen: BTreeMap<i32, RowNumbers> = numbered.collect();
+    let mut seen: BTreeMap<i32, LabelledRegion> = numbered.collect();
     let mut fault = |what| report.faults.push(Finding::new(Code::ObjectDiffers, place, what));
     let mut last = 0;
     for object in &row.objects {

@@ -83,12 +83,12 @@ pub struct PatternStack {
     fine: usize,
     rows: usize,
     /// Two patterns each, since one transform makes two.
-    pairs: [OnceLock<[SpecklePattern; 2]>; STACK_PATTERNS / 2],
+    pairs: [OnceLock<[IntensityPattern; 2]>; STACK_PATTERNS / 2],
 }
 
 /// One pattern less its mean of 1, `[fine rows, TILE]`, for light from the surface and from below.
 #[derive(Debug)]
-struct SpecklePattern {
+struct IntensityPattern {
     surface: Vec<f32>,
     volume: Vec<f32>,
 }
@@ -132,17 +132,17 @@ impl PatternStack {
     /// [`Self::row`] for numbers within the stack.
     #[inline(always)]
     pub(super) fn at(&self, pattern: usize, row: usize) -> [&[f32; TILE]; 2] {
-        let SpecklePattern { surface, volume } =
+        let IntensityPattern { surface, volume } =
             &self.pairs[pattern / 2].get_or_init(|| self.pair(pattern / 2))[pattern % 2];
         let start = row * TILE;
         [surface, volume].map(|light| light[start..].first_chunk().expect("rows have TILE columns"))
     }
 
-    fn pair(&self, number: usize) -> [SpecklePattern; 2] {
+    fn pair(&self, number: usize) -> [IntensityPattern; 2] {
         let shifts = [0, 1].map(|i| (2 * number + i) * self.pupil.phase_rows() / STACK_PATTERNS);
         let patterns = gather(&self.pupil, shifts, self.law, self.fine);
         patterns
-            .map(|pattern| SpecklePattern { surface: self.averaged(&pattern, 0), volume: self.averaged(&pattern, 1) })
+            .map(|pattern| IntensityPattern { surface: self.averaged(&pattern, 0), volume: self.averaged(&pattern, 1) })
     }
 
     /// Mean of a pattern and its mirror images, each at another offset, so that they are uncorrelated everywhere and
