@@ -4,7 +4,6 @@
 use bench::settings::{Fan, Filter, Hdr, LineShape, Scheimpflug, SpeckleLaw};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use pipeline;
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;

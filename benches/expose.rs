@@ -4,7 +4,6 @@
 use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm, SearchDirection};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use pipeline;
 use procedural::Body;
 use procedural::blister::{Blister, Pack};
 use recipe::{Recipe, Scene};

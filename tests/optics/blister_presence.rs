@@ -2,7 +2,6 @@
 //! missing tablets, and one on its mean Range does not; the more pigment in the film, the less is left of it.
 
 use dataset::record::Record;
-use pipeline;
 use procedural::{Class, Instance};
 use rayon::prelude::*;
 use recipe::{Plan, Recipe};

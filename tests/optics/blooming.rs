@@ -1,6 +1,5 @@
 //! Blooming as frames show it: charge above the full well is there again, beside where it was too much, and nowhere else.
 
-use pipeline;
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;

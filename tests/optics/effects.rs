@@ -6,7 +6,6 @@ use bench::settings::{
     SearchDirection,
 };
 use dataset::record::Record;
-use pipeline;
 use procedural::Parameter;
 use recipe::{Plan, Scene};
 use test_support::target::{nominal, scene, tiles};

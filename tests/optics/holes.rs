@@ -1,6 +1,5 @@
 //! Light about the holes of a part.
 
-use pipeline;
 use recipe::{Recipe, Scene};
 use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, ROWS, Scratch, TILE, expose};

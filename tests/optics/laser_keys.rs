@@ -4,7 +4,6 @@ use std::io::Cursor;
 
 use bench::parameters::LaserParameters;
 use bench::settings::LineShape;
-use pipeline;
 use procedural::{Body, Gloss, Medium, Parameter};
 use recipe::{Plan, Recipe, Scene};
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};

@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use bench::settings::{Fan, LineShape};
-use pipeline;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};

@@ -1,6 +1,5 @@
 //! A recipe fitted to public frames of a real camera stays inside what was measured on them (docs/compare.md).
 
-use pipeline;
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 use tools::compare::{ScanMaps, ScanStatistics, StatisticsBuilder};

@@ -2,7 +2,6 @@
 //! ratios (docs/physics.md), at nominal coefficients.
 
 use dataset::record::{Below, Record, TruthMaps};
-use pipeline;
 use procedural::Class;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};

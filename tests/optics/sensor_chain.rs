@@ -1,7 +1,6 @@
 //! The sensor by EMVA 1288, read off digital numbers: gain, dark law, what stays with pixels, rows and columns, slopes.
 
 use bench::settings::{Hdr, Readout};
-use pipeline;
 use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;

@@ -261,8 +261,11 @@ impl Dataset {
         let before = manifest.samples.iter().filter(|sample| sample.index < index).count() * each;
         let take = each.min(most);
         let first = before + (each - take) / 2;
-        let query =
-            RowQuery { ranges: Some(vec![first..first + take]), at_once: take.clamp(1, 8), ..RowQuery::of(&|_| true) };
+        let query = RowQuery {
+            ranges: Some(std::iter::once(first..first + take).collect()),
+            at_once: take.clamp(1, 8),
+            ..RowQuery::of(&|_| true)
+        };
         let mut frames = Vec::new();
         for batch in Table::read(&path, &query)? {
             let batch = batch?;

@@ -69,7 +69,7 @@ impl Table {
     /// # Errors
     /// Why it cannot be read, or that there is none.
     pub fn row(&self, row: usize, columns: &dyn Fn(&str) -> bool) -> Result<RowBatch, Fault> {
-        let one = RowQuery { columns, ranges: Some(vec![row..row + 1]), at_once: 1 };
+        let one = RowQuery { columns, ranges: Some(std::iter::once(row..row + 1).collect()), at_once: 1 };
         self.rows(&one)?.next().unwrap_or_else(|| Err(self.damaged(format!("it has no row {row}"))))
     }
 
@@ -241,7 +241,7 @@ impl RowBatch {
     /// Names of the samples.
     ///
     /// # Errors
-    /// As [`RowBatch::texts`], and where one is no name: it could lead out of the folder.
+    /// As `RowBatch::texts`, and where one is no name: it could lead out of the folder.
     pub fn ids(&self) -> Result<Vec<String>, String> {
         let ids = self.texts("id")?;
         ids.into_iter().map(|id| if is_id(&id) { Ok(id) } else { Err(format!("`{id}` is no id")) }).collect()
@@ -454,7 +454,7 @@ mod tests {
         assert_eq!(writer.close().expect("it ends").num_row_groups(), 4);
         for (first, count) in (0..12).flat_map(|first| (0..12).map(move |count| (first, count))) {
             let ranges = vec![first..first + count / 2, first + count / 2 + 1..first + count + 1];
-            for ranges in [vec![first..first + count], ranges] {
+            for ranges in [std::iter::once(first..first + count).collect(), ranges] {
                 let query = RowQuery { columns: &|_| true, ranges: Some(ranges.clone()), at_once: count.clamp(1, 8) };
                 let rows = Table::read(&path, &query).expect("it can be read");
                 assert_eq!(rows.in_table(), 10);

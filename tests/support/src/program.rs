@@ -64,6 +64,12 @@ pub struct Run {
 /// A folder to work in; the program runs there.
 pub struct Place(TempDir);
 
+impl Default for Place {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Place {
     /// An empty folder.
     pub fn new() -> Self {

@@ -6,7 +6,7 @@
 //! -div(D grad Phi) + mu_a Phi = S
 //! ```
 //!
-//! - [`tensor`], [`generalized`]: D, source place and boundary of a medium
+//! - [`tensor`], `generalized`: D, source place and boundary of a medium
 //! - [`slab`]: plane layers, in closed form for each wave in the plane; `spread` brings the waves together
 //! - [`voxels`], [`solver`], [`line_response`](mod@line_response): a laser line on a body, by finite volumes and
 //!   conjugate gradients

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `Isotropic` | 1 / (3 mu_s (1 - g)) | s / (mu_s (1 - g)) |
 //! | `Fibres` | D_par f f + D_perp (1 - f f), docs/physics.md | across f over sigma_i + k sin, along f over sigma_i |
-//! | `Tensor` | [`Generalized`] | [`Generalized`] |
+//! | `Tensor` | `Generalized` | `Generalized` |
 //!
 //! The boundary is the extrapolated one, fluence zero at z_e = 2 A D_zz above the surface (Contini, Martelli and
 //! Zaccanti 1997), or the generalised equation's. Valid where scattering, after reduction by its mean cosine, outweighs

@@ -5,7 +5,7 @@
 //! surface Fresnel's law decides by chance between reflection and refraction (`transmitted`). Below a weight of 1e-3
 //! Russian roulette decides about a photon; what it gives or takes is booked as absorbed, so energy closes exactly.
 //!
-//! Three geometries are tracked in ([`Geometry`]): plane layers, a body under a height field, a pack. Each says how free
+//! Three geometries are tracked in (`Geometry`): plane layers, a body under a height field, a pack. Each says how free
 //! paths are drawn in it, what its surfaces do, and in which order it draws; the walk itself stands here once.
 //!
 //! Source: Woodcock et al. 1965 for free paths where the extinction changes. Neglected: polarisation, interference.

@@ -81,7 +81,7 @@ pub struct Sight {
     pub variance: f32,
     /// The laser's part of it, without lobes and skirt [px^2].
     pub laser_variance: f32,
-    /// Unit of the laser's [`super::laser::LineProfile`] along the rows [px].
+    /// Unit of the laser's `laser::LineProfile` along the rows [px].
     pub unit: f32,
     /// Variance along the line of a point that is out of focus [px^2].
     pub defocus: f32,

@@ -21,8 +21,11 @@ const ROW_MM: f64 = 0.05;
 /// Standard deviations of lens and pixel beyond which light is left out.
 const REACH_SIGMAS: f32 = 5.0;
 
+/// Light around a line source, by the number of its profile.
+type SolveLine = dyn Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync;
+
 /// A model of light in matter that answers one line at a time: what comes out around the line of a profile, by its number.
-pub struct LineSolver(Box<dyn Fn(&LineSource<'_>, u64) -> LineResponse + Send + Sync>);
+pub struct LineSolver(Box<SolveLine>);
 
 impl LineSolver {
     /// By a function of the line and the number of its profile.

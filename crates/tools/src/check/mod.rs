@@ -5,9 +5,9 @@
 //!     -> ClassificationMetrics, slices, misclassifications -> CheckReport
 //! ```
 //!
-//! [`accuracy`], [`metrics`], [`slices`], [`conditional`], [`sampling`], [`window`], [`prediction`] and [`evaluation_plan`]
-//! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, [`external_data`] knows the files
-//! that a model names, and [`split_samples`] those of a dataset. docs/check.md says what is measured.
+//! [`accuracy`], [`metrics`], [`slices`], [`conditional`], [`sampling`], [`window`], `prediction` and `evaluation_plan`
+//! are plain functions of numbers. Only [`model`] and [`onnxruntime`] know onnxruntime, `external_data` knows the files
+//! that a model names, and `split_samples` those of a dataset. docs/check.md says what is measured.
 
 pub mod accuracy;
 mod batches;
@@ -50,9 +50,9 @@ pub struct CheckOptions {
     pub sidecar: Option<PathBuf>,
     /// One split; `None` for all.
     pub split: Option<Split>,
-    /// Numbers to slice by; empty for those of [`DEFAULT_SLICES`] that the dataset varies.
+    /// Numbers to slice by; empty for those of `DEFAULT_SLICES` that the dataset varies.
     pub slices: Vec<String>,
-    /// Windows in a batch; `None` for as many as fit [`DEFAULT_BATCH_BYTES`], at most [`MAX_DEFAULT_BATCH`].
+    /// Windows in a batch; `None` for as many as fit `DEFAULT_BATCH_BYTES`, at most `MAX_DEFAULT_BATCH`.
     pub batch: Option<usize>,
     /// Threads of the model, and as many for reading.
     pub threads: usize,

@@ -200,7 +200,7 @@ fn mean(plane: &[f32]) -> f64 {
     sums.iter().sum::<f64>() / f64::from(counts.iter().sum::<u32>().max(1))
 }
 
-/// The model's class of each cell, `[rows, columns]`; [`NO_CLASS`] outside and where the label belongs to no class.
+/// The model's class of each cell, `[rows, columns]`; `NO_CLASS` outside and where the label belongs to no class.
 pub fn truth(picture: &SampleMaps, window: InputWindow, size: [usize; 2], classes: &[Option<usize>]) -> Vec<u8> {
     let class = |label: u8| classes.get(usize::from(label)).copied().flatten().map_or(NO_CLASS, |class| class as u8);
     let mut truth = Vec::with_capacity(size[0] * size[1]);

@@ -2,7 +2,7 @@
 //!
 //! z[i-1] - 2 z[i] + z[i+1] takes away every plane; of white noise with deviation s it has the deviation sqrt(6) s. What
 //! is left of a curved surface, and of noise that is alike in neighbours, is in it too: noise with the correlations r1
-//! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond [`EDGE_DEVIATIONS`] robust
+//! and r2 at one and two pixels counts as s sqrt(1 - (4 r1 - r2) / 3). Differences beyond `EDGE_DEVIATIONS` robust
 //! deviations are edges of the object and are counted apart.
 //!
 //! The correlation along one direction is that of second differences across the other: such a difference mixes no

@@ -217,7 +217,7 @@ impl Source {
             let rows = table.rows(&query)?;
             if rows.in_table() != count {
                 let what = format!("it has {} rows, and its manifest names {count}", rows.in_table());
-                return Err(table.damaged(what).into());
+                return Err(table.damaged(what));
             }
             let mut pairs = rows.zip(chosen.into_iter().map(|(_, sample)| sample)).peekable();
             while pairs.peek().is_some() {

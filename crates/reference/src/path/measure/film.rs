@@ -7,7 +7,7 @@
 //! absorptions come from the same walk. Light that pigment turned is counted apart from light that it did not.
 //!
 //! Where light leaves is kept as a transform, the mean of cos(k x), for a grid of frequencies k in units of 1 / thickness;
-//! x and y serve alike. Valid and neglected as in [`super::super::plane_layers`].
+//! x and y serve alike. Valid and neglected as in `plane_layers`.
 
 use glam::DVec3;
 use procedural::Stream;

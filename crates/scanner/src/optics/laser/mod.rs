@@ -9,9 +9,9 @@
 //! ```
 //!
 //! so a strip of the width dx along the line and any length along the motion gets P q(t) / h (1 + t dz/dx) dx, with q =
-//! p cos^2(theta), whatever the slope along the motion ([`Beam::per_mm`] and [`Laser::slope_factor`]). Across the sheet
+//! p cos^2(theta), whatever the slope along the motion ([`Beam::per_mm`] and `Laser::slope_factor`). Across the sheet
 //! stands a Gaussian beam (Siegman 1986), w(rho) = w0 sqrt(1 + ((rho - rho0) / zR)^2), zR = pi w0^2 / (M^2 lambda), its
-//! waist at rho0 below the source; or what [`LineProfile`] makes of the other shapes.
+//! waist at rho0 below the source; or what `LineProfile` makes of the other shapes.
 //!
 //! Valid for thin sheets under the paraxial law of beams. Neglected: diffraction at the edges of slits and in textures,
 //! the beam's curvature, polarisation, what the window of a laser adds.
@@ -71,7 +71,7 @@ pub struct Laser {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Share of the laser's power on a mm of a surface that is level along the line [1/mm]; 1 for a point laser, whose
-    /// light [`Laser::spot_light`] gives.
+    /// light `Laser::spot_light` gives.
     pub per_mm: f32,
     /// Unit vector of the light.
     pub light: Vec3,

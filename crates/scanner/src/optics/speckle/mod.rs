@@ -4,8 +4,8 @@
 //!   2008; Bergmann et al. 2016)
 //! - [`contrast`]: what pixels and movement leave of its contrast (Goodman 2007)
 //! - [`stack`]: patterns whose pupils overlap, so that one boils into the next, and the cache that shares them
-//! - [`boiling`]: how far a movement of the object takes the speckle across the pupil (Yamaguchi 1981)
-//! - [`anchored`]: which row of which pattern a pixel sees
+//! - `boiling`: how far a movement of the object takes the speckle across the pupil (Yamaguchi 1981)
+//! - `anchored`: which row of which pattern a pixel sees
 //!
 //! Neglected: how the pattern of one column is sheared by movement at an angle to the columns; a pattern repeats after
 //! [`TILE`] pixels along the line, at another offset.
