@@ -20,7 +20,7 @@ help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
 
 build: ## build gen (target/release/gen)
-	cargo build --release --locked
+	cargo build --release --locked --workspace --bins
 
 venv: $(VENV)/.ready ## Python readers for the tests (.venv)
 

@@ -119,7 +119,7 @@ compare() {
         (cd "$work/tree" && cargo build --release --locked --target-dir "$work/target" --bin gen)
         cp "$work/target/release/gen" "$work/gen-$ref"
     fi
-    (cd "$root" && cargo build --release --locked --bin gen)
+    (cd "$root" && cargo build --release --locked --workspace --bins)
     (digest "$work/gen-$ref" "$work/ref")
     (digest "$root/target/release/gen" "$work/new")
     if ! diff "$work/ref/digests.txt" "$work/new/digests.txt"; then
