@@ -3,7 +3,7 @@
 //! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
-//! (`knot`, `placing`, `bulge`, `flow`), decay (`decay`), the saw (`sawn`), and what all of that means for light
+//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), decay (`decay`), the saw (`sawn_surface`), and what all of that means for light
 //! (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
 

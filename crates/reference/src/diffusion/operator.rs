@@ -10,7 +10,7 @@ use super::voxels::Voxels;
 /// Planes of x that one task takes on.
 pub(super) const BLOCK_PLANES: usize = 16;
 
-/// CrossTerms terms of one plane: a quarter of sum rho u of each axis, and the fluence on the surface.
+/// Cross terms of one plane: a quarter of sum rho u of each axis, and the fluence on the surface.
 #[derive(Debug, Clone, Default)]
 struct CrossTerms {
     terms: [Vec<f64>; 3],

@@ -73,7 +73,7 @@ impl TransmissionLine {
         Ok(Self { sections, ends, below })
     }
 
-    /// LayerWave number across the layers of each one for the wave `k`, and the impedance Phi / (n^2 J) seen from its top
+    /// Wave number across the layers of each one for the wave `k`, and the impedance Phi / (n^2 J) seen from its top
     /// upwards and from its bottom downwards.
     pub fn wave(&self, k: DVec2, waves: &mut Vec<LayerWave>) {
         waves.clear();

@@ -13,7 +13,7 @@ use bench::parameters::ExposureParameters;
 use bench::settings::Size;
 use numerics::lanes::{hash, normals};
 
-/// CodeSteps in a standard deviation.
+/// Steps in a standard deviation.
 const CODES_PER_SIGMA: f64 = 20.0;
 /// The code of a defect.
 const DEFECT_CODE: i8 = i8::MIN;

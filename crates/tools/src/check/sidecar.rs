@@ -313,7 +313,7 @@ fn read_channel(yaml: &mut YamlReader, node: &YamlNode, i: usize, head: &Dataset
     Some(InputChannel { name: found?.into(), mean: mean?, sd: sd?, missing: missing?, relative: relative? })
 }
 
-/// YamlFaults a channel whose numbers the dataset has in another unit than the model takes.
+/// Faults a channel whose numbers the dataset has in another unit than the model takes.
 fn check_unit(
     yaml: &mut YamlReader,
     node: &YamlNode,

@@ -21,7 +21,7 @@ const MARGIN_MM: f64 = 20.0;
 /// Cells over which slopes are averaged for light towards the lens.
 const LEAN_CELLS: usize = 10;
 
-/// CellIndex numbers along x, y, z.
+/// Cell numbers along x, y, z.
 pub(super) type CellIndex = [usize; 3];
 
 /// The height field about a line of light.

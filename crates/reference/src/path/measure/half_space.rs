@@ -47,7 +47,7 @@ pub struct HalfSpace {
     pub n: f64,
 }
 
-/// HalfSpaceSums over light that left after a path in one bin, per photon that entered.
+/// Sums over light that left after a path in one bin, per photon that entered.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PathBin {
     /// Weight [1].

@@ -113,7 +113,7 @@ pub(crate) struct TileSpeckle<'a> {
     row: usize,
     /// Offset into the pattern in the repeat before, in this one and in the next [fine rows].
     offsets: [usize; 3],
-    /// PatternStack coordinate on the line, and its growth from row to row [1, 1/px].
+    /// Stack coordinate on the line, and its growth from row to row [1, 1/px].
     start: f32,
     /// Its growth from row to row [1/px].
     patterns_per_row: f32,

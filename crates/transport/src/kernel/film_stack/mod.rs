@@ -55,9 +55,9 @@ pub struct FilmStack {
     pub enter: f32,
     /// Cosine of the view against the film's normal [1].
     pub view_up: f32,
-    /// UnitSpectrum vector to the lens; x along the line, y along the motion, z up.
+    /// Unit vector to the lens; x along the line, y along the motion, z up.
     pub view: Vec3,
-    /// UnitSpectrum vector to the laser.
+    /// Unit vector to the laser.
     pub light: Vec3,
 }
 
