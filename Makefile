@@ -11,8 +11,8 @@ INDEX ?= 0
 N ?= 2
 FUZZ_SECONDS ?= 600
 ALL = --release --locked --workspace
-# Tests that take seconds and need neither .venv nor Chromium.
-QUICK = architecture dataset dictionary matter numerics program recipe recipe_schema tools transport validate
+# Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
+QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
 .PHONY: help build test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
 
@@ -37,7 +37,7 @@ test: venv ## run every test, readers in Python included
 quick: ## format, lints, unit tests and the tests that take seconds, without Python
 	cargo fmt --all --check
 	cargo clippy $(ALL) --all-targets -- -D warnings
-	cargo test $(ALL) --lib $(QUICK:%=--test %)
+	cargo test $(ALL) --exclude reference --lib $(QUICK:%=--test %)
 
 prepare: ## format, lints, docs, and all that tests need: their programs, and .venv meanwhile
 	cargo fmt --all --check
