@@ -66,7 +66,6 @@ digest() {
     mkdir -p "$2"
     cd "$2"
     cp -r "$root/recipes/meshes" "$root"/recipes/real/*.obj .
-    mkdir -p ../meshes && cp "$root"/recipes/meshes/* ../meshes/ 2>/dev/null || true
     cases
     local recipe name seed seeds="0 1 2"
     [ "$quick" = 1 ] && seeds=0
@@ -76,7 +75,8 @@ digest() {
         for seed in $seeds; do
             note "$name-$seed-gen" --recipe "$recipe" --n 2 --seed "$seed" --out "$name-$seed" --samples-per-shard 2
         done
-        [ -f "$name-0/dataset.json" ] || continue
+        # A case that makes no dataset would be compared with nothing on both sides.
+        [ -f "$name-0/dataset.json" ] || { echo "$recipe made no dataset: $(cat "$name-0-gen.err")" >&2; exit 1; }
         note "$name-validate" validate "$name-0" --json
         note "$name-report" report "$name-0" --no-timing
         note "$name-preview" preview --recipe "$recipe" --out "$name-preview.png"
