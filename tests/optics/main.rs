@@ -22,3 +22,4 @@ mod sensor_chain;
 mod solid_pieces;
 mod speckle;
 mod turntable;
+mod wood_texture;

@@ -77,7 +77,8 @@ pub(super) struct Branch<'a> {
     pub dead: bool,
     /// Cosine of the angle between the direction from the axis to here and down the stem [1].
     pub below: f32,
-    offset: Vec2,
+    /// From the axis to here: around and along the log [mm].
+    pub offset: Vec2,
     section: KnotSection,
 }
 

@@ -11,6 +11,7 @@
 use glam::Vec2;
 use rand::RngExt;
 
+use super::knot_inside::KnotInside;
 use crate::{Class, Stream, normal};
 
 /// Mean and spread of A over the scanned knots [rad].
@@ -47,6 +48,7 @@ pub(super) struct KnotDraw {
     /// G: turn of the axis about the log over a logarithm of the distance from the pith [rad].
     pub turn: f32,
     outline: [Vec2; HARMONICS],
+    inside: KnotInside,
 }
 
 impl KnotDraw {
@@ -65,7 +67,16 @@ impl KnotDraw {
             let amplitude = WOBBLE / ((i + 2) as f64 * power.sqrt());
             Vec2::new((amplitude * part()) as f32, (amplitude * part()) as f32)
         });
-        Self { width, slope, opening, taper, bend, turn: (TURN_SD * turn) as f32, outline }
+        Self {
+            width,
+            slope,
+            opening,
+            taper,
+            bend,
+            turn: (TURN_SD * turn) as f32,
+            outline,
+            inside: KnotInside::grow(stream),
+        }
     }
 }
 
@@ -112,6 +123,7 @@ pub(super) struct Knot {
     /// r / fixed beyond which the width stays [1].
     widest: f32,
     outline: [Vec2; HARMONICS],
+    inside: KnotInside,
 }
 
 /// Powers of the distance from the pith that all knots at a point share.
@@ -173,6 +185,7 @@ impl Knot {
             taper,
             widest: if taper > 0.0 { (0.8 / taper).powi(4) } else { f32::INFINITY },
             outline: draw.outline,
+            inside: draw.inside,
         }
     }
 
@@ -197,6 +210,13 @@ impl Knot {
             half_width,
             widening,
         }
+    }
+
+    /// Absorption inside over that of the knot's wood [1]: `offset` from the axis around and along the log [mm], `x` the
+    /// same in half widths, `below` the cosine of the angle from down the stem, `r` the distance from the log's pith [mm].
+    #[inline]
+    pub fn absorption(&self, offset: Vec2, x: f32, below: f32, r: f32) -> f32 {
+        self.inside.absorption(offset, x, offset.length(), below, r)
     }
 
     #[inline]

@@ -13,6 +13,7 @@ mod decay;
 mod grain_flow;
 mod growth;
 mod knot;
+mod knot_inside;
 mod knot_placement;
 pub mod parameters;
 mod pith;
@@ -148,7 +149,7 @@ impl Plank {
     fn streak(&self, place: &LogPoint, grown: &Grown) -> f32 {
         let layer = |i: usize, cell: [f32; 2]| {
             let p = Vec3::new(grown.bundle * cell[0], grown.t * cell[0], place.l * cell[1]);
-            STREAK_SHARES[i] * self.streaks[i].space(p)
+            STREAK_SHARES[i] * self.streaks[i].bundles(p)
         };
         self.streak * (layer(0, FINE_PER_MM) + layer(1, COARSE_PER_MM))
     }
@@ -189,7 +190,8 @@ impl Plank {
         let kind = if branch.dead { self.kinds.dead_knot } else { self.kinds.sound_knot };
         // Time runs from the axis to the outline as it does from the pith to here.
         let latewood = self.rings.at(r * branch.x).latewood;
-        kind.scaled(1.0 + KNOT_RINGS * (latewood - self.latewood_share), 1.0)
+        let rings = 1.0 + KNOT_RINGS * (latewood - self.latewood_share);
+        kind.scaled(rings * knot.absorption(branch.offset, branch.x, branch.below, r), 1.0)
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! Models: z = thickness + warp + ripple + roughness above the conveyor. Warp is a parabola across the board (cup) plus
 //! a turn that grows along it (twist). The band saw leaves a ripple sqrt2 rms a(y) sin(2 pi (y + q x) / pitch + p(y))
-//! whose amplitude a and phase p drift. Torn fibres leave two layers of noise, longer along the fibre.
+//! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the log,
+//! side by side at random places and of random length (`Noise::fibres`).
 //! Sources: sizes in docs/wood.md. Limits: torn grain around knots, chip marks, wane and checks are not modelled.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
@@ -21,12 +22,11 @@ const RIPPLE_PHASE: f32 = 0.7;
 const RIPPLE_CELL: f32 = 2.5;
 /// Spread of the ridges' slant against the laser line from board to board [1].
 const RIPPLE_SLANT: f64 = 0.03;
-/// Cells of the fine roughness across and along the fibre [mm]; its slope is 8 rad/mm of height across.
-const FINE_MM: Vec2 = Vec2::new(0.3, 0.9);
-/// Cells of the coarse roughness across and along the fibre [mm].
-const COARSE_MM: Vec2 = Vec2::new(1.3, 6.0);
+/// Half widths of torn strands across the fibre and their mean lengths along it [mm]: a few tracheids, a splinter, a
+/// torn-out furrow. Their slope is 5.6 rad/mm of height across and 0.6 along.
+const STRANDS_MM: [Vec2; 3] = [Vec2::new(0.25, 2.2), Vec2::new(0.6, 5.0), Vec2::new(1.6, 11.0)];
 /// Their shares of the root mean square; squares sum to 1 [1].
-const ROUGHNESS_SHARES: [f32; 2] = [0.8, 0.6];
+const STRAND_SHARES: [f32; 3] = [0.66, 0.57, 0.49];
 /// Longest edge of the hull [mm].
 const HULL_EDGE_MM: f32 = 5.0;
 /// Most edges of the hull across and along: warp needs few, and a hull of millions would help nobody.
@@ -54,8 +54,8 @@ pub(super) struct SawnSurface {
     drift: [Noise; 2],
     /// Root mean square [mm].
     roughness: f32,
-    /// Fine and coarse roughness.
-    grain: [Noise; 2],
+    /// Torn strands of each size.
+    strands: [Noise; 3],
     /// Cosine and sine of the log's turn [1].
     turn: Vec2,
 }
@@ -91,7 +91,7 @@ impl SawnSurface {
             slant: (RIPPLE_SLANT * slant) as f32,
             drift: [noise("amplitude"), noise("phase")],
             roughness: 1.0e-3 * board.roughness_um as f32,
-            grain: [noise("fine"), noise("coarse")],
+            strands: ["fine", "middle", "coarse"].map(noise),
             turn: Vec2::new(cos as f32, sin as f32),
         }
     }
@@ -194,17 +194,17 @@ impl SawnProfile<'_> {
 
     #[inline]
     fn roughness(&self, dx: f32) -> Surface {
-        let turn = self.sawn.turn;
+        let sawn = self.sawn;
+        let turn = sawn.turn;
         let log = Vec2::new(dx * turn.x - self.dy * turn.y, dx * turn.y + self.dy * turn.x);
-        let (fine, fine_slope) = self.sawn.grain[0].plane(log / FINE_MM);
-        let (coarse, coarse_slope) = self.sawn.grain[1].plane(log / COARSE_MM);
-        let [a, b] = ROUGHNESS_SHARES.map(|share| share * self.sawn.roughness);
-        let slope = a * fine_slope / FINE_MM + b * coarse_slope / COARSE_MM;
-        Surface {
-            z: a * fine + b * coarse,
-            slope_x: slope.x * turn.x + slope.y * turn.y,
-            slope_y: slope.y * turn.x - slope.x * turn.y,
+        let (mut z, mut slope) = (0.0, Vec2::ZERO);
+        for ((strands, size), share) in sawn.strands.iter().zip(STRANDS_MM).zip(STRAND_SHARES) {
+            let (height, tilt) = strands.fibres(log / size);
+            z += share * height;
+            slope += share * tilt / size;
         }
+        let (z, slope) = (sawn.roughness * z, sawn.roughness * slope);
+        Surface { z, slope_x: slope.x * turn.x + slope.y * turn.y, slope_y: slope.y * turn.x - slope.x * turn.y }
     }
 
     /// The upper surface above `x` [mm]; `None` beside the board.
