@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use output_schema::{MAX_SAMPLES, MAX_SHARDS};
 
 use super::progress::{GenerateBar, counted, describe_bytes, describe_duration, say};
-use super::{CommandResult, GenerateArgs, UsageError, print};
+use super::{CommandResult, GenerateArgs, LoadedRecipe, UsageError, print};
 use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, dataset_head, generate};
 use bench::settings::Transport;
 use dataset::Dataset;
@@ -24,8 +24,9 @@ pub(super) fn run(arguments: &GenerateArgs) -> CommandResult {
     };
     let threads = threads(arguments.threads)?;
     let samples = requested_samples(arguments)?;
-    let recipe = super::load(name)?;
-    let request = dataset_request(arguments, &recipe, samples)?;
+    let loaded = super::load(name)?;
+    let request = dataset_request(arguments, &loaded, samples)?;
+    let recipe = loaded.recipe;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     warn(&recipe);
     pool.install(|| {
@@ -88,22 +89,26 @@ fn requested_samples(arguments: &GenerateArgs) -> Result<u64, UsageError> {
     n.map_err(UsageError)
 }
 
-/// The dataset that the request continues: the folder that --recipe names, unless --out names another.
-fn continued(arguments: &GenerateArgs) -> Option<Dataset> {
-    let root = arguments.recipe.as_deref().map(Path::new).filter(|root| root.is_dir())?;
+/// The request that the arguments make. A dataset that is there already keeps its samples per shard, and where its folder is
+/// named in place of a recipe its seed too, unless others are asked for.
+fn dataset_request(
+    arguments: &GenerateArgs,
+    loaded: &LoadedRecipe,
+    samples: u64,
+) -> Result<DatasetRequest, UsageError> {
+    let recipe = &loaded.recipe;
+    let out = match (&arguments.out, &loaded.dataset) {
+        (Some(out), _) => out.clone(),
+        (None, Some(dataset)) => dataset.root().to_path_buf(),
+        (None, None) => PathBuf::from("out").join(recipe.name()),
+    };
     let place = |path: &Path| path.canonicalize().ok();
-    let same = arguments.out.as_deref().is_none_or(|out| place(out).is_some() && place(out) == place(root));
-    Dataset::open(root).ok().filter(|_| same)
-}
-
-fn dataset_request(arguments: &GenerateArgs, recipe: &Recipe, samples: u64) -> Result<DatasetRequest, UsageError> {
-    let continued = continued(arguments);
-    let begun = continued.as_ref();
-    let out = || begun.map_or_else(|| PathBuf::from("out").join(recipe.name()), |begun| begun.root().to_path_buf());
+    let named = loaded.dataset.as_ref().filter(|dataset| place(&out) == place(dataset.root()));
+    let begun = Dataset::open(&out).ok();
     let request = DatasetRequest {
         samples,
-        seed: arguments.seed.or(begun.map(|begun| begun.head().seed)).unwrap_or(0),
-        out: arguments.out.clone().unwrap_or_else(out),
+        seed: arguments.seed.or(named.map(|dataset| dataset.head().seed)).unwrap_or(0),
+        out,
         part: arguments.part,
         samples_per_shard: arguments.samples_per_shard.or(begun.map(|begun| begun.head().samples_per_shard)),
     };

@@ -117,15 +117,15 @@ pub(crate) struct GenerateArgs {
 
 #[derive(Debug, Args)]
 struct PreviewArgs {
-    /// Recipe: a YAML file, or a built-in one
+    /// Recipe: a YAML file, a built-in one, or the folder of a dataset
     #[arg(long, value_name = "FILE")]
     recipe: String,
     /// Which sample
     #[arg(long, default_value_t = 0)]
     index: u64,
-    /// Seed
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    /// Seed [default: that of the dataset whose folder --recipe names, else 0]
+    #[arg(long)]
+    seed: Option<u64>,
     /// Where the picture goes (PNG)
     #[arg(long, value_name = "FILE", default_value = "preview.png")]
     out: PathBuf,
@@ -181,18 +181,32 @@ fn print(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-/// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`.
-fn load(name: &str) -> Result<Recipe, Box<dyn std::error::Error + Send + Sync>> {
-    if Path::new(name).join(DATASET).is_file() {
-        return Ok(crate::generate::recipe_of(&Dataset::open(Path::new(name))?)?);
+/// A recipe, and the dataset that it was taken from where a folder was named.
+struct LoadedRecipe {
+    recipe: Recipe,
+    dataset: Option<Dataset>,
+}
+
+impl LoadedRecipe {
+    /// The seed that was asked for, else that of the dataset, else 0.
+    fn seed(&self, asked: Option<u64>) -> u64 {
+        asked.or(self.dataset.as_ref().map(|dataset| dataset.head().seed)).unwrap_or(0)
     }
-    Ok(Recipe::load(name)?)
+}
+
+/// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`.
+fn load(name: &str) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
+    if Path::new(name).join(DATASET).is_file() {
+        let dataset = Dataset::open(Path::new(name))?;
+        return Ok(LoadedRecipe { recipe: crate::generate::recipe_of(&dataset)?, dataset: Some(dataset) });
+    }
+    Ok(LoadedRecipe { recipe: Recipe::load(name)?, dataset: None })
 }
 
 fn preview_command(arguments: &PreviewArgs) -> CommandResult {
-    let recipe = load(&arguments.recipe)?;
-    generate::warn(&recipe);
-    let picture = preview::preview(&recipe, arguments.seed, arguments.index);
+    let loaded = load(&arguments.recipe)?;
+    generate::warn(&loaded.recipe);
+    let picture = preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index);
     output::write(&arguments.out, &output::png(&picture)?)?;
     say(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
     Ok(ExitCode::SUCCESS)

@@ -41,6 +41,31 @@ fn previews(place: &Place) {
     assert!(place.path("preview.png").exists());
 }
 
+/// The folder of a dataset in place of a recipe shows the samples of that dataset: those of its seed.
+#[test]
+fn a_preview_of_a_dataset_shows_its_samples() {
+    let place = Place::with(&[]);
+    place.make("set", "--n 1 --seed 5");
+    place.done("preview --recipe set --index 3 --out of-the-set.png");
+    place.done("preview --recipe tiny.yaml --index 3 --seed 5 --out of-its-seed.png");
+    place.done("preview --recipe set --index 3 --seed 0 --out of-seed-0.png");
+    let read = |name: &str| fs::read(place.path(name)).expect("a picture");
+    assert_eq!(read("of-the-set.png"), read("of-its-seed.png"));
+    assert_ne!(read("of-the-set.png"), read("of-seed-0.png"));
+}
+
+/// A dataset keeps its samples per shard: the command that goes on with it needs not name them again.
+#[test]
+fn a_dataset_goes_on_with_its_own_shards() {
+    let place = Place::with(&[]);
+    place.make("set", "--n 2 --samples-per-shard 2");
+    place.make("set", "--n 5");
+    let head = place.json("set/dataset.json");
+    assert_eq!((&head["samples_per_shard"], &head["samples"], &head["shards"]), (&2.into(), &5.into(), &3.into()));
+    let refused = place.run("--recipe tiny.yaml --n 5 --out set --samples-per-shard 3");
+    assert!(refused.code == 1 && refused.err.contains("2 -> 3"), "{}", refused.err);
+}
+
 #[test]
 fn validation_passes_what_is_whole_and_names_what_is_not() {
     Place::of_each_subject(&[]).iter().for_each(validates);
