@@ -1,5 +1,5 @@
-//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen schema`, `gen transport`, `gen study`,
-//! `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`.
+//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen recipe`, `gen schema`, `gen transport`,
+//! `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for.
 
@@ -10,6 +10,7 @@ mod generate;
 mod icon;
 mod output;
 mod progress;
+mod recipe;
 mod report;
 mod study;
 mod transport;
@@ -25,7 +26,7 @@ use output_schema::file::DATASET;
 use crate::preview;
 use dataset::Dataset;
 use progress::say;
-use recipe::{self, Recipe};
+use ::recipe::Recipe;
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
 #[derive(Debug, Parser)]
@@ -36,7 +37,8 @@ use recipe::{self, Recipe};
   gen --recipe wood.yaml --n 10000 --out planks                make it, or continue it
   gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
   gen validate planks                                          check every file and label
-  gen transport --medium wood.yaml --model path                light inside plane layers
+  gen recipe show wood > mine.yaml                             a recipe to change; gen recipe list
+  gen transport --medium clear-wood --model path               light inside plane layers
   gen study point                                              a point of light on wood, by every model
   gen compare planks scans                                     simulated beside real: noise, speckle, plots
   gen check planks --model knots.onnx                          what a trained model makes of it
@@ -57,6 +59,12 @@ enum Command {
     Preview(PreviewArgs),
     /// Check a dataset: files, draws, images, labels, statistics, samples rendered again
     Validate(validate::ValidateArgs),
+    /// List the recipes that are built in, or print the text of one
+    Recipe {
+        /// What to do
+        #[command(subcommand)]
+        what: recipe::RecipeCommand,
+    },
     /// Ask a model of light inside matter about plane layers: reflectance, spread, angles, with standard errors
     Transport(transport::TransportArgs),
     /// Compare the models of light inside matter: a table, a JSON file and a picture
@@ -150,6 +158,7 @@ pub fn run() -> ExitCode {
     let outcome = match cli.command {
         Some(Command::Preview(arguments)) => preview_command(&arguments),
         Some(Command::Validate(arguments)) => validate::run(&arguments),
+        Some(Command::Recipe { what }) => recipe::run(&what),
         Some(Command::Transport(arguments)) => transport::run(&arguments),
         Some(Command::Study { what }) => study::run(&what),
         Some(Command::Compare(arguments)) => compare::run(&arguments),
@@ -200,6 +209,12 @@ fn load(name: &str) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + S
         let dataset = Dataset::open(Path::new(name))?;
         return Ok(LoadedRecipe { recipe: crate::generate::recipe_of(&dataset)?, dataset: Some(dataset) });
     }
+    if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name) {
+        say(&format!(
+            "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes the file",
+            known.name
+        ));
+    }
     Ok(LoadedRecipe { recipe: Recipe::load(name)?, dataset: None })
 }
 
@@ -214,9 +229,9 @@ fn preview_command(arguments: &PreviewArgs) -> CommandResult {
 
 fn schema_command(what: SchemaKind) -> CommandResult {
     let text = match what {
-        SchemaKind::Recipe => format!("{:#}\n", recipe::schema()),
+        SchemaKind::Recipe => format!("{:#}\n", ::recipe::schema()),
         SchemaKind::Dataset => format!("{:#}\n", output_schema::json_schema()),
-        SchemaKind::RecipeReference => recipe::reference_markdown(),
+        SchemaKind::RecipeReference => ::recipe::reference_markdown(),
     };
     print(&text);
     Ok(ExitCode::SUCCESS)

@@ -8,7 +8,6 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
 use super::progress::{WorkBar, say};
 use super::{CommandResult, output, print};
-use recipe::Recipe;
 use reference::path::Effort;
 use study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
 use study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
@@ -82,7 +81,7 @@ pub(super) struct InstrumentArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ProfileArgs {
-    /// Recipe: a YAML file, or a built-in one
+    /// Recipe: a YAML file, a built-in one, or the folder of a dataset
     #[arg(long, value_name = "FILE")]
     recipe: String,
     /// Which sample
@@ -109,12 +108,18 @@ pub(super) struct StudyArgs {
     /// Folder for the JSON file and the picture, or the picture's own name, ending in .png; folders are made
     #[arg(long, value_name = "PATH", default_value = "out/study")]
     out: PathBuf,
-    /// Seed of all chance
-    #[arg(long, value_name = "S", default_value_t = 0)]
-    seed: u64,
+    /// Seed of all chance [default: that of the dataset whose folder --recipe names, else 0]
+    #[arg(long, value_name = "S")]
+    seed: Option<u64>,
     /// Threads [default: all cores]
     #[arg(long, value_name = "T")]
     threads: Option<usize>,
+}
+
+impl StudyArgs {
+    fn seed(&self) -> u64 {
+        self.seed.unwrap_or(0)
+    }
 }
 
 pub(super) fn run(study: &StudyCommand) -> CommandResult {
@@ -126,7 +131,8 @@ pub(super) fn run(study: &StudyCommand) -> CommandResult {
             run_photon_study(arguments, "transport", lines::PHOTONS, lines::workload, lines::study)
         }
         StudyCommand::Profile(one) => {
-            let scene = Recipe::load(&one.recipe)?.draw(one.arguments.common.seed, one.index);
+            let loaded = super::load(&one.recipe)?;
+            let scene = loaded.recipe.draw(loaded.seed(one.arguments.common.seed), one.index);
             let chosen = one.profile.unwrap_or(scene.size.profiles / 2);
             if chosen >= scene.size.profiles {
                 let last = scene.size.profiles - 1;
@@ -140,9 +146,9 @@ pub(super) fn run(study: &StudyCommand) -> CommandResult {
         StudyCommand::Speckle(of) => run_instrument_study(of, "speckle", speckle::study),
         StudyCommand::Laser(of) => run_instrument_study(of, "laser", laser::study),
         StudyCommand::Packs(of) => {
-            let recipe = Recipe::load(&of.recipe)?;
+            let recipe = super::load(&of.recipe)?.recipe;
             run_study(&of.common, "packs", packs::workload(), |progress| {
-                packs::study(&recipe, of.common.seed, progress)
+                packs::study(&recipe, of.common.seed(), progress)
             })
         }
     }
@@ -156,7 +162,7 @@ fn run_photon_study(
     work: fn(Effort) -> u64,
     study: impl Fn(Effort, StudyProgress) -> StudyReport + Sync,
 ) -> CommandResult {
-    let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed };
+    let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed() };
     run_study(&arguments.common, name, work(effort), |progress| Ok(study(effort, progress)))
 }
 
@@ -166,7 +172,7 @@ fn run_instrument_study(
     name: &str,
     study: fn(Trials, StudyProgress) -> StudyReport,
 ) -> CommandResult {
-    let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed };
+    let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed() };
     run_study(&of.common, name, trials.repeats, |progress| Ok(study(trials, progress)))
 }
 

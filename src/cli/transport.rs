@@ -22,14 +22,14 @@ const MAX_PHOTONS: u64 = 1_000_000_000_000;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  gen transport --medium recipes/media/van-de-hulst.yaml --model path
-  gen transport --medium recipes/media/clear-wood.yaml --model kernel --out clear.json
-  gen transport --medium knot.yaml --model path --photons 10000000 --seed 1 --out knot.json
+  gen transport --medium van-de-hulst --model path
+  gen transport --medium clear-wood --model kernel --out clear.json
+  gen transport --medium mine.yaml --model path --photons 10000000 --seed 1 --out mine.json
 
 recipes/media/README.md explains every key of a medium. The same medium, model, photons and seed
 give the same bytes for any number of threads.")]
 pub(super) struct TransportArgs {
-    /// Layers and question: a YAML file
+    /// Layers and question: a YAML file, or one that is built in (clear-wood, sound-knot, sealed-flange, ...)
     #[arg(long, value_name = "FILE")]
     medium: PathBuf,
     /// Who is asked
@@ -53,6 +53,9 @@ pub(super) struct TransportArgs {
 pub(super) fn run(arguments: &TransportArgs) -> CommandResult {
     let threads = super::generate::threads(arguments.threads)?;
     let model = Model::ALL.into_iter().find(|model| model.name() == arguments.model).ok_or("no such model")?;
+    if let Some(known) = LayeredMedium::built_in(&arguments.medium).filter(|known| *known != arguments.medium.as_os_str()) {
+        say(&format!("there is no file {}: the built-in medium `{known}` is taken", arguments.medium.display()));
+    }
     let medium = LayeredMedium::load(&arguments.medium)?;
     if let Some(out) = &arguments.out {
         output::check_writable(out)?;

@@ -148,6 +148,54 @@ fn built_in_recipes_work_anywhere_and_files_win() {
     assert_eq!(place.json("mine/dataset.json")["images"]["cols"], 64);
 }
 
+/// A built-in recipe in place of a file that is not there is told; by its own name it is what was asked for.
+#[test]
+fn a_built_in_recipe_is_taken_aloud() {
+    let place = Place::new();
+    let words = ["there is no file wood-small.yaml", "built-in recipe `wood-small`", "gen recipe show wood-small"];
+    let run = place.done("--recipe wood-small.yaml --n 1 --out set");
+    words.iter().for_each(|word| assert!(run.err.contains(word), "no `{word}` in {}", run.err));
+    let run = place.done("--recipe wood-small --n 1 --out set");
+    assert!(!run.err.contains("built-in"), "{}", run.err);
+    place.write("wood-small.yaml", place.done("recipe show wood-small").out);
+    let run = place.done("--recipe wood-small.yaml --n 1 --out set");
+    assert!(!run.err.contains("built-in"), "{}", run.err);
+}
+
+#[test]
+fn built_in_recipes_are_listed_and_printed() {
+    let place = Place::new();
+    let listed = place.done("recipe list").out;
+    let documents: Value = serde_json::from_str(&place.done("recipe list --json").out).expect("it is JSON");
+    let names: Vec<&str> =
+        documents.as_array().expect("a list").iter().filter_map(|recipe| recipe["name"].as_str()).collect();
+    assert!(names.contains(&"wood") && names.contains(&"thesis/blister"), "{names:?}");
+    assert_eq!(listed.lines().count(), names.len(), "{listed}");
+    for (line, name) in listed.lines().zip(&names) {
+        assert!(line.starts_with(&format!("{name} ")), "{line}");
+    }
+    assert_eq!(place.done("recipe show wood").out, include_str!("../../recipes/wood.yaml"));
+    let full: Value = serde_json::from_str(&place.done("recipe show wood --json").out).expect("it is JSON");
+    assert_eq!((&full["name"], &full["camera"]["lens"]), (&"wood".into(), &"thin_lens".into()));
+    // Of a dataset too.
+    place.write("tiny.yaml", program::recipe(&[]));
+    place.make("set", "--n 1");
+    assert_eq!(place.done("recipe show set").out, program::recipe(&[]));
+    let run = place.run("recipe show wod");
+    assert!(run.code == 1 && run.err.contains("did you mean `wood`"), "{}", run.err);
+}
+
+/// Every example of the help that needs no file of the user's works where it stands.
+#[test]
+fn examples_of_the_help_work() {
+    let place = Place::new();
+    let help = place.done("--help").out;
+    for example in ["transport --medium clear-wood --model path", "recipe show wood", "schema recipe"] {
+        assert!(help.contains(&format!("gen {example}")), "no `{example}` in {help}");
+        place.done(&format!("{example}{}", if example.starts_with("transport") { " --photons 128" } else { "" }));
+    }
+}
+
 #[test]
 fn pipes_get_plain_text_and_progress_stays_off_standard_output() {
     let place = Place::with(&[]);

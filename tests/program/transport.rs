@@ -78,6 +78,21 @@ fn examples_are_understood() {
     }
 }
 
+/// Every example is built in too: by its name, and where its file is missing, which is told.
+#[test]
+fn examples_are_built_in() {
+    let (beside, bare) = (place(), Place::new());
+    for (name, _) in examples() {
+        let ask = |name: &str| format!("transport --medium {name} --model path --photons 128");
+        let file = beside.done(&ask(&name));
+        let stem = name.trim_end_matches(".yaml");
+        let built_in = bare.done(&ask(stem));
+        assert_eq!((file.out.as_str(), built_in.err.as_str()), (built_in.out.as_str(), ""), "{name}");
+        let missing = bare.done(&ask(&format!("recipes/media/{name}")));
+        assert!(missing.out == file.out && missing.err.contains("the built-in medium"), "{}", missing.err);
+    }
+}
+
 /// Bytes are the same for one thread and for two, on standard output and in a file; another seed gives others.
 #[test]
 fn bytes_follow_from_medium_and_effort() {

@@ -5,23 +5,61 @@ use std::path::{Path, PathBuf};
 use crate::asset::AssetSource;
 use yaml::{YamlFaults, nearest_spelling, read_bytes, utf8_text};
 
-/// The recipes that are built in, by name.
-pub(super) const EMBEDDED: [(&str, &str); 14] = [
-    ("wood", include_str!("../../../recipes/wood.yaml")),
-    ("wood-small", include_str!("../../../recipes/wood-small.yaml")),
-    ("blister", include_str!("../../../recipes/blister.yaml")),
-    ("blister-small", include_str!("../../../recipes/blister-small.yaml")),
-    ("blister-clear", include_str!("../../../recipes/blister-clear.yaml")),
-    ("blister-opaque", include_str!("../../../recipes/blister-opaque.yaml")),
-    ("wood-train", include_str!("../../../recipes/wood-train.yaml")),
-    ("blister-train", include_str!("../../../recipes/blister-train.yaml")),
-    ("sawtooth", include_str!("../../../recipes/sawtooth.yaml")),
-    ("sawtooth-small", include_str!("../../../recipes/sawtooth-small.yaml")),
-    ("mesh-small", include_str!("../../../recipes/mesh-small.yaml")),
-    ("thesis/sawtooth", include_str!("../../../recipes/thesis/sawtooth.yaml")),
-    ("thesis/wood", include_str!("../../../recipes/thesis/wood.yaml")),
-    ("thesis/blister", include_str!("../../../recipes/thesis/blister.yaml")),
+/// A recipe that is built in.
+#[derive(Debug, Clone, Copy)]
+pub struct BuiltInRecipe {
+    /// Its name, also as `recipes/{name}.yaml`.
+    pub name: &'static str,
+    /// What it is, in a few words.
+    pub summary: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+/// A built-in recipe, whose text is the file of its name below `recipes`.
+macro_rules! built_in {
+    ($name:literal, $summary:literal) => {
+        BuiltInRecipe {
+            name: $name,
+            summary: $summary,
+            text: include_str!(concat!("../../../recipes/", $name, ".yaml")),
+        }
+    };
+}
+
+/// The recipes that are built in.
+pub(super) const EMBEDDED: [BuiltInRecipe; 14] = [
+    built_in!("wood", "the thesis' scan of boards at full size"),
+    built_in!("wood-small", "a small one to try things with"),
+    built_in!("blister", "the thesis' scan of packs at full size: white tablets under coloured, half clear film"),
+    built_in!("blister-small", "a small one to try things with"),
+    built_in!("blister-clear", "transparent film, so that pockets show what lies in them"),
+    built_in!("blister-opaque", "white film over oblong tablets, so that little light comes back from below"),
+    built_in!("wood-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
+    built_in!("blister-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
+    built_in!("sawtooth", "the calibration piece RCAL-300 at full size, of blasted metal"),
+    built_in!("sawtooth-small", "a small one to try things with, of metal and of plastic"),
+    built_in!("mesh-small", "a plate with a hole, an arch and a ball, from a file of triangles"),
+    built_in!("thesis/sawtooth", "the thesis' simulation by its tables and scripts, slow"),
+    built_in!("thesis/wood", "the thesis' simulation by its tables and scripts, slow"),
+    built_in!("thesis/blister", "the thesis' simulation by its tables and scripts, slow"),
 ];
+
+/// The built-in recipe that `name` stands for: its name, also as `recipes/{name}.yaml`, where no such file is.
+pub(super) fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
+    let path = Path::new(name);
+    if path.exists() && !path.is_dir() {
+        return None;
+    }
+    EMBEDDED.iter().find(|known| known.name == stem(name))
+}
+
+/// A name without the folder and the ending that those of built-in recipes may have.
+fn stem(name: &str) -> &str {
+    let stem = name.strip_prefix("./").unwrap_or(name);
+    let stem = stem.strip_prefix("recipes/").unwrap_or(stem);
+    stem.strip_suffix(".yaml").unwrap_or(stem)
+}
 
 /// The text of the recipe `name`: of the file, or else of the embedded recipe `name`, also as `recipes/{name}.yaml`; and
 /// where the files are that it names.
@@ -36,14 +74,11 @@ pub(super) fn text(name: &str) -> Result<(String, AssetSource), RecipeError> {
             Err(source) => Err(RecipeError::Unreadable { path: path.to_owned(), source }),
         };
     }
-    let stem = name.strip_prefix("./").unwrap_or(name);
-    let stem = stem.strip_prefix("recipes/").unwrap_or(stem);
-    let stem = stem.strip_suffix(".yaml").unwrap_or(stem);
-    match EMBEDDED.iter().find(|(known, _)| *known == stem) {
-        Some((_, text)) => Ok(((*text).to_owned(), AssetSource::BuiltIn)),
+    match built_in(name) {
+        Some(known) => Ok((known.text.to_owned(), AssetSource::BuiltIn)),
         None => {
-            let known: Vec<_> = EMBEDDED.iter().map(|(known, _)| *known).collect();
-            let nearest = nearest_spelling(stem, known.iter().copied()).map(str::to_owned);
+            let known: Vec<_> = EMBEDDED.iter().map(|known| known.name).collect();
+            let nearest = nearest_spelling(stem(name), known.iter().copied()).map(str::to_owned);
             Err(RecipeError::NotFound { name: name.to_owned(), known, nearest })
         }
     }

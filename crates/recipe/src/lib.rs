@@ -34,7 +34,7 @@ use bench::split::Split;
 pub use self::canonical::differences;
 pub use self::class::Class;
 pub use self::distribution::Distribution;
-pub use self::embedded::RecipeError;
+pub use self::embedded::{BuiltInRecipe, RecipeError};
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
@@ -119,9 +119,14 @@ impl Recipe {
         Ok(Self { name, subject, settings, line, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
     }
 
-    /// Names of the recipes that are built in.
-    pub fn embedded() -> impl Iterator<Item = &'static str> {
-        embedded::EMBEDDED.iter().map(|(name, _)| *name)
+    /// The recipes that are built in.
+    pub fn embedded() -> impl Iterator<Item = &'static BuiltInRecipe> {
+        embedded::EMBEDDED.iter()
+    }
+
+    /// The built-in recipe that [`Self::load`] takes for `name`; `None` where it takes a file, or finds nothing.
+    pub fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
+        embedded::built_in(name)
     }
 
     /// Name of the dataset.

@@ -5,29 +5,22 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::distribution::{FORMS, range};
+use super::embedded::EMBEDDED;
 use super::keys::{RecipeSection, SECTIONS, tidy, unit};
 use yaml::number_text;
 
+/// What a recipe is.
 const OPENING: &str = "\
 # Recipes
 
 A recipe is a YAML file that says what a dataset is made of: the bench, the objects, the kinds of samples and what is
-written. These are built into the program, so `wood` names the first wherever no file of that name exists:
+written. These are built into the program, so `wood` names the first wherever no file of that name exists; `gen recipe list`
+lists them, and `gen recipe show wood > mine.yaml` copies one:
 
-| recipe | subject | what |
-|---|---|---|
-| `wood.yaml` | wood | the thesis' scan of boards at full size |
-| `wood-small.yaml` | wood | a small one to try things with |
-| `blister.yaml` | blister | the thesis' scan of packs at full size: white tablets under coloured, half clear film |
-| `blister-small.yaml` | blister | a small one to try things with |
-| `blister-clear.yaml` | blister | transparent film, so that pockets show what lies in them |
-| `blister-opaque.yaml` | blister | white film over oblong tablets, so that little light comes back from below |
-| `wood-train.yaml`, `blister-train.yaml` | each | many small samples, to train and to test classifiers with: docs/baselines.md |
-| `sawtooth.yaml` | sawtooth | the calibration piece RCAL-300 at full size, of blasted metal |
-| `sawtooth-small.yaml` | sawtooth | a small one to try things with, of metal and of plastic |
-| `mesh-small.yaml` | mesh | a plate with a hole, an arch and a ball, from a file of triangles |
-| `thesis/wood.yaml`, `thesis/blister.yaml`, `thesis/sawtooth.yaml` | each | the thesis' simulation by its tables and scripts, slow |
+";
 
+/// How one is written.
+const WRITING: &str = "
 This page is generated from the tables that the program reads recipes with (`BLESS=1 cargo test --test recipe_schema`
 writes it again), and so is `recipe.schema.json`, by which editors complete and check a recipe that begins with
 
@@ -121,6 +114,11 @@ const SOURCES: &str = "\
 /// Every key of a recipe: meaning, unit, default, range and source, in Markdown.
 pub fn reference_markdown() -> String {
     let mut page = OPENING.to_owned();
+    page.push_str("| recipe | what |\n|---|---|\n");
+    for recipe in &EMBEDDED {
+        row(&mut page, &[&format!("`{}.yaml`", recipe.name), recipe.summary]);
+    }
+    page.push_str(WRITING);
     page.push_str("\n## Distributions\n\n");
     page.push_str("| form | draws | source |\n|---|---|---|\n| `v` | always v | |\n");
     for form in FORMS {

@@ -24,11 +24,35 @@ pub struct LayeredMedium {
     pub question: Question,
 }
 
+/// A medium that is built in, whose text is the file of its name below `recipes/media`.
+macro_rules! built_in {
+    ($($name:literal),+ $(,)?) => {
+        [$(($name, include_str!(concat!("../../../../recipes/media/", $name, ".yaml"))),)+]
+    };
+}
+
+/// The media that are built in, by name.
+const EMBEDDED: [(&str, &str); 9] = built_in!(
+    "clear-wood",
+    "giovanelli",
+    "mcml-three-layers",
+    "sealed-flange",
+    "sound-knot",
+    "tilted-light-on-a-tensor",
+    "van-de-hulst",
+    "white-pvc-over-air-over-foil",
+    "white-pvc-over-air-over-tablet",
+);
+
 /// Why there is no medium.
 #[derive(Debug, thiserror::Error)]
 pub enum MediumError {
-    /// The file cannot be read.
-    #[error("cannot read the medium `{}`: {source}; examples are in recipes/media", path.display())]
+    /// The file cannot be read, and no built-in medium has its name.
+    #[error(
+        "cannot read the medium `{}`: {source}; give a file as those in recipes/media, or one that is built in: {}",
+        path.display(),
+        EMBEDDED.map(|(name, _)| name).join(", ")
+    )]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -41,8 +65,17 @@ pub enum MediumError {
 }
 
 impl LayeredMedium {
-    /// The medium in the file `path`.
+    /// The name of the built-in medium that [`Self::load`] takes for `path`: its name, also as `recipes/media/{name}.yaml`,
+    /// where no such file is.
+    pub fn built_in(path: &Path) -> Option<&'static str> {
+        embedded(path).map(|(name, _)| name)
+    }
+
+    /// The medium in the file `path`, or else the built-in one of that name.
     pub fn load(path: &Path) -> Result<Self, MediumError> {
+        if let Some((name, text)) = embedded(path) {
+            return Ok(Self::parse(name, text)?);
+        }
         let bytes = read_bytes(path).map_err(|source| MediumError::Unreadable { path: path.to_owned(), source })?;
         let origin = path.display().to_string();
         Ok(Self::parse(&origin, &utf8_text(&origin, bytes, reader::NOUN)?)?)
@@ -52,4 +85,13 @@ impl LayeredMedium {
     pub fn parse(origin: &str, text: &str) -> Result<Self, YamlFaults> {
         reader::read(origin, text)
     }
+}
+
+/// Name and text of the built-in medium that `path` stands for.
+fn embedded(path: &Path) -> Option<(&'static str, &'static str)> {
+    let name = path.to_str().filter(|_| !path.exists())?;
+    let name = name.strip_prefix("./").unwrap_or(name);
+    let name = name.strip_prefix("recipes/media/").unwrap_or(name);
+    let name = name.strip_suffix(".yaml").unwrap_or(name);
+    EMBEDDED.into_iter().find(|(known, _)| *known == name)
 }

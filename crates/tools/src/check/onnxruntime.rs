@@ -32,10 +32,10 @@ pub fn load() -> Result<Environment, String> {
         return Ok(environment.clone());
     }
     let asked = var_os(LIBRARY_VARIABLE).filter(|path| !path.is_empty()).map(PathBuf::from);
+    let places = environments(var_os("VIRTUAL_ENV").map(PathBuf::from), current_dir().ok(), current_exe().ok());
     let tried = match &asked {
         Some(path) => vec![std::path::absolute(path).ok().filter(|path| path.exists()).unwrap_or(path.clone())],
         None => {
-            let places = environments(var_os("VIRTUAL_ENV").map(PathBuf::from), current_dir().ok(), current_exe().ok());
             let mut found: Vec<PathBuf> = places.iter().flat_map(|place| in_environment(place)).collect();
             found.extend(["", ".1"].map(|end| PathBuf::from(format!("{DLL_PREFIX}onnxruntime.{DLL_EXTENSION}{end}"))));
             found
@@ -60,7 +60,11 @@ pub fn load() -> Result<Environment, String> {
         Some(_) => format!(
             "{LIBRARY_VARIABLE} names no onnxruntime library ({reasons}); correct or unset it, or {INSTALL_REMEDY}"
         ),
-        None => format!("onnxruntime is not found ({reasons}); {INSTALL_REMEDY}"),
+        None => format!(
+            "onnxruntime is not found; {} ({reasons}); if it is installed in another Python environment, activate that one; \
+             else {INSTALL_REMEDY}",
+            searched(&places, var_os("VIRTUAL_ENV").is_some())
+        ),
     })
 }
 
@@ -72,6 +76,25 @@ fn environments(active: Option<PathBuf>, folder: Option<PathBuf>, program: Optio
     let mut places: Vec<PathBuf> = active.into_iter().collect();
     places.extend(above(folder).into_iter().chain(above(program)));
     places
+}
+
+/// What was looked through, in words.
+fn searched(places: &[PathBuf], active: bool) -> String {
+    let mut words = vec![format!("{LIBRARY_VARIABLE} is not set")];
+    if !active {
+        words.push("no Python environment is active (VIRTUAL_ENV is not set)".into());
+    }
+    let mut named: Vec<&PathBuf> = Vec::new();
+    for place in places.iter().filter(|place| place.is_dir()) {
+        if !named.contains(&place) {
+            named.push(place);
+        }
+    }
+    words.extend(named.iter().map(|place| format!("{} has no package onnxruntime", place.display())));
+    if named.is_empty() {
+        words.push("there is no .venv in this folder, beside the program, or above either".into());
+    }
+    format!("searched: {}, and the system's libraries", words.join(", "))
 }
 
 /// Libraries of the package `onnxruntime` in a Python environment, the newest Python first.
@@ -109,6 +132,21 @@ mod tests {
         if cfg!(target_os = "linux") {
             assert_eq!(found, [capi.join("libonnxruntime.so.1.31.1")]);
         }
+    }
+
+    /// Who has installed the package elsewhere reads where it was looked for, and that no environment is active.
+    #[test]
+    fn what_was_searched_is_named() {
+        let place = tempfile::tempdir().expect("a folder");
+        let [there, gone] = [place.path().join(".venv"), place.path().join("above/.venv")];
+        fs::create_dir(&there).expect("a folder");
+        let told = searched(&[there.clone(), gone.clone(), there.clone()], false);
+        let named = format!("{} has no package onnxruntime", there.display());
+        assert_eq!(told.matches(&named).count(), 1, "{told}");
+        assert!(!told.contains(&gone.display().to_string()) && told.contains("VIRTUAL_ENV is not set"), "{told}");
+        assert!(told.contains("ORT_DYLIB_PATH is not set") && told.contains("the system's libraries"), "{told}");
+        let told = searched(&[gone], true);
+        assert!(told.contains("there is no .venv") && !told.contains("VIRTUAL_ENV"), "{told}");
     }
 
     #[test]
