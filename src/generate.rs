@@ -92,11 +92,11 @@ fn assets(recipe: &Recipe) -> Vec<AssetHead> {
     recipe.files().map(one).collect()
 }
 
-/// The recipe of a dataset, from the folder alone: its text, and the copies of the files that it names.
+/// The copies that a dataset keeps of the files that its recipe names.
 ///
 /// # Errors
-/// In words, where it does not load, or no longer means the same.
-pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
+/// In words, where they should lie outside the folder.
+pub fn kept_files(folder: &Dataset) -> Result<AssetSource, String> {
     let head = folder.head();
     if let Some(asset) = head.assets.iter().find(|asset| !asset.is_in_folder()) {
         return Err(format!("dataset.json says that `{}` lies in `{}`", asset.key, asset.path));
@@ -106,7 +106,15 @@ pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
         name: asset.name.clone(),
         path: folder.root().join(&asset.path),
     };
-    let files = AssetSource::Kept(head.assets.iter().map(kept).collect());
+    Ok(AssetSource::Kept(head.assets.iter().map(kept).collect()))
+}
+
+/// The recipe of a dataset, from the folder alone: its text, and the copies of the files that it names.
+///
+/// # Errors
+/// In words, where it does not load, or no longer means the same.
+pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
+    let (head, files) = (folder.head(), kept_files(folder)?);
     let recipe = Recipe::parse_with("dataset.json", &head.recipe.text, &files).map_err(|error| error.to_string())?;
     if recipe.hash() == head.recipe.hash {
         return Ok(recipe);

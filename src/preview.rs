@@ -23,13 +23,13 @@ const FOOT_PX: u32 = 46;
 /// Rows of the sensor frame shown above and below the line [px].
 const FRAME_MARGIN_ROWS: usize = 20;
 
-/// Renders sample `index` and draws it.
-pub fn preview(recipe: &Recipe, seed: u64, index: u64) -> RgbImage {
+/// Renders sample `index` and draws it; `progress` is told how many profiles more are rendered.
+pub fn preview(recipe: &Recipe, seed: u64, index: u64, progress: &(dyn Fn(u64) + Sync)) -> RgbImage {
     let mut scene = recipe.draw(seed, index);
     // One exposure of the middle of the scan; the images as the camera has them.
     scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
     (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
-    let record = pipeline::render(&scene, &PatternCache::new(seed), &|_| ());
+    let record = pipeline::render(&scene, &PatternCache::new(seed), progress);
     draw(&scene, &record)
 }
 

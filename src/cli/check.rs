@@ -10,8 +10,9 @@ use output_schema::file::REPORTS;
 use serde_json::Value;
 
 use super::generate::threads;
-use super::progress::{CountBar, counted, describe_duration, say};
-use super::{CommandResult, UsageError, output, print};
+use super::console::{Console, say};
+use super::progress::{Progress, counted, describe_duration};
+use super::{CommandResult, UsageError, output, print, whole};
 use bench::split::Split;
 use dataset::{Dataset, DatasetSums};
 use tools::check::{CheckError, CheckOptions, CheckReport, check};
@@ -61,16 +62,16 @@ pub(super) struct CheckArgs {
     #[arg(long, value_name = "B", value_parser = clap::value_parser!(u64).range(1..=65536))]
     batch: Option<u64>,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
     /// Seed of the pixels that are drawn
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     seed: u64,
     /// How many of the most confidently wrong answers are kept, at most 1000
     #[arg(long, value_name = "K", default_value_t = 16, value_parser = clap::value_parser!(u64).range(0..=1000))]
     worst: u64,
     /// Folder for pictures of them and for the report as check.json; made where it is not there
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = output::folder())]
     out: Option<PathBuf>,
     /// Keep the report beside the dataset, as DIR/reports/check-MODEL-SPLIT.json with its pictures, for `gen report`;
     /// that of the same model file and split is replaced, that of another file of the same name is numbered beside it
@@ -110,7 +111,7 @@ fn share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| format!("'{text}' is no share from 0 to 1, for instance 0.95"))
 }
 
-pub(super) fn run(arguments: &CheckArgs) -> CommandResult {
+pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
     let threads = match threads(arguments.threads)? {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
@@ -131,29 +132,30 @@ pub(super) fn run(arguments: &CheckArgs) -> CommandResult {
         worst: arguments.worst as usize,
         pictures: arguments.out.is_some() || arguments.save,
     };
-    let bar = CountBar::new("windows");
-    let report = check(&options, &|done, all| bar.show(done, all));
-    bar.end();
+    let progress = Progress::new(console, "windows", None);
+    let report = check(&options, &|done, all| progress.set(done, all));
+    let (windows, is_drawn) = (progress.done(), progress.is_drawn());
+    drop(progress);
     let report = report.map_err(|error| match error {
         CheckError::Argument(what) => Box::<dyn Error + Send + Sync>::from(UsageError(what)),
         other => other.into(),
     })?;
     if report.unfinished > 0 {
-        say(&format!("{} of the dataset are not finished and left out", counted(report.unfinished, "shard")));
+        console.note(&format!("{} of the dataset are not finished and left out", counted(report.unfinished, "shard")));
     }
     let pictures = if arguments.out.is_some() { names("", &report) } else { Vec::new() };
     let document = report.json(&pictures);
     // Printed first, so that nothing is lost where a file cannot be written.
     print(&if arguments.json { format!("{document:#}\n") } else { report.table() });
-    if bar.is_seen() {
+    if is_drawn {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
-        say(&format!("{} in {}", counted(bar.done(), "window"), describe_duration(time)));
+        console.note(&format!("{} in {}", counted(windows, "window"), describe_duration(time)));
     }
     let drawn = arguments.out.as_ref().map_or(Ok(()), |out| {
         let remedy = "give another place with --out";
         write(out, REPORT_FILE, &document, "", &report, remedy)
     });
-    let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report));
+    let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report, console));
     let failed: Vec<String> = [drawn, saved].into_iter().filter_map(Result::err).collect();
     match arguments.min_accuracy {
         Some(least) if report.accuracy() < least => {
@@ -194,7 +196,13 @@ fn sums(dir: &Path) -> Option<DatasetSums> {
 }
 
 /// Keeps the report in the dataset's folder, with the sums of what it was made from.
-fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport) -> Result<(), String> {
+fn save(
+    dir: &Path,
+    model: &Path,
+    before: DatasetSums,
+    report: &CheckReport,
+    console: &Console,
+) -> Result<(), String> {
     let reports = dir.join(REPORTS);
     fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED_REMEDY}", reports.display()))?;
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();
@@ -219,15 +227,15 @@ fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport) -> 
     document["manifests_sha256"] = before.manifests.into();
     let file = format!("{name}.json");
     write(&reports, &file, &document, &before_names, report, UNSAVED_REMEDY)?;
-    say(&format!("kept as {}", reports.join(&file).display()));
+    console.note(&format!("kept as {}", reports.join(&file).display()));
     if number > 1 {
-        say(&format!(
+        console.note(&format!(
             "{} is of another model by that name, and stays",
             reports.join(format!("{usual}.json")).display()
         ));
     }
     if changed {
-        say("the dataset changed while it was checked: what is kept counts as stale; check it again");
+        console.note("the dataset changed while it was checked: what is kept counts as stale; check it again");
     }
     Ok(())
 }

@@ -1,12 +1,12 @@
 //! `gen compare`: a simulated and a real scan side by side.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::progress::say;
+use super::console::Console;
+use super::progress::Progress;
 use super::{CommandResult, output, print};
 use dataset::Fault;
 use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
@@ -30,20 +30,24 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..))]
     scans: u64,
     /// Where a page of plots goes (PNG) [default: none is drawn]
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output::file("png"))]
     out: Option<PathBuf>,
     /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
 }
 
-pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
+pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     if let Some(out) = &arguments.out {
         output::check_writable(out)?;
     }
     let sources = [&arguments.sim, &arguments.real].map(|path| ScanSource::open(path, arguments.scans));
     let [sim, real] = sources;
-    let [sim, real] = [statistics(&sim?, &arguments.sim)?, statistics(&real?, &arguments.real)?];
+    let [sim, real] = [sim?, real?];
+    let [sim, real] = {
+        let progress = Progress::new(console, "scans", Some((sim.len() + real.len()) as u64));
+        [statistics(&sim, &arguments.sim, &progress)?, statistics(&real, &arguments.real, &progress)?]
+    };
     if let (Some(ours), Some(theirs)) = (sim.unit, real.unit)
         && ours.thousandth() != theirs.thousandth()
     {
@@ -57,14 +61,12 @@ pub(super) fn run(arguments: &CompareArgs) -> CommandResult {
     if let Some(out) = &arguments.out {
         let page = comparison.page();
         output::write(out, &output::png(&page)?)?;
-        if std::io::stderr().is_terminal() {
-            say(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
-        }
+        console.note(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn statistics(source: &ScanSource, path: &Path) -> Result<ScanStatistics, Fault> {
+fn statistics(source: &ScanSource, path: &Path, progress: &Progress) -> Result<ScanStatistics, Fault> {
     let mut builder = StatisticsBuilder::new(source.name());
     let mut unit = None;
     for i in 0..source.len() {
@@ -75,6 +77,7 @@ fn statistics(source: &ScanSource, path: &Path) -> Result<ScanStatistics, Fault>
             return Err(Fault::new(frame.name, what, "compare scans of one kind"));
         }
         builder.add(&frame);
+        progress.add(1);
     }
     let found = builder.statistics();
     if found.missing == Some(1.0) {

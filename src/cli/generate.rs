@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use output_schema::{MAX_SAMPLES, MAX_SHARDS};
 
-use super::progress::{GenerateBar, counted, describe_bytes, describe_duration, say};
+use super::console::Console;
+use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
 use super::{CommandResult, GenerateArgs, LoadedRecipe, UsageError, print};
 use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, dataset_head, generate};
 use bench::settings::Transport;
@@ -15,7 +16,7 @@ use recipe::Recipe;
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MAX_THREADS: (usize, usize) = (4, 16);
 
-pub(super) fn run(arguments: &GenerateArgs) -> CommandResult {
+pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult {
     let Some(name) = &arguments.recipe else {
         return Err(UsageError(
             "--recipe is missing: name a YAML file or a built-in recipe, for instance --recipe wood.yaml".into(),
@@ -24,15 +25,20 @@ pub(super) fn run(arguments: &GenerateArgs) -> CommandResult {
     };
     let threads = threads(arguments.threads)?;
     let samples = requested_samples(arguments)?;
-    let loaded = super::load(name)?;
+    let loaded = super::load(name, &arguments.changes.set, console)?;
     let request = dataset_request(arguments, &loaded, samples)?;
     let recipe = loaded.recipe;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    warn(&recipe);
+    warn(&recipe, console);
+    console.detail(&format!("{} threads, to {}", pool.current_num_threads(), request.out.display()));
     pool.install(|| {
         if arguments.estimate {
-            say(&format!("rendering {} to measure ...", counted(GenerateEstimate::trial(&recipe, &request), "sample")));
-            let estimate = GenerateEstimate::measure(&recipe, &request);
+            let trial = GenerateEstimate::trial(&recipe, &request);
+            console.note(&format!("rendering {} to measure ...", counted(trial, "sample")));
+            let estimate = {
+                let progress = Progress::new(console, "profiles", Some(trial * recipe.size().profiles as u64));
+                GenerateEstimate::measure(&recipe, &request, &|profiles| progress.add(profiles))
+            };
             print(&describe_estimate(&estimate, &request));
             return Ok(if estimate.fits() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
         }
@@ -40,7 +46,7 @@ pub(super) fn run(arguments: &GenerateArgs) -> CommandResult {
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
         }
-        generate_dataset(name, &recipe, &request)
+        generate_dataset(name, &recipe, &request, console)
     })
 }
 
@@ -59,7 +65,7 @@ pub(super) fn threads(asked: Option<usize>) -> Result<usize, UsageError> {
 }
 
 /// Warns of a slow model of transport.
-pub(super) fn warn(recipe: &Recipe) {
+pub(super) fn warn(recipe: &Recipe, console: &Console) {
     let work = match recipe.transport() {
         Transport::Kernel => return,
         Transport::Path { photons } => format!("walks {photons} photons"),
@@ -68,7 +74,7 @@ pub(super) fn warn(recipe: &Recipe) {
             format!("spreads a picture of pixels of {pixel_mm} mm by {}", method.name())
         }
     };
-    say(&format!(
+    console.note(&format!(
         "transport: {} {work} in each of {}. It is slow, for single profiles and comparisons; datasets are made with \
          `transport: kernel`",
         recipe.transport().name(),
@@ -120,12 +126,24 @@ fn dataset_request(
     Ok(request)
 }
 
-fn generate_dataset(name: &str, recipe: &Recipe, request: &DatasetRequest) -> CommandResult {
-    let progress = GenerateBar::new(name, recipe, request);
-    let summary = generate(recipe, request, &|event| progress.show(event));
-    progress.end();
-    say(&format!("{}: {}", request.out.display(), describe_summary(&summary?, request)));
+fn generate_dataset(name: &str, recipe: &Recipe, request: &DatasetRequest, console: &Console) -> CommandResult {
+    let out = request.out.clone();
+    console.on_stop(move || describe_stop(&out));
+    let summary = {
+        let progress = GenerateProgress::new(console, name, recipe, request);
+        generate(recipe, request, &|event| progress.show(event))
+    };
+    console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary?, request)));
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is there after a run was stopped, and how to go on.
+fn describe_stop(out: &Path) -> String {
+    let Ok(dataset) = Dataset::open(out) else { return "no dataset is begun".into() };
+    let shards = dataset.head().shards;
+    let finished = (0..shards).filter(|shard| dataset.has_manifest(*shard)).count();
+    let kept = format!("{finished} of {} in {} are finished and kept", counted(shards, "shard"), out.display());
+    format!("{kept}; the same command goes on and makes the others")
 }
 
 /// What a run did, in words.

@@ -5,12 +5,15 @@
 
 mod check;
 mod compare;
+mod completions;
+mod console;
 mod export;
 mod generate;
 mod icon;
 mod output;
 mod progress;
 mod recipe;
+mod remaining_time;
 mod report;
 mod study;
 mod transport;
@@ -19,14 +22,17 @@ mod validate;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::str::FromStr;
 
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
 use crate::preview;
 use dataset::Dataset;
-use progress::say;
-use ::recipe::Recipe;
+use console::{Console, ConsoleArgs, say};
+use progress::Progress;
+use ::recipe::asset::AssetSource;
+use ::recipe::{Change, Recipe};
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
 #[derive(Debug, Parser)]
@@ -51,6 +57,8 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     generate: GenerateArgs,
+    #[command(flatten)]
+    console: ConsoleArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -92,50 +100,73 @@ enum Command {
         /// What to print
         what: SchemaKind,
     },
+    /// Print what makes a shell complete commands, options and their values
+    Completions(completions::CompletionsArgs),
 }
 
 /// Arguments of a generating run.
 #[derive(Debug, Args)]
 pub(crate) struct GenerateArgs {
-    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), or the folder of a dataset to continue
+    /// Recipe: a YAML file, a built-in one (wood, wood-small, blister, ...), the folder of a dataset to continue, or - for
+    /// standard input
     #[arg(long, value_name = "FILE")]
     recipe: Option<String>,
+    #[command(flatten)]
+    changes: Changes,
     /// Samples that the dataset shall have; a larger number later extends it
-    #[arg(long, value_name = "N")]
+    #[arg(short, long, value_name = "N", value_parser = whole::<u64>)]
     n: Option<u64>,
     /// Folder of the dataset [default: the one that --recipe names, else out/<recipe name>]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = output::folder())]
     out: Option<PathBuf>,
     /// Seed; sample i depends on recipe, seed and i alone [default: that of the dataset that --recipe continues, else 0]
-    #[arg(long)]
+    #[arg(long, value_parser = whole::<u64>)]
     seed: Option<u64>,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
     /// Make part K of M only (shards K, K+M, K+2M, ...), for as many processes or machines as wanted
     #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1")]
     part: (u64, u64),
     /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     samples_per_shard: Option<u64>,
     /// Say what it would take (time, disk, samples of each class) and stop
     #[arg(long)]
     estimate: bool,
 }
 
+/// Changes to a recipe.
 #[derive(Debug, Args)]
-struct PreviewArgs {
-    /// Recipe: a YAML file, a built-in one, or the folder of a dataset
+struct Changes {
+    /// Change a key of the recipe, the value in YAML: --set camera.tilt_deg=30; may be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<Change>,
+}
+
+/// A recipe, and changes to it.
+#[derive(Debug, Args)]
+struct RecipeArgs {
+    /// Recipe: a YAML file, a built-in one, the folder of a dataset, or - for standard input
     #[arg(long, value_name = "FILE")]
     recipe: String,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+#[derive(Debug, Args)]
+struct PreviewArgs {
+    #[command(flatten)]
+    recipe: RecipeArgs,
     /// Which sample
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     index: u64,
     /// Seed [default: that of the dataset whose folder --recipe names, else 0]
-    #[arg(long)]
+    #[arg(long, value_parser = whole::<u64>)]
     seed: Option<u64>,
-    /// Where the picture goes (PNG)
-    #[arg(long, value_name = "FILE", default_value = "preview.png")]
+    /// Where the picture goes (PNG); - for standard output
+    #[arg(short, long, value_name = "FILE", default_value = "preview.png",
+          value_parser = output::file_or_standard_output("png"))]
     out: PathBuf,
 }
 
@@ -154,30 +185,45 @@ type CommandResult = Result<ExitCode, Box<dyn std::error::Error + Send + Sync>>;
 
 /// Reads the arguments and does what they say.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    let console = Console::new(&cli.console);
+    console.listen();
     let outcome = match cli.command {
-        Some(Command::Preview(arguments)) => preview_command(&arguments),
-        Some(Command::Validate(arguments)) => validate::run(&arguments),
-        Some(Command::Recipe { what }) => recipe::run(&what),
-        Some(Command::Transport(arguments)) => transport::run(&arguments),
-        Some(Command::Study { what }) => study::run(&what),
-        Some(Command::Compare(arguments)) => compare::run(&arguments),
-        Some(Command::Check(arguments)) => check::run(&arguments),
-        Some(Command::Export { format }) => export::run(&format),
-        Some(Command::Report(arguments)) => report::run(&arguments),
+        Some(Command::Preview(arguments)) => preview_command(&arguments, &console),
+        Some(Command::Validate(arguments)) => validate::run(&arguments, &console),
+        Some(Command::Recipe { what }) => recipe::run(&what, &console),
+        Some(Command::Transport(arguments)) => transport::run(&arguments, &console),
+        Some(Command::Study { what }) => study::run(&what, &console),
+        Some(Command::Compare(arguments)) => compare::run(&arguments, &console),
+        Some(Command::Check(arguments)) => check::run(&arguments, &console),
+        Some(Command::Export { format }) => export::run(&format, &console),
+        Some(Command::Report(arguments)) => report::run(&arguments, &console),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema_command(what),
+        Some(Command::Completions(arguments)) => completions::run(&arguments, &mut command()),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
-            print(&Cli::command().render_help().to_string());
+            print(&command().render_help().to_string());
             return ExitCode::from(2);
         }
-        None => generate::run(&cli.generate),
+        None => generate::run(&cli.generate, &console),
     };
     outcome.unwrap_or_else(|error| {
         say(&format!("gen: {}", error.to_string().trim_end()));
         if error.is::<UsageError>() { ExitCode::from(2) } else { ExitCode::FAILURE }
     })
+}
+
+/// The command line; a number below zero is the value that an option has, and not another option.
+fn command() -> clap::Command {
+    fn with_negative_numbers(command: clap::Command) -> clap::Command {
+        let numbers = |argument: clap::Arg| {
+            let takes_value = argument.get_action().takes_values();
+            if takes_value { argument.allow_negative_numbers(true) } else { argument }
+        };
+        command.mut_args(numbers).mut_subcommands(with_negative_numbers)
+    }
+    with_negative_numbers(Cli::command())
 }
 
 /// Arguments that cannot be used, and what to give instead.
@@ -203,27 +249,60 @@ impl LoadedRecipe {
     }
 }
 
-/// The recipe in the file `name`, the built-in one of that name, or that of the dataset in the folder `name`.
-fn load(name: &str) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
-    if Path::new(name).join(DATASET).is_file() {
-        let dataset = Dataset::open(Path::new(name))?;
-        return Ok(LoadedRecipe { recipe: crate::generate::recipe_of(&dataset)?, dataset: Some(dataset) });
+impl RecipeArgs {
+    /// The recipe, changed.
+    fn load(&self, console: &Console) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
+        load(&self.recipe, &self.changes.set, console)
     }
-    if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name) {
-        say(&format!(
-            "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes the file",
-            known.name
-        ));
-    }
-    Ok(LoadedRecipe { recipe: Recipe::load(name)?, dataset: None })
 }
 
-fn preview_command(arguments: &PreviewArgs) -> CommandResult {
-    let loaded = load(&arguments.recipe)?;
-    generate::warn(&loaded.recipe);
-    let picture = preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index);
+/// The recipe in the file `name`, the built-in one of that name, that of the dataset in the folder `name`, or on standard input
+/// that of the name `-`; with changes.
+fn load(
+    name: &str,
+    changes: &[Change],
+    console: &Console,
+) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
+    let loaded = if Path::new(name).join(DATASET).is_file() {
+        let dataset = Dataset::open(Path::new(name))?;
+        let mut recipe = crate::generate::recipe_of(&dataset)?;
+        if !changes.is_empty() {
+            recipe = Recipe::parse_changed(name, recipe.text(), &crate::generate::kept_files(&dataset)?, changes)?;
+        }
+        LoadedRecipe { recipe, dataset: Some(dataset) }
+    } else if name == "-" {
+        let origin = "standard input";
+        let text = std::io::read_to_string(std::io::stdin())
+            .map_err(|error| format!("{origin} cannot be read: {error}; send the text of a recipe, or name a file"))?;
+        let files = AssetSource::Beside(PathBuf::new());
+        LoadedRecipe { recipe: Recipe::parse_changed(origin, &text, &files, changes)?, dataset: None }
+    } else {
+        if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name) {
+            console.note(&format!(
+                "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes the file",
+                known.name
+            ));
+        }
+        LoadedRecipe { recipe: Recipe::load_changed(name, changes)?, dataset: None }
+    };
+    let recipe = &loaded.recipe;
+    console.detail(&format!("recipe {} about {}, {}", recipe.name(), recipe.subject().name(), recipe.hash()));
+    Ok(loaded)
+}
+
+fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult {
+    let loaded = arguments.recipe.load(console)?;
+    generate::warn(&loaded.recipe, console);
+    let picture = {
+        let progress = Progress::new(console, "profiles", Some(loaded.recipe.size().profiles as u64));
+        preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index, &|profiles| progress.add(profiles))
+    };
+    if output::is_standard_output(&arguments.out) {
+        output::write_standard_output(&output::png(&picture)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     output::write(&arguments.out, &output::png(&picture)?)?;
-    say(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
+    console.note(&format!("{}: {} x {} px", arguments.out.display(), picture.width(), picture.height()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -235,6 +314,11 @@ fn schema_command(what: SchemaKind) -> CommandResult {
     };
     print(&text);
     Ok(ExitCode::SUCCESS)
+}
+
+/// A whole number that is not negative.
+fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "give a whole number that is not negative, for instance 100".into())
 }
 
 fn parse_part(text: &str) -> Result<(u64, u64), String> {

@@ -1,12 +1,77 @@
-//! Output files of commands: the path is tried before the work, and the file is written atomically.
+//! Output files of commands: what a path may be, the path is tried before the work, and the file is written atomically.
 
 use std::fs::{self, File};
-use std::io::{Error, ErrorKind};
+use std::io::{Error, ErrorKind, IsTerminal, Write};
 use std::path::{Component, Path, PathBuf};
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use image::RgbImage;
 
 use dataset::atomic_file;
+
+/// How arguments name standard output.
+const STANDARD_OUTPUT: &str = "-";
+/// Endings of pictures that are no PNG.
+const OTHER_PICTURES: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "svg", "pdf"];
+
+/// Parser of an argument that names a folder.
+pub(super) fn folder() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path: PathBuf| refuse_standard_output(path, "folder"))
+}
+
+/// Parser of an argument that names a file with this ending, or without one.
+pub(super) fn file(ending: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new()
+        .try_map(move |path: PathBuf| refuse_standard_output(path, "such file").and_then(|path| ends(path, ending)))
+}
+
+/// Parser of an argument that names a file with this ending, or without one, or standard output.
+pub(super) fn file_or_standard_output(ending: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(move |path: PathBuf| ends(path, ending))
+}
+
+/// Parser of an argument that names a folder, or a picture in it.
+pub(super) fn folder_or_picture() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path: PathBuf| {
+        let is_other = OTHER_PICTURES.iter().any(|other| has_ending(&path, other));
+        let path = if is_other { ends(path, "png")? } else { path };
+        refuse_standard_output(path, "folder")
+    })
+}
+
+/// Whether a path stands for standard output.
+pub(super) fn is_standard_output(path: &Path) -> bool {
+    path == Path::new(STANDARD_OUTPUT)
+}
+
+/// Writes `content`, which is no text, to standard output; not to a terminal. A reader that has gone away is no fault.
+pub(super) fn write_standard_output(content: &[u8]) -> Result<(), String> {
+    if std::io::stdout().is_terminal() {
+        return Err("--out -: a terminal cannot show it; send it on with `| ` or `> `, or name a file".into());
+    }
+    let _ = std::io::stdout().write_all(content);
+    Ok(())
+}
+
+fn refuse_standard_output(path: PathBuf, what: &str) -> Result<PathBuf, String> {
+    if is_standard_output(&path) {
+        return Err(format!("standard output takes no {what}; give a name, `./-` for one of that name"));
+    }
+    Ok(path)
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
+/// Refuses a name that says of the file what it is not.
+fn ends(path: PathBuf, ending: &str) -> Result<PathBuf, String> {
+    if path.extension().is_none() || has_ending(&path, ending) {
+        return Ok(path);
+    }
+    let (upper, renamed) = (ending.to_uppercase(), path.with_extension(ending));
+    Err(format!("the file is {upper}: end its name in .{ending}, for instance {}", renamed.display()))
+}
 
 /// Writes `content` to `path`, which `--out` names.
 pub(super) fn write(path: &Path, content: &[u8]) -> Result<(), String> {

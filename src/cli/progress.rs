@@ -1,49 +1,191 @@
-//! Progress on long work: a bar for people, plain lines where the output is not a terminal.
+//! Progress on long work: a bar for people, plain lines where standard error is no terminal; and numbers in words.
 
-use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
+use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::console::{Console, say};
+use super::remaining_time::RemainingTime;
 use crate::generate::{DatasetRequest, GenerateEvent};
 use dataset::validate::ValidationStep;
 use recipe::Recipe;
 
-/// Least time between two plain lines.
-const LINE_INTERVAL: Duration = Duration::from_secs(30);
+/// How often a bar is drawn while nothing is done.
+const TICK: Duration = Duration::from_millis(250);
 
-/// Shows the events of a run.
-pub(super) struct GenerateBar {
+/// Work of which parts are done one after the other.
+pub(super) struct Progress<'c> {
+    console: &'c Console,
     bar: Option<ProgressBar>,
+    /// What a rate is of; empty for none.
+    unit: &'static str,
+    state: Mutex<ProgressState>,
+}
+
+struct ProgressState {
+    done: u64,
+    total: Option<u64>,
+    message: String,
+    started: Instant,
+    line: Instant,
+    time: RemainingTime,
+}
+
+impl<'c> Progress<'c> {
+    /// For work of which `total` is to be done, or an amount that is told later. `unit` is what its rate counts, empty for
+    /// none.
+    pub(super) fn new(console: &'c Console, unit: &'static str, total: Option<u64>) -> Self {
+        let terminal = std::io::stderr().is_terminal() && !console.is_quiet();
+        let bar = (terminal && total != Some(0)).then(|| {
+            let bar = total.map_or_else(ProgressBar::no_length, ProgressBar::new);
+            let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.enable_steady_tick(TICK);
+            bar
+        });
+        console.shows(bar.clone());
+        let now = Instant::now();
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let state = ProgressState {
+            done: 0,
+            total,
+            message: String::new(),
+            started: now,
+            line: now,
+            time: RemainingTime::new(threads),
+        };
+        Self { console, bar, unit, state: Mutex::new(state) }
+    }
+
+    /// Sets the amount of work.
+    pub(super) fn set_total(&self, total: u64) {
+        self.state().total = Some(total);
+        if let Some(bar) = &self.bar {
+            bar.set_length(total);
+        }
+    }
+
+    /// So much more is done.
+    pub(super) fn add(&self, work: u64) {
+        if work == 0 {
+            return;
+        }
+        let mut state = self.state();
+        let done = state.done + work;
+        self.update(&mut state, done);
+    }
+
+    /// So much of so much is done.
+    pub(super) fn set(&self, done: u64, total: u64) {
+        let mut state = self.state();
+        if state.total != Some(total) {
+            state.total = Some(total);
+            if let Some(bar) = &self.bar {
+                bar.set_length(total);
+            }
+        }
+        if done != state.done {
+            self.update(&mut state, done);
+        }
+    }
+
+    /// Says what is being done, in place of a count.
+    pub(super) fn say(&self, message: &str) {
+        let mut state = self.state();
+        message.clone_into(&mut state.message);
+        self.draw(&state);
+    }
+
+    /// Work that is done.
+    pub(super) fn done(&self) -> u64 {
+        self.state().done
+    }
+
+    /// Whether a bar is drawn.
+    pub(super) fn is_drawn(&self) -> bool {
+        self.bar.is_some()
+    }
+
+    fn state(&self) -> MutexGuard<'_, ProgressState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn update(&self, state: &mut ProgressState, done: u64) {
+        state.done = done;
+        let elapsed = state.started.elapsed();
+        state.time.part(elapsed, done);
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+        }
+        self.draw(state);
+        if self.bar.is_none() && !self.console.is_quiet() && state.line.elapsed() >= self.console.interval() {
+            state.line = Instant::now();
+            let share = state.total.filter(|total| *total > 0);
+            let percent = share.map_or_else(String::new, |total| format!("{} %, ", 100 * done.min(total) / total));
+            say(&format!("{percent}{}", self.words(state)));
+        }
+    }
+
+    fn draw(&self, state: &ProgressState) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(self.words(state));
+        }
+    }
+
+    /// What is being done, how fast, and how long it will take.
+    fn words(&self, state: &ProgressState) -> String {
+        let ProgressState { done, total, message, started, time, .. } = state;
+        let mut words = Vec::new();
+        if !message.is_empty() {
+            words.push(message.clone());
+        } else if let Some(total) = total {
+            words.push(format!("{done}/{total} {}", self.unit));
+        }
+        let elapsed = started.elapsed().as_secs_f64();
+        if !self.unit.is_empty() && *done > 0 && elapsed > 0.0 {
+            words.push(format!("{} {}/s", rounded(*done as f64 / elapsed), self.unit));
+        }
+        if let Some(left) = total.and_then(|total| time.left(total)).filter(|left| !left.is_zero()) {
+            words.push(format!("{} left", describe_duration(left)));
+        }
+        words.join(", ")
+    }
+}
+
+impl Drop for Progress<'_> {
+    /// Removes the bar.
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+        self.console.shows(None);
+    }
+}
+
+/// Shows the events of a run that makes a dataset.
+pub(super) struct GenerateProgress<'c> {
+    progress: Progress<'c>,
+    console: &'c Console,
     profiles_per_sample: u64,
     total: AtomicU64,
     samples: AtomicU64,
     bytes: AtomicU64,
-    started: Instant,
-    line: Mutex<Instant>,
     hint: String,
 }
 
-impl GenerateBar {
-    /// For a run; nothing is shown before its first event.
-    pub(super) fn new(name: &str, recipe: &Recipe, request: &DatasetRequest) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let style = style("{bar:24} {percent:>3} %  {msg}  {per_sec}, {eta} left");
-            let style = style.with_key("per_sec", |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-                let _ = write!(out, "{:.0} profiles/s", state.per_sec());
-            });
-            ProgressBar::no_length().with_style(style)
-        });
+impl<'c> GenerateProgress<'c> {
+    /// For a run; nothing is counted before its first event.
+    pub(super) fn new(console: &'c Console, name: &str, recipe: &Recipe, request: &DatasetRequest) -> Self {
         Self {
-            bar,
+            progress: Progress::new(console, "profiles", None),
+            console,
             profiles_per_sample: recipe.size().profiles as u64,
             total: AtomicU64::new(0),
             samples: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
-            started: Instant::now(),
-            line: Mutex::new(Instant::now()),
             hint: format!("gen preview --recipe {name} --seed {}", request.seed),
         }
     }
@@ -51,175 +193,59 @@ impl GenerateBar {
     /// Takes one event.
     pub(super) fn show(&self, event: GenerateEvent) {
         match event {
-            GenerateEvent::Begin { samples, finished } => self.begin(samples, finished),
-            GenerateEvent::Profiles(n) => {
-                if let Some(bar) = &self.bar {
-                    bar.inc(n);
+            GenerateEvent::Begin { samples, finished } => {
+                self.total.store(samples, Ordering::Relaxed);
+                if finished > 0 {
+                    self.console.note(&format!("{finished} samples are there already; {samples} to make"));
+                } else if self.progress.is_drawn() && samples > 20 {
+                    self.console.note(&format!("{samples} samples to make; to look at one first: {}", self.hint));
                 }
+                self.progress.set_total(samples * self.profiles_per_sample);
+                self.say(0, 0);
             }
+            GenerateEvent::Profiles(n) => self.progress.add(n),
             GenerateEvent::Sample(size) => {
                 let samples = self.samples.fetch_add(1, Ordering::Relaxed) + 1;
-                let written = self.bytes.fetch_add(size, Ordering::Relaxed) + size;
-                match &self.bar {
-                    Some(bar) => bar.set_message(format!(
-                        "{samples}/{} samples, {}",
-                        self.total.load(Ordering::Relaxed),
-                        describe_bytes(written)
-                    )),
-                    None => self.line(samples, written),
-                }
+                self.say(samples, self.bytes.fetch_add(size, Ordering::Relaxed) + size);
             }
-            GenerateEvent::Shard(_) => {}
-            GenerateEvent::Busy(shard) => self.say(&format!("shard {shard} is being made by another process")),
+            GenerateEvent::Shard(shard) => self.console.detail(&format!("shard {shard} is finished")),
+            GenerateEvent::Busy(shard) => {
+                self.console.note(&format!("shard {shard} is being made by another process"));
+            }
         }
     }
 
-    /// Removes the bar.
-    pub(super) fn end(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-
-    fn begin(&self, samples: u64, finished: u64) {
-        self.total.store(samples, Ordering::Relaxed);
-        if finished > 0 {
-            self.say(&format!("{finished} samples are there already; {samples} to make"));
-        } else if let Some(bar) = &self.bar
-            && samples > 20
-        {
-            bar.println(format!("{samples} samples to make; to look at one first: {}", self.hint));
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_length(samples * self.profiles_per_sample);
-        }
-    }
-
-    fn line(&self, samples: u64, written: u64) {
-        let Ok(mut last) = self.line.lock() else { return };
-        if last.elapsed() < LINE_INTERVAL {
-            return;
-        }
-        *last = Instant::now();
+    fn say(&self, samples: u64, bytes: u64) {
         let total = self.total.load(Ordering::Relaxed);
-        let elapsed = self.started.elapsed();
-        let left = elapsed.mul_f64((total.saturating_sub(samples)) as f64 / samples.max(1) as f64);
-        let rate = (samples * self.profiles_per_sample) as f64 / elapsed.as_secs_f64();
-        say(&format!(
-            "{samples}/{total} samples, {}, {rate:.0} profiles/s, {} left",
-            describe_bytes(written),
-            describe_duration(left)
-        ));
-    }
-
-    fn say(&self, text: &str) {
-        match &self.bar {
-            Some(bar) => bar.println(text),
-            None => say(text),
-        }
+        self.progress.say(&format!("{samples}/{total} samples, {}", describe_bytes(bytes)));
     }
 }
 
-/// A bar for work that is counted in photons or repeats.
-pub(super) struct WorkBar(ProgressBar);
+/// Samples that are validated, with the bytes that were read.
+pub(super) struct ValidationProgress<'c>(Progress<'c>, AtomicU64);
 
-impl WorkBar {
-    /// For `total` photons or repeats.
-    pub(super) fn new(total: u64) -> Self {
-        Self(bar("{bar:24} {percent:>3} %  {msg}  {eta} left", Some(total)))
-    }
-
-    /// Says what is being done.
-    pub(super) fn say(&self, text: &str) {
-        self.0.set_message(text.to_owned());
-    }
-
-    /// Adds photons or repeats that are done.
-    pub(super) fn done(&self, work: u64) {
-        self.0.inc(work);
-    }
-
-    /// Removes the bar.
-    pub(super) fn end(&self) {
-        self.0.finish_and_clear();
-    }
-}
-
-/// A bar that counts things, whose number is known once the first is done.
-pub(super) struct CountBar(ProgressBar);
-
-impl CountBar {
-    /// Nothing is shown before the first of the `things`.
-    pub(super) fn new(things: &str) -> Self {
-        let template = format!("{{bar:24}} {{percent:>3}} %  {{pos}}/{{len}} {things}  {{per_sec}}, {{eta}} left");
-        Self(bar(&template, None))
-    }
-
-    /// Sets the things done and their number.
-    pub(super) fn show(&self, done: u64, all: u64) {
-        self.0.set_length(all);
-        self.0.set_position(done);
-    }
-
-    /// Things done.
-    pub(super) fn done(&self) -> u64 {
-        self.0.position()
-    }
-
-    /// Whether it is visible.
-    pub(super) fn is_seen(&self) -> bool {
-        !self.0.is_hidden()
-    }
-
-    /// Removes the bar.
-    pub(super) fn end(&self) {
-        self.0.finish_and_clear();
-    }
-}
-
-/// A bar for samples that are validated, with the bytes that were read.
-pub(super) struct ValidationBar(ProgressBar, AtomicU64);
-
-impl ValidationBar {
+impl<'c> ValidationProgress<'c> {
     /// For `total` samples.
-    pub(super) fn new(total: u64) -> Self {
-        let template = "{bar:24} {percent:>3} %  {pos}/{len} samples, {msg}  {per_sec}, {eta} left";
-        Self(bar(template, Some(total)), AtomicU64::new(0))
+    pub(super) fn new(console: &'c Console, total: u64) -> Self {
+        Self(Progress::new(console, "samples", Some(total)), AtomicU64::new(0))
     }
 
     /// Adds a step that is done.
     pub(super) fn show(&self, step: ValidationStep) {
-        if self.0.is_hidden() {
-            return;
-        }
         let read = self.1.fetch_add(step.bytes, Ordering::Relaxed) + step.bytes;
-        let rate = read as f64 / self.0.elapsed().as_secs_f64().max(1e-3);
-        self.0.set_message(format!("{}, {}/s", describe_bytes(read), describe_bytes(rate as u64)));
-        self.0.inc(step.samples);
-    }
-
-    /// Removes the bar.
-    pub(super) fn end(&self) {
-        self.0.finish_and_clear();
+        let state = self.0.state();
+        let rate = read as f64 / state.started.elapsed().as_secs_f64().max(1e-3);
+        let (done, total) = (state.done + step.samples, state.total.unwrap_or(0));
+        drop(state);
+        let read = format!("{}, {}/s", describe_bytes(read), describe_bytes(rate as u64));
+        self.0.say(&format!("{done}/{total} samples, {read}"));
+        self.0.add(step.samples);
     }
 }
 
-/// A bar for `total` things, or for a number that is set later; hidden where there is nothing to do or standard error is no
-/// terminal.
-fn bar(template: &str, total: Option<u64>) -> ProgressBar {
-    if total == Some(0) || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    total.map_or_else(ProgressBar::no_length, ProgressBar::new).with_style(style(template))
-}
-
-fn style(template: &str) -> ProgressStyle {
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-}
-
-/// A line for the user. Whoever closes the other end of standard error does not stop the work.
-pub(super) fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+/// A rate with a few digits.
+fn rounded(rate: f64) -> String {
+    if rate < 10.0 { format!("{rate:.1}") } else { format!("{rate:.0}") }
 }
 
 /// A number of things in words.

@@ -5,13 +5,15 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
-use super::{CommandResult, load, print};
+use super::console::Console;
+use super::{Changes, CommandResult, load, print};
 use recipe::Recipe;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:
   gen recipe list                                  the recipes that are built in
   gen recipe show wood > mine.yaml                 a copy to change
+  gen recipe show wood --set name=steep --set camera.tilt_deg=35 > steep.yaml
   gen recipe show planks --json | jq .camera       everything that the recipe of a dataset means, defaults included")]
 pub(super) enum RecipeCommand {
     /// List the recipes that are built in
@@ -29,18 +31,20 @@ pub(super) struct ListArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ShowArgs {
-    /// Recipe: a built-in one, a YAML file, or the folder of a dataset
+    /// Recipe: a built-in one, a YAML file, the folder of a dataset, or - for standard input
     recipe: String,
+    #[command(flatten)]
+    changes: Changes,
     /// Print everything that it means, defaults included, as JSON, which is a recipe too
     #[arg(long)]
     json: bool,
 }
 
-pub(super) fn run(command: &RecipeCommand) -> CommandResult {
+pub(super) fn run(command: &RecipeCommand, console: &Console) -> CommandResult {
     match command {
         RecipeCommand::List(arguments) => list(arguments),
         RecipeCommand::Show(arguments) => {
-            let recipe = load(&arguments.recipe)?.recipe;
+            let recipe = load(&arguments.recipe, &arguments.changes.set, console)?.recipe;
             print(&if arguments.json { recipe.canonical_json() } else { recipe.text().to_owned() });
             Ok(ExitCode::SUCCESS)
         }

@@ -9,8 +9,9 @@ use clap::Args;
 use output_schema::file::{DATASET, REPORTS};
 
 use super::generate::threads;
-use super::progress::{CountBar, counted, describe_bytes, say};
-use super::{CommandResult, UsageError, output};
+use super::console::{Console, say};
+use super::progress::{Progress, counted, describe_bytes};
+use super::{CommandResult, UsageError, output, whole};
 use crate::generate::{recipe_of, render_sample};
 use crate::preview::expose_profile;
 use bench::settings::Transport;
@@ -33,7 +34,7 @@ pub(super) struct ReportArgs {
     /// Folder of the dataset
     dir: PathBuf,
     /// Where the page goes [default: DIR/reports/report.html]
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = output::file("html"))]
     out: Option<PathBuf>,
     /// Samples in the contact sheet at most
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=500))]
@@ -45,11 +46,11 @@ pub(super) struct ReportArgs {
     #[arg(long)]
     no_timing: bool,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
 }
 
-pub(super) fn run(arguments: &ReportArgs) -> CommandResult {
+pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     let root = &arguments.dir;
     if !root.is_dir() {
         return Err(
@@ -95,7 +96,7 @@ pub(super) fn run(arguments: &ReportArgs) -> CommandResult {
             RenderTiming { index, seconds: start.elapsed().as_secs_f64(), threads: rayon::current_num_threads() }
         }
     });
-    let bar = CountBar::new("steps");
+    let progress = Progress::new(console, "steps", None);
     let options = ReportOptions {
         recipe: recipe.as_ref().map_err(Clone::clone),
         samples: arguments.samples,
@@ -104,13 +105,13 @@ pub(super) fn run(arguments: &ReportArgs) -> CommandResult {
             expose: expose.as_ref().map(|expose| expose as &(dyn Fn(u64, f64) -> ExposedProfile + Sync)),
             measure: measure.as_ref().map(|measure| measure as &(dyn Fn(u64) -> RenderTiming + Sync)),
         },
-        watch: &|done, all| bar.show(done, all),
+        watch: &|done, all| progress.set(done, all),
     };
     let page = pool.install(|| report(root, &options));
-    bar.end();
+    drop(progress);
     output::write(&out, page.html.as_bytes())?;
     let size = describe_bytes(page.html.len() as u64);
-    say(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
+    console.note(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
     if page.troubles > 0 {
         say(&format!(
             "gen: {} is unfinished or damaged; the page lists {}",

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 
-use super::progress::{WorkBar, say};
-use super::{CommandResult, output, print};
+use super::console::Console;
+use super::progress::Progress;
+use super::{Changes, CommandResult, RecipeArgs, output, print, whole};
 use reference::path::Effort;
 use study::instrument::{REPEATS, Trials, laser, sensor, speckle, triangulation};
 use study::{StudyEvent, StudyProgress, StudyReport, lines, packs, point, profile};
@@ -68,6 +69,8 @@ pub(super) struct PacksArgs {
     /// Recipe for blister packs: a YAML file, or a built-in one
     #[arg(long, value_name = "FILE", default_value = "blister-small")]
     recipe: String,
+    #[command(flatten)]
+    changes: Changes,
 }
 
 #[derive(Debug, Args)]
@@ -81,14 +84,13 @@ pub(super) struct InstrumentArgs {
 
 #[derive(Debug, Args)]
 pub(super) struct ProfileArgs {
-    /// Recipe: a YAML file, a built-in one, or the folder of a dataset
-    #[arg(long, value_name = "FILE")]
-    recipe: String,
+    #[command(flatten)]
+    recipe: RecipeArgs,
     /// Which sample
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
     index: u64,
     /// Which profile of it [default: the middle one]
-    #[arg(long, value_name = "P")]
+    #[arg(long, value_name = "P", value_parser = whole::<usize>)]
     profile: Option<usize>,
     #[command(flatten)]
     arguments: PhotonArgs,
@@ -106,13 +108,13 @@ pub(super) struct PhotonArgs {
 #[derive(Debug, Args)]
 pub(super) struct StudyArgs {
     /// Folder for the JSON file and the picture, or the picture's own name, ending in .png; folders are made
-    #[arg(long, value_name = "PATH", default_value = "out/study")]
+    #[arg(short, long, value_name = "PATH", default_value = "out/study", value_parser = output::folder_or_picture())]
     out: PathBuf,
     /// Seed of all chance [default: that of the dataset whose folder --recipe names, else 0]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     seed: Option<u64>,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
 }
 
@@ -122,16 +124,16 @@ impl StudyArgs {
     }
 }
 
-pub(super) fn run(study: &StudyCommand) -> CommandResult {
+pub(super) fn run(study: &StudyCommand, console: &Console) -> CommandResult {
     match study {
         StudyCommand::Point(arguments) => {
-            run_photon_study(arguments, "point", point::PHOTONS, point::workload, point::study)
+            run_photon_study(arguments, console, "point", point::PHOTONS, point::workload, point::study)
         }
         StudyCommand::Transport(arguments) => {
-            run_photon_study(arguments, "transport", lines::PHOTONS, lines::workload, lines::study)
+            run_photon_study(arguments, console, "transport", lines::PHOTONS, lines::workload, lines::study)
         }
         StudyCommand::Profile(one) => {
-            let loaded = super::load(&one.recipe)?;
+            let loaded = one.recipe.load(console)?;
             let scene = loaded.recipe.draw(loaded.seed(one.arguments.common.seed), one.index);
             let chosen = one.profile.unwrap_or(scene.size.profiles / 2);
             if chosen >= scene.size.profiles {
@@ -139,15 +141,15 @@ pub(super) fn run(study: &StudyCommand) -> CommandResult {
                 return Err(format!("profile {chosen} is beyond the scan: give --profile 0 to {last}").into());
             }
             let study = |effort: Effort, progress: StudyProgress<'_>| profile::study(&scene, chosen, effort, progress);
-            run_photon_study(&one.arguments, "profile", profile::PHOTONS, profile::workload, study)
+            run_photon_study(&one.arguments, console, "profile", profile::PHOTONS, profile::workload, study)
         }
-        StudyCommand::Triangulation(of) => run_instrument_study(of, "triangulation", triangulation::study),
-        StudyCommand::Sensor(of) => run_instrument_study(of, "sensor", sensor::study),
-        StudyCommand::Speckle(of) => run_instrument_study(of, "speckle", speckle::study),
-        StudyCommand::Laser(of) => run_instrument_study(of, "laser", laser::study),
+        StudyCommand::Triangulation(of) => run_instrument_study(of, console, "triangulation", triangulation::study),
+        StudyCommand::Sensor(of) => run_instrument_study(of, console, "sensor", sensor::study),
+        StudyCommand::Speckle(of) => run_instrument_study(of, console, "speckle", speckle::study),
+        StudyCommand::Laser(of) => run_instrument_study(of, console, "laser", laser::study),
         StudyCommand::Packs(of) => {
-            let recipe = super::load(&of.recipe)?.recipe;
-            run_study(&of.common, "packs", packs::workload(), |progress| {
+            let recipe = super::load(&of.recipe, &of.changes.set, console)?.recipe;
+            run_study(&of.common, console, "packs", packs::workload(), |progress| {
                 packs::study(&recipe, of.common.seed(), progress)
             })
         }
@@ -157,27 +159,30 @@ pub(super) fn run(study: &StudyCommand) -> CommandResult {
 /// A study that walks photons.
 fn run_photon_study(
     arguments: &PhotonArgs,
+    console: &Console,
     name: &str,
     photons: u64,
     work: fn(Effort) -> u64,
     study: impl Fn(Effort, StudyProgress) -> StudyReport + Sync,
 ) -> CommandResult {
     let effort = Effort { photons: arguments.photons.unwrap_or(photons), seed: arguments.common.seed() };
-    run_study(&arguments.common, name, work(effort), |progress| Ok(study(effort, progress)))
+    run_study(&arguments.common, console, name, work(effort), |progress| Ok(study(effort, progress)))
 }
 
 /// A study that is repeated.
 fn run_instrument_study(
     of: &InstrumentArgs,
+    console: &Console,
     name: &str,
     study: fn(Trials, StudyProgress) -> StudyReport,
 ) -> CommandResult {
     let trials = Trials { repeats: of.repeats.unwrap_or(REPEATS), seed: of.common.seed() };
-    run_study(&of.common, name, trials.repeats, |progress| Ok(study(trials, progress)))
+    run_study(&of.common, console, name, trials.repeats, |progress| Ok(study(trials, progress)))
 }
 
 fn run_study(
     common: &StudyArgs,
+    console: &Console,
     name: &str,
     work: u64,
     study: impl Fn(StudyProgress) -> Result<StudyReport, String> + Sync,
@@ -193,20 +198,20 @@ fn run_study(
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make {}: {error}; give another place with --out", folder.display()))?;
     output::check_writable(&json)?;
-    let bar = WorkBar::new(work);
+    let progress = Progress::new(console, "", Some(work));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let report = pool.install(|| {
         study(&|step| match step {
-            StudyEvent::Asks(what) => bar.say(what),
-            StudyEvent::Done(part) => bar.done(part),
+            StudyEvent::Asks(what) => progress.say(what),
+            StudyEvent::Done(part) => progress.add(part),
         })
     })?;
-    bar.end();
+    drop(progress);
     print(&report.table);
     output::write(&json, format!("{:#}\n", report.json).as_bytes())?;
     output::write(&png, &encoded(&report)?)?;
     let name = |path: &Path| path.display().to_string();
-    say(&format!("{}, {}", name(&json), name(&png)));
+    console.note(&format!("{}, {}", name(&json), name(&png)));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -8,8 +8,9 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use serde_json::{Value, json};
 
-use super::progress::{WorkBar, say};
-use super::{CommandResult, output, print};
+use super::console::Console;
+use super::progress::Progress;
+use super::{CommandResult, output, print, whole};
 use reference::model::Model;
 use reference::path::Effort;
 use study::medium::LayeredMedium;
@@ -40,40 +41,40 @@ pub(super) struct TransportArgs {
           value_parser = clap::value_parser!(u64).range(1..=MAX_PHOTONS))]
     photons: u64,
     /// Seed of all chance
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = whole::<u64>)]
     seed: u64,
-    /// Where the answer goes (JSON) [default: standard output]
-    #[arg(long, value_name = "FILE")]
+    /// Where the answer goes (JSON); - for standard output [default: standard output]
+    #[arg(short, long, value_name = "FILE", value_parser = output::file_or_standard_output("json"))]
     out: Option<PathBuf>,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
 }
 
-pub(super) fn run(arguments: &TransportArgs) -> CommandResult {
+pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult {
     let threads = super::generate::threads(arguments.threads)?;
     let model = Model::ALL.into_iter().find(|model| model.name() == arguments.model).ok_or("no such model")?;
     if let Some(known) = LayeredMedium::built_in(&arguments.medium).filter(|known| *known != arguments.medium.as_os_str()) {
-        say(&format!("there is no file {}: the built-in medium `{known}` is taken", arguments.medium.display()));
+        console.note(&format!("there is no file {}: the built-in medium `{known}` is taken", arguments.medium.display()));
     }
     let medium = LayeredMedium::load(&arguments.medium)?;
-    if let Some(out) = &arguments.out {
+    let out = arguments.out.as_ref().filter(|out| !output::is_standard_output(out));
+    if let Some(out) = out {
         output::check_writable(out)?;
     }
     let effort = Effort { photons: arguments.photons, seed: arguments.seed };
-    let bar = WorkBar::new(if model.walks() { effort.walked() } else { 0 });
-    bar.say("photons");
+    let progress = Progress::new(console, "photons", Some(if model.walks() { effort.walked() } else { 0 }));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let answer = pool.install(|| model.ask(&medium.stack, &medium.question, effort, &|photons| bar.done(photons)));
-    bar.end();
+    let answer = pool.install(|| model.ask(&medium.stack, &medium.question, effort, &|photons| progress.add(photons)));
+    drop(progress);
     let answer = answer?;
     let document = format!("{:#}\n", document(model, effort, &medium, &answer)?);
-    match &arguments.out {
+    match out {
         Some(out) => output::write(out, document.as_bytes())?,
         None => print(&document),
     }
-    if std::io::stderr().is_terminal() || arguments.out.is_some() {
-        say(&summary(&answer));
+    if std::io::stderr().is_terminal() || out.is_some() {
+        console.note(&summary(&answer));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -9,8 +9,9 @@ use output_schema::file::REPORTS;
 use serde_json::{Value, json};
 
 use super::generate::{threads, warn};
-use super::progress::{ValidationBar, counted, say};
-use super::{CommandResult, output, print};
+use super::console::{Console, say};
+use super::progress::{ValidationProgress, counted};
+use super::{CommandResult, output, print, whole};
 use crate::generate::ExpectedDataset;
 use dataset::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, DatasetSums};
@@ -33,13 +34,13 @@ pub(super) struct ValidateArgs {
     /// Folder of the dataset
     dir: PathBuf,
     /// How many samples to render again and compare byte for byte
-    #[arg(long, value_name = "K", default_value_t = 1)]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole::<u64>)]
     rerender: u64,
     /// Which samples these are follows from this number and the dataset
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = whole::<u64>)]
     rerender_seed: u64,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
     /// Print the report as JSON
     #[arg(long)]
@@ -49,7 +50,7 @@ pub(super) struct ValidateArgs {
     save: bool,
 }
 
-pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
+pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads(arguments.threads)?).build()?;
     let folder = Dataset::open(&arguments.dir).ok();
     let sums = folder.as_ref().filter(|_| arguments.save).map(Dataset::sums);
@@ -63,7 +64,7 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
     if let Ok(expected_dataset) = &expected_dataset
         && arguments.rerender > 0
     {
-        warn(expected_dataset.recipe());
+        warn(expected_dataset.recipe(), console);
     }
     let expected_dataset = expected_dataset.as_ref().map_err(String::as_str);
     let declared: Option<DeclaredLaws> = expected_dataset.ok().map(ExpectedDataset::declared);
@@ -71,7 +72,8 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
     let derive = expected_dataset.ok().map(|expected_dataset| |index: u64| expected_dataset.unlit(index));
     let rerender =
         |index: u64| expected_dataset.map(|expected_dataset| expected_dataset.sample(index)).map_err(String::from);
-    let bar = ValidationBar::new(folder.as_ref().map_or(0, |folder| folder.head().samples));
+    console.on_stop(|| "nothing is written, and the dataset is as it was".into());
+    let progress = ValidationProgress::new(console, folder.as_ref().map_or(0, |folder| folder.head().samples));
     let options = ValidationOptions {
         expect_head: Some(expected_dataset.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
@@ -80,10 +82,10 @@ pub(super) fn run(arguments: &ValidateArgs) -> CommandResult {
         rerender: Some(&rerender),
         rerender_samples: arguments.rerender,
         rerender_seed: arguments.rerender_seed,
-        progress: Some(&|step| bar.show(step)),
+        progress: Some(&|step| progress.show(step)),
     };
     let report = pool.install(|| validate(&arguments.dir, &options));
-    bar.end();
+    drop(progress);
     print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if let (Some(before), Some(dataset)) = (sums, &folder) {
         if dataset.sums() != before {

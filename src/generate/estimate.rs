@@ -49,8 +49,9 @@ impl GenerateEstimate {
         together.min(request.samples)
     }
 
-    /// Renders the first samples to see what one takes, and counts.
-    pub fn measure(recipe: &Recipe, request: &DatasetRequest) -> Self {
+    /// Renders the first samples to see what one takes, and counts; `progress` is told how many of their profiles more are
+    /// rendered.
+    pub fn measure(recipe: &Recipe, request: &DatasetRequest, progress: &(dyn Fn(u64) + Sync)) -> Self {
         let tiles = PatternCache::new(request.seed);
         let together = Self::trial(recipe, request);
         if together > 1 {
@@ -60,7 +61,7 @@ impl GenerateEstimate {
         let start = Instant::now();
         let bytes: u64 = (0..together)
             .into_par_iter()
-            .map(|i| render_sample(recipe, request.seed, i, &tiles, &|_| ()).bytes())
+            .map(|i| render_sample(recipe, request.seed, i, &tiles, progress).bytes())
             .sum();
         let sample_time = start.elapsed() / together as u32;
         let (count, classes) = (Self::count(recipe, request), class_counts(recipe, request));

@@ -6,6 +6,8 @@ mod commands;
 mod determinism;
 mod faults;
 mod files;
+mod options;
+mod progress;
 mod range;
 mod study;
 mod thesis_frames;

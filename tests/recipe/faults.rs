@@ -159,6 +159,26 @@ fn broken_yaml_is_one_fault_at_its_place() {
     assert!(faults(&"# long\n".repeat(200_000)).to_string().contains("longer than 1048576"));
 }
 
+/// What the reader of YAML stumbles over has a remedy of its own, and the section that it stands in.
+#[test]
+fn faults_of_yaml_say_where_and_what_to_do() {
+    let start = "name: a\nsubject: wood\ncamera:\n  tilt_deg: 25\n";
+    for (lines, line, words) in [
+        ("\tf_number: 2\n", 5, ["in `camera`", "indent with blanks"]),
+        ("   f_number: 2\n", 5, ["in `camera`", "the same column"]),
+        (" f_number: 2\n", 5, ["in `camera`", "the same column"]),
+        ("  f_number: {uniform: [1, 2]\nlaser:\n", 5, ["in `camera`", "close each `{`"]),
+        ("  lens: 'pinhole\n", 5, ["in `camera`", "the quote that it begins with"]),
+        ("laser: {power_mw: [50}\n", 5, ["laser", "close each `{`"]),
+    ] {
+        let faults = faults(&format!("{start}{lines}"));
+        assert_eq!(faults.list.len(), 1, "{faults}");
+        assert!(faults.list[0].line >= line, "{faults}");
+        let told = faults.to_string();
+        words.iter().for_each(|word| assert!(told.contains(word), "no `{word}` in {told}"));
+    }
+}
+
 #[test]
 fn all_faults_come_at_once_in_the_order_of_the_file() {
     let text = "name: Bad Name\nsubject: wod\ncamera: {tilt_dg: 25, f_number: 0}\nscan:\n  columns: -3\nsplits: {test: 0.5}\n\

@@ -7,6 +7,7 @@ pub mod asset;
 pub mod mesh;
 
 mod canonical;
+mod changes;
 mod class;
 mod constraints;
 mod distribution;
@@ -32,6 +33,7 @@ use bench::settings::{
 use bench::split::Split;
 
 pub use self::canonical::differences;
+pub use self::changes::Change;
 pub use self::class::Class;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
@@ -104,6 +106,12 @@ impl Recipe {
         Self::parse_with(name, &text, &files)
     }
 
+    /// The same with `changes`, which its text has then too.
+    pub fn load_changed(name: &str, changes: &[Change]) -> Result<Self, RecipeError> {
+        let (text, files) = embedded::text(name)?;
+        Self::parse_changed(name, &text, &files, changes)
+    }
+
     /// The recipe that `text` writes, which can name built-in files alone; `origin` is where faults say that it comes from.
     pub fn parse(origin: &str, text: &str) -> Result<Self, RecipeError> {
         Self::parse_with(origin, text, &AssetSource::BuiltIn)
@@ -111,12 +119,23 @@ impl Recipe {
 
     /// The same with the files that it names looked for in `files`.
     pub fn parse_with(origin: &str, text: &str, files: &AssetSource) -> Result<Self, RecipeError> {
-        let resolved = reader::read(origin, text, files)?;
+        Self::parse_changed(origin, text, files, &[])
+    }
+
+    /// The same with `changes`, which its text has then too.
+    pub fn parse_changed(
+        origin: &str,
+        text: &str,
+        files: &AssetSource,
+        changes: &[Change],
+    ) -> Result<Self, RecipeError> {
+        let changes::ChangedText { text, changed_from } = changes::changed(text, changes);
+        let resolved = reader::read(origin, &text, changed_from, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
         let reader::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
         let line = settings.line();
-        Ok(Self { name, subject, settings, line, parameters, classes, mesh, text: text.to_owned(), canonical, hash })
+        Ok(Self { name, subject, settings, line, parameters, classes, mesh, text, canonical, hash })
     }
 
     /// The recipes that are built in.

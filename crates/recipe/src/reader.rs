@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use procedural::Mesh;
 
+use super::changes::{self, SET};
 use super::class::Class;
 use super::constraints::{self, Object, conditional};
 use super::distribution::{self, Distribution};
@@ -35,11 +36,20 @@ pub(super) struct Resolved {
     pub mesh: Option<Arc<Mesh>>,
 }
 
-/// Reads `text` and the files that it names; every fault that is found comes back.
-pub(super) fn read(origin: &str, text: &str, files: &AssetSource) -> Result<Resolved, YamlFaults> {
-    let mut yaml = YamlReader::new(text, "recipe");
+/// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault that is
+/// found comes back.
+pub(super) fn read(
+    origin: &str,
+    text: &str,
+    set_from: usize,
+    files: &AssetSource,
+) -> Result<Resolved, YamlFaults> {
+    let mut yaml = YamlReader::new(text, "recipe").set_from(set_from);
     let resolved = match parse_yaml(text, "recipe") {
-        Ok(root) => recipe(&mut yaml, &root, files),
+        Ok(root) => {
+            let root = changes::applied(&mut yaml, &root);
+            recipe(&mut yaml, &root, files)
+        }
         Err(error) => {
             yaml.fault(error.place, "", error.problem, error.remedy);
             None
@@ -82,7 +92,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     }
     let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
-    let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes"]).collect();
+    let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes", SET]).collect();
     top.close(yaml, &known, &|name| keys::home(subject, name));
 
     for setting in keys::settings(subject) {

@@ -3,6 +3,7 @@
 use procedural::Parameter;
 use serde_json::{Map, Value, json};
 
+use super::changes::{SET, SET_DOC};
 use super::constraints::transport;
 use super::distribution::{FORMS, range};
 use super::keys::settings::{Setting, Settings, TransportSettings};
@@ -42,6 +43,10 @@ pub fn schema() -> Value {
             "type": "object", "minProperties": 1, "additionalProperties": { "$ref": "#/$defs/class" },
             "propertyNames": { "pattern": "^[a-z0-9_]{1,64}$" },
         }),
+    );
+    properties.insert(
+        SET.into(),
+        json!({ "description": SET_DOC.trim(), "type": ["object", "null"], "propertyNames": { "pattern": "^[a-z0-9_.-]+$" } }),
     );
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",

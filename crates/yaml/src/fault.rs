@@ -16,6 +16,8 @@ pub struct YamlFaults {
     pub list: Vec<YamlFault>,
     /// Faults beyond those listed.
     pub unlisted: usize,
+    /// First line that does not stand in the text at `origin` but was given on the command line, by `--set`.
+    pub set_from: usize,
 }
 
 /// One thing that is wrong.
@@ -75,9 +77,15 @@ impl fmt::Display for YamlFaults {
         let count = self.list.len() + self.unlisted;
         writeln!(f, "{} has {count} fault{}:", self.origin, if count == 1 { "" } else { "s" })?;
         for fault in &self.list {
-            writeln!(f, "{}:{}:{}: {fault}", self.origin, fault.line, fault.column)?;
+            let is_set = fault.line >= self.set_from;
+            if is_set {
+                writeln!(f, "--set {fault}")?;
+            } else {
+                writeln!(f, "{}:{}:{}: {fault}", self.origin, fault.line, fault.column)?;
+            }
             if !fault.excerpt.text.trim().is_empty() {
-                writeln!(f, "{:>6} | {}", fault.line, fault.excerpt.text.trim_end())?;
+                let line = if is_set { "--set".to_owned() } else { fault.line.to_string() };
+                writeln!(f, "{line:>6} | {}", fault.excerpt.text.trim_end())?;
                 writeln!(f, "       | {}^", " ".repeat(fault.excerpt.caret))?;
             }
         }

@@ -8,5 +8,5 @@ mod reader;
 pub use fault::{YamlFault, YamlFaults};
 
 pub use fault::nearest_spelling;
-pub use node::{YamlNode, YamlValue, parse_yaml};
+pub use node::{TextPosition, YamlError, YamlKey, YamlNode, YamlValue, parse_yaml};
 pub use reader::{Mapping, NumberRange, YamlReader, clipped_text, number_text, read_bytes, utf8_text};

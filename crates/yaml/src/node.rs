@@ -128,6 +128,10 @@ pub fn parse_yaml(text: &str, noun: &'static str) -> Result<YamlNode, YamlError>
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
         let place = error.location().map_or(TextPosition::START, TextPosition::from);
         let (problem, remedy) = words(&error, noun);
+        let problem = match section(text, place) {
+            Some(section) => format!("{problem}, in `{section}`"),
+            None => problem,
+        };
         YamlError { place, problem, remedy }
     })
 }
@@ -155,9 +159,43 @@ fn words(error: &serde_saphyr::Error, noun: &str) -> (String, String) {
         // Within an alias, the reader hands its refusals on as text.
         other => match without_place(&other.to_string()) {
             text if text.starts_with("budget breached") => too_much(noun),
-            text => (text, "correct the YAML here".to_owned()),
+            text => {
+                let remedy = remedy(&text).to_owned();
+                (text, remedy)
+            }
         },
     }
+}
+
+/// What to do about a problem that the reader has no remedy for.
+fn remedy(problem: &str) -> &'static str {
+    /// Words of a problem, and its remedy; the first that fits counts.
+    const REMEDIES: [(&[&str], &str); 6] = [
+        (&["tab"], "indent with blanks: YAML takes no tab there"),
+        (&["quote"], "end the text with the quote that it begins with"),
+        (
+            &["unclosed", "bracket", "flow mapping", "flow sequence", "EOF", "unexpected eof"],
+            "close each `{` with `}` and each `[` with `]`, and put commas between their entries",
+        ),
+        (&["':' must be followed"], "put a blank behind the colon"),
+        (
+            &["indent", "expected key", "mapping values", "mapping keys", "simple key", "block mapping", "node content"],
+            "write each key as `key: value`, keys of one section in the same column, right of the section's name",
+        ),
+        (&["anchor", "alias"], "write the value itself, or give the anchor `&name` above"),
+    ];
+    let fits = |words: &[&str]| words.iter().any(|word| problem.contains(word));
+    REMEDIES.iter().find(|(words, _)| fits(words)).map_or("correct the YAML here", |(_, remedy)| remedy)
+}
+
+/// The key at the left edge that stands last above `place`.
+fn section(text: &str, place: TextPosition) -> Option<String> {
+    let name = |line: &str| -> Option<String> {
+        let (name, _) = line.split_once(':')?;
+        let plain = !name.is_empty() && name.bytes().all(|c| c.is_ascii_alphanumeric() || b"_-".contains(&c));
+        plain.then(|| name.to_owned())
+    };
+    text.lines().take(place.line - 1).filter_map(name).last()
 }
 
 /// The reader's first line without the place it ends in, which a fault shows in front.

@@ -18,6 +18,7 @@ pub struct YamlReader<'t> {
     noun: &'static str,
     faults: Vec<YamlFault>,
     unlisted: usize,
+    set_from: usize,
     places: BTreeMap<String, TextPosition>,
 }
 
@@ -31,7 +32,12 @@ pub struct Mapping<'n> {
 impl<'t> YamlReader<'t> {
     /// A reader of the tree of `text`, which is to be a `noun`.
     pub fn new(text: &'t str, noun: &'static str) -> Self {
-        Self { text, noun, faults: Vec::new(), unlisted: 0, places: BTreeMap::new() }
+        Self { text, noun, faults: Vec::new(), unlisted: 0, set_from: usize::MAX, places: BTreeMap::new() }
+    }
+
+    /// The same where the lines from `line` on were given on the command line, by `--set`.
+    pub fn set_from(self, line: usize) -> Self {
+        Self { set_from: line, ..self }
     }
 
     /// Notes a fault.
@@ -57,9 +63,9 @@ impl<'t> YamlReader<'t> {
 
     /// The faults by place, where there are any.
     pub fn finish(self, origin: &str) -> Result<(), YamlFaults> {
-        let Self { faults: mut list, unlisted, .. } = self;
+        let Self { faults: mut list, unlisted, set_from, .. } = self;
         list.sort_by_key(|fault| (fault.line, fault.column));
-        if list.is_empty() { Ok(()) } else { Err(YamlFaults { origin: origin.to_owned(), list, unlisted }) }
+        if list.is_empty() { Ok(()) } else { Err(YamlFaults { origin: origin.to_owned(), list, unlisted, set_from }) }
     }
 
     /// The map at `node`; a key without a value is an empty one.

@@ -11,7 +11,8 @@ pub(super) use options::ExportCommand;
 use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
 
 use super::generate::threads;
-use super::progress::{CountBar, counted, describe_bytes, say};
+use super::console::Console;
+use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, UsageError, output};
 use bench::split::Split;
 use dataset::Fault;
@@ -19,7 +20,7 @@ use tools::export::{
     ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
 };
 
-pub(super) fn run(format: &ExportCommand) -> CommandResult {
+pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
     let common = format.common();
     if let Some(what) = format.without_effect() {
         return Err(UsageError(what.into()).into());
@@ -52,17 +53,19 @@ pub(super) fn run(format: &ExportCommand) -> CommandResult {
         return Err(UsageError(what.into()).into());
     }
     if source.unfinished > 0 {
-        say(&format!("not finished and left out: {} of the dataset", counted(source.unfinished, "shard")));
+        console.note(&format!("not finished and left out: {} of the dataset", counted(source.unfinished, "shard")));
     }
-    let bar = CountBar::new("samples");
-    let summary = pool.install(|| write(format, &source, &common.out, &|done, all| bar.show(done, all)));
-    bar.end();
+    let folder = common.out.clone();
+    console.on_stop(move || format!("what is written in {} is kept; the same command finishes it", folder.display()));
+    let progress = Progress::new(console, "samples", None);
+    let summary = pool.install(|| write(format, &source, &common.out, &|done, all| progress.set(done, all)));
+    drop(progress);
     let summary = summary?;
     let out = common.out.display();
     for note in &summary.notes {
-        say(&format!("note: {note}"));
+        console.note(&format!("note: {note}"));
     }
-    say(&match summary.nothing_to_do {
+    console.note(&match summary.nothing_to_do {
         true => format!("{out} is finished already; there is nothing to do"),
         false => format!(
             "{out}: {} of {}, {}",

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::cli::check::SplitChoice;
+use crate::cli::{output, whole};
 use tools::export::{GivenEnds, PictureContent};
 
 /// Formats with their options.
@@ -36,7 +37,7 @@ pub(in crate::cli) struct ExportArgs {
     /// Folder of the dataset
     pub(super) dir: PathBuf,
     /// Folder of the export: a new or empty one, or that of the same export, stopped
-    #[arg(long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", value_parser = output::folder())]
     pub(super) out: PathBuf,
     /// Part of the dataset
     #[arg(long, value_enum, default_value_t = SplitChoice::All)]
@@ -45,7 +46,7 @@ pub(in crate::cli) struct ExportArgs {
     #[arg(long, value_name = "I", value_delimiter = ',', value_parser = indices)]
     pub(super) index: Vec<RangeInclusive<u64>>,
     /// Threads [default: all cores]
-    #[arg(long, value_name = "T")]
+    #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     pub(super) threads: Option<usize>,
 }
 
