@@ -242,19 +242,42 @@ fn every_prefix_is_balanced() {
     }
 }
 
+/// In every prefix of a dataset each class is split by its shares, within two samples.
 #[test]
-fn splits_have_their_shares_and_ignore_the_recipe() {
-    let (wood, small) = (wood(), Recipe::load("wood-small").expect("embedded"));
-    let mut counts = [0.0; 3];
-    for index in 0..10_000 {
-        let split = small.draw(0, index).split;
-        counts[split as usize] += 1.0;
-        if index < 200 {
-            assert_eq!(wood.draw(0, index).split, split);
+fn splits_are_balanced_in_every_prefix_of_every_class() {
+    assert_eq!(Split::ALL.map(|split| split as usize), [0, 1, 2]);
+    for (recipe, seed) in subjects().iter().flat_map(|recipe| [0, 1, u64::MAX].map(|seed| (recipe, seed))) {
+        let mut counts: BTreeMap<String, [f64; 3]> = BTreeMap::new();
+        for index in 0..3000 {
+            let scene = recipe.draw(seed, index);
+            let counts = counts.entry(scene.class).or_default();
+            counts[scene.split as usize] += 1.0;
+            let n: f64 = counts.iter().sum();
+            for (count, share) in counts.iter().zip([0.8, 0.1, 0.1]) {
+                assert!((count - n * share).abs() < 2.0, "{} {seed}: {counts:?} of {index}", recipe.name());
+            }
         }
     }
-    assert_eq!(Split::ALL.map(|split| split as usize), [0, 1, 2]);
-    chi_square(&counts, &[0.8, 0.1, 0.1], 23.03);
+    // Of few samples, each class is in each split as soon as its share allows it.
+    let small = Recipe::load("wood-small").expect("embedded");
+    let tested: BTreeSet<String> =
+        (0..85).map(|index| small.draw(0, index)).filter(|scene| scene.split == Split::Test).map(|s| s.class).collect();
+    assert_eq!(tested.len(), 5, "{tested:?}");
+}
+
+/// Classes and their shares decide about splits, nothing else of a recipe.
+#[test]
+fn splits_ignore_what_is_no_class() {
+    let before = Recipe::load("wood-small").expect("embedded");
+    let edit = |key: &str, to: serde_json::Value| {
+        let mut edited: serde_json::Value = serde_json::from_str(&before.canonical_json()).expect("JSON");
+        *edited.pointer_mut(key).expect("a key") = to;
+        Recipe::parse("edited", &edited.to_string()).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let splits = |recipe: &Recipe| (0..400).map(|index| recipe.draw(0, index).split).collect::<Vec<_>>();
+    let same = [edit("/camera/f_number", 4.into()), edit("/output/truth_maps", false.into())];
+    same.iter().for_each(|after| assert_eq!(splits(after), splits(&before)));
+    assert_ne!(splits(&edit("/classes/rot/share", 0.5.into())), splits(&before));
 }
 
 #[test]

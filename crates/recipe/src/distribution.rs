@@ -312,7 +312,7 @@ fn between(min: f64, max: f64, rng: &mut impl Rng) -> f64 {
 }
 
 /// Index into `weights` at the share `u` in [0, 1) of their sum; never one of weight 0.
-pub(super) fn pick(weights: &[f64], u: f64) -> usize {
+fn pick(weights: &[f64], u: f64) -> usize {
     let mut rest = u * weights.iter().sum::<f64>();
     for (i, weight) in weights.iter().enumerate() {
         rest -= weight;

@@ -1,30 +1,28 @@
 //! From recipe, seed and index to the scene of one sample; a pure function.
 //!
 //! Every parameter has a stream of its own, keyed by seed, index and path, so that editing one key leaves every other
-//! draw as it was. The split is keyed by seed and index alone and not by the id, which changes with the recipe: two
-//! recipes can then be compared sample by sample, and no sample changes sides when a recipe is edited.
+//! draw as it was. The split follows from seed, index and classes and not from the id, which changes with the recipe: no
+//! sample changes sides when a recipe is edited, but where its classes are.
 
 use procedural::{Parameter, Stream};
-use rand::RngExt;
 use uuid::Uuid;
 
-use super::distribution::pick;
+use super::balance::{self, ClassRotation};
 use super::{Class, Plan, Recipe, Scene};
 use bench::parameters::Bench;
-use bench::settings::Splits;
-use bench::split::Split;
 
 /// The namespace of all sample ids; drawn once, at random.
 const NAMESPACE: Uuid = Uuid::from_u128(0x7d0b_5c1e_93a4_4f6b_8e27_51c6_d20f_a938);
-/// 2^64 over the golden ratio, odd: the step of the rotation that spreads classes over the indices.
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 impl Recipe {
     /// The scene of sample `index` for `seed`.
     pub fn draw(&self, seed: u64, index: u64) -> Scene {
         let root = Stream::root(seed);
         let stream = root.child("sample").index(index);
-        let class = self.class_of(seed, index);
+        let rotation = self.rotation(seed);
+        let number = rotation.class(index);
+        let class = &self.classes[number];
+        let split_stream = root.child("split").child(&class.name);
         let mut value = |parameter: &'static Parameter| {
             let path = parameter.path();
             let distribution = class.overrides.get(&path).unwrap_or_else(|| &self.parameters[&path]);
@@ -35,7 +33,7 @@ impl Recipe {
         Scene {
             index,
             id: Uuid::new_v5(&NAMESPACE, format!("{}/{seed}/{index}", self.hash).as_bytes()).to_string(),
-            split: split(self.settings.splits(), stream.child("split")),
+            split: balance::split(self.settings.splits(), split_stream, rotation.rank(number, index)),
             class: class.name.clone(),
             stream,
             size: self.settings.size(),
@@ -53,13 +51,13 @@ impl Recipe {
         }
     }
 
-    /// The class of sample `index`: golden-ratio rotation (Weyl 1916) over the shares from an offset of the seed's own.
-    ///
-    /// By Denjoy and Koksma, any prefix of n samples holds each class within 2 + log_phi(n) of its share of n.
+    /// The class of sample `index`.
     pub fn class_of(&self, seed: u64, index: u64) -> &Class {
-        let turn = Stream::root(seed).child("class").key().wrapping_add(index.wrapping_mul(GOLDEN));
-        let shares: Vec<_> = self.classes.iter().map(|class| class.share).collect();
-        &self.classes[pick(&shares, unit(turn))]
+        &self.classes[self.rotation(seed).class(index)]
+    }
+
+    fn rotation(&self, seed: u64) -> ClassRotation {
+        ClassRotation::new(self.classes.iter().map(|class| class.share), Stream::root(seed).child("class"))
     }
 }
 
@@ -75,15 +73,4 @@ impl Scene {
     pub fn draws(&self) -> Vec<(String, f64)> {
         self.values().into_iter().map(|(parameter, value)| (parameter.path(), value)).collect()
     }
-}
-
-/// A split by its share.
-fn split(splits: Splits, stream: Stream) -> Split {
-    let shares = [splits.train, splits.validation, splits.test];
-    Split::ALL[pick(&shares, stream.rng().random())]
-}
-
-/// The word as a number in [0, 1): its 53 upper bits.
-fn unit(word: u64) -> f64 {
-    (word >> 11) as f64 / (1u64 << 53) as f64
 }

@@ -6,6 +6,7 @@
 pub mod asset;
 pub mod mesh;
 
+mod balance;
 mod canonical;
 mod changes;
 mod class;
@@ -67,7 +68,7 @@ pub struct Scene {
     pub index: u64,
     /// UUID v5 of (recipe hash, seed, index).
     pub id: String,
-    /// Split, keyed by (seed, index) and not by the recipe.
+    /// Split, by the rank of the sample in its class.
     pub split: Split,
     /// Name of the class.
     pub class: String,

@@ -70,13 +70,14 @@ const CLASSES: &str = "\
 millionth of their sum), and may repeat any group of parameters with the keys that it changes; settings stay the same for
 all classes. Sample i belongs to the class at the point (offset + i / golden ratio) mod 1 of the shares, classes in the
 order of their names, so every prefix of a dataset holds each class within a few samples of its share, and the first
-hundred samples of a large dataset are the dataset of a hundred.
+hundred samples of a large dataset are the dataset of a hundred. Splits go by the order of the samples of each class: in every
+prefix each split holds each class within two samples of its share.
 
 ## What stays when a recipe is edited
 
 Each parameter of each sample has a random stream of its own, keyed by the seed, the sample and the key path. Editing one
-key leaves every other draw as it was. The split of a sample is keyed by seed and sample alone. The identity of a sample
-(a UUID) follows from the meaning of the whole recipe, the seed and its number: comments, the order of keys and the way a
+key leaves every other draw as it was. Class and split of a sample follow from the seed, its number, the classes with their
+shares, and `splits`. The identity of a sample (a UUID) follows from the meaning of the whole recipe, the seed and its number: comments, the order of keys and the way a
 number is written do not matter, everything else does.
 
 ## What must fit together

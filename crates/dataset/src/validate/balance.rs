@@ -3,7 +3,7 @@
 //! | what | how it is drawn | test |
 //! |---|---|---|
 //! | classes | a rotation by index | the counts are exactly those of the rotation over the same indices; over all indices below n none is farther from its share of n than 2 + log_phi(n) |
-//! | splits | each sample by itself | exact binomial, over all and within each class |
+//! | splits | in turn within each class, so nearer to their shares than by chance | exact binomial, over all and within each class: a bound |
 //! | numbers of a continuous law | each sample by itself | Kolmogorov and Smirnov |
 //! | numbers of a discrete law | each sample by itself | exact binomial for two, likelihood-ratio chi-square for more |
 //! | numbers that never vary | | equal |

@@ -1,0 +1,168 @@
+//! Balance: which class the i-th sample has, its rank among the samples of that class, and the split of the k-th.
+//!
+//! **Classes** go by index: sample i stands at the point (offset + i / golden ratio) mod 1 of the shares (Weyl 1916). By Denjoy
+//! and Koksma any prefix of n samples holds each class within 2 + log_phi(n) of its share of n.
+//!
+//! **Splits** go by rank in the class: of the first k samples of a class, floor(k s + phase) are for training where s is their
+//! share (Beatty 1926), and of the others as many are for validation as its share of them, in the same way. In any prefix, each
+//! split of each class is then within two samples of its share. The phases are the class's own.
+//!
+//! A rank is counted without walking over the samples before: points of a rotation below a bound are a difference of two sums
+//! of floor((a j + b) / m), which fold like Euclid's algorithm (Graham, Knuth and Patashnik, *Concrete Mathematics*, 3.5).
+//!
+//! **Groups.** Samples that must stay on one side of the splits, because they show one object, would be one unit here: the rank to
+//! give to [`split`] is then that of the group, counted where now [`ClassRotation::rank`] counts samples. Each sample is a group of
+//! its own today.
+
+use bench::settings::Splits;
+use bench::split::Split;
+use procedural::Stream;
+
+/// 2^64 over the golden ratio, odd: the step of the rotation.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+/// A whole turn: shares are counted in its parts.
+const TURN: u128 = 1 << 64;
+
+/// The classes of a recipe over the indices, for one seed.
+pub(super) struct ClassRotation {
+    offset: u64,
+    /// Where each class ends; the last with a share ends the turn.
+    ends: Vec<u128>,
+}
+
+impl ClassRotation {
+    /// For these shares; `stream` is that of the classes.
+    pub(super) fn new(shares: impl Iterator<Item = f64> + Clone, stream: Stream) -> Self {
+        let sum: f64 = shares.clone().sum();
+        let mut before = 0.0;
+        let mut ends: Vec<u128> = shares
+            .map(|share| {
+                before += share;
+                parts(before / sum)
+            })
+            .collect();
+        // Rounding can leave a last crumb, which belongs to the last class.
+        if let Some(last) = ends.last_mut() {
+            *last = TURN;
+        }
+        Self { offset: stream.key(), ends }
+    }
+
+    /// Number of the class of sample `index`.
+    pub(super) fn class(&self, index: u64) -> usize {
+        let at = self.offset.wrapping_add(index.wrapping_mul(GOLDEN));
+        self.ends.iter().position(|end| u128::from(at) < *end).unwrap_or(0)
+    }
+
+    /// Samples of the class `class` among the first `index`.
+    pub(super) fn rank(&self, class: usize, index: u64) -> u64 {
+        let start = if class == 0 { 0 } else { self.ends[class - 1] };
+        (self.below(self.ends[class], index) - self.below(start, index)) as u64
+    }
+
+    /// How many of the first `n` points are below `end`.
+    fn below(&self, end: u128, n: u64) -> u128 {
+        let (n, step, offset) = (u128::from(n), u128::from(GOLDEN), u128::from(self.offset));
+        // x mod m < t counts floor(x / m) - floor((x - t) / m); a turn more keeps the second above 0.
+        let upper = floor_sum(n, TURN, step, offset);
+        upper.wrapping_sub(floor_sum(n, TURN, step, offset + TURN - end)).wrapping_add(n)
+    }
+}
+
+/// The split of the sample that is the `rank`-th of its class; `stream` is that of the class's splits.
+pub(super) fn split(splits: Splits, stream: Stream, rank: u64) -> Split {
+    let others = splits.validation + splits.test;
+    let (train, before) = beatty(splits.train / (splits.train + others), stream.child("train"), rank);
+    if train {
+        return Split::Train;
+    }
+    let (validation, _) = beatty(splits.validation / others, stream.child("validation"), rank - before);
+    if validation { Split::Validation } else { Split::Test }
+}
+
+/// Whether the number `k` is of the sequence with this share, and how many before it are.
+fn beatty(share: f64, stream: Stream, k: u64) -> (bool, u64) {
+    let part = parts(share);
+    let reached = u128::from(k) * part + u128::from(stream.key());
+    let (before, rest) = (reached >> 64, reached & (TURN - 1));
+    (rest + part >= TURN, before as u64)
+}
+
+/// A share in parts of a turn.
+fn parts(share: f64) -> u128 {
+    ((share * TURN as f64).round() as u128).min(TURN)
+}
+
+/// Sum of floor((a j + b) / m) over j below `n`, mod 2^128; n and m are at most 2^64, a n + b at most 2^128.
+fn floor_sum(mut n: u128, mut m: u128, mut a: u128, mut b: u128) -> u128 {
+    let mut sum = 0u128;
+    loop {
+        if a >= m {
+            let pairs = if n.is_multiple_of(2) { (n / 2).wrapping_mul(n.wrapping_sub(1)) } else { n.wrapping_mul(n / 2) };
+            sum = sum.wrapping_add(pairs.wrapping_mul(a / m));
+            a %= m;
+        }
+        if b >= m {
+            sum = sum.wrapping_add(n.wrapping_mul(b / m));
+            b %= m;
+        }
+        let last = a * n + b;
+        if last < m {
+            return sum;
+        }
+        (n, b, m, a) = (last / m, last % m, a, m);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_of_floors_are_those_of_a_loop() {
+        for (n, m, a, b) in [(0, 7, 3, 2), (1, 7, 3, 2), (50, 7, 3, 20), (1000, 97, 1234, 4321), (333, 1 << 40, 987_654_321, 5)] {
+            let slow: u128 = (0..n).map(|j| (a * j + b) / m).sum();
+            assert_eq!(floor_sum(n, m, a, b), slow, "{n} {m} {a} {b}");
+        }
+    }
+
+    /// Ranks count what a walk over the samples counts, and go on to the last index there is.
+    #[test]
+    fn ranks_are_those_of_a_walk() {
+        let shares = [0.2, 0.25, 0.2, 0.2, 0.15];
+        for seed in 0..4 {
+            let rotation = ClassRotation::new(shares.into_iter(), Stream::root(seed));
+            let mut seen = [0u64; 5];
+            for index in 0..5000 {
+                let class = rotation.class(index);
+                assert_eq!(rotation.rank(class, index), seen[class], "sample {index}");
+                seen[class] += 1;
+            }
+            let last: Vec<u64> = (0..5).map(|class| rotation.rank(class, u64::MAX)).collect();
+            for (rank, share) in last.iter().zip(shares) {
+                assert!((*rank as f64 / u64::MAX as f64 - share).abs() < 1e-12, "{last:?}");
+            }
+            assert_eq!(last.iter().map(|rank| u128::from(*rank)).sum::<u128>(), u128::from(u64::MAX));
+        }
+    }
+
+    /// Every prefix of a class has each split within two samples of its share; splits without a share have none.
+    #[test]
+    fn every_prefix_of_a_class_is_split_by_its_shares() {
+        for shares in [[0.8, 0.1, 0.1], [0.7, 0.3, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.34, 0.33, 0.33]] {
+            let [train, validation, test] = shares;
+            for seed in 0..20 {
+                let stream = Stream::root(seed).child("split").child("rot");
+                let mut counts = [0.0; 3];
+                for rank in 0..2000u64 {
+                    counts[split(Splits { train, validation, test }, stream, rank) as usize] += 1.0;
+                    for (count, share) in counts.iter().zip(shares) {
+                        let far: f64 = count - share * (rank + 1) as f64;
+                        assert!(far.abs() < 2.0 && (share > 0.0 || *count == 0.0), "{shares:?} {rank}: {counts:?}");
+                    }
+                }
+                split(Splits { train, validation, test }, stream, u64::MAX);
+            }
+        }
+    }
+}
