@@ -192,7 +192,7 @@ pub fn generate(
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
     progress(GenerateEvent::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
 
-    let tiles = PatternCache::new(request.seed);
+    let tiles = PatternCache::new(recipe.streams(request.seed).key());
     let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
     for shard in remaining {
         let mut writer = match ShardWriter::claim(&folder, shard)? {

@@ -29,7 +29,7 @@ pub fn preview(recipe: &Recipe, seed: u64, index: u64, progress: &(dyn Fn(u64) +
     // One exposure of the middle of the scan; the images as the camera has them.
     scene.output.sensor_stack = SensorStack::Every((scene.size.profiles / 2).max(1));
     (scene.output.bin_columns, scene.output.bin_profiles) = (1, 1);
-    let record = pipeline::render(&scene, &PatternCache::new(seed), progress);
+    let record = pipeline::render(&scene, &PatternCache::new(recipe.streams(seed).key()), progress);
     draw(&scene, &record)
 }
 

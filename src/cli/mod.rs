@@ -1,7 +1,7 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen recipe`, `gen schema`, `gen transport`,
 //! `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`.
 //!
-//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for.
+//! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
 
 mod check;
 mod compare;
@@ -42,6 +42,7 @@ use ::recipe::{Change, Recipe};
   gen --recipe wood.yaml --n 10000 --estimate                  what it would take
   gen --recipe wood.yaml --n 10000 --out planks                make it, or continue it
   gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
+  gen --recipe wood -n 40 --set camera.tilt_deg=30 -o steep     a key of the recipe changed
   gen validate planks                                          check every file and label
   gen recipe show wood > mine.yaml                             a recipe to change; gen recipe list
   gen transport --medium clear-wood --model path               light inside plane layers

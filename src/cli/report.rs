@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     let folder = Dataset::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
-    let tiles = PatternCache::new(seed);
+    let tiles = PatternCache::new(recipe.as_ref().map_or(seed, |recipe| recipe.streams(seed).key()));
     // A slow model takes minutes for a line.
     let fast = recipe.as_ref().ok().filter(|recipe| recipe.transport() == Transport::Kernel);
     let expose = fast.map(|recipe| {

@@ -52,7 +52,7 @@ impl GenerateEstimate {
     /// Renders the first samples to see what one takes, and counts; `progress` is told how many of their profiles more are
     /// rendered.
     pub fn measure(recipe: &Recipe, request: &DatasetRequest, progress: &(dyn Fn(u64) + Sync)) -> Self {
-        let tiles = PatternCache::new(request.seed);
+        let tiles = PatternCache::new(recipe.streams(request.seed).key());
         let together = Self::trial(recipe, request);
         if together > 1 {
             // Tables are filled before the time is taken; beside a sample so large that it is rendered alone they do not count.

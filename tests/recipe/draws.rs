@@ -280,6 +280,41 @@ fn splits_ignore_what_is_no_class() {
     assert_ne!(splits(&edit("/classes/rot/share", 0.5.into())), splits(&before));
 }
 
+/// Two recipes have no sample in common for the same seed, unless they say that they are one family.
+#[test]
+fn recipes_of_other_names_draw_other_numbers() {
+    let load = |name: &str| Recipe::load(name).expect("embedded");
+    let small = load("wood-small");
+    let draws = |recipe: &Recipe, index: u64| -> Vec<(String, f64)> {
+        let all = recipe.draw(0, index).draws();
+        let varies = |path: &str| {
+            let class = &recipe.class_of(0, index).name;
+            !matches!(recipe.distribution(class, path), Some(Distribution::Fixed(_)) | None)
+        };
+        all.into_iter().filter(|(path, _)| varies(path)).collect()
+    };
+    for other in ["wood-train", "wood"].map(load) {
+        for index in 0..100 {
+            let (a, b) = (draws(&small, index), draws(&other, index));
+            let alike = a.iter().filter(|draw| b.contains(draw)).count();
+            // Counts and choices meet by chance; numbers on a scale do not.
+            assert!(4 * alike < a.len(), "{} {index}: {alike} of {}", other.name(), a.len());
+            assert_ne!(small.draw(0, index).stream, other.draw(0, index).stream);
+        }
+    }
+    let text = small.text();
+    let renamed = Recipe::parse("renamed", &text.replacen("name: wood-small", "name: mine", 1)).expect("good");
+    assert_eq!((renamed.family(), small.family()), ("mine", "wood-small"));
+    assert_ne!(renamed.draw(0, 0).draws(), small.draw(0, 0).draws());
+    let kin = text.replacen("name: wood-small", "name: mine\nfamily: wood-small", 1);
+    let kin = Recipe::parse("kin", &kin).expect("good");
+    for index in 0..20 {
+        let (a, b) = (kin.draw(0, index), small.draw(0, index));
+        assert_eq!((a.draws(), a.class, a.split, a.stream), (b.draws(), b.class, b.split, b.stream));
+        assert_ne!(a.id, b.id);
+    }
+}
+
 #[test]
 fn ids_are_unique_and_uuids_of_version_5() {
     let recipes = [wood(), Recipe::load("wood-small").expect("embedded")];

@@ -22,6 +22,7 @@ pub(super) fn json(recipe: &Resolved) -> Value {
         insert(&mut root, path, distribution_json(distribution));
     }
     insert(&mut root, "name", json!(recipe.name));
+    insert(&mut root, "family", json!(recipe.family));
     insert(&mut root, "subject", json!(recipe.subject.name()));
     for class in &recipe.classes {
         let prefix = format!("classes.{}", class.name);

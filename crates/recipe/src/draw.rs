@@ -1,7 +1,8 @@
 //! From recipe, seed and index to the scene of one sample; a pure function.
 //!
-//! Every parameter has a stream of its own, keyed by seed, index and path, so that editing one key leaves every other
-//! draw as it was. The split follows from seed, index and classes and not from the id, which changes with the recipe: no
+//! Every parameter has a stream of its own, keyed by seed, family, index and path, so that editing one key leaves every other
+//! draw as it was. The family is that of the recipe: what another recipe draws for the same seed has nothing to do with it,
+//! unless both say that they are one family. The split follows from seed, index and classes and not from the id, which changes with the recipe: no
 //! sample changes sides when a recipe is edited, but where its classes are.
 
 use procedural::{Parameter, Stream};
@@ -17,7 +18,7 @@ const NAMESPACE: Uuid = Uuid::from_u128(0x7d0b_5c1e_93a4_4f6b_8e27_51c6_d20f_a93
 impl Recipe {
     /// The scene of sample `index` for `seed`.
     pub fn draw(&self, seed: u64, index: u64) -> Scene {
-        let root = Stream::root(seed);
+        let root = self.streams(seed);
         let stream = root.child("sample").index(index);
         let rotation = self.rotation(seed);
         let number = rotation.class(index);
@@ -51,13 +52,19 @@ impl Recipe {
         }
     }
 
+    /// The root of everything that is drawn for `seed`: another one for each family of recipes, so that no two families have
+    /// samples in common.
+    pub fn streams(&self, seed: u64) -> Stream {
+        Stream::root(seed).child("family").child(&self.family)
+    }
+
     /// The class of sample `index`.
     pub fn class_of(&self, seed: u64, index: u64) -> &Class {
         &self.classes[self.rotation(seed).class(index)]
     }
 
     fn rotation(&self, seed: u64) -> ClassRotation {
-        ClassRotation::new(self.classes.iter().map(|class| class.share), Stream::root(seed).child("class"))
+        ClassRotation::new(self.classes.iter().map(|class| class.share), self.streams(seed).child("class"))
     }
 }
 

@@ -47,6 +47,8 @@ pub use yaml::{YamlFault, YamlFaults};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recipe {
     name: String,
+    /// Whose random numbers it draws; the name, unless the recipe says otherwise.
+    family: String,
     subject: Subject,
     settings: Settings,
     /// The laser's settings, with its picture read.
@@ -134,9 +136,9 @@ impl Recipe {
         let resolved = reader::read(origin, &text, changed_from, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let reader::Resolved { name, subject, settings, parameters, classes, mesh } = resolved;
+        let reader::Resolved { name, family, subject, settings, parameters, classes, mesh } = resolved;
         let line = settings.line();
-        Ok(Self { name, subject, settings, line, parameters, classes, mesh, text, canonical, hash })
+        Ok(Self { name, family, subject, settings, line, parameters, classes, mesh, text, canonical, hash })
     }
 
     /// The recipes that are built in.
@@ -152,6 +154,11 @@ impl Recipe {
     /// Name of the dataset.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Name of the recipes that draw the same random numbers for the same seed: its own, unless it says otherwise.
+    pub fn family(&self) -> &str {
+        &self.family
     }
 
     /// What the objects are.

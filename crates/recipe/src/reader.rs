@@ -29,6 +29,7 @@ const MAX_NAME_BYTES: usize = 64;
 /// What a text says, with every default filled in.
 pub(super) struct Resolved {
     pub name: String,
+    pub family: String,
     pub subject: Subject,
     pub settings: Settings,
     pub parameters: BTreeMap<String, Distribution>,
@@ -70,6 +71,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     }
     let mut top = yaml.mapping(root, "");
     let name = required(yaml, &mut top, root, "name").and_then(|node| name(yaml, node, "name"));
+    let family = top.take(yaml, "family").map(|node| self::name(yaml, node, "family"));
     let subject = required(yaml, &mut top, root, "subject").and_then(|node| {
         let word = yaml.word(node, "subject", &Subject::NAMES)?;
         Subject::named(word)
@@ -92,7 +94,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     }
     let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
-    let known: Vec<_> = ["name", "subject"].into_iter().chain(sections).chain(["classes", SET]).collect();
+    let known: Vec<_> = ["name", "family", "subject"].into_iter().chain(sections).chain(["classes", SET]).collect();
     top.close(yaml, &known, &|name| keys::home(subject, name));
 
     for setting in keys::settings(subject) {
@@ -109,7 +111,12 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
-    Some(Resolved { name: name?, subject: subject?, settings, parameters, classes, mesh })
+    let name = name?;
+    let family = match family {
+        Some(family) => family?,
+        None => name.clone(),
+    };
+    Some(Resolved { name, family, subject: subject?, settings, parameters, classes, mesh })
 }
 
 /// Where the keys of a section go; classes have no settings.
@@ -239,7 +246,7 @@ fn class(
     }
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(yaml, &known, &|name| {
-        let fixed = sections(subject).any(|section| section.path == name) || name == "name" || name == "subject";
+        let fixed = sections(subject).any(|section| section.path == name) || ["name", "family", "subject"].contains(&name);
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {

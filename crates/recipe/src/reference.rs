@@ -29,6 +29,8 @@ writes it again), and so is `recipe.schema.json`, by which editors complete and 
 ## How a recipe reads
 
 - `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
+- `family` names the recipes that draw the same random numbers for the same seed; without it, `name` is a family of its own.
+- `set` holds what `--set KEY=VALUE` changed on the command line: key paths with the values that replace those above.
 - A section of one subject is a fault in a recipe about another.
 - A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
 - A file is named relative to the recipe's own file, or is one that is built in. Its content is part of what the recipe
@@ -75,8 +77,10 @@ prefix each split holds each class within two samples of its share.
 
 ## What stays when a recipe is edited
 
-Each parameter of each sample has a random stream of its own, keyed by the seed, the sample and the key path. Editing one
-key leaves every other draw as it was. Class and split of a sample follow from the seed, its number, the classes with their
+Each parameter of each sample has a random stream of its own, keyed by the seed, the family, the sample and the key path.
+Editing one key leaves every other draw as it was. Recipes of other names draw other numbers, so that no board of one is a board
+of another: who trains on one and tests on the other sees nothing twice. To compare two recipes sample by sample, give both one
+`family`; then choose another seed for the data that a network is tested on. Class and split of a sample follow from the seed, the family, its number, the classes with their
 shares, and `splits`. The identity of a sample (a UUID) follows from the meaning of the whole recipe, the seed and its number: comments, the order of keys and the way a
 number is written do not matter, everything else does.
 

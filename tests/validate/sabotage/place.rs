@@ -42,7 +42,7 @@ pub fn boards() -> &'static Boards {
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let order =
             DatasetRequest { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
-        let tiles = scanner::optics::speckle::PatternCache::new(order.seed);
+        let tiles = scanner::optics::speckle::PatternCache::new(recipe.streams(order.seed).key());
         let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
         Boards { head: dataset_head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
     })
