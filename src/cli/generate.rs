@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use output_schema::{MAX_SAMPLES, MAX_SHARDS};
+use serde_json::{Map, Value, json};
 
 use super::console::Console;
 use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
@@ -39,14 +40,18 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
                 let progress = Progress::new(console, "profiles", Some(trial * recipe.size().profiles as u64));
                 GenerateEstimate::measure(&recipe, &request, &|profiles| progress.add(profiles))
             };
-            print(&describe_estimate(&estimate, &request));
+            print(&if arguments.json {
+                format!("{:#}\n", estimate_json(&estimate, &request))
+            } else {
+                describe_estimate(&estimate, &request)
+            });
             return Ok(if estimate.fits() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
         }
         let estimate = GenerateEstimate::count(&recipe, &request);
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
         }
-        generate_dataset(name, &recipe, &request, console)
+        generate_dataset(name, &recipe, &request, (arguments.json, console))
     })
 }
 
@@ -126,14 +131,23 @@ fn dataset_request(
     Ok(request)
 }
 
-fn generate_dataset(name: &str, recipe: &Recipe, request: &DatasetRequest, console: &Console) -> CommandResult {
+fn generate_dataset(name: &str, recipe: &Recipe, request: &DatasetRequest, (json, console): (bool, &Console)) -> CommandResult {
     let out = request.out.clone();
     console.on_stop(move || describe_stop(&out));
     let summary = {
         let progress = GenerateProgress::new(console, name, recipe, request);
         generate(recipe, request, &|event| progress.show(event))
     };
-    console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary?, request)));
+    let summary = summary?;
+    console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary, request)));
+    if json {
+        let GenerateSummary { samples, shards, busy, total } = summary;
+        let document = json!({
+            "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
+            "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "busy_shards": busy,
+        });
+        print(&format!("{document:#}\n"));
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -183,6 +197,24 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest) -> S
         text.push_str(&format!("{}\n", refusal(estimate, request)));
     }
     text
+}
+
+/// The estimate as a document; free space that the system does not tell is null.
+fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest) -> Value {
+    let classes: Map<String, Value> =
+        estimate.classes.iter().map(|(class, count)| (class.clone(), (*count).into())).collect();
+    json!({
+        "out": request.out.display().to_string(),
+        "samples": request.samples,
+        "to_make": estimate.samples,
+        "seconds": estimate.time().as_secs_f64(),
+        "seconds_per_sample": estimate.sample_time.as_secs_f64(),
+        "bytes": estimate.bytes(),
+        "bytes_per_sample": estimate.sample_bytes,
+        "free_bytes": estimate.free,
+        "fits": estimate.fits(),
+        "classes": classes,
+    })
 }
 
 fn refusal(estimate: &GenerateEstimate, request: &DatasetRequest) -> String {

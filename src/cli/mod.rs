@@ -1,5 +1,5 @@
-//! The command line: `gen --recipe R --n N`, `gen preview`, `gen validate`, `gen recipe`, `gen schema`, `gen transport`,
-//! `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`.
+//! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen schema`,
+//! `gen transport`, `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`, `gen completions`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
 
@@ -10,11 +10,13 @@ mod console;
 mod export;
 mod generate;
 mod icon;
+mod list;
 mod output;
 mod progress;
 mod recipe;
 mod remaining_time;
 mod report;
+mod rig;
 mod study;
 mod transport;
 mod validate;
@@ -44,6 +46,8 @@ use ::recipe::{Change, Recipe};
   gen --recipe wood.yaml --n 10000 --out planks --part 0/4     every fourth shard, for four machines
   gen --recipe wood -n 40 --set camera.tilt_deg=30 -o steep     a key of the recipe changed
   gen validate planks                                          check every file and label
+  gen rig wood                                                 field of view, resolution, line, exposure, noise
+  gen list                                                     the datasets below out
   gen recipe show wood > mine.yaml                             a recipe to change; gen recipe list
   gen transport --medium clear-wood --model path               light inside plane layers
   gen study point                                              a point of light on wood, by every model
@@ -66,6 +70,10 @@ struct Cli {
 enum Command {
     /// Draw one sample: sensor frame, Range, Reflectance, Scatter and labels side by side
     Preview(PreviewArgs),
+    /// Say what the rig of a recipe is: field of view, resolution, line, exposure, speckle, noise, with warnings
+    Rig(rig::RigArgs),
+    /// List datasets with their facts: recipe, seed, samples, classes, splits, size
+    List(list::ListArgs),
     /// Check a dataset: files, draws, images, labels, statistics, samples rendered again
     Validate(validate::ValidateArgs),
     /// List the recipes that are built in, or print the text of one
@@ -135,6 +143,9 @@ pub(crate) struct GenerateArgs {
     /// Say what it would take (time, disk, samples of each class) and stop
     #[arg(long)]
     estimate: bool,
+    /// Print the estimate, or what was made, as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 /// Changes to a recipe.
@@ -191,6 +202,8 @@ pub fn run() -> ExitCode {
     console.listen();
     let outcome = match cli.command {
         Some(Command::Preview(arguments)) => preview_command(&arguments, &console),
+        Some(Command::Rig(arguments)) => rig::run(&arguments, &console),
+        Some(Command::List(arguments)) => list::run(&arguments, &console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, &console),
         Some(Command::Recipe { what }) => recipe::run(&what, &console),
         Some(Command::Transport(arguments)) => transport::run(&arguments, &console),

@@ -185,6 +185,83 @@ fn built_in_recipes_are_listed_and_printed() {
     assert!(run.code == 1 && run.err.contains("did you mean `wood`"), "{}", run.err);
 }
 
+#[test]
+fn datasets_are_listed_with_their_facts() {
+    let place = Place::with(&[]);
+    place.make("out/a", "--n 4 --seed 3 --samples-per-shard 2");
+    place.make("out/below/b", "--n 6 --samples-per-shard 2 --part 0/3");
+    let listed = place.done("list").out;
+    for words in ["out/a: wood-small about wood, seed 3, 4 samples", "out/below/b: wood-small about wood, seed 0, 2 samples, 4 samples to make"] {
+        assert!(listed.contains(words), "no `{words}` in {listed}");
+    }
+    let documents: Value = serde_json::from_str(&place.done("list out --json").out).expect("it is JSON");
+    let [a, b] = [&documents[0], &documents[1]];
+    assert_eq!((&a["path"], &a["seed"], &a["finished_samples"]), (&"out/a".into(), &3.into(), &4.into()));
+    assert_eq!((&b["samples"], &b["finished_shards"], &b["shards"]), (&6.into(), &1.into(), &3.into()));
+    let counted: i64 = a["splits"].as_object().expect("a map").values().filter_map(Value::as_i64).sum();
+    assert_eq!(counted, 4);
+    fs::create_dir(place.path("empty")).expect("a folder");
+    assert!(place.done("list empty").err.contains("no dataset"));
+    assert_eq!(place.run("list nowhere").code, 2);
+    place.write("out/a/dataset.json", "{");
+    let damaged = place.run("list");
+    assert!(damaged.code == 1 && damaged.out.contains("out/below/b") && damaged.out.contains("out/a: "), "{}", damaged.out);
+}
+
+/// A program gets what a run made, and what it would take, as JSON alone on standard output.
+#[test]
+fn programs_get_json() {
+    let place = Place::with(&[]);
+    let json = |arguments: &str| -> Value { serde_json::from_str(&place.done(arguments).out).expect("it is JSON") };
+    let estimate = json("--recipe tiny.yaml --n 5 --out set --estimate --json");
+    assert_eq!((&estimate["to_make"], &estimate["fits"]), (&5.into(), &true.into()));
+    assert!(estimate["seconds"].as_f64() > Some(0.0) && estimate["classes"]["rot"].is_u64(), "{estimate}");
+    let made = json("--recipe tiny.yaml --n 5 --out set --json");
+    assert_eq!((&made["made_samples"], &made["samples"], &made["out"]), (&5.into(), &5.into(), &"set".into()));
+    assert_eq!(json("--recipe tiny.yaml --n 5 --out set --json")["made_samples"], 0);
+}
+
+/// The rig of the default bench by hand, and the warnings that its keys deserve.
+#[test]
+fn a_rig_is_told_in_words_of_data_sheets() {
+    let place = Place::new();
+    let rig = |changes: &str| -> Value {
+        serde_json::from_str(&place.done(&format!("rig wood-small --json {changes}")).out).expect("it is JSON")
+    };
+    let bench = "--set camera.distance_mm=410 --set camera.tilt_deg=25 --set laser.waist_mm=0.1 --set exposure.time_us=40";
+    let plain = rig(bench);
+    let number = |document: &Value, name: &str| document["numbers"][name].as_f64().unwrap_or(f64::NAN);
+    // d cos a and d sin a.
+    assert!((number(&plain, "working_distance_mm") - 371.586).abs() < 1e-3, "{plain}");
+    assert!((number(&plain, "baseline_mm") - 173.273).abs() < 1e-3, "{plain}");
+    // 256 columns of p (d - f) / f on the conveyor: 23.65 mm.
+    assert!((number(&plain, "field_on_conveyor_mm") - 256.0 * 6e-3 * 385.0 / 25.0).abs() < 0.01, "{plain}");
+    // A row is p (d - f) / f / sin a high where the axis meets the conveyor, a little less on the board.
+    let row = 6.0 * 385.0 / 25.0 / 25f64.to_radians().sin();
+    assert!((number(&plain, "height_per_row_um") / row - 1.0).abs() < 0.12, "{row}: {plain}");
+    let parts = ["photons", "dark", "speckle", "rounding"].map(|part| number(&plain, &format!("range_noise_{part}_um")));
+    let total = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+    assert!((number(&plain, "range_noise_um") - total).abs() < 1e-9 && parts.iter().all(|part| *part > 0.0), "{plain}");
+    assert!(number(&plain, "speed_mm_per_s").is_nan() && number(&plain, "travel_px") == 0.0, "{plain}");
+    // Its noise is that of the frames: of a flat board's rows, without speckle and grain.
+    for (change, words) in [
+        ("exposure.time_us=4000", "saturates: shorten exposure.time_us"),
+        ("exposure.time_us=1", "lengthen exposure.time_us"),
+        ("laser.waist_mm=1.5", "raise extraction.window_rows"),
+        ("camera.rows=64", "are not seen in all columns"),
+        ("motion.line_rate_hz=90000", "lower motion.line_rate_hz"),
+        ("motion.step_mm=0.5", "pixels are 5.4 times as long as wide"),
+    ] {
+        let told = rig(&format!("{bench} --set {change}"));
+        let warnings = told["warnings"].as_array().expect("a list");
+        let said = |warning: &Value| warning.as_str().is_some_and(|text| text.contains(words));
+        assert!(warnings.iter().any(said), "{change}: no `{words}` in {warnings:?}");
+        assert!(!plain["warnings"].as_array().expect("a list").iter().any(said), "{change} is told without reason");
+    }
+    let table = place.done("rig wood").out;
+    assert!(table.contains("field_of_view_mm") && table.contains("range_noise_um"), "{table}");
+}
+
 /// Every example of the help that needs no file of the user's works where it stands.
 #[test]
 fn examples_of_the_help_work() {

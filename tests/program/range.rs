@@ -56,6 +56,19 @@ fn forms_say_what_they_are() {
     }
 }
 
+/// Readers that take 16-bit images for signed numbers see no height as negative, whatever the object.
+#[test]
+fn heights_fit_signed_numbers_of_16_bits() {
+    for place in Place::of_each_subject(&[]) {
+        place.make("set", "--n 2");
+        for (index, sample) in place.samples("set") {
+            let (_, _, numbers) = sample.image("range");
+            let most = numbers.iter().max().copied().unwrap_or(0);
+            assert!((1..=32767).contains(&most), "sample {index}: {most}");
+        }
+    }
+}
+
 /// Keys without an effect are refused with the key that wakes them up.
 #[test]
 fn idle_keys_are_refused() {

@@ -1,5 +1,6 @@
 //! What a recipe says is drawn, or refused with its line, its key and its remedy.
 
+mod alternatives;
 mod camera;
 mod draws;
 mod faults;

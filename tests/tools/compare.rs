@@ -90,8 +90,8 @@ fn formats_agree() {
     for side in ["rows/00000002.xml", "rows/00000002.dat"] {
         std::fs::copy(other.path(side), place.path(side)).expect("the folder is ours");
     }
-    // Half of 1/65534 of all heights that the sensor can see, less than 250 mm.
-    alike("rows", 250.0 / 65534.0 / 2.0);
+    // Half of 1/32766 of all heights that the sensor can see, less than 250 mm.
+    alike("rows", 250.0 / 32766.0 / 2.0);
     let rows = json(&place, "compare plank.exr rows/00000002.xml --json");
     for key in ["missing_share", "saturated_share", "least_reflectance_dn"] {
         assert_eq!(rows["sim"][key], rows["real"][key], "{key}");

@@ -13,7 +13,12 @@ pub(super) fn grid(scene: &Scene, rig: &Rig) -> Option<RectifiedGrid> {
     }
 }
 
-/// What the whole numbers of Range mean, up to 65535, of which 0 is missing [mm or px].
+/// Largest number of a height. Readers that take 16-bit PNG for signed numbers (torchvision, old versions of PIL and of many
+/// programs for pictures) see what is above as negative; 32767 steps over all that the sensor sees are finer than its sixteenths
+/// of rows.
+const MOST: f64 = 32767.0;
+
+/// What the whole numbers of Range mean, of which 0 is missing [mm or px].
 pub(super) struct RangeScale {
     /// Range of the number 0 [mm or px].
     pub offset: f64,
@@ -25,13 +30,14 @@ pub(super) struct RangeScale {
 pub(super) fn range_scale(scene: &Scene, rig: &Rig) -> RangeScale {
     let rows = scene.size.rows as f64;
     if scene.extraction.range == RangeForm::Uncalibrated {
-        // A step of the extraction, or of the finest that fits where it gives none.
-        let finest = (65535.0 / rows).floor();
+        // A step of the extraction, as the camera has it, up to 16 bits; or the finest of 15 bits where it gives none.
         let asked = f64::from(scene.extraction.subpixel_steps);
-        return RangeScale { offset: 0.0, scale: 1.0 / if asked > 0.0 { asked.min(finest) } else { finest } };
+        let finest = |most: f64| (most / rows).floor();
+        let steps = if asked > 0.0 { asked.min(finest(65535.0)) } else { finest(MOST) };
+        return RangeScale { offset: 0.0, scale: 1.0 / steps };
     }
     // The sensor's whole height.
     let (low, high) = rig.heights(scene.size.columns, scene.size.rows);
-    let scale = (high - low) / 65534.0;
+    let scale = (high - low) / (MOST - 1.0);
     RangeScale { offset: low - scale, scale }
 }

@@ -146,6 +146,23 @@ pub enum Distribution {
 }
 
 impl Distribution {
+    /// The law of `factor` times what this one draws; the factor is above 0.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Fixed(value) => Self::Fixed(value * factor),
+            Self::Uniform { min, max } => Self::Uniform { min: min * factor, max: max * factor },
+            Self::LogUniform { min, max } => Self::LogUniform { min: min * factor, max: max * factor },
+            Self::Normal { mean, sd } => Self::Normal { mean: mean * factor, sd: sd * factor },
+            Self::Lognormal { median, log_sd } => Self::Lognormal { median: median * factor, log_sd },
+            Self::Choice { values, weights } => {
+                Self::Choice { values: values.into_iter().map(|value| value * factor).collect(), weights }
+            }
+            Self::Truncated { of, min, max } => {
+                Self::Truncated { of: Box::new(of.scaled(factor)), min: min * factor, max: max * factor }
+            }
+        }
+    }
+
     /// A draw for `parameter` from the start of `stream`, within [`Self::bounds`].
     pub fn draw(&self, parameter: &Parameter, stream: Stream) -> f64 {
         let (min, max) = self.bounds(parameter);

@@ -9,6 +9,7 @@ use super::changes::{self, SET};
 use super::class::Class;
 use super::constraints::{self, Object, conditional};
 use super::distribution::{self, Distribution};
+use super::keys::alternatives::{self, alternatives};
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::subject::Subject;
@@ -149,6 +150,8 @@ fn section_keys(yaml: &mut YamlReader, node: &YamlNode, section: &keys::RecipeSe
             into.parameters.extend(read.map(|distribution| (parameter.path(), distribution)));
         }
     }
+    known.extend(alternatives(section.path).map(|alternative| alternative.name));
+    alternatives::take(yaml, &mut map, section.path, into.parameters);
     if let Some(settings) = &mut into.settings {
         // Whether a setting has an effect is open while one that it needs is at fault itself.
         let mut faulty = Vec::new();

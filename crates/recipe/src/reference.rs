@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::distribution::{FORMS, range};
 use super::embedded::EMBEDDED;
+use super::keys::alternatives::alternatives;
 use super::keys::{RecipeSection, SECTIONS, tidy, unit};
 use yaml::number_text;
 
@@ -36,6 +37,8 @@ writes it again), and so is `recipe.schema.json`, by which editors complete and 
 - A file is named relative to the recipe's own file, or is one that is built in. Its content is part of what the recipe
   means, and the dataset keeps a copy: give the folder of a dataset in place of a recipe to continue it. The long form
   `{name: part.stl, sha256: ...}` takes the file with that content alone.
+- Keys in the words of data sheets (`speed_mm_per_s`, `waist_fwhm_mm`, `working_distance_mm` with `baseline_mm`) stand in place of
+  others; of a key and what stands for it, one is given. `gen rig` tells all of them of any recipe.
 - A key ends in its unit: mm, um, nm, deg, us, mW, DN (digital numbers), e (electrons). Keys without a unit are counts or
   shares.
 - All faults of a recipe are reported at once, each with its line, its key, what is allowed and the nearest right spelling.
@@ -178,6 +181,16 @@ fn keys(page: &mut String, section: &RecipeSection) {
                 parameter.source,
             ],
         );
+    }
+    rows_of_alternatives(page, section);
+}
+
+fn rows_of_alternatives(page: &mut String, section: &RecipeSection) {
+    for alternative in alternatives(section.path) {
+        let of: Vec<_> = alternative.of.iter().map(|key| format!("`{key}`")).collect();
+        let (doc, default) = (alternative.doc, format!("in place of {}", of.join(" and ")));
+        let range = if alternative.is_drawn { "as that of what it stands for" } else { "1 to 5000, a number" };
+        row(page, &[&format!("`{}`", alternative.name), doc, unit(alternative.name), &default, range, "data sheets"]);
     }
 }
 

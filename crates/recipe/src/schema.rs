@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 use super::changes::{SET, SET_DOC};
 use super::constraints::transport;
 use super::distribution::{FORMS, range};
+use super::keys::alternatives::alternatives;
 use super::keys::settings::{Setting, Settings, TransportSettings};
 use super::keys::{RecipeSection, SECTIONS, TRANSPORT, TRANSPORT_DOC, tidy};
 use super::reader::MAX_SHARE;
@@ -85,7 +86,7 @@ fn only(subject: Subject) -> Value {
 
 /// A top-level section: its settings, its parameters and the sections below it.
 fn section(top: &RecipeSection) -> Value {
-    let mut properties = parameters(top.parameters);
+    let mut properties = parameters(top);
     properties.extend(top.settings.iter().map(|row| (row.name.to_owned(), setting(row))));
     for inner in &SECTIONS {
         if let Some(name) = inner.path.strip_prefix(top.path).and_then(|rest| rest.strip_prefix('.')) {
@@ -105,8 +106,10 @@ fn map(description: &str, properties: Map<String, Value>) -> Value {
     })
 }
 
-fn parameters(table: &[Parameter]) -> Map<String, Value> {
-    table.iter().map(|row| (row.name.to_owned(), parameter(row))).collect()
+/// The parameters of a section, and what stands for some.
+fn parameters(section: &RecipeSection) -> Map<String, Value> {
+    let own = section.parameters.iter().map(|row| (row.name.to_owned(), parameter(row)));
+    own.chain(alternatives(section.path).map(|row| (row.name.to_owned(), row.schema()))).collect()
 }
 
 /// A number in range, or a distribution whose bounded arguments are.
@@ -212,7 +215,7 @@ fn definitions() -> Map<String, Value> {
         }),
     );
     for section in SECTIONS.iter().filter(|section| !section.parameters.is_empty()) {
-        definitions.insert(section.path.into(), map(&tidy(section.doc), parameters(section.parameters)));
+        definitions.insert(section.path.into(), map(&tidy(section.doc), parameters(section)));
         class.insert(section.path.into(), reference(section.path));
     }
     definitions.insert(

@@ -5,6 +5,7 @@
 //! - [`profile`]: Scatter along one profile of a recipe's sample
 //! - [`instrument`]: triangulation, sensor, speckle, laser
 //! - [`packs`]: Range and Scatter of blister packs, one of each defect
+//! - [`rig`]: the rig of a scene in the words of data sheets
 //!
 //! A study of light inside matter asks [`Model::ALL`], that of a point [`compared_model::ComparedModel::all`]; a model that refuses a
 //! question is listed with its reason.
@@ -20,6 +21,7 @@ pub mod packs;
 pub mod point;
 mod poisson_fit;
 pub mod profile;
+pub mod rig;
 
 use image::RgbImage;
 use serde_json::{Value, json};

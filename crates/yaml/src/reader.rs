@@ -56,6 +56,13 @@ impl<'t> YamlReader<'t> {
         self.fault(place, key, problem, remedy);
     }
 
+    /// Notes that the key `path`, which the file has, stands for the key `other`: joint faults of that are found there.
+    pub fn stands_for(&mut self, path: &str, other: &str) {
+        if let Some(place) = self.places.get(path).copied() {
+            self.places.insert(other.to_owned(), place);
+        }
+    }
+
     /// Whether the file has the key `path`.
     pub fn has(&self, path: &str) -> bool {
         self.places.contains_key(path)

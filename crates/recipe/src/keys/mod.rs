@@ -3,6 +3,7 @@
 //! Parameters are drawn for each sample and declared beside the physics that uses them; settings are the same for all
 //! samples and declared in [`settings`].
 
+pub(super) mod alternatives;
 pub(super) mod idle;
 mod setting_type;
 pub(super) mod settings;

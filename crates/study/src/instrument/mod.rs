@@ -16,7 +16,7 @@ mod layout;
 pub mod sensor;
 mod significance;
 pub mod speckle;
-mod speckle_theory;
+pub(crate) mod speckle_theory;
 mod targets;
 pub mod triangulation;
 

@@ -1,0 +1,47 @@
+//! `gen rig`: the rig of a recipe in the words of data sheets.
+
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::console::Console;
+use super::{Changes, CommandResult, load, print, whole};
+use study::rig::report;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen rig wood                                     field of view, resolution, line, exposure, speckle, noise
+  gen rig wood --set camera.tilt_deg=40            what a steeper view would change
+  gen rig mine.yaml --index 7 --json               of another sample, for programs
+
+Numbers that the recipe draws are those of one sample. docs/instrument.md explains the bench.")]
+pub(super) struct RigArgs {
+    /// Recipe: a YAML file, a built-in one, the folder of a dataset, or - for standard input
+    recipe: String,
+    #[command(flatten)]
+    changes: Changes,
+    /// Which sample's draws
+    #[arg(long, default_value_t = 0, value_parser = whole::<u64>)]
+    index: u64,
+    /// Seed [default: that of the dataset whose folder is named, else 0]
+    #[arg(long, value_parser = whole::<u64>)]
+    seed: Option<u64>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
+    let loaded = load(&arguments.recipe, &arguments.changes.set, console)?;
+    let seed = loaded.seed(arguments.seed);
+    let report = report(&loaded.recipe.draw(seed, arguments.index));
+    if arguments.json {
+        let mut document = report.json();
+        document["recipe"] = loaded.recipe.name().into();
+        (document["seed"], document["index"]) = (seed.into(), arguments.index.into());
+        print(&format!("{document:#}\n"));
+    } else {
+        print(&report.table());
+    }
+    Ok(ExitCode::SUCCESS)
+}
