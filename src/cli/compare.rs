@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::console::Console;
+use super::list::shared_draws;
 use super::progress::Progress;
 use super::{CommandResult, output, print};
-use dataset::Fault;
+use dataset::{Dataset, Fault};
 use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
 
 #[derive(Debug, Args)]
@@ -40,6 +41,12 @@ pub(super) struct CompareArgs {
 pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     if let Some(out) = &arguments.out {
         output::check_writable(out)?;
+    }
+    if let [Ok(sim), Ok(real)] = [&arguments.sim, &arguments.real].map(|path| Dataset::open(path))
+        && sim.root() != real.root()
+        && let Some(what) = shared_draws(&sim, &real)
+    {
+        console.note(&format!("note: {what}"));
     }
     let sources = [&arguments.sim, &arguments.real].map(|path| ScanSource::open(path, arguments.scans));
     let [sim, real] = sources;

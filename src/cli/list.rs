@@ -46,9 +46,18 @@ pub(super) fn run(arguments: &ListArgs, console: &Console) -> CommandResult {
     }
     let mut documents = Vec::new();
     let mut is_whole = true;
+    let mut known: Vec<(PathBuf, Dataset)> = Vec::new();
     for path in found {
         let facts = Facts::of(&path);
         is_whole &= facts.is_ok();
+        if let Ok(facts) = &facts {
+            let shares = |(_, other): &&(PathBuf, Dataset)| shared_draws(other, &facts.dataset).is_some();
+            if let Some((other, dataset)) = known.iter().find(shares) {
+                let what = shared_draws(dataset, &facts.dataset).unwrap_or_default();
+                console.note(&format!("{} and {}: {what}", other.display(), path.display()));
+            }
+            known.push((path.clone(), facts.dataset.clone()));
+        }
         match facts {
             _ if arguments.json => documents.push(facts.map_or_else(
                 |fault| json!({ "path": path.display().to_string(), "fault": fault.to_string() }),
@@ -62,6 +71,21 @@ pub(super) fn run(arguments: &ListArgs, console: &Console) -> CommandResult {
         print(&format!("{:#}\n", Value::Array(documents)));
     }
     Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Why samples of two datasets are alike: both draw the same random numbers. `None` where they do not.
+pub(super) fn shared_draws(a: &Dataset, b: &Dataset) -> Option<String> {
+    let streams = |dataset: &Dataset| {
+        let head = dataset.head();
+        (head.recipe.canonical["family"].as_str().map(str::to_owned), head.seed, head.generator.version.clone())
+    };
+    let (family, seed, _) = streams(a);
+    let family = family.filter(|_| streams(a) == streams(b))?;
+    let alike = if a.head().recipe.hash == b.head().recipe.hash { "the same" } else { "alike where their recipes agree" };
+    Some(format!(
+        "both draw the random numbers of family `{family}` for seed {seed}, so sample i of one and of the other are {alike}; do not \
+         train on one and test on the other"
+    ))
 }
 
 /// Datasets in `dir` and below it, in the order of their names; a dataset holds no other.

@@ -1,5 +1,5 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen schema`,
-//! `gen transport`, `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`, `gen completions`.
+//! `gen transport`, `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
 
@@ -111,6 +111,8 @@ enum Command {
     },
     /// Print what makes a shell complete commands, options and their values
     Completions(completions::CompletionsArgs),
+    /// Print the manual's page of a command
+    Man(completions::ManArgs),
 }
 
 /// Arguments of a generating run.
@@ -215,6 +217,7 @@ pub fn run() -> ExitCode {
         Some(Command::Icon(arguments)) => icon::run(&arguments),
         Some(Command::Schema { what }) => schema_command(what),
         Some(Command::Completions(arguments)) => completions::run(&arguments, &mut command()),
+        Some(Command::Man(arguments)) => completions::manual(&arguments, command()),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
             print(&command().render_help().to_string());

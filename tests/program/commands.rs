@@ -208,6 +208,26 @@ fn datasets_are_listed_with_their_facts() {
     assert!(damaged.code == 1 && damaged.out.contains("out/below/b") && damaged.out.contains("out/a: "), "{}", damaged.out);
 }
 
+/// Where two datasets with the same random numbers meet, it is said.
+#[test]
+fn shared_draws_are_told() {
+    let place = Place::with(&[]);
+    place.write("kin.yaml", program::recipe(&[["name: wood-small", "name: kin\nfamily: wood-small"]]));
+    place.write("other.yaml", program::recipe(&[["name: wood-small", "name: other"]]));
+    place.make("out/a", "--n 2");
+    for name in ["kin", "other"] {
+        place.done(&format!("--recipe {name}.yaml --n 2 --out out/{name}"));
+    }
+    place.make("out/seed", "--n 2 --seed 1");
+    let words = "both draw the random numbers of family `wood-small` for seed 0";
+    assert!(place.done("compare out/a out/kin").err.contains(words));
+    let told = place.done("list").err;
+    assert!(told.contains("out/a and out/kin") && told.matches(words).count() == 1, "{told}");
+    for other in ["out/other", "out/seed"] {
+        assert!(!place.done(&format!("compare out/a {other}")).err.contains("random numbers"), "{other}");
+    }
+}
+
 /// A program gets what a run made, and what it would take, as JSON alone on standard output.
 #[test]
 fn programs_get_json() {

@@ -177,4 +177,8 @@ fn shells_get_their_completions() {
         words.iter().for_each(|word| assert!(script.contains(word), "{shell}: no `{word}`"));
     }
     unusable(&place, "completions none", &["none", "bash"]);
+    let page = place.done("man").out;
+    assert!(page.starts_with(".ie") && page.contains(".TH") && page.contains("samples"), "{page}");
+    assert!(place.done("man export coco").out.contains("run\\-length"), "the page of a command");
+    unusable(&place, "man export none", &["no command `none`", "coco"]);
 }
