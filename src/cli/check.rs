@@ -9,8 +9,8 @@ use clap::{Args, ValueEnum};
 use output_schema::file::REPORTS;
 use serde_json::Value;
 
-use super::generate::threads;
 use super::console::{Console, say};
+use super::generate::threads;
 use super::progress::{Progress, counted, describe_duration};
 use super::{CommandResult, UsageError, output, print, whole};
 use bench::split::Split;
@@ -196,13 +196,7 @@ fn sums(dir: &Path) -> Option<DatasetSums> {
 }
 
 /// Keeps the report in the dataset's folder, with the sums of what it was made from.
-fn save(
-    dir: &Path,
-    model: &Path,
-    before: DatasetSums,
-    report: &CheckReport,
-    console: &Console,
-) -> Result<(), String> {
+fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport, console: &Console) -> Result<(), String> {
     let reports = dir.join(REPORTS);
     fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED_REMEDY}", reports.display()))?;
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();

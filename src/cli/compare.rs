@@ -1,5 +1,6 @@
 //! `gen compare`: a simulated and a real scan side by side.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -68,7 +69,9 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     if let Some(out) = &arguments.out {
         let page = comparison.page();
         output::write(out, &output::png(&page)?)?;
-        console.note(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
+        if std::io::stderr().is_terminal() {
+            console.note(&format!("{}: {} x {} px", out.display(), page.width(), page.height()));
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

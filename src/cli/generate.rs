@@ -131,7 +131,12 @@ fn dataset_request(
     Ok(request)
 }
 
-fn generate_dataset(name: &str, recipe: &Recipe, request: &DatasetRequest, (json, console): (bool, &Console)) -> CommandResult {
+fn generate_dataset(
+    name: &str,
+    recipe: &Recipe,
+    request: &DatasetRequest,
+    (json, console): (bool, &Console),
+) -> CommandResult {
     let out = request.out.clone();
     console.on_stop(move || describe_stop(&out));
     let summary = {

@@ -81,7 +81,8 @@ pub(super) fn shared_draws(a: &Dataset, b: &Dataset) -> Option<String> {
     };
     let (family, seed, _) = streams(a);
     let family = family.filter(|_| streams(a) == streams(b))?;
-    let alike = if a.head().recipe.hash == b.head().recipe.hash { "the same" } else { "alike where their recipes agree" };
+    let alike =
+        if a.head().recipe.hash == b.head().recipe.hash { "the same" } else { "alike where their recipes agree" };
     Some(format!(
         "both draw the random numbers of family `{family}` for seed {seed}, so sample i of one and of the other are {alike}; do not \
          train on one and test on the other"
@@ -140,7 +141,8 @@ impl Facts {
     fn line(&self) -> String {
         let head = self.dataset.head();
         let unfinished = head.samples - self.finished_samples.min(head.samples);
-        let missing = if unfinished > 0 { format!(", {} to make", counted(unfinished, "sample")) } else { String::new() };
+        let missing =
+            if unfinished > 0 { format!(", {} to make", counted(unfinished, "sample")) } else { String::new() };
         let splits: Vec<String> = self.splits.iter().map(|(split, count)| format!("{split} {count}")).collect();
         format!(
             "{}: {} about {}, seed {}, {}{missing}, {}; {}\n",

@@ -30,11 +30,11 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use output_schema::file::DATASET;
 
 use crate::preview;
-use dataset::Dataset;
-use console::{Console, ConsoleArgs, say};
-use progress::Progress;
 use ::recipe::asset::AssetSource;
 use ::recipe::{Change, Recipe};
+use console::{Console, ConsoleArgs, say};
+use dataset::Dataset;
+use progress::Progress;
 
 /// Simulated laser-triangulation scans with subsurface scattering, as labelled datasets.
 #[derive(Debug, Parser)]
@@ -312,7 +312,9 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
     generate::warn(&loaded.recipe, console);
     let picture = {
         let progress = Progress::new(console, "profiles", Some(loaded.recipe.size().profiles as u64));
-        preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index, &|profiles| progress.add(profiles))
+        preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index, &|profiles| {
+            progress.add(profiles)
+        })
     };
     if output::is_standard_output(&arguments.out) {
         output::write_standard_output(&output::png(&picture)?)?;

@@ -70,7 +70,7 @@ fn ends(path: PathBuf, ending: &str) -> Result<PathBuf, String> {
         return Ok(path);
     }
     let (upper, renamed) = (ending.to_uppercase(), path.with_extension(ending));
-    Err(format!("the file is {upper}: end its name in .{ending}, for instance {}", renamed.display()))
+    Err(format!("the file is {upper}: choose a name that ends in .{ending}, for instance {}", renamed.display()))
 }
 
 /// Writes `content` to `path`, which `--out` names.

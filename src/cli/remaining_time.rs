@@ -2,7 +2,8 @@
 //!
 //! Threads work side by side, so the first part comes when all of them are as far: after one of four threads' parts, four
 //! are nearly done. The start (tables, patterns of speckle, files that are opened) comes once. Time is therefore counted from
-//! the moment at which each thread can have handed in a part, and nothing is said before as many came again.
+//! the moment at which each thread can have handed in a part, in whole rounds of all threads, and nothing is said before the
+//! second round.
 
 use std::time::Duration;
 
@@ -13,31 +14,36 @@ pub(super) struct RemainingTime {
     parts: u64,
     /// When each thread can have handed in a part, and the work that was done then.
     start: Option<(Duration, u64)>,
-    last: (Duration, u64),
+    /// The same of the last whole round.
+    round: (Duration, u64),
+    /// When the last part came.
+    last: Duration,
 }
 
 impl RemainingTime {
     /// For work of so many threads.
     pub(super) fn new(threads: usize) -> Self {
-        Self { threads: threads.max(1) as u64, parts: 0, start: None, last: (Duration::ZERO, 0) }
+        Self { threads: threads.max(1) as u64, parts: 0, start: None, round: (Duration::ZERO, 0), last: Duration::ZERO }
     }
 
     /// A part is done: time since the beginning, and all work that is done.
     pub(super) fn part(&mut self, elapsed: Duration, done: u64) {
         self.parts += 1;
-        self.last = (elapsed, done);
-        if self.parts == self.threads {
-            self.start = Some(self.last);
+        self.last = elapsed;
+        if self.parts.is_multiple_of(self.threads) {
+            self.round = (elapsed, done);
+            self.start.get_or_insert(self.round);
         }
     }
 
     /// Time that is left until `total` is done; `None` while too little is known.
     pub(super) fn left(&self, total: u64) -> Option<Duration> {
-        let ((from, before), (to, done)) = (self.start?, self.last);
-        if self.parts < 2 * self.threads || done <= before || to <= from {
+        let ((from, before), (to, done)) = (self.start?, self.round);
+        if done <= before || to <= from {
             return None;
         }
-        Some((to - from).mul_f64(total.saturating_sub(done) as f64 / (done - before) as f64))
+        let left = (to - from).mul_f64(total.saturating_sub(done) as f64 / (done - before) as f64);
+        Some(left.saturating_sub(self.last - to))
     }
 }
 

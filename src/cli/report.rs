@@ -8,8 +8,8 @@ use std::time::Instant;
 use clap::Args;
 use output_schema::file::{DATASET, REPORTS};
 
-use super::generate::threads;
 use super::console::{Console, say};
+use super::generate::threads;
 use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, UsageError, output, whole};
 use crate::generate::{recipe_of, render_sample};

@@ -32,7 +32,7 @@ pub(super) enum StudyCommand {
     Transport(PhotonArgs),
     /// One profile of a recipe's sample by every model, with the judge's standard errors
     #[command(after_help = "Examples:
-  gen study profile --recipe wood-small.yaml --index 12 --profile 128
+  gen study profile --recipe wood-small.yaml --index 15 --profile 128
                                                    writes out/study/profile.json and profile.png")]
     Profile(ProfileArgs),
     /// Flat targets, level and tilted: errors of Range, height of a row, width of a column

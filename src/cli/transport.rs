@@ -54,8 +54,11 @@ pub(super) struct TransportArgs {
 pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult {
     let threads = super::generate::threads(arguments.threads)?;
     let model = Model::ALL.into_iter().find(|model| model.name() == arguments.model).ok_or("no such model")?;
-    if let Some(known) = LayeredMedium::built_in(&arguments.medium).filter(|known| *known != arguments.medium.as_os_str()) {
-        console.note(&format!("there is no file {}: the built-in medium `{known}` is taken", arguments.medium.display()));
+    if let Some(known) =
+        LayeredMedium::built_in(&arguments.medium).filter(|known| *known != arguments.medium.as_os_str())
+    {
+        console
+            .note(&format!("there is no file {}: the built-in medium `{known}` is taken", arguments.medium.display()));
     }
     let medium = LayeredMedium::load(&arguments.medium)?;
     let out = arguments.out.as_ref().filter(|out| !output::is_standard_output(out));

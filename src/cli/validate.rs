@@ -8,8 +8,8 @@ use clap::Args;
 use output_schema::file::REPORTS;
 use serde_json::{Value, json};
 
-use super::generate::{threads, warn};
 use super::console::{Console, say};
+use super::generate::{threads, warn};
 use super::progress::{ValidationProgress, counted};
 use super::{CommandResult, output, print, whole};
 use crate::generate::ExpectedDataset;

@@ -33,7 +33,11 @@ impl ExpectedDataset {
             part: (0, 1),
             samples_per_shard: Some(found.samples_per_shard),
         };
-        Ok(Self { tiles: PatternCache::new(recipe.streams(found.seed).key()), head: dataset_head(&recipe, &request), recipe })
+        Ok(Self {
+            tiles: PatternCache::new(recipe.streams(found.seed).key()),
+            head: dataset_head(&recipe, &request),
+            recipe,
+        })
     }
 
     /// The recipe.

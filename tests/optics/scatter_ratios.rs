@@ -31,8 +31,9 @@ fn scene(index: u64, change: impl Fn(&mut Wood)) -> Scene {
     scene
 }
 
-/// Median Scatter less the dark level over pixels of `class` that `keep` lets through, `margin` pixels inside the class.
-fn scatter(scene: &Scene, record: &Record, class: Class, margin: isize, keep: impl Fn(usize) -> bool) -> f64 {
+/// Median Scatter less the dark level over pixels of `class` that `keep` lets through, `margin` pixels inside the class; `None` for
+/// fewer than 500.
+fn scatter(scene: &Scene, record: &Record, class: Class, margin: isize, keep: impl Fn(usize) -> bool) -> Option<f64> {
     let dark = scatter_pixels(&scene.extraction) as f64 * scene.bench.exposure.dark_level_dn;
     let (cols, rows) = (record.cols as isize, record.rows as isize);
     let is = |x: isize, y: isize| record.labels.class[(y * cols + x) as usize] == class as u8;
@@ -46,12 +47,11 @@ fn scatter(scene: &Scene, record: &Record, class: Class, margin: isize, keep: im
             }
         }
     }
-    assert!(values.len() > 500, "{class:?}: only {} pixels to measure", values.len());
     values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    (values.len() > 500).then(|| values[values.len() / 2])
 }
 
-/// Mean ratio of a class to clear wood over three boards.
+/// Mean ratio of a class to clear wood over the first three boards that show enough of both.
 fn ratio(class: Class, change: impl Fn(&mut Wood)) -> f64 {
     let one = |index: u64| {
         let clear = scene(index, |_| ());
@@ -59,12 +59,14 @@ fn ratio(class: Class, change: impl Fn(&mut Wood)) -> f64 {
         let Some(TruthMaps { below: Below::Fibre { dive, .. }, .. }) = record.truth.clone() else {
             panic!("a board has fibres")
         };
-        let plain = scatter(&clear, &record, Class::Clear, 20, |i| dive[i] < 3.0);
+        let plain = scatter(&clear, &record, Class::Clear, 20, |i| dive[i] < 3.0)?;
         let defect = scene(index, &change);
         let record = pipeline::render(&defect, tiles(), &|_| ());
-        scatter(&defect, &record, class, 12, |_| true) / plain
+        Some(scatter(&defect, &record, class, 12, |_| true)? / plain)
     };
-    (0..3).map(one).sum::<f64>() / 3.0
+    let ratios: Vec<f64> = (0..12).filter_map(one).take(3).collect();
+    assert_eq!(ratios.len(), 3, "{class:?}: too few pixels to measure");
+    ratios.iter().sum::<f64>() / 3.0
 }
 
 /// Scatter over clear wood's, as the camera sees it and as the published table has it.

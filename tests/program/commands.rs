@@ -191,7 +191,10 @@ fn datasets_are_listed_with_their_facts() {
     place.make("out/a", "--n 4 --seed 3 --samples-per-shard 2");
     place.make("out/below/b", "--n 6 --samples-per-shard 2 --part 0/3");
     let listed = place.done("list").out;
-    for words in ["out/a: wood-small about wood, seed 3, 4 samples", "out/below/b: wood-small about wood, seed 0, 2 samples, 4 samples to make"] {
+    for words in [
+        "out/a: wood-small about wood, seed 3, 4 samples",
+        "out/below/b: wood-small about wood, seed 0, 2 samples, 4 samples to make",
+    ] {
         assert!(listed.contains(words), "no `{words}` in {listed}");
     }
     let documents: Value = serde_json::from_str(&place.done("list out --json").out).expect("it is JSON");
@@ -205,7 +208,11 @@ fn datasets_are_listed_with_their_facts() {
     assert_eq!(place.run("list nowhere").code, 2);
     place.write("out/a/dataset.json", "{");
     let damaged = place.run("list");
-    assert!(damaged.code == 1 && damaged.out.contains("out/below/b") && damaged.out.contains("out/a: "), "{}", damaged.out);
+    assert!(
+        damaged.code == 1 && damaged.out.contains("out/below/b") && damaged.out.contains("out/a: "),
+        "{}",
+        damaged.out
+    );
 }
 
 /// Where two datasets with the same random numbers meet, it is said.
@@ -248,7 +255,8 @@ fn a_rig_is_told_in_words_of_data_sheets() {
     let rig = |changes: &str| -> Value {
         serde_json::from_str(&place.done(&format!("rig wood-small --json {changes}")).out).expect("it is JSON")
     };
-    let bench = "--set camera.distance_mm=410 --set camera.tilt_deg=25 --set laser.waist_mm=0.1 --set exposure.time_us=40";
+    let bench =
+        "--set camera.distance_mm=410 --set camera.tilt_deg=25 --set laser.waist_mm=0.1 --set exposure.time_us=40";
     let plain = rig(bench);
     let number = |document: &Value, name: &str| document["numbers"][name].as_f64().unwrap_or(f64::NAN);
     // d cos a and d sin a.
@@ -259,7 +267,8 @@ fn a_rig_is_told_in_words_of_data_sheets() {
     // A row is p (d - f) / f / sin a high where the axis meets the conveyor, a little less on the board.
     let row = 6.0 * 385.0 / 25.0 / 25f64.to_radians().sin();
     assert!((number(&plain, "height_per_row_um") / row - 1.0).abs() < 0.12, "{row}: {plain}");
-    let parts = ["photons", "dark", "speckle", "rounding"].map(|part| number(&plain, &format!("range_noise_{part}_um")));
+    let parts =
+        ["photons", "dark", "speckle", "rounding"].map(|part| number(&plain, &format!("range_noise_{part}_um")));
     let total = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
     assert!((number(&plain, "range_noise_um") - total).abs() < 1e-9 && parts.iter().all(|part| *part > 0.0), "{plain}");
     assert!(number(&plain, "speed_mm_per_s").is_nan() && number(&plain, "travel_px") == 0.0, "{plain}");
@@ -269,7 +278,7 @@ fn a_rig_is_told_in_words_of_data_sheets() {
         ("exposure.time_us=1", "lengthen exposure.time_us"),
         ("laser.waist_mm=1.5", "raise extraction.window_rows"),
         ("camera.rows=64", "are not seen in all columns"),
-        ("motion.line_rate_hz=90000", "lower motion.line_rate_hz"),
+        ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
         ("motion.step_mm=0.5", "pixels are 5.4 times as long as wide"),
     ] {
         let told = rig(&format!("{bench} --set {change}"));

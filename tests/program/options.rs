@@ -86,7 +86,7 @@ fn short_options_are_the_long_ones() {
 #[test]
 fn keys_are_changed_on_the_command_line() {
     let place = Place::with(&[]);
-    let set = "--set laser.power_mw=60 --set camera.tilt_deg={uniform:[24,26]} --set classes.rot.share=0.3";
+    let set = "--set laser.power_mw=60 --set camera.tilt_deg={\"uniform\":[24,26]} --set classes.rot.share=0.3";
     place.done(&format!("--recipe tiny.yaml {set} --n 2 --out set"));
     let head = place.json("set/dataset.json");
     let canonical = &head["recipe"]["canonical"];
@@ -124,7 +124,7 @@ fn faults_of_changed_keys_are_as_good_as_those_of_files() {
         ("camera.tilt_deg=90", ["--set camera.tilt_deg: 90 is out of range", "5 to 75 deg"]),
         ("camera.tilt_dg=30", ["--set camera.tilt_dg: `tilt_dg` is no key", "did you mean `tilt_deg`"]),
         ("cammera.tilt_deg=30", ["--set cammera: `cammera` is no key", "did you mean `camera`"]),
-        ("camera.tilt_deg={unifrom:[20,30]}", ["--set camera.tilt_deg.unifrom", "did you mean `uniform`"]),
+        ("camera.tilt_deg={\"unifrom\":[20,30]}", ["--set camera.tilt_deg.unifrom", "did you mean `uniform`"]),
         ("name.first=a", ["--set name.first: `name` is a text, which has no keys", "set `name` as a whole"]),
         ("transport=monte", ["--set transport: `monte` is unknown", "path"]),
     ] {
@@ -137,11 +137,15 @@ fn faults_of_changed_keys_are_as_good_as_those_of_files() {
     }
     unusable(&place, "preview --recipe tiny.yaml --set camera.tilt_deg", &["KEY=VALUE", "camera.tilt_deg=30"]);
     unusable(&place, "preview --recipe tiny.yaml --set =3", &["no key"]);
-    unusable(&place, "preview --recipe tiny.yaml --set camera.tilt_deg={uniform:[2", &["unclosed", "close each"]);
+    unusable(&place, "preview --recipe tiny.yaml --set camera.tilt_deg={\"uniform\":[2", &["unclosed", "close each"]);
     // Faults of the file keep their lines.
     place.write("tiny.yaml", recipe(&[["power_mw: 50", "power_w: 50"]]));
     let run = place.run("preview --recipe tiny.yaml --set camera.tilt_deg=90");
-    assert!(run.err.contains("2 faults") && run.err.contains("tiny.yaml:") && run.err.contains("--set "), "{}", run.err);
+    assert!(
+        run.err.contains("2 faults") && run.err.contains("tiny.yaml:") && run.err.contains("--set "),
+        "{}",
+        run.err
+    );
 }
 
 /// A recipe on standard input makes the dataset of the same recipe in a file; files that it names lie beside the caller.
@@ -172,7 +176,11 @@ fn standard_input_holds_a_recipe() {
 #[test]
 fn shells_get_their_completions() {
     let place = Place::new();
-    for (shell, words) in [("bash", ["--samples-per-shard", "COMPREPLY"]), ("zsh", ["#compdef gen", "preview"]), ("fish", ["complete -c gen", "samples-per-shard"])] {
+    for (shell, words) in [
+        ("bash", ["--samples-per-shard", "COMPREPLY"]),
+        ("zsh", ["#compdef gen", "preview"]),
+        ("fish", ["complete -c gen", "samples-per-shard"]),
+    ] {
         let script = place.done(&format!("completions {shell}")).out;
         words.iter().for_each(|word| assert!(script.contains(word), "{shell}: no `{word}`"));
     }

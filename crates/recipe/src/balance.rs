@@ -98,7 +98,8 @@ fn floor_sum(mut n: u128, mut m: u128, mut a: u128, mut b: u128) -> u128 {
     let mut sum = 0u128;
     loop {
         if a >= m {
-            let pairs = if n.is_multiple_of(2) { (n / 2).wrapping_mul(n.wrapping_sub(1)) } else { n.wrapping_mul(n / 2) };
+            let pairs =
+                if n.is_multiple_of(2) { (n / 2).wrapping_mul(n.wrapping_sub(1)) } else { n.wrapping_mul(n / 2) };
             sum = sum.wrapping_add(pairs.wrapping_mul(a / m));
             a %= m;
         }
@@ -120,7 +121,9 @@ mod tests {
 
     #[test]
     fn sums_of_floors_are_those_of_a_loop() {
-        for (n, m, a, b) in [(0, 7, 3, 2), (1, 7, 3, 2), (50, 7, 3, 20), (1000, 97, 1234, 4321), (333, 1 << 40, 987_654_321, 5)] {
+        for (n, m, a, b) in
+            [(0, 7, 3, 2), (1, 7, 3, 2), (50, 7, 3, 20), (1000, 97, 1234, 4321), (333, 1 << 40, 987_654_321, 5)]
+        {
             let slow: u128 = (0..n).map(|j| (a * j + b) / m).sum();
             assert_eq!(floor_sum(n, m, a, b), slow, "{n} {m} {a} {b}");
         }

@@ -28,7 +28,8 @@ impl std::str::FromStr for Change {
         if key.is_empty() || !key.bytes().all(|c| c.is_ascii_alphanumeric() || b"_.-".contains(&c)) {
             return Err(format!("`{key}` is no key; give the path of one, {example}"));
         }
-        let parsed = parse_yaml(value, "value").map_err(|YamlError { problem, remedy, .. }| format!("{problem}; {remedy}"))?;
+        let parsed =
+            parse_yaml(value, "value").map_err(|YamlError { problem, remedy, .. }| format!("{problem}; {remedy}"))?;
         Ok(Self { key: key.to_owned(), value: flow(&parsed) })
     }
 }
@@ -141,7 +142,8 @@ fn flow(node: &YamlNode) -> String {
         YamlValue::Text(text) => quoted(text),
         YamlValue::List(list) => format!("[{}]", list.iter().map(flow).collect::<Vec<_>>().join(", ")),
         YamlValue::Map(map) => {
-            let entries: Vec<_> = map.iter().map(|(key, node)| format!("{}: {}", quoted(&key.name), flow(node))).collect();
+            let entries: Vec<_> =
+                map.iter().map(|(key, node)| format!("{}: {}", quoted(&key.name), flow(node))).collect();
             format!("{{{}}}", entries.join(", "))
         }
     }
@@ -166,7 +168,9 @@ mod tests {
     /// A line of YAML means what the value meant.
     #[test]
     fn values_keep_their_meaning_in_one_line() {
-        for value in ["30", "1.5e-7", "[1, 2]", "{uniform: [20, 30]}", "'30'", "wood", "\"a: b\"", "true", "'no'", ".inf"] {
+        for value in
+            ["30", "1.5e-7", "[1, 2]", "{uniform: [20, 30]}", "'30'", "wood", "\"a: b\"", "true", "'no'", ".inf"]
+        {
             let once = flow(&parse_yaml(value, "value").unwrap_or_else(|_| panic!("{value}")));
             let again = flow(&parse_yaml(&once, "value").unwrap_or_else(|_| panic!("{once}")));
             assert_eq!(once, again, "{value}");

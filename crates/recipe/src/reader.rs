@@ -40,12 +40,7 @@ pub(super) struct Resolved {
 
 /// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault that is
 /// found comes back.
-pub(super) fn read(
-    origin: &str,
-    text: &str,
-    set_from: usize,
-    files: &AssetSource,
-) -> Result<Resolved, YamlFaults> {
+pub(super) fn read(origin: &str, text: &str, set_from: usize, files: &AssetSource) -> Result<Resolved, YamlFaults> {
     let mut yaml = YamlReader::new(text, "recipe").set_from(set_from);
     let resolved = match parse_yaml(text, "recipe") {
         Ok(root) => {
@@ -249,7 +244,8 @@ fn class(
     }
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(yaml, &known, &|name| {
-        let fixed = sections(subject).any(|section| section.path == name) || ["name", "family", "subject"].contains(&name);
+        let fixed =
+            sections(subject).any(|section| section.path == name) || ["name", "family", "subject"].contains(&name);
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {

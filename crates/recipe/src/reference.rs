@@ -83,9 +83,10 @@ prefix each split holds each class within two samples of its share.
 Each parameter of each sample has a random stream of its own, keyed by the seed, the family, the sample and the key path.
 Editing one key leaves every other draw as it was. Recipes of other names draw other numbers, so that no board of one is a board
 of another: who trains on one and tests on the other sees nothing twice. To compare two recipes sample by sample, give both one
-`family`; then choose another seed for the data that a network is tested on. Class and split of a sample follow from the seed, the family, its number, the classes with their
-shares, and `splits`. The identity of a sample (a UUID) follows from the meaning of the whole recipe, the seed and its number: comments, the order of keys and the way a
-number is written do not matter, everything else does.
+`family`; then choose another seed for the data that a network is tested on. Class and split of a sample follow from the seed, the
+family, its number, the classes with their shares, and `splits`. The identity of a sample (a UUID) follows from the meaning of the
+whole recipe, the seed and its number: comments, the order of keys and the way a number is written do not matter, everything else
+does.
 
 ## What must fit together
 

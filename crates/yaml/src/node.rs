@@ -128,6 +128,8 @@ pub fn parse_yaml(text: &str, noun: &'static str) -> Result<YamlNode, YamlError>
     serde_saphyr::from_str_with_options(text, options).map_err(|error| {
         let place = error.location().map_or(TextPosition::START, TextPosition::from);
         let (problem, remedy) = words(&error, noun);
+        // The reader names the value that it was reading when it met the tab.
+        let place = if problem.contains("tab") { tab(text, place).unwrap_or(place) } else { place };
         let problem = match section(text, place) {
             Some(section) => format!("{problem}, in `{section}`"),
             None => problem,
@@ -177,15 +179,32 @@ fn remedy(problem: &str) -> &'static str {
             &["unclosed", "bracket", "flow mapping", "flow sequence", "EOF", "unexpected eof"],
             "close each `{` with `}` and each `[` with `]`, and put commas between their entries",
         ),
-        (&["':' must be followed"], "put a blank behind the colon"),
+        (&["':' must be followed", "':' may not precede"], "put a blank behind the colon"),
         (
-            &["indent", "expected key", "mapping values", "mapping keys", "simple key", "block mapping", "node content"],
+            &[
+                "indent",
+                "expected key",
+                "mapping values",
+                "mapping keys",
+                "simple key",
+                "block mapping",
+                "node content",
+            ],
             "write each key as `key: value`, keys of one section in the same column, right of the section's name",
         ),
         (&["anchor", "alias"], "write the value itself, or give the anchor `&name` above"),
     ];
     let fits = |words: &[&str]| words.iter().any(|word| problem.contains(word));
     REMEDIES.iter().find(|(words, _)| fits(words)).map_or("correct the YAML here", |(_, remedy)| remedy)
+}
+
+/// The first tab from `place` on.
+fn tab(text: &str, place: TextPosition) -> Option<TextPosition> {
+    let mut lines = text.lines().enumerate().skip(place.line - 1);
+    lines.find_map(|(number, line)| {
+        let column = line.chars().position(|c| c == '\t')? + 1;
+        Some(TextPosition { line: number + 1, column })
+    })
 }
 
 /// The key at the left edge that stands last above `place`.

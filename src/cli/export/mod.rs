@@ -10,8 +10,8 @@ use clap::ValueEnum;
 pub(super) use options::ExportCommand;
 use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
 
-use super::generate::threads;
 use super::console::Console;
+use super::generate::threads;
 use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, UsageError, output};
 use bench::split::Split;

@@ -15,6 +15,11 @@ fn pair() -> [usize; 2] {
     [shown[0], shown[1]]
 }
 
+/// The first sample of a class whose name holds a word.
+fn of_class(word: &str) -> usize {
+    boards().samples.iter().position(|sample| sample.class.contains(word)).expect("the class has a sample")
+}
+
 /// Mirrored, moved by columns, or moved by rows.
 fn moved(numbers: &[u16], columns: usize, rows: usize, mirrored: bool) -> Vec<u16> {
     let (cols, lines) = SIZE;
@@ -27,7 +32,7 @@ fn moved(numbers: &[u16], columns: usize, rows: usize, mirrored: bool) -> Vec<u1
 
 #[test]
 fn masks() {
-    let [a, b] = pair();
+    let (a, b) = (of_class("rot"), of_class("knot"));
     let swap = |samples: &mut Vec<Encoded>| {
         let [of_a, of_b] = [a, b].map(|i| labels(&samples[i]));
         let (objects, defects) = (samples[a].objects.clone(), samples[a].defects.clone());
@@ -172,7 +177,7 @@ fn images() {
     };
     with(|samples| png(&mut samples[2], Channel::Range, step), &[ExrDiffers], ".exr", "a height that was moved");
     let negative = |samples: &mut Vec<Encoded>| {
-        exr(&mut samples[2], |channels, _| {
+        exr(&mut samples[of_class("knot")], |channels, _| {
             let dive = channels.iter_mut().find(|channel| channel.name == "FibreDive").expect("truth maps");
             dive.samples = Samples::Half(dive.numbers().iter().map(|n| -n - 1.0).collect());
         });

@@ -72,11 +72,8 @@ impl Alternative {
     pub fn schema(&self) -> Json {
         let number = json!({ "type": "number", "exclusiveMinimum": 0 });
         let of: Vec<_> = self.of.iter().map(|key| format!("`{key}`")).collect();
-        let mut schema = if self.is_drawn {
-            json!({ "oneOf": [number, { "$ref": "#/$defs/distribution" }] })
-        } else {
-            number
-        };
+        let mut schema =
+            if self.is_drawn { json!({ "oneOf": [number, { "$ref": "#/$defs/distribution" }] }) } else { number };
         schema["description"] = format!("{} Stands for {}.", self.doc, of.join(" and ")).into();
         schema
     }
@@ -176,9 +173,10 @@ fn triangle(
         let own = CameraParameters::PARAMETERS.iter().find(|parameter| parameter.name == name);
         let Some(own) = own else { continue };
         if !(own.min..=own.max).contains(&value) {
-            let problem = format!("makes `{name}` {} with `{}`", number_text(value), names[1]);
+            let problem = format!("makes `{name}` {value:.2} with `{}`", names[1]);
             let remedy = format!("choose both so that it is {} to {}", number_text(own.min), number_text(own.max));
             yaml.fault(node.place, &map.path_of(names[0]), problem, remedy);
+            continue;
         }
         parameters.insert(own.path(), Distribution::Fixed(value));
     }

@@ -129,9 +129,10 @@ pub(super) fn settings(subject: Option<Subject>) -> impl Iterator<Item = &'stati
 
 /// The unit that a key ends in, empty for none.
 pub(super) fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 15] = [
+    const UNITS: [(&str, &str); 16] = [
         ("_w_per_m2_nm", "W/(m^2 nm)"),
         ("_hz", "Hz"),
+        ("_mm_per_s", "mm/s"),
         ("_deg_per_mm", "deg/mm"),
         ("_per_mm", "1/mm"),
         ("_mm", "mm"),
