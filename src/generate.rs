@@ -63,8 +63,12 @@ pub enum GenerateEvent {
     Sample(u64),
     /// A shard is finished.
     Shard(u64),
-    /// A shard is left to the process that works on it.
+    /// A shard is left for later, because another process works on it.
     Busy(u64),
+    /// Nothing goes on until another process lets go of the folder's documents.
+    WaitsForFolder,
+    /// Nothing goes on until another process lets go of this shard.
+    WaitsForShard(u64),
 }
 
 /// Result of a run.
@@ -74,8 +78,8 @@ pub struct GenerateSummary {
     pub samples: u64,
     /// Shards finished by this run.
     pub shards: u64,
-    /// Shards that another process works on.
-    pub busy: u64,
+    /// Shards that another process worked on and finished.
+    pub others: u64,
     /// Samples in the dataset when all parts are done.
     pub total: u64,
 }
@@ -104,7 +108,7 @@ pub fn kept_files(folder: &Dataset) -> Result<AssetSource, String> {
     let kept = |asset: &AssetHead| KeptAsset {
         key: asset.key.clone(),
         name: asset.name.clone(),
-        path: folder.root().join(&asset.path),
+        content: folder.asset(asset),
     };
     Ok(AssetSource::Kept(head.assets.iter().map(kept).collect()))
 }
@@ -174,6 +178,9 @@ pub fn render_sample(
 
 /// Renders and writes the missing shards of a dataset. Runs on the current rayon pool.
 ///
+/// Shards that other processes hold come last and are waited for: at the end all that was asked for is there, whoever made
+/// it. Where another process ends without finishing its shard, this one makes it.
+///
 /// # Errors
 /// A [`Fault`] as folder and shards give it; finished shards stay, and the same request continues.
 pub fn generate(
@@ -181,52 +188,65 @@ pub fn generate(
     request: &DatasetRequest,
     progress: &(dyn Fn(GenerateEvent) + Sync),
 ) -> Result<GenerateSummary, Fault> {
-    let folder = Dataset::open_or_create(&request.out, dataset_head(recipe, request))?;
+    let waits = || progress(GenerateEvent::WaitsForFolder);
+    let folder = Dataset::open_or_create_telling(&request.out, dataset_head(recipe, request), &waits)?;
     for (file, asset) in recipe.files().zip(&folder.head().assets) {
-        folder.keep(&asset.path, file.1.bytes())?;
+        folder.keep(&asset.path, file.1.bytes(), &waits)?;
     }
     let head = folder.head();
     let (part, parts) = request.part;
     let mine: Vec<u64> = (part..head.shards).step_by(parts as usize).collect();
-    let remaining = folder.remaining(mine.iter().copied());
+    let remaining = folder.remaining(mine.iter().copied())?;
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
     progress(GenerateEvent::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
 
     let tiles = PatternCache::new(recipe.streams(request.seed).key());
     let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
+    let mut busy = Vec::new();
     for shard in remaining {
-        let mut writer = match ShardWriter::claim(&folder, shard)? {
-            Claim::Granted(writer) => writer,
+        match ShardWriter::claim(&folder, shard)? {
+            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
             Claim::Busy => {
-                summary.busy += 1;
                 progress(GenerateEvent::Busy(shard));
-                continue;
+                busy.push(shard);
             }
-            Claim::Done => continue,
-        };
-        let (first, count) = writer.span();
-        for batch in batches(first..first + count, in_flight(recipe)) {
-            let encoded: Vec<Encoded> = batch
-                .into_par_iter()
-                .map(|index| {
-                    render_sample(recipe, request.seed, index, &tiles, &|n| progress(GenerateEvent::Profiles(n)))
-                })
-                .collect();
-            for sample in encoded {
-                let bytes = sample.bytes();
-                writer.push(sample)?;
-                summary.samples += 1;
-                progress(GenerateEvent::Sample(bytes));
-            }
+            Claim::Done => summary.others += 1,
         }
-        writer.finish()?;
-        summary.shards += 1;
-        progress(GenerateEvent::Shard(shard));
     }
-    if folder.remaining(0..folder.head().shards).is_empty() {
-        folder.complete()?;
+    for shard in busy {
+        match ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)))? {
+            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
+            Claim::Busy | Claim::Done => summary.others += 1,
+        }
     }
+    folder.complete_telling(&waits)?;
     Ok(summary)
+}
+
+/// Renders and writes one shard.
+fn write_shard(
+    recipe: &Recipe,
+    seed: u64,
+    mut writer: ShardWriter,
+    tiles: &PatternCache,
+    progress: &(dyn Fn(GenerateEvent) + Sync),
+    summary: &mut GenerateSummary,
+) -> Result<(), Fault> {
+    let (first, count) = writer.span();
+    for batch in batches(first..first + count, in_flight(recipe)) {
+        let render = |index| render_sample(recipe, seed, index, tiles, &|n| progress(GenerateEvent::Profiles(n)));
+        let encoded: Vec<Encoded> = batch.into_par_iter().map(render).collect();
+        for sample in encoded {
+            let bytes = sample.bytes();
+            writer.push(sample)?;
+            summary.samples += 1;
+            progress(GenerateEvent::Sample(bytes));
+        }
+    }
+    let shard = writer.finish()?.shard;
+    summary.shards += 1;
+    progress(GenerateEvent::Shard(shard));
+    Ok(())
 }
 
 /// Samples rendered side by side: several a thread so that none waits, as many as memory allows.

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use output_schema::file::REPORTS;
 use serde_json::Value;
 
 use super::console::{Console, say};
 use super::generate::threads;
+use super::output::ResultFolder;
 use super::progress::{Progress, counted, describe_duration};
 use super::{CommandResult, UsageError, output, print, whole};
 use bench::split::Split;
@@ -21,6 +21,8 @@ use tools::check::{CheckError, CheckOptions, CheckReport, check};
 const REPORT_FILE: &str = "check.json";
 /// Remedy where nothing can be kept there.
 const UNSAVED_REMEDY: &str = "make the folder writable, or check without --save";
+/// Most bytes of a report that was kept before.
+const MAX_KEPT_BYTES: u64 = 64 << 20;
 /// Exit status where the accuracy is below what was asked for.
 const EXIT_BELOW_ACCURACY: u8 = 3;
 
@@ -146,17 +148,18 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
     let pictures = if arguments.out.is_some() { names("", &report) } else { Vec::new() };
     let document = report.json(&pictures);
     // Printed first, so that nothing is lost where a file cannot be written.
-    print(&if arguments.json { format!("{document:#}\n") } else { report.table() });
+    let printed = print(&if arguments.json { format!("{document:#}\n") } else { report.table() });
     if is_drawn {
         let time = std::time::Duration::from_secs_f64(report.timing.seconds);
         console.note(&format!("{} in {}", counted(windows, "window"), describe_duration(time)));
     }
     let drawn = arguments.out.as_ref().map_or(Ok(()), |out| {
         let remedy = "give another place with --out";
-        write(out, REPORT_FILE, &document, "", &report, remedy)
+        write(ResultFolder::Named(out), REPORT_FILE, &document, "", &report, remedy)
     });
     let saved = before.map_or(Ok(()), |before| save(&arguments.dir, &arguments.model, before, &report, console));
-    let failed: Vec<String> = [drawn, saved].into_iter().filter_map(Result::err).collect();
+    let printed = printed.map_err(|error| error.to_string());
+    let failed: Vec<String> = [printed, drawn, saved].into_iter().filter_map(Result::err).collect();
     match arguments.min_accuracy {
         Some(least) if report.accuracy() < least => {
             failed.iter().for_each(|what| say(&format!("gen: {what}")));
@@ -185,9 +188,7 @@ fn prepare(out: &Path) -> Result<(), UsageError> {
 /// check itself reports.
 fn sums_before(dir: &Path) -> Result<Option<DatasetSums>, String> {
     let Some(sums) = sums(dir) else { return Ok(None) };
-    let reports = dir.join(REPORTS);
-    let folder = if reports.exists() { &reports } else { dir };
-    output::check_writable_or(&folder.join(REPORT_FILE), UNSAVED_REMEDY)?;
+    ResultFolder::Kept(dir).check_writable(UNSAVED_REMEDY)?;
     Ok(Some(sums))
 }
 
@@ -197,15 +198,15 @@ fn sums(dir: &Path) -> Option<DatasetSums> {
 
 /// Keeps the report in the dataset's folder, with the sums of what it was made from.
 fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport, console: &Console) -> Result<(), String> {
-    let reports = dir.join(REPORTS);
-    fs::create_dir_all(&reports).map_err(|e| format!("cannot make {}: {e}; {UNSAVED_REMEDY}", reports.display()))?;
+    let reports = ResultFolder::Kept(dir);
+    reports.make(UNSAVED_REMEDY)?;
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();
     let plain = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     let usual: String = format!("check-{stem}-{}", report.split()).chars().map(plain).collect();
     // The report of another model file of that name is kept.
     let is_other = |name: &String| {
-        let text = fs::read(reports.join(format!("{name}.json")));
-        let kept = text.ok().map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
+        let text = reports.read(&format!("{name}.json"), MAX_KEPT_BYTES);
+        let kept = text.map(|text| serde_json::from_slice::<Value>(&text).unwrap_or_default());
         kept.is_some_and(|kept| kept["model"]["sha256"] != *report.model_sha256)
     };
     let mut name = usual.clone();
@@ -220,12 +221,12 @@ fn save(dir: &Path, model: &Path, before: DatasetSums, report: &CheckReport, con
     document["dataset_sha256"] = before.dataset.into();
     document["manifests_sha256"] = before.manifests.into();
     let file = format!("{name}.json");
-    write(&reports, &file, &document, &before_names, report, UNSAVED_REMEDY)?;
-    console.note(&format!("kept as {}", reports.join(&file).display()));
+    write(reports, &file, &document, &before_names, report, UNSAVED_REMEDY)?;
+    console.note(&format!("kept as {}", reports.path(&file).display()));
     if number > 1 {
         console.note(&format!(
             "{} is of another model by that name, and stays",
-            reports.join(format!("{usual}.json")).display()
+            reports.path(&format!("{usual}.json")).display()
         ));
     }
     if changed {
@@ -242,7 +243,7 @@ fn names(before: &str, report: &CheckReport) -> Vec<String> {
 
 /// Writes the pictures of the worst answers, then the document that names them; those of an earlier one go at last.
 fn write(
-    folder: &Path,
+    folder: ResultFolder,
     file: &str,
     document: &Value,
     before: &str,
@@ -252,19 +253,20 @@ fn write(
     let names = names(before, report);
     for (name, picture) in names.iter().zip(report.worst.iter().filter_map(|wrong| wrong.picture.as_ref())) {
         let bytes = output::png(picture).map_err(|e| format!("{name}: {e}; {remedy}"))?;
-        output::write_or(&folder.join(name), &bytes, remedy)?;
+        folder.write(name, &bytes, remedy)?;
     }
-    output::write_or(&folder.join(file), format!("{document:#}\n").as_bytes(), remedy)?;
+    folder.write(file, format!("{document:#}\n").as_bytes(), remedy)?;
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
     let is_picture = |name: &str| {
         let rest = name.strip_prefix(before).and_then(|rest| rest.strip_prefix("wrong-")?.strip_suffix(".png"));
         rest.and_then(|rest| rest.split_once("-sample-")).is_some_and(|(a, b)| is_number(a) && is_number(b))
     };
-    let describe = |e: std::io::Error| format!("old pictures in {} cannot be removed: {e}; {remedy}", folder.display());
-    for entry in fs::read_dir(folder).map_err(describe)?.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
+    let describe = |e: std::io::Error| {
+        format!("old pictures beside {} cannot be removed: {e}; {remedy}", folder.path(file).display())
+    };
+    for name in folder.names().map_err(describe)? {
         if is_picture(&name) && !names.contains(&name) {
-            fs::remove_file(entry.path()).map_err(describe)?;
+            folder.remove(&name).map_err(describe)?;
         }
     }
     Ok(())

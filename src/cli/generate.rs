@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use super::console::Console;
 use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
 use super::{CommandResult, GenerateArgs, LoadedRecipe, UsageError, print};
-use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, dataset_head, generate};
+use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, generate};
 use bench::settings::Transport;
 use dataset::Dataset;
 use recipe::Recipe;
@@ -31,7 +31,13 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
     let recipe = loaded.recipe;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     warn(&recipe, console);
+    note(&recipe, console);
     console.detail(&format!("{} threads, to {}", pool.current_num_threads(), request.out.display()));
+    let memory = MemoryEstimate::of_dataset(&recipe, pool.current_num_threads());
+    if arguments.estimate && !arguments.json && !memory.fits() {
+        print(&format!("  memory {}\n", describe_memory(&memory)))?;
+    }
+    memory.check()?;
     pool.install(|| {
         if arguments.estimate {
             let trial = GenerateEstimate::trial(&recipe, &request);
@@ -41,10 +47,10 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
                 GenerateEstimate::measure(&recipe, &request, &|profiles| progress.add(profiles))
             };
             print(&if arguments.json {
-                format!("{:#}\n", estimate_json(&estimate, &request))
+                format!("{:#}\n", estimate_json(&estimate, &request, &memory))
             } else {
-                describe_estimate(&estimate, &request)
-            });
+                describe_estimate(&estimate, &request, &memory)
+            })?;
             return Ok(if estimate.fits() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
         }
         let estimate = GenerateEstimate::count(&recipe, &request);
@@ -106,7 +112,7 @@ fn dataset_request(
     arguments: &GenerateArgs,
     loaded: &LoadedRecipe,
     samples: u64,
-) -> Result<DatasetRequest, UsageError> {
+) -> Result<DatasetRequest, Box<dyn std::error::Error + Send + Sync>> {
     let recipe = &loaded.recipe;
     let out = match (&arguments.out, &loaded.dataset) {
         (Some(out), _) => out.clone(),
@@ -115,7 +121,7 @@ fn dataset_request(
     };
     let place = |path: &Path| path.canonicalize().ok();
     let named = loaded.dataset.as_ref().filter(|dataset| place(&out) == place(dataset.root()));
-    let begun = Dataset::open(&out).ok();
+    let begun = super::is_dataset(&out).then(|| Dataset::open(&out)).transpose()?;
     let request = DatasetRequest {
         samples,
         seed: arguments.seed.or(named.map(|dataset| dataset.head().seed)).unwrap_or(0),
@@ -126,7 +132,8 @@ fn dataset_request(
     let shards = dataset_head(recipe, &request).shards;
     if shards > MAX_SHARDS {
         let remedy = "ask for more --samples-per-shard, or for fewer samples";
-        return Err(UsageError(format!("{samples} samples would be {shards} shards, at most {MAX_SHARDS}; {remedy}")));
+        let what = format!("{samples} samples would be {shards} shards, at most {MAX_SHARDS}; {remedy}");
+        return Err(UsageError(what).into());
     }
     Ok(request)
 }
@@ -146,12 +153,12 @@ fn generate_dataset(
     let summary = summary?;
     console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary, request)));
     if json {
-        let GenerateSummary { samples, shards, busy, total } = summary;
+        let GenerateSummary { samples, shards, others, total } = summary;
         let document = json!({
             "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
-            "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "busy_shards": busy,
+            "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "shards_of_others": others,
         });
-        print(&format!("{document:#}\n"));
+        print(&format!("{document:#}\n"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -175,17 +182,29 @@ fn describe_summary(summary: &GenerateSummary, request: &DatasetRequest) -> Stri
     };
     let dataset = format!("dataset of {}{part}", counted(summary.total, "sample"));
     let made = format!("{} in {} made", counted(summary.samples, "sample"), counted(summary.shards, "shard"));
-    match summary.busy {
+    match summary.others {
         0 if summary.shards == 0 => format!("nothing to do, all is there; {dataset}"),
         0 => format!("{made}; {dataset}"),
-        n => format!("{made}, {} left to other processes that work on them; {dataset}", counted(n, "shard")),
+        n => format!("{made}, {} by other processes; {dataset}", counted(n, "shard")),
     }
 }
 
+/// Notes keys that have no effect.
+pub(super) fn note(recipe: &Recipe, console: &Console) {
+    recipe.notes().iter().for_each(|note| console.note(&format!("note: {note}")));
+}
+
+fn describe_memory(memory: &MemoryEstimate) -> String {
+    let free = memory
+        .available
+        .map_or("unknown how much is available".into(), |free| format!("{} available", describe_bytes(free)));
+    format!("{} at most, {free}", describe_bytes(memory.needed))
+}
+
 /// The estimate in words.
-fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest) -> String {
+fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest, memory: &MemoryEstimate) -> String {
     let mut text = format!(
-        "{} of {} samples to make in {}\n  time   {} at {:.2} s a sample with these threads, measured now\n  disk   {} at {} a sample, {}\n",
+        "{} of {} samples to make in {}\n  time   {} at {:.2} s a sample with these threads, measured now\n  disk   {} at {} a sample, {}\n  memory {}\n",
         estimate.samples,
         request.samples,
         request.out.display(),
@@ -194,6 +213,7 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest) -> S
         describe_bytes(estimate.bytes()),
         describe_bytes(estimate.sample_bytes),
         estimate.free.map_or("free space unknown".into(), |free| format!("{} free", describe_bytes(free))),
+        describe_memory(memory),
     );
     for (class, count) in &estimate.classes {
         text.push_str(&format!("  class  {class}: {count}\n"));
@@ -205,7 +225,7 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest) -> S
 }
 
 /// The estimate as a document; free space that the system does not tell is null.
-fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest) -> Value {
+fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest, memory: &MemoryEstimate) -> Value {
     let classes: Map<String, Value> =
         estimate.classes.iter().map(|(class, count)| (class.clone(), (*count).into())).collect();
     json!({
@@ -217,6 +237,8 @@ fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest) -> Value
         "bytes": estimate.bytes(),
         "bytes_per_sample": estimate.sample_bytes,
         "free_bytes": estimate.free,
+        "memory_bytes": memory.needed,
+        "available_memory_bytes": memory.available,
         "fits": estimate.fits(),
         "classes": classes,
     })

@@ -21,7 +21,7 @@ mod study;
 mod transport;
 mod validate;
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -32,7 +32,7 @@ use output_schema::file::DATASET;
 use crate::preview;
 use ::recipe::asset::AssetSource;
 use ::recipe::{Change, Recipe};
-use console::{Console, ConsoleArgs, say};
+use console::{Console, ConsoleArgs, say, shown};
 use dataset::Dataset;
 use progress::Progress;
 
@@ -56,7 +56,10 @@ use progress::Progress;
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
   gen report planks                                            one page for people, planks/reports/report.html
   gen icon plank.xml                                           what a file of the real camera holds
-  gen schema recipe > recipe.schema.json                       for an editor's completion")]
+  gen schema recipe > recipe.schema.json                       for an editor's completion
+
+Exit status: 0 all samples of the dataset, or of its part, are there, whoever made them; 1 they are not;
+2 unusable arguments.")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -136,7 +139,8 @@ pub(crate) struct GenerateArgs {
     /// Threads [default: all cores]
     #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     threads: Option<usize>,
-    /// Make part K of M only (shards K, K+M, K+2M, ...), for as many processes or machines as wanted
+    /// Make part K of M only (shards K, K+M, K+2M, ...), for as many processes or machines as wanted. Shards that other
+    /// processes are making come last and are waited for; whatever they leave unfinished is made here
     #[arg(long, value_name = "K/M", value_parser = parse_part, default_value = "0/1")]
     part: (u64, u64),
     /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
@@ -199,10 +203,23 @@ type CommandResult = Result<ExitCode, Box<dyn std::error::Error + Send + Sync>>;
 
 /// Reads the arguments and does what they say.
 pub fn run() -> ExitCode {
-    let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    let outcome = command().try_get_matches().and_then(|found| Cli::from_arg_matches(&found));
+    let outcome = match outcome {
+        Ok(cli) => obey(cli),
+        Err(error) if error.use_stderr() => error.exit(),
+        // Help and version are results as others are.
+        Err(error) => printed(error.print().and_then(|()| std::io::stdout().flush())).map(|()| ExitCode::SUCCESS),
+    };
+    outcome.unwrap_or_else(|error| {
+        say(&format!("gen: {}", error.to_string().trim_end()));
+        if error.is::<UsageError>() { ExitCode::from(2) } else { ExitCode::FAILURE }
+    })
+}
+
+fn obey(cli: Cli) -> CommandResult {
     let console = Console::new(&cli.console);
     console.listen();
-    let outcome = match cli.command {
+    match cli.command {
         Some(Command::Preview(arguments)) => preview_command(&arguments, &console),
         Some(Command::Rig(arguments)) => rig::run(&arguments, &console),
         Some(Command::List(arguments)) => list::run(&arguments, &console),
@@ -220,15 +237,10 @@ pub fn run() -> ExitCode {
         Some(Command::Man(arguments)) => completions::manual(&arguments, command()),
         None if cli.generate.recipe.is_none() && cli.generate.n.is_none() => {
             // Nobody asked for anything: the help, and the status of a usage error.
-            print(&command().render_help().to_string());
-            return ExitCode::from(2);
+            print(&command().render_help().to_string()).map(|()| ExitCode::from(2))
         }
         None => generate::run(&cli.generate, &console),
-    };
-    outcome.unwrap_or_else(|error| {
-        say(&format!("gen: {}", error.to_string().trim_end()));
-        if error.is::<UsageError>() { ExitCode::from(2) } else { ExitCode::FAILURE }
-    })
+    }
 }
 
 /// The command line; a number below zero is the value that an option has, and not another option.
@@ -248,9 +260,21 @@ fn command() -> clap::Command {
 #[error("{0}")]
 struct UsageError(String);
 
-/// Writes to standard output. A reader that has gone away is no fault.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+/// Writes all of a result to standard output. A reader that has gone away is no fault; a disk that takes no more is one.
+fn print(text: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let mut out = std::io::stdout().lock();
+    printed(out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()))
+}
+
+/// What became of a result on standard output, in words.
+fn printed(result: std::io::Result<()>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    match result {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            let remedy = "what it holds is not whole: make room there, then try again";
+            Err(format!("cannot write to standard output: {e}; {remedy}").into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A recipe, and the dataset that it was taken from where a folder was named.
@@ -280,7 +304,7 @@ fn load(
     changes: &[Change],
     console: &Console,
 ) -> Result<LoadedRecipe, Box<dyn std::error::Error + Send + Sync>> {
-    let loaded = if Path::new(name).join(DATASET).is_file() {
+    let loaded = if is_dataset(Path::new(name)) {
         let dataset = Dataset::open(Path::new(name))?;
         let mut recipe = crate::generate::recipe_of(&dataset)?;
         if !changes.is_empty() {
@@ -307,9 +331,19 @@ fn load(
     Ok(loaded)
 }
 
+/// Whether the folder holds something by the name of a dataset's document; whether that can be used is asked elsewhere.
+fn is_dataset(root: &Path) -> bool {
+    root.join(DATASET).symlink_metadata().is_ok()
+}
+
 fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult {
+    if !output::is_standard_output(&arguments.out) {
+        output::check_replaceable(&arguments.out, output::Written::Png)?;
+    }
     let loaded = arguments.recipe.load(console)?;
     generate::warn(&loaded.recipe, console);
+    generate::note(&loaded.recipe, console);
+    crate::generate::MemoryEstimate::of_preview(&loaded.recipe).check()?;
     let picture = {
         let progress = Progress::new(console, "profiles", Some(loaded.recipe.size().profiles as u64));
         preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index, &|profiles| {
@@ -331,7 +365,7 @@ fn schema_command(what: SchemaKind) -> CommandResult {
         SchemaKind::Dataset => format!("{:#}\n", output_schema::json_schema()),
         SchemaKind::RecipeReference => ::recipe::reference_markdown(),
     };
-    print(&text);
+    print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -7,7 +7,82 @@ use std::path::{Component, Path, PathBuf};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use image::RgbImage;
 
-use dataset::atomic_file;
+use dataset::atomic_file::{self, FileError};
+use dataset::enclosed;
+use output_schema::file::{REPORTS, TEMPORARY};
+
+/// A folder that a command fills with results.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum ResultFolder<'a> {
+    /// One that the user names.
+    Named(&'a Path),
+    /// `reports/` in the dataset at this path. No link there is followed: results never land outside of the dataset.
+    Kept(&'a Path),
+}
+
+impl<'a> ResultFolder<'a> {
+    fn parts(self) -> (&'a Path, &'static str) {
+        match self {
+            Self::Named(folder) => (folder, ""),
+            Self::Kept(root) => (root, REPORTS),
+        }
+    }
+
+    fn relative(self, name: &str) -> String {
+        match self.parts() {
+            (_, "") => name.into(),
+            (_, below) => format!("{below}/{name}"),
+        }
+    }
+
+    /// Where a result lies.
+    pub(super) fn path(self, name: &str) -> PathBuf {
+        self.parts().0.join(self.relative(name))
+    }
+
+    /// Makes the folder `reports/` where it is missing.
+    pub(super) fn make(self, remedy: &str) -> Result<(), String> {
+        match self {
+            Self::Named(_) => Ok(()),
+            Self::Kept(root) => enclosed::make_folder(root, REPORTS).map_err(|refused| told(&refused, remedy)),
+        }
+    }
+
+    /// Refuses a folder in which nothing can be written, before hours are spent on its content.
+    pub(super) fn check_writable(self, remedy: &str) -> Result<(), String> {
+        let (root, below) = self.parts();
+        let probe = format!("{TEMPORARY}{}-probe", std::process::id());
+        let is_made = below.is_empty() || root.join(below).symlink_metadata().is_ok();
+        let probe = if is_made { self.relative(&probe) } else { probe };
+        enclosed::check_writable(root, &probe).map_err(|refused| told(&refused, remedy))
+    }
+
+    /// Writes a result as a whole or not at all.
+    pub(super) fn write(self, name: &str, content: &[u8], remedy: &str) -> Result<(), String> {
+        let partial = self.relative(&format!("{TEMPORARY}{}-{name}", std::process::id()));
+        let written = enclosed::write_by(self.parts().0, &partial, &self.relative(name), content);
+        written.map_err(|refused| format!("cannot write {}: {}; {remedy}", self.path(name).display(), refused.source))
+    }
+
+    /// A result of at most `most` bytes that lies there; `None` where there is none that can be read.
+    pub(super) fn read(self, name: &str, most: u64) -> Option<Vec<u8>> {
+        enclosed::read(self.parts().0, &self.relative(name), most).ok()
+    }
+
+    /// Names of what lies there.
+    pub(super) fn names(self) -> Result<Vec<String>, Error> {
+        enclosed::names(self.parts().0, self.parts().1)
+    }
+
+    /// Removes a result.
+    pub(super) fn remove(self, name: &str) -> Result<(), Error> {
+        enclosed::remove(self.parts().0, &self.relative(name)).map_err(|refused| refused.source)
+    }
+}
+
+fn told(refused: &FileError, remedy: &str) -> String {
+    format!("cannot {} {}: {}; {remedy}", refused.operation, refused.path.display(), refused.source)
+}
 
 /// How arguments name standard output.
 const STANDARD_OUTPUT: &str = "-";
@@ -128,7 +203,9 @@ pub(super) fn check_writable_or(path: &Path, remedy: &str) -> Result<(), String>
         return error_text(format!("there is no folder {}", folder.display()), "make it first, or ");
     }
     let probe = folder.join(format!(".tmp-{}-probe", std::process::id()));
-    let made = File::create(&probe).map(|_| ());
+    // What is there under that name is not ours: it is neither written through nor kept.
+    let _ = fs::remove_file(&probe);
+    let made = File::create_new(&probe).map(|_| ());
     let _ = fs::remove_file(&probe);
     made.or_else(|error| error_text(error.to_string(), ""))
 }

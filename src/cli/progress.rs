@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use output_schema::file::LOCK;
 
 use super::console::{Console, say};
 use super::remaining_time::RemainingTime;
@@ -174,6 +175,7 @@ pub(super) struct GenerateProgress<'c> {
     samples: AtomicU64,
     bytes: AtomicU64,
     hint: String,
+    folder_lock: String,
 }
 
 impl<'c> GenerateProgress<'c> {
@@ -187,6 +189,7 @@ impl<'c> GenerateProgress<'c> {
             samples: AtomicU64::new(0),
             bytes: AtomicU64::new(0),
             hint: format!("gen preview --recipe {name} --seed {}", request.seed),
+            folder_lock: request.out.join(format!("{LOCK}dataset")).display().to_string(),
         }
     }
 
@@ -210,7 +213,14 @@ impl<'c> GenerateProgress<'c> {
             }
             GenerateEvent::Shard(shard) => self.console.detail(&format!("shard {shard} is finished")),
             GenerateEvent::Busy(shard) => {
-                self.console.note(&format!("shard {shard} is being made by another process"));
+                self.console
+                    .note(&format!("shard {shard} is being made by another process; it is looked at again at the end"));
+            }
+            GenerateEvent::WaitsForFolder => {
+                self.console.note(&format!("waiting for another process, which holds {}", self.folder_lock));
+            }
+            GenerateEvent::WaitsForShard(shard) => {
+                self.console.note(&format!("waiting for shard {shard}, which another process is making"));
             }
         }
     }

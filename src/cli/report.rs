@@ -1,6 +1,5 @@
 //! `gen report`: a dataset as one page for people.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -10,6 +9,7 @@ use output_schema::file::{DATASET, REPORTS};
 
 use super::console::{Console, say};
 use super::generate::threads;
+use super::output::ResultFolder;
 use super::progress::{Progress, counted, describe_bytes};
 use super::{CommandResult, UsageError, output, whole};
 use crate::generate::{recipe_of, render_sample};
@@ -18,6 +18,9 @@ use bench::settings::Transport;
 use dataset::Dataset;
 use scanner::optics::speckle::PatternCache;
 use tools::report::{ExposedProfile, RenderTiming, Renderer, ReportOptions, report};
+
+/// What to do where the page cannot be kept.
+const ELSEWHERE: &str = "give another place with --out";
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -61,10 +64,8 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     let out = match &arguments.out {
         Some(out) => out.clone(),
         None if root.join(DATASET).exists() => {
-            let folder = root.join(REPORTS);
-            let describe = |e| format!("cannot make {}: {e}; give another place with --out", folder.display());
-            fs::create_dir_all(&folder).map_err(describe)?;
-            folder.join("report.html")
+            ResultFolder::Kept(root).make(ELSEWHERE)?;
+            root.join(REPORTS).join("report.html")
         }
         None => {
             let what = format!("{}: it holds no {DATASET}; name the folder of a dataset", root.display());
@@ -74,7 +75,12 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     if let Some(what) = misplaced(root, &out) {
         return Err(UsageError(format!("--out {}: {what}", out.display())).into());
     }
-    output::check_writable(&out)?;
+    output::check_replaceable(&out, output::Written::Html)?;
+    let kept = out.file_name().and_then(|name| name.to_str()).filter(|_| out.parent() == Some(&root.join(REPORTS)));
+    match kept {
+        Some(_) => ResultFolder::Kept(root).check_writable(ELSEWHERE)?,
+        None => output::check_writable(&out)?,
+    }
     let folder = Dataset::open(root);
     let seed = folder.as_ref().map_or(0, |folder| folder.head().seed);
     let recipe = folder.as_ref().map_err(ToString::to_string).and_then(recipe_of);
@@ -109,7 +115,10 @@ pub(super) fn run(arguments: &ReportArgs, console: &Console) -> CommandResult {
     };
     let page = pool.install(|| report(root, &options));
     drop(progress);
-    output::write(&out, page.html.as_bytes())?;
+    match kept {
+        Some(name) => ResultFolder::Kept(root).write(name, page.html.as_bytes(), ELSEWHERE)?,
+        None => output::write(&out, page.html.as_bytes())?,
+    }
     let size = describe_bytes(page.html.len() as u64);
     console.note(&format!("{}: {size}, {} shown", out.display(), counted(page.shown, "sample")));
     if page.troubles > 0 {

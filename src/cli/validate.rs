@@ -1,17 +1,16 @@
 //! `gen validate`: whether a dataset is what its recipe makes.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use output_schema::file::REPORTS;
 use serde_json::{Value, json};
 
 use super::console::{Console, say};
 use super::generate::{threads, warn};
+use super::output::ResultFolder;
 use super::progress::{ValidationProgress, counted};
-use super::{CommandResult, output, print, whole};
+use super::{CommandResult, print, whole};
 use crate::generate::ExpectedDataset;
 use dataset::validate::{DeclaredLaws, Derive, Expect, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, DatasetSums};
@@ -86,7 +85,7 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
     };
     let report = pool.install(|| validate(&arguments.dir, &options));
     drop(progress);
-    print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
+    let printed = print(&if arguments.json { format!("{:#}\n", report.json()) } else { format!("{report}\n") });
     if let (Some(before), Some(dataset)) = (sums, &folder) {
         if dataset.sums() != before {
             let dir = arguments.dir.display();
@@ -94,6 +93,7 @@ pub(super) fn run(arguments: &ValidateArgs, console: &Console) -> CommandResult 
         }
         save(&arguments.dir, &before, &report)?;
     }
+    printed?;
     if report.is_clean() {
         return Ok(ExitCode::SUCCESS);
     }
@@ -107,11 +107,7 @@ fn save(dir: &Path, sums: &DatasetSums, report: &ValidationReport) -> Result<(),
     if let (Some(document), Value::Object(report)) = (document.as_object_mut(), report.json()) {
         document.extend(report);
     }
-    let folder = dir.join(REPORTS);
-    let made = fs::create_dir(&folder);
-    if let Err(e) = made.as_ref().or_else(|e| if folder.is_dir() { Ok(&()) } else { Err(e) }) {
-        return Err(format!("cannot make {}: {e}; make room there, or validate without --save", folder.display()));
-    }
-    let remedy = "make room there, or validate without --save";
-    output::write_or(&folder.join(REPORT_FILE), format!("{document:#}\n").as_bytes(), remedy)
+    let (folder, remedy) = (ResultFolder::Kept(dir), "make room there, or validate without --save");
+    folder.make(remedy)?;
+    folder.write(REPORT_FILE, format!("{document:#}\n").as_bytes(), remedy)
 }

@@ -75,7 +75,8 @@ impl GenerateEstimate {
         let head = dataset_head(recipe, request);
         // The last shard of a dataset that grows has fewer samples on disk and is made again.
         let missing = |&shard: &u64| {
-            folder.as_ref().is_none_or(|f| f.head().span(shard) != head.span(shard) || !f.is_done(shard))
+            let is_done = |f: &Dataset| f.head().span(shard) == head.span(shard) && f.is_done(shard) == Ok(true);
+            !folder.as_ref().is_some_and(is_done)
         };
         let (mut samples, mut shards) = (0, 0);
         for shard in (part..head.shards).step_by(parts as usize).filter(missing) {

@@ -175,7 +175,7 @@ fn files_that_the_recipe_names() {
         let folder = write_dataset(place.path(), 4, &output());
         let file = Asset::new("hook.obj", b"v 0 0 0".to_vec());
         let path = asset_path(file.sha256(), &file.plain_name());
-        folder.keep(&path, file.bytes()).expect("it is kept");
+        folder.keep(&path, file.bytes(), &|| ()).expect("it is kept");
         let mut head = folder.head().clone();
         head.recipe.canonical["mesh"] = serde_json::json!({ "file": { "sha256": file.sha256() } });
         let (key, name, sha256) = ("mesh.file".into(), "hook.obj".into(), file.sha256().into());

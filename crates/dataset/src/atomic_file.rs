@@ -1,11 +1,11 @@
 //! Atomic file: a file that is there as a whole or not at all: written under a temporary name, synced, renamed, its folder
-//! synced; and read so.
+//! synced. For paths that the user names; what lies in a dataset's folder goes by [`super::enclosed`].
 
 use std::fs::{self, File};
-use std::io::{self, Error, ErrorKind, Write};
+use std::io::{self, Error, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
-use output_schema::file::temporary;
+use rustix::fs::{Mode, OFlags};
 use sha2::{Digest, Sha256};
 
 /// What the system refused; who calls knows the remedy.
@@ -21,8 +21,9 @@ pub struct FileError {
 
 impl FileError {
     /// For `map_err`: makes the system's reason an error of `operation` on `path`.
-    pub(super) fn of(operation: &'static str, path: &Path) -> impl Fn(Error) -> Self {
-        move |source| Self { operation, path: path.to_path_buf(), source }
+    pub(super) fn of(operation: &'static str, path: &Path) -> impl Fn(Error) -> Self + use<> {
+        let path = path.to_path_buf();
+        move |source| Self { operation, path: path.clone(), source }
     }
 }
 
@@ -30,7 +31,7 @@ impl FileError {
 pub fn write(partial: &Path, whole: &Path, content: &[u8]) -> Result<(), FileError> {
     let write = || {
         let at = |operation| FileError::of(operation, partial);
-        let mut file = File::create(partial).map_err(at("create"))?;
+        let mut file = create(partial)?;
         file.write_all(content).map_err(at("write"))?;
         file.sync_all().map_err(at("sync"))?;
         rename(partial, whole)?;
@@ -42,12 +43,31 @@ pub fn write(partial: &Path, whole: &Path, content: &[u8]) -> Result<(), FileErr
     })
 }
 
-/// The bytes of a plain file; a pipe or a device, of which reading may never end, is refused.
-pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    if !fs::metadata(path)?.is_file() {
+/// A new file: what has the name is removed before, and is never written through where it is a link.
+fn create(partial: &Path) -> Result<File, FileError> {
+    match fs::remove_file(partial) {
+        Err(e) if e.kind() != ErrorKind::NotFound => return Err(FileError::of("remove", partial)(e)),
+        _ => {}
+    }
+    File::create_new(partial).map_err(FileError::of("create", partial))
+}
+
+/// The bytes of a plain file that the user names, which has at most `most`; a pipe or a device, of which reading may
+/// never end, is refused.
+pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
+    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
+    let file: File = rustix::fs::open(path, flags, Mode::empty())?.into();
+    let found = file.metadata()?;
+    if !found.is_file() {
         return Err(Error::other("it is no plain file"));
     }
-    fs::read(path)
+    let mut content = Vec::new();
+    file.take(most.saturating_add(1)).read_to_end(&mut content)?;
+    if content.len() as u64 > most {
+        let what = format!("it has {} bytes, more than the {most} that are read", found.len());
+        return Err(Error::new(ErrorKind::FileTooLarge, what));
+    }
+    Ok(content)
 }
 
 /// Gives a file that is synced its name.
@@ -56,7 +76,7 @@ pub fn rename(from: &Path, to: &Path) -> Result<(), FileError> {
 }
 
 /// Makes names in a folder last.
-pub(crate) fn sync_directory(path: &Path) -> Result<(), FileError> {
+fn sync_directory(path: &Path) -> Result<(), FileError> {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     File::open(path).and_then(|directory| directory.sync_all()).map_err(FileError::of("sync", path))
 }
@@ -70,9 +90,9 @@ pub(super) struct SummedFile {
 }
 
 impl SummedFile {
-    pub(super) fn create(path: &Path) -> Result<Self, FileError> {
-        let file = File::create(path).map_err(FileError::of("create", path))?;
-        Ok(Self { file, sum: Sha256::new(), bytes: 0 })
+    /// A new file in `file`.
+    pub(super) fn new(file: File) -> Self {
+        Self { file, sum: Sha256::new(), bytes: 0 }
     }
 
     /// Syncs, and gives size [bytes] and SHA-256.
@@ -105,47 +125,24 @@ pub fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
-/// Writes `root/relative` as a whole or not at all.
-pub(super) fn write_in(root: &Path, relative: &str, content: &[u8]) -> Result<(), FileError> {
-    write(&root.join(temporary(relative)), &root.join(relative), content)
+/// What a disk has left for this user.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct DiskSpace {
+    /// Space [bytes].
+    pub(super) bytes: u64,
+    /// Files; `None` where the file system sets no number.
+    pub(super) files: Option<u64>,
 }
 
-pub(super) fn create_directory(path: &Path) -> Result<(), FileError> {
-    fs::create_dir_all(path).map_err(FileError::of("create", path))
-}
-
-/// Removes a file or a folder with all that is in it; nothing to remove is well.
-pub(super) fn remove(path: &Path) -> Result<(), FileError> {
-    let removed = match fs::symlink_metadata(path) {
-        Ok(what) if what.is_dir() => fs::remove_dir_all(path),
-        Ok(_) => fs::remove_file(path),
-        Err(e) => Err(e),
-    };
-    match removed {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(FileError::of("remove", path)(e)),
-        _ => Ok(()),
-    }
-}
-
-/// Names in a directory, sorted; empty where it is missing.
-pub(super) fn names(path: &Path) -> Result<Vec<String>, FileError> {
-    let entries = match fs::read_dir(path) {
-        Ok(entries) => entries,
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(e) => return Err(FileError::of("list", path)(e)),
-    };
-    let mut names = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(FileError::of("list", path))?;
-        names.push(entry.file_name().to_string_lossy().into_owned());
-    }
-    names.sort_unstable();
-    Ok(names)
+/// What the disk at `path` has left; `None` where the system does not tell.
+pub(super) fn disk_space(path: &Path) -> Option<DiskSpace> {
+    let absolute = std::path::absolute(path).ok()?;
+    let state = absolute.ancestors().find_map(|place| rustix::fs::statvfs(place).ok())?;
+    let files = (state.f_files > 0).then_some(state.f_favail);
+    Some(DiskSpace { bytes: state.f_bavail.saturating_mul(state.f_frsize), files })
 }
 
 /// Space that this user may still fill at `path` [bytes]; `None` where the system does not tell.
 pub fn free_bytes(path: &Path) -> Option<u64> {
-    let absolute = std::path::absolute(path).ok()?;
-    let state = absolute.ancestors().find_map(|place| rustix::fs::statvfs(place).ok())?;
-    Some(state.f_bavail.saturating_mul(state.f_frsize))
+    disk_space(path).map(|space| space.bytes)
 }

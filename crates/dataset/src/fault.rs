@@ -8,7 +8,11 @@ use std::path::Path;
 use parquet::errors::ParquetError;
 use serde::Serialize;
 
-use super::atomic_file::{FileError, free_bytes};
+use super::atomic_file::{DiskSpace, FileError, disk_space};
+use super::enclosed::is_strange;
+
+/// Free space that is no sign of a full disk [bytes].
+const ROOM_BYTES: u64 = 1 << 20;
 
 /// What is wrong, where, and what to do.
 ///
@@ -59,13 +63,18 @@ impl Fault {
     pub(super) fn of_file(error: FileError, needed: Option<u64>) -> Self {
         let FileError { operation, path, source } = error;
         let (what, remedy) = match source.kind() {
-            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => (
-                format!("the disk is full ({source}): {}", space(free_bytes(&path), needed)),
-                "finished shards are intact: make room, then run the same command to continue",
-            ),
+            kind @ (ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
+                full(kind, &source, disk_space(&path), needed)
+            }
             kind => (
                 source.to_string(),
                 match kind {
+                    _ if is_strange(&source) => {
+                        "move it away: a dataset's folder holds plain files and folders, and no link in it is followed"
+                    }
+                    ErrorKind::PermissionDenied if ["read", "list"].contains(&operation) => {
+                        "allow this user to read it, then run the same command again"
+                    }
                     ErrorKind::PermissionDenied => "allow this user to write there, or choose another folder",
                     ErrorKind::ReadOnlyFilesystem => "choose a folder on a disk that can be written",
                     ErrorKind::NotFound | ErrorKind::NotADirectory => {
@@ -100,11 +109,53 @@ impl From<FileError> for Fault {
     }
 }
 
-fn space(free: Option<u64>, needed: Option<u64>) -> String {
+/// What is used up, and what to do: the disk, its files, or what a quota gives to this user or folder.
+fn full(
+    kind: ErrorKind,
+    source: &std::io::Error,
+    space: Option<DiskSpace>,
+    needed: Option<u64>,
+) -> (String, &'static str) {
     let mb = |bytes: u64| format!("{:.1} MB", bytes as f64 / 1e6);
-    let free = free.map_or("free space unknown".into(), |bytes| format!("{} free", mb(bytes)));
-    match needed {
-        Some(bytes) => format!("{free}, about {} needed for the rest of this shard", mb(bytes)),
-        None => free,
+    let free = space.map_or("free space unknown".into(), |space| format!("{} free", mb(space.bytes)));
+    let needed_there = needed.map_or(String::new(), |n| format!(", about {} needed for the rest of this shard", mb(n)));
+    if space.is_some_and(|space| space.files == Some(0)) {
+        return (
+            format!("the disk takes no more files ({source}): its inodes are used up, {free}"),
+            "finished shards are intact: remove files or ask for fewer EXR files, then run the same command to continue",
+        );
+    }
+    let is_roomy = space.is_some_and(|space| space.bytes >= needed.unwrap_or(0).max(ROOM_BYTES));
+    if kind == ErrorKind::QuotaExceeded || is_roomy {
+        return (
+            format!("a quota or another limit of this disk is reached ({source}): the disk has {free}{needed_there}"),
+            "finished shards are intact: have the limit raised or make room below it, then run the same command to continue",
+        );
+    }
+    (
+        format!("the disk is full ({source}): {free}{needed_there}"),
+        "finished shards are intact: make room, then run the same command to continue",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Error;
+
+    use super::*;
+
+    /// What the system calls a full disk is called what it is.
+    #[test]
+    fn a_limit_is_no_full_disk() {
+        let told = |kind: ErrorKind, bytes: u64, files: Option<u64>, needed: Option<u64>| {
+            full(kind, &Error::from(kind), Some(DiskSpace { bytes, files }), needed).0
+        };
+        let no_space = ErrorKind::StorageFull;
+        assert!(told(no_space, 4096, None, Some(9_000_000)).starts_with("the disk is full"));
+        assert!(told(no_space, 4096, Some(7), None).starts_with("the disk is full"));
+        assert!(told(no_space, 5_000_000, Some(7), Some(9_000_000)).contains("5.0 MB free, about 9.0 MB needed"));
+        assert!(told(no_space, 56_096_000_000, Some(7), Some(9_000_000)).starts_with("a quota or another limit"));
+        assert!(told(no_space, 56_096_000_000, Some(0), None).starts_with("the disk takes no more files"));
+        assert!(told(ErrorKind::QuotaExceeded, 4096, None, None).starts_with("a quota or another limit"));
     }
 }

@@ -1,18 +1,20 @@
 //! Dataset folder: beginning, continuing and completing a dataset; what is done of it is read as everybody reads it.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::io::{Error, ErrorKind};
+use std::path::Path;
 
 use output_schema::DatasetHead;
 use output_schema::file::{
     CARD, CROISSANT, DATASET, LOCK, TEMPORARY, data_path, exr_folder, manifest_path, stack_path, temporary,
 };
 
-use super::atomic_file::{FileError, create_directory, names, remove, write_in};
+use super::atomic_file::FileError;
 use super::card::ClassCounts;
 use super::lock::Lock;
 use super::reader::{read_head, to_document, unusable};
-use super::{Dataset, Fault, card, croissant, differences};
+use super::table_reader::is_id;
+use super::{Dataset, Fault, card, croissant, differences, enclosed, largest};
 use bench::split::Split;
 
 /// Directories of a dataset folder.
@@ -23,14 +25,22 @@ impl Dataset {
     /// Several processes may do this at once.
     ///
     /// # Errors
-    /// Where the folder holds another dataset or other files, each difference named, or cannot be written.
+    /// Where the folder holds another dataset or other files, each difference named, or a link, or cannot be written.
     pub fn open_or_create(path: &Path, head: DatasetHead) -> Result<Self, Fault> {
-        let foreign = |name: &String| !(name.starts_with(LOCK) || name.starts_with(TEMPORARY));
-        if !path.join(DATASET).exists() && names(path)?.iter().any(foreign) && !path.join(DATASET).exists() {
+        Self::open_or_create_telling(path, head, &|| ())
+    }
+
+    /// The same; `waits` is called before it waits for another process that holds the folder.
+    ///
+    /// # Errors
+    /// As [`Dataset::open_or_create`].
+    pub fn open_or_create_telling(path: &Path, head: DatasetHead, waits: &dyn Fn()) -> Result<Self, Fault> {
+        let foreign = |name: &String| ![folder_lock(), temporary(DATASET)].contains(name);
+        if !is_there(path, DATASET)? && names(path, "")?.iter().any(foreign) && !is_there(path, DATASET)? {
             return Err(unusable(path, format!("it is not empty and holds no {DATASET}"), "choose an empty folder"));
         }
-        create_directory(path)?;
-        let _lock = Lock::take(&path.join(format!("{LOCK}dataset")))?;
+        fs::create_dir_all(path).map_err(FileError::of("create", path))?;
+        let lock = Lock::take(path, &folder_lock(), waits)?;
         let old = read_head(path)?;
         let mut new = head;
         if let Some(old) = &old {
@@ -45,40 +55,75 @@ impl Dataset {
         new.shards = DatasetHead::shards_for(new.samples, new.samples_per_shard);
         // The head comes first: whoever finds a folder with more than locks and temporary names finds it too.
         if old.as_ref() != Some(&new) {
-            write_in(path, DATASET, &to_document(&new))?;
+            let document = to_document(&new);
+            if document.len() as u64 > largest::DOCUMENT_BYTES {
+                let what = format!("{DATASET} would have {} bytes", document.len());
+                return Err(unusable(path, what, "give a shorter recipe: nobody reads such a document"));
+            }
+            enclosed::write(path, DATASET, &document)?;
         }
         for directory in DIRECTORIES.iter().filter(|&&name| needed(name, &new)) {
-            create_directory(&path.join(directory))?;
+            enclosed::make_folder(path, directory)?;
         }
         let extended = old.as_ref().is_none_or(|old| old.samples != new.samples);
-        if extended || [CARD, CROISSANT].iter().any(|name| !path.join(name).exists()) {
+        if extended || !is_there(path, CARD)? || !is_there(path, CROISSANT)? {
             describe(path, &new, &Split::ALL, &ClassCounts::new())?;
         }
         let folder = Self::of(path, new);
         folder.sweep()?;
+        lock.release()?;
         Ok(folder)
     }
 
-    /// Keeps a file that the recipe names, under its path in the folder; one that is there as it should be stays.
+    /// Keeps a file that the recipe names, under its path in the folder; one that is there as it should be stays. `waits`
+    /// as in [`Dataset::open_or_create_telling`].
     ///
     /// # Errors
     /// Where the folder cannot be written.
-    pub fn keep(&self, path: &str, content: &[u8]) -> Result<(), Fault> {
-        let _lock = Lock::take(&self.root().join(format!("{LOCK}dataset")))?;
-        if fs::read(self.root().join(path)).is_ok_and(|found| found == content) {
-            return Ok(());
+    pub fn keep(&self, path: &str, content: &[u8], waits: &dyn Fn()) -> Result<(), Fault> {
+        let lock = Lock::take(self.root(), &folder_lock(), waits)?;
+        if !enclosed::holds(self.root(), path, content).map_err(FileError::of("read", &self.root().join(path)))? {
+            enclosed::make_folder(self.root(), "assets")?;
+            enclosed::write(self.root(), path, content)?;
         }
-        create_directory(&self.root().join("assets"))?;
-        Ok(write_in(self.root(), path, content)?)
+        Ok(lock.release()?)
     }
 
-    /// To call when no shard remains: card and metadata then name only splits that have files, as `datasets` asks.
+    /// To call at the end: where no shard of the dataset remains, as it is by now, card and metadata then count its samples
+    /// and name only splits that have files, as `datasets` asks. Whether that is so.
     ///
     /// # Errors
-    /// Where the folder cannot be written.
-    pub fn complete(&self) -> Result<(), Fault> {
-        let _lock = Lock::take(&self.root().join(format!("{LOCK}dataset")))?;
-        let files = names(&self.root().join("data"))?;
+    /// Where the folder cannot be read or written.
+    pub fn complete(&self) -> Result<bool, Fault> {
+        self.complete_telling(&|| ())
+    }
+
+    /// The same; `waits` as in [`Dataset::open_or_create_telling`].
+    ///
+    /// # Errors
+    /// As [`Dataset::complete`].
+    pub fn complete_telling(&self, waits: &dyn Fn()) -> Result<bool, Fault> {
+        loop {
+            let now = self.renewed()?;
+            if !now.remaining(0..now.head().shards)?.is_empty() {
+                return Ok(false);
+            }
+            let lock = Lock::take(now.root(), &folder_lock(), waits)?;
+            // Whoever extended it meanwhile has written card and metadata; it is looked at again.
+            let is_same = self.renewed()?.head().samples == now.head().samples;
+            if is_same {
+                now.describe_samples()?;
+            }
+            lock.release()?;
+            if is_same {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Card and metadata of a dataset whose shards are all there. Asks for the dataset's lock.
+    fn describe_samples(&self) -> Result<(), Fault> {
+        let files = names(self.root(), "data")?;
         let present: Vec<Split> =
             Split::ALL.into_iter().filter(|split| files.iter().any(|f| f.starts_with(split.name()))).collect();
         let mut counts = ClassCounts::new();
@@ -90,53 +135,79 @@ impl Dataset {
         describe(self.root(), self.head(), &present, &counts)
     }
 
-    pub(super) fn lock_path(&self, shard: u64) -> PathBuf {
-        self.root().join(format!("shards/{LOCK}{shard:05}"))
-    }
-
     /// Removes every file of a shard, finished or not; the manifest goes first. Asks for the shard's lock.
+    ///
+    /// Nothing is removed where something has the name of a file of the shard and is none: a link, or a folder.
     pub(super) fn clear(&self, shard: u64) -> Result<(), Fault> {
-        let mut paths = vec![manifest_path(shard), exr_folder(shard), stack_path(shard)];
-        paths.extend(Split::ALL.map(|split| data_path(split.name(), shard)));
-        for path in paths {
-            remove(&self.root().join(&path))?;
-            remove(&self.root().join(temporary(&path)))?;
+        let root = self.root();
+        let mut files = vec![manifest_path(shard), stack_path(shard)];
+        files.extend(Split::ALL.map(|split| data_path(split.name(), shard)));
+        let mut files: Vec<String> = files.into_iter().flat_map(|path| [path.clone(), temporary(&path)]).collect();
+        let folders = [exr_folder(shard), temporary(&exr_folder(shard))];
+        files.iter().try_for_each(|path| enclosed::check_removable(root, path))?;
+        for folder in &folders {
+            files.extend(enclosed::own_files(root, folder, |name| name.strip_suffix(".exr").is_some_and(is_id))?);
         }
-        Ok(())
+        files.iter().try_for_each(|path| enclosed::remove(root, path))?;
+        Ok(folders.iter().try_for_each(|folder| enclosed::remove_empty_folder(root, folder))?)
     }
 
-    /// Removes what processes left behind that were killed: temporary names and locks of shards that nobody holds.
-    /// Asks for the dataset's lock.
+    /// Removes what processes left behind that were killed: temporary names and locks of shards that nobody holds. What no
+    /// process of this program can have left stays. Asks for the dataset's lock.
     fn sweep(&self) -> Result<(), Fault> {
         // The dataset's lock is held: nobody is at work on these.
         for path in [DATASET, CARD, CROISSANT] {
-            remove(&self.root().join(temporary(path)))?;
+            enclosed::remove(self.root(), &temporary(path))?;
         }
         let mut shards = Vec::new();
         for directory in DIRECTORIES {
-            let found = names(&self.root().join(directory))?;
-            shards.extend(found.iter().filter_map(|name| left_behind(name)));
+            let found = names(self.root(), directory)?;
+            shards.extend(found.iter().filter_map(|name| left_behind(directory, name)));
         }
         shards.sort_unstable();
         shards.dedup();
-        for shard in shards {
-            if let Some(_lock) = Lock::try_take(&self.lock_path(shard))?
-                && !self.is_done(shard)
-            {
-                self.clear(shard)?;
+        for shard in shards.into_iter().filter(|&shard| shard < self.head().shards) {
+            if let Some(lock) = Lock::try_take(self.root(), &shard_lock(shard))? {
+                if !self.is_done(shard)? {
+                    self.clear(shard)?;
+                }
+                lock.release()?;
             }
         }
         Ok(())
     }
 }
 
+/// Path of the lock of the folder's documents.
+fn folder_lock() -> String {
+    format!("{LOCK}dataset")
+}
+
+/// Path of a shard's lock.
+pub(super) fn shard_lock(shard: u64) -> String {
+    format!("shards/{LOCK}{shard:05}")
+}
+
+/// Whether a plain file of that name lies in the folder, which may not be there itself.
+fn is_there(root: &Path, name: &str) -> Result<bool, FileError> {
+    match enclosed::length(root, name) {
+        Ok(_) => Ok(true),
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+        Err(e) => Err(FileError::of("read", &root.join(name))(e)),
+    }
+}
+
+fn names(root: &Path, folder: &str) -> Result<Vec<String>, FileError> {
+    enclosed::names(root, folder).map_err(FileError::of("list", &root.join(folder)))
+}
+
 /// Writes card and metadata where they are not as they should be. Asks for the dataset's lock.
 fn describe(root: &Path, head: &DatasetHead, present: &[Split], counts: &ClassCounts) -> Result<(), Fault> {
-    let path = root.join(DATASET);
-    let document = fs::read(&path).map_err(FileError::of("read", &path))?;
+    let at = |name: &str, e: Error| FileError::of("read", &root.join(name))(e);
+    let document = enclosed::read(root, DATASET, largest::DOCUMENT_BYTES).map_err(|e| at(DATASET, e))?;
     for (name, text) in descriptions(head, present, counts, &document) {
-        if !fs::read(root.join(name)).is_ok_and(|found| found == text) {
-            write_in(root, name, &text)?;
+        if !enclosed::holds(root, name, &text).map_err(|e| at(name, e))? {
+            enclosed::write(root, name, &text)?;
         }
     }
     Ok(())
@@ -154,11 +225,16 @@ pub(crate) fn descriptions(
     [(CARD, card), (CROISSANT, croissant::croissant(head, present, document))]
 }
 
-/// The shard that a temporary name or a lock belongs to.
-fn left_behind(name: &str) -> Option<u64> {
-    let name = name.strip_prefix(TEMPORARY).or_else(|| name.strip_prefix(LOCK))?;
-    let stem = name.split('.').next()?;
-    stem.rsplit('-').next()?.parse().ok()
+/// The shard that a temporary name or a lock in a folder belongs to; `None` for a name that this program makes nowhere.
+fn left_behind(folder: &str, name: &str) -> Option<u64> {
+    let rest = name.strip_prefix(TEMPORARY).or_else(|| name.strip_prefix(LOCK))?;
+    let digits = rest.split('.').next()?.rsplit('-').next()?;
+    let shard: u64 = digits.parse().ok()?;
+    let mut own = vec![shard_lock(shard)];
+    let files = [exr_folder(shard), stack_path(shard), manifest_path(shard)];
+    own.extend(files.iter().map(|path| temporary(path)));
+    own.extend(Split::ALL.map(|split| temporary(&data_path(split.name(), shard))));
+    own.contains(&format!("{folder}/{name}")).then_some(shard)
 }
 
 fn needed(directory: &str, head: &DatasetHead) -> bool {
@@ -166,5 +242,34 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
         "exr" => !head.images.exr.is_empty(),
         "stacks" => head.images.stack_every.is_some(),
         _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Names of this program lead to their shard, in their folder alone; others to none.
+    #[test]
+    fn only_own_names_are_left_behind() {
+        let own = [
+            ("shards", ".lock-00003"),
+            ("shards", ".tmp-00003.json"),
+            ("data", ".tmp-validation-00003.parquet"),
+            ("stacks", ".tmp-00003.parquet"),
+            ("exr", ".tmp-00003"),
+        ];
+        for (folder, name) in own {
+            assert_eq!(left_behind(folder, name), Some(3), "{folder}/{name}");
+            for other in DIRECTORIES.iter().filter(|other| **other != folder) {
+                assert_eq!(left_behind(other, name), None, "{other}/{name}");
+            }
+        }
+        let foreign =
+            [".lock-20240101x", ".lock-3", ".lock-+0003", ".lock-a-00003", ".tmp-00003.json.bak", "00003.json"];
+        for name in foreign {
+            assert!(DIRECTORIES.iter().all(|folder| left_behind(folder, name).is_none()), "{name}");
+        }
+        assert_eq!(left_behind("shards", ".lock-20240101"), Some(20_240_101), "of a shard that no dataset has");
     }
 }

@@ -10,6 +10,9 @@
 //! file; whoever takes the shard next removes them and starts the shard again. Two processes never write one shard: the
 //! kernel holds the lock, and lets go of it when the process ends in whatever way.
 //!
+//! A folder may come from anybody: every file in it goes by [`enclosed`], which follows no link and opens only plain files
+//! of a size that the head allows.
+//!
 //! What is in the files is declared in [`output_schema`]; bytes depend on records and output alone, never on threads,
 //! processes or the time.
 
@@ -20,10 +23,12 @@ pub mod atomic_file;
 mod card;
 mod croissant;
 mod differences;
+pub mod enclosed;
 mod encoding;
 mod exr;
 mod fault;
 mod folder;
+mod largest;
 mod limits;
 mod lock;
 mod png;

@@ -1,18 +1,20 @@
 //! Dataset reader: the one way from the files of a dataset back to rows, images, maps and sensor frames.
 
-use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
 use output_schema::file::{DATASET, data_path, exr_path, manifest_path, stack_path};
-use output_schema::{DatasetHead, Manifest, ManifestFile, ManifestSample, refuse_version};
+use output_schema::{AssetHead, DatasetHead, Manifest, ManifestSample, refuse_version};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
+use super::atomic_file::FileError;
 use super::sample_rows::frame_numbers;
 use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
-use super::{ExrChannel, Fault, atomic_file, hex, read_exr};
+use super::{ExrChannel, Fault, differences, enclosed, hex, largest, read_exr};
 use crate::record::StackFrame;
 use bench::split::Split;
 
@@ -101,6 +103,20 @@ impl Dataset {
         Self { root: root.into(), head: Arc::new(head) }
     }
 
+    /// The same dataset with the head that it has now: another process may have extended it.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or is another dataset by now.
+    pub(super) fn renewed(&self) -> Result<Self, Fault> {
+        let now = Self::open(&self.root)?;
+        let reasons = differences::reasons_to_refuse(&self.head, &now.head);
+        if reasons.is_empty() && now.head.samples >= self.head.samples {
+            return Ok(now);
+        }
+        let what = format!("its {DATASET} was changed meanwhile: {}", reasons.join("; "));
+        Err(unusable(&self.root, what, "let nobody change it while it is written, then run the same command again"))
+    }
+
     /// The folder.
     pub fn root(&self) -> &Path {
         &self.root
@@ -116,35 +132,56 @@ impl Dataset {
     /// # Errors
     /// Where it is damaged, or one that this program does not read.
     pub fn manifest(&self, shard: u64) -> Result<Option<Manifest>, Fault> {
-        read_document(&self.root.join(manifest_path(shard)), VALIDATE)
+        read_document(&self.root, &manifest_path(shard), largest::manifest_bytes(&self.head), VALIDATE)
     }
 
     /// Whether a shard has a manifest, readable or not.
     pub fn has_manifest(&self, shard: u64) -> bool {
-        self.root.join(manifest_path(shard)).exists()
+        !enclosed::length(&self.root, &manifest_path(shard)).is_err_and(|e| e.kind() == ErrorKind::NotFound)
     }
 
     /// Whether the shard needs no more work: its manifest is there, counts as many samples as it should, and every file
     /// has its size.
-    pub fn is_done(&self, shard: u64) -> bool {
-        let Ok(Some(manifest)) = self.manifest(shard) else { return false };
-        let whole = |file: &ManifestFile| {
-            fs::metadata(self.root.join(&file.path)).is_ok_and(|found| found.is_file() && found.len() == file.bytes)
-        };
+    ///
+    /// # Errors
+    /// Where that cannot be told: what this process may not read was made by somebody, and is not made again.
+    pub fn is_done(&self, shard: u64) -> Result<bool, Fault> {
+        let Some(manifest) = self.manifest(shard)? else { return Ok(false) };
         let (first, count) = self.head.span(shard);
-        manifest.recipe_hash == self.head.recipe.hash
+        let is_own = manifest.recipe_hash == self.head.recipe.hash
             && manifest.generator == self.head.generator
             && manifest.seed == self.head.seed
-            && (manifest.first, manifest.count) == (first, count)
-            && manifest.files.iter().all(whole)
+            && (manifest.first, manifest.count) == (first, count);
+        if !is_own {
+            return Ok(false);
+        }
+        let paths = manifest.files.iter().map(|file| file.path.as_str());
+        for (file, length) in manifest.files.iter().zip(enclosed::lengths(&self.root, paths)) {
+            match length {
+                Ok(bytes) if bytes == file.bytes => {}
+                Ok(_) => return Ok(false),
+                Err(e) if e.kind() == ErrorKind::NotFound => return Ok(false),
+                Err(e) => return Err(FileError::of("read", &self.root.join(&file.path))(e).into()),
+            }
+        }
+        Ok(true)
     }
 
     /// The shards among `shards` that are not done.
-    pub fn remaining(&self, shards: impl IntoIterator<Item = u64>) -> Vec<u64> {
-        shards.into_iter().filter(|&shard| shard < self.head.shards && !self.is_done(shard)).collect()
+    ///
+    /// # Errors
+    /// As [`Dataset::is_done`].
+    pub fn remaining(&self, shards: impl IntoIterator<Item = u64>) -> Result<Vec<u64>, Fault> {
+        let mut remaining = Vec::new();
+        for shard in shards.into_iter().filter(|&shard| shard < self.head.shards) {
+            if !self.is_done(shard)? {
+                remaining.push(shard);
+            }
+        }
+        Ok(remaining)
     }
 
-    /// Sums of `dataset.json` and of all manifests; documents that are not there count as empty.
+    /// Sums of `dataset.json` and of all manifests; documents that cannot be read count as empty.
     pub fn sums(&self) -> DatasetSums {
         self.sums_of(0..self.head.shards)
     }
@@ -152,11 +189,22 @@ impl Dataset {
     /// The same with the manifests of these shards alone.
     pub fn sums_of(&self, shards: impl IntoIterator<Item = u64>) -> DatasetSums {
         let mut manifests = Sha256::new();
+        let most = largest::manifest_bytes(&self.head);
         for shard in shards {
-            manifests.update(fs::read(self.root.join(manifest_path(shard))).unwrap_or_default());
+            manifests.update(enclosed::read(&self.root, &manifest_path(shard), most).unwrap_or_default());
         }
-        let dataset = Sha256::digest(fs::read(self.root.join(DATASET)).unwrap_or_default());
+        let dataset = enclosed::read(&self.root, DATASET, largest::DOCUMENT_BYTES).unwrap_or_default();
+        let dataset = Sha256::digest(dataset);
         DatasetSums { dataset: hex(&dataset), manifests: hex(&manifests.finalize()) }
+    }
+
+    /// The copy of a file that the recipe names.
+    ///
+    /// # Errors
+    /// In words, where it is not there or cannot be read.
+    pub fn asset(&self, asset: &AssetHead) -> Result<Vec<u8>, String> {
+        let read = enclosed::read(&self.root, &asset.path, asset.bytes.min(largest::ASSET_BYTES));
+        read.map_err(|e| format!("{}: {e}", self.root.join(&asset.path).display()))
     }
 
     /// The tables of all finished shards, of one split or of all.
@@ -201,7 +249,8 @@ impl Dataset {
     /// The table of a split in a shard, whether it is there or not.
     pub fn table(&self, shard: u64, split: Split) -> Table {
         let relative = data_path(split.name(), shard);
-        Table { path: self.root.join(&relative), relative, shard, split }
+        let most_bytes = largest::table_bytes(&self.head);
+        Table { path: self.root.join(&relative), root: self.root.clone(), relative, shard, split, most_bytes }
     }
 
     /// The shard that a sample belongs to.
@@ -238,11 +287,13 @@ impl Dataset {
     /// # Errors
     /// Where it is missing or damaged.
     pub fn exr(&self, shard: u64, id: &str) -> Result<ExrMaps, Fault> {
-        let path = self.root.join(exr_path(shard, id));
+        let relative = exr_path(shard, id);
+        let path = self.root.join(&relative);
         if !is_id(id) {
             return Err(Fault::damaged(&path, "its name is no id"));
         }
-        let bytes = fs::read(&path).map_err(|e| Fault::damaged(&path, format!("it cannot be read: {e}")))?;
+        let bytes = enclosed::read(&self.root, &relative, largest::exr_bytes(&self.head));
+        let bytes = bytes.map_err(|e| Fault::damaged(&path, format!("it cannot be read: {e}")))?;
         ExrMaps::decode(&path, &bytes).map_err(|what| Fault::damaged(&path, what))
     }
 
@@ -267,7 +318,8 @@ impl Dataset {
             ..RowQuery::of(&|_| true)
         };
         let mut frames = Vec::new();
-        for batch in Table::read(&path, &query)? {
+        let file = enclosed::open(&self.root, &relative, largest::stack_bytes(&self.head));
+        for batch in Table::read(&path, file, &query)? {
             let batch = batch?;
             let values = (|| Ok::<_, String>((batch.integers("index")?, batch.integers("profile")?)))();
             let (indices, profiles) = values.map_err(damaged)?;
@@ -324,30 +376,43 @@ pub(super) fn unusable(path: &Path, what: String, remedy: &'static str) -> Fault
 
 /// `dataset.json` of a folder; `None` where there is none.
 pub(super) fn read_head(root: &Path) -> Result<Option<DatasetHead>, Fault> {
-    let path = root.join(DATASET);
-    let head: Option<DatasetHead> = read_document(&path, BRING_BACK)?;
+    let head: Option<DatasetHead> = read_document(root, DATASET, largest::DOCUMENT_BYTES, BRING_BACK)?;
     let size = |head: &DatasetHead| DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
     match head.as_ref().and_then(size) {
-        Some(reason) => Err(unusable(&path, reason, BRING_BACK)),
+        Some(reason) => Err(unusable(&root.join(DATASET), reason, BRING_BACK)),
         None => Ok(head),
     }
 }
 
-/// A document with format and version; `None` where there is none.
-fn read_document<T: serde::de::DeserializeOwned>(path: &Path, remedy: &'static str) -> Result<Option<T>, Fault> {
-    let text = match atomic_file::read(path) {
+/// What every document says first; a newer one may have other keys beside.
+#[derive(Deserialize)]
+struct Versioned {
+    #[serde(default)]
+    format: String,
+    #[serde(default)]
+    schema_version: [u32; 2],
+}
+
+/// A document with format and version, of at most `most` bytes; `None` where there is none.
+fn read_document<T: DeserializeOwned>(
+    root: &Path,
+    relative: &str,
+    most: u64,
+    remedy: &'static str,
+) -> Result<Option<T>, Fault> {
+    let path = root.join(relative);
+    let text = match enclosed::read(root, relative, most) {
         Ok(text) => text,
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(atomic_file::FileError::of("read", path)(e).into()),
+        Err(e) if e.kind() == ErrorKind::FileTooLarge => return Err(unusable(&path, e.to_string(), remedy)),
+        Err(e) => return Err(FileError::of("read", &path)(e).into()),
     };
-    let unread = |e: serde_json::Error| unusable(path, format!("it cannot be read: {e}"), remedy);
-    let value: serde_json::Value = serde_json::from_slice(&text).map_err(unread)?;
-    // The version first: a newer document may have other keys.
-    let version = serde_json::from_value(value["schema_version"].clone()).unwrap_or([0, 0]);
-    if let Some(reason) = refuse_version(value["format"].as_str().unwrap_or(""), version) {
-        return Err(unusable(path, reason, remedy));
+    let unread = |e: serde_json::Error| unusable(&path, format!("it cannot be read: {e}"), remedy);
+    let Versioned { format, schema_version } = serde_json::from_slice(&text).map_err(unread)?;
+    if let Some(reason) = refuse_version(&format, schema_version) {
+        return Err(unusable(&path, reason, remedy));
     }
-    serde_json::from_value(value).map(Some).map_err(unread)
+    serde_json::from_slice(&text).map(Some).map_err(unread)
 }
 
 /// A document as it is written: indented, with a last line end.

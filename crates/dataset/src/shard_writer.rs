@@ -1,7 +1,7 @@
 //! Shard writer: one shard, samples in order of index, straight to disk.
 
-use std::fs::{self, File};
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::RecordBatch;
@@ -10,7 +10,9 @@ use output_schema::arrow::{row_schema, stack_schema};
 use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path, temporary};
 use output_schema::{Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION};
 
-use super::atomic_file::{FileError, create_directory, rename, sha256, sync_directory, write_in};
+use super::atomic_file::{FileError, sha256};
+use super::enclosed;
+use super::folder::shard_lock;
 use super::lock::Lock;
 use super::reader::to_document;
 use super::sample_rows::{row_batch, stack_batch};
@@ -34,7 +36,7 @@ pub struct ShardWriter {
     bytes: u64,
     finished: bool,
     /// Held to the very end: fields are dropped after the cleaning up in `drop`.
-    _lock: Lock,
+    lock: Option<Lock>,
 }
 
 /// What comes of asking for a shard to write.
@@ -59,13 +61,30 @@ impl Claim {
 }
 
 impl ShardWriter {
-    /// Takes the shard's lock and removes what an earlier attempt left. First index and count follow from the head.
+    /// Takes the shard's lock and removes what an earlier attempt left. First index and count follow from the head as it
+    /// is then: another process may have extended the dataset since it was opened.
     ///
     /// # Errors
-    /// Where the folder cannot be written.
+    /// Where the folder cannot be read or written, or holds something else under a name of the shard.
     pub fn claim(dataset: &Dataset, shard: u64) -> Result<Claim, Fault> {
-        let Some(lock) = Lock::try_take(&dataset.lock_path(shard))? else { return Ok(Claim::Busy) };
-        if dataset.is_done(shard) {
+        match Lock::try_take(dataset.root(), &shard_lock(shard))? {
+            Some(lock) => Self::begin(dataset, shard, lock),
+            None => Ok(Claim::Busy),
+        }
+    }
+
+    /// The same; where another process holds the shard, calls `waits` and waits for it. Never [`Claim::Busy`].
+    ///
+    /// # Errors
+    /// As [`ShardWriter::claim`].
+    pub fn claim_when_free(dataset: &Dataset, shard: u64, waits: &dyn Fn()) -> Result<Claim, Fault> {
+        Self::begin(dataset, shard, Lock::take(dataset.root(), &shard_lock(shard), waits)?)
+    }
+
+    fn begin(dataset: &Dataset, shard: u64, lock: Lock) -> Result<Claim, Fault> {
+        let dataset = dataset.renewed()?;
+        if dataset.is_done(shard)? {
+            lock.release()?;
             return Ok(Claim::Done);
         }
         dataset.clear(shard)?;
@@ -73,7 +92,6 @@ impl ShardWriter {
         let (first, count) = head.span(shard);
         let (rows, frames) = (Arc::new(row_schema(head)), Arc::new(stack_schema(head)));
         let mut writer = Self {
-            dataset: dataset.clone(),
             shard,
             first,
             count,
@@ -85,13 +103,15 @@ impl ShardWriter {
             samples: Vec::new(),
             bytes: 0,
             finished: false,
-            _lock: lock,
+            lock: Some(lock),
+            dataset,
         };
-        if !head.images.exr.is_empty() {
-            create_directory(&writer.path(&temporary(&exr_folder(shard))))?;
+        let images = &writer.dataset.head().images;
+        if !images.exr.is_empty() {
+            enclosed::make_folder(writer.root(), &temporary(&exr_folder(shard)))?;
         }
-        if head.images.stack_every.is_some() {
-            writer.stack = Some(TableWriter::create(dataset.root(), stack_path(shard), writer.frames.clone())?);
+        if images.stack_every.is_some() {
+            writer.stack = Some(TableWriter::create(writer.root(), stack_path(shard), writer.frames.clone())?);
         }
         Ok(Claim::Granted(Box::new(writer)))
     }
@@ -150,8 +170,9 @@ impl ShardWriter {
             table.write(frames)?;
         }
         if let Some(exr) = &sample.exr {
-            let partial = self.path(&format!("{}/{}.exr", temporary(&exr_folder(shard)), sample.id));
-            fs::write(&partial, exr).map_err(FileError::of("write", &partial))?;
+            let partial = format!("{}/{}.exr", temporary(&exr_folder(shard)), sample.id);
+            let written = enclosed::create(&root, &partial)?.write_all(exr);
+            written.map_err(FileError::of("write", &root.join(&partial)))?;
             let path = exr_path(shard, &sample.id);
             self.exr.push(ManifestFile { path, bytes: exr.len() as u64, sha256: sha256(exr), rows: None });
         }
@@ -168,7 +189,8 @@ impl ShardWriter {
     /// Closes, syncs and names every file, then writes the manifest. Only after this does the shard count.
     ///
     /// # Errors
-    /// Where samples are missing, or the disk refuses; nothing of the shard is left then.
+    /// Where samples are missing, or the disk refuses; nothing of the shard is left then, unless it is the lock alone that
+    /// could not be removed.
     pub fn finish(mut self) -> Result<Manifest, Fault> {
         if (self.samples.len() as u64) < self.count {
             let index = self.first + self.samples.len() as u64;
@@ -181,9 +203,9 @@ impl ShardWriter {
         }
         files.append(&mut self.exr);
         let images = &self.dataset.head().images;
-        sync_directory(&root.join("data"))?;
+        enclosed::sync_folder(&root, "data")?;
         if images.stack_every.is_some() {
-            sync_directory(&root.join("stacks"))?;
+            enclosed::sync_folder(&root, "stacks")?;
         }
         if !images.exr.is_empty() {
             self.name_exr()?;
@@ -202,25 +224,29 @@ impl ShardWriter {
             files,
             samples: std::mem::take(&mut self.samples),
         };
-        write_in(&root, &manifest_path(self.shard), &to_document(&manifest))?;
+        enclosed::write(&root, &manifest_path(self.shard), &to_document(&manifest))?;
         self.finished = true;
+        if let Some(lock) = self.lock.take() {
+            lock.release()?;
+        }
         Ok(manifest)
     }
 
     fn name_exr(&self) -> Result<(), FileError> {
-        let (whole, exr) = (self.path(&exr_folder(self.shard)), self.path("exr"));
-        let partial = self.path(&temporary(&exr_folder(self.shard)));
+        let (root, whole) = (self.root(), exr_folder(self.shard));
+        let partial = temporary(&whole);
         for sample in &self.samples {
-            let file = partial.join(format!("{}.exr", sample.id));
-            File::open(&file).and_then(|file| file.sync_all()).map_err(FileError::of("sync", &file))?;
+            let file = format!("{partial}/{}.exr", sample.id);
+            let synced = enclosed::open(root, &file, u64::MAX).and_then(|file| file.sync_all());
+            synced.map_err(FileError::of("sync", &root.join(&file)))?;
         }
-        sync_directory(&partial)?;
-        rename(&partial, &whole)?;
-        sync_directory(&exr)
+        enclosed::sync_folder(root, &partial)?;
+        enclosed::rename(root, &partial, &whole)?;
+        enclosed::sync_folder(root, "exr")
     }
 
-    fn path(&self, relative: &str) -> PathBuf {
-        self.dataset.root().join(relative)
+    fn root(&self) -> &Path {
+        self.dataset.root()
     }
 }
 

@@ -4,6 +4,7 @@
 //! passed over unread. What is wrong with a value is a reason in words: who asks knows the sample.
 
 use std::fs::File;
+use std::io;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder, RowSelection};
 use serde_json::{Map, Number, Value};
 
-use super::{Fault, Grey, read_png};
+use super::{Fault, Grey, enclosed, read_png};
 use bench::split::Split;
 
 /// Rows that are read at once where they have no images.
@@ -35,6 +36,10 @@ pub struct Table {
     pub shard: u64,
     /// The split.
     pub split: Split,
+    /// The dataset's folder.
+    pub(super) root: PathBuf,
+    /// Most bytes that it can have.
+    pub(super) most_bytes: u64,
 }
 
 /// What is read of a table.
@@ -61,7 +66,7 @@ impl Table {
     /// # Errors
     /// Why it cannot be read.
     pub fn rows(&self, query: &RowQuery) -> Result<Rows, Fault> {
-        Self::read(&self.path, query)
+        Self::read(&self.path, enclosed::open(&self.root, &self.relative, self.most_bytes), query)
     }
 
     /// One row.
@@ -78,10 +83,10 @@ impl Table {
         Fault::damaged(&self.path, what)
     }
 
-    /// Opens any table of a dataset.
-    pub(super) fn read(path: &Path, query: &RowQuery) -> Result<Rows, Fault> {
+    /// Reads any table of a dataset: the `file` at `path`.
+    pub(super) fn read(path: &Path, file: io::Result<File>, query: &RowQuery) -> Result<Rows, Fault> {
         let open = || {
-            let file = File::open(path).map_err(|e| e.to_string())?;
+            let file = file.map_err(|e| e.to_string())?;
             let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
             let count = u64::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
             let fields = builder.schema().fields().iter().enumerate();
@@ -456,7 +461,7 @@ mod tests {
             let ranges = vec![first..first + count / 2, first + count / 2 + 1..first + count + 1];
             for ranges in [std::iter::once(first..first + count).collect(), ranges] {
                 let query = RowQuery { columns: &|_| true, ranges: Some(ranges.clone()), at_once: count.clamp(1, 8) };
-                let rows = Table::read(&path, &query).expect("it can be read");
+                let rows = Table::read(&path, File::open(&path), &query).expect("it can be read");
                 assert_eq!(rows.in_table(), 10);
                 let found: Vec<i64> =
                     rows.flat_map(|batch| batch.expect("whole").integers("index").expect("numbers")).collect();

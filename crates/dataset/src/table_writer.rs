@@ -15,7 +15,8 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPrope
 use parquet::schema::types::ColumnPath;
 
 use super::GENERATOR_VERSION;
-use super::atomic_file::{FileError, SummedFile, remove, rename};
+use super::atomic_file::{FileError, SummedFile};
+use super::enclosed::{create, rename};
 
 /// Row groups are closed at this size [bytes]: it bounds the memory of each open file, and readers that shuffle read
 /// whole row groups.
@@ -34,8 +35,7 @@ pub(super) struct TableWriter {
 impl TableWriter {
     pub(super) fn create(root: &Path, relative: String, schema: SchemaRef) -> Result<Self, FileError> {
         let partial = root.join(temporary(&relative));
-        remove(&partial)?;
-        let file = SummedFile::create(&partial)?;
+        let file = SummedFile::new(create(root, &temporary(&relative))?);
         let writer =
             ArrowWriter::try_new(file, schema.clone(), Some(properties(&schema))).map_err(refused(&partial))?;
         Ok(Self { root: root.into(), relative, partial, writer, rows: 0 })
@@ -55,7 +55,7 @@ impl TableWriter {
     pub(super) fn finish(self) -> Result<ManifestFile, FileError> {
         let file = self.writer.into_inner().map_err(refused(&self.partial))?;
         let (bytes, sha256) = file.finish(&self.partial)?;
-        rename(&self.partial, &self.root.join(&self.relative))?;
+        rename(&self.root, &temporary(&self.relative), &self.relative)?;
         Ok(ManifestFile { path: self.relative, bytes, sha256, rows: Some(self.rows) })
     }
 }

@@ -78,8 +78,8 @@ pub struct KeptAsset {
     pub key: String,
     /// Its name when it was read.
     pub name: String,
-    /// Where the copy lies.
-    pub path: PathBuf,
+    /// Its content, or why it cannot be read.
+    pub content: Result<Vec<u8>, String>,
 }
 
 /// What is wrong with a file that a recipe names.
@@ -136,7 +136,11 @@ impl AssetSource {
             Self::BuiltIn => None,
             Self::Beside(folder) => Some(folder.join(name)),
             Self::Kept(kept) => match kept.iter().find(|kept| kept.key == wanted.key) {
-                Some(kept) => return read_file(&kept.path, &kept.name, wanted.max_bytes),
+                Some(kept) => {
+                    let bring_back = |problem| AssetFault::new(problem, "bring the copy back");
+                    let bytes = kept.content.clone().map_err(bring_back)?;
+                    return limited(&kept.name, &kept.name, bytes, wanted.max_bytes);
+                }
                 None => {
                     let problem = format!("the dataset keeps no copy of `{}`", printable(name));
                     return Err(AssetFault::new(problem, "bring dataset.json back from a copy"));
@@ -173,6 +177,11 @@ fn read_file(path: &Path, name: &str, max_bytes: usize) -> Result<Asset, AssetFa
     }
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(max_bytes as u64 + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    limited(&shown, name, bytes, max_bytes)
+}
+
+/// The file `name` with this content of at most `max_bytes`; `shown` is what a fault calls it.
+fn limited(shown: &str, name: &str, bytes: Vec<u8>, max_bytes: usize) -> Result<Asset, AssetFault> {
     if bytes.len() > max_bytes {
         let problem = format!("`{shown}` has more than {max_bytes} bytes");
         return Err(AssetFault::new(problem, format!("give a file of at most {} MB", max_bytes >> 20)));
@@ -230,8 +239,7 @@ mod tests {
         std::fs::write(folder.path().join("parts/abc.txt"), b"own").expect("written");
         assert_eq!(beside.find(&wanted("parts/abc.txt", None)).expect("a file wins").bytes(), b"own");
         let kept = |key: &str| {
-            let path = folder.path().join("large.txt");
-            AssetSource::Kept(vec![KeptAsset { key: key.into(), name: "abc.txt".into(), path }])
+            AssetSource::Kept(vec![KeptAsset { key: key.into(), name: "abc.txt".into(), content: Ok(vec![0; 11]) }])
         };
         assert!(refused(&kept("mesh.file"), "abc.txt", None).contains("more than"));
         assert!(refused(&kept("laser.texture"), "abc.txt", None).contains("keeps no copy"));

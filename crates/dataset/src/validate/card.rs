@@ -10,7 +10,7 @@ use output_schema::file::{CROISSANT, DATASET};
 use super::files::unread;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::{ClassCounts, descriptions};
+use crate::{ClassCounts, descriptions, enclosed, largest};
 use bench::split::Split;
 
 /// First words of the lines that belong to whoever publishes the dataset.
@@ -32,7 +32,7 @@ pub(super) fn check(
     report: &mut ValidationReport,
 ) {
     // Its absence was told before.
-    let document = fs::read(folder.join(DATASET)).unwrap_or_default();
+    let document = enclosed::read(folder, DATASET, largest::DOCUMENT_BYTES).unwrap_or_default();
     let none = ClassCounts::new();
     // Of parts that were put together nobody has written the counts; nothing in them is wrong where every split has files.
     let unfinished = descriptions(head, &Split::ALL, &none, &document);
@@ -51,7 +51,7 @@ pub(super) fn check(
             fault(Code::FileMissing, "the document is missing, or no plain file".into());
             continue;
         }
-        match fs::read(&path) {
+        match enclosed::read(folder, name, largest::DOCUMENT_BYTES) {
             Err(e) => {
                 let code = unread(&e, Code::FileMissing);
                 let remedy = if code == Code::FileUnreadable { code.remedy() } else { REWRITE_REMEDY };

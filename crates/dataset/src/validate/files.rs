@@ -1,6 +1,6 @@
 //! Files against manifests: there, whole, unchanged, and no others.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
@@ -10,32 +10,33 @@ use sha2::{Digest, Sha256};
 
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::hex;
+use crate::{enclosed, hex};
 
-/// Reads one file of a manifest, once; its bytes, where it is whole.
-pub(super) fn read(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> Option<Vec<u8>> {
+/// Reads one file of a manifest, once; its bytes, at most `most`, where it is whole.
+pub(super) fn read(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
-    let whole = whole(root, file, report, |part| bytes.extend_from_slice(part));
+    let whole = whole(root, file, most, report, |part| bytes.extend_from_slice(part));
     whole.then_some(bytes)
 }
 
 /// Checks one file of a manifest; `true` where it is whole.
 pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> bool {
-    whole(root, file, report, |_| ())
+    whole(root, file, u64::MAX, report, |_| ())
 }
 
 /// Hands the bytes on as they are read and summed.
-fn whole(root: &Path, file: &ManifestFile, report: &mut ValidationReport, take: impl FnMut(&[u8])) -> bool {
-    let path = root.join(&file.path);
-    let found = match fs::symlink_metadata(&path) {
-        Ok(found) if found.is_file() => found.len(),
-        Ok(_) => return fail(report, Code::FileMissing, file, "is no plain file"),
+fn whole(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport, take: impl FnMut(&[u8])) -> bool {
+    let length = |open: &File| open.metadata().map(|found| found.len());
+    let opened = enclosed::open(root, &file.path, most).and_then(|open| Ok((length(&open)?, open)));
+    let (found, open) = match opened {
+        Ok(opened) => opened,
+        Err(e) if e.kind() == ErrorKind::FileTooLarge => return fail(report, Code::FileSize, file, &e.to_string()),
         Err(e) => return fail(report, unread(&e, Code::FileMissing), file, &e.to_string()),
     };
     if found != file.bytes {
         return fail(report, Code::FileSize, file, &format!("has {found} bytes, not {}", file.bytes));
     }
-    match sum(&path, take) {
+    match sum(open.take(found), take) {
         Err(e) => fail(report, unread(&e, Code::FileMissing), file, &format!("cannot be read: {e}")),
         Ok(sum) if sum != file.sha256 => {
             fail(report, Code::FileChecksum, file, &format!("has SHA-256 {sum}, not {}", file.sha256))
@@ -58,8 +59,7 @@ fn fail(report: &mut ValidationReport, code: Code, file: &ManifestFile, what: &s
     false
 }
 
-fn sum(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<String> {
-    let mut file = File::open(path)?;
+fn sum(mut file: impl Read, mut take: impl FnMut(&[u8])) -> io::Result<String> {
     let mut sum = Sha256::new();
     // Small enough to be summed and copied while it is in the processor's cache.
     let mut part = vec![0; 1 << 16];
@@ -104,7 +104,7 @@ pub(super) fn unexpected(
     let mut faults = Vec::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
-        let entries = match fs::read_dir(root.join(&folder)) {
+        let entries = match enclosed::entries(root, &folder) {
             Ok(entries) => entries,
             // A folder of files that are missing: each of them is told.
             Err(e) if e.kind() == ErrorKind::NotFound => continue,
@@ -113,10 +113,9 @@ pub(super) fn unexpected(
                 continue;
             }
         };
-        for entry in entries.flatten() {
-            let name = entry.file_name().to_string_lossy().into_owned();
+        for (name, is_folder) in entries {
             let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
-            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            if is_folder {
                 if !is_skipped(&path) {
                     folders.push(path);
                 }

@@ -9,8 +9,7 @@ use serde_json::Value;
 use super::files::unread;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::atomic_file;
-use crate::to_document;
+use crate::{enclosed, largest, to_document};
 
 /// Reads the head; `None` where nothing else can be checked.
 pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<DatasetHead> {
@@ -18,7 +17,7 @@ pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<Datas
         report.faults.push(Finding::new(code, DATASET, what));
         None
     };
-    let text = match atomic_file::read(&folder.join(DATASET)) {
+    let text = match enclosed::read(folder, DATASET, largest::DOCUMENT_BYTES) {
         Ok(text) => text,
         Err(e) => return fault(unread(&e, Code::DatasetMissing), format!("cannot be read: {e}")),
     };

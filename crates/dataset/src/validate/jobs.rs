@@ -4,7 +4,6 @@
 //! checked outside, beside others, whatever the number of shards. An EXR file is read once, with its row; a table is
 //! summed just before its rows are read, so that the second reading comes from the system's cache.
 
-use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -19,6 +18,7 @@ use super::report::ValidationReport;
 use super::shard::{self, CheckedRow, JobResult, OpenShard};
 use super::shard_task::ShardTask;
 use super::{files, sample, stack};
+use crate::{enclosed, largest};
 use bench::split::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
@@ -116,7 +116,8 @@ impl SampleTable<'_> {
 /// A reader of the rows of a table, which has the columns that it should.
 fn reader(shard: &OpenShard, path: &str) -> Result<ParquetRecordBatchReader, Finding> {
     let unreadable = |e: String| Finding::new(Code::TableUnreadable, path, e);
-    let file = File::open(shard.task.root.join(path)).map_err(|e| unreadable(e.to_string()))?;
+    let file = enclosed::open(shard.task.root, path, largest::table_bytes(shard.task.head));
+    let file = file.map_err(|e| unreadable(e.to_string()))?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
     let (found, expected) = (builder.schema().clone(), row_schema(shard.task.head));
     // Another version's metadata and descriptions differ; each value's name and type is asked for where it is read.

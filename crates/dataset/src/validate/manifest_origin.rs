@@ -8,7 +8,7 @@ use output_schema::{DatasetHead, Generator, Manifest};
 use super::Expect;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::atomic_file;
+use crate::{enclosed, largest};
 
 /// Generator, recipe hash and seed.
 type Origin = (Generator, String, u64);
@@ -22,8 +22,9 @@ pub(super) fn check(
     expect: Option<Expect>,
     report: &mut ValidationReport,
 ) -> bool {
+    let most = largest::manifest_bytes(head);
     let read = |shard: u64| -> Option<Manifest> {
-        let text = atomic_file::read(&root.join(manifest_path(shard))).ok()?;
+        let text = enclosed::read(root, &manifest_path(shard), most).ok()?;
         serde_json::from_slice(&text).ok()
     };
     let origin = |manifest: Manifest| -> Origin { (manifest.generator, manifest.recipe_hash, manifest.seed) };

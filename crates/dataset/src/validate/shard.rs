@@ -12,8 +12,7 @@ use super::finding::{Code, Finding};
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
 use super::{expected, files};
-use crate::atomic_file;
-use crate::{ClassCounts, to_document};
+use crate::{ClassCounts, enclosed, largest, to_document};
 use bench::split::Split;
 
 /// One shard whose manifest can be read.
@@ -53,7 +52,7 @@ pub(super) struct CheckedRow {
 pub(super) fn open<'a>(task: ShardTask<'a>) -> (JobResult, Option<OpenShard<'a>>) {
     let mut found = JobResult::default();
     let place = manifest_path(task.number);
-    let text = match atomic_file::read(&task.root.join(&place)) {
+    let text = match enclosed::read(task.root, &place, largest::manifest_bytes(task.head)) {
         Ok(text) => text,
         Err(e) => {
             found.hidden = (e.kind() != ErrorKind::NotFound).then_some(task.number);
@@ -119,7 +118,7 @@ impl OpenShard<'_> {
     /// Bytes of the EXR file of a sample, where there is one that is whole.
     pub(super) fn exr(&self, sample: &ManifestSample, report: &mut ValidationReport) -> Option<Vec<u8>> {
         let file = self.file(&exr_path(self.task.number, &sample.id))?;
-        files::read(self.task.root, file, report)
+        files::read(self.task.root, file, largest::exr_bytes(self.task.head), report)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Sensor frames: every kept profile of every sample, in order.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::path::Path;
 
 use arrow_array::RecordBatch;
@@ -16,8 +15,8 @@ use super::duplicates::sum;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
-use crate::frame_numbers;
 use crate::record::StackFrame;
+use crate::{enclosed, frame_numbers, largest};
 
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
 pub(super) fn check(
@@ -28,7 +27,7 @@ pub(super) fn check(
     report: &mut ValidationReport,
 ) {
     let mut fault = |code, what: String| report.faults.push(Finding::new(code, &file.path, what));
-    let rows = match read(&root.join(&file.path), head) {
+    let rows = match read(root, &file.path, head) {
         Ok(rows) => rows,
         Err((code, what)) => return fault(code, what),
     };
@@ -98,9 +97,9 @@ fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)
     }
 }
 
-fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
+fn read(root: &Path, path: &str, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
     let unreadable = |e: String| (Code::TableUnreadable, e);
-    let file = File::open(path).map_err(|e| unreadable(e.to_string()))?;
+    let file = enclosed::open(root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
     if head.schema_version == SCHEMA_VERSION && **builder.schema() != stack_schema(head) {
         return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
@@ -127,7 +126,8 @@ fn read(path: &Path, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
 /// # Errors
 /// Why they cannot be read.
 pub(super) fn frames(task: &ShardTask, index: u64) -> Result<Vec<StackFrame>, String> {
-    let file = File::open(task.root.join(stack_path(task.number))).map_err(|e| e.to_string())?;
+    let file = enclosed::open(task.root, &stack_path(task.number), largest::stack_bytes(task.head));
+    let file = file.map_err(|e| e.to_string())?;
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
     let mut frames = Vec::new();
     for batch in builder.with_batch_size(8).build().map_err(|e| e.to_string())? {

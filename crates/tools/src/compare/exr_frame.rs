@@ -1,14 +1,17 @@
 //! OpenEXR files of a scan: channels `Range`, `Reflectance` (or `Y`) and `Scatter`, with units and pitches in their header.
 
-use std::fs;
 use std::path::Path;
 
 use super::{RangeUnit, ScanMaps, to_eight_bits};
-use dataset::{ExrChannel, ExrMaps, Fault};
+use dataset::{ExrChannel, ExrMaps, Fault, atomic_file};
+
+/// Most bytes of a file that is read.
+const MAX_FILE_BYTES: u64 = 4 << 30;
 
 /// Reads a file.
 pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
-    let bytes = fs::read(path).map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "allow it"))?;
+    let bytes = atomic_file::read(path, MAX_FILE_BYTES);
+    let bytes = bytes.map_err(|e| Fault::at(path, format!("it cannot be read: {e}"), "allow it"))?;
     let maps = ExrMaps::decode(path, &bytes);
     frame(&maps.map_err(|what| Fault::at(path, what, "copy it again, or have it made again"))?)
 }

@@ -2,7 +2,7 @@
 //! The first image is range (16 bits, 0 where missing), the second reflectance (8 bits) on the same grid; further images
 //! are not read.
 
-use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use base64::Engine;
@@ -10,7 +10,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde::Deserialize;
 
 use super::ScanMaps;
-use dataset::Fault;
+use dataset::{Fault, atomic_file};
 
 /// Longest file that is read [bytes].
 const MAX_FILE_BYTES: u64 = 2 << 30;
@@ -55,10 +55,12 @@ struct EncodedPixels {
 pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
     let whole = "give a JSON file with a range image and a reflectance image as docs/compare.md describes";
     let refused = |e: std::io::Error| Fault::at(path, format!("it cannot be read: {e}"), "allow it");
-    if fs::metadata(path).map_err(refused)?.len() > MAX_FILE_BYTES {
-        return Err(Fault::at(path, "it is longer than any frame", whole));
-    }
-    let text = fs::read(path).map_err(refused)?;
+    let text = match atomic_file::read(path, MAX_FILE_BYTES) {
+        Err(e) if e.kind() == ErrorKind::FileTooLarge => {
+            return Err(Fault::at(path, "it is longer than any frame", whole));
+        }
+        text => text.map_err(refused)?,
+    };
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     frame(&name, &text).map_err(|what| Fault::at(path, what, whole))
 }

@@ -1,14 +1,14 @@
 //! Dataset folder as a page shows it: its head, its finished shards, and bytes by kind of file.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::Path;
 
 use output_schema::file::manifest_path;
 use output_schema::{DatasetHead, Manifest};
 
-use dataset::{Dataset, Fault, Table};
+use dataset::{Dataset, Fault, Table, enclosed};
 
 /// Most faults that the page lists; the others are counted.
 pub(super) const LISTED: usize = 40;
@@ -43,8 +43,8 @@ impl Folder {
         let (head, root) = (dataset.head(), dataset.root());
         let mut found = Self { tables: Vec::new(), finished: 0, kinds: BTreeMap::new(), troubles: Vec::new(), more: 0 };
         for name in ["dataset.json", "README.md", "croissant.json"] {
-            if let Ok(file) = fs::metadata(root.join(name)) {
-                found.count("documents", file.len());
+            if let Ok(bytes) = enclosed::length(root, name) {
+                found.count("documents", bytes);
             }
         }
         for asset in head.assets.iter().filter(|asset| asset.is_in_folder()) {
@@ -86,7 +86,7 @@ impl Folder {
     fn shard(&mut self, dataset: &Dataset, shard: u64, manifest: &Manifest) {
         let root = dataset.root();
         self.finished += 1;
-        self.count("documents", fs::metadata(root.join(manifest_path(shard))).map_or(0, |file| file.len()));
+        self.count("documents", enclosed::length(root, &manifest_path(shard)).unwrap_or(0));
         for file in &manifest.files {
             let remedy = "remove the shard's manifest and run gen again: the shard is made again";
             self.file(kind(&file.path), root, &file.path, file.bytes, remedy);
@@ -97,15 +97,17 @@ impl Folder {
     /// Counts a file where it is there, by the size that it has; notes one that is not there or has another size than it
     /// should.
     fn file(&mut self, kind: &'static str, root: &Path, relative: &str, bytes: u64, remedy: &'static str) {
-        let Ok(there) = fs::metadata(root.join(relative)) else {
-            self.trouble(relative.into(), "is missing".into(), remedy);
-            return;
+        let there = match enclosed::length(root, relative) {
+            Ok(there) => there,
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                return self.trouble(relative.into(), "is missing".into(), remedy);
+            }
+            Err(e) => return self.trouble(relative.into(), format!("cannot be read: {e}"), remedy),
         };
-        if there.len() != bytes {
-            let what = format!("has {} bytes and should have {bytes}", there.len());
-            self.trouble(relative.into(), what, remedy);
+        if there != bytes {
+            self.trouble(relative.into(), format!("has {there} bytes and should have {bytes}"), remedy);
         }
-        self.count(kind, there.len());
+        self.count(kind, there);
     }
 
     fn count(&mut self, kind: &'static str, bytes: u64) {

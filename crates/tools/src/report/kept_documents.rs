@@ -1,12 +1,11 @@
 //! Kept results: documents that other commands keep beside a dataset, under `reports/`: documents of `gen validate --save` and
 //! `gen check --save`, and the pictures that these name.
 
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 
-use dataset::DatasetSums;
+use dataset::{DatasetSums, enclosed};
 
 /// Folder of kept results in a dataset's folder.
 pub(super) const FOLDER: &str = "reports";
@@ -78,13 +77,10 @@ pub(super) struct KeptDocument {
 
 /// The document of that name; `None` where there is none.
 pub(super) fn kept(root: &Path, name: &str, kind: &DocumentKind, sums: &DatasetSums) -> Option<KeptDocument> {
-    let path = root.join(FOLDER).join(name);
-    let length = fs::metadata(&path).ok().filter(|file| file.is_file())?.len();
+    let path = format!("{FOLDER}/{name}");
+    enclosed::length(root, &path).ok()?;
     let read = || {
-        if length > MAX_DOCUMENT_BYTES {
-            return Err(format!("it has {length} bytes, more than any document of this kind"));
-        }
-        let text = fs::read(&path).map_err(|e| e.to_string())?;
+        let text = enclosed::read(root, &path, MAX_DOCUMENT_BYTES).map_err(|e| e.to_string())?;
         let value: Value = serde_json::from_slice(&text).map_err(|e| e.to_string())?;
         kind.fault(&value).map_or(Ok(value), Err)
     };
@@ -98,17 +94,14 @@ pub(super) fn kept(root: &Path, name: &str, kind: &DocumentKind, sums: &DatasetS
 
 /// The documents of checks, by name.
 pub(super) fn checks(root: &Path, sums: &DatasetSums) -> Vec<KeptDocument> {
-    let entries = fs::read_dir(root.join(FOLDER)).into_iter().flatten().flatten();
-    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    let mut names = enclosed::names(root, FOLDER).unwrap_or_default();
     names.retain(|name| name.starts_with("check-") && name.ends_with(".json"));
-    names.sort_unstable();
     names.iter().filter_map(|name| kept(root, name, &CHECK, sums)).collect()
 }
 
 /// A picture beside the documents; `None` where the name leads elsewhere or to no PNG.
 pub(super) fn picture(root: &Path, name: &str) -> Option<Vec<u8>> {
     let plain = name.ends_with(".png") && !name.contains(['/', '\\']) && !name.starts_with('.');
-    let path = plain.then(|| root.join(FOLDER).join(name))?;
-    let small = fs::metadata(&path).is_ok_and(|file| file.is_file() && file.len() <= MAX_PICTURE_BYTES);
-    small.then(|| fs::read(&path).ok())?.filter(|bytes| bytes.starts_with(PNG_SIGNATURE))
+    let read = || enclosed::read(root, &format!("{FOLDER}/{name}"), MAX_PICTURE_BYTES).ok();
+    plain.then(read)?.filter(|bytes| bytes.starts_with(PNG_SIGNATURE))
 }
