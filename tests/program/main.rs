@@ -9,6 +9,7 @@ mod files;
 mod options;
 mod progress;
 mod range;
+mod red_team;
 mod study;
 mod thesis_frames;
 mod transport;
