@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 
 use output_schema::file::{data_path, exr_folder, exr_path, manifest_path, stack_path};
 use output_schema::{FORMAT, Manifest, ManifestFile, ManifestSample, SCHEMA_VERSION, refuse_version};
+use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::duplicates::NoisePrint;
@@ -130,9 +131,14 @@ fn digest(id: &str) -> u128 {
 
 /// Why a document that cannot be read as a manifest is one of another version, where it is.
 fn newer(text: &[u8]) -> Option<String> {
-    let value: serde_json::Value = serde_json::from_slice(text).ok()?;
-    let version = serde_json::from_value(value["schema_version"].clone()).ok()?;
-    refuse_version(FORMAT, version).filter(|_| value["format"] == FORMAT)
+    /// All that is kept of it: content that was made to mislead takes no room.
+    #[derive(Deserialize)]
+    struct Said {
+        format: String,
+        schema_version: [u32; 2],
+    }
+    let said: Said = serde_json::from_slice(text).ok()?;
+    refuse_version(FORMAT, said.schema_version).filter(|_| said.format == FORMAT)
 }
 
 /// Everything in which a manifest is not that of its shard.
