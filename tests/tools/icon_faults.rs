@@ -168,3 +168,27 @@ fn mutated_files_are_errors_or_sane() {
         assert!(told[0] > told[1] && told[1] > 10, "{case}: {told:?}");
     }
 }
+
+/// Files that are longer than any scan, pipes, and descriptions without end are refused before they are read.
+#[test]
+fn endless_files_are_refused() {
+    let (_folder, name) = folder();
+    let (text, data) = (PathBuf::from(format!("{}.xml", name.display())), format!("{}.dat", name.display()));
+    write(&name, &calibrated(12, 3));
+    let told = |what: &str| {
+        let error = open(&name).expect_err(what).to_string();
+        assert!(error.contains(what) && error.contains(';'), "'{what}' is not in: {error}");
+    };
+    // As long as 10 000 000 000 rows, of which none takes room on the disk.
+    let sparse = fs::File::create(&data).expect("the folder is ours");
+    sparse.set_len(600_000_000_000).expect("the disk knows holes");
+    told("at most 1048576 rows, 65536 columns and 134217728 pixels are read");
+    let good = fs::read_to_string(&text).expect("it was just written");
+    let plane = "<subcomponent valuetype=\"BYTE\" name=\"Other\"><parameter name=\"size\">12</parameter>\
+                 <parameter name=\"width\">12</parameter></subcomponent>";
+    fs::write(&text, good.replace("</component>", &format!("{}</component>", plane.repeat(100)))).expect("it is ours");
+    told("more than 64 subcomponents");
+    fs::remove_file(&text).expect("it is ours");
+    assert!(std::process::Command::new("mkfifo").arg(&text).status().expect("it starts").success());
+    told("it is no plain file");
+}

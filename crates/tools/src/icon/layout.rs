@@ -4,6 +4,9 @@ use super::traits::Traits;
 use super::xml::{XmlFault, XmlNode};
 use super::{IconScan, PeakLight, RangeValues, Scatter};
 
+/// Most subcomponents of a component: cameras write seven at most, and each is asked for with every part of a scan.
+const MAX_PLANES: usize = 64;
+
 /// Type of a plane's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NumberType {
@@ -254,6 +257,9 @@ fn image_subject(component: &XmlNode, plane: Plane) -> Result<Component, XmlFaul
 fn planes(component: &XmlNode, line: &mut usize) -> Result<Vec<Plane>, XmlFault> {
     let mut planes: Vec<Plane> = Vec::new();
     for node in component.children.iter().filter(|child| child.name == "subcomponent") {
+        if planes.len() >= MAX_PLANES {
+            return Err(node.fault(format!("the component has more than {MAX_PLANES} subcomponents")));
+        }
         let (name, kind) = (node.attribute("name"), node.attribute("valuetype"));
         let part = PlaneContent::named(name);
         let known = NumberType::ALL.into_iter().find(|known| known.name() == kind);

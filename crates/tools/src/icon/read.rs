@@ -11,6 +11,10 @@ use dataset::Fault;
 
 /// Longest XML that is read: cameras add their settings to it, some hundred kB [bytes].
 const MAX_XML_BYTES: u64 = 16 << 20;
+/// Most columns and rows that are read: no sensor is as wide, and the camera's buffers hold 16383 profiles.
+const MAX_SIDES: (usize, usize) = (1 << 16, 1 << 20);
+/// Most pixels that are read: as many as the largest recipe makes.
+const MAX_PIXELS: usize = 1 << 27;
 
 /// What a file holds.
 #[derive(Debug)]
@@ -50,14 +54,22 @@ pub fn open(path: &Path) -> Result<Content, Fault> {
     let (description, data) = (side("xml"), side("dat"));
     let layout = read_layout(&description)?;
     let unreadable = |error: std::io::Error| Fault::at(&data, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
+    let length = plain_length(&data).map_err(unreadable)?;
     let file = File::open(&data).map_err(unreadable)?;
-    let length = file.metadata().map_err(unreadable)?.len();
     let whole = layout.line as u64;
     if whole == 0 || !length.is_multiple_of(whole) {
         let what = format!("its {length} bytes are no whole number of rows of {whole} bytes, as its XML has them");
         return Err(Fault::at(&data, what, COPY_AGAIN));
     }
     let rows = usize::try_from(length / whole).map_err(|_| Fault::at(&data, "it is beyond memory", COPY_AGAIN))?;
+    let (width, most) = (layout.width(), MAX_SIDES);
+    if width > most.0 || rows > most.1 || width.saturating_mul(rows) > MAX_PIXELS {
+        let what = format!(
+            "its {length} bytes are {rows} rows of {width} columns; at most {} rows, {} columns and {MAX_PIXELS} pixels are read",
+            most.1, most.0
+        );
+        return Err(Fault::at(&data, what, "give a scan of that size, as the camera stores it"));
+    }
     let subject = layout.subject;
     let mut data = DataFile { layout, rows, file, path: data };
     match subject {
@@ -78,9 +90,15 @@ const COPY_AGAIN: &str = "copy both files again, or have them written again";
 /// What to do about a file that is not there.
 const SIDE_BY_SIDE: &str = "NAME.xml and NAME.dat must lie side by side";
 
+/// Length of a plain file [bytes]; a pipe or a device, of which reading may never end, is refused.
+fn plain_length(path: &Path) -> Result<u64, std::io::Error> {
+    let found = fs::metadata(path)?;
+    if found.is_file() { Ok(found.len()) } else { Err(std::io::Error::other("it is no plain file")) }
+}
+
 fn read_layout(path: &Path) -> Result<FileLayout, Fault> {
     let unreadable = |error: std::io::Error| Fault::at(path, format!("it cannot be read: {error}"), SIDE_BY_SIDE);
-    let length = fs::metadata(path).map_err(unreadable)?.len();
+    let length = plain_length(path).map_err(unreadable)?;
     if length > MAX_XML_BYTES {
         return Err(Fault::at(
             path,

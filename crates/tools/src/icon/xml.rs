@@ -8,6 +8,10 @@ use quick_xml::{Reader, XmlVersion};
 
 /// Deepest nesting that is read: cameras nest four deep, and a tree is let go of recursively.
 const MAX_DEPTH: usize = 32;
+/// Most elements that are read, of which each takes some hundred bytes: cameras write some thousand.
+const MAX_ELEMENTS: usize = 500_000;
+/// Most attributes of an element that are read, each of which is compared with those before it: cameras write two.
+const MAX_ATTRIBUTES: usize = 64;
 
 /// What is wrong, and in which line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -112,24 +116,29 @@ impl XmlNode {
 /// The root element of a document.
 pub(super) fn read(text: &str) -> Result<XmlNode, XmlFault> {
     let mut reader = Reader::from_str(text);
-    let line = |at: u64| 1 + text.bytes().take(at as usize).filter(|byte| *byte == b'\n').count();
     // Elements that are open, from the outermost.
     let mut open: Vec<XmlNode> = Vec::new();
+    let (mut line, mut counted, mut elements) = (1, 0, 0);
     loop {
-        let at = reader.buffer_position();
-        let event = reader.read_event().map_err(|error| XmlFault { line: line(at), what: error.to_string() })?;
+        let at = reader.buffer_position() as usize;
+        line += text.as_bytes()[counted..at].iter().filter(|byte| **byte == b'\n').count();
+        counted = at;
+        let event = reader.read_event().map_err(|error| XmlFault { line, what: error.to_string() })?;
+        if matches!(event, Event::Start(_) | Event::Empty(_)) {
+            elements += 1;
+            if elements > MAX_ELEMENTS {
+                return Err(XmlFault { line, what: format!("more than {MAX_ELEMENTS} elements") });
+            }
+        }
         let done = match event {
             Event::Start(start) => {
                 if open.len() >= MAX_DEPTH {
-                    return Err(XmlFault {
-                        line: line(at),
-                        what: format!("more than {MAX_DEPTH} elements within each other"),
-                    });
+                    return Err(XmlFault { line, what: format!("more than {MAX_DEPTH} elements within each other") });
                 }
-                open.push(begun(&start, line(at))?);
+                open.push(begun(&start, line)?);
                 None
             }
-            Event::Empty(start) => Some(begun(&start, line(at))?),
+            Event::Empty(start) => Some(begun(&start, line)?),
             Event::End(_) => open.pop(),
             Event::Text(part) => {
                 add(&mut open, &part);
@@ -145,7 +154,7 @@ pub(super) fn read(text: &str) -> Result<XmlNode, XmlFault> {
                     Ok(Some(letter)) => Some(letter.to_string()),
                     _ => resolve_predefined_entity(name).map(String::from),
                 };
-                let unknown = || XmlFault { line: line(at), what: format!("&{name}; is no character that XML knows") };
+                let unknown = || XmlFault { line, what: format!("&{name}; is no character that XML knows") };
                 add(&mut open, &known.ok_or_else(unknown)?);
                 None
             }
@@ -154,7 +163,7 @@ pub(super) fn read(text: &str) -> Result<XmlNode, XmlFault> {
                     Some(node) => format!("the file ends within <{}>", node.name),
                     None => "there is no XML element".into(),
                 };
-                return Err(XmlFault { line: line(at), what });
+                return Err(XmlFault { line, what });
             }
             Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => None,
         };
@@ -177,6 +186,9 @@ fn add(open: &mut [XmlNode], text: &str) {
 fn begun(start: &BytesStart, line: usize) -> Result<XmlNode, XmlFault> {
     let mut node = XmlNode { name: start.name().as_ref().to_string(), line, ..XmlNode::default() };
     for attribute in start.attributes() {
+        if node.attributes.len() >= MAX_ATTRIBUTES {
+            return Err(XmlFault { line, what: format!("more than {MAX_ATTRIBUTES} attributes of an element") });
+        }
         let attribute = attribute.map_err(|error| XmlFault { line, what: error.to_string() })?;
         let value = attribute.normalized_value(XmlVersion::Implicit1_0);
         let value = value.map_err(|error| XmlFault { line, what: error.to_string() })?;
@@ -209,6 +221,24 @@ mod tests {
         let tree = read(text).expect("it is XML");
         assert_eq!((tree.children[0].text.as_str(), tree.children[0].attribute("name")), ("12&3", "n"));
         assert_eq!((tree.line, tree.children[1].name.as_str()), (3, "e"));
+    }
+
+    /// Time and memory grow with the length of the text: lines are counted once, and much of anything is refused.
+    #[test]
+    fn long_texts_are_read_in_time() {
+        let begun = std::time::Instant::now();
+        let many = format!("<r>{}</r>", "\n<e/>".repeat(200_000));
+        let tree = read(&many).expect("it is XML");
+        assert_eq!((tree.children.len(), tree.children[199_999].line), (200_000, 200_001));
+        let told = |text: &str, what: &str| {
+            let fault = read(text).expect_err(what);
+            assert!(fault.what.contains(what), "{}", fault.what);
+        };
+        told(&format!("<r>{}</r>", "<e/>".repeat(MAX_ELEMENTS)), "elements");
+        let attributes: String = (0..100_000).map(|n| format!(" a{n}=''")).collect();
+        told(&format!("<r{attributes}/>"), "attributes");
+        // Some hundredths of a second; counting lines from the start for each element took half a minute.
+        assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
     }
 
     /// Every way of being no XML names its line, and none is a panic.
