@@ -19,6 +19,21 @@ pub const MAX_SAMPLES: u64 = 100_000_000;
 /// Most shards of a dataset: their names have five digits.
 pub const MAX_SHARDS: u64 = 100_000;
 
+/// Most samples of a shard.
+pub const MAX_SAMPLES_PER_SHARD: u64 = 100_000;
+
+/// Longest side of an image or a sensor frame: the widest sensor has 16384 columns [px].
+const MAX_SIDE: u64 = 16384;
+
+/// Most pixels of an image: those of the largest recipe [px].
+const MAX_PIXELS: u64 = 1 << 27;
+
+/// Most classes of a recipe.
+const MAX_CLASSES: usize = 255;
+
+/// Longest name of a class, a group or a column [bytes].
+const MAX_NAME_BYTES: usize = 128;
+
 /// The oldest minor number of this major one whose columns and keys are all that readers here ask for.
 pub const OLDEST_MINOR: u32 = 2;
 
@@ -193,9 +208,35 @@ impl DatasetHead {
         if samples_per_shard == 0 || shards != Self::shards_for(samples, samples_per_shard) {
             return Some(format!("{samples} samples in shards of {samples_per_shard} are not {shards} shards"));
         }
-        (samples > MAX_SAMPLES || shards > MAX_SHARDS).then(|| {
-            format!("{samples} samples in {shards} shards: at most {MAX_SAMPLES} samples in {MAX_SHARDS} shards")
-        })
+        if samples > MAX_SAMPLES || shards > MAX_SHARDS {
+            return Some(format!(
+                "{samples} samples in {shards} shards: at most {MAX_SAMPLES} samples in {MAX_SHARDS} shards"
+            ));
+        }
+        (samples_per_shard > MAX_SAMPLES_PER_SHARD)
+            .then(|| format!("{samples_per_shard} samples in a shard: at most {MAX_SAMPLES_PER_SHARD}"))
+    }
+
+    /// Why no dataset has such a head, or `None` where one can: from its sizes and names follows what is read of it at most.
+    pub fn refuse(&self) -> Option<String> {
+        let Images { cols, rows, sensor_cols, sensor_rows, .. } = self.images;
+        let sides = [("cols", cols), ("rows", rows), ("sensor_cols", sensor_cols), ("sensor_rows", sensor_rows)];
+        if let Some((name, side)) = sides.into_iter().find(|(_, side)| !(1..=MAX_SIDE).contains(side)) {
+            return Some(format!("`images.{name}` is {side}, not 1 to {MAX_SIDE}"));
+        }
+        if cols * rows > MAX_PIXELS {
+            return Some(format!("its images have {cols} x {rows} pixels, at most {MAX_PIXELS}"));
+        }
+        if !(1..=MAX_CLASSES).contains(&self.classes.len()) {
+            return Some(format!("it names {} classes, not 1 to {MAX_CLASSES}", self.classes.len()));
+        }
+        let columns = self.parameters.iter().chain(&self.physics);
+        let names = columns.flat_map(|column| [&column.group, &column.key]).chain(&self.classes);
+        let longest = names.map(String::len).max().unwrap_or(0);
+        if longest > MAX_NAME_BYTES {
+            return Some(format!("it has a name of {longest} bytes, at most {MAX_NAME_BYTES}"));
+        }
+        Self::refuse_size(self.samples, self.samples_per_shard, self.shards)
     }
 
     /// First index and count of a shard; the count is 0 past the end.

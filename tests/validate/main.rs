@@ -1,5 +1,6 @@
 //! Validation reports each damage as that damage, and a clean dataset has none.
 
+mod bombs;
 mod clean;
 mod command;
 mod content;

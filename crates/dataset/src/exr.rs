@@ -4,24 +4,28 @@
 //! it (the format stores Latin-1, which readers take for UTF-8).
 
 use std::borrow::Cow;
+use std::fs;
 use std::io::Cursor;
+use std::path::Path;
 
-use exr::meta::attribute::AttributeValue;
+use exr::meta::attribute::{AttributeValue, SampleType as FileSampleType};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
     LayerAttributes, LineOrder, ReadChannels, ReadLayers, Text, Vec2, WritableImage, f16, read,
 };
-use output_schema::{Channel, SampleType};
+use output_schema::{Channel, DatasetHead, SampleType};
 use serde_json::{Value, json};
 
-use crate::record::{Below, Record};
+use crate::record::{Below, Record, TruthMaps};
 
 /// Compression of every file: on noisy maps smaller than ZIP and faster; see `benches/write.rs`.
 pub(super) const COMPRESSION: Compression = Compression::PIZ;
 
 /// Steps of heights in files, per mm: a power of two, so that they are exact. 0.12 um is far below any noise of such an
 /// instrument; the bits beyond it would be a third of a file that holds truth maps.
-pub(crate) const HEIGHT_STEPS: f32 = 8192.0;
+const HEIGHT_STEPS: f32 = 8192.0;
 
 /// A height as it is written [mm]; NaN stays.
 fn stepped(height: f32) -> f32 {
@@ -72,29 +76,28 @@ impl ExrChannel {
     }
 }
 
+/// The numbers of a channel of truth maps, before they are rounded to its type; `None` where these have none of that name.
+pub(crate) fn truth_channel(truth: &TruthMaps, name: &str) -> Option<Vec<f32>> {
+    match (name, &truth.below) {
+        ("Height", _) => Some(truth.height.iter().copied().map(stepped).collect()),
+        ("FibreAzimuth", Below::Fibre { azimuth: map, .. })
+        | ("FibreDive", Below::Fibre { dive: map, .. })
+        | ("FilmThickness", Below::Film { thickness: map, .. })
+        | ("FilmGap", Below::Film { gap: map, .. }) => Some(map.clone()),
+        _ => None,
+    }
+}
+
 /// The declared channels of a record, in the order of files.
 pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrChannel> {
-    let empty = Vec::new();
-    let height = || record.truth.as_ref().map_or(&empty, |truth| &truth.height);
-    let below = |second: bool| match record.truth.as_ref().map(|truth| &truth.below) {
-        Some(Below::Fibre { azimuth: a, dive: b } | Below::Film { thickness: a, gap: b }) => {
-            if second {
-                b.clone()
-            } else {
-                a.clone()
-            }
-        }
-        Some(Below::Solid(_)) | None => empty.clone(),
-    };
+    let truth = |name: &str| record.truth.as_ref().and_then(|truth| truth_channel(truth, name)).unwrap_or_default();
     // Missing is NaN in float images, the picture for viewers apart.
     let seen = |map: &[f32]| -> Vec<f32> {
         map.iter().zip(&record.maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect()
     };
     let channel = |c: &Channel| {
         let numbers = match c.name {
-            "FibreAzimuth" | "FilmThickness" => below(false),
-            "FibreDive" | "FilmGap" => below(true),
-            "Height" => height().iter().copied().map(stepped).collect(),
+            "FibreAzimuth" | "FilmThickness" | "FibreDive" | "FilmGap" | "Height" => truth(c.name),
             "Instance" => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
             "Label" => record.labels.class.iter().map(|&n| f32::from(n)).collect(),
             "Range" => record.maps.range.iter().copied().map(stepped).collect(),
@@ -112,16 +115,55 @@ pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrC
     declared.iter().map(channel).collect()
 }
 
-/// What the text attribute says about a record.
+/// What the text attribute says about a sample.
+#[derive(Debug, Clone)]
+pub(crate) struct ExrDescription<'a> {
+    pub(crate) id: &'a str,
+    pub(crate) index: u64,
+    pub(crate) split: &'a str,
+    pub(crate) class: &'a str,
+    /// Distance between two rows, and between two columns [mm].
+    pub(crate) pitch_mm: [f64; 2],
+    pub(crate) bits: u64,
+    /// Name of the form of Range.
+    pub(crate) range: &'a str,
+    pub(crate) sensor_rows: u64,
+    /// Numbers of the calibration that are there, by name.
+    pub(crate) calibration: Vec<(&'a str, f64)>,
+    /// Declarations of the channels.
+    pub(crate) channels: &'a [Channel],
+}
+
+impl ExrDescription<'_> {
+    /// The document.
+    pub(crate) fn json(&self) -> Value {
+        let Self { id, index, split, class, pitch_mm: [row_mm, col_mm], bits, range, sensor_rows, .. } = self;
+        let calibration: serde_json::Map<String, Value> =
+            self.calibration.iter().map(|&(name, n)| (name.into(), n.into())).collect();
+        let units: serde_json::Map<String, Value> =
+            self.channels.iter().map(|c| (c.name.into(), c.unit.into())).collect();
+        json!({
+            "id": id, "index": index, "split": split, "class": class, "row_mm": row_mm, "col_mm": col_mm,
+            "bits": bits, "units": units, "range": range, "sensor_rows": sensor_rows, "calibration": calibration,
+        })
+    }
+}
+
+/// The same of a record.
 pub(super) fn description(record: &Record, declared: &[Channel], bits: u32) -> Value {
-    let numbers = record.calibration.iter().filter(|(_, number)| !number.is_nan());
-    let calibration: serde_json::Map<String, Value> = numbers.map(|&(name, n)| (name.into(), n.into())).collect();
-    let units: serde_json::Map<String, Value> = declared.iter().map(|c| (c.name.into(), c.unit.into())).collect();
-    json!({
-        "id": record.id, "index": record.index, "split": record.split.name(), "class": record.class,
-        "row_mm": record.row_mm, "col_mm": record.col_mm, "bits": bits, "units": units,
-        "range": record.range.name(), "sensor_rows": record.sensor_rows, "calibration": calibration,
-    })
+    let description = ExrDescription {
+        id: &record.id,
+        index: record.index,
+        split: record.split.name(),
+        class: &record.class,
+        pitch_mm: [record.row_mm, record.col_mm],
+        bits: bits.into(),
+        range: record.range.name(),
+        sensor_rows: record.sensor_rows as u64,
+        calibration: record.calibration.iter().filter(|(_, number)| !number.is_nan()).copied().collect(),
+        channels: declared,
+    };
+    description.json()
 }
 
 /// An EXR file of `cols` columns; `spacing_mm` is the distance between two columns and between two rows [mm].
@@ -144,13 +186,35 @@ pub fn write_exr_as(
     compression: Compression,
 ) -> Vec<u8> {
     let size = Vec2(cols, channels.first().map_or(0, |c| c.numbers().len()) / cols.max(1));
-    let list = channels.into_iter().map(|channel| AnyChannel {
-        name: Text::from(channel.name.as_str()),
-        sample_data: match channel.samples {
-            Samples::Half(v) => FlatSamples::F16(v.into_iter().map(f16::from_f32).collect()),
-            Samples::Float(v) => FlatSamples::F32(v),
-            Samples::Uint(v) => FlatSamples::U32(v),
-        },
+    let list = channels.into_iter().map(|channel| (channel.name, samples(channel.samples))).collect();
+    let mut file = Cursor::new(Vec::new());
+    image(list, size, (col_mm, row_mm), description, compression)
+        .write()
+        .non_parallel()
+        .to_buffered(&mut file)
+        .expect("memory takes every byte, and the channels are as large as the image");
+    file.into_inner()
+}
+
+fn samples(samples: Samples) -> FlatSamples {
+    match samples {
+        Samples::Half(v) => FlatSamples::F16(v.into_iter().map(f16::from_f32).collect()),
+        Samples::Float(v) => FlatSamples::F32(v),
+        Samples::Uint(v) => FlatSamples::U32(v),
+    }
+}
+
+/// The image that is written: one layer, scan lines, every attribute.
+fn image(
+    list: Vec<(String, FlatSamples)>,
+    size: Vec2<usize>,
+    (col_mm, row_mm): (f64, f64),
+    description: &Value,
+    compression: Compression,
+) -> Image<Layer<AnyChannels<FlatSamples>>> {
+    let list = list.into_iter().map(|(name, sample_data)| AnyChannel {
+        name: Text::from(name.as_str()),
+        sample_data,
         quantize_linearly: false,
         sampling: Vec2(1, 1),
     });
@@ -165,16 +229,124 @@ pub fn write_exr_as(
     attributes.pixel_aspect = (col_mm / row_mm) as f32;
     let text = Text::from(ascii(&description.to_string()).as_str());
     attributes.other.insert(Text::from(output_schema::channel::ATTRIBUTE), AttributeValue::Text(text));
+    Image::new(attributes, Layer::new(size, layer, encoding, AnyChannels::sort(list.collect())))
+}
 
-    let layer = Layer::new(size, layer, encoding, AnyChannels::sort(list.collect()));
-    let mut file = Cursor::new(Vec::new());
-    Image::empty(attributes)
-        .with_layer(layer)
-        .write()
-        .non_parallel()
-        .to_buffered(&mut file)
-        .expect("memory takes every byte, and the channels are as large as the image");
-    file.into_inner()
+/// What the file of a sample may hold, as far as it is known before the file is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ExrSize {
+    /// Columns and rows; `None` for any [px].
+    size: Option<(u64, u64)>,
+    /// Of all samples of all channels, decoded [bytes].
+    bytes: u64,
+}
+
+/// Bytes of a file beside its samples: header, and what stands before each block of lines, by rows [bytes].
+const HEADER_BYTES: (u64, u64) = (1 << 20, 64);
+/// Most channels of a file.
+const MAX_CHANNELS: usize = 64;
+
+impl ExrSize {
+    /// The largest file that belongs to no dataset.
+    pub(crate) const LARGEST: Self = Self { size: None, bytes: 1 << 30 };
+
+    /// Of the files of a dataset.
+    pub(crate) fn of(head: &DatasetHead) -> Self {
+        let size = (head.images.cols, head.images.rows);
+        let bytes: u64 = head.channels().iter().map(|channel| sample_bytes(channel.samples)).sum();
+        Self { size: Some(size), bytes: size.0.saturating_mul(size.1).saturating_mul(bytes) }
+    }
+
+    /// Longest file [bytes].
+    pub(crate) fn file_bytes(&self) -> u64 {
+        let rows = self.size.map_or(1 << 20, |(_, rows)| rows);
+        self.bytes.saturating_add(rows.saturating_mul(HEADER_BYTES.1)).saturating_add(HEADER_BYTES.0)
+    }
+
+    /// The bytes of a file that is no longer than it can be.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
+        let unreadable = |e: std::io::Error| format!("it cannot be read: {e}");
+        let found = fs::metadata(path).map_err(unreadable)?;
+        if !found.is_file() {
+            return Err("it cannot be read: it is no plain file".into());
+        }
+        if found.len() > self.file_bytes() {
+            return Err(format!("it has {} bytes, at most {} can be", found.len(), self.file_bytes()));
+        }
+        fs::read(path).map_err(unreadable)
+    }
+
+    /// Why a file with that header does not fit; asked before anything is taken for its samples.
+    pub(crate) fn refuses(&self, header: &Header) -> Option<String> {
+        let Vec2(cols, rows) = header.layer_size;
+        let (cols, rows) = (cols as u64, rows as u64);
+        if let Some(size) = self.size.filter(|size| *size != (cols, rows)) {
+            return Some(format!("it is {cols} x {rows}, not {} x {}", size.0, size.1));
+        }
+        let list = &header.channels.list;
+        let each: u64 = list.iter().map(|channel| channel.sample_type.bytes_per_sample() as u64).sum();
+        let bytes = cols.saturating_mul(rows).saturating_mul(each);
+        let what = format!("{} channels of {cols} x {rows} take {bytes} bytes, at most {}", list.len(), self.bytes);
+        (bytes > self.bytes || list.len() > MAX_CHANNELS).then_some(what)
+    }
+}
+
+fn sample_bytes(samples: SampleType) -> u64 {
+    match samples {
+        SampleType::Half => 2,
+        SampleType::Float | SampleType::Uint => 4,
+    }
+}
+
+/// The header of a file of one layer of scan lines.
+///
+/// # Errors
+/// What is wrong with it.
+pub(crate) fn exr_header(bytes: &[u8]) -> Result<Header, String> {
+    let mut headers = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?.headers;
+    match (headers.pop(), headers.len()) {
+        (Some(header), 0) if header.deep || header.blocks != BlockDescription::ScanLines => {
+            Err("it holds tiles or deep data, not scan lines".into())
+        }
+        (Some(header), 0) => Ok(together(header)),
+        (_, layers) => Err(format!("it holds {} layers, not one", layers + 1)),
+    }
+}
+
+/// Names and types of the channels of a header, in its order.
+pub(crate) fn channel_types(header: &Header) -> Vec<(String, SampleType)> {
+    let sample_type = |sample_type: FileSampleType| match sample_type {
+        FileSampleType::F16 => SampleType::Half,
+        FileSampleType::F32 => SampleType::Float,
+        FileSampleType::U32 => SampleType::Uint,
+    };
+    header.channels.list.iter().map(|channel| (channel.name.to_string(), sample_type(channel.sample_type))).collect()
+}
+
+/// The header that [`write_exr`] writes for such channels.
+pub(crate) fn expected_header(
+    channels: &[Channel],
+    (cols, rows): (usize, usize),
+    spacing_mm: (f64, f64),
+    description: &Value,
+) -> Option<Header> {
+    let empty = |samples| match samples {
+        SampleType::Half => FlatSamples::F16(Vec::new()),
+        SampleType::Float => FlatSamples::F32(Vec::new()),
+        SampleType::Uint => FlatSamples::U32(Vec::new()),
+    };
+    let list = channels.iter().map(|channel| (channel.name.to_owned(), empty(channel.samples))).collect();
+    image(list, Vec2(cols, rows), spacing_mm, description, COMPRESSION).write().infer_meta_data().pop().map(together)
+}
+
+/// A header with all custom attributes in one place: a file does not say which are of the image and which of its layer.
+fn together(mut header: Header) -> Header {
+    let own = std::mem::take(&mut header.own_attributes.other);
+    header.shared_attributes.other.extend(own);
+    header
 }
 
 /// JSON text without characters beyond ASCII.
@@ -190,10 +362,24 @@ fn ascii(json: &str) -> String {
 }
 
 /// Columns, rows, channels and text attribute of an EXR file.
+pub(super) type ExrContent = (usize, usize, Vec<ExrChannel>, String);
+
+/// Columns, rows, channels and text attribute of an EXR file.
 ///
 /// # Errors
-/// What is wrong with it, for a damaged file.
-pub fn read_exr(bytes: &[u8]) -> Result<(usize, usize, Vec<ExrChannel>, String), String> {
+/// What is wrong with it, for a damaged file or one that is larger than any.
+pub fn read_exr(bytes: &[u8]) -> Result<ExrContent, String> {
+    read_exr_of(bytes, &ExrSize::LARGEST)
+}
+
+/// The same of a file of a dataset; nothing is taken for one of another size.
+///
+/// # Errors
+/// As [`read_exr`], and where it has another size.
+pub(crate) fn read_exr_of(bytes: &[u8], size: &ExrSize) -> Result<ExrContent, String> {
+    if let Some(what) = size.refuses(&exr_header(bytes)?) {
+        return Err(what);
+    }
     let image = read()
         .no_deep_data()
         .largest_resolution_level()

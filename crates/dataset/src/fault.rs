@@ -40,7 +40,7 @@ pub struct Fault {
 impl Fault {
     /// Wrong content of a place.
     pub fn new(place: impl Into<String>, what: impl Into<String>, remedy: impl Into<Cow<'static, str>>) -> Self {
-        Self { tried: None, place: place.into(), what: what.into(), remedy: remedy.into() }
+        Self { tried: None, place: one_line(place.into()), what: what.into(), remedy: remedy.into() }
     }
 
     /// Wrong content of a file or folder.
@@ -89,6 +89,18 @@ impl Fault {
         };
         Self { tried: Some(operation), ..Self::at(&path, what, remedy) }
     }
+}
+
+/// A name on one line, without what a terminal would obey: a file can be called anything.
+pub fn one_line(name: String) -> String {
+    if !name.contains(char::is_control) {
+        return name;
+    }
+    let mut plain = String::with_capacity(name.len());
+    for c in name.chars() {
+        if c.is_control() { plain.extend(c.escape_default()) } else { plain.push(c) }
+    }
+    plain
 }
 
 impl fmt::Display for Fault {

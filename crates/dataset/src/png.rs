@@ -85,30 +85,101 @@ fn image_size(pixels: usize, cols: usize) -> (u32, u32) {
     (side(cols), side(pixels / cols))
 }
 
-/// Largest image that is decoded [bytes]: a damaged header must not take all memory.
+/// Largest image that is decoded where its size is not known before [bytes]: a damaged header must not take all memory.
 const MAX_DECODED_BYTES: u64 = 2 << 30;
+/// What the decoder may take beside the pixels [bytes].
+const DECODER_BYTES: u64 = 16 << 20;
+/// How PNG files begin.
+const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Columns, rows and pixels of a grey PNG.
 ///
 /// # Errors
 /// What is wrong with it, for a damaged file or one that is not grey with 8 or 16 bits.
 pub fn read_png(png: &[u8]) -> Result<(u32, u32, Grey), String> {
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MAX_DECODED_BYTES);
-    let decoder = PngDecoder::with_limits(Cursor::new(png), limits).map_err(|e| e.to_string())?;
-    let (cols, rows) = decoder.dimensions();
-    if decoder.total_bytes() > MAX_DECODED_BYTES {
-        return Err(format!("it claims {cols} x {rows} pixels"));
+    let size = png_size(png)?;
+    Ok((size.cols, size.rows, decoded(png, MAX_DECODED_BYTES)?))
+}
+
+/// Pixels of a grey PNG of that many columns and rows; nothing is taken for one of another size.
+///
+/// # Errors
+/// As [`read_png`], and where it has another size.
+pub fn read_png_of(png: &[u8], (cols, rows): (u64, u64)) -> Result<Grey, String> {
+    let size = png_size(png)?;
+    if (u64::from(size.cols), u64::from(size.rows)) != (cols, rows) {
+        return Err(format!("it is {} x {}, not {cols} x {rows} as dataset.json says", size.cols, size.rows));
     }
-    let color = decoder.color_type();
-    if !matches!(color, ColorType::L8 | ColorType::L16) {
-        return Err(format!("it is {color:?}, not grey"));
+    decoded(png, cols.saturating_mul(rows).saturating_mul(2))
+}
+
+/// What the header of a PNG says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PngSize {
+    /// Columns [px].
+    pub(crate) cols: u32,
+    /// Rows [px].
+    pub(crate) rows: u32,
+    /// Bits in a pixel, of a grey one.
+    pub(crate) bits: u8,
+}
+
+/// The size of a grey PNG, by its header alone.
+///
+/// # Errors
+/// What is wrong with it, for one that is not grey with 8 or 16 bits.
+pub(crate) fn png_size(png: &[u8]) -> Result<PngSize, String> {
+    let decoder = decoder(png, 0)?;
+    let (cols, rows) = decoder.dimensions();
+    match decoder.color_type() {
+        ColorType::L8 => Ok(PngSize { cols, rows, bits: 8 }),
+        ColorType::L16 => Ok(PngSize { cols, rows, bits: 16 }),
+        color => Err(format!("it is {color:?}, not grey")),
+    }
+}
+
+fn decoder(png: &[u8], most: u64) -> Result<PngDecoder<Cursor<&[u8]>>, String> {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(most + DECODER_BYTES);
+    PngDecoder::with_limits(Cursor::new(png), limits).map_err(|e| e.to_string())
+}
+
+/// The pixels, `most` bytes of them.
+fn decoded(png: &[u8], most: u64) -> Result<Grey, String> {
+    let decoder = decoder(png, most)?;
+    let (color, (cols, rows)) = (decoder.color_type(), decoder.dimensions());
+    if decoder.total_bytes() > most {
+        return Err(format!("it claims {cols} x {rows} pixels"));
     }
     let mut bytes = vec![0; decoder.total_bytes() as usize];
     decoder.read_image(&mut bytes).map_err(|e| e.to_string())?;
-    let grey = match color {
+    Ok(match color {
         ColorType::L8 => Grey::Eight(bytes),
         _ => Grey::Sixteen(bytes.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect()),
-    };
-    Ok((cols, rows, grey))
+    })
+}
+
+/// What a PNG holds that [`write_png`] never writes: another chunk than header, pixels and end, interlaced pixels, or bytes
+/// beyond its end. Viewers show other pixels for some of them.
+pub(crate) fn foreign_part(png: &[u8]) -> Option<String> {
+    let mut rest = png.strip_prefix(SIGNATURE)?;
+    let mut first = true;
+    while let Some((length, body)) = rest.split_first_chunk::<4>() {
+        let (kind, content) = body.split_first_chunk::<4>()?;
+        let length = u32::from_be_bytes(*length) as usize;
+        let content = content.get(..length.checked_add(4)?)?;
+        rest = &body[4 + content.len()..];
+        let known = if first { kind == b"IHDR" } else { matches!(kind, b"IDAT" | b"IEND") };
+        if !known {
+            return Some(format!("a chunk {}", kind.escape_ascii()));
+        }
+        if first && content.get(10..13) != Some(&[0; 3]) {
+            return Some("interlaced pixels".into());
+        }
+        if kind == b"IEND" {
+            break;
+        }
+        first = false;
+    }
+    (!rest.is_empty()).then(|| format!("{} bytes beyond its end", rest.len()))
 }

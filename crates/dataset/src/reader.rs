@@ -12,9 +12,10 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use super::atomic_file::FileError;
+use super::exr::ExrContent;
 use super::sample_rows::frame_numbers;
 use super::table_reader::{RowBatch, RowQuery, Table, guarded, is_id};
-use super::{ExrChannel, Fault, differences, enclosed, hex, largest, read_exr};
+use super::{ExrChannel, ExrSize, Fault, TableBounds, differences, enclosed, hex, largest, read_exr, read_exr_of};
 use crate::record::StackFrame;
 use bench::split::Split;
 
@@ -249,8 +250,9 @@ impl Dataset {
     /// The table of a split in a shard, whether it is there or not.
     pub fn table(&self, shard: u64, split: Split) -> Table {
         let relative = data_path(split.name(), shard);
+        let bounds = TableBounds::of_rows(&self.head);
         let most_bytes = largest::table_bytes(&self.head);
-        Table { path: self.root.join(&relative), root: self.root.clone(), relative, shard, split, most_bytes }
+        Table { path: self.root.join(&relative), root: self.root.clone(), relative, shard, split, most_bytes, bounds }
     }
 
     /// The shard that a sample belongs to.
@@ -294,7 +296,8 @@ impl Dataset {
         }
         let bytes = enclosed::read(&self.root, &relative, largest::exr_bytes(&self.head));
         let bytes = bytes.map_err(|e| Fault::damaged(&path, format!("it cannot be read: {e}")))?;
-        ExrMaps::decode(&path, &bytes).map_err(|what| Fault::damaged(&path, what))
+        let maps = guarded(|| read_exr_of(&bytes, &ExrSize::of(&self.head))).map(|content| ExrMaps::of(&path, content));
+        maps.map_err(|what| Fault::damaged(&path, what))
     }
 
     /// The sensor frames of a sample that the manifest of its shard lists, at most `most` of them: the middle ones.
@@ -319,7 +322,7 @@ impl Dataset {
         };
         let mut frames = Vec::new();
         let file = enclosed::open(&self.root, &relative, largest::stack_bytes(&self.head));
-        for batch in Table::read(&path, file, &query)? {
+        for batch in Table::read(&path, file, &TableBounds::of_frames(&self.head), &query)? {
             let batch = batch?;
             let values = (|| Ok::<_, String>((batch.integers("index")?, batch.integers("profile")?)))();
             let (indices, profiles) = values.map_err(damaged)?;
@@ -354,13 +357,16 @@ pub struct ExrMaps {
 }
 
 impl ExrMaps {
-    /// The maps that the file at `path` holds, of a dataset or alone; `bytes` are its content.
+    /// The maps in the bytes of the file at `path`, which lies in no dataset.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// What is wrong with it, or that it is larger than any.
     pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self, String> {
-        let (cols, rows, channels, description) = guarded(|| read_exr(bytes))?;
-        Ok(Self { path: path.into(), cols, rows, channels, description })
+        guarded(|| read_exr(bytes)).map(|content| Self::of(path, content))
+    }
+
+    fn of(path: &Path, (cols, rows, channels, description): ExrContent) -> Self {
+        Self { path: path.into(), cols, rows, channels, description }
     }
 
     /// The channel of that name, whatever the case of its letters.
@@ -377,8 +383,7 @@ pub(super) fn unusable(path: &Path, what: String, remedy: &'static str) -> Fault
 /// `dataset.json` of a folder; `None` where there is none.
 pub(super) fn read_head(root: &Path) -> Result<Option<DatasetHead>, Fault> {
     let head: Option<DatasetHead> = read_document(root, DATASET, largest::DOCUMENT_BYTES, BRING_BACK)?;
-    let size = |head: &DatasetHead| DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
-    match head.as_ref().and_then(size) {
+    match head.as_ref().and_then(DatasetHead::refuse) {
         Some(reason) => Err(unusable(&root.join(DATASET), reason, BRING_BACK)),
         None => Ok(head),
     }

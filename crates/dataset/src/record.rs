@@ -110,10 +110,10 @@ pub struct TrueRow {
     pub class: Vec<u8>,
     /// Instance of each pixel, `[cols]`; 0 for none.
     pub instance: Vec<u16>,
-    /// Height of the surface in each pixel, `[cols]`; NaN off the body [mm].
-    pub height: Vec<f32>,
-    /// The same of what lies below a film; of the surface where there is none [mm].
-    pub below: Vec<f32>,
+    /// The truth maps there, `[cols]`.
+    pub truth: TruthMaps,
+    /// Height of what lies below a film; of the surface where there is none, NaN off the body [mm].
+    pub lower: Vec<f32>,
 }
 
 /// One sample.

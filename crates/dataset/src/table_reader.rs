@@ -14,12 +14,13 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
 use arrow_schema::DataType;
+use output_schema::Images;
 use output_schema::row::IMAGES;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder, RowSelection};
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, RowSelection};
 use serde_json::{Map, Number, Value};
 
-use super::{Fault, Grey, enclosed, read_png};
+use super::{Fault, Grey, TableBounds, check_lengths, enclosed, read_png_of};
 use bench::split::Split;
 
 /// Rows that are read at once where they have no images.
@@ -40,6 +41,8 @@ pub struct Table {
     pub(super) root: PathBuf,
     /// Most bytes that it can have.
     pub(super) most_bytes: u64,
+    /// What it may hold.
+    pub(super) bounds: TableBounds,
 }
 
 /// What is read of a table.
@@ -66,7 +69,7 @@ impl Table {
     /// # Errors
     /// Why it cannot be read.
     pub fn rows(&self, query: &RowQuery) -> Result<Rows, Fault> {
-        Self::read(&self.path, enclosed::open(&self.root, &self.relative, self.most_bytes), query)
+        Self::read(&self.path, enclosed::open(&self.root, &self.relative, self.most_bytes), &self.bounds, query)
     }
 
     /// One row.
@@ -84,10 +87,15 @@ impl Table {
     }
 
     /// Reads any table of a dataset: the `file` at `path`.
-    pub(super) fn read(path: &Path, file: io::Result<File>, query: &RowQuery) -> Result<Rows, Fault> {
+    pub(super) fn read(
+        path: &Path,
+        file: io::Result<File>,
+        bounds: &TableBounds,
+        query: &RowQuery,
+    ) -> Result<Rows, Fault> {
         let open = || {
             let file = file.map_err(|e| e.to_string())?;
-            let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
+            let builder = bounds.open(file, query.columns)?;
             let count = u64::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
             let fields = builder.schema().fields().iter().enumerate();
             let roots: Vec<usize> = fields.filter(|(_, field)| (query.columns)(field.name())).map(|(i, _)| i).collect();
@@ -145,7 +153,10 @@ impl Iterator for Rows {
     type Item = Result<RowBatch, Fault>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let next = guarded(|| self.reader.next().transpose().map_err(|e| e.to_string()));
+        let next = guarded(|| {
+            let batch = self.reader.next().transpose().map_err(|e| e.to_string())?;
+            batch.map(|batch| check_lengths(&batch).map(|()| batch)).transpose()
+        });
         let here = |batch| RowBatch { path: self.path.clone(), batch };
         next.map(|batch| batch.map(here)).map_err(|what| Fault::damaged(&self.path, what)).transpose()
     }
@@ -249,7 +260,7 @@ impl RowBatch {
     /// As `RowBatch::texts`, and where one is no name: it could lead out of the folder.
     pub fn ids(&self) -> Result<Vec<String>, String> {
         let ids = self.texts("id")?;
-        ids.into_iter().map(|id| if is_id(&id) { Ok(id) } else { Err(format!("`{id}` is no id")) }).collect()
+        ids.into_iter().map(|id| if is_id(&id) { Ok(id) } else { Err(format!("{id:?} is no id")) }).collect()
     }
 
     /// The objects of each row.
@@ -272,14 +283,15 @@ impl RowBatch {
         bytes.map(|bytes| bytes.value(row)).ok_or_else(|| format!("`{name}` is empty"))
     }
 
-    /// An image of row `row`.
+    /// An image of row `row`, as large as the dataset's `images` are.
     ///
     /// # Errors
-    /// As [`RowBatch::png`], and where it is damaged.
-    pub fn image(&self, row: usize, name: &str) -> Result<StoredImage, String> {
+    /// As [`RowBatch::png`], and where it is damaged or has another size.
+    pub fn image(&self, row: usize, name: &str, images: &Images) -> Result<StoredImage, String> {
         let png = self.png(row, name)?;
-        let (cols, rows, grey) = guarded(|| read_png(png)).map_err(|what| format!("`{name}`: {what}"))?;
-        Ok(StoredImage { cols: cols as usize, rows: rows as usize, grey })
+        let size = (images.cols, images.rows);
+        let grey = guarded(|| read_png_of(png, size)).map_err(|what| format!("`{name}`: {what}"))?;
+        Ok(StoredImage { cols: size.0 as usize, rows: size.1 as usize, grey })
     }
 
     /// Everything that row `row` says.
@@ -461,7 +473,8 @@ mod tests {
             let ranges = vec![first..first + count / 2, first + count / 2 + 1..first + count + 1];
             for ranges in [std::iter::once(first..first + count).collect(), ranges] {
                 let query = RowQuery { columns: &|_| true, ranges: Some(ranges.clone()), at_once: count.clamp(1, 8) };
-                let rows = Table::read(&path, File::open(&path), &query).expect("it can be read");
+                let rows =
+                    Table::read(&path, File::open(&path), &TableBounds::of_count(10), &query).expect("it can be read");
                 assert_eq!(rows.in_table(), 10);
                 let found: Vec<i64> =
                     rows.flat_map(|batch| batch.expect("whole").integers("index").expect("numbers")).collect();

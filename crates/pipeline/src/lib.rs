@@ -25,7 +25,7 @@ use scanner::frame::{Calibration, Frame};
 use scanner::optics::encoder::turn;
 use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
-use scanner::specimen::Specimen;
+use scanner::specimen::{Hit, Specimen};
 use transport::kernel::BASIS;
 
 use self::line_solver::line_solver;
@@ -125,14 +125,7 @@ impl Scan {
         Self {
             maps: Maps { range: map(), reflectance: map(), scatter: map() },
             labels: Labels { class: vec![0; pixels], instance: vec![0; pixels] },
-            truth: scene.output.truth_maps.then(|| TruthMaps {
-                height: map(),
-                below: match scene.plan.subject() {
-                    Subject::Wood => Below::Fibre { azimuth: map(), dive: map() },
-                    Subject::Blister => Below::Film { thickness: map(), gap: map() },
-                    Subject::Sawtooth | Subject::Mesh => Below::Solid(scene.plan.subject().name()),
-                },
-            }),
+            truth: scene.output.truth_maps.then(|| truth_maps(scene, pixels)),
             stack: Vec::new(),
         }
     }
@@ -222,6 +215,30 @@ impl Scan {
     }
 }
 
+/// Truth maps of so many pixels, those that the subject has.
+fn truth_maps(scene: &Scene, pixels: usize) -> TruthMaps {
+    let map = || vec![0.0f32; pixels];
+    TruthMaps {
+        height: map(),
+        below: match scene.plan.subject() {
+            Subject::Wood => Below::Fibre { azimuth: map(), dive: map() },
+            Subject::Blister => Below::Film { thickness: map(), gap: map() },
+            Subject::Sawtooth | Subject::Mesh => Below::Solid(scene.plan.subject().name()),
+        },
+    }
+}
+
+/// Writes the truth of one profile into its lines of the [`truth_maps`].
+fn truth_row(scene: &Scene, hits: &[Hit], mut maps: Vec<&mut [f32]>) {
+    match (scene.plan.subject(), &mut maps[..]) {
+        (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
+        (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
+        (Subject::Sawtooth | Subject::Mesh, [height]) => labels::height_row(hits, height),
+        // `truth_maps` makes the maps that the subject has.
+        (Subject::Wood | Subject::Blister | Subject::Sawtooth | Subject::Mesh, _) => {}
+    }
+}
+
 impl BandMaps<'_> {
     /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
     fn fill(mut self, measurement: &Measurement<'_>, sensor: &Sensor, band: &Band) -> Vec<StackFrame> {
@@ -236,14 +253,7 @@ impl BandMaps<'_> {
             let hits = even.as_ref().unwrap_or(hits);
             labels::label_row(hits, &mut self.class[line.clone()], &mut self.instance[line.clone()]);
             if let Some(maps) = &mut self.truth {
-                let mut maps: Vec<_> = maps.iter_mut().map(|map| &mut map[line.clone()]).collect();
-                match (scene.plan.subject(), &mut maps[..]) {
-                    (Subject::Wood, [height, a, b]) => labels::fibre_row(hits, [height, a, b]),
-                    (Subject::Blister, [height, a, b]) => labels::film_row(hits, [height, a, b]),
-                    (Subject::Sawtooth | Subject::Mesh, [height]) => labels::height_row(hits, height),
-                    // `Scan::new` makes the maps that the subject has.
-                    (Subject::Wood | Subject::Blister | Subject::Sawtooth | Subject::Mesh, _) => {}
-                }
+                truth_row(scene, hits, maps.iter_mut().map(|map| &mut map[line.clone()]).collect());
             }
             sensor.row_offsets(profile, &mut offsets[place]);
             if sensor.is_scripted() {

@@ -9,3 +9,4 @@ mod files;
 mod flips;
 mod place;
 mod review;
+mod truth;

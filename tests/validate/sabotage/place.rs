@@ -48,10 +48,27 @@ pub fn boards() -> &'static Boards {
     })
 }
 
+/// The head and the samples of a recipe, rendered.
+pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
+    let recipe = Recipe::parse("tiny.yaml", text).unwrap_or_else(|error| panic!("{error}"));
+    let order = DatasetRequest { samples, seed: 7, out: "set".into(), part: (0, 1), samples_per_shard: Some(samples) };
+    let tiles = scanner::optics::speckle::PatternCache::new(order.seed);
+    let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
+    (dataset_head(&recipe, &order), (0..samples).map(sample).collect())
+}
+
+/// What validation says of such samples, by its codes.
+pub fn codes_of(head: &DatasetHead, samples: Vec<Encoded>) -> Vec<Code> {
+    inspect(write_as(head.clone(), samples).path()).codes()
+}
+
 /// Writes samples, with manifests that agree with them.
 pub fn write(samples: Vec<Encoded>) -> TempDir {
+    write_as(boards().head.clone(), samples)
+}
+
+fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let mut head = boards().head.clone();
     head.samples = samples.len() as u64;
     let folder = Dataset::open_or_create(place.path(), head).expect("it opens");
     let mut samples = samples.into_iter();

@@ -1,7 +1,8 @@
 //! EXR files: declared channels, ranges, and the same content as the row's images.
 
-use output_schema::DatasetHead;
+use exr::meta::header::Header;
 use output_schema::row::{CALIBRATION, IMAGES};
+use output_schema::{DatasetHead, SCHEMA_VERSION};
 use serde_json::Value;
 
 use super::columns::StoredRow;
@@ -10,7 +11,9 @@ use super::images::DecodedImages;
 use super::report::ValidationReport;
 use super::{pixels, true_rows};
 use crate::record::TrueRow;
-use crate::{ExrChannel, read_exr};
+use crate::{
+    ExrChannel, ExrDescription, ExrSize, GENERATOR_VERSION, channel_types, expected_header, exr_header, read_exr_of,
+};
 
 /// Checks one EXR file against its declaration in the head and the images of its row; adds label and instance to the images where
 /// the row has none. `rows` is what the body shows in some rows.
@@ -23,18 +26,28 @@ pub(super) fn check(
     report: &mut ValidationReport,
 ) {
     let declared = head.channels();
-    let (cols, lines, channels, text) = match read_exr(bytes) {
-        Ok(content) => content,
-        Err(e) => return report.faults.push(Finding::new(Code::ExrUnreadable, place, e)),
+    let header = match exr_header(bytes) {
+        Ok(header) => header,
+        Err(what) => return report.faults.push(Finding::new(Code::ExrUnreadable, place, what)),
     };
-    report.images += channels.len() as u64;
-    let expected: Vec<_> = head.channels().iter().map(|c| (c.name, c.samples)).collect();
-    let found: Vec<_> = channels.iter().map(|c| (c.name.as_str(), c.sample_type())).collect();
-    if expected != found || (cols, lines) != (row.cols as usize, row.rows as usize) {
-        let what = format!("it holds {cols} x {lines} of {found:?}, not {} x {} of {expected:?}", row.cols, row.rows);
+    // Nothing is decoded that is not as large as declared.
+    let expected: Vec<_> = declared.iter().map(|c| (c.name.to_owned(), c.samples)).collect();
+    let (found, size) = (channel_types(&header), (header.layer_size.0, header.layer_size.1));
+    let wanted = (usize::try_from(row.cols).unwrap_or(0), usize::try_from(row.rows).unwrap_or(0));
+    if expected != found || size != wanted {
+        report.images += found.len() as u64;
+        let (cols, lines) = size;
+        let named = &found[..found.len().min(declared.len() + 1)];
+        let what = format!("it holds {cols} x {lines} of {named:?}, not {} x {} of {expected:?}", row.cols, row.rows);
         return report.faults.push(Finding::new(Code::ExrChannels, place, what));
     }
+    let (cols, _, channels, text) = match read_exr_of(bytes, &ExrSize::of(head)) {
+        Ok(content) => content,
+        Err(what) => return report.faults.push(Finding::new(Code::ExrUnreadable, place, what)),
+    };
+    report.images += channels.len() as u64;
     let description: Value = serde_json::from_str(&text).unwrap_or_default();
+    let before = report.faults.len();
     attribute(&description, row, head, place, report);
     for channel in declared.iter().filter(|c| description["units"][c.name] != c.unit) {
         let what = format!(
@@ -42,6 +55,9 @@ pub(super) fn check(
             channel.name, description["units"][channel.name], channel.unit
         );
         report.faults.push(Finding::new(Code::ExrDiffers, place, what));
+    }
+    if report.faults.len() == before {
+        form(&header, row, head, place, report);
     }
     for channel in &channels {
         let numbers = channel.as_numbers();
@@ -53,9 +69,7 @@ pub(super) fn check(
             let what = format!("{outside} samples of {} are outside of the declared range", channel.name);
             report.faults.push(Finding::new(Code::ValueRange, place, what));
         }
-        if channel.name == "Height" {
-            true_rows::height(rows, cols, &numbers, place, report);
-        }
+        true_rows::truth(rows, cols, channel, place, report);
         compare(channel, &numbers, row, decoded, place, report);
         let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
         if IMAGES.contains(&name.as_str()) && decoded.get(&name).is_none() {
@@ -95,6 +109,46 @@ fn attribute(description: &Value, row: &StoredRow, head: &DatasetHead, place: &s
         let what = format!("its attribute gives {name} as {}, the row as {value}", description["calibration"][name]);
         report.faults.push(Finding::new(Code::ExrDiffers, place, what));
     }
+}
+
+/// The header is the one that this program writes: windows, spacing, compression, attributes and the text of its own one. Of
+/// another version it may be another one.
+fn form(header: &Header, row: &StoredRow, head: &DatasetHead, place: &str, report: &mut ValidationReport) {
+    if head.schema_version != SCHEMA_VERSION || head.generator.version != GENERATOR_VERSION {
+        return;
+    }
+    let channels = head.channels();
+    let class = usize::try_from(row.class).ok().and_then(|class| head.classes.get(class));
+    let calibration = row.derived.iter().filter(|(name, _)| CALIBRATION.iter().any(|field| field.name == name));
+    let description = ExrDescription {
+        id: &row.id,
+        index: row.index.unsigned_abs(),
+        split: &row.split,
+        class: class.map_or("", String::as_str),
+        pitch_mm: [row.row_mm, row.col_mm],
+        bits: head.images.bits,
+        range: &head.images.range,
+        sensor_rows: head.images.sensor_rows,
+        calibration: calibration.map(|(name, value)| (name.as_str(), *value)).collect(),
+        channels: &channels,
+    };
+    let size = (header.layer_size.0, header.layer_size.1);
+    let expected = expected_header(&channels, size, (row.col_mm, row.row_mm), &description.json());
+    let Some(expected) = expected.filter(|expected| expected != header) else { return };
+    let [found, made] = [&header, &&expected].map(|header| &header.own_attributes);
+    let (shared, own) = (&header.shared_attributes, &expected.shared_attributes);
+    let parts = [
+        ("data window", found.layer_position != made.layer_position),
+        ("display window", shared.display_window != own.display_window),
+        ("pixel aspect", shared.pixel_aspect != own.pixel_aspect),
+        ("text attribute", shared.other != own.other),
+        ("compression", header.compression != expected.compression),
+        ("order of lines", header.line_order != expected.line_order),
+    ];
+    let other: Vec<&str> = parts.iter().filter(|(_, differs)| *differs).map(|(name, _)| *name).collect();
+    let named = if other.is_empty() { "attributes".into() } else { other.join(", ") };
+    let what = format!("its header is not the one that the program writes: {named}");
+    report.faults.push(Finding::new(Code::HeaderDiffers, place, what));
 }
 
 /// Smallest and largest number that a channel may have, and whether it may be missing.

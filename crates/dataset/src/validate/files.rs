@@ -10,18 +10,18 @@ use sha2::{Digest, Sha256};
 
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::{enclosed, hex};
+use crate::{enclosed, hex, largest};
 
-/// Reads one file of a manifest, once; its bytes, at most `most`, where it is whole.
+/// Reads one file of a manifest, once; its bytes, where it is whole and of at most `most` bytes.
 pub(super) fn read(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let whole = whole(root, file, most, report, |part| bytes.extend_from_slice(part));
     whole.then_some(bytes)
 }
 
-/// Checks one file of a manifest; `true` where it is whole.
-pub(super) fn check(root: &Path, file: &ManifestFile, report: &mut ValidationReport) -> bool {
-    whole(root, file, u64::MAX, report, |_| ())
+/// Checks one file of a manifest; `true` where it is whole and of at most `most` bytes.
+pub(super) fn check(root: &Path, file: &ManifestFile, most: u64, report: &mut ValidationReport) -> bool {
+    whole(root, file, most, report, |_| ())
 }
 
 /// Hands the bytes on as they are read and summed.
@@ -85,7 +85,7 @@ pub(super) fn assets(root: &Path, head: &DatasetHead, report: &mut ValidationRep
         }
         let AssetHead { path, bytes, sha256, .. } = asset.clone();
         let before = report.faults.len();
-        check(root, &ManifestFile { path: path.clone(), bytes, sha256, rows: None }, report);
+        check(root, &ManifestFile { path: path.clone(), bytes, sha256, rows: None }, largest::ASSET_BYTES, report);
         for fault in &mut report.faults[before..] {
             fault.fault.remedy = "run the command that began the dataset: it writes the file again".into();
         }

@@ -83,6 +83,8 @@ codes! {
     ImageUnreadable,
     /// An image has another size or bit depth than declared.
     ImageSize,
+    /// An image or EXR file has a header, or a part, that the program does not write.
+    HeaderDiffers,
     /// Range is missing where light was measured, or the other way round.
     MissingRule,
     /// A label that is no pixel class.

@@ -54,9 +54,9 @@ pub(super) fn read(folder: &Path, report: &mut ValidationReport) -> Option<Datas
 
 /// In what a head contradicts itself.
 fn inconsistent(head: &DatasetHead) -> Option<String> {
-    let size = DatasetHead::refuse_size(head.samples, head.samples_per_shard, head.shards);
-    if size.is_some() {
-        return size;
+    let refused = head.refuse();
+    if refused.is_some() {
+        return refused;
     }
     let Some(subject) = SubjectFiles::named(&head.subject) else {
         return Some(format!("its subject is `{}`", head.subject));

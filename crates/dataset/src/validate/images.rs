@@ -6,7 +6,7 @@ use output_schema::{ColumnKind, Images};
 use super::columns::StoredRow;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
-use crate::read_png;
+use crate::{PngSize, foreign_part, png_size, read_png_of};
 
 /// Decoded images by name.
 #[derive(Debug, Default)]
@@ -30,24 +30,39 @@ impl DecodedImages {
 pub(super) fn check(row: &StoredRow, images: &Images, place: &str, report: &mut ValidationReport) -> DecodedImages {
     let mut decoded = DecodedImages::default();
     for (name, png) in &row.png {
-        match read_png(png) {
-            Err(e) => report.faults.push(Finding::new(Code::ImageUnreadable, place, format!("`{name}`: {e}"))),
-            Ok((cols, rows, grey)) => {
+        let unreadable = |what: String| Finding::new(Code::ImageUnreadable, place, format!("`{name}`: {what}"));
+        let size = match png_size(png) {
+            Ok(size) => size,
+            Err(what) => {
+                report.faults.push(unreadable(what));
+                continue;
+            }
+        };
+        let PngSize { cols, rows, bits } = size;
+        // Nothing is decoded that is not as large as declared.
+        let declared = if name == "reflectance" { images.depth() } else { declared_bits(name) };
+        if (i64::from(cols), i64::from(rows), bits) != (row.cols.into(), row.rows.into(), declared) {
+            report.images += 1;
+            let found = format!("`{name}` is {cols} x {rows} with {bits} bits");
+            let what = format!("{found}, not {} x {} with {declared} bits", row.cols, row.rows);
+            report.faults.push(Finding::new(Code::ImageSize, place, what));
+            continue;
+        }
+        if let Some(part) = foreign_part(png) {
+            let what = format!("`{name}` has {part}, which the program does not write");
+            report.faults.push(Finding::new(Code::HeaderDiffers, place, what));
+        }
+        match read_png_of(png, (cols.into(), rows.into())) {
+            Err(what) => report.faults.push(unreadable(what)),
+            Ok(grey) => {
                 report.images += 1;
-                let bits = if name == "reflectance" { images.depth() } else { declared_bits(name) };
-                if (i64::from(cols), i64::from(rows), grey.bits()) == (row.cols.into(), row.rows.into(), bits) {
-                    let numbers = grey.numbers();
-                    let beyond = numbers.iter().filter(|&&n| name == "reflectance" && n > images.most_dn()).count();
-                    if beyond > 0 {
-                        let what = format!("{beyond} pixels of `{name}` are beyond {} DN", images.most_dn());
-                        report.faults.push(Finding::new(Code::ValueRange, place, what));
-                    }
-                    decoded.add(name, numbers);
-                } else {
-                    let found = format!("`{name}` is {cols} x {rows} with {} bits", grey.bits());
-                    let what = format!("{found}, not {} x {} with {bits} bits", row.cols, row.rows);
-                    report.faults.push(Finding::new(Code::ImageSize, place, what));
+                let numbers = grey.numbers();
+                let beyond = numbers.iter().filter(|&&n| name == "reflectance" && n > images.most_dn()).count();
+                if beyond > 0 {
+                    let what = format!("{beyond} pixels of `{name}` are beyond {} DN", images.most_dn());
+                    report.faults.push(Finding::new(Code::ValueRange, place, what));
                 }
+                decoded.add(name, numbers);
             }
         }
     }

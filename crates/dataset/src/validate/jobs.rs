@@ -11,14 +11,14 @@ use arrow_array::RecordBatch;
 use output_schema::SCHEMA_VERSION;
 use output_schema::arrow::row_schema;
 use output_schema::file::{data_path, stack_path};
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
 use super::shard::{self, CheckedRow, JobResult, OpenShard};
 use super::shard_task::ShardTask;
 use super::{files, sample, stack};
-use crate::{enclosed, largest};
+use crate::{TableBounds, check_lengths, enclosed, largest};
 use bench::split::Split;
 
 /// Jobs of one dataset or shard, in the order in which faults are told.
@@ -54,7 +54,10 @@ fn table<'a>(shard: &Arc<OpenShard<'a>>, split: Option<Split>) -> ShardJobs<'a> 
     let listed = shard.listed(split);
     let path = split.map(|split| data_path(split.name(), shard.task.number)).unwrap_or_default();
     let mut report = ValidationReport::default();
-    let file = shard.file(&path).filter(|file| files::check(shard.task.root, file, &mut report));
+    let file = shard.file(&path).filter(|file| {
+        let most = largest::table_bytes(shard.task.head);
+        files::check(shard.task.root, file, most, &mut report)
+    });
     let reader = file.and_then(|_| {
         let opened = caught(&path, || reader(&shard, &path));
         opened.map_err(|fault| report.faults.push(fault)).ok()
@@ -81,8 +84,9 @@ impl<'a> Iterator for SampleTable<'a> {
     fn next(&mut self) -> Option<ValidationJob<'a>> {
         if let Some(reader) = &mut self.reader {
             let next = caught(&self.path, || {
-                let batch = reader.next().transpose();
-                batch.map_err(|e| Finding::new(Code::TableUnreadable, &*self.path, e.to_string()))
+                let unreadable = |what: String| Finding::new(Code::TableUnreadable, &*self.path, what);
+                let batch = reader.next().transpose().map_err(|e| unreadable(e.to_string()))?;
+                batch.map(|batch| check_lengths(&batch).map(|()| batch).map_err(unreadable)).transpose()
             });
             let fault = match next {
                 Ok(Some(batch)) => {
@@ -118,7 +122,8 @@ fn reader(shard: &OpenShard, path: &str) -> Result<ParquetRecordBatchReader, Fin
     let unreadable = |e: String| Finding::new(Code::TableUnreadable, path, e);
     let file = enclosed::open(shard.task.root, path, largest::table_bytes(shard.task.head));
     let file = file.map_err(|e| unreadable(e.to_string()))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
+    let bounds = TableBounds::of_rows(shard.task.head);
+    let builder = bounds.open(file, &|_| true).map_err(unreadable)?;
     let (found, expected) = (builder.schema().clone(), row_schema(shard.task.head));
     // Another version's metadata and descriptions differ; each value's name and type is asked for where it is read.
     if shard.task.head.schema_version == SCHEMA_VERSION && *found != expected {
@@ -148,7 +153,8 @@ impl ValidationJob<'_> {
             ValidationJob::Stack(shard) => {
                 let ShardTask { root, head, number, .. } = shard.task;
                 let path = stack_path(number);
-                if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, &mut report)) {
+                let most = largest::stack_bytes(head);
+                if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, most, &mut report)) {
                     let read = caught(&path, || {
                         stack::check(root, head, &shard.manifest, file, &mut report);
                         Ok(())

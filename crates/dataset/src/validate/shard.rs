@@ -13,8 +13,11 @@ use super::finding::{Code, Finding};
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
 use super::{expected, files};
-use crate::{ClassCounts, enclosed, largest, to_document};
+use crate::{ClassCounts, enclosed, largest, one_line, to_document};
 use bench::split::Split;
+
+/// Letters of a path that a message shows.
+const MAX_SHOWN: usize = 200;
 
 /// One shard whose manifest can be read.
 pub(super) struct OpenShard<'a> {
@@ -173,13 +176,14 @@ fn manifest_reasons(task: &ShardTask, manifest: &Manifest, expected: &HashSet<St
     }
     let counted = |file: &&ManifestFile| file.rows.is_some() != file.path.ends_with(".parquet");
     let odd = manifest.files.iter().filter(counted);
-    reasons.extend(odd.map(|file| format!("it gives {} the rows {:?}", file.path, file.rows)));
+    let shown = |path: &str| one_line(path.chars().take(MAX_SHOWN).collect());
+    reasons.extend(odd.map(|file| format!("it gives {} the rows {:?}", shown(&file.path), file.rows)));
     let found: HashSet<&str> = manifest.files.iter().map(|file| file.path.as_str()).collect();
     let mut missing: Vec<&String> = expected.iter().filter(|path| !found.contains(path.as_str())).collect();
     missing.sort_unstable();
-    reasons.extend(missing.iter().map(|path| format!("it does not name {path}")));
+    reasons.extend(missing.iter().map(|path| format!("it does not name {}", shown(path))));
     let foreign = manifest.files.iter().filter(|file| !expected.contains(&file.path));
-    reasons.extend(foreign.map(|file| format!("it names {}, which is no file of this shard", file.path)));
+    reasons.extend(foreign.map(|file| format!("it names {}, which is no file of this shard", shown(&file.path))));
     reasons
 }
 

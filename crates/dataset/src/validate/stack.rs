@@ -9,14 +9,13 @@ use arrow_array::types::{Int32Type, Int64Type};
 use output_schema::arrow::stack_schema;
 use output_schema::file::stack_path;
 use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::duplicates::sum;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
 use crate::record::StackFrame;
-use crate::{enclosed, frame_numbers, largest};
+use crate::{TableBounds, check_lengths, enclosed, frame_numbers, largest};
 
 /// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
 pub(super) fn check(
@@ -100,13 +99,14 @@ fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)
 fn read(root: &Path, path: &str, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
     let unreadable = |e: String| (Code::TableUnreadable, e);
     let file = enclosed::open(root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| unreadable(e.to_string()))?;
+    let builder = TableBounds::of_frames(head).open(file, &|_| true).map_err(unreadable)?;
     if head.schema_version == SCHEMA_VERSION && **builder.schema() != stack_schema(head) {
         return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
     }
     let mut rows = Vec::new();
     for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
         let batch = batch.map_err(|e| unreadable(e.to_string()))?;
+        check_lengths(&batch).map_err(unreadable)?;
         let wrong = || unreadable("a column has another type".into());
         let mut keys = Vec::new();
         keys_of(&batch, &mut keys).ok_or_else(wrong)?;
@@ -128,7 +128,7 @@ fn read(root: &Path, path: &str, head: &DatasetHead) -> Result<Vec<Row>, (Code, 
 pub(super) fn frames(task: &ShardTask, index: u64) -> Result<Vec<StackFrame>, String> {
     let file = enclosed::open(task.root, &stack_path(task.number), largest::stack_bytes(task.head));
     let file = file.map_err(|e| e.to_string())?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| e.to_string())?;
+    let builder = TableBounds::of_frames(task.head).open(file, &|_| true)?;
     let mut frames = Vec::new();
     for batch in builder.with_batch_size(8).build().map_err(|e| e.to_string())? {
         let batch = batch.map_err(|e| e.to_string())?;

@@ -1,15 +1,18 @@
 //! True rows: some rows of the images against the body that the recipe makes, grown again without light: label and instance pixel by
-//! pixel, the height of truth maps, and whether Range is anywhere near it.
+//! pixel, truth maps number by number, and whether Range is anywhere near it.
 //!
 //! Range is no truth: it lies below the surface of what lets light in, and is the tablet's under clear film. So it is held
 //! to what no measurement misses: the median distance of well lit pixels from between the surface and what lies below a
 //! film is [`FAR_MM`] at most.
 
+use exr::prelude::f16;
+use output_schema::SampleType;
+
 use super::finding::{Code, Finding};
 use super::images::DecodedImages;
 use super::report::ValidationReport;
-use crate::HEIGHT_STEPS;
 use crate::record::TrueRow;
+use crate::{ExrChannel, truth_channel};
 
 /// Median distance of Range from the body that is a fault [mm].
 const FAR_MM: f32 = 2.0;
@@ -55,16 +58,21 @@ pub(super) fn labels(
     }
 }
 
-/// The Height of an EXR file.
-pub(super) fn height(rows: &[TrueRow], cols: usize, height: &[f32], place: &str, report: &mut ValidationReport) {
-    let half = 0.5 / HEIGHT_STEPS + f32::EPSILON;
-    let alike = |found: f32, made: f32| (found - made).abs() <= half.max(made.abs() * f32::EPSILON);
-    let other = |(found, made): &(&f32, &f32)| if made.is_nan() { !found.is_nan() } else { !alike(**found, **made) };
-    let line = |row: &TrueRow| height.get(row.row * cols..(row.row + 1) * cols);
-    let lines = rows.iter().filter_map(|row| Some(line(row)?.iter().zip(&row.height)));
-    let count = lines.flatten().filter(other).count();
+/// A channel of truth maps of an EXR file, number by number: both are made from one noise-free hit and rounded alike.
+pub(super) fn truth(rows: &[TrueRow], cols: usize, channel: &ExrChannel, place: &str, report: &mut ValidationReport) {
+    let numbers = channel.as_numbers();
+    let is_half = channel.sample_type() == SampleType::Half;
+    let rounded = |made: f32| if is_half { f16::from_f32(made).to_f32() } else { made };
+    let other = |(found, made): (&f32, f32)| *found != rounded(made) && !(found.is_nan() && made.is_nan());
+    let (mut count, mut compared) = (0, 0);
+    for row in rows {
+        let Some(made) = truth_channel(&row.truth, &channel.name) else { return };
+        let Some(line) = numbers.get(row.row * cols..(row.row + 1) * cols) else { continue };
+        count += line.iter().zip(made).filter(|pair| other(*pair)).count();
+        compared += 1;
+    }
     if count > 0 {
-        let what = format!("Height of {count} pixels of {} rows is not the body's", rows.len());
+        let what = format!("{} of {count} pixels of {compared} rows is not the body's", channel.name);
         report.faults.push(Finding::new(Code::TruthDiffers, place, what));
     }
 }
@@ -83,7 +91,7 @@ pub(super) fn range(
     for row in rows {
         let line = row.row * cols..(row.row + 1) * cols;
         let (Some(range), Some(light)) = (range.get(line.clone()), light.get(line)) else { continue };
-        let bodies = row.height.iter().zip(&row.below);
+        let bodies = row.truth.height.iter().zip(&row.lower);
         for ((&range, &light), (&height, &below)) in range.iter().zip(light).zip(bodies) {
             if range > 0 && f32::from(light) >= LIT * f32::from(most) && !height.is_nan() {
                 let measured = (scale[0] + f64::from(range) * scale[1]) as f32;

@@ -148,7 +148,7 @@ impl SplitSamples {
             let name = format!("range_{what}_{}", self.head().range_unit());
             first(row.numbers(&name)?, &name)
         };
-        Ok(match row.image(0, name)?.grey {
+        Ok(match row.image(0, name, &self.head().images)?.grey {
             Grey::Eight(pixels) => StoredMap::Eight(pixels),
             Grey::Sixteen(pixels) if name == "range" => {
                 StoredMap::Sixteen { pixels, offset: number("offset")?, scale: number("scale")? }

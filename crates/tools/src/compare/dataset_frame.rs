@@ -66,7 +66,7 @@ fn table_frame(dataset: &Dataset, manifest: &Manifest, listed: &ManifestSample) 
 fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<ScanMaps, String> {
     let images = &dataset.head().images;
     let number = |path: &str| row.numbers(path)?.first().copied().ok_or_else(|| format!("`{path}` is missing"));
-    let range = row.image(0, "range")?;
+    let range = row.image(0, "range", images)?;
     let (cols, rows) = (range.cols, range.rows);
     let to_eight = to_eight_bits(images.bits);
     let unit = dataset.head().range_unit();
@@ -76,10 +76,7 @@ fn row_frame(dataset: &Dataset, row: &RowBatch) -> Result<ScanMaps, String> {
         if !images.png.iter().any(|png| png == name) {
             return Ok(None);
         }
-        let image = row.image(0, name)?;
-        if (image.cols, image.rows) != (cols, rows) {
-            return Err(format!("`{name}` is {} x {}, not {cols} x {rows}", image.cols, image.rows));
-        }
+        let image = row.image(0, name, images)?;
         Ok(Some(image.grey.numbers().into_iter().map(|n| to_eight * f32::from(n)).collect()))
     };
     let of_rig = |name: &str| number(&format!("calibration.{name}")).ok().filter(|number| !number.is_nan());

@@ -2,23 +2,79 @@
 //! The first image is range (16 bits, 0 where missing), the second reflectance (8 bits) on the same grid; further images
 //! are not read.
 
+use std::fmt;
 use std::io::ErrorKind;
 use std::path::Path;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use serde::Deserialize;
+use serde::de::{IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::ScanMaps;
 use dataset::{Fault, atomic_file};
 
-/// Longest file that is read [bytes].
-const MAX_FILE_BYTES: u64 = 2 << 30;
+/// Longest file that is read [bytes]: 32 million pixels, three times a scan of the thesis.
+const MAX_FILE_BYTES: u64 = 130 << 20;
+/// Images that are read.
+const IMAGES: usize = 2;
 
+/// What an entry says of itself.
 #[derive(Deserialize)]
-struct JsonEntry {
+struct EntryClass {
     class: String,
-    data: serde_json::Value,
+}
+
+/// An entry that is an image.
+#[derive(Deserialize)]
+struct ImageEntry {
+    data: JsonImage,
+}
+
+/// The places of the first images in the list, found without keeping what the entries hold.
+struct ImagePlaces;
+
+impl<'de> Visitor<'de> for ImagePlaces {
+    type Value = Vec<usize>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a sequence of images")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<usize>, A::Error> {
+        let (mut places, mut place) = (Vec::new(), 0);
+        while let Some(entry) = list.next_element::<EntryClass>()? {
+            if entry.class == "Image" && places.len() < IMAGES {
+                places.push(place);
+            }
+            place += 1;
+        }
+        Ok(places)
+    }
+}
+
+/// The images at some places of the list.
+struct ImagesAt(Vec<usize>);
+
+impl<'de> Visitor<'de> for ImagesAt {
+    type Value = Vec<JsonImage>;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a sequence of images")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<JsonImage>, A::Error> {
+        let (mut images, mut place) = (Vec::new(), 0);
+        loop {
+            if self.0.contains(&place) {
+                let Some(entry) = list.next_element::<ImageEntry>()? else { return Ok(images) };
+                images.push(entry.data);
+            } else if list.next_element::<IgnoredAny>()?.is_none() {
+                return Ok(images);
+            }
+            place += 1;
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -67,12 +123,11 @@ pub(super) fn read(path: &Path) -> Result<ScanMaps, Fault> {
 
 /// A frame of the text of a file.
 fn frame(name: &str, text: &[u8]) -> Result<ScanMaps, String> {
-    let entries: Vec<JsonEntry> = serde_json::from_slice(text).map_err(|e| e.to_string())?;
-    let mut images = Vec::new();
-    for entry in entries.into_iter().filter(|entry| entry.class == "Image") {
-        images
-            .push(serde_json::from_value::<JsonImage>(entry.data).map_err(|e| format!("an image is not whole: {e}"))?);
-    }
+    let list = |text| serde_json::Deserializer::from_slice(text);
+    let places = list(text).deserialize_seq(ImagePlaces).map_err(|e| e.to_string())?;
+    let mut read = list(text);
+    let images = read.deserialize_seq(ImagesAt(places)).map_err(|e| format!("an image is not whole: {e}"))?;
+    read.end().map_err(|e| e.to_string())?;
     let mut images = images.into_iter();
     let range = images.next().ok_or("it holds no image")?;
     let (cols, rows, size, z0) = (range.data.width, range.data.height, range.pixel_size, range.origin.z);

@@ -7,7 +7,7 @@ use output_schema::file::DATASET;
 
 use super::{RangeUnit, ScanMaps, SensorFrame, dataset_frame, exr_frame, json_frame};
 use crate::icon::{self, Content, Traits};
-use dataset::{Dataset, Fault};
+use dataset::{Dataset, Fault, one_line};
 
 /// Frames that can be read one after the other.
 #[derive(Debug)]
@@ -22,6 +22,9 @@ enum ScanFiles {
     Files(Vec<PathBuf>),
 }
 
+/// Most pixels of a camera's file that are compared: a little more than the buffers of the real camera hold, 2560 x 16383. Each
+/// takes some 20 bytes.
+const MAX_PIXELS: usize = 48 << 20;
 /// Files that hold a frame.
 const FRAME_EXTENSIONS: [&str; 3] = ["exr", "xml", "json"];
 
@@ -32,6 +35,7 @@ impl ScanSource {
     /// Where there is nothing that can be read.
     pub fn open(path: &Path, most: u64) -> Result<Self, Fault> {
         let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
+        let name = one_line(name);
         if path.join(DATASET).is_file() {
             let dataset = Dataset::open(path)?;
             let chosen = evenly(dataset.head().samples, most);
@@ -112,6 +116,12 @@ fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {
                 Traits::Sensor(sensor) => (RangeUnit::Px { sensor_rows: sensor.region_rows }, None),
             };
             let rows = reader.rows();
+            let pixels = reader.width().saturating_mul(rows);
+            if pixels > MAX_PIXELS {
+                let what = format!("its {rows} profiles of {} columns are {pixels} pixels", reader.width());
+                let remedy = format!("at most {MAX_PIXELS} are compared: give a part of the scan");
+                return Err(Fault::at(path, what, remedy));
+            }
             let scan = reader.read(0, rows)?;
             Ok(ScanMaps {
                 name,

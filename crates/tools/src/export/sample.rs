@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::{Source, key};
 use bench::split::Split;
-use dataset::{ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png, rounded8, rounded16, write_png};
+use dataset::{ExrMaps, Fault, Grey, JsonRow, Table, range_numbers, read_png_of, rounded8, rounded16, write_png};
 
 /// One sample.
 #[derive(Debug)]
@@ -97,13 +97,7 @@ impl Sample {
     pub fn grey(&self, name: &str) -> Result<Grey, Fault> {
         let told = |what: String| self.fault(format!("`{name}`: {what}"));
         let grey = match self.row.image(name) {
-            Some(png) => {
-                let (cols, rows, grey) = read_png(png).map_err(told)?;
-                if [cols as usize, rows as usize] != [self.cols, self.rows] {
-                    return Err(told(format!("it is {cols} x {rows}, not {} x {} pixels", self.cols, self.rows)));
-                }
-                grey
-            }
+            Some(png) => read_png_of(png, (self.cols as u64, self.rows as u64)).map_err(told)?,
             None => {
                 let channel = self.exr.as_ref().and_then(|exr| exr.channel(name));
                 let numbers = channel.ok_or_else(|| told("there is no such EXR channel".into()))?.numbers();

@@ -132,8 +132,11 @@ fn path(column: &NumberColumn) -> String {
     if column.group.is_empty() { format!("physics.{}", column.key) } else { column.path() }
 }
 
-fn classes(rows: &RowBatch) -> Result<Vec<usize>, String> {
-    let class = |class: i64| usize::try_from(class).map_err(|_| "`class` is negative".to_owned());
+/// The classes of some rows, each of them one of `count`.
+fn classes(rows: &RowBatch, count: usize) -> Result<Vec<usize>, String> {
+    let known = |class: i64| usize::try_from(class).ok().filter(|class| *class < count);
+    let class =
+        |class: i64| known(class).ok_or_else(|| format!("`class` is {class}, dataset.json names {count} classes"));
     rows.integers("class")?.into_iter().map(class).collect()
 }
 
@@ -147,9 +150,8 @@ fn each(table: &Table, take: &mut dyn FnMut(&RowBatch) -> Result<(), String>) ->
 
 fn extents(table: &Table, counts: &mut DatasetCounts) -> Result<(), String> {
     each(table, &mut |rows| {
-        for class in classes(rows)? {
-            let splits = counts.samples.get_mut(class).ok_or_else(|| format!("there is no class {class}"))?;
-            splits[table.split as usize] += 1;
+        for class in classes(rows, counts.samples.len())? {
+            counts.samples[class][table.split as usize] += 1;
         }
         for (field, [count, pitch]) in counts.field.iter_mut().zip([["rows", "row_mm"], ["cols", "col_mm"]]) {
             let sides = rows.integers(count)?.into_iter().zip(rows.numbers(pitch)?);
@@ -214,7 +216,7 @@ fn fill(
 ) -> Result<(), String> {
     let mut first = 0;
     each(table, &mut |rows| {
-        let classes = classes(rows)?;
+        let classes = classes(rows, counts.samples.len())?;
         for number in &mut counts.numbers {
             let values = rows.numbers(&path(&number.column))?;
             let Some(cells) = &mut number.cells else { continue };

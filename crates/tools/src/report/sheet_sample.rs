@@ -235,7 +235,7 @@ impl PictureGrid {
 
 /// An image of a row as physical numbers, NaN where missing.
 fn png(row: &RowBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, String> {
-    let numbers = row.image(0, name)?.grey.numbers();
+    let numbers = row.image(0, name, &head.images)?.grey.numbers();
     if name == "label" {
         return Ok(numbers.into_iter().map(f32::from).collect());
     }
