@@ -3,6 +3,7 @@
 mod alternatives;
 mod camera;
 mod draws;
+mod effects;
 mod faults;
 mod motion;
 mod subjects;

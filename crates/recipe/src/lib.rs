@@ -58,6 +58,7 @@ pub struct Recipe {
     /// By name.
     classes: Vec<Class>,
     mesh: Option<Arc<Mesh>>,
+    notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
     hash: String,
@@ -136,9 +137,9 @@ impl Recipe {
         let resolved = reader::read(origin, &text, changed_from, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let reader::Resolved { name, family, subject, settings, parameters, classes, mesh } = resolved;
+        let reader::Resolved { name, family, subject, settings, parameters, classes, mesh, notes } = resolved;
         let line = settings.line();
-        Ok(Self { name, family, subject, settings, line, parameters, classes, mesh, text, canonical, hash })
+        Ok(Self { name, family, subject, settings, line, parameters, classes, mesh, notes, text, canonical, hash })
     }
 
     /// The recipes that are built in.
@@ -149,6 +150,12 @@ impl Recipe {
     /// The built-in recipe that [`Self::load`] takes for `name`; `None` where it takes a file, or finds nothing.
     pub fn built_in(name: &str) -> Option<&'static BuiltInRecipe> {
         embedded::built_in(name)
+    }
+
+    /// Keys that have no effect in any sample, although objects of its subject can have what they are about; each with its
+    /// reason and what to do.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Name of the dataset.

@@ -36,6 +36,8 @@ pub(super) struct Resolved {
     pub parameters: BTreeMap<String, Distribution>,
     pub classes: Vec<Class>,
     pub mesh: Option<Arc<Mesh>>,
+    /// Keys that have no effect, with what to do.
+    pub notes: Vec<String>,
 }
 
 /// Reads `text`, whose lines from `set_from` on come from the command line, and the files that it names; every fault that is
@@ -107,12 +109,13 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
+    let notes = conditional::notes(subject, &settings, &parameters, &classes);
     let name = name?;
     let family = match family {
         Some(family) => family?,
         None => name.clone(),
     };
-    Some(Resolved { name, family, subject: subject?, settings, parameters, classes, mesh })
+    Some(Resolved { name, family, subject: subject?, settings, parameters, classes, mesh, notes })
 }
 
 /// Where the keys of a section go; classes have no settings.

@@ -34,9 +34,15 @@ enum ParameterNeeds {
     Fibres,
     /// Another parameter that can be other than 0, by its path.
     Amount(&'static str),
+    /// One of several such parameters.
+    Any(&'static [&'static str]),
+    /// Room for a tablet that stands on its edge.
+    RoomToStand,
+    /// A tablet that is no ellipse or stadium as long as wide: of these both are a circle.
+    Outline,
 }
 
-use ParameterNeeds::{Amount, Facets, Fibres, Profile};
+use ParameterNeeds::{Amount, Any, Facets, Fibres, Outline, Profile, RoomToStand};
 
 const BEAM: ParameterNeeds = Profile(&[LineShape::Gaussian, LineShape::Point]);
 const BEAM_OR_SLIT: ParameterNeeds = Profile(&[LineShape::Gaussian, LineShape::Slit]);
@@ -94,6 +100,66 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("material.fibre_dive_deg", &[Amount("material.k_per_mm")]),
 ];
 
+const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count"]);
+const DEAD_KNOTS: ParameterNeeds = Amount("knots.dead_count");
+const ROT: ParameterNeeds = Amount("rot.reach_mm");
+const DEFECTS: ParameterNeeds = Any(&[
+    "defects.missing",
+    "defects.broken",
+    "defects.chipped",
+    "defects.cracked",
+    "defects.capped",
+    "defects.foreign_tablet",
+    "defects.wrong_coat",
+    "defects.double",
+    "defects.particle",
+    "defects.fibre",
+    "defects.powder",
+    "defects.shallow",
+    "defects.collapsed",
+    "defects.punctured",
+    "defects.pinhole",
+    "defects.channel",
+    "defects.wrinkle",
+    "defects.delamination",
+    "defects.tablet_on_flange",
+]);
+
+/// Parameters that are for objects which no sample may have: a recipe may keep them for classes to come, so they are noted and
+/// not refused.
+const NOTED: &[(&str, &[ParameterNeeds])] = &[
+    ("board.saw_pitch_mm", &[Amount("board.saw_ripple_um")]),
+    ("log.ring_width_correlation", &[Amount("log.ring_width_log_sd")]),
+    ("knots.width_mm", &[KNOTS]),
+    ("knots.width_log_sd", &[KNOTS]),
+    ("knots.slope_deg", &[KNOTS]),
+    ("knots.slope_sd_deg", &[KNOTS]),
+    ("knots.flow_ratio", &[KNOTS]),
+    ("knots.death_share", &[DEAD_KNOTS]),
+    ("knots.bark_mm", &[DEAD_KNOTS]),
+    ("rot.edge", &[ROT]),
+    ("rot.severity", &[ROT]),
+    ("rot.transition_mm", &[ROT]),
+    ("rot.front_mm", &[ROT]),
+    ("rot.elongation", &[ROT, Amount("rot.front_mm")]),
+    ("rot.rim_mm", &[ROT]),
+    ("media.knot_mu_a_ratio", &[KNOTS]),
+    ("media.dead_knot_mu_a_ratio", &[DEAD_KNOTS]),
+    ("media.knot_sigma_i_ratio", &[KNOTS]),
+    ("media.knot_k_ratio", &[KNOTS]),
+    ("media.knot_n_eff", &[KNOTS]),
+    ("media.bark_mu_a_per_mm", &[DEAD_KNOTS]),
+    ("media.rot_mu_a_ratio", &[ROT]),
+    ("media.rot_sigma_i_ratio", &[ROT]),
+    ("media.rot_k_ratio", &[ROT]),
+    ("media.rot_n_eff", &[ROT]),
+    ("pack.knurl_pitch_mm", &[Amount("pack.knurl_um")]),
+    ("pocket.bump_size_mm", &[Amount("pocket.bumps_um")]),
+    ("tablet.shape", &[Outline]),
+    ("tablet.on_edge", &[RoomToStand]),
+    ("defects.severity", &[DEFECTS]),
+];
+
 /// Reflectance above which facets are taken for metal ([`procedural::Gloss::is_metal`]) [1].
 const MIN_METAL_REFLECTANCE: f64 = 0.5;
 
@@ -105,6 +171,31 @@ pub(crate) fn refuse(
     base: &BTreeMap<String, Distribution>,
     classes: &[Class],
 ) {
+    idle(CONDITIONAL, (subject, settings, base, classes), &mut |key, problem, remedy| {
+        yaml.joint_fault(&[key], problem, remedy);
+    });
+}
+
+/// What parameters have no effect although a recipe may have them, each with what to do.
+pub(crate) fn notes(
+    subject: Option<Subject>,
+    settings: &Settings,
+    base: &BTreeMap<String, Distribution>,
+    classes: &[Class],
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    idle(NOTED, (subject, settings, base, classes), &mut |key, problem, remedy| {
+        notes.push(format!("{key} {problem}; {remedy}"));
+    });
+    notes
+}
+
+/// The keys of a table that have no effect, at the top level and in each class, with the reason and the remedy.
+fn idle(
+    table: &[(&str, &[ParameterNeeds])],
+    (subject, settings, base, classes): (Option<Subject>, &Settings, &BTreeMap<String, Distribution>, &[Class]),
+    tell: &mut dyn FnMut(String, String, String),
+) {
     let none = BTreeMap::new();
     let top = DrawBounds { prefix: "", base, overrides: &none };
     let prefixes: Vec<_> = classes.iter().map(|class| format!("classes.{}.", class.name)).collect();
@@ -113,7 +204,7 @@ pub(crate) fn refuse(
         .zip(&prefixes)
         .map(|(class, prefix)| DrawBounds { prefix, base, overrides: &class.overrides })
         .collect();
-    for (path, needs) in CONDITIONAL {
+    for (path, needs) in table {
         let Some(parameter) = keys::parameters(subject).find(|parameter| parameter.path() == *path) else { continue };
         let usual = Distribution::Fixed(parameter.default);
         let refusal = |scene: &DrawBounds| needs.iter().find_map(|need| need.refusal(subject, settings, scene));
@@ -121,12 +212,12 @@ pub(crate) fn refuse(
             && scenes.iter().all(|scene| refusal(scene).is_some())
             && let Some((problem, remedy)) = refusal(&top).or_else(|| scenes.iter().find_map(refusal))
         {
-            yaml.joint_fault(&[(*path).to_owned()], problem, remedy);
+            tell((*path).to_owned(), problem, remedy);
         }
         for (class, scene) in classes.iter().zip(&scenes) {
             let own = class.overrides.get(*path).filter(|own| **own != usual);
             if let (Some(_), Some((problem, remedy))) = (own, refusal(scene)) {
-                yaml.joint_fault(&[format!("{}{path}", scene.prefix)], problem, remedy);
+                tell(format!("{}{path}", scene.prefix), problem, remedy);
             }
         }
     }
@@ -145,8 +236,21 @@ impl ParameterNeeds {
             Self::Filter(wanted) => unmet(("camera", "filter"), settings.camera.filter, &[wanted], Wording::While),
             Self::Facets => no_facets(subject?, scene).map(no_matter),
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
-            Self::Amount(path) => (scene.least(path) == 0.0 && scene.most(path) == 0.0)
+            Self::Amount(path) => is_zero(scene, path)
                 .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
+            Self::Any(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
+                let named = if paths.len() > 3 { &paths[..1] } else { paths };
+                let others = if named.len() < paths.len() { " and all others of their kind are 0" } else { " are 0" };
+                let problem = format!("has no effect while `{}`{others}", named.join("` and `"));
+                (problem, format!("give `{}` too, or another of them, or remove it", named[0]))
+            }),
+            Self::RoomToStand => no_room_to_stand(scene),
+            Self::Outline => {
+                let [length, width] = ["tablet.length_mm", "tablet.width_mm"].map(|path| scene.ends(path));
+                let is_round = length == width && length[0] == length[1] && scene.most("tablet.shape") < 2.0;
+                let what = "has no effect: an ellipse and a stadium that are as long as wide are the same circle";
+                is_round.then(|| (what.to_owned(), "give another `tablet.width_mm`, or remove it".to_owned()))
+            }
         }
     }
 }
@@ -167,11 +271,28 @@ fn no_matter((lack, remedy): (&str, &str)) -> (String, String) {
     (format!("has no effect: {lack}"), remedy.to_owned())
 }
 
+fn is_zero(scene: &DrawBounds, path: &str) -> bool {
+    scene.least(path) == 0.0 && scene.most(path) == 0.0
+}
+
+/// Why no tablet has room to stand on its edge, and what to do: at its highest the film leaves the tablet's thickness, the room
+/// above it and the roof's dome, and a tablet that stands is as high as it is wide.
+fn no_room_to_stand(scene: &DrawBounds) -> Option<(String, String)> {
+    let room: f64 =
+        ["tablet.thickness_mm", "pocket.headroom_mm", "pocket.dome_mm"].map(|path| scene.most(path)).iter().sum();
+    let stands = scene.least("tablet.length_mm").min(scene.least("tablet.width_mm"));
+    (stands > room).then(|| {
+        let what =
+            format!("has no effect: a tablet that stands is {stands} mm high, and a pocket has room for {room:.1} mm");
+        (what, "give more `pocket.headroom_mm`, or remove it".to_owned())
+    })
+}
+
 /// Why matter has no facets of metal, and what to do.
 fn no_facets(subject: Subject, scene: &DrawBounds) -> Option<(&'static str, &'static str)> {
     match subject {
         Subject::Wood => Some(("boards have no metal", "remove it")),
-        Subject::Blister => None,
+        Subject::Blister => Some(("the foil of a pack lies below its film", "remove it")),
         Subject::Sawtooth | Subject::Mesh => {
             let dull =
                 scene.most("material.gloss") == 0.0 || scene.most("material.reflectance") <= MIN_METAL_REFLECTANCE;
@@ -200,11 +321,15 @@ mod tests {
     #[test]
     fn conditions_are_of_parameters_that_are_declared() {
         let declared = |path: &str| keys::parameters(None).any(|parameter| parameter.path() == path);
-        for (path, needs) in CONDITIONAL {
+        for (path, needs) in CONDITIONAL.iter().chain(NOTED) {
             assert!(declared(path), "{path}");
             for need in *needs {
                 assert!(!matches!(need, Amount(amount) if !declared(amount)), "{path} needs {need:?}");
+                assert!(!matches!(need, Any(amounts) if !amounts.iter().all(|amount| declared(amount))), "{path}");
             }
         }
+        // Every count of defects is asked for.
+        let counts = keys::parameters(Some(Subject::Blister)).filter(|p| p.group == "defects" && p.integer).count();
+        assert!(matches!(DEFECTS, Any(paths) if paths.len() == counts));
     }
 }
