@@ -3,6 +3,7 @@
 
 mod estimate;
 mod expected_dataset;
+mod memory;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -21,6 +22,7 @@ use scanner::optics::speckle::PatternCache;
 
 pub use self::estimate::GenerateEstimate;
 pub use self::expected_dataset::{ExpectedDataset, declared};
+pub use self::memory::MemoryEstimate;
 
 /// Memory for samples on their way to disk [bytes].
 const IN_FLIGHT_BYTES: usize = 900 << 20;
@@ -251,11 +253,15 @@ fn write_shard(
 
 /// Samples rendered side by side: several a thread so that none waits, as many as memory allows.
 fn in_flight(recipe: &Recipe) -> u64 {
+    in_flight_of(recipe, rayon::current_num_threads())
+}
+
+fn in_flight_of(recipe: &Recipe, threads: usize) -> u64 {
     let size = recipe.size();
     let frames = FRAME_BYTES * recipe.output().frames(&size) * size.columns * size.rows;
     let parts = recipe.mesh().map_or(0, |mesh| TRIANGLE_BYTES * mesh.triangles.len());
     let fitting = IN_FLIGHT_BYTES / (size.columns * size.profiles * BYTES_PER_PIXEL + frames + parts).max(1);
-    (4 * rayon::current_num_threads()).min(fitting).max(1) as u64
+    (4 * threads).min(fitting).max(1) as u64
 }
 
 fn batches(samples: Range<u64>, length: u64) -> impl Iterator<Item = Range<u64>> {

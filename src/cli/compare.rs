@@ -41,6 +41,7 @@ pub(super) struct CompareArgs {
 
 pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     if let Some(out) = &arguments.out {
+        output::check_replaceable(out, output::Written::Png)?;
         output::check_writable(out)?;
     }
     if let [Ok(sim), Ok(real)] = [&arguments.sim, &arguments.real].map(|path| Dataset::open(path))
@@ -65,7 +66,7 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
         return Err(Fault::at(&arguments.real, what, remedy).into());
     }
     let comparison = Comparison { sim, real };
-    print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() });
+    print(&if arguments.json { format!("{:#}\n", comparison.json()) } else { comparison.table() })?;
     if let Some(out) = &arguments.out {
         let page = comparison.page();
         output::write(out, &output::png(&page)?)?;

@@ -34,7 +34,7 @@ pub(super) fn run(arguments: &IconArgs) -> CommandResult {
     print(&match open(&arguments.path)? {
         Content::Scan(mut reader) => describe(&mut reader)?,
         Content::Image(image) => describe_image(&image),
-    });
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

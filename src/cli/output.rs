@@ -1,15 +1,16 @@
 //! Output files of commands: what a path may be, the path is tried before the work, and the file is written atomically.
 
 use std::fs::{self, File};
-use std::io::{Error, ErrorKind, IsTerminal, Write};
+use std::io::{Error, ErrorKind, IsTerminal, Read, Write};
 use std::path::{Component, Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use image::RgbImage;
 
+use super::UsageError;
 use dataset::atomic_file::{self, FileError};
 use dataset::enclosed;
-use output_schema::file::{REPORTS, TEMPORARY};
+use output_schema::file::{DATASET, REPORTS, TEMPORARY};
 
 /// A folder that a command fills with results.
 #[derive(Debug, Clone, Copy)]
@@ -124,8 +125,8 @@ pub(super) fn write_standard_output(content: &[u8]) -> Result<(), String> {
     if std::io::stdout().is_terminal() {
         return Err("--out -: a terminal cannot show it; send it on with `| ` or `> `, or name a file".into());
     }
-    let _ = std::io::stdout().write_all(content);
-    Ok(())
+    let mut out = std::io::stdout().lock();
+    super::printed(out.write_all(content).and_then(|()| out.flush())).map_err(|error| error.to_string())
 }
 
 fn refuse_standard_output(path: PathBuf, what: &str) -> Result<PathBuf, String> {
@@ -184,6 +185,69 @@ pub(super) fn resolve(path: &Path) -> Option<PathBuf> {
         resolved = resolved.canonicalize().unwrap_or(resolved);
     }
     Some(resolved)
+}
+
+/// What a command writes to the path that `--out` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Written {
+    /// A picture.
+    Png,
+    /// A document.
+    Json,
+    /// A page.
+    Html,
+}
+
+impl Written {
+    /// The ending of its name.
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Json => "json",
+            Self::Html => "html",
+        }
+    }
+
+    /// Whether a file that begins so can be one that was written before.
+    fn begins(self, start: &[u8]) -> bool {
+        match self {
+            Self::Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
+            Self::Json => start.starts_with(b"{"),
+            Self::Html => start.starts_with(b"<!DOCTYPE html>"),
+        }
+    }
+}
+
+/// Refuses to write over what is none of this command's: a name with another ending, a file with other content, or any file of
+/// a dataset but under reports/.
+pub(super) fn check_replaceable(path: &Path, written: Written) -> Result<(), UsageError> {
+    let refuse = |what: String| Err(UsageError(format!("--out {}: {what}", path.display())));
+    let extension = written.extension();
+    if path.extension().is_some() && !has_ending(path, extension) && !path.is_dir() {
+        return refuse(format!("give a name that ends in .{extension}"));
+    }
+    if let Some(dataset) = dataset_around(path) {
+        let remedy = "nothing else may lie there but under reports/; choose another place";
+        return refuse(format!("it lies in the dataset {}: {remedy}", dataset.display()));
+    }
+    let mut start = Vec::new();
+    let found = fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0);
+    if found && let Ok(file) = File::open(path) {
+        // A file that cannot be read is told where it is written.
+        let _ = file.take(16).read_to_end(&mut start);
+    }
+    if !start.is_empty() && !written.begins(&start) {
+        return refuse(format!("the file that is there is no .{extension}; choose another name, or remove it"));
+    }
+    Ok(())
+}
+
+/// The dataset among whose own files a path lies.
+fn dataset_around(path: &Path) -> Option<PathBuf> {
+    // A file takes the place of a link, not of what that leads to.
+    let folder = resolve(&path.parent()?.join("."))?;
+    let root = folder.ancestors().find(|folder| folder.join(DATASET).is_file())?;
+    (!folder.starts_with(root.join(REPORTS))).then(|| root.to_path_buf())
 }
 
 /// Refuses a path that cannot be written, before hours are spent on its content; `--out` names it.

@@ -194,6 +194,8 @@ fn run_study(
     } else {
         (out.join(format!("{name}.json")), out.join(format!("{name}.png")))
     };
+    output::check_replaceable(&json, output::Written::Json)?;
+    output::check_replaceable(&png, output::Written::Png)?;
     let folder = png.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot make {}: {error}; give another place with --out", folder.display()))?;
@@ -207,12 +209,12 @@ fn run_study(
         })
     })?;
     drop(progress);
-    print(&report.table);
+    let printed = print(&report.table);
     output::write(&json, format!("{:#}\n", report.json).as_bytes())?;
     output::write(&png, &encoded(&report)?)?;
     let name = |path: &Path| path.display().to_string();
     console.note(&format!("{}, {}", name(&json), name(&png)));
-    Ok(ExitCode::SUCCESS)
+    printed.map(|()| ExitCode::SUCCESS)
 }
 
 fn encoded(report: &StudyReport) -> Result<Vec<u8>, image::ImageError> {

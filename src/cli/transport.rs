@@ -63,6 +63,7 @@ pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult
     let medium = LayeredMedium::load(&arguments.medium)?;
     let out = arguments.out.as_ref().filter(|out| !output::is_standard_output(out));
     if let Some(out) = out {
+        output::check_replaceable(out, output::Written::Json)?;
         output::check_writable(out)?;
     }
     let effort = Effort { photons: arguments.photons, seed: arguments.seed };
@@ -74,7 +75,7 @@ pub(super) fn run(arguments: &TransportArgs, console: &Console) -> CommandResult
     let document = format!("{:#}\n", document(model, effort, &medium, &answer)?);
     match out {
         Some(out) => output::write(out, document.as_bytes())?,
-        None => print(&document),
+        None => print(&document)?,
     }
     if std::io::stderr().is_terminal() || out.is_some() {
         console.note(&summary(&answer));

@@ -7,6 +7,7 @@ mod determinism;
 mod faults;
 mod files;
 mod options;
+mod output;
 mod progress;
 mod range;
 mod red_team;
