@@ -21,7 +21,7 @@ pub(super) struct CompletionsArgs {
 pub(super) fn run(arguments: &CompletionsArgs, command: &mut Command) -> CommandResult {
     let mut script = Vec::new();
     generate(arguments.shell, command, "gen", &mut script);
-    print(&String::from_utf8(script)?);
+    print(&String::from_utf8(script)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -48,6 +48,6 @@ pub(super) fn manual(arguments: &ManArgs, mut command: Command) -> CommandResult
     let title = found.get_bin_name().unwrap_or("gen").replace(' ', "-");
     let mut page = Vec::new();
     Man::new(found.clone()).title(title).render(&mut page)?;
-    print(&String::from_utf8(page)?);
+    print(&String::from_utf8(page)?)?;
     Ok(ExitCode::SUCCESS)
 }

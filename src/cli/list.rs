@@ -63,12 +63,12 @@ pub(super) fn run(arguments: &ListArgs, console: &Console) -> CommandResult {
                 |fault| json!({ "path": path.display().to_string(), "fault": fault.to_string() }),
                 |facts| facts.json(),
             )),
-            Ok(facts) => print(&facts.line()),
-            Err(fault) => print(&format!("{}: {fault}\n", path.display())),
+            Ok(facts) => print(&facts.line())?,
+            Err(fault) => print(&format!("{}: {fault}\n", path.display()))?,
         }
     }
     if arguments.json {
-        print(&format!("{:#}\n", Value::Array(documents)));
+        print(&format!("{:#}\n", Value::Array(documents)))?;
     }
     Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

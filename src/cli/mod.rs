@@ -337,10 +337,10 @@ fn is_dataset(root: &Path) -> bool {
 }
 
 fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult {
+    let loaded = arguments.recipe.load(console)?;
     if !output::is_standard_output(&arguments.out) {
         output::check_replaceable(&arguments.out, output::Written::Png)?;
     }
-    let loaded = arguments.recipe.load(console)?;
     generate::warn(&loaded.recipe, console);
     generate::note(&loaded.recipe, console);
     crate::generate::MemoryEstimate::of_preview(&loaded.recipe).check()?;

@@ -45,7 +45,7 @@ pub(super) fn run(command: &RecipeCommand, console: &Console) -> CommandResult {
         RecipeCommand::List(arguments) => list(arguments),
         RecipeCommand::Show(arguments) => {
             let recipe = load(&arguments.recipe, &arguments.changes.set, console)?.recipe;
-            print(&if arguments.json { recipe.canonical_json() } else { recipe.text().to_owned() });
+            print(&if arguments.json { recipe.canonical_json() } else { recipe.text().to_owned() })?;
             Ok(ExitCode::SUCCESS)
         }
     }
@@ -67,11 +67,11 @@ fn list(arguments: &ListArgs) -> CommandResult {
             }));
         } else {
             let size = format!("{} x {}", size.columns, size.profiles);
-            print(&format!("{:16} {:9} {size:>11}  {}\n", known.name, recipe.subject().name(), known.summary));
+            print(&format!("{:16} {:9} {size:>11}  {}\n", known.name, recipe.subject().name(), known.summary))?;
         }
     }
     if arguments.json {
-        print(&format!("{:#}\n", Value::Array(documents)));
+        print(&format!("{:#}\n", Value::Array(documents)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -39,9 +39,9 @@ pub(super) fn run(arguments: &RigArgs, console: &Console) -> CommandResult {
         let mut document = report.json();
         document["recipe"] = loaded.recipe.name().into();
         (document["seed"], document["index"]) = (seed.into(), arguments.index.into());
-        print(&format!("{document:#}\n"));
+        print(&format!("{document:#}\n"))?;
     } else {
-        print(&report.table());
+        print(&report.table())?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -23,7 +23,7 @@ fn board(index: u64) -> Record {
 
 /// Root mean square departure from the mean over the mean, of each line of pixels well inside the board [1].
 fn spreads(record: &Record, map: &[f32], by_row: bool) -> Vec<f64> {
-    let (cols, rows) = (record.cols as usize, record.rows as usize);
+    let (cols, rows) = (record.cols, record.rows);
     let (lines, length) = if by_row { (rows, cols) } else { (cols, rows) };
     let spread = |line: usize| {
         let at = |i: usize| if by_row { line * cols + i } else { i * cols + line };

@@ -68,11 +68,12 @@ fn lying_footer(root: &Path) {
 
 #[test]
 fn tables() {
-    let bombs: [(&str, &dyn Fn(&Path), &str); 4] = [
-        ("a long id", &long_id, "`id`: its pages claim"),
-        ("many objects", &many_objects, "values, at most"),
-        ("a long id with a lying footer", &|root| (long_id(root), lying_footer(root)).1, "`id`: its pages claim"),
-        ("many objects with a lying footer", &|root| (many_objects(root), lying_footer(root)).1, "values, at most"),
+    type Bomb = fn(&Path);
+    let bombs: [(&str, Bomb, &str); 4] = [
+        ("a long id", long_id, "`id`: its pages claim"),
+        ("many objects", many_objects, "values, at most"),
+        ("a long id with a lying footer", |root| (long_id(root), lying_footer(root)).1, "`id`: its pages claim"),
+        ("many objects with a lying footer", |root| (many_objects(root), lying_footer(root)).1, "values, at most"),
     ];
     for (name, bomb, told) in bombs {
         let place = tempfile::tempdir().expect("a folder");

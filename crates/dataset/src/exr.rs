@@ -4,9 +4,7 @@
 //! it (the format stores Latin-1, which readers take for UTF-8).
 
 use std::borrow::Cow;
-use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
 use exr::meta::attribute::{AttributeValue, SampleType as FileSampleType};
 use exr::meta::header::Header;
@@ -241,8 +239,6 @@ pub(crate) struct ExrSize {
     bytes: u64,
 }
 
-/// Bytes of a file beside its samples: header, and what stands before each block of lines, by rows [bytes].
-const HEADER_BYTES: (u64, u64) = (1 << 20, 64);
 /// Most channels of a file.
 const MAX_CHANNELS: usize = 64;
 
@@ -255,28 +251,6 @@ impl ExrSize {
         let size = (head.images.cols, head.images.rows);
         let bytes: u64 = head.channels().iter().map(|channel| sample_bytes(channel.samples)).sum();
         Self { size: Some(size), bytes: size.0.saturating_mul(size.1).saturating_mul(bytes) }
-    }
-
-    /// Longest file [bytes].
-    pub(crate) fn file_bytes(&self) -> u64 {
-        let rows = self.size.map_or(1 << 20, |(_, rows)| rows);
-        self.bytes.saturating_add(rows.saturating_mul(HEADER_BYTES.1)).saturating_add(HEADER_BYTES.0)
-    }
-
-    /// The bytes of a file that is no longer than it can be.
-    ///
-    /// # Errors
-    /// Why it cannot be read.
-    pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>, String> {
-        let unreadable = |e: std::io::Error| format!("it cannot be read: {e}");
-        let found = fs::metadata(path).map_err(unreadable)?;
-        if !found.is_file() {
-            return Err("it cannot be read: it is no plain file".into());
-        }
-        if found.len() > self.file_bytes() {
-            return Err(format!("it has {} bytes, at most {} can be", found.len(), self.file_bytes()));
-        }
-        fs::read(path).map_err(unreadable)
     }
 
     /// Why a file with that header does not fit; asked before anything is taken for its samples.

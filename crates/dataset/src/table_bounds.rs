@@ -14,7 +14,6 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
-use std::path::Path;
 
 use arrow_array::cast::AsArray;
 use arrow_array::{ArrayRef, RecordBatch};
@@ -94,31 +93,16 @@ impl TableBounds {
         raw.saturating_add(raw / 16).saturating_add(SLACK_BYTES)
     }
 
-    /// Longest table [bytes].
-    pub(crate) fn file_bytes(&self, is_stack: bool) -> u64 {
-        let row = if is_stack {
-            self.frame.saturating_mul(5)
-        } else {
-            // Objects and numbers, at their most.
-            self.image_bytes().saturating_mul(IMAGES.len() as u64).saturating_add(32 << 20)
-        };
-        row.saturating_add(1 << 14).saturating_mul(self.rows).saturating_add(64 << 20)
-    }
-
     /// Opens a table, of which the columns that `is_wanted` names are going to be read.
     ///
     /// # Errors
     /// What is wrong with it, or too large.
     pub(crate) fn open(
         &self,
-        path: &Path,
+        mut file: File,
         is_wanted: &dyn Fn(&str) -> bool,
     ) -> Result<ParquetRecordBatchReaderBuilder<File>, String> {
-        let whole = path.metadata().map_err(|e| e.to_string())?;
-        if !whole.is_file() {
-            return Err("it is no plain file".into());
-        }
-        let mut file = File::open(path).map_err(|e| e.to_string())?;
+        let whole = file.metadata().map_err(|e| e.to_string())?;
         let footer = footer_bytes(&mut file, whole.len())?;
         let most = FOOTER_BYTES + whole.len() / FOOTER_SHARE;
         if footer > most {

@@ -6,10 +6,10 @@ use dataset::{Encoded, ExrChannel, Samples};
 use procedural::Class;
 
 use super::place::{boards, exr, labels, of_recipe, relabel, with};
-use test_support::program::{pack_recipe, recipe, sawtooth_recipe};
+use test_support::program::{mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
 
-/// Recipes of subjects, as small as they go with something of every kind in view; a part has the one map that a saw-tooth has.
-fn recipes() -> [(&'static str, String); 3] {
+/// The recipes of all subjects, as small as they go with something of every kind in view.
+fn recipes() -> [(&'static str, String); 4] {
     let wide =
         |text: String, size: [[&str; 2]; 2]| size.iter().fold(text, |text, [old, new]| text.replacen(old, new, 1));
     [
@@ -22,6 +22,7 @@ fn recipes() -> [(&'static str, String); 3] {
             ),
         ),
         ("sawtooth", sawtooth_recipe(&[])),
+        ("mesh", mesh_recipe(&[])),
     ]
 }
 
