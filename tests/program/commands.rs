@@ -279,7 +279,7 @@ fn a_rig_is_told_in_words_of_data_sheets() {
         ("laser.waist_mm=1.5", "raise extraction.window_rows"),
         ("camera.rows=64", "are not seen in all columns"),
         ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
-        ("motion.step_mm=0.5", "pixels are 5.4 times as long as wide"),
+        ("motion.step_mm=0.5", "times as long as wide; set motion.step_mm"),
     ] {
         let told = rig(&format!("{bench} --set {change}"));
         let warnings = told["warnings"].as_array().expect("a list");
