@@ -71,8 +71,10 @@ fn tools_read_packs() {
         "--mask own --split train",
     ] {
         let coco = checked(&place, "coco", options);
-        assert!(options.contains("train") || coco.contains("12 images"), "{coco}");
-        assert!(!coco.contains(" 0 objects") && !coco.contains(" 0 with others inside"), "{coco}");
+        assert!(!coco.contains(" 0 objects"), "{coco}");
+        // The few images of one split need not have a defect inside of anything.
+        let is_whole = !options.contains("--split");
+        assert!(!is_whole || coco.contains("12 images") && !coco.contains(" 0 with others inside"), "{coco}");
     }
     let folders = checked(&place, "mvtec", "--image rgb --patch-px 48 --range-ends 0,6 --scatter-ends 20,300");
     assert!(folders.contains("'test/good'"), "{folders}");
