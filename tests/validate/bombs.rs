@@ -29,7 +29,7 @@ fn with_column(rows: Vec<RecordBatch>, name: &str, column: impl Fn(&ArrayRef) ->
 
 /// A long text that compresses well, in place of the first id.
 fn long_id(root: &Path) {
-    let text = "x".repeat(50_000_000);
+    let text = "x".repeat(16_000_000);
     rewrite(root, |rows| with_column(rows, "id", |_| Arc::new(StringArray::from(vec![text.as_str()]))));
 }
 

@@ -52,7 +52,7 @@ pub fn boards() -> &'static Boards {
 pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
     let recipe = Recipe::parse("tiny.yaml", text).unwrap_or_else(|error| panic!("{error}"));
     let order = DatasetRequest { samples, seed: 7, out: "set".into(), part: (0, 1), samples_per_shard: Some(samples) };
-    let tiles = scanner::optics::speckle::PatternCache::new(order.seed);
+    let tiles = scanner::optics::speckle::PatternCache::new(recipe.streams(order.seed).key());
     let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
     (dataset_head(&recipe, &order), (0..samples).map(sample).collect())
 }
