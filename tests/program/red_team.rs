@@ -131,6 +131,10 @@ fn pipes_hang_no_command() {
             ("validate set --rerender 0 --save", true),
             ("report set --no-timing --out page.html", false),
             ("export png set --out exported", false),
+            ("export coco set --out exported-coco", false),
+            ("export mvtec set --out exported-mvtec", false),
+            ("export webdataset set --out exported-webdataset", false),
+            ("export icon set --out exported-icon", false),
             ("compare set set", false),
         ];
         for (order, tells) in orders {

@@ -71,6 +71,10 @@ fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
     head.samples = samples.len() as u64;
     let folder = Dataset::open_or_create(place.path(), head).expect("it opens");
+    let recipe = Recipe::parse("tiny.yaml", &folder.head().recipe.text).expect("the recipe loads");
+    for ((_, file), asset) in recipe.files().zip(&folder.head().assets) {
+        folder.keep(&asset.path, file.bytes(), &|| ()).expect("it is kept");
+    }
     let mut samples = samples.into_iter();
     for shard in 0..folder.head().shards {
         let mut writer = ShardWriter::claim(&folder, shard)
