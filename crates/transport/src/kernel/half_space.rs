@@ -2,7 +2,6 @@
 //! Films over something are answered by [`super::film_stack`].
 
 use super::table::{CONE_BINS, HalfSpaceTable, PATH_BINS};
-use super::view::View;
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
@@ -41,7 +40,10 @@ pub enum KernelError {
     #[error("the kernel's table has no tensor scattering; use `--model path` or `--model diffusion`")]
     Tensor,
     /// Light from elsewhere.
-    #[error("the kernel's table is for light from straight above; use `--model path` for other incidence")]
+    #[error(
+        "the kernel's tables are for light from straight above, and of one layer without end for up to 20 degrees; use `--model \
+         path` for other incidence"
+    )]
     Incidence,
     /// Nothing that scatters.
     #[error("the kernel needs matter that scatters; use `--model path` for clear matter")]
@@ -58,8 +60,7 @@ pub enum KernelError {
 pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
     let node = HalfSpaceTable::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
-    let view = View::new(texel.view_along, texel.view_up, texel.n, texel.sin_dive);
-    let (cone, rest) = view.factors(node.views());
+    let (cone, rest) = texel.view.factors(node.views());
     let cone = libm::exp(f64::from(cone));
     (0..PATH_BINS)
         .map(|l| {
@@ -145,12 +146,15 @@ pub(super) fn point(all: &[Gaussian], (sin, cos): (f64, f64), question: &Questio
     places.map(at).collect()
 }
 
-/// Whether light comes straight down through air and the lens stands above: all that the tables were measured with.
-pub(super) fn seen_from_above(stack: &Stack, question: &Question) -> Result<(), KernelError> {
+/// Steepest light that [`SurfacePoint::facing`] was compared with Monte Carlo for [rad].
+const MAX_INCIDENCE: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
+/// Whether light comes down through air, `steepest` from the normal at most, and the lens stands above.
+pub(super) fn seen_from_above(stack: &Stack, question: &Question, steepest: f64) -> Result<(), KernelError> {
     if stack.above != 1.0 {
         return Err(KernelError::Above);
     }
-    if question.incidence != Some(0.0) {
+    if question.incidence.is_none_or(|angle| angle > steepest + 1e-9) {
         return Err(KernelError::Incidence);
     }
     if question.view.z <= 0.0 {
@@ -165,31 +169,34 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
     if layer.thickness.is_finite() {
         return Err(KernelError::Layers);
     }
-    seen_from_above(stack, question)?;
+    seen_from_above(stack, question, MAX_INCIDENCE)?;
     let (sigma_i, k, axis) = match layer.scattering {
         Scattering::Isotropic { mu_s, g } => (mu_s * (1.0 - g), 0.0, glam::DVec3::Y),
         Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {
-            // The end that dives.
-            (sigma_i, sigma_c * (1.0 - turn.mean_cosine()), if axis.z > 0.0 { -axis } else { axis })
+            (sigma_i, sigma_c * (1.0 - turn.mean_cosine()), axis)
         }
         Scattering::Tensor { .. } => return Err(KernelError::Tensor),
     };
     if sigma_i + k <= 0.0 {
         return Err(KernelError::Clear);
     }
-    let flat = (axis.x * axis.x + axis.y * axis.y).sqrt();
-    let track = if flat > 1e-9 { (axis.x / flat, axis.y / flat) } else { (0.0, 1.0) };
-    let texel = SurfacePoint {
+    let (sin, cos) = libm::sincos(question.incidence.unwrap_or_default());
+    let (up, along) = libm::sincos(question.incidence_azimuth);
+    let light = glam::DVec3::new(sin * along, sin * up, -cos);
+    let entering = glam::DVec3::new(light.x, light.y, 0.0) / layer.n;
+    let entering = glam::DVec3::new(entering.x, entering.y, -(1.0 - entering.length_squared()).sqrt());
+    let matter = SurfacePoint {
         mu_a: layer.mu_a as f32,
         sigma_i: sigma_i as f32,
         k: k as f32,
         n: layer.n as f32,
-        enter: 1.0 - fresnel_dielectric(1.0, layer.n, 1.0).0 as f32,
-        sin_dive: -axis.z as f32,
-        cos_azimuth: track.1 as f32,
-        view_along: (question.view.x * track.0 + question.view.y * track.1) as f32,
-        view_motion: question.view.y as f32,
-        view_up: question.view.z as f32,
+        enter: 1.0 - fresnel_dielectric(1.0, layer.n, cos).0 as f32,
+        ..SurfacePoint::BLACK
     };
+    let texel = matter.facing(axis.as_vec3(), glam::Vec3::Z, light.as_vec3(), question.view.as_vec3());
+    // The end that goes with the light.
+    let axis = if axis.dot(entering) < 0.0 { -axis } else { axis };
+    let flat = (axis - entering * axis.dot(entering)).truncate();
+    let track = flat.try_normalize().map_or((0.0, 1.0), |track| (track.x, track.y));
     Ok((texel, track))
 }

@@ -79,7 +79,7 @@ fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelErr
     if !top.thickness.is_finite() || top.coat < 1.0 {
         return Err(KernelError::Layers);
     }
-    seen_from_above(stack, question)?;
+    seen_from_above(stack, question, 0.0)?;
     if let Scattering::Isotropic { mu_s, g } = top.scattering
         && mu_s > 0.0
         && (g - PIGMENT_G).abs() > MAX_COSINE_DIFFERENCE
