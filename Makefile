@@ -14,13 +14,17 @@ ALL = --release --locked --workspace
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help build test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
 
 build: ## build gen (target/release/gen)
 	cargo build --release --locked --workspace --bins
+
+dist: ## build the smaller program that is given to others (target/dist/gen); fails over 25 MB
+	cargo build --profile dist --locked --workspace --bins
+	@test $$(wc -c < target/dist/gen) -lt 25000000 || { wc -c target/dist/gen; exit 1; }
 
 venv: $(VENV)/.ready ## Python readers for the tests (.venv)
 

@@ -18,6 +18,10 @@ fn json(place: &Place, arguments: &str) -> Value {
     serde_json::from_str(&run.out).expect("it prints JSON")
 }
 
+fn json_of(text: &str) -> Value {
+    serde_json::from_str(text).expect("it prints JSON")
+}
+
 /// A dataset against itself lies nowhere apart; against other samples of its own it has other numbers, and every one of
 /// them is there.
 #[test]
@@ -120,6 +124,37 @@ fn samples_become_files_of_the_camera() {
     assert_eq!((image.cols, image.dn.iter().max()), (64, light[16 * 64..17 * 64].iter().max()));
 }
 
+/// What `gen icon` and `gen export` say is there for programs too: the same numbers.
+#[test]
+fn documents_tell_what_words_tell() {
+    let place = planks();
+    let run = place.run("export icon planks --index 1 --out plank --json");
+    let made = json_of(&run.out);
+    let bytes: u64 =
+        place.tree("plank").iter().filter(|(name, _)| *name != "export.json").map(|(_, b)| b.len() as u64).sum();
+    assert_eq!((&made["format"], &made["samples"], &made["out"]), (&"icon".into(), &1.into(), &"plank".into()));
+    assert_eq!(made["nothing_to_do"], Value::Bool(false));
+    assert!(made["files"].as_u64().is_some_and(|files| files >= 2), "{made}");
+    assert!(made["bytes"].as_u64().is_some_and(|told| told >= bytes), "{made} and {bytes} bytes");
+    assert!(run.err.contains(&format!("{} files of 1 sample", made["files"])), "{}", run.err);
+    let again = json_of(&place.done("export icon planks --index 1 --out plank --json").out);
+    assert_eq!((&again["nothing_to_do"], &again["files"]), (&Value::Bool(true), &Value::Null));
+    let told = place.done("icon plank/00000001.xml").out;
+    let scan = json_of(&place.done("icon plank/00000001.xml --json").out);
+    assert_eq!((&scan["content"], &scan["columns"], &scan["profiles"]), (&"scan".into(), &64.into(), &48.into()));
+    assert_eq!(scan["planes"][0], "Range FLOAT");
+    let percent = |key: &str| format!("{:.2} %", 100.0 * scan[key].as_f64().expect("a share"));
+    assert!(told.contains(&format!("missing {}, saturated {}", percent("missing_share"), percent("saturated_share"))));
+    let [low, high] = [0, 1].map(|i| scan["range_mm"][i].as_f64().expect("a height"));
+    assert!(told.contains(&format!("Range {low:.4} to {high:.4} mm")), "{told}{scan}");
+    assert!(scan["calibrated"] == Value::Bool(true) && scan["row_mm"].is_f64() && scan["encoder"].is_array(), "{scan}");
+    place.done("export icon planks --index 1 --out frame --sensor");
+    let image = json_of(&place.done("icon frame/00000001.xml --json").out);
+    assert_eq!((&image["content"], &image["columns"]), (&"sensor_image".into(), &64.into()));
+    let brightest = format!("brightest {} DN", image["brightest_dn"]);
+    assert!(place.done("icon frame/00000001.xml").out.contains(&brightest), "{image}");
+}
+
 /// The page of plots is a picture, and with it or not, nothing but the table is said when nobody sits there.
 #[test]
 fn the_page_is_a_picture() {
@@ -140,7 +175,7 @@ fn faults_name_the_remedy() {
     std::fs::create_dir(place.path("empty")).expect("the folder is ours");
     for (arguments, words) in [
         ("compare nowhere planks", "it is not there; name a dataset"),
-        ("compare planks empty", "no scan (.exr, .xml with .dat, .json)"),
+        ("compare planks empty", "no scan (.exr, .xml with .dat, .json, .png, .tif, .csv, .ply)"),
         ("compare planks no.json", "docs/compare.md"),
         ("compare planks no.exr", "copy it again"),
         ("compare planks planks --out nowhere/page.png", "there is no folder nowhere"),

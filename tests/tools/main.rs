@@ -1,6 +1,7 @@
 //! What works on finished datasets: compare, export, report, files of the real camera.
 
 mod compare;
+mod compare_files;
 mod export_faults;
 mod export_parts;
 mod icon;

@@ -39,7 +39,7 @@ impl Comparison {
     }
 
     /// The distance of each pair of samples.
-    pub fn distances(&self) -> [StatisticDistance; 5] {
+    pub fn distances(&self) -> [StatisticDistance; 6] {
         let of = |name, unit, sample: fn(&ScanStatistics) -> &EmpiricalDistribution| {
             let distance = sample(&self.sim).distance(sample(&self.real));
             StatisticDistance { name, unit, distance }
@@ -47,6 +47,7 @@ impl Comparison {
         [
             of("range noise", self.thousandth(), |side| &side.noise_sample),
             of("reflectance", "DN", |side| &side.light_sample),
+            of("scatter", "DN", |side| &side.scatter_sample),
             of("speckle contrast", "1", |side| &side.contrast_sample),
             of("line width", "px", |side| &side.width_sample),
             of("line sigma", "px", |side| &side.sigma_sample),
@@ -65,10 +66,20 @@ impl Comparison {
         line("scans", sides.map(|side| side.frames.to_string()));
         line("columns x profiles", sides.map(|side| format!("{} x {}", side.size.0, side.size.1)));
         let thousandth = self.thousandth();
+        let unit = self.sim.unit.or(self.real.unit).unwrap_or_default().name();
+        let pitch = |mm: Option<f64>| mm.map_or("-".into(), |mm| format!("{mm:.4}"));
+        let pitches = |[col, row]: [Option<f64>; 2]| format!("{}, {}", pitch(col), pitch(row));
+        line("pitch along the line, across profiles [mm]", sides.map(|side| pitches(side.pitch_mm)));
+        let ends = |ends: Option<[f64; 2]>| ends.map_or("-".into(), |[low, high]| format!("{low:.3} to {high:.3}"));
+        line(&format!("heights [{unit}]"), sides.map(|side| ends(side.ends)));
         let percent = |share: Option<f64>| number(share.map(|share| 100.0 * share), 2);
         line("missing heights [%]", sides.map(|side| percent(side.missing)));
         line("least reflectance beside a height [DN]", sides.map(|side| number(side.least_reflectance, 0)));
         line("saturated reflectance [%]", sides.map(|side| percent(side.saturated)));
+        let whole = |numbers: Option<[f64; 3]>| {
+            numbers.map_or("-".into(), |numbers| numbers.map(|n| format!("{n:.0}")).join(" / "))
+        };
+        line("scatter at heights, p10 / p50 / p90 [DN]", sides.map(|side| whole(side.scatter)));
         for (i, direction) in ScanDirection::BOTH.into_iter().enumerate() {
             let direction = direction.describe();
             line(&format!("range noise, {direction} [{thousandth}]"), sides.map(|side| number(side.noise[i], 2)));
@@ -135,15 +146,19 @@ fn side(side: &ScanStatistics) -> Value {
     };
     let three =
         |numbers: Option<[f64; 3]>| numbers.map(|[p10, p50, p90]| json!({ "p10": p10, "p50": p50, "p90": p90 }));
-    let thousandth = side.unit.unwrap_or_default().thousandth();
+    let unit = side.unit.unwrap_or_default();
+    let thousandth = unit.thousandth();
     json!({
         "name": side.name,
         "scans": side.frames,
         "columns": side.size.0,
         "profiles": side.size.1,
+        "pitch_mm": pair(side.pitch_mm.map(|mm| json!(mm))),
+        (format!("heights_{}", unit.name())): side.ends,
         "missing_share": side.missing,
         "least_reflectance_dn": side.least_reflectance,
         "saturated_share": side.saturated,
+        "scatter_dn": three(side.scatter),
         (format!("range_noise_{thousandth}")): pair(side.noise.map(|n| json!(n))),
         "edge_share": pair(side.edges.map(|n| json!(n))),
         "range_noise_correlation": pair(side.noise_correlation.clone().map(|list| json!(list))),

@@ -8,21 +8,29 @@
 //! function of one scan in a file of its own, whose header states its assumptions.
 
 mod comparison;
+mod csv_frame;
 mod dataset_frame;
 pub mod distribution;
 mod exr_frame;
+mod grey_image;
 mod json_frame;
 pub(crate) mod line_width;
+mod map_numbers;
 pub mod noise;
 mod plots;
+mod ply_frame;
+mod point_grid;
 pub(crate) mod power_spectrum;
 mod source;
 pub mod speckle;
+mod stated_frame;
+mod stated_scale;
 mod statistics;
 
 pub use comparison::{Comparison, StatisticDistance};
 pub(crate) use dataset_frame::frame_of;
 pub use source::ScanSource;
+pub use stated_scale::{CountScale, CsvForm, MissingNumber, StatedForm, StatedScale};
 pub use statistics::{ScanStatistics, StatisticsBuilder};
 
 /// One exposure of the sensor.
@@ -48,6 +56,14 @@ pub enum RangeUnit {
 }
 
 impl RangeUnit {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mm => "mm",
+            Self::Px { .. } => "px",
+        }
+    }
+
     /// Name of its thousandth, the unit of noise.
     pub fn thousandth(self) -> &'static str {
         match self {

@@ -1,10 +1,17 @@
-//! Scan sources: a dataset, or files of the real camera, EXR or JSON, alone or in a folder.
+//! Scan sources: a dataset, or files of the real camera, EXR, JSON or bare numbers, alone or in a folder.
+//!
+//! A scan in files of bare numbers has a file for each map. Those of Reflectance and Scatter are found by name: beside
+//! `NAME.range.*` as `NAME.reflectance.*` and `NAME.scatter.*`, or in a folder with the folders `range`, `reflectance` and
+//! `scatter` by one name in each.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use output_schema::file::DATASET;
 
+use super::map_numbers::MAX_PIXELS;
+use super::stated_frame::{self, MapFiles};
+use super::stated_scale::{StatedForm, StatedScale};
 use super::{RangeUnit, ScanMaps, SensorFrame, dataset_frame, exr_frame, json_frame};
 use crate::icon::{self, Content, Traits};
 use dataset::{Dataset, Fault, one_line};
@@ -19,21 +26,26 @@ pub struct ScanSource {
 #[derive(Debug)]
 enum ScanFiles {
     Dataset(Box<Dataset>, Vec<u64>),
-    Files(Vec<PathBuf>),
+    /// Files that say what their numbers are.
+    Described(Vec<PathBuf>),
+    /// Files of bare numbers, and what the user states of them.
+    Stated(Vec<MapFiles>, Box<StatedScale>),
 }
 
-/// Most pixels of a camera's file that are compared: a little more than the buffers of the real camera hold, 2560 x 16383. Each
-/// takes some 20 bytes.
-const MAX_PIXELS: usize = 48 << 20;
-/// Files that hold a frame.
+/// Endings of files that hold a frame and say what its numbers are.
 const FRAME_EXTENSIONS: [&str; 3] = ["exr", "xml", "json"];
+/// Endings of files of bare numbers that are looked for in folders.
+const STATED_EXTENSIONS: [&str; 5] = ["png", "tif", "tiff", "csv", "ply"];
+/// Remedy where nothing is found.
+const NAME_A_SCAN: &str = "name a dataset, a folder of scans, or a scan";
 
 impl ScanSource {
-    /// Opens a dataset folder, a folder of files, or a file. Of many frames `most` are taken, spread evenly.
+    /// Opens a dataset folder, a folder of files, or a file. Of many frames `most` are taken, spread evenly. What files of bare
+    /// numbers are, `stated` says.
     ///
     /// # Errors
     /// Where there is nothing that can be read.
-    pub fn open(path: &Path, most: u64) -> Result<Self, Fault> {
+    pub fn open(path: &Path, most: u64, stated: &StatedScale) -> Result<Self, Fault> {
         let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
         let name = one_line(name);
         if path.join(DATASET).is_file() {
@@ -41,23 +53,75 @@ impl ScanSource {
             let chosen = evenly(dataset.head().samples, most);
             return Ok(Self { name, kind: ScanFiles::Dataset(Box::new(dataset), chosen) });
         }
+        let stated_files = |files: Vec<MapFiles>| ScanFiles::Stated(files, Box::new(stated.clone()));
         if !path.is_dir() {
-            if path.exists() || path.with_extension("xml").exists() {
-                return Ok(Self { name, kind: ScanFiles::Files(vec![path.into()]) });
+            if !path.exists() && !path.with_extension("xml").exists() {
+                return Err(Fault::at(path, "it is not there", NAME_A_SCAN));
             }
-            return Err(Fault::at(path, "it is not there", "name a dataset, a folder of scans, or a scan"));
+            let kind = match StatedForm::of(path) {
+                Some(_) => stated_files(vec![beside(path, None)?]),
+                None => ScanFiles::Described(vec![path.into()]),
+            };
+            return Ok(Self { name, kind });
         }
-        let entries =
-            fs::read_dir(path).map_err(|e| Fault::at(path, format!("it cannot be listed: {e}"), "allow it"))?;
-        let known = |file: &PathBuf| file.extension().is_some_and(|found| FRAME_EXTENSIONS.iter().any(|e| found == *e));
-        let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(known).collect();
-        if files.is_empty() {
-            let what = format!("it holds no {DATASET} and no scan (.exr, .xml with .dat, .json)");
-            return Err(Fault::at(path, what, "name a dataset, a folder of scans, or a scan"));
+        let described = files_in(path, |ending| FRAME_EXTENSIONS.contains(&ending))?;
+        let kind = if described.is_empty() {
+            let (folder, root) = match path.join("range") {
+                range if range.is_dir() => (range, Some(path)),
+                _ => (path.to_path_buf(), None),
+            };
+            let files = ranges(files_in(&folder, is_stated)?);
+            one_form(path, &files)?;
+            let chosen = few(files, most).into_iter().map(|file| beside(&file, root));
+            stated_files(chosen.collect::<Result<_, _>>()?)
+        } else {
+            ScanFiles::Described(few(described, most))
+        };
+        let source = Self { name, kind };
+        if source.is_empty() {
+            let kinds = ".exr, .xml with .dat, .json, .png, .tif, .csv, .ply";
+            let what = format!("it holds no {DATASET} and no scan ({kinds})");
+            return Err(Fault::at(path, what, NAME_A_SCAN));
         }
-        files.sort();
-        let chosen = evenly(files.len() as u64, most);
-        Ok(Self { name, kind: ScanFiles::Files(chosen.iter().map(|&i| files[i as usize].clone()).collect()) })
+        Ok(source)
+    }
+
+    /// What its files of bare numbers are; nothing where its files say themselves what their numbers are.
+    pub fn stated_forms(&self) -> Vec<StatedForm> {
+        match &self.kind {
+            ScanFiles::Dataset(..) | ScanFiles::Described(_) => Vec::new(),
+            ScanFiles::Stated(files, _) => files.iter().filter_map(|files| StatedForm::of(&files.range)).collect(),
+        }
+    }
+
+    /// Whether it is one scan of bare numbers that can be given maps beside Range.
+    pub fn takes_light(&self) -> bool {
+        match &self.kind {
+            ScanFiles::Stated(files, _) => {
+                files.len() == 1 && files.iter().all(|files| StatedForm::of(&files.range) != Some(StatedForm::Ply))
+            }
+            ScanFiles::Dataset(..) | ScanFiles::Described(_) => false,
+        }
+    }
+
+    /// Gives that scan the files of Reflectance and Scatter.
+    ///
+    /// # Errors
+    /// Where it has them by name already.
+    pub fn give_light(&mut self, reflectance: Option<&Path>, scatter: Option<&Path>) -> Result<(), Fault> {
+        let ScanFiles::Stated(all, _) = &mut self.kind else { return Ok(()) };
+        let Some(files) = all.first_mut() else { return Ok(()) };
+        for (own, given, option) in
+            [(&mut files.reflectance, reflectance, "--reflectance"), (&mut files.scatter, scatter, "--scatter")]
+        {
+            let Some(given) = given else { continue };
+            if let Some(own) = own {
+                let what = format!("{} belongs to it by its name", own.display());
+                return Err(Fault::at(&files.range, what, format!("leave {option} away, or rename that file")));
+            }
+            *own = Some(given.into());
+        }
+        Ok(())
     }
 
     /// What to call it: its last name.
@@ -69,7 +133,8 @@ impl ScanSource {
     pub fn len(&self) -> usize {
         match &self.kind {
             ScanFiles::Dataset(_, chosen) => chosen.len(),
-            ScanFiles::Files(files) => files.len(),
+            ScanFiles::Described(files) => files.len(),
+            ScanFiles::Stated(files, _) => files.len(),
         }
     }
 
@@ -85,7 +150,8 @@ impl ScanSource {
     pub fn frame(&self, i: usize) -> Result<ScanMaps, Fault> {
         match &self.kind {
             ScanFiles::Dataset(dataset, chosen) => dataset_frame::frame(dataset, chosen[i]),
-            ScanFiles::Files(files) => {
+            ScanFiles::Stated(files, stated) => stated_frame::read(&files[i], stated),
+            ScanFiles::Described(files) => {
                 let path = &files[i];
                 match path.extension().and_then(|extension| extension.to_str()) {
                     Some("exr") => exr_frame::read(path),
@@ -101,6 +167,80 @@ impl ScanSource {
 fn evenly(count: u64, most: u64) -> Vec<u64> {
     let most = most.min(count);
     (0..most).map(|j| if most < 2 { 0 } else { j * (count - 1) / (most - 1) }).collect()
+}
+
+/// Some of many, spread evenly.
+fn few(files: Vec<PathBuf>, most: u64) -> Vec<PathBuf> {
+    evenly(files.len() as u64, most).iter().map(|&i| files[i as usize].clone()).collect()
+}
+
+/// Whether files of bare numbers have this ending.
+fn is_stated(ending: &str) -> bool {
+    STATED_EXTENSIONS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// Files of a folder with endings that are `known`, in the order of their names.
+fn files_in(folder: &Path, known: fn(&str) -> bool) -> Result<Vec<PathBuf>, Fault> {
+    let entries =
+        fs::read_dir(folder).map_err(|e| Fault::at(folder, format!("it cannot be listed: {e}"), "allow it"))?;
+    let is_known =
+        |file: &PathBuf| file.extension().and_then(|ending| ending.to_str()).is_some_and(known) && !file.is_dir();
+    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_known).collect();
+    files.sort();
+    Ok(files)
+}
+
+/// The name before `.range`, where a file is called so.
+fn range_name(path: &Path) -> Option<&str> {
+    path.file_stem()?.to_str()?.strip_suffix(".range")
+}
+
+/// Files of Range: those that are called so, else all.
+fn ranges(files: Vec<PathBuf>) -> Vec<PathBuf> {
+    let named: Vec<PathBuf> = files.iter().filter(|file| range_name(file).is_some()).cloned().collect();
+    if named.is_empty() { files } else { named }
+}
+
+/// Refuses files of several forms: which of them are scans cannot be told.
+fn one_form(folder: &Path, files: &[PathBuf]) -> Result<(), Fault> {
+    let forms = || files.iter().filter_map(|file| StatedForm::of(file));
+    match forms().find(|form| Some(*form) != forms().next()) {
+        None => Ok(()),
+        Some(_) => {
+            let what = "it holds images, .csv and .ply of which any may be scans";
+            Err(Fault::at(
+                folder,
+                what,
+                "keep one kind there, or name those that hold Range NAME.range.png (.tif, .csv, .ply)",
+            ))
+        }
+    }
+}
+
+/// A scan of a file of Range with the maps that belong to it by name: in the folders of `root`, or beside it.
+fn beside(range: &Path, root: Option<&Path>) -> Result<MapFiles, Fault> {
+    let map = |name: &str| -> Result<Option<PathBuf>, Fault> {
+        let stem = range.file_stem().unwrap_or_default().to_string_lossy();
+        let (folder, wanted) = match (root, range_name(range)) {
+            (Some(root), _) => (root.join(name), stem.into_owned()),
+            (None, Some(before)) => (range.with_file_name(""), format!("{before}.{name}")),
+            (None, None) => return Ok(None),
+        };
+        let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
+        if !folder.is_dir() {
+            return Ok(None);
+        }
+        let is_wanted = |file: &PathBuf| file.file_stem().is_some_and(|stem| stem.to_string_lossy() == wanted);
+        let mut found = files_in(&folder, is_stated)?.into_iter().filter(is_wanted);
+        match (found.next(), found.next()) {
+            (Some(one), Some(other)) => {
+                let what = format!("{} and {} may both be its {name}", one.display(), other.display());
+                Err(Fault::at(range, what, "move one of them away"))
+            }
+            (found, _) => Ok(found),
+        }
+    };
+    Ok(MapFiles { range: range.into(), reflectance: map("reflectance")?, scatter: map("scatter")? })
 }
 
 fn icon_file(path: &Path) -> Result<ScanMaps, Fault> {

@@ -9,6 +9,8 @@ use super::speckle::{
 };
 use super::{RangeUnit, ScanMaps};
 
+/// Most numbers of Scatter of a scan that enter its sample; more are left out evenly.
+const MAX_SAMPLED_SCATTER: usize = 10_000;
 /// Most columns of an exposure whose line is measured; more are left out evenly.
 const MAX_MEASURED_COLUMNS: usize = 4096;
 
@@ -29,11 +31,14 @@ pub struct StatisticsBuilder {
     frames: u64,
     unit: Option<RangeUnit>,
     sizes: Vec<(usize, usize)>,
+    pitch_mm: [Option<f64>; 2],
+    ends: Option<[f64; 2]>,
     pixels: u64,
     missing: u64,
     measured: u64,
     edges: [[u64; 2]; 2],
     light: DnHistogram,
+    scatter: Vec<f32>,
     noise: [Vec<f32>; 2],
     correlation: [NoiseCorrelation; 2],
     contrast: Vec<f32>,
@@ -54,12 +59,18 @@ pub struct ScanStatistics {
     pub unit: Option<RangeUnit>,
     /// Columns and profiles of the first scan; 0 where there is none.
     pub size: (usize, usize),
+    /// Distance between columns and between profiles of the first scan, where it says so [mm].
+    pub pitch_mm: [Option<f64>; 2],
+    /// Lowest and highest height [mm or px].
+    pub ends: Option<[f64; 2]>,
     /// Share of pixels without a height [1].
     pub missing: Option<f64>,
     /// Least digital number beside a height [DN].
     pub least_reflectance: Option<f64>,
     /// Share of heights whose reflectance is 255 [1].
     pub saturated: Option<f64>,
+    /// Scatter beside heights at 10, 50 and 90 % [DN].
+    pub scatter: Option<[f64; 3]>,
     /// Robust deviation of heights from second differences [um or mpx].
     pub noise: [Option<f64>; 2],
     /// Share of second differences that are edges, not noise [1].
@@ -80,6 +91,8 @@ pub struct ScanStatistics {
     pub noise_sample: EmpiricalDistribution,
     /// Reflectance beside heights, each digital number as often as in ten thousand of them, saturated ones left out [DN].
     pub light_sample: EmpiricalDistribution,
+    /// Scatter beside heights, at most ten thousand numbers of each scan [DN].
+    pub scatter_sample: EmpiricalDistribution,
     /// Contrast of each patch [1].
     pub contrast_sample: EmpiricalDistribution,
     /// Full width of the laser line, column by column [px].
@@ -102,11 +115,23 @@ impl StatisticsBuilder {
         if frame.range.is_empty() {
             return;
         }
+        if self.frames == 0 {
+            self.pitch_mm = [frame.col_mm, frame.row_mm];
+        }
         self.frames += 1;
         self.unit = self.unit.or(Some(frame.unit));
         self.sizes.push((frame.cols, frame.rows));
         self.pixels += frame.range.len() as u64;
         self.missing += frame.range.iter().filter(|z| !z.is_finite()).count() as u64;
+        for &z in frame.range.iter().filter(|z| z.is_finite()) {
+            let [low, high] = self.ends.unwrap_or([z; 2]);
+            self.ends = Some([low.min(z), high.max(z)]);
+        }
+        if let Some(scatter) = &frame.scatter {
+            let beside = || scatter.iter().zip(&frame.range).filter(|(_, z)| z.is_finite()).map(|(dn, _)| *dn);
+            let keep = beside().count().div_ceil(MAX_SAMPLED_SCATTER).max(1);
+            self.scatter.extend(beside().step_by(keep));
+        }
         if let Some(light) = &frame.reflectance {
             for (&dn, _) in light.iter().zip(&frame.range).filter(|(_, z)| z.is_finite()) {
                 self.light.0[dn.round() as u8 as usize] += 1;
@@ -156,16 +181,19 @@ impl StatisticsBuilder {
         let least = self.light.0.iter().enumerate().skip(1).find(|(_, count)| **count > 0);
         let saturated = share(self.light.0[SATURATED_DN as usize], self.measured);
         let [along, across] = self.noise.map(EmpiricalDistribution::new);
-        let [contrast_sample, width_sample, sigma_sample] =
-            [self.contrast, self.widths, self.sigmas].map(EmpiricalDistribution::new);
+        let [scatter_sample, contrast_sample, width_sample, sigma_sample] =
+            [self.scatter, self.contrast, self.widths, self.sigmas].map(EmpiricalDistribution::new);
         ScanStatistics {
             name: self.name,
             frames: self.frames,
             unit: self.unit,
             size: self.sizes.first().copied().unwrap_or_default(),
+            pitch_mm: self.pitch_mm,
+            ends: self.ends,
             missing: share(self.missing, self.pixels),
             least_reflectance: least.map(|(dn, _)| dn as f64),
             saturated,
+            scatter: three(&scatter_sample),
             noise: [along.robust_deviation(), across.robust_deviation()],
             edges: self.edges.map(|[edges, all]| share(edges, all)),
             noise_correlation: self.correlation.map(|sums| (0..NOISE_LAGS).map_while(|lag| sums.at(lag)).collect()),
@@ -176,6 +204,7 @@ impl StatisticsBuilder {
             spectrum: self.spectrum.map(|spectrum| spectrum.points()),
             noise_sample: along,
             light_sample: light_sample(&self.light.0),
+            scatter_sample,
             contrast_sample,
             width_sample,
             sigma_sample,
@@ -211,7 +240,10 @@ mod tests {
         range[0] = f64::NAN;
         range[5] = f64::NAN;
         let reflectance = Some(vec![9.0, 255.0, 30.0, 21.0, 254.0, 0.0, 22.0, 254.4]);
-        let frame = ScanMaps { cols: 4, rows: 2, range, reflectance, ..ScanMaps::default() };
+        range[6] = -2.5;
+        let scatter = Some(vec![9e9, 40.0, 50.0, 60.0, 70.0, 9e9, 80.0, 90.0]);
+        let (col_mm, row_mm) = (Some(0.1), Some(0.2));
+        let frame = ScanMaps { cols: 4, rows: 2, col_mm, row_mm, range, reflectance, scatter, ..ScanMaps::default() };
         let mut builder = StatisticsBuilder::new("by hand");
         builder.add(&frame);
         let found = builder.statistics();
@@ -221,6 +253,9 @@ mod tests {
         );
         assert_eq!(found.light_sample.numbers(), [21.0, 22.0, 30.0, 254.0, 254.0]);
         assert_eq!((found.frames, found.size, found.contrast, found.line_width_px), (1, (4, 2), None, None));
+        assert_eq!((found.pitch_mm, found.ends), ([Some(0.1), Some(0.2)], Some([-2.5, 1.0])));
+        assert_eq!(found.scatter_sample.numbers(), [40.0, 50.0, 60.0, 70.0, 80.0, 90.0]);
+        assert_eq!(found.scatter.map(|[_, middle, _]| middle), Some(65.0));
     }
 
     /// A frame twice is what it is once; nothing at all says nothing.

@@ -1,5 +1,7 @@
 //! `gen compare`: a simulated and a real scan side by side.
 
+mod scale;
+
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,8 +11,9 @@ use clap::Args;
 use super::console::Console;
 use super::list::shared_draws;
 use super::progress::Progress;
-use super::{CommandResult, output, print};
+use super::{CommandResult, UsageError, output, print};
 use dataset::{Dataset, Fault};
+use scale::ScaleArgs;
 use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
 
 #[derive(Debug, Args)]
@@ -19,10 +22,15 @@ use tools::compare::{Comparison, ScanSource, ScanStatistics, StatisticsBuilder};
   gen compare planks scans/ --scans 20             against a folder of frames, 20 of each side
   gen compare a.exr b.xml --out page.png           two scans, with a page of plots
   gen compare planks real.json --json > both.json  for programs
+  gen compare planks part.png --um-per-count 2.5 --missing 0 --reflectance light.png --bits 10
+                                                   heights as counts of a picture, with reflectance
+  gen compare planks cloud.ply --mm-per-count 1    points of a scan
 
 Either side is a dataset, a folder of scans, or one scan: .exr of a dataset, .xml with .dat of
-the real camera, .json as programs on the camera store it. docs/compare.md explains
-every number.")]
+the real camera, .json as programs on the camera store it; or files of bare numbers, whose
+scale you state: grey .png and .tif, .csv of a grid or of points, .ply. Of these a file holds
+one map, and NAME.range.png finds NAME.reflectance.png and NAME.scatter.png. docs/compare.md
+explains every file and every number.")]
 pub(super) struct CompareArgs {
     /// Simulated side: a dataset, a folder of scans, or a scan
     sim: PathBuf,
@@ -37,6 +45,8 @@ pub(super) struct CompareArgs {
     /// Print JSON instead of the table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    scale: ScaleArgs,
 }
 
 pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
@@ -50,13 +60,22 @@ pub(super) fn run(arguments: &CompareArgs, console: &Console) -> CommandResult {
     {
         console.note(&format!("note: {what}"));
     }
-    let sources = [&arguments.sim, &arguments.real].map(|path| ScanSource::open(path, arguments.scans));
-    let [sim, real] = sources;
-    let [sim, real] = [sim?, real?];
+    let stated = arguments.scale.stated();
+    let open = |path: &Path| ScanSource::open(path, arguments.scans, &stated);
+    let mut sides = [open(&arguments.sim)?, open(&arguments.real)?];
+    arguments.scale.apply(&stated, &mut sides, console)?;
+    let [sim, real] = sides;
+    let is_stated = [&sim, &real].map(|side| !side.stated_forms().is_empty());
     let [sim, real] = {
         let progress = Progress::new(console, "scans", Some((sim.len() + real.len()) as u64));
         [statistics(&sim, &arguments.sim, &progress)?, statistics(&real, &arguments.real, &progress)?]
     };
+    let is_dark = |side: &ScanStatistics| side.least_reflectance.is_none() && side.scatter.is_none();
+    if stated.bits.is_some() && [&sim, &real].into_iter().zip(is_stated).all(|(side, stated)| !stated || is_dark(side))
+    {
+        let what = "--bits: no effect, for there is neither Reflectance nor Scatter; leave it away";
+        return Err(UsageError(what.into()).into());
+    }
     if let (Some(ours), Some(theirs)) = (sim.unit, real.unit)
         && ours.thousandth() != theirs.thousandth()
     {

@@ -1,0 +1,149 @@
+//! Scans in files of bare numbers: a map in each file (grey images, grids as text), or a cloud of points. What their numbers
+//! are the user states ([`StatedScale`]).
+
+use std::path::{Path, PathBuf};
+
+use super::csv_frame::CsvContent;
+use super::map_numbers::{MapNumbers, ScanPoints};
+use super::stated_scale::{self, CsvForm, StatedForm, StatedScale};
+use super::{RangeUnit, ScanMaps, csv_frame, grey_image, ply_frame, point_grid};
+use dataset::Fault;
+
+/// The files of one scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct MapFiles {
+    /// Range, or a cloud of points.
+    pub(super) range: PathBuf,
+    /// Reflectance on the same grid.
+    pub(super) reflectance: Option<PathBuf>,
+    /// Scatter on the same grid.
+    pub(super) scatter: Option<PathBuf>,
+}
+
+/// Reads a scan.
+pub(super) fn read(files: &MapFiles, stated: &StatedScale) -> Result<ScanMaps, Fault> {
+    let path = &files.range;
+    let mut maps = match content(path, stated.csv)? {
+        CsvContent::Grid(map) => of_map(files, stated, &map)?,
+        CsvContent::Points(points) => of_points(files, stated, &points)?,
+    };
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    maps.name = stem.strip_suffix(".range").unwrap_or(&stem).into();
+    Ok(maps)
+}
+
+fn content(path: &Path, csv: Option<CsvForm>) -> Result<CsvContent, Fault> {
+    match StatedForm::of(path) {
+        Some(StatedForm::Csv) => csv_frame::read(path, csv),
+        Some(StatedForm::Ply) => Ok(CsvContent::Points(ply_frame::read(path)?)),
+        Some(StatedForm::Image) | None => Ok(CsvContent::Grid(grey_image::read(path)?)),
+    }
+}
+
+fn of_map(files: &MapFiles, stated: &StatedScale, map: &MapNumbers) -> Result<ScanMaps, Fault> {
+    let path = &files.range;
+    if stated.cols.is_some() && StatedForm::of(path) == Some(StatedForm::Csv) {
+        return Err(Fault::at(path, "it is a map, which says its columns itself", "leave --cols away"));
+    }
+    let (unit, scale) = stated.height_scale(path, None)?;
+    let range = stated.heights(path, &map.numbers, scale, map.bits.is_some())?;
+    let beside = |other: &Option<PathBuf>| -> Result<Option<(PathBuf, MapNumbers)>, Fault> {
+        let Some(other) = other else { return Ok(None) };
+        let CsvContent::Grid(found) = content(other, Some(CsvForm::Grid))? else {
+            return Err(Fault::at(other, "it is a cloud of points", "give a map on the grid of Range"));
+        };
+        if (found.cols, found.rows) != (map.cols, map.rows) {
+            let what = format!("it is {} x {}, and Range {} x {}", found.cols, found.rows, map.cols, map.rows);
+            return Err(Fault::at(other, what, "give maps on one grid"));
+        }
+        Ok(Some((other.clone(), found)))
+    };
+    let [reflectance, scatter] = [beside(&files.reflectance)?, beside(&files.scatter)?];
+    // A number of 16 bits may hold fewer; one of 8 holds 8.
+    let eight = [&reflectance, &scatter].into_iter().flatten().next().and_then(|(_, map)| map.bits.filter(|b| *b == 8));
+    let [reflectance, scatter] = light(stated, eight.map(u64::from), reflectance, scatter)?;
+    Ok(ScanMaps {
+        cols: map.cols,
+        rows: map.rows,
+        unit,
+        col_mm: stated.col_mm,
+        row_mm: stated.row_mm,
+        range,
+        reflectance,
+        scatter,
+        ..ScanMaps::default()
+    })
+}
+
+/// Reflectance and Scatter on the scale of 8 bits.
+type LightMaps = [Option<Vec<f32>>; 2];
+
+/// Maps of light; `eight` is what the type of the first of them says of the bits.
+fn light(
+    stated: &StatedScale,
+    eight: Option<u64>,
+    reflectance: Option<(PathBuf, MapNumbers)>,
+    scatter: Option<(PathBuf, MapNumbers)>,
+) -> Result<LightMaps, Fault> {
+    let Some((path, _)) = reflectance.as_ref().or(scatter.as_ref()) else { return Ok([None, None]) };
+    let bits = stated.bits(path, eight)?;
+    let remedy = "give the camera's bits with --bits";
+    let reflectance = reflectance.map(|(path, map)| {
+        stated_scale::reflectance(&map.numbers, bits).map_err(|what| Fault::at(&path, what, remedy))
+    });
+    Ok([reflectance.transpose()?, scatter.map(|(_, map)| stated_scale::scatter(&map.numbers, bits))])
+}
+
+fn of_points(files: &MapFiles, stated: &StatedScale, points: &ScanPoints) -> Result<ScanMaps, Fault> {
+    let path = &files.range;
+    if let Some(other) = files.reflectance.as_ref().or(files.scatter.as_ref()) {
+        let what = format!("it goes with {}, whose points hold their own Reflectance and Scatter", path.display());
+        return Err(Fault::at(other, what, "leave it away, or give Range as a map"));
+    }
+    let (unit, scale) = stated.height_scale(path, points.unit_mm)?;
+    if unit != RangeUnit::Mm {
+        let remedy = "give --mm-per-count or --um-per-count: one unit for x, y and z";
+        return Err(Fault::at(path, "points have heights, not sensor rows", remedy));
+    }
+    let placed = |&[x, y, z]: &[f64; 3]| stated.height(z, scale).map(|z| [scale * x, scale * y, z]);
+    let places: Result<Vec<[f64; 3]>, String> = points.places.iter().map(placed).collect();
+    let places = places.map_err(|what| StatedScale::unbelievable(path, what))?;
+    if let (Some([cols, rows]), Some(other)) = (points.organised, stated.cols)
+        && cols != other
+    {
+        let what = format!("its header tells {rows} profiles of {cols} columns");
+        return Err(Fault::at(path, what, "leave --cols away"));
+    }
+    let pitches = [stated.col_mm, stated.row_mm];
+    let grid = match points.organised.map(|[cols, _]| cols).or(stated.cols) {
+        Some(cols) => point_grid::stored_in_order(&places, cols, pitches),
+        None => point_grid::on_grid(&places, pitches),
+    };
+    let grid = grid.map_err(|what| {
+        let remedy =
+            "give --cols where points are stored profile by profile, missing ones too, else --col-mm and --row-mm";
+        Fault::at(path, what, remedy)
+    })?;
+    let on_grid = |map: &[f64]| -> Vec<f64> {
+        grid.points.iter().map(|point| point.map_or(f64::NAN, |i| map[i as usize])).collect()
+    };
+    let bits = match points.reflectance.as_ref().or(points.scatter.as_ref()) {
+        Some(_) => stated.bits(path, points.bits)?,
+        None => 8,
+    };
+    let told = |what: String| Fault::at(path, what, "give the camera's bits with --bits");
+    let reflectance =
+        points.reflectance.as_ref().map(|map| stated_scale::reflectance(&on_grid(map), bits).map_err(told));
+    Ok(ScanMaps {
+        cols: grid.cols,
+        rows: grid.rows,
+        unit,
+        first_mm: grid.first_mm,
+        col_mm: grid.pitch_mm[0],
+        row_mm: grid.pitch_mm[1],
+        range: grid.points.iter().map(|point| point.map_or(f64::NAN, |i| places[i as usize][2])).collect(),
+        reflectance: reflectance.transpose()?,
+        scatter: points.scatter.as_ref().map(|map| stated_scale::scatter(&on_grid(map), bits)),
+        ..ScanMaps::default()
+    })
+}
