@@ -1,5 +1,6 @@
 """The network of train_baseline.py: three convolutions and a sum, its training, and its ONNX file with the sidecar."""
 
+import json
 import os
 
 import onnx
@@ -151,8 +152,9 @@ def write_onnx(model, channels, task, path):
     write_whole(path, made.SerializeToString(deterministic=True))
 
 
-def write_sidecar(task, told, path, note, bits=8):
-    """The sidecar of a model that learned from digital numbers of so many bits; 8 is what none says."""
+def write_sidecar(task, told, path, note, bits=8, trained_on=None):
+    """The sidecar of a model that learned from digital numbers of so many bits; 8 is what none says. `trained_on` is the head of
+    its dataset, by which `gen check` knows samples of the training again."""
     lines = [f"# {note}", f"task: {task.kind}", "channels:"]
     for channel in told:
         relative = ", relative: true" if channel["relative"] else ""
@@ -161,6 +163,11 @@ def write_sidecar(task, told, path, note, bits=8):
     lines += [f"window_px: {list(task.window)}", f"size_px: {list(task.size)}",
               f"patches_per_class: {task.most}", "classes:"]
     lines += [f"  - {{name: {name}, of: [{', '.join(of)}]}}" for name, of in task.classes.items()]
+    # Numbers of YAML are exact up to there.
+    if trained_on is not None and trained_on["seed"] <= 2**53:
+        recipe = trained_on["recipe"]
+        drawn = {"family": recipe["canonical"]["family"], "seed": trained_on["seed"], "recipe_hash": recipe["hash"]}
+        lines.append(f"trained_on: {json.dumps(drawn)}")
     write_whole(path, ("\n".join(lines) + "\n").encode())
 
 

@@ -66,7 +66,7 @@ def main():
     write_onnx(model, len(given.channels), task, given.out)
     head = open_dataset(given.folder)
     note = f"Task {given.task}, trained on {head['recipe']['name']} by python/train_baseline.py; labels shuffled: {given.shuffle_labels}."
-    write_sidecar(task, told, given.out.with_suffix(".yaml"), note, head["images"]["bits"])
+    write_sidecar(task, told, given.out.with_suffix(".yaml"), note, head["images"]["bits"], head)
     print(f"{given.out}: {given.out.stat().st_size} bytes, {sum(p.numel() for p in model.parameters())} parameters")
 
 

@@ -145,6 +145,11 @@ pub(super) fn run(arguments: &CheckArgs, console: &Console) -> CommandResult {
     if report.unfinished > 0 {
         console.note(&format!("{} of the dataset are not finished and left out", counted(report.unfinished, "shard")));
     }
+    if let Some(what) =
+        report.sidecar.trained_on.as_ref().and_then(|it| it.shared_draws(&report.head, arguments.split.split()))
+    {
+        console.note(&format!("note: {what}"));
+    }
     let pictures = if arguments.out.is_some() { names("", &report) } else { Vec::new() };
     let document = report.json(&pictures);
     // Printed first, so that nothing is lost where a file cannot be written.

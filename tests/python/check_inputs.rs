@@ -55,6 +55,25 @@ fn a_dataset_without_label_images_is_told() {
     assert_eq!(run(&place, "mean_sign.onnx", &samples, "").code, 0);
 }
 
+/// A sidecar that names a dataset of the same draws is told on standard error, with what to do; one that names another is not.
+#[test]
+fn samples_of_the_training_are_told() {
+    let place = planks();
+    let head = place.json("planks/dataset.json");
+    let family = head["recipe"]["canonical"]["family"].as_str().expect("a family");
+    let hash = head["recipe"]["hash"].as_str().expect("a hash");
+    let told = |seed: u64, rest: &str, arguments: &str| {
+        let sidecar = format!("{}\ntrained_on: {{family: {family}, seed: {seed}{rest}}}", patches());
+        let run = run(&place, "mean_sign.onnx", &sidecar, arguments);
+        assert_eq!(run.code, 0, "{}", run.err);
+        run.err
+    };
+    let same = format!(", recipe_hash: \"{hash}\"");
+    assert!(told(0, &same, "").contains("note: the sidecar says that the model was trained on family"));
+    assert!(told(0, "", "--split test").contains("check it on a dataset of another --seed"));
+    assert_eq!((told(0, &same, "--split test"), told(1, "", "")), (String::new(), String::new()));
+}
+
 /// An EXR file that broke off is named with its sample, not the table beside it.
 #[test]
 fn a_broken_exr_is_named() {

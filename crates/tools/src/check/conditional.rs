@@ -1,6 +1,8 @@
 //! Conditional parameters: numbers that are drawn for every sample and mean something only where the sample has what they
 //! describe. The width of knots means nothing on a board without knots.
 
+use procedural::blister::parameters::DEFECT_COUNTS;
+
 /// Beginning of a path, and the numbers that say whether the sample has what it describes: it has not where all are 0.
 const CONDITIONS: [(&str, &[&str]); 16] = [
     ("knots.sound_count", &[]),
@@ -19,29 +21,6 @@ const CONDITIONS: [(&str, &[&str]); 16] = [
     ("laser.streak_", &["laser.streaks_per_mm"]),
     ("laser.glint_", &["laser.glints_per_mm"]),
     ("defects.severity", &DEFECT_COUNTS),
-];
-
-/// How many of each defect a pack has.
-const DEFECT_COUNTS: [&str; 19] = [
-    "defects.missing",
-    "defects.broken",
-    "defects.chipped",
-    "defects.cracked",
-    "defects.capped",
-    "defects.foreign_tablet",
-    "defects.wrong_coat",
-    "defects.double",
-    "defects.particle",
-    "defects.fibre",
-    "defects.powder",
-    "defects.shallow",
-    "defects.collapsed",
-    "defects.punctured",
-    "defects.pinhole",
-    "defects.channel",
-    "defects.wrinkle",
-    "defects.delamination",
-    "defects.tablet_on_flange",
 ];
 
 /// Paths of the numbers that say whether a sample has what the number `path` is of; none where every sample has it.

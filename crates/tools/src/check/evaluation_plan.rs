@@ -122,6 +122,7 @@ mod tests {
             patches_per_class: patches,
             classes: vec!["a".into(), "b".into()],
             truth: vec![None, Some(0), Some(0), Some(1)],
+            trained_on: None,
         }
     }
 

@@ -25,6 +25,7 @@ pub mod sampling;
 pub mod sidecar;
 pub mod slices;
 pub(crate) mod split_samples;
+mod trained_on;
 pub mod window;
 
 use std::path::{Path, PathBuf};
@@ -34,6 +35,7 @@ use output_schema::DatasetHead;
 pub use misclassified::Misclassification;
 pub use report::{AccuracySlice, CheckReport, CheckTiming};
 pub use run::check;
+pub use trained_on::TrainedOn;
 
 use bench::split::Split;
 use dataset::Fault;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use output_schema::DatasetHead;
 
-use super::CheckError;
+use super::{CheckError, TrainedOn};
 use yaml::{
     Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, parse_yaml,
     read_bytes, utf8_text,
@@ -28,6 +28,8 @@ const CHANNEL_NAMES: [&str; 3] = ["range", "reflectance", "scatter"];
 /// Units that a channel may name.
 const UNITS: [&str; 3] = ["mm", "px", "DN"];
 
+/// Largest seed that YAML gives exactly.
+const MAX_SEED: f64 = 9_007_199_254_740_992.0;
 /// Most classes of a model: 255 stands for none.
 const MAX_CLASSES: usize = 254;
 
@@ -125,6 +127,8 @@ pub struct Sidecar {
     pub classes: Vec<String>,
     /// The model's class of each class of the dataset: of samples or of pixels by task.
     pub truth: Vec<Option<usize>>,
+    /// The dataset that the model was trained on, where it says so.
+    pub trained_on: Option<TrainedOn>,
 }
 
 /// Classes of a model and what they are in the dataset.
@@ -136,7 +140,7 @@ struct ClassMapping {
 }
 
 /// Keys of a sidecar.
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "task",
     "channels",
     "bits",
@@ -147,7 +151,10 @@ const KEYS: [&str; 10] = [
     "output_name",
     "patches_per_class",
     "classes",
+    "trained_on",
 ];
+/// Keys of the dataset that a model was trained on.
+const TRAINED_KEYS: [&str; 3] = ["family", "seed", "recipe_hash"];
 
 impl Sidecar {
     /// The sidecar in the file `path`, for a dataset.
@@ -244,6 +251,7 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
     };
     let classes = required(yaml, &mut top, "classes", "the model's classes in order, `classes: [clear, rot]`");
     let classes = classes.and_then(|node| read_classes(yaml, node, task?, head));
+    let trained_on = top.take(yaml, "trained_on").map(|node| read_trained_on(yaml, node));
     top.close(yaml, &KEYS, &|name| {
         CHANNEL_KEYS.contains(&name).then(|| format!("`{name}` belongs in an entry of `channels`"))
     });
@@ -259,7 +267,30 @@ fn read(yaml: &mut YamlReader, root: &YamlNode, head: &DatasetHead) -> Option<Si
         patches_per_class: patches? as u64,
         classes,
         truth,
+        trained_on: trained_on.map_or(Some(None), |read| read.map(Some))?,
     })
+}
+
+/// Reads `trained_on`.
+fn read_trained_on(yaml: &mut YamlReader, node: &YamlNode) -> Option<TrainedOn> {
+    const PATH: &str = "trained_on";
+    if !matches!(node.value, YamlValue::Map(_)) {
+        let remedy = "give the family and the seed of the dataset, `trained_on: {family: wood, seed: 0}`";
+        yaml.fault(node.place, PATH, format!("is {}", node.value.kind()), remedy);
+        return None;
+    }
+    let mut map = yaml.mapping(node, PATH);
+    let family =
+        required(yaml, &mut map, "family", "the family of the recipe, which is its name unless it says otherwise");
+    let family = family.and_then(|node| yaml.text(node, "trained_on.family", "the name of a family"));
+    let seed = required(yaml, &mut map, "seed", "the seed of the dataset");
+    let range = NumberRange { min: 0.0, max: MAX_SEED, whole: true, unit: "" };
+    let seed = seed.and_then(|node| yaml.number_in(node, "trained_on.seed", range));
+    let hash = map.take(yaml, "recipe_hash");
+    let hash = hash.map(|node| yaml.text(node, "trained_on.recipe_hash", "the hash of the recipe, in quotes"));
+    map.close(yaml, &TRAINED_KEYS, &|_| None);
+    let recipe_hash = hash.map_or(Some(None), |hash| hash.map(|hash| Some(hash.into())))?;
+    Some(TrainedOn { family: family?.into(), seed: seed? as u64, recipe_hash })
 }
 
 /// Reads `channels`.

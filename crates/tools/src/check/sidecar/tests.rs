@@ -52,6 +52,7 @@ fn every_key_is_read() {
         patches_per_class: 50,
         classes: vec!["clear".into(), "knot".into(), "never".into()],
         truth: vec![None, Some(0), Some(1), Some(1), None],
+        trained_on: None,
     };
     assert_eq!(found, wanted);
 }
@@ -110,6 +111,38 @@ fn what_the_dataset_lacks_is_told() {
     assert!(told.contains("the dataset has no images of `scatter`; write `output: {png: [..., scatter]}`"), "{told}");
     let told = faults("task: classify_samples\nchannels: [scatter]\nclasses: [clear, rotten]");
     assert!(told.contains("its classes of samples are sound, rotten"), "{told}");
+}
+
+/// Where a sidecar names what the model was trained on, samples of the same draws are told: another seed or family has others,
+/// and so have the splits test and validation of the very dataset.
+#[test]
+fn samples_of_the_training_are_told() {
+    let base = "task: classify_samples\nchannels: [scatter]\nclasses: [rotten, sound]\n";
+    let mut checked = head();
+    checked.recipe.canonical = json!({ "family": "wood" });
+    (checked.recipe.hash, checked.seed) = ("ab".into(), 7);
+    let told = |trained: &str, split| {
+        let found = Sidecar::parse("m.yaml", &format!("{base}{trained}"), &checked).expect("it is right");
+        found.trained_on.and_then(|trained| trained.shared_draws(&checked, split))
+    };
+    let (test, train) = (Some(bench::split::Split::Test), Some(bench::split::Split::Train));
+    assert_eq!(told("", None), None);
+    for other in ["{family: pine, seed: 7}", "{family: wood, seed: 8}"] {
+        assert_eq!(told(&format!("trained_on: {other}"), None), None, "{other}");
+    }
+    let same = "trained_on: {family: wood, seed: 7, recipe_hash: \"ab\"}";
+    assert_eq!(told(same, test), None);
+    assert!(told(same, train).is_some_and(|what| what.contains("holds the samples of the training")));
+    assert!(told(same, None).is_some_and(|what| what.contains("on a dataset of another --seed")));
+    for other in ["trained_on: {family: wood, seed: 7}", "trained_on: {family: wood, seed: 7, recipe_hash: \"cd\"}"] {
+        assert!(told(other, test).is_some_and(|what| what.contains("alike where the recipes agree")), "{other}");
+    }
+    let wrong = format!("{base}trained_on: {{family: 3, sed: 7, recipe_hash: 12}}");
+    let wrong = faults(&wrong);
+    for words in ["trained_on.family", "did you mean `seed`", "trained_on.recipe_hash"] {
+        assert!(wrong.contains(words), "'{words}' is not in:\n{wrong}");
+    }
+    assert!(faults(&format!("{base}trained_on: wood")).contains("trained_on: {family: wood, seed: 0}"));
 }
 
 /// Millimetres never become sensor rows without a word: the sidecar says so, or the dataset is refused.
