@@ -6,23 +6,30 @@ use std::process::ExitCode;
 
 use clap::Args;
 use output_schema::file::DATASET;
+use serde_json::{Value, json};
 
 use super::{CommandResult, UsageError, print};
 use dataset::Fault;
 use tools::icon::{Content, IconScan, PeakLight, RangeValues, ScanReader, Scatter, SensorImage, Traits, open};
 
+/// Version of the document's layout.
+const SCHEMA_VERSION: u32 = 1;
 /// Rows that are handled at a time.
 const ROWS_AT_A_TIME: usize = 256;
 
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   gen icon scans/00000003.xml                      what a file holds
+  gen icon scans/00000003.xml --json | jq .missing_share
   gen export icon planks --index 3 --out scans     writes such files: scans/00000003.dat and .xml
 
-docs/files/icon.md describes the files.")]
+docs/files/icon.md describes the files, and the fields of the JSON.")]
 pub(super) struct IconArgs {
     /// The .xml of a file to look at, with its .dat beside it
     path: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn run(arguments: &IconArgs) -> CommandResult {
@@ -31,72 +38,144 @@ pub(super) fn run(arguments: &IconArgs) -> CommandResult {
         let remedy = format!("`gen export icon {dir} --index 0 --out OUT` writes its samples as such files");
         return Err(UsageError(format!("{dir} is a dataset, not a file of the camera: {remedy}")).into());
     }
-    print(&match open(&arguments.path)? {
-        Content::Scan(mut reader) => describe(&mut reader)?,
-        Content::Image(image) => describe_image(&image),
-    })?;
+    let (text, mut document) = match open(&arguments.path)? {
+        Content::Scan(mut reader) => {
+            let scan = ScanDescription::of(&mut reader)?;
+            (scan.text(), scan.json())
+        }
+        Content::Image(image) => (describe_image(&image), image_json(&image)),
+    };
+    if arguments.json {
+        document["path"] = arguments.path.display().to_string().into();
+        print(&format!("{document:#}\n"))?;
+    } else {
+        print(&text)?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-fn describe_image(image: &SensorImage) -> String {
-    let most = image.dn.iter().max().copied().unwrap_or(0);
-    let [x, y] = image.offset;
-    format!("sensor image, {} x {} px from column {x}, row {y}; brightest {most} DN\n", image.cols, image.rows)
+fn brightest(image: &SensorImage) -> u8 {
+    image.dn.iter().max().copied().unwrap_or(0)
 }
 
-/// What a scan holds; rows pass through, so its length does not matter.
-fn describe(reader: &mut ScanReader) -> Result<String, Fault> {
-    let mut planes = Vec::new();
-    let (mut missing, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
-    let (mut saturated, mut encoder): (usize, Option<(i32, i32)>) = (0, None);
-    for from in (0..reader.rows()).step_by(ROWS_AT_A_TIME) {
-        let scan = reader.read(from, ROWS_AT_A_TIME)?;
-        for z in scan.heights() {
-            missing += usize::from(!z.is_finite());
-            (low, high) = (low.min(z), high.max(z));
+fn describe_image(image: &SensorImage) -> String {
+    let [x, y] = image.offset;
+    let (cols, rows) = (image.cols, image.rows);
+    format!("sensor image, {cols} x {rows} px from column {x}, row {y}; brightest {} DN\n", brightest(image))
+}
+
+fn image_json(image: &SensorImage) -> Value {
+    json!({
+        "schema_version": SCHEMA_VERSION, "content": "sensor_image", "columns": image.cols, "rows": image.rows,
+        "offset_px": image.offset, "brightest_dn": brightest(image),
+    })
+}
+
+/// What a scan holds.
+struct ScanDescription {
+    cols: usize,
+    rows: usize,
+    planes: Vec<&'static str>,
+    traits: Traits,
+    /// Share of pixels without a height [1].
+    missing: f64,
+    /// Share of pixels of 255 DN [1].
+    saturated: f64,
+    /// Lowest and highest height [mm or px].
+    ends: Option<[f64; 2]>,
+    /// Counter at the first and at the last profile.
+    encoder: Option<[i32; 2]>,
+}
+
+impl ScanDescription {
+    /// That of a scan; rows pass through, so its length does not matter.
+    fn of(reader: &mut ScanReader) -> Result<Self, Fault> {
+        let mut planes = Vec::new();
+        let (mut missing, mut low, mut high) = (0_usize, f64::INFINITY, f64::NEG_INFINITY);
+        let (mut saturated, mut encoder): (usize, Option<[i32; 2]>) = (0, None);
+        for from in (0..reader.rows()).step_by(ROWS_AT_A_TIME) {
+            let scan = reader.read(from, ROWS_AT_A_TIME)?;
+            for z in scan.heights() {
+                missing += usize::from(!z.is_finite());
+                (low, high) = (low.min(z), high.max(z));
+            }
+            saturated += scan.light_dn().map_or(0, |dn| dn.iter().filter(|dn| **dn == u8::MAX).count());
+            if let Some(marks) = &scan.marks
+                && let (Some(first), Some(last)) = (marks.first(), marks.last())
+            {
+                encoder = Some([encoder.map_or(first.encoder, |[first, _]| first), last.encoder]);
+            }
+            planes = names(&scan);
         }
-        saturated += scan.light_dn().map_or(0, |dn| dn.iter().filter(|dn| **dn == u8::MAX).count());
-        if let Some(marks) = &scan.marks
-            && let (Some(first), Some(last)) = (marks.first(), marks.last())
-        {
-            encoder = Some((encoder.map_or(first.encoder, |(first, _)| first), last.encoder));
-        }
-        planes = names(&scan);
+        let (cols, rows) = (reader.width(), reader.rows());
+        let share = |count: usize| count as f64 / (cols * rows).max(1) as f64;
+        Ok(Self {
+            cols,
+            rows,
+            planes,
+            traits: reader.traits(),
+            missing: share(missing),
+            saturated: share(saturated),
+            ends: (low <= high).then_some([low, high]),
+            encoder,
+        })
     }
-    let (width, rows) = (reader.width(), reader.rows());
-    let mut text = format!("scan, {width} columns x {rows} profiles: {}\n", planes.join(", "));
-    // Writing to a string cannot fail.
-    let unit = match reader.traits() {
-        Traits::Sensor(sensor) => {
-            let _ = writeln!(
-                text,
-                "uncalibrated: {} sensor rows from column {}, row {}; {} rows a step",
-                sensor.region_rows, sensor.origin[0], sensor.origin[1], sensor.scale[1]
-            );
-            "px"
+
+    /// In words.
+    fn text(&self) -> String {
+        let mut text = format!("scan, {} columns x {} profiles: {}\n", self.cols, self.rows, self.planes.join(", "));
+        // Writing to a string cannot fail.
+        let unit = match &self.traits {
+            Traits::Sensor(sensor) => {
+                let _ = writeln!(
+                    text,
+                    "uncalibrated: {} sensor rows from column {}, row {}; {} rows a step",
+                    sensor.region_rows, sensor.origin[0], sensor.origin[1], sensor.scale[1]
+                );
+                "px"
+            }
+            Traits::World(world) => {
+                let step = world.row_mm.map_or("unknown".into(), |mm| format!("{mm} mm"));
+                let [from, to] = [world.lower[0], world.upper[0]];
+                let col = world.col_mm(self.cols);
+                let _ =
+                    writeln!(text, "calibrated: x {from} to {to} mm, {col:.6} mm a column; between profiles {step}");
+                "mm"
+            }
+        };
+        let (missing, saturated) = (100.0 * self.missing, 100.0 * self.saturated);
+        let _ = writeln!(text, "missing {missing:.2} %, saturated {saturated:.2} %");
+        if let Some([low, high]) = self.ends {
+            let _ = writeln!(text, "Range {low:.4} to {high:.4} {unit}");
         }
-        Traits::World(world) => {
-            let step = world.row_mm.map_or("unknown".into(), |mm| format!("{mm} mm"));
-            let [from, to] = [world.lower[0], world.upper[0]];
-            let col = world.col_mm(width);
-            let _ = writeln!(text, "calibrated: x {from} to {to} mm, {col:.6} mm a column; between profiles {step}");
-            "mm"
+        if let Some([first, last]) = self.encoder {
+            let _ = writeln!(text, "encoder {first} to {last}");
         }
-    };
-    let all = (width * rows).max(1) as f64;
-    let _ = writeln!(
-        text,
-        "missing {:.2} %, saturated {:.2} %",
-        100.0 * missing as f64 / all,
-        100.0 * saturated as f64 / all
-    );
-    if low <= high {
-        let _ = writeln!(text, "Range {low:.4} to {high:.4} {unit}");
+        text
     }
-    if let Some((first, last)) = encoder {
-        let _ = writeln!(text, "encoder {first} to {last}");
+
+    /// For programs.
+    fn json(&self) -> Value {
+        let mut document = json!({
+            "schema_version": SCHEMA_VERSION, "content": "scan", "columns": self.cols, "profiles": self.rows,
+            "planes": self.planes, "missing_share": self.missing, "saturated_share": self.saturated,
+            "encoder": self.encoder,
+        });
+        let of_traits = match &self.traits {
+            Traits::Sensor(sensor) => json!({
+                "calibrated": false, "range_px": self.ends, "sensor_rows": sensor.region_rows,
+                "origin_px": sensor.origin, "rows_per_step": sensor.scale[1],
+            }),
+            Traits::World(world) => json!({
+                "calibrated": true, "range_mm": self.ends, "x_mm": [world.lower[0], world.upper[0]],
+                "col_mm": world.col_mm(self.cols), "row_mm": world.row_mm,
+            }),
+        };
+        if let (Value::Object(document), Value::Object(of_traits)) = (&mut document, of_traits) {
+            document.extend(of_traits);
+        }
+        document
     }
-    Ok(text)
 }
 
 fn names(scan: &IconScan) -> Vec<&'static str> {

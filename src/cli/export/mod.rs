@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
+use serde_json::json;
 
 pub(super) use options::ExportCommand;
 use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
@@ -13,12 +14,15 @@ use options::{CocoArgs, ExportIconArgs, MapChoice, MaskChoice};
 use super::console::Console;
 use super::generate::threads;
 use super::progress::{Progress, counted, describe_bytes};
-use super::{CommandResult, UsageError, output};
+use super::{CommandResult, UsageError, output, print};
 use bench::split::Split;
 use dataset::Fault;
 use tools::export::{
     ExportProgress, ExportSummary, PictureContent, Selection, Source, coco, icon, mvtec, png, webdataset,
 };
+
+/// Version of the layout of the document that `--json` prints.
+const SCHEMA_VERSION: u32 = 1;
 
 pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
     let common = format.common();
@@ -61,6 +65,21 @@ pub(super) fn run(format: &ExportCommand, console: &Console) -> CommandResult {
     let summary = pool.install(|| write(format, &source, &common.out, &|done, all| progress.set(done, all)));
     drop(progress);
     let summary = summary?;
+    if common.json {
+        let document = json!({
+            "schema_version": SCHEMA_VERSION,
+            "format": format.name(),
+            "dataset": common.dir.display().to_string(),
+            "out": common.out.display().to_string(),
+            "samples": source.samples,
+            "unfinished_shards": source.unfinished,
+            "nothing_to_do": summary.nothing_to_do,
+            "files": (!summary.nothing_to_do).then_some(summary.files),
+            "bytes": (!summary.nothing_to_do).then_some(summary.bytes),
+            "notes": &summary.notes,
+        });
+        print(&format!("{document:#}\n"))?;
+    }
     let out = common.out.display();
     for note in &summary.notes {
         console.note(&format!("note: {note}"));

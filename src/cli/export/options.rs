@@ -17,8 +17,10 @@ use tools::export::{GivenEnds, PictureContent};
   gen export webdataset planks --out tars --tar-mb 1000        tars for training that streams
   gen export png planks --out pngs --colour --index 0-19       pictures, as stored, of 20 samples
   gen export icon planks --out scans --index 3                 files of the real camera
+  gen export png planks --out pngs --json | jq .files          what was written, for programs
 
-A stopped export is finished by the same command. docs/export.md describes every file.")]
+A stopped export is finished by the same command. docs/export.md describes every file, and the
+fields of the JSON.")]
 pub(in crate::cli) enum ExportCommand {
     /// COCO instances: pictures, boxes, run-length masks, one document for each split
     Coco(CocoArgs),
@@ -48,6 +50,9 @@ pub(in crate::cli) struct ExportArgs {
     /// Threads [default: all cores]
     #[arg(short = 'j', long, value_name = "T", value_parser = whole::<usize>)]
     pub(super) threads: Option<usize>,
+    /// Print what was written as JSON
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -157,6 +162,17 @@ pub(super) enum MapChoice {
 }
 
 impl ExportCommand {
+    /// Its word on the command line.
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Coco(_) => "coco",
+            Self::Mvtec(_) => "mvtec",
+            Self::Webdataset(_) => "webdataset",
+            Self::Png(_) => "png",
+            Self::Icon(_) => "icon",
+        }
+    }
+
     /// What every format takes.
     pub(super) fn common(&self) -> &ExportArgs {
         match self {
