@@ -1,15 +1,22 @@
 //! Expected content of a finished dataset, made again from its own `dataset.json`: for validation.
 
-use output_schema::DatasetHead;
+use output_schema::{DatasetHead, RigWarning};
 use procedural::Parameter;
 
-use super::{DatasetRequest, dataset_head, recipe_of, render_sample};
+use super::{DatasetRequest, dataset_head, recipe_of, render_sample, rig_warnings};
+use bench::settings::{Order, Transport};
 use bench::split::Split;
-use dataset::validate::{DeclaredLaws, ExpectedRow, ParameterLaws, UnlitRow};
+use dataset::record::AskedRows;
+use dataset::validate::{DeclaredLaws, DerivedSample, ExpectedRow, ParameterLaws, RowChoice, UnlitRow};
 use dataset::{Dataset, Encoded};
 use pipeline;
 use recipe::{Distribution, Recipe};
 use scanner::optics::speckle::PatternCache;
+
+/// Rows of an image for each place at which rows are exposed again, where nobody says how many places.
+const ROWS_PER_PLACE: usize = 1000;
+/// Rows that are exposed again at a place: neighbours cost little, since they look at the same rows of the specimen.
+const STRIP_ROWS: u64 = 8;
 
 /// The recipe of a dataset, and the content that this program expects of it.
 pub struct ExpectedDataset {
@@ -24,6 +31,17 @@ impl ExpectedDataset {
     /// # Errors
     /// As [`recipe_of`].
     pub fn of(folder: &Dataset) -> Result<Self, String> {
+        Self::with_warnings(folder, rig_warnings)
+    }
+
+    /// The same with the warnings of the rig's check, which renders, from elsewhere: of recipe, seed and its patterns.
+    ///
+    /// # Errors
+    /// As [`recipe_of`].
+    pub fn with_warnings(
+        folder: &Dataset,
+        warnings: impl FnOnce(&Recipe, u64, &PatternCache) -> Vec<RigWarning>,
+    ) -> Result<Self, String> {
         let recipe = recipe_of(folder)?;
         let found = folder.head();
         let request = DatasetRequest {
@@ -33,11 +51,9 @@ impl ExpectedDataset {
             part: (0, 1),
             samples_per_shard: Some(found.samples_per_shard),
         };
-        Ok(Self {
-            tiles: PatternCache::new(recipe.streams(found.seed).key()),
-            head: dataset_head(&recipe, &request),
-            recipe,
-        })
+        let tiles = PatternCache::new(recipe.streams(found.seed).key());
+        let warnings = warnings(&recipe, found.seed, &tiles);
+        Ok(Self { head: dataset_head(&recipe, &request, warnings), tiles, recipe })
     }
 
     /// The recipe.
@@ -61,18 +77,32 @@ impl ExpectedDataset {
         }
     }
 
-    /// Expected numbers and labels of a sample that need no light.
-    pub fn unlit(&self, index: u64) -> UnlitRow {
-        let pipeline::Unlit { record, instances, rows } =
-            pipeline::unlit(&self.recipe.draw(self.head.seed, index), &self.tiles);
-        let derived = record.calibration.iter().chain(&record.physics);
-        UnlitRow {
+    /// Expected numbers and labels of a sample that need no light, and the rows `asked`.
+    pub fn derived(&self, index: u64, asked: &AskedRows) -> DerivedSample {
+        let scene = self.recipe.draw(self.head.seed, index);
+        let pipeline::Derived { unlit, exposed, frame } = pipeline::derived(&scene, &self.tiles, asked);
+        let pipeline::Unlit { record, instances, rows } = unlit;
+        let in_view = ("object_in_view", record.object_in_view);
+        let derived = record.calibration.iter().chain(&record.physics).chain([&in_view]);
+        let unlit = UnlitRow {
             derived: derived.map(|(name, value)| ((*name).to_owned(), *value)).collect(),
             grid: [record.row_mm, record.col_mm, record.range_offset, record.range_scale],
             defects: record.defects.iter().map(|class| class.name().to_owned()).collect(),
             instances,
             rows,
-        }
+        };
+        DerivedSample { unlit, exposed, frame }
+    }
+
+    /// How many rows of each sample are exposed again, at `places` or as many as cost little; `seed` says which. `None` where
+    /// nobody asks for rows and one costs as much as thousands: by a model that answers one line at a time.
+    pub fn rows(&self, places: Option<u64>, seed: u64) -> Option<RowChoice> {
+        let cheap = !matches!(self.recipe.transport(), Transport::Path { .. } | Transport::Diffusion { .. });
+        let usual = || cheap.then(|| (self.head.images.rows as usize).div_ceil(ROWS_PER_PLACE).max(1) as u64);
+        let places = places.or_else(usual)?;
+        // Neighbours have nothing in common where each line, or each frame, is made by itself.
+        let alone = self.recipe.transport() != Transport::Kernel || self.recipe.postprocess().order != Order::Physical;
+        Some(RowChoice { places, strip: if alone { 1 } else { STRIP_ROWS }, seed })
     }
 
     /// How the rows are drawn.
@@ -107,9 +137,12 @@ pub fn declared(recipe: &Recipe, seed: u64) -> DeclaredLaws {
         own.classes().iter().position(|known| known.name == class.name).unwrap_or(usize::MAX)
     };
     let splits = recipe.splits();
+    let own = recipe.clone();
+    let split_of = move |index: u64| own.split_of(seed, index) as usize;
     DeclaredLaws {
         classes: classes.iter().map(|class| (class.name.clone(), class.share)).collect(),
         class_of: Box::new(class_of),
+        split_of: Box::new(split_of),
         splits: Split::ALL
             .iter()
             .map(|split| split.name().to_owned())

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::cast::AsArray;
-use arrow_array::{Array, ArrayRef, FixedSizeListArray, ListArray, RecordBatch, StringArray, new_null_array};
+use arrow_array::{Array, ArrayRef, BinaryArray, FixedSizeListArray, Int32Array, ListArray, RecordBatch};
+use arrow_array::{StringArray, StructArray, new_null_array};
 use parquet::file::metadata::{ParquetMetaDataReader, ParquetMetaDataWriter};
 
 use crate::damage::{DATA, agree, rewrite};
@@ -114,6 +115,19 @@ fn crc(bytes: &[u8]) -> u32 {
 fn pictures() {
     assert_eq!(with(|sample| sample.png[1].1 = huge_png(8)), [Code::ImageSize]);
     assert_eq!(with(|sample| sample.png[0].1 = huge_png(16)), [Code::ImageSize]);
+    // A row that claims the same size does not help.
+    let codes = after(|root| {
+        rewrite(root, |rows| {
+            let side = |_: &ArrayRef| -> ArrayRef { Arc::new(Int32Array::from(vec![40_000])) };
+            let rows = with_column(with_column(rows, "cols", side), "rows", side);
+            with_column(rows, "range", |column| {
+                let (fields, mut children, nulls) = column.as_struct().clone().into_parts();
+                children[0] = Arc::new(BinaryArray::from(vec![huge_png(16).as_slice()]));
+                Arc::new(StructArray::new(fields, children, nulls))
+            })
+        });
+    });
+    assert!(codes.contains(&Code::ImageSize) && !codes.contains(&Code::ImageUnreadable), "{codes:?}");
     assert!(
         dataset::read_png_of(&huge_png(16), (48, 32)).expect_err("another size").contains("40000 x 40000, not 48 x 32")
     );

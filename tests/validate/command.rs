@@ -19,9 +19,11 @@ fn boards() -> Place {
 #[test]
 fn the_report_is_printed_and_kept() {
     let place = boards();
-    let run = place.done("validate set --json --save --rerender 2");
+    let run = place.done("validate set --json --save --rerender 2 --rows-seed 5");
     let printed = json(&run.out);
     assert_eq!((&printed["clean"], &printed["samples"], &printed["rerendered"]), (&true.into(), &6.into(), &2.into()));
+    // A place with eight rows in each of the other samples.
+    assert_eq!((&printed["rows"], &printed["rows_seed"], &printed["unexposed"]), (&32.into(), &5.into(), &0.into()));
     let mut kept = place.json("set/reports/validation.json");
     let document = kept.as_object_mut().expect("an object");
     assert_eq!(document.shift_remove("format"), Some("sheetlight-validation".into()));
@@ -32,7 +34,8 @@ fn the_report_is_printed_and_kept() {
     assert_eq!(kept, printed);
     // It is no file too many, is written anew, and depends on no threads.
     let before = place.tree("set");
-    assert_eq!(place.done("validate set --json --save --rerender 2 --threads 1").out, run.out);
+    let again = place.done("validate set --json --save --rerender 2 --rows-seed 5 --threads 1");
+    assert_eq!(again.out, run.out);
     assert!(before == place.tree("set"), "the second report is another one");
 }
 
@@ -48,6 +51,39 @@ fn the_seed_chooses_samples() {
     assert_eq!(chosen(0), all[0]);
     // Four equal choices of 20 come once in 8000 datasets; this one is always the same.
     assert!(all.iter().any(|chosen| *chosen != all[0]), "{all:?}");
+}
+
+/// Nobody knows before which rows are exposed again, and whoever read the report can expose the same ones.
+#[test]
+fn rows_are_others_each_time_and_can_be_told_again() {
+    let place = boards();
+    let seeds: Vec<Value> =
+        (0..2).map(|_| json(&place.done("validate set --json --rerender 0").out)["rows_seed"].clone()).collect();
+    assert_ne!(seeds[0], seeds[1]);
+    let text = place.done("validate set --rerender 0 --rows 3 --rows-seed 77").out;
+    assert!(text.contains("rows exposed again (--rows-seed 77); 0 faults"), "{text}");
+    let none = json(&place.done("validate set --json --rerender 0 --rows 0").out);
+    assert_eq!((&none["rows"], &none["rows_seed"], &none["unexposed"]), (&0.into(), &Value::Null, &6.into()));
+    let help = place.done("validate --help").out;
+    for word in ["1 - (1 - s)^K", "1 - (1 - s)^(K N)", "--rows-seed", "1 % of the rows"] {
+        assert!(help.contains(word), "no `{word}` in {help}");
+    }
+}
+
+/// A model of transport that takes seconds for a line: no rows, unless they are asked for; that is said and counted.
+#[test]
+fn slow_models_are_left_out_and_counted() {
+    let few = "\ntransport: {model: path, photons_per_profile: 1000}\nclasses:\n";
+    let place = Place::with(&[["\nclasses:\n", few], ["\n  profiles: 48 ", "\n  profiles: 8 "]]);
+    place.make("set", "--n 2");
+    let run = place.done("validate set --json --rerender 0");
+    let report = json(&run.out);
+    assert_eq!((&report["rows"], &report["unexposed"]), (&0.into(), &2.into()));
+    assert!(run.err.contains("no rows are exposed again") && run.err.contains("--rows"), "{}", run.err);
+    let run = place.done("validate set --json --rerender 0 --rows 2");
+    let report = json(&run.out);
+    assert!(report["rows"].as_u64().is_some_and(|rows| (2..=4).contains(&rows)), "{report:#}");
+    assert_eq!((&report["unexposed"], run.err.contains("no rows")), (&0.into(), false));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Purpose: docs/validate.md lists every code of a fault with its meaning and its remedy, as the program has them.
 
+use dataset::shares::Shortfall;
 use dataset::validate::{Code, fault_table};
 
 const PAGE: &str = include_str!("../../docs/validate.md");
@@ -12,6 +13,16 @@ fn every_code_has_its_row() {
     let expected: Vec<&str> = table.lines().collect();
     assert_eq!(expected.len(), Code::ALL.len() + 2);
     assert_eq!(rows, expected);
+}
+
+/// What samples fall short in has one code, in rows' findings, in dataset.json and in pages.
+#[test]
+fn shortfalls_have_the_codes_of_findings() {
+    for shortfall in Shortfall::ALL {
+        let code = Code::from(shortfall);
+        assert_eq!((code.name().as_str(), code.remedy()), (shortfall.code(), shortfall.remedy()));
+        assert!(code.meaning().starts_with("Warning: "), "{}", code.meaning());
+    }
 }
 
 #[test]

@@ -8,5 +8,6 @@ mod damage;
 mod damaged;
 mod docs;
 mod files;
+mod rows;
 mod sabotage;
 mod statistics;

@@ -61,13 +61,17 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     if !found.is_file() {
         return Err(Error::other("it is no plain file"));
     }
+    let too_large = |bytes: u64| {
+        let what = format!("it has {bytes} bytes, more than the {most} that are read");
+        Error::new(ErrorKind::FileTooLarge, what)
+    };
+    if found.len() > most {
+        return Err(too_large(found.len()));
+    }
+    // It may grow while it is read.
     let mut content = Vec::new();
     file.take(most.saturating_add(1)).read_to_end(&mut content)?;
-    if content.len() as u64 > most {
-        let what = format!("it has {} bytes, more than the {most} that are read", found.len());
-        return Err(Error::new(ErrorKind::FileTooLarge, what));
-    }
-    Ok(content)
+    if content.len() as u64 > most { Err(too_large(content.len() as u64)) } else { Ok(content) }
 }
 
 /// Gives a file that is synced its name.

@@ -22,6 +22,10 @@ pub(super) fn card(head: &DatasetHead, present: &[Split], counts: &ClassCounts) 
     made(&mut page, head);
     shares(&mut page, head, counts);
     columns(&mut page, head);
+    if !head.warnings.is_empty() {
+        add(&mut page, "\n## Warnings\n\nBefore the first sample the check of the rig warned:\n");
+        head.warnings.iter().for_each(|warning| add(&mut page, &format!("- {}; {}", warning.what, warning.remedy)));
+    }
     add(&mut page, "\n## Limits\n");
     limits(head).iter().for_each(|limit| add(&mut page, &format!("- {limit}")));
     add(&mut page, "\nTest on real scans before you trust a model that was trained here.\n");

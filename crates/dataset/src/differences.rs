@@ -61,7 +61,7 @@ pub(super) fn reasons_to_refuse(old: &DatasetHead, new: &DatasetHead) -> Vec<Str
         rest
     };
     let recipe_differs = !reasons.is_empty();
-    let follow = ["classes", "pixel_classes", "splits", "images", "parameters", "physics"];
+    let follow = ["classes", "pixel_classes", "splits", "images", "parameters", "physics", "warnings"];
     let rest = differences("", &rest(old), &rest(new));
     // What follows from the recipe is told by the recipe's keys.
     reasons.extend(

@@ -8,8 +8,9 @@ use sha2::{Digest, Sha256};
 use super::atomic_file::hex;
 use super::png::{range_numbers, rounded8, rounded16};
 use super::{Grey, exr, write_exr, write_png};
-use crate::record::{Object, Record, StackFrame};
-use bench::settings::{Channel, Output};
+use crate::record::{Labels, Maps, Object, Record, StackFrame};
+use crate::shares::SampleShares;
+use bench::settings::{Channel, Output, Readout};
 use bench::split::Split;
 
 /// One sample, ready to be written.
@@ -47,6 +48,8 @@ pub struct Encoded {
     pub objects: Vec<Object>,
     /// Pixels of each class [px].
     pub class_area_px: [u64; PIXEL_CLASSES.len()],
+    /// How much of the sample is of use.
+    pub shares: SampleShares,
     /// PNG files in the order of [`Channel`].
     pub png: Vec<(Channel, Vec<u8>)>,
     /// The EXR file, where the recipe asks for one.
@@ -115,6 +118,8 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
     for &class in &record.labels.class {
         class_area_px[usize::from(class)] += 1;
     }
+    let most = Readout { bits: output.bits, ..Readout::PLAIN }.most();
+    let shares = SampleShares::of(&record.maps, &record.labels, most, record.object_in_view);
     Encoded {
         index: record.index,
         id: record.id,
@@ -132,6 +137,7 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
         defects: record.defects,
         objects: record.objects,
         class_area_px,
+        shares,
         png,
         exr,
         stack: record.stack,
@@ -139,14 +145,18 @@ pub fn encode(record: Record, output: &Output) -> Encoded {
 }
 
 fn image(record: &Record, channel: Channel, bits: u32) -> Vec<u8> {
-    let (maps, labels) = (&record.maps, &record.labels);
-    let grey = match channel {
-        Channel::Range => Grey::Sixteen(range_numbers(&maps.range, record.range_offset, record.range_scale)),
+    let scale = [record.range_offset, record.range_scale];
+    write_png(&image_of(&record.maps, &record.labels, channel, bits, scale), record.cols)
+}
+
+/// An image of maps; `scale` is what the number 0 of Range means and what a step of it is [mm or px].
+pub(crate) fn image_of(maps: &Maps, labels: &Labels, channel: Channel, bits: u32, [offset, scale]: [f64; 2]) -> Grey {
+    match channel {
+        Channel::Range => Grey::Sixteen(range_numbers(&maps.range, offset, scale)),
         Channel::Reflectance if bits > 8 => Grey::Sixteen(rounded16(&maps.reflectance)),
         Channel::Reflectance => Grey::Eight(rounded8(&maps.reflectance)),
         Channel::Scatter => Grey::Sixteen(rounded16(&maps.scatter)),
         Channel::Label => Grey::Eight(labels.class.clone()),
         Channel::Instance => Grey::Sixteen(labels.instance.clone()),
-    };
-    write_png(&grey, record.cols)
+    }
 }

@@ -16,7 +16,7 @@ use exr::prelude::{
 use output_schema::{Channel, DatasetHead, SampleType};
 use serde_json::{Value, json};
 
-use crate::record::{Below, Record, TruthMaps};
+use crate::record::{Below, Labels, Maps, Record, TruthMaps};
 
 /// Compression of every file: on noisy maps smaller than ZIP and faster; see `benches/write.rs`.
 pub(super) const COMPRESSION: Compression = Compression::PIZ;
@@ -88,20 +88,30 @@ pub(crate) fn truth_channel(truth: &TruthMaps, name: &str) -> Option<Vec<f32>> {
 
 /// The declared channels of a record, in the order of files.
 pub(super) fn record_channels(record: &Record, declared: &[Channel]) -> Vec<ExrChannel> {
-    let truth = |name: &str| record.truth.as_ref().and_then(|truth| truth_channel(truth, name)).unwrap_or_default();
+    map_channels(&record.maps, &record.labels, record.truth.as_ref(), declared)
+}
+
+/// The declared channels of maps, in the order of files; those of truth maps are empty where there are none.
+pub(crate) fn map_channels(
+    maps: &Maps,
+    labels: &Labels,
+    truth: Option<&TruthMaps>,
+    declared: &[Channel],
+) -> Vec<ExrChannel> {
+    let truth = |name: &str| truth.and_then(|truth| truth_channel(truth, name)).unwrap_or_default();
     // Missing is NaN in float images, the picture for viewers apart.
     let seen = |map: &[f32]| -> Vec<f32> {
-        map.iter().zip(&record.maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect()
+        map.iter().zip(&maps.range).map(|(&v, z)| if z.is_nan() { f32::NAN } else { v }).collect()
     };
     let channel = |c: &Channel| {
         let numbers = match c.name {
             "FibreAzimuth" | "FilmThickness" | "FibreDive" | "FilmGap" | "Height" => truth(c.name),
-            "Instance" => record.labels.instance.iter().map(|&n| f32::from(n)).collect(),
-            "Label" => record.labels.class.iter().map(|&n| f32::from(n)).collect(),
-            "Range" => record.maps.range.iter().copied().map(stepped).collect(),
-            "Scatter" => seen(&record.maps.scatter),
-            "Reflectance" => seen(&record.maps.reflectance),
-            _ => record.maps.reflectance.clone(),
+            "Instance" => labels.instance.iter().map(|&n| f32::from(n)).collect(),
+            "Label" => labels.class.iter().map(|&n| f32::from(n)).collect(),
+            "Range" => maps.range.iter().copied().map(stepped).collect(),
+            "Scatter" => seen(&maps.scatter),
+            "Reflectance" => seen(&maps.reflectance),
+            _ => maps.reflectance.clone(),
         };
         let samples = match c.samples {
             SampleType::Half => Samples::Half(numbers),

@@ -13,7 +13,7 @@ const LIMITS_OF_ALL: [&str; 6] = [
 ];
 
 const LIMITS_OF_WOOD: [&str; 2] = [
-    "Boards have no cracks and checks, blue stain, resin, compression wood, rays, wane, torn grain, whorls, moisture or loss of height by decay.",
+    "Boards have no cracks, no checks and compression wood but in knots, no blue stain, resin, rays, wane, torn grain, whorls, moisture or loss of height by decay.",
     "A board never shades or hides its own surface.",
 ];
 

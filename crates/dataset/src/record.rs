@@ -1,5 +1,7 @@
 //! Everything about one sample that leaves the simulator.
 
+use std::ops::Range;
+
 use procedural::{Class, Instance};
 
 use bench::settings::RangeForm;
@@ -116,6 +118,37 @@ pub struct TrueRow {
     pub lower: Vec<f32>,
 }
 
+/// What of one sample is to be exposed again.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct AskedRows {
+    /// Neighbouring rows of the images.
+    pub strips: Vec<Range<usize>>,
+    /// The profile of a sensor frame.
+    pub frame: Option<usize>,
+}
+
+impl AskedRows {
+    /// Whether nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        self.strips.is_empty() && self.frame.is_none()
+    }
+}
+
+/// Neighbouring rows of the images of one sample, exposed again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExposedRows {
+    /// The first row.
+    pub first: usize,
+    /// Columns of the images.
+    pub cols: usize,
+    /// What the instrument measures there, `[rows, cols]`.
+    pub maps: Maps,
+    /// What is true there.
+    pub labels: Labels,
+    /// Noise-free truth, where the recipe asks for it.
+    pub truth: Option<TruthMaps>,
+}
+
 /// One sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
@@ -159,6 +192,8 @@ pub struct Record {
     pub objects: Vec<Object>,
     /// Classes of all defects that the object has, seen or not, by number.
     pub defects: Vec<Class>,
+    /// Share of the object's convex outline, seen from above, that lies within the field of the images; NaN on a turntable [1].
+    pub object_in_view: f64,
     /// Sensor frames that the recipe keeps, by profile.
     pub stack: Vec<StackFrame>,
 }

@@ -53,6 +53,9 @@ pub(crate) fn row_batch(schema: &SchemaRef, head: &DatasetHead, sample: &Encoded
             "objects" => objects(field, &sample.objects).map_err(|e| e.to_string())?,
             "defect_classes" => defects(field, &sample.defects).map_err(|e| e.to_string())?,
             "class_area_px" => areas(field, head, sample)?,
+            "measured_share" => float64(known(sample.shares.measured)),
+            "saturated_share" => float64(known(sample.shares.saturated)),
+            "object_in_view" => float64(known(sample.shares.in_view)),
             name => match head.images.png.iter().any(|image| image == name) {
                 true => image(field, name, sample)?,
                 false => group(field, head, sample)?,

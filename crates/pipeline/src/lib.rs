@@ -3,9 +3,10 @@
 pub mod effective;
 pub mod labels;
 
+mod derived;
+mod exposed_rows;
 mod line_solver;
 mod range_scale;
-mod unlit;
 
 use std::ops::Range;
 
@@ -28,9 +29,9 @@ use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
 use scanner::specimen::{Hit, Specimen};
 use transport::kernel::BASIS;
 
+pub use self::derived::{Derived, Unlit, derived};
 use self::line_solver::line_solver;
 use self::range_scale::{RangeScale, grid, range_scale};
-pub use self::unlit::{Unlit, unlit};
 
 /// Memory for rows of the specimen, all threads together [bytes].
 const BAND_BYTES: usize = 256 << 20;
@@ -63,7 +64,7 @@ pub fn body(scene: &Scene) -> Body {
 /// [`render`] for any body.
 pub fn render_body(scene: &Scene, body: Body, tiles: &PatternCache, progress: &(dyn Fn(u64) + Sync)) -> Record {
     let (sensor, specimen) = set_up(scene, body, tiles);
-    let mut scan = Scan::new(scene);
+    let mut scan = Scan::new(scene, scene.size.profiles);
     scan.expose(scene, &sensor, &specimen, progress);
     scan.record(scene, &sensor, &specimen)
 }
@@ -91,7 +92,7 @@ pub fn set_up(scene: &Scene, body: Body, tiles: &PatternCache) -> (Sensor, Speci
     (sensor, specimen)
 }
 
-/// Full-size maps of one sample, `[profiles, columns]`, row-major.
+/// Full-size maps of one sample or of some of its profiles, `[profiles, columns]`, row-major.
 struct Scan {
     maps: Maps,
     labels: Labels,
@@ -106,6 +107,8 @@ struct Measurement<'a> {
     calibration: &'a Calibration,
     /// The grid of a rectified scan.
     grid: Option<&'a RectifiedGrid>,
+    /// Whether the sensor frame of a profile is wanted.
+    keeps: &'a (dyn Fn(usize) -> bool + Sync),
 }
 
 /// The part of a scan's maps that one band fills.
@@ -119,8 +122,9 @@ struct BandMaps<'a> {
 }
 
 impl Scan {
-    fn new(scene: &Scene) -> Self {
-        let pixels = scene.size.columns * scene.size.profiles;
+    /// Of so many profiles.
+    fn new(scene: &Scene, profiles: usize) -> Self {
+        let pixels = scene.size.columns * profiles;
         let map = || vec![0.0f32; pixels];
         Self {
             maps: Maps { range: map(), reflectance: map(), scatter: map() },
@@ -139,19 +143,10 @@ impl Scan {
         };
         let calibration = sensor.calibration();
         let grid = grid(scene, &calibration.rig);
-        let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref() };
-        let step = length * columns;
-        let mut parts: Vec<BandMaps<'_>> = Vec::with_capacity(profiles.div_ceil(length));
-        let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
-        let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
-        let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
-        let measured = measured.zip(self.maps.scatter.chunks_mut(step));
-        let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
-        for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
-            let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
-            parts.push(BandMaps { range, reflectance, scatter, class, instance, truth });
-        }
-        let stacks: Vec<Vec<StackFrame>> = parts
+        let keeps = |profile: usize| keeps(scene.output.sensor_stack, profile);
+        let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &keeps };
+        let stacks: Vec<Vec<StackFrame>> = self
+            .parts(length * columns)
             .into_par_iter()
             .enumerate()
             .map_init(Band::default, |band, (number, part)| {
@@ -166,12 +161,25 @@ impl Scan {
         self.stack = stacks.into_iter().flatten().collect();
     }
 
+    /// The maps in parts of `step` pixels.
+    fn parts(&mut self, step: usize) -> Vec<BandMaps<'_>> {
+        let mut parts: Vec<BandMaps<'_>> = Vec::with_capacity(self.maps.range.len().div_ceil(step));
+        let maps = self.truth.as_mut().map(TruthMaps::maps_mut);
+        let mut truth = maps.map(|maps| maps.into_iter().map(|map| map.chunks_mut(step)).collect::<Vec<_>>());
+        let measured = self.maps.range.chunks_mut(step).zip(self.maps.reflectance.chunks_mut(step));
+        let measured = measured.zip(self.maps.scatter.chunks_mut(step));
+        let labelled = self.labels.class.chunks_mut(step).zip(self.labels.instance.chunks_mut(step));
+        for (((range, reflectance), scatter), (class, instance)) in measured.zip(labelled) {
+            let truth = truth.as_mut().map(|maps| maps.iter_mut().map(|map| map.next().unwrap_or_default()).collect());
+            parts.push(BandMaps { range, reflectance, scatter, class, instance, truth });
+        }
+        parts
+    }
+
     fn record(self, scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> Record {
         let (columns, rows, cols) = (scene.output.bin_columns, scene.output.bin_profiles, scene.size.columns);
         let rig = sensor.camera().rig;
-        let binning = Binning { cols, columns, rows };
-        let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
-        let truth = self.truth.map(|truth| binning.truth(truth));
+        let Self { maps, labels, truth, stack } = self.binned(scene);
         let top = f64::from(specimen.top());
         let grid = grid(scene, &rig);
         // The mean of the columns, which a bent lens makes unlike.
@@ -189,6 +197,7 @@ impl Scan {
         let RangeScale { offset: range_offset, scale: range_scale } = range_scale(scene, &rig);
         // The middle of the columns that are averaged into the first.
         let x_first = grid.map_or(f64::NAN, |grid| grid.first_mm + 0.5 * (col_mm - pitch));
+        let [field_x, field_y] = field(scene, sensor, specimen);
         Record {
             index: scene.index,
             id: scene.id.clone(),
@@ -210,9 +219,52 @@ impl Scan {
             truth,
             objects,
             defects,
-            stack: self.stack,
+            object_in_view: specimen.share_within(field_x, field_y),
+            stack,
         }
     }
+
+    /// Maps of the pixels that are written.
+    fn binned(self, scene: &Scene) -> Self {
+        let binning = binning(scene);
+        let (maps, labels) = (binning.maps(self.maps), binning.labels(self.labels));
+        Self { maps, labels, truth: self.truth.map(|truth| binning.truth(truth)), stack: self.stack }
+    }
+}
+
+/// How pixels of a scene are put together.
+fn binning(scene: &Scene) -> Binning {
+    Binning { cols: scene.size.columns, columns: scene.output.bin_columns, rows: scene.output.bin_profiles }
+}
+
+/// The field of the images: along the line what the columns see at the height of the object's upper end, along the scan the
+/// profiles with half a step around them; first and last x, first and last y [mm].
+pub fn field(scene: &Scene, sensor: &Sensor, specimen: &Specimen) -> [[f64; 2]; 2] {
+    let (size, output) = (scene.size, &scene.output);
+    let (rig, top) = (sensor.camera().rig, f64::from(specimen.top()));
+    // What does not fill a whole pixel of binned images is not in them.
+    let [columns, profiles] = [(size.columns, output.bin_columns), (size.profiles, output.bin_profiles)]
+        .map(|(pixels, bin)| pixels / bin * bin);
+    let mut x = [-0.5, columns as f64 - 0.5].map(|column| rig.along(column, top));
+    if let Some(grid) = grid(scene, &rig) {
+        let place = |column: f64| grid.first_mm + column * grid.pitch_mm;
+        x = [x[0].max(place(-0.5)), x[1].min(place(columns as f64 - 0.5))];
+    }
+    let half = 0.5 * scene.bench.motion.step_mm;
+    let y = [sensor.position(0) - half, sensor.position(profiles.saturating_sub(1)) + half];
+    [x, y]
+}
+
+/// The profiles of a sample by these numbers, measured and labelled as [`render`] does it, one after the other.
+pub fn render_profiles(scene: &Scene, sensor: &Sensor, specimen: &Specimen, profiles: &[usize]) -> (Maps, Labels) {
+    let mut scan = Scan::new(scene, profiles.len());
+    let calibration = sensor.calibration();
+    let grid = grid(scene, &calibration.rig);
+    let measurement = Measurement { scene, calibration: &calibration, grid: grid.as_ref(), keeps: &|_| false };
+    for (part, &profile) in scan.parts(scene.size.columns).into_iter().zip(profiles) {
+        part.fill(&measurement, sensor, &sensor.band(specimen, profile..profile + 1, Band::default()));
+    }
+    (scan.maps, scan.labels)
 }
 
 /// Truth maps of so many pixels, those that the subject has.
@@ -240,9 +292,9 @@ fn truth_row(scene: &Scene, hits: &[Hit], mut maps: Vec<&mut [f32]>) {
 }
 
 impl BandMaps<'_> {
-    /// Fills the part with the profiles of `band` and returns the sensor frames that the recipe keeps.
+    /// Fills the part with the profiles of `band` and returns the sensor frames that are wanted.
     fn fill(mut self, measurement: &Measurement<'_>, sensor: &Sensor, band: &Band) -> Vec<StackFrame> {
-        let Measurement { scene, calibration, grid } = *measurement;
+        let Measurement { scene, calibration, grid, keeps } = *measurement;
         let (columns, profiles) = (scene.size.columns, band.profiles.clone());
         let mut offsets = vec![Vec::new(); profiles.len()];
         let mut stack = Vec::new();
@@ -258,11 +310,11 @@ impl BandMaps<'_> {
             sensor.row_offsets(profile, &mut offsets[place]);
             if sensor.is_scripted() {
                 let frame = sensor.processed(band, profile);
-                if keeps(scene.output.sensor_stack, profile) {
+                if keeps(profile) {
                     stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
                 }
                 self.read(&[frame, Frame::default()], line, measurement);
-            } else if keeps(scene.output.sensor_stack, profile) {
+            } else if keeps(profile) {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
         }

@@ -1,15 +1,22 @@
 //! Datasets of every subject, depth, form and choice of files as the program makes them have no fault.
 
-use super::place::inspect;
+use super::place::inspect_rows;
+use recipe::Recipe;
 use test_support::program::{FRAMES, Place, mesh_recipe, recipe, sawtooth_recipe};
+
+/// Choices of rows that are exposed again.
+const SEEDS: u64 = 3;
 
 /// Makes a dataset of a recipe, which must be clean.
 fn is_clean(name: &str, text: String, samples: u64) {
     let place = Place::new();
     place.write("tiny.yaml", text);
     place.make("set", &format!("--n {samples} --samples-per-shard 5"));
-    let report = inspect(&place.path("set"));
-    assert!(report.is_clean() && report.samples == samples, "{name}:\n{report}");
+    for seed in 0..SEEDS {
+        let report = inspect_rows(&place.path("set"), seed);
+        assert!(report.is_clean() && report.samples == samples, "{name}:\n{report}");
+        assert!(report.rows >= samples && report.unexposed == 0, "{name}:\n{report}");
+    }
 }
 
 /// Every distribution becomes its lower end.
@@ -28,8 +35,12 @@ fn fixed(mut text: String) -> String {
 fn clean_datasets_of_every_subject() {
     for place in Place::of_each_subject(&[FRAMES]) {
         place.make("set", "--n 8 --samples-per-shard 3");
-        let report = inspect(&place.path("set"));
-        assert!(report.is_clean() && report.samples == 8, "{report}");
+        for seed in 0..SEEDS {
+            let report = inspect_rows(&place.path("set"), seed);
+            assert!(report.is_clean() && report.samples == 8, "{report}");
+            // A row for each sample and up to seven neighbours, that of the frame apart.
+            assert!((8..=9 * 8).contains(&report.rows) && report.frames == 8, "{report}");
+        }
     }
 }
 
@@ -80,6 +91,24 @@ fn clean_datasets_of_the_thesis() {
         let end = start + text[start..].find('}').expect("its end");
         let text = format!("{}profiles: 24{}", &text[..start], &text[end..]);
         is_clean(name, text.replacen("columns: 2560", "columns: 96", 1), 5);
+    }
+}
+
+/// Every recipe that ships, cut to a small size, with some frames.
+#[test]
+fn clean_datasets_of_every_recipe() {
+    for name in Recipe::embedded().map(|built_in| built_in.name) {
+        // Whole frames go through the scripts of the thesis.
+        let [columns, profiles] = if name.contains("thesis") { [96, 16] } else { [192, 80] };
+        let place = Place::new();
+        let size = format!("--set scan.columns={columns} --set scan.profiles={profiles}");
+        let frames = "--set output.sensor_stack={\"every\":20}";
+        place.done(&format!("--recipe {name} {size} {frames} --out set --n 3"));
+        for seed in 0..SEEDS {
+            let report = inspect_rows(&place.path("set"), seed);
+            assert!(report.is_clean() && report.unexposed == 0, "{name}:\n{report}");
+            assert_eq!((report.samples, report.frames), (3, 3), "{name}:\n{report}");
+        }
     }
 }
 

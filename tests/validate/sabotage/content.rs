@@ -109,7 +109,7 @@ fn labels_of_pixels_and_objects() {
     let known = |n: &mut Vec<u16>| n[500] = 77;
     with(
         |samples| png(&mut samples[a], Channel::Label, known),
-        &[LabelUnknown, InstanceClass, TruthDiffers, ExrDiffers],
+        &[LabelUnknown, InstanceClass, TruthDiffers, ShareDiffers, ExrDiffers],
         &id,
         "a class of nothing",
     );
@@ -131,6 +131,13 @@ fn rows() {
     with(|samples| samples[a].row_mm = -1.0, &codes, &format!("sample {a}"), "a negative distance");
     let calibration = |samples: &mut Vec<Encoded>| samples[1].calibration[0].1 += 0.5;
     with(calibration, &[DrawDiffers, ExrDiffers], ".exr", "another distance of the camera");
+    with(|samples| samples[1].shares.measured *= 0.9, &[ShareDiffers], "sample 1", "a measured share");
+    with(|samples| samples[1].shares.saturated = 0.5, &[ShareDiffers], "sample 1", "a saturated share");
+    with(|samples| samples[1].shares.measured = f64::NAN, &[ShareDiffers], "sample 1", "a share that was left out");
+    let beyond = |samples: &mut Vec<Encoded>| samples[1].shares.saturated = 1.5;
+    with(beyond, &[ValueRange], "sample 1", "a share beyond 1");
+    let in_view = |samples: &mut Vec<Encoded>| samples[1].shares.in_view *= 0.9;
+    with(in_view, &[DrawDiffers], "sample 1", "a share in the field");
     let split = |samples: &mut Vec<Encoded>| {
         let test = if samples[1].split == Split::Test { Split::Train } else { Split::Test };
         samples[1].split = test;

@@ -7,6 +7,7 @@ mod copies;
 mod documents;
 mod files;
 mod flips;
+mod forgeries;
 mod place;
 mod review;
 mod truth;

@@ -1,17 +1,20 @@
 //! A small dataset of boards, kept as encoded samples: changed before it is written, or on the disk afterwards.
 
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock};
 
 use bench::settings::Channel;
-use dataset::validate::{Code, Derive, Expect, ValidationOptions, ValidationReport, validate};
+use dataset::record::AskedRows;
+use dataset::validate::{Code, Derive, Expect, RowChoice, ValidationOptions, ValidationReport, validate};
 use dataset::{Dataset, Encoded, ExrChannel, Grey, Samples, ShardWriter};
 use dataset::{read_exr, read_png, write_exr, write_png};
-use output_schema::DatasetHead;
+use output_schema::{DatasetHead, RigWarning};
 use procedural::Class;
 use recipe::Recipe;
+use scanner::optics::speckle::PatternCache;
 use serde_json::Value;
-use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head};
+use sheetlight::generate::{DatasetRequest, ExpectedDataset, dataset_head, rig_warnings};
 use tempfile::TempDir;
 
 pub use crate::damage::{MANIFEST, agree, edit_json as edit};
@@ -42,9 +45,10 @@ pub fn boards() -> &'static Boards {
         let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
         let order =
             DatasetRequest { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
-        let tiles = scanner::optics::speckle::PatternCache::new(recipe.streams(order.seed).key());
+        let tiles = PatternCache::new(recipe.streams(order.seed).key());
         let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
-        Boards { head: dataset_head(&recipe, &order), samples: (0..SAMPLES).map(sample).collect() }
+        let warnings = known_warnings(&recipe, order.seed, &tiles);
+        Boards { head: dataset_head(&recipe, &order, warnings), samples: (0..SAMPLES).map(sample).collect() }
     })
 }
 
@@ -52,9 +56,10 @@ pub fn boards() -> &'static Boards {
 pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
     let recipe = Recipe::parse("tiny.yaml", text).unwrap_or_else(|error| panic!("{error}"));
     let order = DatasetRequest { samples, seed: 7, out: "set".into(), part: (0, 1), samples_per_shard: Some(samples) };
-    let tiles = scanner::optics::speckle::PatternCache::new(recipe.streams(order.seed).key());
+    let tiles = PatternCache::new(recipe.streams(order.seed).key());
     let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
-    (dataset_head(&recipe, &order), (0..samples).map(sample).collect())
+    let warnings = known_warnings(&recipe, order.seed, &tiles);
+    (dataset_head(&recipe, &order, warnings), (0..samples).map(sample).collect())
 }
 
 /// What validation says of such samples, by its codes.
@@ -67,7 +72,8 @@ pub fn write(samples: Vec<Encoded>) -> TempDir {
     write_as(boards().head.clone(), samples)
 }
 
-fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
+/// Writes samples of a dataset.
+pub fn write_as(mut head: DatasetHead, samples: Vec<Encoded>) -> TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
     head.samples = samples.len() as u64;
     let folder = Dataset::open_or_create(place.path(), head).expect("it opens");
@@ -93,18 +99,45 @@ pub fn whole() -> TempDir {
     write(boards().samples.clone())
 }
 
-/// What validation says, given what the recipe in the folder draws, as `gen validate` gives it.
+/// The warnings of the rig's check, which renders: once for each recipe and seed, since they follow from these alone.
+fn known_warnings(recipe: &Recipe, seed: u64, tiles: &PatternCache) -> Vec<RigWarning> {
+    static KNOWN: Mutex<BTreeMap<(String, u64), Vec<RigWarning>>> = Mutex::new(BTreeMap::new());
+    let key = (recipe.hash(), seed);
+    let known = KNOWN.lock().expect("no test holds it").get(&key).cloned();
+    known.unwrap_or_else(|| {
+        let warnings = rig_warnings(recipe, seed, tiles);
+        KNOWN.lock().expect("no test holds it").insert(key, warnings.clone());
+        warnings
+    })
+}
+
+/// What validation says, given what the recipe in the folder draws, as `gen validate --rows 0` gives it.
 pub fn inspect(root: &Path) -> ValidationReport {
     let folder = Dataset::open(root).ok();
-    let again = folder.as_ref().map_or(Err("no dataset".to_owned()), ExpectedDataset::of);
+    let again = folder
+        .as_ref()
+        .map_or(Err("no dataset".to_owned()), |folder| ExpectedDataset::with_warnings(folder, known_warnings));
     compare(root, again.as_ref().map_err(String::as_str))
 }
 
-/// The same with a recipe that was read before.
+/// The same with rows that are exposed again, as many as `gen validate` takes where nobody says how many.
+pub fn inspect_rows(root: &Path, seed: u64) -> ValidationReport {
+    let again = ExpectedDataset::of(&Dataset::open(root).expect("it opens")).expect("its recipe loads");
+    let rows = again.rows(None, seed);
+    compare_rows(root, Ok(&again), rows)
+}
+
+/// [`inspect`] with a recipe that was read before.
 pub fn compare(root: &Path, again: Result<&ExpectedDataset, &str>) -> ValidationReport {
+    compare_rows(root, again, None)
+}
+
+/// The same with rows that are exposed again.
+pub fn compare_rows(root: &Path, again: Result<&ExpectedDataset, &str>, rows: Option<RowChoice>) -> ValidationReport {
     let expect = again.ok().map(|again| |index: u64| again.expected(index));
-    let derive = again.ok().map(|again| |index: u64| again.unlit(index));
+    let derive = again.ok().map(|again| |index: u64, asked: &AskedRows| again.derived(index, asked));
     let options = ValidationOptions {
+        rows,
         expect_head: Some(again.map(ExpectedDataset::head)),
         expect: expect.as_ref().map(|expect| expect as Expect),
         derive: derive.as_ref().map(|derive| derive as Derive),
@@ -186,6 +219,15 @@ pub fn relabel(sample: &mut Encoded, label: &[u16], instance: &[u16]) {
             };
         }
     });
+    let numbers = |channel| {
+        let png = sample.png.iter().find(|(known, _)| *known == channel).expect("the output asks for it");
+        read_png(&png.1).expect("it was just written").2.numbers()
+    };
+    let pixels = numbers(Channel::Range).into_iter().zip(numbers(Channel::Reflectance));
+    let own: Vec<(u16, u16)> = label.iter().zip(pixels).filter(|(label, _)| **label > 0).map(|(_, n)| n).collect();
+    let measured = own.iter().filter(|(range, _)| *range > 0).count() as f64;
+    let saturated = own.iter().filter(|(range, dn)| *range > 0 && *dn == 255).count() as f64;
+    (sample.shares.measured, sample.shares.saturated) = (measured / own.len() as f64, saturated / measured);
     sample.class_area_px = [0; Class::ALL.len()];
     label.iter().for_each(|&class| sample.class_area_px[usize::from(class)] += 1);
     let cols = sample.cols;

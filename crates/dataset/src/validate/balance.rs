@@ -3,7 +3,7 @@
 //! | what | how it is drawn | test |
 //! |---|---|---|
 //! | classes | a rotation by index | the counts are exactly those of the rotation over the same indices; over all indices below n none is farther from its share of n than 2 + log_phi(n) |
-//! | splits | in turn within each class, so nearer to their shares than by chance | exact binomial, over all and within each class: a bound |
+//! | splits | by rank within each class | the counts in each class are exactly those of the ranks of the same indices; over all indices below n none is two samples or more from its share of its class |
 //! | numbers of a continuous law | each sample by itself | Kolmogorov and Smirnov |
 //! | numbers of a discrete law | each sample by itself | exact binomial for two, likelihood-ratio chi-square for more |
 //! | numbers that never vary | | equal |
@@ -19,6 +19,9 @@ use numerics::chance::{DrawLaw, binomial, holm, kolmogorov_smirnov, likelihood_r
 
 /// Chance that a dataset which was drawn as declared is faulted for any of its statistics.
 pub const ALPHA: f64 = 1e-6;
+/// A split is nearer to its share of the samples of a class, in every prefix of them: two sequences by rank, each within one
+/// sample of its share (Beatty 1926), one counted in what the other leaves.
+const SPLIT_BOUND: f64 = 2.0;
 /// Where faults of statistics lie: in no single file.
 const PLACE: &str = "data/*.parquet";
 
@@ -35,10 +38,25 @@ pub struct ClassCount {
     pub drawn: u64,
 }
 
+/// Samples of one class in one split.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SplitCount {
+    /// The split.
+    pub split: String,
+    /// The class.
+    pub class: String,
+    /// Share of the class that the split has [1].
+    pub share: f64,
+    /// Rows that say both.
+    pub samples: u64,
+    /// Rows whose index the recipe gives to both.
+    pub drawn: u64,
+}
+
 /// One test.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BalanceTest {
-    /// The number, or the split as `split.train`.
+    /// The number.
     pub of: String,
     /// The classes that it is about; empty for all.
     pub classes: Vec<String>,
@@ -48,8 +66,6 @@ pub struct BalanceTest {
     pub samples: u64,
     /// A count, the largest distance of the distribution functions, G, or the samples that differ.
     pub statistic: f64,
-    /// What is expected of the statistic, where that is one number.
-    pub expected: Option<f64>,
     /// Samples with a number that is never drawn.
     pub impossible: u64,
     /// Upper bound of the chance of such a statistic or a more extreme one.
@@ -69,7 +85,11 @@ pub struct BalanceStatistics {
     pub classes: Vec<ClassCount>,
     /// Farthest that a class may be from its share of the samples; null where samples are missing.
     pub class_bound: Option<f64>,
-    /// Splits, then numbers.
+    /// By class, then by split.
+    pub splits: Vec<SplitCount>,
+    /// How near a split is to its share of each class; null where samples are missing.
+    pub split_bound: Option<f64>,
+    /// Drawn numbers.
     pub tests: Vec<BalanceTest>,
 }
 
@@ -79,8 +99,9 @@ pub(super) fn judge(tally: &SampleCounts, samples: u64) -> (BalanceStatistics, V
     let mut faults = Vec::new();
     let class_bound = (tally.samples == samples && samples > 0).then(|| discrepancy(samples));
     let classes = classes(tally, class_bound, &mut faults);
-    let mut tests = splits(tally);
-    let mut firsts = vec![None; tests.len()];
+    let split_bound = class_bound.map(|_| SPLIT_BOUND);
+    let splits = splits(tally, split_bound, &mut faults);
+    let (mut tests, mut firsts) = (Vec::new(), Vec::new());
     for (parameter, tallies) in declared.parameters.iter().zip(&tally.parameters) {
         for (place, (law, numbers)) in parameter.laws.iter().zip(tallies).enumerate() {
             if numbers.samples > 0 {
@@ -91,7 +112,6 @@ pub(super) fn judge(tally: &SampleCounts, samples: u64) -> (BalanceStatistics, V
                     test,
                     samples: numbers.samples,
                     statistic,
-                    expected: None,
                     impossible: numbers.impossible,
                     p,
                     adjusted_p: p,
@@ -107,7 +127,8 @@ pub(super) fn judge(tally: &SampleCounts, samples: u64) -> (BalanceStatistics, V
             faults.push(fault(test, first));
         }
     }
-    (BalanceStatistics { alpha: ALPHA, samples: tally.samples, classes, class_bound, tests }, faults)
+    let samples = tally.samples;
+    (BalanceStatistics { alpha: ALPHA, samples, classes, class_bound, splits, split_bound, tests }, faults)
 }
 
 /// By Denjoy and Koksma, how far the golden-ratio rotation is from any share of its first `n` steps at most.
@@ -134,33 +155,26 @@ fn classes(tally: &SampleCounts, bound: Option<f64>, faults: &mut Vec<Finding>) 
     classes
 }
 
-/// Each split over all classes, then within each.
-fn splits(tally: &SampleCounts) -> Vec<BalanceTest> {
+/// Each split within each class.
+fn splits(tally: &SampleCounts, bound: Option<f64>, faults: &mut Vec<Finding>) -> Vec<SplitCount> {
     let declared: &DeclaredLaws = tally.declared;
-    let mut groups = vec![(Vec::new(), (0..tally.classes.len()).collect::<Vec<_>>())];
-    if declared.classes.len() > 1 {
-        groups.extend(declared.classes.iter().enumerate().map(|(class, (name, _))| (vec![name.clone()], vec![class])));
-    }
-    let mut tests = Vec::new();
-    for (names, members) in groups {
-        let samples: u64 = members.iter().map(|class| tally.classes[*class][0]).sum();
-        for (split, (name, share)) in declared.splits.iter().enumerate() {
-            let count: u64 = members.iter().map(|class| tally.splits[*class][split]).sum();
-            let p = binomial(samples, count, *share);
-            tests.push(BalanceTest {
-                of: format!("split.{name}"),
-                classes: names.clone(),
-                test: "binomial",
-                samples,
-                statistic: count as f64,
-                expected: Some(share * samples as f64),
-                impossible: 0,
-                p,
-                adjusted_p: p,
-            });
+    let mut all = Vec::new();
+    for (((class, _), &[of_class, _]), counts) in declared.classes.iter().zip(&tally.classes).zip(&tally.splits) {
+        for ((split, share), &[samples, drawn]) in declared.splits.iter().zip(counts) {
+            let expected = share * of_class as f64;
+            let far = bound.is_some_and(|bound| (samples as f64 - expected).abs() >= bound);
+            if samples != drawn || far {
+                let share = format!("a share of {share} is {expected:.1} of {of_class}");
+                let what = format!(
+                    "{samples} samples of class {class} are in {split}, the recipe puts {drawn} there; {share}"
+                );
+                faults.push(Finding::new(Code::SplitBalance, PLACE, what));
+            }
+            let (split, class) = (split.clone(), class.clone());
+            all.push(SplitCount { split, class, share: *share, samples, drawn });
         }
     }
-    tests
+    all
 }
 
 /// Name, statistic and chance; a number that is never drawn has no chance at all.
@@ -190,10 +204,6 @@ fn fault(test: &BalanceTest, first: Option<(u64, f64)>) -> Finding {
     let BalanceTest { of, classes, test: name, samples, statistic, p, adjusted_p, .. } = test;
     let within = if classes.is_empty() { String::new() } else { format!(" in {}", classes.join(", ")) };
     let chance = format!("chance {p:.1e}, {adjusted_p:.1e} among all tests");
-    if let Some(expected) = test.expected {
-        let what = format!("{of}{within}: {statistic} of {samples} samples, expected {expected:.1}; {chance}");
-        return Finding::new(Code::SplitBalance, PLACE, what);
-    }
     let what = match first {
         Some((index, value)) => {
             let others = test.impossible - 1;

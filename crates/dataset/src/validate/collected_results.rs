@@ -2,10 +2,12 @@
 
 use output_schema::file::manifest_path;
 
-use super::duplicates;
 use super::finding::{Code, Finding};
+use super::frame_digest::FrameDigest;
 use super::report::{MAX_PRINTED_FINDINGS, ValidationReport};
 use super::shard::{CheckedRow, JobResult};
+use super::shard_task::ShardTask;
+use super::{duplicates, frames};
 use crate::ClassCounts;
 use bench::split::Split;
 
@@ -15,6 +17,8 @@ pub(super) struct CollectedResults {
     counts: ValidationReport,
     /// Faults with the number of their job.
     faults: Vec<(u64, Vec<Finding>)>,
+    /// Warnings with the number of their job.
+    warnings: Vec<(u64, Vec<Finding>)>,
     /// Digest of the id, index and shard of every sample.
     ids: Vec<(u128, u64, u64)>,
     /// How many samples of each class and split the manifests name.
@@ -27,29 +31,34 @@ pub(super) struct CollectedResults {
     pub(super) hidden: Vec<u64>,
     /// Rows with the number of their job.
     rows: Vec<(u64, CheckedRow)>,
+    /// Sensor frames on disk that are to be compared.
+    frames: Vec<FrameDigest>,
 }
 
 impl CollectedResults {
     /// What job number `place` found.
     pub(super) fn of(place: u64, finding: JobResult) -> Self {
-        let JobResult { mut report, ids, counts: listed, tables, opened, hidden, row } = finding;
-        let faults = std::mem::take(&mut report.faults);
-        let faults = if faults.is_empty() { Vec::new() } else { vec![(place, faults)] };
+        let JobResult { mut report, ids, counts: listed, tables, opened, hidden, row, frames } = finding;
+        let found = [&mut report.faults, &mut report.warnings].map(std::mem::take);
+        let placed = |found: Vec<Finding>| if found.is_empty() { Vec::new() } else { vec![(place, found)] };
+        let [faults, warnings] = found.map(placed);
         let rows = row.map(|row| (place, row)).into_iter().collect();
         let [opened, hidden] = [opened, hidden].map(|shard| shard.into_iter().collect());
-        Self { counts: report, faults, ids, listed, tables, opened, hidden, rows }
+        Self { counts: report, faults, warnings, ids, listed, tables, opened, hidden, rows, frames }
     }
 
     /// Both.
     pub(super) fn and(mut self, mut other: Self) -> Self {
         self.counts.add(other.counts);
         self.faults.append(&mut other.faults);
+        self.warnings.append(&mut other.warnings);
         self.ids.append(&mut other.ids);
         other.listed.into_iter().for_each(|(kind, count)| *self.listed.entry(kind).or_default() += count);
         self.tables.append(&mut other.tables);
         self.opened.append(&mut other.opened);
         self.hidden.append(&mut other.hidden);
         self.rows.append(&mut other.rows);
+        self.frames.append(&mut other.frames);
         self
     }
 
@@ -59,6 +68,8 @@ impl CollectedResults {
         self.faults.sort_by_key(|(place, _)| *place);
         report.faults.extend(runs(self.faults.drain(..).flat_map(|(_, faults)| faults)));
         report.faults.extend(self.repeated());
+        self.warnings.sort_by_key(|(place, _)| *place);
+        report.warnings.extend(self.warnings.drain(..).flat_map(|(_, warnings)| warnings));
     }
 
     /// The splits that manifests name.
@@ -75,6 +86,11 @@ impl CollectedResults {
         let samples =
             prints.map(|(row, print)| duplicates::PrintedSample { index: row.index, split: split(row), print });
         duplicates::check(&samples.collect::<Vec<_>>())
+    }
+
+    /// Sensor frames that are not what they are when they are exposed again.
+    pub(super) fn other_frames(&self, task: &ShardTask) -> Vec<Finding> {
+        frames::check(task, self.rows.iter().filter_map(|(_, row)| row.frame).collect(), &self.frames)
     }
 
     /// Samples whose id another one has.

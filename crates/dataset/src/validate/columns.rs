@@ -3,8 +3,10 @@
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch, StructArray};
-use output_schema::row::CALIBRATION;
+use output_schema::row::{CALIBRATION, SHARES};
 use output_schema::{DatasetHead, NumberColumn};
+
+use crate::shares::SampleShares;
 
 /// One object as it is stored.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,8 +44,10 @@ pub(super) struct StoredRow {
     pub(super) objects: Vec<StoredObject>,
     /// Drawn numbers in the order of the head's parameters.
     pub(super) numbers: Vec<f64>,
-    /// Numbers of `calibration` and `physics` that are there, by name.
+    /// Numbers of `calibration` and `physics` that are there, and `object_in_view`, by name.
     pub(super) derived: Vec<(String, f64)>,
+    /// How much of the sample is of use; `None` where an older schema does not tell.
+    pub(super) shares: Option<SampleShares>,
     /// Pixels of each class that labels can show, in their order [px].
     pub(super) class_area_px: Vec<i64>,
     /// PNG files by name, in the order of columns.
@@ -86,7 +90,17 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         present(calibration.column_by_name(field.name), field.name)?;
     }
     let bench = CALIBRATION.iter().map(|field| known(calibration.column_by_name(field.name), field.name));
-    let derived = bench.chain(derived).filter_map(Result::transpose).collect::<Result<_, String>>()?;
+    let shares = (head.schema_version >= [1, 4]).then(|| SHARES.map(|name| known(batch.column_by_name(name), name)));
+    let in_view = shares.as_ref().map(|[.., in_view]| in_view.clone());
+    let derived = bench.chain(derived).chain(in_view).filter_map(Result::transpose).collect::<Result<_, String>>()?;
+    let shares = match shares {
+        Some(shares) => {
+            let [measured, saturated, in_view] =
+                shares.map(|share| share.map(|s| s.map_or(f64::NAN, |(_, share)| share)));
+            Some(SampleShares { measured: measured?, saturated: saturated?, in_view: in_view? })
+        }
+        None => None,
+    };
     Ok(StoredRow {
         id: text(&column("id")?, "id")?,
         index: int64(&column("index")?, "index")?,
@@ -103,6 +117,7 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         objects: objects(&column("objects")?)?,
         numbers,
         derived,
+        shares,
         class_area_px: head.shown_classes().map(area).collect::<Result<_, _>>()?,
         png: head.images.png.iter().map(png).collect::<Result<_, String>>()?,
         paths: head.images.png.iter().map(path).collect::<Result<_, String>>()?,

@@ -8,7 +8,7 @@ use super::columns::StoredRow;
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
 use crate::differences;
-use crate::record::TrueRow;
+use crate::record::{AskedRows, ExposedRows, StackFrame, TrueRow};
 
 /// What the recipe draws for one sample, without rendering it.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub struct ExpectedRow {
 /// What of one sample follows from the recipe without light, though more slowly than its draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnlitRow {
-    /// Numbers of `calibration`, then of `physics`, by name; NaN where one is missing.
+    /// Numbers of `calibration`, then of `physics`, then `object_in_view`, by name; NaN where one is missing.
     pub derived: Vec<(String, f64)>,
     /// Distance between two rows and two columns [mm], then `range_offset` and `range_scale` in the unit of Range.
     pub grid: [f64; 4],
@@ -38,8 +38,19 @@ pub struct UnlitRow {
     pub rows: Vec<TrueRow>,
 }
 
-/// Derives one sample: its index -> what its row has to say beyond its draws.
-pub type Derive<'a> = &'a (dyn Fn(u64) -> UnlitRow + Sync);
+/// What of one sample follows from the recipe without rendering it whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DerivedSample {
+    /// What follows without light.
+    pub unlit: UnlitRow,
+    /// The rows that were asked for, exposed, and that of the sensor frame.
+    pub exposed: Vec<ExposedRows>,
+    /// The sensor frame that was asked for.
+    pub frame: Option<StackFrame>,
+}
+
+/// Derives one sample: its index and the rows to expose -> what its row has to say beyond its draws, and these rows.
+pub type Derive<'a> = &'a (dyn Fn(u64, &AskedRows) -> DerivedSample + Sync);
 
 /// Draws one sample: its index -> what its row has to say.
 pub type Expect<'a> = &'a (dyn Fn(u64) -> ExpectedRow + Sync);

@@ -6,6 +6,7 @@ use output_schema::{DatasetHead, SCHEMA_VERSION};
 use serde_json::Value;
 
 use super::columns::StoredRow;
+use super::exposed_rows::RowComparison;
 use super::finding::{Code, Finding};
 use super::images::DecodedImages;
 use super::report::ValidationReport;
@@ -16,12 +17,12 @@ use crate::{
 };
 
 /// Checks one EXR file against its declaration in the head and the images of its row; adds label and instance to the images where
-/// the row has none. `rows` is what the body shows in some rows.
+/// the row has none. `rows` is what the body shows in some rows, `exposed` what is measured in others.
 pub(super) fn check(
     bytes: &[u8],
     head: &DatasetHead,
     row: &StoredRow,
-    (decoded, rows): (&mut DecodedImages, &[TrueRow]),
+    (decoded, rows, exposed): (&mut DecodedImages, &[TrueRow], &mut RowComparison),
     place: &str,
     report: &mut ValidationReport,
 ) {
@@ -70,6 +71,7 @@ pub(super) fn check(
             report.faults.push(Finding::new(Code::ValueRange, place, what));
         }
         true_rows::truth(rows, cols, channel, place, report);
+        exposed.channel(cols, channel);
         compare(channel, &numbers, row, decoded, place, report);
         let name = if channel.name == "Y" { "reflectance".into() } else { channel.name.to_lowercase() };
         if IMAGES.contains(&name.as_str()) && decoded.get(&name).is_none() {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::Fault;
+use crate::shares::Shortfall;
 
 /// Declares the codes with their meaning: the words of the declaration are those of the table in `docs/validate.md`.
 macro_rules! codes {
@@ -103,6 +104,8 @@ codes! {
     OutlineDiffers,
     /// The area of a class is not what the label image shows.
     ClassAreaDiffers,
+    /// The measured or the saturated share is not what the images show.
+    ShareDiffers,
     /// An EXR file cannot be read.
     ExrUnreadable,
     /// An EXR file has other channels, types or size than declared.
@@ -125,7 +128,7 @@ codes! {
     StackRepeated,
     /// The classes come otherwise than the recipe's shares give.
     ClassBalance,
-    /// The splits come otherwise than the recipe's shares make likely.
+    /// The splits come otherwise than the recipe's shares give.
     SplitBalance,
     /// The drawn numbers of a parameter are spread otherwise than its declaration makes likely.
     DistributionDiffers,
@@ -133,6 +136,24 @@ codes! {
     RerenderFailed,
     /// A sample that was rendered again is not what is on disk.
     RerenderDiffers,
+    /// A row or a sensor frame that was exposed again is not what is on disk.
+    ProfileDiffers,
+    /// Warning: less than two thirds of the object lie in the field of the images, or no pixel shows it.
+    ObjectOutOfView,
+    /// Warning: Range is measured in less than a tenth of the pixels that show the object.
+    HardlyMeasured,
+    /// Warning: the line saturates in 95 % of the object's measured pixels, or more.
+    Saturated,
+}
+
+impl From<Shortfall> for Code {
+    fn from(shortfall: Shortfall) -> Self {
+        match shortfall {
+            Shortfall::ObjectOutOfView => Self::ObjectOutOfView,
+            Shortfall::HardlyMeasured => Self::HardlyMeasured,
+            Shortfall::Saturated => Self::Saturated,
+        }
+    }
 }
 
 impl Code {
@@ -162,6 +183,9 @@ impl Code {
                 "samples were left out, added or drawn otherwise: make the dataset again from its recipe"
             }
             Self::RerenderFailed => "validate with the recipe and program version of dataset.json",
+            Self::ObjectOutOfView => Shortfall::ObjectOutOfView.remedy(),
+            Self::HardlyMeasured => Shortfall::HardlyMeasured.remedy(),
+            Self::Saturated => Shortfall::Saturated.remedy(),
             Self::RerenderDiffers => "use the same program version and target; if they are the same, report it",
             Self::ManifestUnreadable
             | Self::ManifestDiffers

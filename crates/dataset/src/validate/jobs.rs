@@ -15,6 +15,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
 use super::finding::{Code, Finding};
 use super::report::ValidationReport;
+use super::sample::CheckedSample;
 use super::shard::{self, CheckedRow, JobResult, OpenShard};
 use super::shard_task::ShardTask;
 use super::{files, sample, stack};
@@ -140,7 +141,7 @@ impl ValidationJob<'_> {
     /// What is found when it is done.
     pub(super) fn run(self) -> JobResult {
         let mut report = ValidationReport::default();
-        let mut kept = None;
+        let (mut kept, mut frames) = (None, Vec::new());
         match self {
             ValidationJob::Opened(found) => return *found,
             ValidationJob::Told(told) => report = told,
@@ -155,15 +156,15 @@ impl ValidationJob<'_> {
                 let path = stack_path(number);
                 let most = largest::stack_bytes(head);
                 if let Some(file) = shard.file(&path).filter(|file| files::check(root, file, most, &mut report)) {
-                    let read = caught(&path, || {
-                        stack::check(root, head, &shard.manifest, file, &mut report);
-                        Ok(())
-                    });
-                    report.faults.extend(read.err());
+                    let read = caught(&path, || Ok(stack::check(&shard.task, &shard.manifest, file, &mut report)));
+                    match read {
+                        Ok(asked) => frames = asked,
+                        Err(fault) => report.faults.push(fault),
+                    }
                 }
             }
         }
-        JobResult { report, row: kept, ..JobResult::default() }
+        JobResult { report, row: kept, frames, ..JobResult::default() }
     }
 }
 
@@ -178,10 +179,10 @@ fn row(
     let listed = listed.map(|place| &shard.manifest.samples[place]);
     let exr = listed.and_then(|listed| shard.exr(listed, report));
     let seen = caught(path, || Ok(sample::check(&shard.task, batch, file, listed, exr.as_deref(), report)));
-    let (seen, print) = seen.map_err(|fault| report.faults.push(fault)).ok()??;
-    (shard.task.seen)(&seen);
-    let split = Split::ALL.into_iter().find(|split| split.name() == seen.split);
-    Some(CheckedRow { index: seen.index, split, print: print.map(Box::new) })
+    let CheckedSample { numbers, print, frame } = seen.map_err(|fault| report.faults.push(fault)).ok()??;
+    (shard.task.seen)(&numbers);
+    let split = Split::ALL.into_iter().find(|split| split.name() == numbers.split);
+    Some(CheckedRow { index: numbers.index, split, print: print.map(Box::new), frame })
 }
 
 /// Readers of other crates may panic on content that was made to mislead; that is a fault of the file.

@@ -1,7 +1,7 @@
 //! Validation: reads a dataset folder, believes nothing, and names each fault with its place and what to do.
 //!
 //! ```text
-//! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (rendered again) -> Report
+//! dataset.json -> each shard: manifest -> files -> rows -> images, EXR, labels -> (exposed or rendered again) -> Report
 //!                                                      \-> counts of all rows -> statistics ---------^
 //! ```
 //!
@@ -14,9 +14,12 @@ mod collected_results;
 mod columns;
 mod duplicates;
 mod expected;
+mod exposed_rows;
 mod exr;
 mod files;
 mod finding;
+mod frame_digest;
+mod frames;
 mod head;
 mod images;
 mod jobs;
@@ -25,6 +28,7 @@ mod manifest_origin;
 mod outline;
 mod pixels;
 mod report;
+mod row_choice;
 mod sample;
 mod sample_counts;
 mod shard;
@@ -32,6 +36,7 @@ mod shard_task;
 mod stack;
 mod true_rows;
 mod unlit;
+mod usefulness;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
@@ -42,10 +47,11 @@ use output_schema::{DatasetHead, SCHEMA_VERSION};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount};
-pub use expected::{Derive, Expect, ExpectedRow, UnlitRow};
+pub use balance::{ALPHA, BalanceStatistics, BalanceTest, ClassCount, SplitCount};
+pub use expected::{Derive, DerivedSample, Expect, ExpectedRow, UnlitRow};
 pub use finding::{Code, Finding, fault_table};
 pub use report::ValidationReport;
+pub use row_choice::RowChoice;
 pub use sample_counts::{DeclaredLaws, ParameterLaws, RowNumbers};
 
 use self::collected_results::CollectedResults;
@@ -75,6 +81,8 @@ pub struct ValidationOptions<'a> {
     pub expect: Option<Expect<'a>>,
     /// What else of a sample follows without rendering; `None` to compare nothing.
     pub derive: Option<Derive<'a>>,
+    /// Which rows of each sample are exposed again by `derive`; `None` to expose nothing.
+    pub rows: Option<RowChoice>,
     /// How rows are drawn; `None` to make no statistics.
     pub declared: Option<&'a DeclaredLaws>,
     /// How a sample is rendered again; `None` to compare nothing.
@@ -103,6 +111,7 @@ pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport 
     let comparable = same && loads && expected.is_none_or(|expected| expected::head(&head, expected, &mut report));
     let expect = options.expect.filter(|_| comparable);
     let derive = options.derive.filter(|_| comparable);
+    let rows = options.rows.filter(|rows| derive.is_some() && rows.places > 0);
     let tally = options.declared.filter(|_| comparable).map(|declared| Mutex::new(SampleCounts::new(declared)));
     let rerender = options.rerender.filter(|_| same && options.rerender_samples > 0);
     let chosen =
@@ -112,8 +121,17 @@ pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport 
             tally.lock().unwrap_or_else(PoisonError::into_inner).add(row);
         }
     };
-    let task =
-        ShardTask { root: folder, head: &head, number: 0, expect, derive, rerender, chosen: &chosen, seen: &seen };
+    let task = ShardTask {
+        root: folder,
+        head: &head,
+        number: 0,
+        expect,
+        derive,
+        rows,
+        rerender,
+        chosen: &chosen,
+        seen: &seen,
+    };
     let jobs = (0..head.shards).flat_map(|number| jobs::of(ShardTask { number, ..task }));
     let run = |(place, job): (u64, jobs::ValidationJob)| {
         let found = job.run();
@@ -137,6 +155,8 @@ pub fn validate(folder: &Path, options: &ValidationOptions) -> ValidationReport 
         |&shard: &u64| Split::ALL.map(|split| data_path(split.name(), shard)).into_iter().chain([stack_path(shard)]);
     expected.extend(found.hidden.iter().flat_map(tables));
     found.tell(&mut report);
+    report.faults.extend(found.other_frames(&task));
+    report.rows_seed = rows.map(|rows| rows.seed);
     report.chosen = chosen.into_iter().collect();
     let is_skipped = |path: &str| own.contains(path) || path == REPORTS;
     report.faults.extend(files::unexpected(folder, "", &|path| expected.contains(path), &is_skipped));

@@ -8,12 +8,24 @@ use output_schema::{ManifestFile, ManifestSample};
 
 use super::columns::{StoredRow, stored_row};
 use super::duplicates::{self, NoisePrint};
+use super::expected::DerivedSample;
+use super::exposed_rows::RowComparison;
 use super::finding::{Code, Finding};
+use super::frame_digest::FrameDigest;
 use super::report::ValidationReport;
 use super::sample_counts::RowNumbers;
 use super::shard_task::ShardTask;
-use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit};
+use super::{expected, exr, images, labels, outline, pixels, stack, true_rows, unlit, usefulness};
+use crate::record::AskedRows;
 use crate::{image_path, maps_sha256, row_batch};
+
+/// What later checks need of a row.
+pub(super) struct CheckedSample {
+    pub(super) numbers: RowNumbers,
+    pub(super) print: Option<NoisePrint>,
+    /// Its sensor frame that was exposed again.
+    pub(super) frame: Option<FrameDigest>,
+}
 
 /// Checks one row; `listed` is what the manifest says about it, `exr` its EXR file, where that is whole. What later checks
 /// need, where the row can be read.
@@ -24,7 +36,7 @@ pub(super) fn check(
     listed: Option<&ManifestSample>,
     exr: Option<&[u8]>,
     report: &mut ValidationReport,
-) -> Option<(RowNumbers, Option<NoisePrint>)> {
+) -> Option<CheckedSample> {
     report.samples += 1;
     let row = match stored_row(batch, task.head) {
         Ok(row) => row,
@@ -50,24 +62,33 @@ pub(super) fn check(
     }
     // A sample that is rendered again is compared as a whole.
     let derive = task.derive.filter(|_| !task.chosen.contains(&listed.index));
-    let unlit = derive.map(|derive| derive(listed.index));
-    if let Some(unlit) = &unlit {
-        unlit::check(&row, unlit, &place, report);
+    let asked = task.rows.map_or_else(AskedRows::default, |rows| rows.of(task.head, listed.index));
+    let derived = derive.map(|derive| derive(listed.index, &asked));
+    let (mut rows, mut exposed, mut frame, mut scale) = (Vec::new(), Vec::new(), None, [0.0; 2]);
+    if let Some(DerivedSample { unlit, exposed: lit, frame: made }) = derived {
+        unlit::check(&row, &unlit, &place, report);
+        scale = [unlit.grid[2], unlit.grid[3]];
+        frame = made.map(|frame| FrameDigest::of(listed.index, frame.profile.into(), &frame.dn));
+        (rows, exposed) = (unlit.rows, lit);
     }
-    let rows = unlit.map(|unlit| unlit.rows).unwrap_or_default();
+    report.frames += u64::from(frame.is_some());
+    report.unexposed += u64::from(exposed.is_empty() && !task.chosen.contains(&listed.index));
     // What the manifest lists was compared with the recipe where there is one.
     let named = expected.as_ref().map_or([&listed.id, &listed.split, &listed.class], |e| [&e.id, &e.split, &e.class]);
     numbers(task, &row, named, &place, report);
     let mut decoded = images::check(&row, &task.head.images, &place, report);
-
+    let cols = row.cols.max(1) as usize;
+    let mut comparison = RowComparison::new(&exposed, task.head);
+    comparison.images(cols, &decoded, task.head, scale);
     if let Some(bytes) = exr {
         let path = exr_path(task.number, &listed.id);
-        exr::check(bytes, task.head, &row, (&mut decoded, &rows), &path, report);
+        exr::check(bytes, task.head, &row, (&mut decoded, &rows, &mut comparison), &path, report);
     }
+    comparison.tell(&place, report);
     let turned = task.head.recipe.canonical["motion"]["kind"] == "turntable";
     labels::check(&row, &task.head.label_values, turned, &decoded, &place, report);
     pixels::instances(&row, &decoded, &place, report);
-    let cols = row.cols.max(1) as usize;
+    usefulness::check(task, &row, &decoded, &place, report);
     // The thesis' method lets light out beyond the object's edges.
     if task.head.recipe.canonical["transport"]["model"] != "thesis" {
         outline::check(cols, &decoded, &place, report);
@@ -87,7 +108,8 @@ pub(super) fn check(
         rerender(task, batch, exr, listed.index, &place, report);
     }
     let class = usize::try_from(row.class).ok().filter(|class| *class < task.head.classes.len())?;
-    Some((RowNumbers { index: listed.index, split: row.split, class, numbers: row.numbers }, print))
+    let numbers = RowNumbers { index: listed.index, split: row.split, class, numbers: row.numbers };
+    Some(CheckedSample { numbers, print, frame })
 }
 
 /// `named` are the id, split and class that it should say.

@@ -10,6 +10,8 @@ pub struct DeclaredLaws {
     pub class_of: Box<dyn Fn(u64) -> usize + Send + Sync>,
     /// Names and shares of the splits; the shares sum to 1.
     pub splits: Vec<(String, f64)>,
+    /// The split of a sample by its index, as a place in `splits`.
+    pub split_of: Box<dyn Fn(u64) -> usize + Send + Sync>,
     /// Every drawn number, in the order of `parameters` of `dataset.json`.
     pub parameters: Vec<ParameterLaws>,
 }
@@ -59,8 +61,8 @@ pub(super) struct SampleCounts<'a> {
     pub(super) samples: u64,
     /// Samples of each class, as rows say and as their indices say.
     pub(super) classes: Vec<[u64; 2]>,
-    /// Samples of each class in each split.
-    pub(super) splits: Vec<Vec<u64>>,
+    /// Samples of each class in each split, as rows say and as their indices say.
+    pub(super) splits: Vec<Vec<[u64; 2]>>,
     /// By parameter, then by law.
     pub(super) parameters: Vec<Vec<LawCounts>>,
 }
@@ -80,7 +82,7 @@ impl<'a> SampleCounts<'a> {
             declared,
             samples: 0,
             classes: vec![[0; 2]; classes],
-            splits: vec![vec![0; declared.splits.len()]; classes],
+            splits: vec![vec![[0; 2]; declared.splits.len()]; classes],
             parameters: declared.parameters.iter().map(|p| p.laws.iter().map(numbers).collect()).collect(),
         }
     }
@@ -96,7 +98,10 @@ impl<'a> SampleCounts<'a> {
         self.classes[row.class][0] += 1;
         self.classes[drawn][1] += 1;
         if let Some(split) = declared.splits.iter().position(|(name, _)| *name == row.split) {
-            self.splits[row.class][split] += 1;
+            self.splits[row.class][split][0] += 1;
+        }
+        if let Some(counts) = self.splits[drawn].get_mut((declared.split_of)(row.index)) {
+            counts[1] += 1;
         }
         for ((parameter, tallies), &value) in declared.parameters.iter().zip(&mut self.parameters).zip(&row.numbers) {
             let law = parameter.law_of_class[row.class];

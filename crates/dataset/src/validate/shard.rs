@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::duplicates::NoisePrint;
 use super::finding::{Code, Finding};
+use super::frame_digest::FrameDigest;
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
 use super::{expected, files};
@@ -43,6 +44,8 @@ pub(super) struct JobResult {
     pub(super) hidden: Option<u64>,
     /// The row that it read.
     pub(super) row: Option<CheckedRow>,
+    /// The sensor frames that it read and that are to be compared.
+    pub(super) frames: Vec<FrameDigest>,
 }
 
 /// What stays of a row to be compared with others.
@@ -50,6 +53,8 @@ pub(super) struct CheckedRow {
     pub(super) index: u64,
     pub(super) split: Option<Split>,
     pub(super) print: Option<Box<NoisePrint>>,
+    /// Its sensor frame that was exposed again.
+    pub(super) frame: Option<FrameDigest>,
 }
 
 /// Reads the manifest and lists the files; `None` where there is no manifest that can be read.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use output_schema::DatasetHead;
 
+use super::row_choice::RowChoice;
 use super::sample_counts::RowNumbers;
 use super::{Derive, Expect, Rerender};
 
@@ -16,6 +17,8 @@ pub(super) struct ShardTask<'a> {
     pub(super) number: u64,
     pub(super) expect: Option<Expect<'a>>,
     pub(super) derive: Option<Derive<'a>>,
+    /// Which rows of each sample are exposed again.
+    pub(super) rows: Option<RowChoice>,
     pub(super) rerender: Option<Rerender<'a>>,
     pub(super) chosen: &'a BTreeSet<u64>,
     /// Takes what each row says.

@@ -1,7 +1,6 @@
 //! Sensor frames: every kept profile of every sample, in order.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
@@ -12,25 +11,42 @@ use output_schema::{DatasetHead, Manifest, ManifestFile, SCHEMA_VERSION};
 
 use super::duplicates::sum;
 use super::finding::{Code, Finding};
+use super::frame_digest::{FrameDigest, is_asked};
 use super::report::ValidationReport;
 use super::shard_task::ShardTask;
 use crate::record::StackFrame;
 use crate::{TableBounds, check_lengths, enclosed, frame_numbers, largest};
 
-/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says.
+/// Checks the sensor frames of a shard: every so-many-th of the profiles of each sample, as the recipe says; those that are to be
+/// compared with what is exposed again.
 pub(super) fn check(
-    root: &Path,
-    head: &DatasetHead,
+    task: &ShardTask,
     manifest: &Manifest,
     file: &ManifestFile,
     report: &mut ValidationReport,
-) {
+) -> Vec<FrameDigest> {
     let mut fault = |code, what: String| report.faults.push(Finding::new(code, &file.path, what));
-    let rows = match read(root, &file.path, head) {
-        Ok(rows) => rows,
-        Err((code, what)) => return fault(code, what),
-    };
-    content(&rows, head, &mut fault);
+    match read(task, &file.path) {
+        Ok((rows, asked)) => {
+            order(&rows, task.head, manifest, file, &mut fault);
+            asked
+        }
+        Err((code, what)) => {
+            fault(code, what);
+            Vec::new()
+        }
+    }
+}
+
+/// The frames are there, in order, and each has a content of its own.
+fn order(
+    rows: &[Row],
+    head: &DatasetHead,
+    manifest: &Manifest,
+    file: &ManifestFile,
+    fault: &mut dyn FnMut(Code, String),
+) {
+    content(rows, head, fault);
     if file.rows != Some(rows.len() as u64) {
         fault(Code::RowCount, format!("it has {} rows, its manifest says {:?}", rows.len(), file.rows));
     }
@@ -96,14 +112,16 @@ fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)
     }
 }
 
-fn read(root: &Path, path: &str, head: &DatasetHead) -> Result<Vec<Row>, (Code, String)> {
+/// Every row without its pixels, and the frames that are to be compared.
+fn read(task: &ShardTask, path: &str) -> Result<(Vec<Row>, Vec<FrameDigest>), (Code, String)> {
+    let head = task.head;
     let unreadable = |e: String| (Code::TableUnreadable, e);
-    let file = enclosed::open(root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;
+    let file = enclosed::open(task.root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;
     let builder = TableBounds::of_frames(head).open(file, &|_| true).map_err(unreadable)?;
     if head.schema_version == SCHEMA_VERSION && **builder.schema() != stack_schema(head) {
         return Err((Code::SchemaDiffers, "its columns are not those that are declared".into()));
     }
-    let mut rows = Vec::new();
+    let (mut rows, mut asked) = (Vec::new(), Vec::new());
     for batch in builder.with_batch_size(8).build().map_err(|e| unreadable(e.to_string()))? {
         let batch = batch.map_err(|e| unreadable(e.to_string()))?;
         check_lengths(&batch).map_err(unreadable)?;
@@ -113,12 +131,15 @@ fn read(root: &Path, path: &str, head: &DatasetHead) -> Result<Vec<Row>, (Code, 
         let frames = batch.column(3).as_fixed_size_list_opt().ok_or_else(wrong)?;
         for (i, key) in keys.into_iter().enumerate() {
             let dn = frame_numbers(&frames.value(i)).ok_or_else(wrong)?;
+            if is_asked(task, key.1, key.2) {
+                asked.push(FrameDigest::of(key.1.unsigned_abs(), key.2.unsigned_abs(), &dn));
+            }
             let (least, most) = (dn.iter().min().copied(), dn.iter().max().copied());
             let row = Row { key, sum: sum(&dn), least: least.unwrap_or(0), most: most.unwrap_or(0) };
             rows.push(row);
         }
     }
-    Ok(rows)
+    Ok((rows, asked))
 }
 
 /// The sensor frames of one sample.

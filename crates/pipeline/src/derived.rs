@@ -1,14 +1,15 @@
-//! What of a sample follows from its scene without any light: bench, effective physics, the body's own instances, and what
-//! the label image shows in some rows.
+//! What of a sample follows from its scene without rendering it whole: without any light bench, effective physics, the body's
+//! own instances, and what the label image shows in some rows; with light the rows that are asked for.
 
 use std::collections::BTreeSet;
 
 use procedural::{Class, Instance};
 
-use super::{Scan, body, grid, set_up, truth_maps, truth_row};
-use crate::labels::{self, Binning};
+use super::exposed_rows::exposed_rows;
+use super::{Scan, binning, body, grid, set_up, truth_maps, truth_row};
+use crate::labels;
 use bench::settings::Movement;
-use dataset::record::{Labels, Maps, Record, TrueRow};
+use dataset::record::{AskedRows, ExposedRows, Labels, Maps, Record, StackFrame, TrueRow};
 use recipe::Scene;
 use scanner::optics::Sensor;
 use scanner::optics::speckle::PatternCache;
@@ -32,17 +33,26 @@ pub struct Unlit {
     pub rows: Vec<TrueRow>,
 }
 
-/// What of a sample follows without light.
-pub fn unlit(scene: &Scene, tiles: &PatternCache) -> Unlit {
-    // What stays with single pixels is drawn for each of them, and nothing here asks for it.
-    let mut even = scene.clone();
-    let exposure = &mut even.bench.exposure;
-    (exposure.prnu, exposure.dsnu_dn, exposure.column_pattern_dn, exposure.defect_share) = (0.0, 0.0, 0.0, 0.0);
-    let (sensor, specimen) = set_up(&even, body(scene), tiles);
+/// What of a sample follows from its scene alone, as far as it was asked for.
+#[derive(Debug)]
+pub struct Derived {
+    /// What follows without light.
+    pub unlit: Unlit,
+    /// The rows that were asked for, exposed, and that of the sensor frame.
+    pub exposed: Vec<ExposedRows>,
+    /// The sensor frame that was asked for.
+    pub frame: Option<StackFrame>,
+}
+
+/// What of a sample follows without light, and the rows `asked`: to the bit those of [`super::render`].
+pub fn derived(scene: &Scene, tiles: &PatternCache, asked: &AskedRows) -> Derived {
+    let (sensor, specimen) = set_up(scene, body(scene), tiles);
+    let (exposed, frame) = exposed_rows(scene, &sensor, &specimen, asked);
     let scan = Scan { maps: Maps::default(), labels: Labels::default(), truth: None, stack: Vec::new() };
     let instances = specimen.body().instances().to_vec();
     let rows = chosen(scene, &instances).into_iter().map(|row| true_row(scene, &sensor, &specimen, row)).collect();
-    Unlit { record: scan.record(scene, &sensor, &specimen), instances, rows }
+    let unlit = Unlit { record: scan.record(scene, &sensor, &specimen), instances, rows };
+    Derived { unlit, exposed, frame }
 }
 
 /// Rows of the image to make again: some that are evenly spread, and through each instance one, as far as it is known without
@@ -92,7 +102,7 @@ fn through(open: &[[usize; 3]]) -> Option<usize> {
 
 /// One row, binned as the image is.
 fn true_row(scene: &Scene, sensor: &Sensor, specimen: &Specimen, row: usize) -> TrueRow {
-    let (cols, columns, profiles) = (scene.size.columns, scene.output.bin_columns, scene.output.bin_profiles);
+    let (cols, profiles) = (scene.size.columns, scene.output.bin_profiles);
     let grid = grid(scene, &sensor.camera().rig);
     let mut labels = Labels { class: vec![0; cols * profiles], instance: vec![0; cols * profiles] };
     let mut truth = truth_maps(scene, cols * profiles);
@@ -109,7 +119,7 @@ fn true_row(scene: &Scene, sensor: &Sensor, specimen: &Specimen, row: usize) -> 
         let below = |hit: &Hit| hit.matter.film.as_ref().map_or(hit.surface.z, |film| height_below(&hit.surface, film));
         lower.extend(hits.iter().map(|hit| if hit.matter.class == Class::Background { f32::NAN } else { below(hit) }));
     }
-    let binning = Binning { cols, columns, rows: profiles };
+    let binning = binning(scene);
     let lower = binning.mean(lower, f32::NAN, |z| !z.is_nan());
     let (Labels { class, instance }, truth) = (binning.labels(labels), binning.truth(truth));
     TrueRow { row, class, instance, truth, lower }

@@ -1,0 +1,174 @@
+//! Shares of a sample: how much of its object is measured, saturated and in view, and from where on it is of little use.
+//!
+//! The limits are far from what a recipe may mean, so that what falls short is useless as a whole: dark knots and bark, shadows,
+//! clear film and scans that are overexposed on purpose stay within them. Over the shipped recipes, samples reach down to the
+//! figures that docs/faults.md lists.
+
+use crate::record::{Labels, Maps};
+use procedural::Class;
+
+/// Least share of the object's pixels in which Range is measured: shadows, glints and dark parts of shipped recipes leave 0.89 [1].
+pub const LEAST_MEASURED: f64 = 0.1;
+/// Share of the object's measured pixels from which on they count as saturated as a whole: packs at the longest exposure that
+/// their recipe draws reach 0.94, at sixty times the usual light 0.96 to 0.98, boards 1 [1].
+pub const MOST_SATURATED: f64 = 0.95;
+/// Least share of the object's outline that lies in the field: of the longest shipped piece, the saw-tooth of the thesis, a fifth
+/// stands out on purpose, and of a card that lies half outside half [1].
+pub const LEAST_IN_VIEW: f64 = 2.0 / 3.0;
+
+/// How much of a sample is of use; NaN where a share has no meaning.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleShares {
+    /// Share of the object's pixels in which Range is measured; NaN where no pixel shows the object [1].
+    pub measured: f64,
+    /// Share of the object's measured pixels in which the line saturates; NaN where there are none [1].
+    pub saturated: f64,
+    /// Share of the object's outline that lies in the field; NaN on a turntable [1].
+    pub in_view: f64,
+}
+
+/// What makes a sample of little use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shortfall {
+    /// Less of the object than [`LEAST_IN_VIEW`] lies in the field, or no pixel shows it.
+    ObjectOutOfView,
+    /// Range is measured in less of the object than [`LEAST_MEASURED`].
+    HardlyMeasured,
+    /// The line saturates in [`MOST_SATURATED`] of what is measured of the object, or more.
+    Saturated,
+}
+
+impl Shortfall {
+    /// Every one in order.
+    pub const ALL: [Self; 3] = [Self::ObjectOutOfView, Self::HardlyMeasured, Self::Saturated];
+
+    /// Its code, in documents and reports.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::ObjectOutOfView => "object-out-of-view",
+            Self::HardlyMeasured => "hardly-measured",
+            Self::Saturated => "saturated",
+        }
+    }
+
+    /// What to do, where no more is known.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::ObjectOutOfView => {
+                "bring the object into the field by its offset_mm, lead_in_mm and size, or enlarge the field by scan.columns, \
+                 scan.profiles, motion.step_mm or camera.distance_mm"
+            }
+            Self::HardlyMeasured => {
+                "raise exposure.time_us or laser.power_mw; where the object is higher than the sensor sees, raise camera.rows or \
+                 camera.distance_mm (`gen rig` tells the heights)"
+            }
+            Self::Saturated => "shorten exposure.time_us or lower laser.power_mw",
+        }
+    }
+}
+
+impl SampleShares {
+    /// Of measured maps and labels on one grid; `most` is the greatest digital number [DN].
+    pub fn of(maps: &Maps, labels: &Labels, most: u16, in_view: f64) -> Self {
+        let pixels = labels.class.iter().zip(maps.range.iter().zip(&maps.reflectance));
+        let own = pixels.filter(|(class, _)| **class != Class::Background as u8);
+        let marks = |(_, (range, dn)): (&u8, (&f32, &f32))| [!range.is_nan(), dn.round() >= f32::from(most)];
+        let [measured, saturated] = ObjectPixels::count(own.map(marks)).shares();
+        Self { measured, saturated, in_view }
+    }
+
+    /// In what the sample falls short.
+    pub fn shortfalls(&self) -> Vec<Shortfall> {
+        let falls_short = |shortfall: &Shortfall| match shortfall {
+            Shortfall::ObjectOutOfView => self.measured.is_nan() || self.in_view < LEAST_IN_VIEW,
+            Shortfall::HardlyMeasured => self.measured < LEAST_MEASURED,
+            Shortfall::Saturated => self.saturated >= MOST_SATURATED,
+        };
+        Shortfall::ALL.into_iter().filter(falls_short).collect()
+    }
+
+    /// A shortfall of this sample in words.
+    pub fn describe(&self, shortfall: Shortfall) -> String {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        match shortfall {
+            Shortfall::ObjectOutOfView if self.measured.is_nan() => "no pixel shows the object".into(),
+            Shortfall::ObjectOutOfView => {
+                let (share, least) = (percent(self.in_view), percent(LEAST_IN_VIEW));
+                format!("{share} of the object lies in the field of the images, less than {least}")
+            }
+            Shortfall::HardlyMeasured => {
+                let (share, least) = (percent(self.measured), percent(LEAST_MEASURED));
+                format!("Range is measured in {share} of the pixels that show the object, less than {least}")
+            }
+            Shortfall::Saturated => {
+                let (share, most) = (percent(self.saturated), percent(MOST_SATURATED));
+                format!("the line saturates in {share} of the object's measured pixels, {most} or more")
+            }
+        }
+    }
+}
+
+/// Pixels that show the object, and what is found on them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ObjectPixels {
+    /// All of them.
+    pub all: u64,
+    /// Those in which Range is measured.
+    pub measured: u64,
+    /// Those of the measured ones in which the line saturates.
+    pub saturated: u64,
+}
+
+impl ObjectPixels {
+    /// Counts pixels that show the object, each with whether it is measured and whether its number is the greatest.
+    pub(crate) fn count(pixels: impl Iterator<Item = [bool; 2]>) -> Self {
+        let mut found = Self::default();
+        for [measured, greatest] in pixels {
+            found.all += 1;
+            found.measured += u64::from(measured);
+            found.saturated += u64::from(measured & greatest);
+        }
+        found
+    }
+
+    /// The measured share, and the saturated one of that; NaN where there are no pixels [1].
+    pub(crate) fn shares(self) -> [f64; 2] {
+        let share = |part: u64, all: u64| if all == 0 { f64::NAN } else { part as f64 / all as f64 };
+        [share(self.measured, self.all), share(self.saturated, self.measured)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two pixels of the background beside four of the object: three measured, one of these at the greatest number.
+    #[test]
+    fn shares_are_of_the_object() {
+        let nan = f32::NAN;
+        let maps = Maps {
+            range: vec![1.0, nan, 1.0, 2.0, nan, 3.0],
+            reflectance: vec![255.0, 0.0, 254.4, 254.6, 0.0, 90.0],
+            scatter: vec![0.0; 6],
+        };
+        let labels = Labels { class: vec![0, 0, 1, 1, 3, 1], instance: vec![0; 6] };
+        let shares = SampleShares::of(&maps, &labels, 255, 1.0);
+        assert_eq!((shares.measured, shares.saturated, shares.in_view), (0.75, 1.0 / 3.0, 1.0));
+        assert_eq!(shares.shortfalls(), []);
+        let none = SampleShares::of(&maps, &Labels { class: vec![0; 6], ..labels }, 255, 0.0);
+        assert!(none.measured.is_nan() && none.saturated.is_nan());
+        assert_eq!(none.shortfalls(), [Shortfall::ObjectOutOfView]);
+        assert_eq!(none.describe(Shortfall::ObjectOutOfView), "no pixel shows the object");
+    }
+
+    #[test]
+    fn limits_are_told_with_what_was_found() {
+        let shares = SampleShares { measured: 0.004, saturated: 0.97, in_view: 0.5 };
+        assert_eq!(shares.shortfalls(), Shortfall::ALL);
+        let told = Shortfall::ALL.map(|shortfall| shares.describe(shortfall));
+        assert!(told[0].starts_with("50.0 %") && told[1].contains("0.4 %") && told[2].contains("97.0 %"), "{told:?}");
+        // A share without meaning is no shortfall.
+        let turned = SampleShares { measured: 1.0, saturated: 0.0, in_view: f64::NAN };
+        assert_eq!(turned.shortfalls(), []);
+    }
+}

@@ -1,0 +1,57 @@
+//! Row choice: which rows of each sample are exposed again.
+//!
+//! At each place a row is drawn, all of them equally likely, and its neighbours in a strip that begins at a multiple of its
+//! length come with it. Places are drawn one by one, so they may coincide: k of them meet a forgery of the share s of the rows
+//! with the chance 1 - (1 - s)^k or more, wherever it lies. Who forges must not know which rows these are: nothing that is
+//! stored tells the seed.
+
+use output_schema::DatasetHead;
+use sha2::{Digest, Sha256};
+
+use crate::record::AskedRows;
+
+/// Most profiles of a scan, as recipes allow.
+const MAX_PROFILES: u64 = 16_383;
+
+/// Most places in a sample: more have no row that others have not.
+const MAX_PLACES: u64 = 1 << 16;
+
+/// How rows are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowChoice {
+    /// Places in each sample; 0 exposes nothing.
+    pub places: u64,
+    /// Rows at a place.
+    pub strip: u64,
+    /// Which rows these are follows from this number, the dataset and the sample's index.
+    pub seed: u64,
+}
+
+impl RowChoice {
+    /// What of sample `index` is exposed again: its rows, and one of the sensor frames that are kept.
+    pub fn of(&self, head: &DatasetHead, index: u64) -> AskedRows {
+        let (rows, length) = (head.images.rows.max(1), self.strip.max(1));
+        let strip = |place: u64| {
+            let start = self.word(head, index, &format!("rows/{place}")) % rows / length * length;
+            start as usize..(start + length).min(rows) as usize
+        };
+        let mut strips: Vec<_> = (0..self.places.min(MAX_PLACES)).map(strip).collect();
+        strips.sort_unstable_by_key(|strip| strip.start);
+        strips.dedup();
+        AskedRows { strips, frame: self.frame(head, index) }
+    }
+
+    /// The profile of the sensor frame that is exposed again, where frames are kept.
+    pub(super) fn frame(&self, head: &DatasetHead, index: u64) -> Option<usize> {
+        let every = head.images.stack_every.filter(|_| self.places > 0)?.max(1);
+        let profiles = head.recipe.canonical["scan"]["profiles"].as_u64();
+        let profiles = profiles.unwrap_or(head.images.rows).clamp(1, MAX_PROFILES);
+        Some((self.word(head, index, "frame") % profiles.div_ceil(every) * every) as usize)
+    }
+
+    /// A word that is another one for each dataset, seed, sample and `what`.
+    fn word(&self, head: &DatasetHead, index: u64, what: &str) -> u64 {
+        let sum = Sha256::digest(format!("{}/{}/{}/{index}/{what}", head.recipe.hash, head.seed, self.seed));
+        sum.iter().take(8).fold(0, |word, byte| word << 8 | u64::from(*byte))
+    }
+}

@@ -1,0 +1,66 @@
+//! Usefulness: the shares of a row against its images, and what makes a sample of little use though nothing is wrong with it.
+
+use output_schema::row::SHARES;
+
+use super::columns::StoredRow;
+use super::finding::{Code, Finding};
+use super::images::DecodedImages;
+use super::report::ValidationReport;
+use super::shard_task::ShardTask;
+use crate::shares::{ObjectPixels, SampleShares};
+
+/// Checks the shares of a row; `decoded` are its images.
+pub(super) fn check(
+    task: &ShardTask,
+    row: &StoredRow,
+    decoded: &DecodedImages,
+    place: &str,
+    report: &mut ValidationReport,
+) {
+    let Some(shares) = row.shares else { return };
+    let SampleShares { measured, saturated, in_view } = shares;
+    let mut fault = |code, what: String| report.faults.push(Finding::new(code, place, what));
+    let stored = SHARES.into_iter().zip([measured, saturated, in_view]);
+    let outside: Vec<String> = stored
+        .filter(|(_, share)| !share.is_nan() && !(0.0..=1.0).contains(share))
+        .map(|(name, share)| format!("{name} is {share}"))
+        .collect();
+    if !outside.is_empty() {
+        return fault(Code::ValueRange, outside.join("; "));
+    }
+    // EXR files hold Reflectance before it is rounded, and in half precision.
+    let is_rounded = task.head.images.png.iter().any(|name| name == "reflectance");
+    let reflectance = decoded.get("reflectance").filter(|_| is_rounded);
+    let most = task.head.images.most_dn();
+    let made = decoded.get("label").zip(decoded.get("range")).map(|(label, range)| {
+        let own = label.iter().zip(range).enumerate().filter(|(_, (label, _))| **label != 0);
+        let greatest = |i: usize| reflectance.and_then(|dn| dn.get(i)).is_some_and(|dn| *dn >= most);
+        ObjectPixels::count(own.map(|(i, (_, range))| [*range > 0, greatest(i)])).shares()
+    });
+    let made = [made.map(|[measured, _]| measured), made.and_then(|[_, saturated]| reflectance.map(|_| saturated))];
+    // Whether any pixel shows the object the row says without images too.
+    let background = task.head.shown_classes().position(|(value, _)| value == 0);
+    let bare = background.and_then(|place| row.class_area_px.get(place)).copied().unwrap_or(0);
+    let is_shown = row.class_area_px.iter().sum::<i64>() > bare;
+    let text = |share: f64| if share.is_nan() { "missing".to_owned() } else { format!("{share:?}") };
+    let mut other = Vec::new();
+    let is_measured = is_shown && measured != 0.0;
+    let stored = SHARES.into_iter().zip([(measured, is_shown), (saturated, is_measured)]);
+    for ((name, (stored, has_one)), made) in stored.zip(made) {
+        match made {
+            Some(made) if stored != made && !(stored.is_nan() && made.is_nan()) => {
+                other.push(format!("{name} is {}, the images show {}", text(stored), text(made)));
+            }
+            None if stored.is_nan() == has_one => {
+                let shown = if has_one { "pixels that it is of" } else { "no pixels that it could be of" };
+                other.push(format!("{name} is {}, and there are {shown}", text(stored)));
+            }
+            _ => {}
+        }
+    }
+    if !other.is_empty() {
+        return fault(Code::ShareDiffers, other.join("; "));
+    }
+    let short = shares.shortfalls().into_iter();
+    report.warnings.extend(short.map(|short| Finding::new(short.into(), place, shares.describe(short))));
+}
