@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use output_schema::dataset::{Generator, RecipeHead, SplitShares};
 use output_schema::file::asset_path;
-use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, SCHEMA_VERSION, SubjectFiles};
+use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, RigWarning, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
 
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
@@ -19,6 +19,7 @@ use pipeline::effective;
 use recipe::Recipe;
 use recipe::asset::{Asset, AssetSource, KeptAsset};
 use scanner::optics::speckle::PatternCache;
+use study::rig::check;
 
 pub use self::estimate::GenerateEstimate;
 pub use self::expected_dataset::{ExpectedDataset, declared};
@@ -129,8 +130,38 @@ pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
     Err(format!("the recipe in dataset.json means something else to this program: {}", keys.join("; ")))
 }
 
-/// The head of the dataset that `request` describes.
-pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest) -> DatasetHead {
+/// What the check of the rig warns of; it renders a few profiles. Follows from recipe and seed alone: the same however many
+/// samples and parts the dataset has. `tiles` are those of the seed.
+pub fn rig_warnings(recipe: &Recipe, seed: u64, tiles: &PatternCache) -> Vec<RigWarning> {
+    check::check(recipe, seed, tiles).into_iter().map(described).collect()
+}
+
+/// The same for the dataset that `request` makes or goes on with: one that is there says what was found when it was begun.
+pub fn dataset_warnings(recipe: &Recipe, request: &DatasetRequest, tiles: &PatternCache) -> Vec<RigWarning> {
+    let kept = || {
+        let folder = Dataset::open(&request.out).ok()?;
+        let head = folder.head();
+        let same = head.recipe.hash == recipe.hash()
+            && head.seed == request.seed
+            && head.generator.version == GENERATOR_VERSION
+            && head.target == env!("TARGET");
+        same.then(|| head.warnings.clone())
+    };
+    kept().unwrap_or_else(|| rig_warnings(recipe, request.seed, tiles))
+}
+
+/// The same of one sample alone.
+pub fn sample_warnings(recipe: &Recipe, seed: u64, index: u64) -> Vec<RigWarning> {
+    let tiles = PatternCache::new(recipe.streams(seed).key());
+    check::check_scene(&recipe.draw(seed, index), &tiles).into_iter().map(described).collect()
+}
+
+fn described(found: check::RigWarning) -> RigWarning {
+    RigWarning { code: found.shortfall.code().into(), what: found.what, remedy: found.remedy }
+}
+
+/// The head of the dataset that `request` describes, with the warnings of the rig's check.
+pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<RigWarning>) -> DatasetHead {
     let per_shard = request
         .samples_per_shard
         .unwrap_or_else(|| dataset::samples_per_shard(&recipe.output(), &recipe.size()) as u64);
@@ -162,6 +193,7 @@ pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest) -> DatasetHead {
         images: dataset::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),
         physics: effective::declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
+        warnings,
     }
 }
 
@@ -181,17 +213,20 @@ pub fn render_sample(
 /// Renders and writes the missing shards of a dataset. Runs on the current rayon pool.
 ///
 /// Shards that other processes hold come last and are waited for: at the end all that was asked for is there, whoever made
-/// it. Where another process ends without finishing its shard, this one makes it.
+/// it. Where another process ends without finishing its shard, this one makes it. `warnings` are those of [`dataset_warnings`],
+/// `tiles` those of the seed.
 ///
 /// # Errors
 /// A [`Fault`] as folder and shards give it; finished shards stay, and the same request continues.
 pub fn generate(
     recipe: &Recipe,
     request: &DatasetRequest,
+    warnings: Vec<RigWarning>,
+    tiles: &PatternCache,
     progress: &(dyn Fn(GenerateEvent) + Sync),
 ) -> Result<GenerateSummary, Fault> {
     let waits = || progress(GenerateEvent::WaitsForFolder);
-    let folder = Dataset::open_or_create_telling(&request.out, dataset_head(recipe, request), &waits)?;
+    let folder = Dataset::open_or_create_telling(&request.out, dataset_head(recipe, request, warnings), &waits)?;
     for (file, asset) in recipe.files().zip(&folder.head().assets) {
         folder.keep(&asset.path, file.1.bytes(), &waits)?;
     }
@@ -202,12 +237,11 @@ pub fn generate(
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
     progress(GenerateEvent::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
 
-    let tiles = PatternCache::new(recipe.streams(request.seed).key());
     let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
     let mut busy = Vec::new();
     for shard in remaining {
         match ShardWriter::claim(&folder, shard)? {
-            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
+            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, tiles, progress, &mut summary)?,
             Claim::Busy => {
                 progress(GenerateEvent::Busy(shard));
                 busy.push(shard);
@@ -217,7 +251,7 @@ pub fn generate(
     }
     for shard in busy {
         match ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)))? {
-            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
+            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, tiles, progress, &mut summary)?,
             Claim::Busy | Claim::Done => summary.others += 1,
         }
     }

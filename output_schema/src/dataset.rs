@@ -5,13 +5,14 @@ use serde_json::Value;
 
 use crate::channel::{Channel, channels, range_form};
 use crate::column::{Column, ColumnKind, NumberColumn};
+use crate::row::SHARES;
 
 /// Value of `format`.
 pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 3];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 4];
 
 /// Most samples of a dataset.
 pub const MAX_SAMPLES: u64 = 100_000_000;
@@ -81,6 +82,17 @@ impl AssetHead {
         let hexadecimal = self.sha256.len() == 64 && self.sha256.bytes().all(|c| c.is_ascii_hexdigit());
         hexadecimal && name.is_some_and(|name| name.starts_with('-') && !name.contains(['/', '\\']))
     }
+}
+
+/// A warning of the check of the rig, which comes before the first sample.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RigWarning {
+    /// What samples fall short in, by the code that validation gives single ones.
+    pub code: String,
+    /// What was found.
+    pub what: String,
+    /// What to do.
+    pub remedy: String,
 }
 
 /// Shares of the splits [1].
@@ -188,6 +200,9 @@ pub struct DatasetHead {
     pub parameters: Vec<NumberColumn>,
     /// Derived numbers in the order of columns.
     pub physics: Vec<NumberColumn>,
+    /// What the check of the rig warns of; the key `warnings` is left out where that is nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<RigWarning>,
 }
 
 impl DatasetHead {
@@ -265,6 +280,7 @@ impl DatasetHead {
     pub fn has(&self, column: &Column) -> bool {
         match column.kind {
             ColumnKind::Image(_) => self.images.png.iter().any(|name| name == column.name),
+            _ if SHARES.contains(&column.name) => self.schema_version >= [1, 4],
             _ => match column.name.strip_prefix("range_offset_").or(column.name.strip_prefix("range_scale_")) {
                 Some(unit) => unit == self.range_unit(),
                 None => true,

@@ -94,6 +94,11 @@ fn dataset() -> Value {
         ("bytes", whole("Size [bytes].")),
         ("sha256", sha256("Of its content.")),
     ]);
+    let warning = object(vec![
+        ("code", text("What samples fall short in.")),
+        ("what", text("What was found.")),
+        ("remedy", text("What to do.")),
+    ]);
     let mut document = object(vec![
         ("format", json!({ "const": FORMAT })),
         ("schema_version", version()),
@@ -138,10 +143,11 @@ fn dataset() -> Value {
         ),
         ("parameters", list(number.clone(), "Drawn numbers in the order of columns.")),
         ("physics", list(number, "Derived numbers in the order of columns.")),
+        ("warnings", list(warning, "What the check of the rig warns of; left out where that is nothing.")),
     ]);
     // Left out where there are none.
     if let Some(required) = document["required"].as_array_mut() {
-        required.retain(|key| key != "assets");
+        required.retain(|key| key != "assets" && key != "warnings");
     }
     document
 }

@@ -24,7 +24,7 @@ pub mod subject;
 pub use channel::{CHANNELS, Channel, SampleType};
 pub use column::{Column, ColumnKind, NumberColumn, unit_of};
 pub use dataset::{
-    AssetHead, DatasetHead, FORMAT, Generator, Images, MAX_SAMPLES, MAX_SHARDS, OLDEST_MINOR, RecipeHead,
+    AssetHead, DatasetHead, FORMAT, Generator, Images, MAX_SAMPLES, MAX_SHARDS, OLDEST_MINOR, RecipeHead, RigWarning,
     SCHEMA_VERSION, SplitShares, refuse_version,
 };
 pub use json::json_schema;

@@ -35,6 +35,9 @@ pub const PIXEL_CLASSES: [&str; 28] = [
     "object",
 ];
 
+/// How much of a sample is of use, in the order of columns; rows have them from schema 1.4 on.
+pub const SHARES: [&str; 3] = ["measured_share", "saturated_share", "object_in_view"];
+
 /// Images of a row in the order of columns; each is written only where the recipe asks for it.
 pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "instance"];
 
@@ -42,7 +45,7 @@ pub const IMAGES: [&str; 5] = ["range", "reflectance", "scatter", "label", "inst
 ///
 /// `seed` is unsigned because it is: a signed column would change seeds from 2^63 on, and every reader that is tested
 /// here knows uint64. `index` is signed because frameworks index with int64.
-pub const ROW: [Column; 24] = [
+pub const ROW: [Column; 27] = [
     Column {
         name: "id",
         kind: ColumnKind::Text,
@@ -194,6 +197,30 @@ pub const ROW: [Column; 24] = [
         range: "sum is rows times cols",
         missing: "never",
         doc: "Pixels of each pixel class of the subject in the label image.",
+    },
+    Column {
+        name: "measured_share",
+        kind: ColumnKind::Float64,
+        unit: "1",
+        range: "0 to 1",
+        missing: "null where no pixel shows the object",
+        doc: "Share of the pixels that show the object (label not background) in which Range is measured.",
+    },
+    Column {
+        name: "saturated_share",
+        kind: ColumnKind::Float64,
+        unit: "1",
+        range: "0 to 1",
+        missing: "null where nothing of the object is measured",
+        doc: "Share of those measured pixels in which the line saturates: Reflectance, rounded, is the greatest digital number.",
+    },
+    Column {
+        name: "object_in_view",
+        kind: ColumnKind::Float64,
+        unit: "1",
+        range: "0 to 1",
+        missing: "null on a turntable",
+        doc: "Share of the object's convex outline, seen from above, that lies within the field of the images.",
     },
     Column {
         name: "range",

@@ -56,6 +56,7 @@ fn json_schema_lists_every_key_of_the_documents() {
         },
         parameters: vec![],
         physics: vec![],
+        warnings: vec![RigWarning { code: "saturated".into(), what: "w".into(), remedy: "r".into() }],
     };
     assert_eq!(head.span(2), (4, 1));
     assert_eq!(head.span(3), (6, 0));

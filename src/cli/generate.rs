@@ -3,16 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use output_schema::{MAX_SAMPLES, MAX_SHARDS};
+use output_schema::{MAX_SAMPLES, MAX_SHARDS, RigWarning};
 use serde_json::{Map, Value, json};
 
 use super::console::Console;
 use super::progress::{GenerateProgress, Progress, counted, describe_bytes, describe_duration};
 use super::{CommandResult, GenerateArgs, LoadedRecipe, UsageError, print};
-use crate::generate::{DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, generate};
+use crate::generate::{
+    DatasetRequest, GenerateEstimate, GenerateSummary, MemoryEstimate, dataset_head, dataset_warnings, generate,
+};
 use bench::settings::Transport;
 use dataset::Dataset;
 use recipe::Recipe;
+use scanner::optics::speckle::PatternCache;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MAX_THREADS: (usize, usize) = (4, 16);
@@ -39,6 +42,13 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
     }
     memory.check()?;
     pool.install(|| {
+        let tiles = PatternCache::new(recipe.streams(request.seed).key());
+        let warnings = dataset_warnings(&recipe, &request, &tiles);
+        if arguments.strict && !warnings.is_empty() {
+            let faults: Vec<String> = warnings.iter().map(described).collect();
+            return Err(format!("--strict: nothing is written: {}", faults.join("\n")).into());
+        }
+        tell(&warnings, console);
         if arguments.estimate {
             let trial = GenerateEstimate::trial(&recipe, &request);
             console.note(&format!("rendering {} to measure ...", counted(trial, "sample")));
@@ -57,8 +67,17 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
         }
-        generate_dataset(name, &recipe, &request, (arguments.json, console))
+        generate_dataset((name, &recipe, &request), (warnings, &tiles), (arguments.json, console))
     })
+}
+
+/// Tells what samples fall short in.
+pub(super) fn tell(warnings: &[RigWarning], console: &Console) {
+    warnings.iter().for_each(|warning| console.note(&format!("warning: {}", described(warning))));
+}
+
+fn described(warning: &RigWarning) -> String {
+    format!("{}; {}", warning.what, warning.remedy)
 }
 
 /// The number of threads to start, 0 for one a core.
@@ -129,7 +148,7 @@ fn dataset_request(
         part: arguments.part,
         samples_per_shard: arguments.samples_per_shard.or(begun.map(|begun| begun.head().samples_per_shard)),
     };
-    let shards = dataset_head(recipe, &request).shards;
+    let shards = dataset_head(recipe, &request, Vec::new()).shards;
     if shards > MAX_SHARDS {
         let remedy = "ask for more --samples-per-shard, or for fewer samples";
         let what = format!("{samples} samples would be {shards} shards, at most {MAX_SHARDS}; {remedy}");
@@ -139,16 +158,16 @@ fn dataset_request(
 }
 
 fn generate_dataset(
-    name: &str,
-    recipe: &Recipe,
-    request: &DatasetRequest,
+    (name, recipe, request): (&str, &Recipe, &DatasetRequest),
+    (warnings, tiles): (Vec<RigWarning>, &PatternCache),
     (json, console): (bool, &Console),
 ) -> CommandResult {
     let out = request.out.clone();
     console.on_stop(move || describe_stop(&out));
+    let warned: Vec<String> = warnings.iter().map(described).collect();
     let summary = {
         let progress = GenerateProgress::new(console, name, recipe, request);
-        generate(recipe, request, &|event| progress.show(event))
+        generate(recipe, request, warnings, tiles, &|event| progress.show(event))
     };
     let summary = summary?;
     console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary, request)));
@@ -157,6 +176,7 @@ fn generate_dataset(
         let document = json!({
             "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
             "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "shards_of_others": others,
+            "warnings": warned,
         });
         print(&format!("{document:#}\n"))?;
     }

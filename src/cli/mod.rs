@@ -146,6 +146,9 @@ pub(crate) struct GenerateArgs {
     /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     samples_per_shard: Option<u64>,
+    /// Take warnings of the rig's check (nothing in the field, hardly measured, saturated) as errors: nothing is written
+    #[arg(long)]
+    strict: bool,
     /// Say what it would take (time, disk, samples of each class) and stop
     #[arg(long)]
     estimate: bool,
@@ -344,11 +347,11 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
     generate::warn(&loaded.recipe, console);
     generate::note(&loaded.recipe, console);
     crate::generate::MemoryEstimate::of_preview(&loaded.recipe).check()?;
+    let seed = loaded.seed(arguments.seed);
+    generate::tell(&crate::generate::sample_warnings(&loaded.recipe, seed, arguments.index), console);
     let picture = {
         let progress = Progress::new(console, "profiles", Some(loaded.recipe.size().profiles as u64));
-        preview::preview(&loaded.recipe, loaded.seed(arguments.seed), arguments.index, &|profiles| {
-            progress.add(profiles)
-        })
+        preview::preview(&loaded.recipe, seed, arguments.index, &|profiles| progress.add(profiles))
     };
     if output::is_standard_output(&arguments.out) {
         output::write_standard_output(&output::png(&picture)?)?;

@@ -72,7 +72,8 @@ impl GenerateEstimate {
     pub fn count(recipe: &Recipe, request: &DatasetRequest) -> Self {
         let (part, parts) = request.part;
         let folder = Dataset::open(&request.out).ok();
-        let head = dataset_head(recipe, request);
+        // Nothing but sizes is asked of it.
+        let head = dataset_head(recipe, request, Vec::new());
         // The last shard of a dataset that grows has fewer samples on disk and is made again.
         let missing = |&shard: &u64| {
             let is_done = |f: &Dataset| f.head().span(shard) == head.span(shard) && f.is_done(shard) == Ok(true);

@@ -280,6 +280,7 @@ fn a_rig_is_told_in_words_of_data_sheets() {
         ("camera.rows=64", "are not seen in all columns"),
         ("motion.step_mm=0.3 --set motion.line_rate_hz=20000", "rows in an exposure: shorten exposure.time_us"),
         ("motion.step_mm=0.5", "times as long as wide; set motion.step_mm"),
+        ("board.offset_mm=300", "0.0 % of the object lies in the field of the images"),
     ] {
         let told = rig(&format!("{bench} --set {change}"));
         let warnings = told["warnings"].as_array().expect("a list");

@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod range;
 mod red_team;
+mod rig_check;
 mod study;
 mod thesis_frames;
 mod transport;

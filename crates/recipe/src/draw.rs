@@ -11,6 +11,7 @@ use uuid::Uuid;
 use super::balance::{self, ClassRotation};
 use super::{Class, Plan, Recipe, Scene};
 use bench::parameters::Bench;
+use bench::split::Split;
 
 /// The namespace of all sample ids; drawn once, at random.
 const NAMESPACE: Uuid = Uuid::from_u128(0x7d0b_5c1e_93a4_4f6b_8e27_51c6_d20f_a938);
@@ -23,7 +24,6 @@ impl Recipe {
         let rotation = self.rotation(seed);
         let number = rotation.class(index);
         let class = &self.classes[number];
-        let split_stream = root.child("split").child(&class.name);
         let mut value = |parameter: &'static Parameter| {
             let path = parameter.path();
             let distribution = class.overrides.get(&path).unwrap_or_else(|| &self.parameters[&path]);
@@ -34,7 +34,7 @@ impl Recipe {
         Scene {
             index,
             id: Uuid::new_v5(&NAMESPACE, format!("{}/{seed}/{index}", self.hash).as_bytes()).to_string(),
-            split: balance::split(self.settings.splits(), split_stream, rotation.rank(number, index)),
+            split: self.split_at(seed, &rotation, index),
             class: class.name.clone(),
             stream,
             size: self.settings.size(),
@@ -61,6 +61,17 @@ impl Recipe {
     /// The class of sample `index`.
     pub fn class_of(&self, seed: u64, index: u64) -> &Class {
         &self.classes[self.rotation(seed).class(index)]
+    }
+
+    /// The split of sample `index`.
+    pub fn split_of(&self, seed: u64, index: u64) -> Split {
+        self.split_at(seed, &self.rotation(seed), index)
+    }
+
+    fn split_at(&self, seed: u64, rotation: &ClassRotation, index: u64) -> Split {
+        let class = rotation.class(index);
+        let stream = self.streams(seed).child("split").child(&self.classes[class].name);
+        balance::split(self.settings.splits(), stream, rotation.rank(class, index))
     }
 
     fn rotation(&self, seed: u64) -> ClassRotation {

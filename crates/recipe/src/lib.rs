@@ -193,6 +193,11 @@ impl Recipe {
         self.settings.transport()
     }
 
+    /// What is done to frames before they are read.
+    pub fn postprocess(&self) -> Postprocess {
+        self.settings.postprocess()
+    }
+
     /// What is written.
     pub fn output(&self) -> Output {
         self.settings.output()

@@ -16,6 +16,7 @@
 //! column (behind the rim of a gap, say), facets steeper than 88.9 degrees, which count as that steep, and light that
 //! the piece reflects onto itself.
 
+mod outline;
 mod rays;
 pub(crate) mod surface_grid;
 pub mod turntable;
@@ -23,6 +24,7 @@ pub mod turntable;
 use glam::Vec3;
 use procedural::{Body, Class, Film, Matter, Medium, Surface};
 
+use self::outline::Outline;
 use self::rays::{Intersection, LEAVE_MM, TriangleBvh};
 use self::surface_grid::SurfaceGrid;
 use self::turntable::{BodyPose, Turntable};
@@ -59,6 +61,7 @@ pub(crate) struct ReflectedHit {
 pub struct Specimen {
     body: Body,
     triangles: TriangleBvh,
+    outline: Outline,
     rig: Rig,
     /// Height of the point that the laser fan comes from [mm].
     fan_height: f32,
@@ -101,9 +104,10 @@ pub fn height_below(surface: &Surface, film: &Film) -> f32 {
 impl Specimen {
     /// Puts `body` under a camera and a laser fan from `fan_height` [mm].
     pub fn new(body: Body, rig: Rig, fan_height: f64) -> Self {
-        let triangles = TriangleBvh::new(&body.hull());
+        let hull = body.hull();
+        let (triangles, outline) = (TriangleBvh::new(&hull), Outline::around(&hull.positions));
         let (upper, lower) = surface_grids(&body, lens(&rig, 0.0));
-        Self { body, triangles, rig, fan_height: fan_height as f32, upper, lower, turntable: None }
+        Self { body, triangles, outline, rig, fan_height: fan_height as f32, upper, lower, turntable: None }
     }
 
     /// The same on a turntable, for a body without surface grids; scan positions are then the travel at its radius.
@@ -119,6 +123,12 @@ impl Specimen {
     /// Height of the body's highest point [mm].
     pub fn top(&self) -> f32 {
         self.triangles.high.z
+    }
+
+    /// Share of the body's convex outline, seen from above, that lies within a field [mm]; NaN on a turntable, where a place
+    /// passes the line in more rows than one, and for a body without extent [1].
+    pub fn share_within(&self, x: [f64; 2], y: [f64; 2]) -> f64 {
+        if self.turntable.is_some() { f64::NAN } else { self.outline.share_within(x, y) }
     }
 
     /// Whether the body can occlude itself and reflect light onto itself.

@@ -11,6 +11,8 @@
 //! Where white saturates, N is that of matter that peaks at 70 % of saturation, which is how exposures are chosen. Light from below
 //! the surface widens the line and has less speckle: matter that scatters in depth has another noise.
 
+pub mod check;
+
 use std::f64::consts::PI;
 
 use serde_json::{Map, Value, json};
@@ -92,9 +94,10 @@ pub fn report(scene: &Scene) -> RigReport {
     let patterns = PatternCache::new(0);
     let body = body(scene);
     let top = f64::from(body.bounds().1.z);
-    let (sensor, _) = set_up(scene, body, &patterns);
+    let (sensor, specimen) = set_up(scene, body, &patterns);
     let facts = Facts::of(scene, &sensor, top);
-    RigReport { numbers: facts.numbers(), warnings: facts.warnings() }
+    let out_of_view = check::out_of_view(scene, &sensor, &specimen);
+    RigReport { numbers: facts.numbers(), warnings: facts.warnings().into_iter().chain(out_of_view).collect() }
 }
 
 /// What numbers and warnings are made from.

@@ -4,6 +4,29 @@
 
 use crate::parameters;
 
+/// Paths of the numbers that say how many of each defect a pack has.
+pub const DEFECT_COUNTS: [&str; 19] = [
+    "defects.missing",
+    "defects.broken",
+    "defects.chipped",
+    "defects.cracked",
+    "defects.capped",
+    "defects.foreign_tablet",
+    "defects.wrong_coat",
+    "defects.double",
+    "defects.particle",
+    "defects.fibre",
+    "defects.powder",
+    "defects.shallow",
+    "defects.collapsed",
+    "defects.punctured",
+    "defects.pinhole",
+    "defects.channel",
+    "defects.wrinkle",
+    "defects.delamination",
+    "defects.tablet_on_flange",
+];
+
 parameters! {
     /// The card and how it lies on the conveyor, film up.
     pack: Card {

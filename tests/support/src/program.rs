@@ -61,6 +61,16 @@ pub struct Run {
     pub err: String,
 }
 
+impl Run {
+    /// Checks that it was refused with exit status 1, and that all of these words are said on standard error.
+    pub fn refused(&self, words: &[&str]) {
+        assert_eq!(self.code, 1, "{}", self.err);
+        for word in words {
+            assert!(self.err.contains(word), "no `{word}` in {}", self.err);
+        }
+    }
+}
+
 /// A folder to work in; the program runs there.
 pub struct Place(TempDir);
 

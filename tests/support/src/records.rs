@@ -63,6 +63,7 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
             NumberColumn::new("board", "width_mm", "Width along the laser line."),
         ],
         physics: vec![NumberColumn::new("", "mu_eff_per_mm", "Effective attenuation of clear wood.")],
+        warnings: Vec::new(),
     }
 }
 
@@ -159,6 +160,7 @@ pub fn record(index: u64, size: &Size, output: &Output) -> Record {
         physics: vec![("mu_eff_per_mm", 0.7)],
         objects: objects(&labels, cols),
         defects: vec![Class::SoundKnot, Class::DeadKnot],
+        object_in_view: 0.75 + 0.01 * index as f64,
         maps,
         labels,
         truth: output.truth_maps.then_some(TruthMaps { height: heights, below: Below::Fibre { azimuth, dive } }),

@@ -13,6 +13,7 @@ use crate::keys::idle::{Idle, Wording};
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
 use bench::settings::{Fan, Filter, LineShape, Movement, Scheimpflug, Words};
+use procedural::blister::parameters::DEFECT_COUNTS;
 use yaml::YamlReader;
 
 /// What a parameter needs to have an effect.
@@ -103,27 +104,7 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
 const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count"]);
 const DEAD_KNOTS: ParameterNeeds = Amount("knots.dead_count");
 const ROT: ParameterNeeds = Amount("rot.reach_mm");
-const DEFECTS: ParameterNeeds = Any(&[
-    "defects.missing",
-    "defects.broken",
-    "defects.chipped",
-    "defects.cracked",
-    "defects.capped",
-    "defects.foreign_tablet",
-    "defects.wrong_coat",
-    "defects.double",
-    "defects.particle",
-    "defects.fibre",
-    "defects.powder",
-    "defects.shallow",
-    "defects.collapsed",
-    "defects.punctured",
-    "defects.pinhole",
-    "defects.channel",
-    "defects.wrinkle",
-    "defects.delamination",
-    "defects.tablet_on_flange",
-]);
+const DEFECTS: ParameterNeeds = Any(&DEFECT_COUNTS);
 
 /// Parameters that are for objects which no sample may have: a recipe may keep them for classes to come, so they are noted and
 /// not refused.

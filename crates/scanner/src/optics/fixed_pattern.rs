@@ -1,10 +1,13 @@
 //! Fixed-pattern noise of a sensor: non-uniform response (PRNU) and dark signal (DSNU), column pattern, defects.
 //!
 //! EMVA 1288 (release 4.0): PRNU and DSNU are standard deviations over the pixels of a sensor, here normal and without
-//! correlation but for the columns. Drawn once a sample by pixel `[row, column]` of its camera, so every profile sees the
-//! same, wherever the line lies. Each pixel is two bytes, in steps of 1/20 of a standard deviation, which adds 2e-4 to a
-//! variance and leaves out what lies beyond 6.3 of them. Of the defects one half is dead (no response), the other always
-//! full. Neglected: slow shading over the sensor (it is in the lens), clusters, dark current of single pixels.
+//! correlation but for the columns. Drawn by sample and pixel `[row, column]` of its camera, so every profile sees the
+//! same, wherever the line lies; a row of a tile is drawn when it is first looked at. Each pixel is two bytes, in steps of
+//! 1/20 of a standard deviation, which adds 2e-4 to a variance and leaves out what lies beyond 6.3 of them. Of the defects
+//! one half is dead (no response), the other always full. Neglected: slow shading over the sensor (it is in the lens),
+//! clusters, dark current of single pixels.
+
+use std::sync::OnceLock;
 
 use procedural::Stream;
 
@@ -26,11 +29,29 @@ const MAX_COPIED_RUNS: usize = 12;
 /// The pixels of one sensor.
 #[derive(Debug, Clone)]
 pub(crate) struct FixedPattern {
-    /// Codes of response and of offset, `[tiles][rows]`.
-    codes: Vec<PixelCodes>,
+    /// Codes of response and of offset, `[tiles][rows]`, as far as they were asked for.
+    codes: Vec<OnceLock<PixelCodes>>,
     rows: usize,
+    /// How a row is drawn.
+    law: PixelLaw,
     /// What a step is.
     pub steps: CodeSteps,
+}
+
+/// How codes of pixels are drawn.
+#[derive(Debug, Clone)]
+struct PixelLaw {
+    /// Keys of the pixels' own normals, and of their defects.
+    pixel: [u32; 2],
+    defect: u32,
+    /// Steps of a standard deviation of the response [1].
+    response: f32,
+    /// The same of the pixel's own part of the offset [1].
+    offset: f32,
+    /// What each column adds to the offset [steps].
+    columns: Vec<f32>,
+    /// Hashes below this are dead pixels, those as far from the other end always full ones.
+    half: u32,
 }
 
 /// Codes of response and of offset in a row of a tile.
@@ -79,6 +100,24 @@ impl WindowRuns {
     }
 }
 
+impl PixelLaw {
+    /// Draws a row of a tile.
+    fn row(&self, tile: usize, row: u32) -> PixelCodes {
+        let code = |steps: f32| steps.round().clamp(-127.0, 127.0) as i8;
+        let first = tile * TILE;
+        let mut line = UNIFORM_CODES;
+        for (c, own) in self.columns[first..][..TILE].iter().enumerate() {
+            let counter = row << 14 | (first + c) as u32;
+            let (a, b) = normals(counter, self.pixel);
+            let drawn = hash(counter ^ self.defect);
+            line[0][c] = if drawn < self.half { DEFECT_CODE } else { code(self.response * a) };
+            let shifts = code(self.offset * b + own);
+            line[1][c] = if drawn > u32::MAX - self.half { DEFECT_CODE } else { shifts };
+        }
+        line
+    }
+}
+
 impl FixedPattern {
     /// The pixels of a sensor of `size` whose numbers are `scale` times those of 8 bits; `None` where all are alike.
     pub fn new(exposure: &ExposureParameters, scale: f64, size: &Size, stream: Stream) -> Option<Self> {
@@ -90,37 +129,29 @@ impl FixedPattern {
             let key = stream.child(name).key();
             [key as u32, (key >> 32) as u32]
         };
-        let (pixel, column, defect) = (keys("noise"), keys("column"), keys("defect")[0]);
+        let column = keys("column");
         // Shares of a standard deviation of the offset.
         let parts = [exposure.dsnu_dn, exposure.column_pattern_dn]
             .map(|part| (CODES_PER_SIGMA * part / offset.max(1e-9)) as f32);
-        let response = if exposure.prnu > 0.0 { CODES_PER_SIGMA as f32 } else { 0.0 };
-        let half = (0.5 * exposure.defect_share * f64::from(u32::MAX)) as u32;
-        let code = |steps: f32| steps.round().clamp(-127.0, 127.0) as i8;
-        let mut codes = Vec::with_capacity(size.columns.div_ceil(TILE) * size.rows);
-        for tile in 0..size.columns.div_ceil(TILE) {
-            let first = (tile * TILE) as u32;
-            let columns: [f32; TILE] = std::array::from_fn(|c| parts[1] * normals(first + c as u32, column).0);
-            for row in 0..size.rows as u32 {
-                let mut line = UNIFORM_CODES;
-                for (c, own) in columns.iter().enumerate() {
-                    let counter = row << 14 | (first + c as u32);
-                    let (a, b) = normals(counter, pixel);
-                    let drawn = hash(counter ^ defect);
-                    line[0][c] = if drawn < half { DEFECT_CODE } else { code(response * a) };
-                    line[1][c] = if drawn > u32::MAX - half { DEFECT_CODE } else { code(parts[0] * b + own) };
-                }
-                codes.push(line);
-            }
-        }
+        let tiles = size.columns.div_ceil(TILE);
+        let law = PixelLaw {
+            pixel: keys("noise"),
+            defect: keys("defect")[0],
+            response: if exposure.prnu > 0.0 { CODES_PER_SIGMA as f32 } else { 0.0 },
+            offset: parts[0],
+            columns: (0..(tiles * TILE) as u32).map(|c| parts[1] * normals(c, column).0).collect(),
+            half: (0.5 * exposure.defect_share * f64::from(u32::MAX)) as u32,
+        };
         let steps =
             CodeSteps([exposure.prnu / CODES_PER_SIGMA, offset * scale / CODES_PER_SIGMA].map(|step| step as f32));
-        Some(Self { codes, rows: size.rows, steps })
+        let codes = std::iter::repeat_with(OnceLock::new).take(tiles * size.rows).collect();
+        Some(Self { codes, rows: size.rows, law, steps })
     }
 
     /// A row of a tile; rows beyond the edge take the edge's.
     fn row(&self, tile: usize, row: i32) -> &PixelCodes {
-        &self.codes[tile * self.rows + row.clamp(0, self.rows as i32 - 1) as usize]
+        let row = row.clamp(0, self.rows as i32 - 1);
+        self.codes[tile * self.rows + row as usize].get_or_init(|| self.law.row(tile, row as u32))
     }
 
     /// Row `k` of windows in a tile.

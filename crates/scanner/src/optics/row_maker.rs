@@ -317,7 +317,7 @@ impl LitColumn<'_> {
     fn enter(&self, scratch: &mut RowScratch, row: &mut Row) {
         let Self { column, sight, normal, white, .. } = *self;
         let medium = &self.hit.matter.medium;
-        let point = surface_point(medium, normal, sight.view);
+        let point = surface_point(medium, normal, sight.light, sight.view);
         row.entered_light[column] = white * point.enter;
         scratch.exit_shift[column] = exit_shift(&point);
         // A coat is passed both ways.

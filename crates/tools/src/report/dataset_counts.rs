@@ -1,12 +1,17 @@
 //! Counts over all rows of a dataset, in two passes: first extents, then the bins of histograms. Memory
 //! does not grow with the number of samples.
 
+use output_schema::row::{ROW, SHARES};
 use output_schema::{DatasetHead, NumberColumn};
 
 use super::declared_distribution::DeclaredDistribution;
 use super::folder::Folder;
 use super::histogram::{DERIVED_ROUNDING, DRAWN_ROUNDING, Histogram, HistogramAxis, RunningRange};
+use dataset::shares::{SampleShares, Shortfall};
 use dataset::{RowBatch, RowQuery, Table};
+
+/// Samples of little use that are named for each thing that they fall short in.
+const MAX_NAMED_SAMPLES: usize = 12;
 
 /// Pixels and objects of one pixel class.
 #[derive(Debug, Clone)]
@@ -40,6 +45,17 @@ pub(super) struct NumberCounts {
     pub cells: Option<Histogram>,
 }
 
+/// Samples that fall short in one thing.
+#[derive(Debug, Clone)]
+pub(super) struct ShortSamples {
+    /// In what.
+    pub shortfall: Shortfall,
+    /// How many.
+    pub count: u64,
+    /// Numbers in the dataset of the first of them.
+    pub first: Vec<u64>,
+}
+
 /// The counts.
 #[derive(Debug)]
 pub(super) struct DatasetCounts {
@@ -51,6 +67,8 @@ pub(super) struct DatasetCounts {
     pub numbers: Vec<NumberCounts>,
     /// Extent of images along rows and columns [mm].
     pub field: [RunningRange; 2],
+    /// Samples of little use by what they fall short in; empty where rows do not tell.
+    pub short: Vec<ShortSamples>,
 }
 
 /// Position of a sample in the tables.
@@ -104,7 +122,12 @@ pub(super) fn count(
         kinds: head.shown_classes().map(kind).collect(),
         numbers: head.parameters.iter().chain(&head.physics).map(number).collect(),
         field: [RunningRange::default(); 2],
+        short: Vec::new(),
     };
+    if tells_shares(head) {
+        let none = |shortfall| ShortSamples { shortfall, count: 0, first: Vec::new() };
+        counts.short = Shortfall::ALL.map(none).to_vec();
+    }
     let tables = folder.tables.clone();
     for table in &tables {
         if let Err(what) = extents(table, &mut counts) {
@@ -121,9 +144,21 @@ pub(super) fn count(
     counts
 }
 
+/// Whether rows tell how much of each sample is of use; those of older schemas do not.
+pub(super) fn tells_shares(head: &DatasetHead) -> bool {
+    ROW.iter().filter(|column| SHARES.contains(&column.name)).all(|column| head.has(column))
+}
+
+/// How much of each sample is of use.
+pub(super) fn shares(rows: &RowBatch) -> Result<Vec<SampleShares>, String> {
+    let [measured, saturated, in_view] = SHARES.map(|name| rows.numbers(name));
+    let all = measured?.into_iter().zip(saturated?).zip(in_view?);
+    Ok(all.map(|((measured, saturated), in_view)| SampleShares { measured, saturated, in_view }).collect())
+}
+
 fn wanted(name: &str) -> bool {
-    const OTHERS: [&str; 10] =
-        ["id", "index", "seed", "split", "calibration", "defect_classes", "range", "reflectance", "scatter", "label"];
+    const OTHERS: [&str; 9] =
+        ["id", "seed", "split", "calibration", "defect_classes", "range", "reflectance", "scatter", "label"];
     !OTHERS.contains(&name) && name != "instance" && !name.starts_with("range_")
 }
 
@@ -156,6 +191,17 @@ fn extents(table: &Table, counts: &mut DatasetCounts) -> Result<(), String> {
         for (field, [count, pitch]) in counts.field.iter_mut().zip([["rows", "row_mm"], ["cols", "col_mm"]]) {
             let sides = rows.integers(count)?.into_iter().zip(rows.numbers(pitch)?);
             sides.for_each(|(count, pitch)| field.add(count as f64 * pitch));
+        }
+        if !counts.short.is_empty() {
+            for (shares, index) in shares(rows)?.into_iter().zip(rows.integers("index")?) {
+                let found = shares.shortfalls();
+                for short in counts.short.iter_mut().filter(|short| found.contains(&short.shortfall)) {
+                    short.count += 1;
+                    if short.first.len() < MAX_NAMED_SAMPLES {
+                        short.first.push(index.unsigned_abs());
+                    }
+                }
+            }
         }
         for number in &mut counts.numbers {
             rows.numbers(&path(&number.column))?.into_iter().for_each(|value| number.extent.add(value));

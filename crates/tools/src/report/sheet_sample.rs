@@ -6,7 +6,9 @@
 use std::collections::BTreeMap;
 
 use output_schema::DatasetHead;
+use output_schema::row::SHARES;
 
+use super::dataset_counts::{shares, tells_shares};
 use dataset::{Dataset, ExrMaps, RowBatch, Table};
 
 /// The maps in the order of panels.
@@ -37,6 +39,8 @@ pub(super) struct SheetSample {
     pub range: Option<RangeFigures>,
     /// Share of Reflectance at its greatest where there is an object, or anywhere without labels [1].
     pub saturated: Option<f64>,
+    /// What makes it of little use, in words.
+    pub short: Vec<String>,
     /// Objects by pixel class, in order of the classes.
     pub objects: Vec<ObjectCount>,
     /// Some drawn numbers.
@@ -90,7 +94,7 @@ pub(super) fn read(
     let wanted = |name: &str| {
         let drawn = CARD_NUMBERS.iter().any(|path| path.split_once('.').is_some_and(|(group, _)| group == name));
         let known = ["index", "id", "cols", "rows", "row_mm", "col_mm", "objects", "label"].contains(&name);
-        known || drawn || name.starts_with("range_") || MAPS.contains(&name)
+        known || drawn || SHARES.contains(&name) || name.starts_with("range_") || MAPS.contains(&name)
     };
     let row = table.row(row, &wanted).map_err(|fault| fault.what)?;
     let index = first(row.integers("index")?, "index")? as u64;
@@ -168,6 +172,7 @@ fn of_row(
         labels: labels.map_or(Vec::new(), |labels| grid.largest(&labels)),
         range,
         saturated,
+        short: if tells_shares(head) { shortfalls(row)? } else { Vec::new() },
         objects: objects(row)?,
         numbers: numbers(row, head),
     })
@@ -249,6 +254,12 @@ fn png(row: &RowBatch, head: &DatasetHead, name: &str) -> Result<Vec<f32>, Strin
     }
     let value = |n: u16| if n == 0 { f32::NAN } else { (offset + f64::from(n) * scale) as f32 };
     Ok(numbers.into_iter().map(value).collect())
+}
+
+/// What makes the sample of a row of little use.
+fn shortfalls(row: &RowBatch) -> Result<Vec<String>, String> {
+    let shares = first(shares(row)?, "measured_share")?;
+    Ok(shares.shortfalls().into_iter().map(|shortfall| shares.describe(shortfall)).collect())
 }
 
 /// How many objects of each pixel class.

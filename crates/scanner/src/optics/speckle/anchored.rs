@@ -58,7 +58,8 @@ impl AnchoredSpeckle {
         // The number of equal independent patterns with that contrast is 1 / C^2.
         let below = speckle.volume_patterns / (conditions.paths * conditions.paths);
         let patterns = [speckle.surface_patterns, below];
-        let stack = cache.get(grain, law, patterns);
+        let stack =
+            if speckle.strength > 0.0 { cache.get(grain, law, patterns) } else { Arc::new(PatternStack::even(law)) };
         let own = pixel_contrast(stack.grain(), law, 0.0);
         let developed = pixel_contrast(grain, law, conditions.travel) * speckle.strength;
         let contrast = patterns.map(|n| developed / n.sqrt());

@@ -103,6 +103,14 @@ impl PatternStack {
         Self { pupil, law, looks, grain, fine, rows, pairs: Default::default() }
     }
 
+    /// Patterns without contrast, which take no transform.
+    pub(super) fn even(law: SpeckleLaw) -> Self {
+        let stack = Self::new(1.0, law, [1, 1], Stream::root(0));
+        let light = || vec![0.0; stack.rows * TILE];
+        let even = || IntensityPattern { surface: light(), volume: light() };
+        Self { pairs: std::array::from_fn(|_| OnceLock::from([even(), even()])), ..stack }
+    }
+
     /// Grain of the patterns: the nearest step to what was asked for, and no less than the finest pattern holds [px].
     pub fn grain(&self) -> f64 {
         self.grain

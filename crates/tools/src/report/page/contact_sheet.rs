@@ -146,6 +146,7 @@ fn card(facts: &PageData, sample: &SheetSample, scales: &[Option<ColourScale>], 
                 }
             }
             dl {
+                @if !sample.short.is_empty() { div.wide.alarm { dt { "of little use" } dd { (sample.short.join("; ")) } } }
                 @if !seen.is_empty() { div.wide { dt { "shows" } dd { (seen.join(", ")) } } }
                 @if !figures.is_empty() { div.wide { dt { (on) } dd { (figures.join(" · ")) } } }
                 @for number in sample.numbers.iter().filter(|number| varies(facts, &number.path)) { div { dt { (number.path) } dd { (with_unit(number.value, &number.unit)) } } }

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use output_schema::DatasetHead;
 
 use super::format::{bytes, count, number, shell_word};
+use crate::report::dataset_counts::ShortSamples;
 use crate::report::folder::unfinished;
 use crate::report::histogram::RunningRange;
 use crate::report::page_data::PageData;
@@ -32,6 +33,7 @@ pub(super) fn header(facts: &PageData) -> Markup {
                 } @else {
                     span.badge.bad { @if missing > 0 { "unfinished" } @else { "damaged" } }
                 }
+                @if is_of_little_use(facts) { " " a href="#warnings" { span.badge.bad { "of little use" } } }
                 " " (count(folder.finished)) " of " (count(head.shards)) " shards finished, "
                 (count(facts.counts.total())) " of " (count(head.samples)) " samples read, "
                 (bytes(folder.bytes() as f64)) " on disk"
@@ -97,6 +99,44 @@ fn subject(name: &str) -> &str {
 
 fn list(names: &[String]) -> String {
     if names.is_empty() { "no PNG".into() } else { names.join(", ") }
+}
+
+/// Whether the check of the rig warned, or samples fall short.
+fn is_of_little_use(facts: &PageData) -> bool {
+    !facts.head.warnings.is_empty() || facts.counts.short.iter().any(|short| short.count > 0)
+}
+
+/// What the check of the rig warned of, and samples that fall short; nothing where all is well.
+pub(super) fn warnings(facts: &PageData) -> Markup {
+    let short = || facts.counts.short.iter().filter(|short| short.count > 0);
+    let total = facts.counts.total();
+    html! {
+        @if is_of_little_use(facts) {
+            section.trouble.alarm id="warnings" {
+                h2 { "Of little use" }
+                div.scroll tabindex="0" {
+                    table {
+                        thead { tr { th { "What" } th { "Found" } th { "Remedy" } } }
+                        tbody {
+                            @for warning in &facts.head.warnings {
+                                tr { td { code { (warning.code) } } td { "Before the first sample: " (warning.what) } td { (warning.remedy) } }
+                            }
+                            @for short in short() {
+                                tr { td { code { (short.shortfall.code()) } } td { (found(short, total)) } td { (short.shortfall.remedy()) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// How many of `total` samples fall short, and which.
+fn found(short: &ShortSamples, total: u64) -> String {
+    let named: Vec<String> = short.first.iter().map(u64::to_string).collect();
+    let more = if short.count > named.len() as u64 { " and others" } else { "" };
+    format!("{} of {} samples: {}{more}", count(short.count), count(total), named.join(", "))
 }
 
 /// What is missing or cannot be read; nothing where all is well.

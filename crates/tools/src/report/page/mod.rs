@@ -47,6 +47,7 @@ pub(super) fn page(facts: &PageData) -> Markup {
             nav aria-label="Sections" { @for (id, name, _) in &sections { a href={ "#" (id) } { (name) } } }
             main {
                 (header::troubles(facts))
+                (header::warnings(facts))
                 @for (id, name, content) in &sections {
                     section id=(id) aria-labelledby={ (id) "-title" } {
                         h2 id={ (id) "-title" } { (name) }

@@ -15,19 +15,22 @@ const MAX_LISTED_FAULTS: usize = 20;
 /// Rows of any other table.
 const MAX_TABLE_ROWS: usize = 400;
 /// Numbers of the document, and what is said of one and of several.
-const COUNTED: [(&str, &str, &str); 4] = [
+const COUNTED: [(&str, &str, &str); 5] = [
     ("samples", "sample", "samples"),
     ("images", "image", "images"),
     ("rerendered", "sample rendered again", "samples rendered again"),
+    ("rows", "row exposed again", "rows exposed again"),
     ("files", "file", "files"),
 ];
 /// Keys that are shown elsewhere.
-const KEYS_SHOWN_ELSEWHERE: [&str; 17] = [
+const KEYS_SHOWN_ELSEWHERE: [&str; 19] = [
     "format",
     "schema_version",
     "clean",
     "fault_counts",
     "faults",
+    "warning_counts",
+    "warnings",
     "dataset_sha256",
     "manifests_sha256",
     "dataset",
@@ -57,13 +60,13 @@ pub(super) fn section(facts: &PageData) -> Markup {
         @if current && was_clean && damaged {
             p.stale { strong { "Damaged since? " } "This page finds files " a href="#troubles" { "missing or damaged" } ". Make it again: " code { (again) } }
         }
-        @if let Ok(document) = &kept.document { (verdict(document, current && !damaged)) (faults(document)) (statistics(&document["statistics"])) (others(document)) }
+        @if let Ok(document) = &kept.document { (verdict(document, current && !damaged)) (findings(&document["faults"])) (findings(&document["warnings"])) (statistics(&document["statistics"])) (others(document)) }
     }
 }
 
 /// The verdict, which `holds` of the dataset as it is now or held when it was validated.
 fn verdict(document: &Value, holds: bool) -> Markup {
-    let faults = document["faults"].as_array().map_or(0, Vec::len);
+    let [faults, warnings] = ["faults", "warnings"].map(|key| document[key].as_array().map_or(0, Vec::len));
     html! {
         p.state {
             @match document["clean"].as_bool() {
@@ -71,6 +74,7 @@ fn verdict(document: &Value, holds: bool) -> Markup {
                 Some(true) => "clean when it was validated",
                 _ => { span.badge.bad { "faults" } " " (count(faults as u64)) " listed" }
             }
+            @if warnings > 0 { " " span.badge.bad { "warnings" } " " (count(warnings as u64)) " listed" }
             @for (key, one, several) in COUNTED {
                 @if let Some(n) = document[key].as_u64() { ", " (count(n)) " " (if n == 1 { one } else { several }) }
             }
@@ -82,8 +86,9 @@ fn verdict(document: &Value, holds: bool) -> Markup {
     }
 }
 
-fn faults(document: &Value) -> Markup {
-    let list: Vec<&Value> = document["faults"].as_array().into_iter().flatten().collect();
+/// Faults or warnings by code.
+fn findings(list: &Value) -> Markup {
+    let list: Vec<&Value> = list.as_array().into_iter().flatten().collect();
     let text = |fault: &Value, key: &str| fault[key].as_str().unwrap_or("").to_owned();
     let mut codes: Vec<String> = list.iter().map(|fault| text(fault, "code")).collect();
     codes.sort_unstable();
@@ -108,7 +113,7 @@ fn statistics(document: &Value) -> Markup {
     let field = |test: &Value, key: &str| plain(&test[key]);
     html! {
         @if let Some(nearest) = tests.first() {
-            p { (count(tests.len() as u64)) " tests of classes, splits and drawn numbers against the recipe. The least probable has p = "
+            p { (count(tests.len() as u64)) " tests of drawn numbers against the recipe. The least probable has p = "
                 (number(p(nearest))) ", corrected for their number (" code { (field(nearest, "of")) } ")"
                 @if let Some(alpha) = document["alpha"].as_f64() { "; a fault is one below " (number(alpha)) } "." }
             details.group {

@@ -1,0 +1,231 @@
+//! The check of the rig before the first sample: recipes whose samples would be of no use are told with what to do, wherever a
+//! dataset is made, looked at or checked; the shipped ones are not.
+
+use std::fs;
+
+use output_schema::RigWarning;
+use parquet::record::Field;
+use recipe::Recipe;
+use recipe::asset::AssetSource;
+use scanner::optics::speckle::PatternCache;
+use serde_json::Value;
+use sheetlight::generate::rig_warnings;
+use test_support::pages::{between, page};
+use test_support::program::{Place, assert_same, mesh_recipe, pack_recipe, recipe, sawtooth_recipe};
+
+/// Recipes of no use: what is changed of a shipped one, what is warned of, and a word of the remedy.
+const USELESS: [(&str, &str, &str, &str); 9] = [
+    ("wood-small", "laser.power_mw=0.1", "hardly-measured", "raise laser.power_mw"),
+    ("wood-small", "camera.rows=64", "hardly-measured", "raise camera.rows"),
+    ("wood-small", "board.thickness_mm=150", "hardly-measured", "raise camera.rows"),
+    ("wood-small", "board.offset_mm=300", "object-out-of-view", "board.offset_mm"),
+    ("wood-small", "board.lead_in_mm=100", "object-out-of-view", "board.lead_in_mm"),
+    ("wood-small", "laser.power_mw=3000", "saturated", "lower laser.power_mw"),
+    ("blister-small", "laser.power_mw=0.1", "hardly-measured", "raise laser.power_mw"),
+    ("blister-small", "laser.power_mw=3000", "saturated", "lower laser.power_mw"),
+    (
+        "blister-small",
+        "pack.columns=2 --set pack.rows=7 --set pack.width_mm=23 --set pack.length_mm=78",
+        "object-out-of-view",
+        "scan.profiles",
+    ),
+];
+
+/// A place with a shipped recipe as `tiny.yaml`, of one class alone: the check looks at fewer samples.
+fn of_one_class(name: &str) -> Place {
+    let text = Recipe::built_in(name).expect("it is built in").text;
+    let (before, rest) = text.split_once("\nclasses:\n").expect("classes");
+    let (_, after) = rest.split_once("\n# How the profiles are read").expect("the section behind them");
+    let place = Place::new();
+    place.write(
+        "tiny.yaml",
+        format!("{before}\nclasses: {{plain: {{share: 1}}}}\n\n# How the profiles are read{after}"),
+    );
+    place
+}
+
+/// What dataset.json warns of.
+fn warnings(place: &Place, folder: &str) -> Vec<Value> {
+    place.json(&format!("{folder}/dataset.json"))["warnings"].as_array().cloned().unwrap_or_default()
+}
+
+#[test]
+fn what_is_of_no_use_is_told_before_the_first_sample() {
+    for (recipe, change, code, remedy) in USELESS {
+        let place = of_one_class(recipe);
+        let asked = format!("--recipe tiny.yaml --set {change} --n 1 --out set");
+        let strict = place.run(&format!("{asked} --strict"));
+        assert_eq!(strict.code, 1, "{change}: {}", strict.err);
+        assert!(strict.err.contains("--strict") && strict.err.contains(remedy), "{change}: {}", strict.err);
+        assert!(!place.path("set").exists(), "{change}: nothing is written");
+
+        let made = place.done(&asked);
+        let found = warnings(&place, "set");
+        let codes: Vec<&str> = found.iter().filter_map(|warning| warning["code"].as_str()).collect();
+        assert!(codes.contains(&code), "{recipe} {change}: {found:?}");
+        let own = found.iter().find(|warning| warning["code"] == code).expect("it is there");
+        let text = |key: &str| own[key].as_str().expect("a text");
+        assert!(text("remedy").contains(remedy), "{recipe} {change}: {own}");
+        let told = format!("warning: {}; {}", text("what"), text("remedy"));
+        assert!(made.err.contains(&told), "no `{told}` in {}", made.err);
+
+        // The row of each sample tells it, and so does validation, which has no fault.
+        let strict = place.run("validate set --json --rerender 0 --strict");
+        let report: Value = serde_json::from_str(&strict.out).expect("it is JSON");
+        assert_eq!((&report["clean"], &report["fault_counts"]), (&true.into(), &serde_json::json!({})), "{change}");
+        assert_eq!(report["warning_counts"][code], 1, "{recipe} {change}: {report:#}");
+        assert!(strict.code == 1 && strict.err.contains("0 faults and"), "{change}: {}", strict.err);
+    }
+}
+
+/// Warnings of validation are told with what to do, and change the status only where that is asked for.
+#[test]
+fn warnings_of_validation_are_no_faults() {
+    let place = of_one_class("wood-small");
+    place.done("--recipe tiny.yaml --set board.offset_mm=300 --n 2 --out set");
+    let clean = place.done("validate set --rerender 0");
+    assert!(clean.out.contains("warning: object-out-of-view (2): bring the object into the field"), "{}", clean.out);
+    assert!(clean.out.contains("0 faults, 2 warnings") && clean.err.is_empty(), "{}{}", clean.out, clean.err);
+    let strict = place.run("validate set --rerender 0 --strict");
+    assert!(strict.code == 1 && strict.err.contains("set has 0 faults and 2 warnings"), "{}", strict.err);
+}
+
+/// A preview and an estimate tell it too.
+#[test]
+fn a_preview_tells_what_its_sample_falls_short_in() {
+    let place = Place::new();
+    let shown = place.done("preview --recipe wood-small --set board.offset_mm=300 --out board.png");
+    assert!(shown.err.contains("warning: ") && shown.err.contains("board.offset_mm"), "{}", shown.err);
+    let plain = place.done("preview --recipe wood-small --out board.png");
+    assert!(!plain.err.contains("warning: "), "{}", plain.err);
+    let estimate = place.done("--recipe wood-small --set laser.power_mw=0.1 --n 1 --estimate");
+    assert!(estimate.err.contains("warning: ") && estimate.err.contains("raise laser.power_mw"), "{}", estimate.err);
+}
+
+fn of_seed(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
+    rig_warnings(recipe, seed, &PatternCache::new(recipe.streams(seed).key()))
+}
+
+/// Nothing that is shipped is warned of, whatever the seed: dark parts, overexposed packs and pieces that are longer than the
+/// field are meant.
+#[test]
+fn shipped_recipes_have_no_warnings() {
+    let is_full = |name: &str| !name.ends_with("-small") && !name.ends_with("-train");
+    for known in Recipe::embedded() {
+        let recipe = Recipe::load(known.name).expect("it is built in");
+        for seed in 0..if is_full(known.name) { 1 } else { 3 } {
+            assert_eq!(of_seed(&recipe, seed), [], "{} with seed {seed}", known.name);
+        }
+    }
+    let tray = include_str!("../../recipes/real/plastic-tray.yaml");
+    let beside = AssetSource::Beside(concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/real").into());
+    let tray = Recipe::parse_with("plastic-tray.yaml", tray, &beside).expect("it loads");
+    assert_eq!(of_seed(&tray, 0), [], "the tray");
+}
+
+/// Half of a board beside the middle of the line: the share that lies in the field is that of the rig's own field of view.
+#[test]
+fn the_share_in_the_field_is_that_of_the_rig() {
+    let place = Place::new();
+    let flat = "--set board.width_mm=20 --set board.offset_mm=10 --set board.cup_mm=0 --set board.twist_deg=0";
+    let rig: Value = serde_json::from_str(&place.done(&format!("rig wood-small {flat} --json")).out).expect("JSON");
+    let field = rig["numbers"]["field_of_view_mm"].as_f64().expect("a number");
+    place.done(&format!("--recipe wood-small {flat} --n 1 --out set"));
+    let samples = place.samples("set");
+    let Field::Double(found) = samples[&0].columns["object_in_view"] else { panic!("no number") };
+    // The board lies from 0 to 20 mm, the field to half of its width; the hull is within 0.2 mm of the board.
+    assert!((found - 0.5 * field / 20.0).abs() < 0.2 / 20.0, "{found} of a field of {field} mm");
+}
+
+/// The check looks at profiles as the dataset will have them, bit for bit.
+#[test]
+fn profiles_are_rendered_as_in_the_whole_scan() {
+    let even = recipe(&[["\n  window_rows: 7", "\n  range: rectified\n  window_rows: 7"]]);
+    for text in [recipe(&[]), even, pack_recipe(&[]), sawtooth_recipe(&[]), mesh_recipe(&[])] {
+        let recipe = Recipe::parse("tiny.yaml", &text).expect("the recipe loads");
+        let (scene, tiles) = (recipe.draw(3, 1), PatternCache::new(recipe.streams(3).key()));
+        let whole = pipeline::render(&scene, &tiles, &|_| ());
+        let (sensor, specimen) = pipeline::set_up(&scene, pipeline::body(&scene), &tiles);
+        let chosen = [0, 20, scene.size.profiles - 1];
+        let (maps, labels) = pipeline::render_profiles(&scene, &sensor, &specimen, &chosen);
+        let cols = scene.size.columns;
+        for (place, profile) in chosen.into_iter().enumerate() {
+            let [part, line] = [place, profile].map(|row| row * cols..(row + 1) * cols);
+            let bits = |map: &[f32]| map.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            for (part_of, all) in [
+                (&maps.range, &whole.maps.range),
+                (&maps.reflectance, &whole.maps.reflectance),
+                (&maps.scatter, &whole.maps.scatter),
+            ] {
+                assert_eq!(bits(&part_of[part.clone()]), bits(&all[line.clone()]), "profile {profile}");
+            }
+            assert_eq!(labels.class[part.clone()], whole.labels.class[line.clone()]);
+            assert_eq!(labels.instance[part], whole.labels.instance[line]);
+        }
+    }
+}
+
+/// The warnings follow from recipe and seed: the same for any threads, parts and number of samples, so the dataset goes on.
+#[test]
+fn a_dataset_with_warnings_goes_on() {
+    let place = of_one_class("wood-small");
+    let asked = "--recipe tiny.yaml --set scan.columns=96 --set scan.profiles=64 --set laser.power_mw=0.1 --samples-per-shard 1";
+    place.done(&format!("{asked} --n 1 --out set --threads 1"));
+    place.done(&format!("{asked} --n 3 --out set --part 1/2"));
+    let again = place.done(&format!("{asked} --n 3 --out set"));
+    assert!(again.err.contains("warning: "), "{}", again.err);
+    place.done("--recipe set --n 3");
+    place.done(&format!("{asked} --n 3 --out whole"));
+    assert_same(&place.tree("set"), &place.tree("whole"), "one run and three");
+    assert!(!warnings(&place, "set").is_empty());
+    let card = fs::read_to_string(place.path("set/README.md")).expect("a card");
+    assert!(card.contains("## Warnings") && card.contains("raise laser.power_mw"), "{card}");
+    place.done("validate set");
+
+    // The warnings are part of what dataset.json has to say.
+    let mut head = place.json("set/dataset.json");
+    head["warnings"][0]["what"] = "all is well".into();
+    place.write("set/dataset.json", format!("{head:#}\n"));
+    let run = place.run("validate set --rerender 0");
+    assert!(
+        run.code == 1 && run.out.contains("dataset-differs") && run.out.contains("warnings[0].what"),
+        "{}",
+        run.out
+    );
+    head.as_object_mut().expect("an object").shift_remove("warnings");
+    place.write("set/dataset.json", format!("{head:#}\n"));
+    let run = place.run("validate set --rerender 0");
+    assert!(run.code == 1 && run.out.contains("dataset-differs"), "{}", run.out);
+}
+
+/// The page shows in red what is of little use; that of a dataset that is of use has nothing to show.
+#[test]
+fn the_report_shows_it_in_red() {
+    let place = of_one_class("wood-small");
+    place.done("--recipe tiny.yaml --set board.offset_mm=300 --n 2 --out set");
+    let html = page(&place, "set", "--frames 0");
+    let section = between(&html, "<section class=\"trouble alarm\" id=\"warnings\"", "</section>");
+    assert_eq!(section.len(), 1);
+    assert!(section[0].contains("object-out-of-view") && section[0].contains("2 of 2 samples: 0, 1"), "{}", section[0]);
+    assert!(
+        section[0].contains("Before the first sample: ") && section[0].contains("board.offset_mm"),
+        "{}",
+        section[0]
+    );
+    assert!(html.contains("<span class=\"badge bad\">of little use</span>"));
+    let cards = between(&html, "<article class=\"card\"", "</article>");
+    assert!(cards.iter().all(|card| card.contains("no pixel shows the object")), "{}", cards[0]);
+    // Red is the colour of what is bad.
+    assert!(html.contains(".alarm, .alarm dt { color: var(--bad)"));
+    place.done("validate set --save --rerender 0");
+    let verdict = page(&place, "set", "--frames 0");
+    let verdict = between(&verdict, "<section id=\"validation\"", "</section>")[0];
+    assert!(
+        verdict.contains("clean") && verdict.contains("<span class=\"badge bad\">warnings</span> 2 listed"),
+        "{verdict}"
+    );
+
+    place.done("--recipe wood-small --n 1 --out fine");
+    let html = page(&place, "fine", "--frames 0");
+    assert!(!html.contains("id=\"warnings\"") && !html.contains("of little use"));
+}
