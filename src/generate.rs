@@ -131,13 +131,13 @@ pub fn recipe_of(folder: &Dataset) -> Result<Recipe, String> {
 }
 
 /// What the check of the rig warns of; it renders a few profiles. Follows from recipe and seed alone: the same however many
-/// samples and parts the dataset has. `tiles` are those of the seed.
-pub fn rig_warnings(recipe: &Recipe, seed: u64, tiles: &PatternCache) -> Vec<RigWarning> {
-    check::check(recipe, seed, tiles).into_iter().map(described).collect()
+/// samples and parts the dataset has.
+pub fn rig_warnings(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
+    check::check(recipe, seed).into_iter().map(described).collect()
 }
 
 /// The same for the dataset that `request` makes or goes on with: one that is there says what was found when it was begun.
-pub fn dataset_warnings(recipe: &Recipe, request: &DatasetRequest, tiles: &PatternCache) -> Vec<RigWarning> {
+pub fn dataset_warnings(recipe: &Recipe, request: &DatasetRequest) -> Vec<RigWarning> {
     let kept = || {
         let folder = Dataset::open(&request.out).ok()?;
         let head = folder.head();
@@ -147,13 +147,12 @@ pub fn dataset_warnings(recipe: &Recipe, request: &DatasetRequest, tiles: &Patte
             && head.target == env!("TARGET");
         same.then(|| head.warnings.clone())
     };
-    kept().unwrap_or_else(|| rig_warnings(recipe, request.seed, tiles))
+    kept().unwrap_or_else(|| rig_warnings(recipe, request.seed))
 }
 
 /// The same of one sample alone.
 pub fn sample_warnings(recipe: &Recipe, seed: u64, index: u64) -> Vec<RigWarning> {
-    let tiles = PatternCache::new(recipe.streams(seed).key());
-    check::check_scene(&recipe.draw(seed, index), &tiles).into_iter().map(described).collect()
+    check::check_sample(recipe, seed, index).into_iter().map(described).collect()
 }
 
 fn described(found: check::RigWarning) -> RigWarning {
@@ -213,8 +212,7 @@ pub fn render_sample(
 /// Renders and writes the missing shards of a dataset. Runs on the current rayon pool.
 ///
 /// Shards that other processes hold come last and are waited for: at the end all that was asked for is there, whoever made
-/// it. Where another process ends without finishing its shard, this one makes it. `warnings` are those of [`dataset_warnings`],
-/// `tiles` those of the seed.
+/// it. Where another process ends without finishing its shard, this one makes it. `warnings` are those of [`dataset_warnings`].
 ///
 /// # Errors
 /// A [`Fault`] as folder and shards give it; finished shards stay, and the same request continues.
@@ -222,7 +220,6 @@ pub fn generate(
     recipe: &Recipe,
     request: &DatasetRequest,
     warnings: Vec<RigWarning>,
-    tiles: &PatternCache,
     progress: &(dyn Fn(GenerateEvent) + Sync),
 ) -> Result<GenerateSummary, Fault> {
     let waits = || progress(GenerateEvent::WaitsForFolder);
@@ -237,11 +234,12 @@ pub fn generate(
     let count = |shards: &[u64]| shards.iter().map(|&shard| head.span(shard).1).sum::<u64>();
     progress(GenerateEvent::Begin { samples: count(&remaining), finished: count(&mine) - count(&remaining) });
 
+    let tiles = PatternCache::new(recipe.streams(request.seed).key());
     let mut summary = GenerateSummary { total: head.samples, ..GenerateSummary::default() };
     let mut busy = Vec::new();
     for shard in remaining {
         match ShardWriter::claim(&folder, shard)? {
-            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, tiles, progress, &mut summary)?,
+            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
             Claim::Busy => {
                 progress(GenerateEvent::Busy(shard));
                 busy.push(shard);
@@ -251,7 +249,7 @@ pub fn generate(
     }
     for shard in busy {
         match ShardWriter::claim_when_free(&folder, shard, &|| progress(GenerateEvent::WaitsForShard(shard)))? {
-            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, tiles, progress, &mut summary)?,
+            Claim::Granted(writer) => write_shard(recipe, request.seed, *writer, &tiles, progress, &mut summary)?,
             Claim::Busy | Claim::Done => summary.others += 1,
         }
     }

@@ -15,7 +15,6 @@ use crate::generate::{
 use bench::settings::Transport;
 use dataset::Dataset;
 use recipe::Recipe;
-use scanner::optics::speckle::PatternCache;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
 const MAX_THREADS: (usize, usize) = (4, 16);
@@ -42,8 +41,7 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
     }
     memory.check()?;
     pool.install(|| {
-        let tiles = PatternCache::new(recipe.streams(request.seed).key());
-        let warnings = dataset_warnings(&recipe, &request, &tiles);
+        let warnings = dataset_warnings(&recipe, &request);
         if arguments.strict && !warnings.is_empty() {
             let faults: Vec<String> = warnings.iter().map(described).collect();
             return Err(format!("--strict: nothing is written: {}", faults.join("\n")).into());
@@ -67,7 +65,7 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
         }
-        generate_dataset((name, &recipe, &request), (warnings, &tiles), (arguments.json, console))
+        generate_dataset((name, &recipe, &request), warnings, (arguments.json, console))
     })
 }
 
@@ -159,7 +157,7 @@ fn dataset_request(
 
 fn generate_dataset(
     (name, recipe, request): (&str, &Recipe, &DatasetRequest),
-    (warnings, tiles): (Vec<RigWarning>, &PatternCache),
+    warnings: Vec<RigWarning>,
     (json, console): (bool, &Console),
 ) -> CommandResult {
     let out = request.out.clone();
@@ -167,7 +165,7 @@ fn generate_dataset(
     let warned: Vec<String> = warnings.iter().map(described).collect();
     let summary = {
         let progress = GenerateProgress::new(console, name, recipe, request);
-        generate(recipe, request, warnings, tiles, &|event| progress.show(event))
+        generate(recipe, request, warnings, &|event| progress.show(event))
     };
     let summary = summary?;
     console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary, request)));

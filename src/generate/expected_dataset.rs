@@ -34,13 +34,13 @@ impl ExpectedDataset {
         Self::with_warnings(folder, rig_warnings)
     }
 
-    /// The same with the warnings of the rig's check, which renders, from elsewhere: of recipe, seed and its patterns.
+    /// The same with the warnings of the rig's check, which renders, from elsewhere: of recipe and seed.
     ///
     /// # Errors
     /// As [`recipe_of`].
     pub fn with_warnings(
         folder: &Dataset,
-        warnings: impl FnOnce(&Recipe, u64, &PatternCache) -> Vec<RigWarning>,
+        warnings: impl FnOnce(&Recipe, u64) -> Vec<RigWarning>,
     ) -> Result<Self, String> {
         let recipe = recipe_of(folder)?;
         let found = folder.head();
@@ -52,7 +52,7 @@ impl ExpectedDataset {
             samples_per_shard: Some(found.samples_per_shard),
         };
         let tiles = PatternCache::new(recipe.streams(found.seed).key());
-        let warnings = warnings(&recipe, found.seed, &tiles);
+        let warnings = warnings(&recipe, found.seed);
         Ok(Self { head: dataset_head(&recipe, &request, warnings), tiles, recipe })
     }
 

@@ -3,7 +3,6 @@
 
 use std::fs;
 
-use output_schema::RigWarning;
 use parquet::record::Field;
 use recipe::Recipe;
 use recipe::asset::AssetSource;
@@ -102,10 +101,6 @@ fn a_preview_tells_what_its_sample_falls_short_in() {
     assert!(estimate.err.contains("warning: ") && estimate.err.contains("raise laser.power_mw"), "{}", estimate.err);
 }
 
-fn of_seed(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
-    rig_warnings(recipe, seed, &PatternCache::new(recipe.streams(seed).key()))
-}
-
 /// Nothing that is shipped is warned of, whatever the seed: dark parts, overexposed packs and pieces that are longer than the
 /// field are meant.
 #[test]
@@ -114,13 +109,13 @@ fn shipped_recipes_have_no_warnings() {
     for known in Recipe::embedded() {
         let recipe = Recipe::load(known.name).expect("it is built in");
         for seed in 0..if is_full(known.name) { 1 } else { 3 } {
-            assert_eq!(of_seed(&recipe, seed), [], "{} with seed {seed}", known.name);
+            assert_eq!(rig_warnings(&recipe, seed), [], "{} with seed {seed}", known.name);
         }
     }
     let tray = include_str!("../../recipes/real/plastic-tray.yaml");
     let beside = AssetSource::Beside(concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/real").into());
     let tray = Recipe::parse_with("plastic-tray.yaml", tray, &beside).expect("it loads");
-    assert_eq!(of_seed(&tray, 0), [], "the tray");
+    assert_eq!(rig_warnings(&tray, 0), [], "the tray");
 }
 
 /// Half of a board beside the middle of the line: the share that lies in the field is that of the rig's own field of view.

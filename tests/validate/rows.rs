@@ -5,6 +5,9 @@ use dataset::validate::RowChoice;
 use output_schema::DatasetHead;
 use test_support::records::{self, output};
 
+/// Whether a row is forged.
+type IsForged = fn(usize) -> bool;
+
 /// A head of images with 100 rows, of which every eighth profile has a sensor frame.
 fn head() -> DatasetHead {
     records::head(&output(), &Size { columns: 64, rows: 20, profiles: 100 }, 10_000)
@@ -15,7 +18,7 @@ fn head() -> DatasetHead {
 #[test]
 fn forgeries_are_met_with_the_chance_that_is_promised() {
     let (head, samples) = (head(), 10_000);
-    let forgeries: [(&str, fn(usize) -> bool); 4] = [
+    let forgeries: [(&str, IsForged); 4] = [
         ("a block", |row| (40..45).contains(&row)),
         ("a strip", |row| (48..56).contains(&row)),
         ("the last rows", |row| row >= 96),

@@ -47,7 +47,7 @@ pub fn boards() -> &'static Boards {
             DatasetRequest { samples: SAMPLES, seed: 5, out: "set".into(), part: (0, 1), samples_per_shard: Some(3) };
         let tiles = PatternCache::new(recipe.streams(order.seed).key());
         let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
-        let warnings = known_warnings(&recipe, order.seed, &tiles);
+        let warnings = known_warnings(&recipe, order.seed);
         Boards { head: dataset_head(&recipe, &order, warnings), samples: (0..SAMPLES).map(sample).collect() }
     })
 }
@@ -58,7 +58,7 @@ pub fn of_recipe(text: &str, samples: u64) -> (DatasetHead, Vec<Encoded>) {
     let order = DatasetRequest { samples, seed: 7, out: "set".into(), part: (0, 1), samples_per_shard: Some(samples) };
     let tiles = PatternCache::new(recipe.streams(order.seed).key());
     let sample = |index| sheetlight::generate::render_sample(&recipe, order.seed, index, &tiles, &|_| ());
-    let warnings = known_warnings(&recipe, order.seed, &tiles);
+    let warnings = known_warnings(&recipe, order.seed);
     (dataset_head(&recipe, &order, warnings), (0..samples).map(sample).collect())
 }
 
@@ -100,12 +100,12 @@ pub fn whole() -> TempDir {
 }
 
 /// The warnings of the rig's check, which renders: once for each recipe and seed, since they follow from these alone.
-fn known_warnings(recipe: &Recipe, seed: u64, tiles: &PatternCache) -> Vec<RigWarning> {
+fn known_warnings(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
     static KNOWN: Mutex<BTreeMap<(String, u64), Vec<RigWarning>>> = Mutex::new(BTreeMap::new());
     let key = (recipe.hash(), seed);
     let known = KNOWN.lock().expect("no test holds it").get(&key).cloned();
     known.unwrap_or_else(|| {
-        let warnings = rig_warnings(recipe, seed, tiles);
+        let warnings = rig_warnings(recipe, seed);
         KNOWN.lock().expect("no test holds it").insert(key, warnings.clone());
         warnings
     })

@@ -8,6 +8,8 @@
 //! Neglected: classes beyond the most frequent ones, and light of slow models of transport, of which only the geometry is looked
 //! at. What single samples fall short in, their rows tell.
 
+use std::cell::LazyCell;
+
 use rayon::prelude::*;
 
 use super::{DIM_PEAK, Facts};
@@ -42,10 +44,11 @@ pub struct RigWarning {
     pub remedy: String,
 }
 
-/// What samples of a recipe and a seed fall short in, by rising [`Shortfall`]; patterns of speckle come from `tiles`.
-pub fn check(recipe: &Recipe, seed: u64, tiles: &PatternCache) -> Vec<RigWarning> {
+/// What samples of a recipe and a seed fall short in, by rising [`Shortfall`].
+pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
+    let tiles = patterns(recipe, seed);
     let classes = samples_of_classes(recipe, seed);
-    let look = |index: u64| check_scene(&recipe.draw(seed, index), tiles);
+    let look = |index: u64| check_scene(&recipe.draw(seed, index), &tiles);
     let firsts: Vec<Vec<RigWarning>> = classes.par_iter().map(|(_, samples)| look(samples[0])).collect();
     // Only samples that fall short have the others of their class looked at.
     let suspects = classes.iter().zip(&firsts).filter(|(_, first)| !first.is_empty());
@@ -103,7 +106,16 @@ fn samples_of_classes(recipe: &Recipe, seed: u64) -> Vec<(String, Vec<u64>)> {
 }
 
 /// What one sample falls short in, as far as a few of its profiles tell.
-pub fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
+pub fn check_sample(recipe: &Recipe, seed: u64, index: u64) -> Vec<RigWarning> {
+    check_scene(&recipe.draw(seed, index), &patterns(recipe, seed))
+}
+
+/// Patterns of speckle for a look at few profiles.
+fn patterns(recipe: &Recipe, seed: u64) -> PatternCache {
+    PatternCache::repeating(recipe.streams(seed).key())
+}
+
+fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
     let mut scene = scene.clone();
     // Nothing but what is measured and labelled is asked for.
     (scene.output.sensor_stack, scene.output.truth_maps) = (SensorStack::None, false);
@@ -122,10 +134,11 @@ pub fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
             SampleShares { measured: heights.seen_share, saturated: 0.0, in_view }
         }
     };
-    let facts = Facts::of(&scene, &sensor, f64::from(specimen.top()));
     // A few profiles can pass by an object that lies in the field.
     let lies_in_field = in_view >= LEAST_IN_VIEW;
     let holds = |shortfall: &Shortfall| *shortfall != Shortfall::ObjectOutOfView || !lies_in_field;
+    // They are worked out, noise and all, where there is something to tell alone.
+    let facts = LazyCell::new(|| Facts::of(&scene, &sensor, f64::from(specimen.top())));
     let warning = |shortfall: Shortfall| {
         let (cause, remedy) = match shortfall {
             Shortfall::ObjectOutOfView => (None, out_of_view_remedy(&scene, &specimen, [x, y])),

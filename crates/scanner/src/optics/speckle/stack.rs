@@ -45,13 +45,25 @@ struct PatternKey {
 #[derive(Debug)]
 pub struct PatternCache {
     stream: Stream,
+    /// Pairs of unlike patterns in its stacks, after which they begin again.
+    unlike_pairs: usize,
     kept: Mutex<Vec<(PatternKey, Arc<PatternStack>)>>,
 }
 
 impl PatternCache {
     /// An empty cache.
     pub fn new(seed: u64) -> Self {
-        Self { stream: Stream::root(seed).child("speckle"), kept: Mutex::new(Vec::new()) }
+        Self::of_pairs(seed, STACK_PATTERNS / 2)
+    }
+
+    /// An empty cache whose stacks repeat one pair of patterns: each is the speckle that it is in [`Self::new`], but changes
+    /// with the height only between two patterns. For a look at few profiles, at one transform in place of sixteen.
+    pub fn repeating(seed: u64) -> Self {
+        Self::of_pairs(seed, 1)
+    }
+
+    fn of_pairs(seed: u64, unlike_pairs: usize) -> Self {
+        Self { stream: Stream::root(seed).child("speckle"), unlike_pairs, kept: Mutex::new(Vec::new()) }
     }
 
     /// The stack for speckle of `grain` pixels; `patterns` are the numbers of independent ones in light from the
@@ -64,7 +76,10 @@ impl PatternCache {
         let index = kept.iter().position(|(known, _)| *known == key);
         let stack = match index {
             Some(index) => kept.remove(index).1,
-            None => Arc::new(PatternStack::new(GRAIN_STEP.powi(step), law, looks, self.stream)),
+            None => {
+                let stack = PatternStack::new(GRAIN_STEP.powi(step), law, looks, self.stream);
+                Arc::new(PatternStack { unlike_pairs: self.unlike_pairs, ..stack })
+            }
         };
         kept.insert(0, (key, stack.clone()));
         kept.truncate(MAX_CACHED_STACKS);
@@ -82,6 +97,8 @@ pub struct PatternStack {
     grain: f64,
     fine: usize,
     rows: usize,
+    /// Pairs of unlike patterns, after which they begin again.
+    unlike_pairs: usize,
     /// Two patterns each, since one transform makes two.
     pairs: [OnceLock<[IntensityPattern; 2]>; STACK_PATTERNS / 2],
 }
@@ -100,7 +117,8 @@ impl PatternStack {
         let grain = grain.max(2.0 / fine as f64);
         let rows = fine * if fine > MAX_FINE_ROWS_OF_SQUARE_PATTERN { TILE / 2 } else { TILE };
         let pupil = Pupil::new([TILE * fine, rows], grain * fine as f64, stream);
-        Self { pupil, law, looks, grain, fine, rows, pairs: Default::default() }
+        let unlike_pairs = STACK_PATTERNS / 2;
+        Self { pupil, law, looks, grain, fine, rows, unlike_pairs, pairs: Default::default() }
     }
 
     /// Patterns without contrast, which take no transform.
@@ -140,8 +158,8 @@ impl PatternStack {
     /// [`Self::row`] for numbers within the stack.
     #[inline(always)]
     pub(super) fn at(&self, pattern: usize, row: usize) -> [&[f32; TILE]; 2] {
-        let IntensityPattern { surface, volume } =
-            &self.pairs[pattern / 2].get_or_init(|| self.pair(pattern / 2))[pattern % 2];
+        let pair = (pattern / 2) % self.unlike_pairs;
+        let IntensityPattern { surface, volume } = &self.pairs[pair].get_or_init(|| self.pair(pair))[pattern % 2];
         let start = row * TILE;
         [surface, volume].map(|light| light[start..].first_chunk().expect("rows have TILE columns"))
     }
