@@ -8,6 +8,7 @@ mod columns;
 mod effects;
 mod extraction;
 mod extraction_methods;
+mod field_edges;
 mod flat_target;
 mod holes;
 mod laser_keys;

@@ -192,7 +192,7 @@ impl TransmissionScratch {
             for j in 0..BASIS {
                 let source = &mut line.source[j][piece.clone()];
                 if source.iter().any(|&light| light != 0.0) {
-                    blur_varying(source, camera.along_variance(SPREAD_MM[j]), defocus, 1.0, &mut self.buffer);
+                    blur_varying(source, camera.along_variance(SPREAD_MM[j]), defocus, [1.0; 2], &mut self.buffer);
                 }
             }
         }

@@ -91,7 +91,7 @@ impl PerLine<'_> {
         let defocus: Vec<f32> = row.hits.iter().map(|hit| self.camera.defocus(0.0, hit.surface.z)[0]).collect();
         for (i, light) in response.light.chunks_exact(columns).enumerate() {
             line.copy_from_slice(light);
-            blur_varying(&mut line, self.camera.blur_variance, &defocus, 1.0, &mut buffer);
+            blur_varying(&mut line, self.camera.blur_variance, &defocus, [1.0; 2], &mut buffer);
             let y = (i as f64 - response.rows as f64) * ROW_MM;
             let cut = of.body.slice((of.y + y) as f32);
             for (column, &electrons) in line.iter().enumerate() {

@@ -4,6 +4,9 @@
 //! In steps: what each column sees ([`crate::specimen`]); the sight of it, with laser and lens; how much light its matter
 //! throws back and takes in; how light that entered spreads, by the kernel along the motion and by a blur along the line;
 //! and the extras: highlights, blur out of focus, ambient light, secondary light.
+//!
+//! A body that reaches beyond the sensor's columns is lit there too: it is taken to go on as in a mirror at the first or last
+//! column, so that as much light comes in as leaves.
 
 use std::ops::Range;
 
@@ -198,10 +201,12 @@ impl RowMaker {
                 row.shift[j][column] = -shift * row.rows_per_mm[column];
             }
             let variance = camera.along_variance(SPREAD_MM[j] * sideways);
-            let side = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
+            let wall = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
             for span in &scratch.spans {
                 let own = scratch.defocus.get(span.clone()).unwrap_or_default();
-                blur_varying(&mut row.source[j][span.clone()], variance, own, side, &mut scratch.line);
+                let sides =
+                    [span.start == 0, span.end == row.hits.len()].map(|goes_on| if goes_on { 1.0 } else { wall });
+                blur_varying(&mut row.source[j][span.clone()], variance, own, sides, &mut scratch.line);
             }
         }
     }
@@ -213,13 +218,13 @@ impl RowMaker {
         // What the lens blurs along a line is even anyway.
         if camera.laser.is_point() {
             let columns = row.hits.len();
-            blur(&mut row.surface_light[..columns], camera.blur_variance, 1.0, &mut scratch.line);
+            blur(&mut row.surface_light[..columns], camera.blur_variance, [1.0; 2], &mut scratch.line);
         }
         if camera.blurs() {
             spans(&row.hits, 0, view.specimen.can_occlude_itself(), &mut scratch.spans);
             for span in &scratch.spans {
                 let (light, own) = (&mut row.surface_light[span.clone()], &scratch.defocus[span.clone()]);
-                blur_varying(light, 0.0, own, 1.0, &mut scratch.line);
+                blur_varying(light, 0.0, own, [1.0; 2], &mut scratch.line);
             }
         }
         ambient::row(own, camera, &scratch.spread, &mut scratch.albedo, row);
