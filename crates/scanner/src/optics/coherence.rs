@@ -24,13 +24,18 @@ pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, li
     let (_, d_perp) = diffusion(s, k);
     let z0 = 1.0 / (s + k);
     let z2 = z0 + 4.0 * boundary * d_perp;
-    let weights: Vec<(f64, f64)> = (0..PATH_LENGTHS)
+    // Logarithms: matter that lets hardly any light out still has a contrast.
+    let logarithms: Vec<(f64, f64)> = (0..PATH_LENGTHS)
         .map(|i| {
             let tau = MIN_PATH_MM * libm::pow(MAX_PATH_MM / MIN_PATH_MM, i as f64 / (PATH_LENGTHS as f64 - 1.0));
-            let term = |z: f64| z * libm::exp(-z * z / (4.0 * d_perp * tau));
-            (tau, (term(z0) + term(z2)) * libm::exp(-a * tau) / tau.sqrt())
+            let term = |z: f64| libm::log(z) - z * z / (4.0 * d_perp * tau);
+            let (near, far) = (term(z0), term(z2));
+            let both = near.max(far) + libm::log1p(libm::exp(-(near - far).abs()));
+            (tau, both - a * tau - 0.5 * libm::log(tau))
         })
         .collect();
+    let most = logarithms.iter().map(|(_, w)| *w).fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<(f64, f64)> = logarithms.into_iter().map(|(tau, w)| (tau, libm::exp(w - most))).collect();
     let total: f64 = weights.iter().map(|(_, w)| w).sum();
     // Wave numbers per mm: wavelength in mm is 1e-6 of it in nm.
     let band = std::f64::consts::PI * linewidth_nm / (wavelength_nm * wavelength_nm) * 1e6 * f64::from(medium.n_eff);
@@ -48,7 +53,23 @@ pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, li
 mod tests {
     use super::*;
     use procedural::Gloss;
+    use rand::RngExt;
     use transport::fresnel::boundary_factor;
+
+    /// Whatever matter a recipe may have, speckle has a contrast: matter that swallows all light no less than 0 and no number less.
+    #[test]
+    fn all_matter_has_a_contrast() {
+        let mut rng = procedural::Stream::root(5).child("matter").rng();
+        let mut draw = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
+        for _ in 0..200 {
+            let (mu_a, sigma_i, k) = (draw(1e-4, 1e3), draw(0.01, 200.0), draw(1e-3, 200.0));
+            let (n, width) = (draw(1.0, 2.0), draw(1e-4, 10.0));
+            let medium =
+                Medium { k: k as f32, ..Medium::isotropic(mu_a as f32, sigma_i as f32, n as f32, Gloss::NONE) };
+            let contrast = coherence_contrast(&medium, boundary_factor(n), 660.0, width);
+            assert!(contrast > 0.0 && contrast <= 1.0 + 1e-12, "{mu_a} {sigma_i} {k} {n} {width}: {contrast}");
+        }
+    }
 
     /// Matter without fibres is the limit of few fibres, and the further light travels in it, the less speckle is left.
     #[test]
