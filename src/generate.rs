@@ -13,6 +13,7 @@ use output_schema::file::asset_path;
 use output_schema::{AssetHead, DatasetHead, FORMAT, NumberColumn, RigWarning, SCHEMA_VERSION, SubjectFiles};
 use rayon::prelude::*;
 
+use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
 use pipeline;
 use pipeline::effective;
@@ -85,6 +86,15 @@ pub struct GenerateSummary {
     pub others: u64,
     /// Samples in the dataset when all parts are done.
     pub total: u64,
+    /// Samples rendered that fall short, in the order of [`Shortfall::ALL`].
+    pub short: [u64; Shortfall::ALL.len()],
+}
+
+impl GenerateSummary {
+    /// What samples fall short in, with how many of those rendered.
+    pub fn short_samples(&self) -> impl Iterator<Item = (Shortfall, u64)> {
+        Shortfall::ALL.into_iter().zip(self.short).filter(|(_, count)| *count > 0)
+    }
 }
 
 /// The files that a recipe names, as its dataset keeps them.
@@ -272,6 +282,9 @@ fn write_shard(
         let encoded: Vec<Encoded> = batch.into_par_iter().map(render).collect();
         for sample in encoded {
             let bytes = sample.bytes();
+            for shortfall in sample.shares.shortfalls() {
+                summary.short[shortfall as usize] += 1;
+            }
             writer.push(sample)?;
             summary.samples += 1;
             progress(GenerateEvent::Sample(bytes));

@@ -14,6 +14,7 @@ use crate::generate::{
 };
 use bench::settings::Transport;
 use dataset::Dataset;
+use dataset::shares::Shortfall;
 use recipe::Recipe;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
@@ -65,7 +66,7 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
         if !estimate.fits() {
             return Err(refusal(&estimate, &request).into());
         }
-        generate_dataset((name, &recipe, &request), warnings, (arguments.json, console))
+        generate_dataset((name, &recipe, &request), warnings, arguments, console)
     })
 }
 
@@ -158,19 +159,26 @@ fn dataset_request(
 fn generate_dataset(
     (name, recipe, request): (&str, &Recipe, &DatasetRequest),
     warnings: Vec<RigWarning>,
-    (json, console): (bool, &Console),
+    arguments: &GenerateArgs,
+    console: &Console,
 ) -> CommandResult {
     let out = request.out.clone();
     console.on_stop(move || describe_stop(&out));
-    let warned: Vec<String> = warnings.iter().map(described).collect();
+    let mut warned: Vec<String> = warnings.iter().map(described).collect();
+    let known: Vec<String> = warnings.iter().map(|warning| warning.code.clone()).collect();
     let summary = {
         let progress = GenerateProgress::new(console, name, recipe, request);
         generate(recipe, request, warnings, &|event| progress.show(event))
     };
     let summary = summary?;
     console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary, request)));
-    if json {
-        let GenerateSummary { samples, shards, others, total } = summary;
+    // What the check of the rig has told is not told again.
+    let short = summary.short_samples().filter(|(shortfall, _)| !known.iter().any(|code| code == shortfall.code()));
+    let short: Vec<String> = short.map(|(shortfall, count)| describe_short(shortfall, count, &summary)).collect();
+    short.iter().for_each(|what| console.note(&format!("warning: {what}")));
+    warned.extend(short.iter().cloned());
+    if arguments.json {
+        let GenerateSummary { samples, shards, others, total, .. } = summary;
         let document = json!({
             "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
             "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "shards_of_others": others,
@@ -178,7 +186,16 @@ fn generate_dataset(
         });
         print(&format!("{document:#}\n"))?;
     }
+    if arguments.strict && !short.is_empty() {
+        return Err(format!("--strict: the samples are kept, and {}", short.join("\n")).into());
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is told of samples of this run that are of little use.
+fn describe_short(shortfall: Shortfall, count: u64, summary: &GenerateSummary) -> String {
+    let of = format!("{count} of {} made are of little use", counted(summary.samples, "sample"));
+    format!("{of} ({}); {}; `gen validate` names them", shortfall.code(), shortfall.remedy())
 }
 
 /// What is there after a run was stopped, and how to go on.
@@ -233,8 +250,12 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest, memo
         estimate.free.map_or("free space unknown".into(), |free| format!("{} free", describe_bytes(free))),
         describe_memory(memory),
     );
-    for (class, count) in &estimate.classes {
-        text.push_str(&format!("  class  {class}: {count}\n"));
+    for (class, splits) in &estimate.classes {
+        let [train, validation, test] = splits;
+        let all: u64 = splits.iter().sum();
+        text.push_str(&format!(
+            "  class  {class}: {all}, of these {train} to train, {validation} to validate, {test} to test\n"
+        ));
     }
     if !estimate.fits() {
         text.push_str(&format!("{}\n", refusal(estimate, request)));
@@ -245,7 +266,10 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest, memo
 /// The estimate as a document; free space that the system does not tell is null.
 fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest, memory: &MemoryEstimate) -> Value {
     let classes: Map<String, Value> =
-        estimate.classes.iter().map(|(class, count)| (class.clone(), (*count).into())).collect();
+        estimate.classes.iter().map(|(class, splits)| (class.clone(), splits.iter().sum::<u64>().into())).collect();
+    let split = |place: usize| -> Map<String, Value> {
+        estimate.classes.iter().map(|(class, splits)| (class.clone(), splits[place].into())).collect()
+    };
     json!({
         "out": request.out.display().to_string(),
         "samples": request.samples,
@@ -259,6 +283,7 @@ fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest, memory: 
         "available_memory_bytes": memory.available,
         "fits": estimate.fits(),
         "classes": classes,
+        "splits": { "train": split(0), "validation": split(1), "test": split(2) },
     })
 }
 

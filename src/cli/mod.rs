@@ -146,7 +146,8 @@ pub(crate) struct GenerateArgs {
     /// Samples in a shard [default: those of a dataset that is continued, the recipe's, or what stays under about 500 MB]
     #[arg(long, value_name = "S", value_parser = whole::<u64>)]
     samples_per_shard: Option<u64>,
-    /// Take warnings of the rig's check (nothing in the field, hardly measured, saturated) as errors: nothing is written
+    /// Take warnings of the rig's check (nothing in the field, hardly measured, saturated) as errors: nothing is written. Where
+    /// only single samples fall short, all are written and the exit status is 1
     #[arg(long)]
     strict: bool,
     /// Say what it would take (time, disk, samples of each class) and stop

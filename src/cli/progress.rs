@@ -147,7 +147,9 @@ impl<'c> Progress<'c> {
         }
         let elapsed = started.elapsed().as_secs_f64();
         if !self.unit.is_empty() && *done > 0 && elapsed > 0.0 {
-            words.push(format!("{} {}/s", rounded(*done as f64 / elapsed), self.unit));
+            // The same rate as that behind the time that is left.
+            let rate = time.rate().unwrap_or(*done as f64 / elapsed);
+            words.push(format!("{} {}/s", rounded(rate), self.unit));
         }
         if let Some(left) = total.and_then(|total| time.left(total)).filter(|left| !left.is_zero()) {
             words.push(format!("{} left", describe_duration(left)));

@@ -36,13 +36,16 @@ impl RemainingTime {
         }
     }
 
+    /// Work that is done in a second, the start left out; `None` while too little is known.
+    pub(super) fn rate(&self) -> Option<f64> {
+        let ((from, before), (to, done)) = (self.start?, self.round);
+        (done > before && to > from).then(|| (done - before) as f64 / (to - from).as_secs_f64())
+    }
+
     /// Time that is left until `total` is done; `None` while too little is known.
     pub(super) fn left(&self, total: u64) -> Option<Duration> {
-        let ((from, before), (to, done)) = (self.start?, self.round);
-        if done <= before || to <= from {
-            return None;
-        }
-        let left = (to - from).mul_f64(total.saturating_sub(done) as f64 / (done - before) as f64);
+        let (to, done) = self.round;
+        let left = Duration::try_from_secs_f64(total.saturating_sub(done) as f64 / self.rate()?).ok()?;
         Some(left.saturating_sub(self.last - to))
     }
 }

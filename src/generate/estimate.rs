@@ -10,16 +10,19 @@ use dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 
-/// Samples of each class in the whole dataset, in the recipe's order.
-fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, u64)> {
+/// Samples of each class in the whole dataset, in the recipe's order, by split: train, validation, test.
+fn class_counts(recipe: &Recipe, request: &DatasetRequest) -> Vec<(String, [u64; 3])> {
     let names: Vec<&str> = recipe.classes().iter().map(|class| class.name.as_str()).collect();
-    let one = |mut counts: Vec<u64>, index: u64| {
+    let one = |mut counts: Vec<[u64; 3]>, index: u64| {
         let class = &recipe.class_of(request.seed, index).name;
-        names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| *count += 1);
+        let split = recipe.split_of(request.seed, index) as usize;
+        names.iter().zip(&mut counts).filter(|(name, _)| *name == class).for_each(|(_, count)| count[split] += 1);
         counts
     };
-    let none = || vec![0; names.len()];
-    let sum = |a: Vec<u64>, b: Vec<u64>| a.iter().zip(b).map(|(a, b)| a + b).collect();
+    let none = || vec![[0; 3]; names.len()];
+    let sum = |a: Vec<[u64; 3]>, b: Vec<[u64; 3]>| {
+        a.iter().zip(b).map(|(a, b)| std::array::from_fn(|split| a[split] + b[split])).collect()
+    };
     let counts = (0..request.samples).into_par_iter().fold(none, one).reduce(none, sum);
     names.iter().map(|name| name.to_string()).zip(counts).collect()
 }
@@ -37,8 +40,8 @@ pub struct GenerateEstimate {
     pub sample_time: Duration,
     /// Free space where the dataset would lie [bytes].
     pub free: Option<u64>,
-    /// Samples of each class in the whole dataset, in the recipe's order.
-    pub classes: Vec<(String, u64)>,
+    /// Samples of each class in the whole dataset, in the recipe's order, by split: train, validation, test.
+    pub classes: Vec<(String, [u64; 3])>,
 }
 
 impl GenerateEstimate {

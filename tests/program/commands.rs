@@ -235,6 +235,17 @@ fn shared_draws_are_told() {
     }
 }
 
+/// A model that is not there is missed before its sidecar, and an export of icon files is read as the scans that it holds.
+#[test]
+fn what_is_missing_is_named_and_exports_are_read() {
+    let place = Place::with(&[]);
+    place.done("--recipe tiny.yaml --n 2 --out set");
+    let missing = place.run("check set --model knots.onnx");
+    assert!(missing.code == 1 && missing.err.contains("knots.onnx: it is not there"), "{}", missing.err);
+    place.done("export icon set --out scans --index 1");
+    place.done("compare set scans");
+}
+
 /// A program gets what a run made, and what it would take, as JSON alone on standard output.
 #[test]
 fn programs_get_json() {
@@ -243,6 +254,10 @@ fn programs_get_json() {
     let estimate = json("--recipe tiny.yaml --n 5 --out set --estimate --json");
     assert_eq!((&estimate["to_make"], &estimate["fits"]), (&5.into(), &true.into()));
     assert!(estimate["seconds"].as_f64() > Some(0.0) && estimate["classes"]["rot"].is_u64(), "{estimate}");
+    for (class, all) in estimate["classes"].as_object().expect("classes") {
+        let split = |name: &str| estimate["splits"][name][class].as_u64().expect("a count");
+        assert_eq!(all.as_u64(), Some(["train", "validation", "test"].map(split).iter().sum()), "{estimate}");
+    }
     let made = json("--recipe tiny.yaml --n 5 --out set --json");
     assert_eq!((&made["made_samples"], &made["samples"], &made["out"]), (&5.into(), &5.into(), &"set".into()));
     assert_eq!(json("--recipe tiny.yaml --n 5 --out set --json")["made_samples"], 0);

@@ -89,6 +89,30 @@ fn warnings_of_validation_are_no_faults() {
     assert!(strict.code == 1 && strict.err.contains("set has 0 faults and 2 warnings"), "{}", strict.err);
 }
 
+/// A bright surface over matter that lets no light out again is measured like any other.
+#[test]
+fn matter_that_swallows_all_light_is_measured_by_its_surface() {
+    let place = Place::new();
+    let matter = "--set material.mu_a_per_mm=1000 --set material.sigma_i_per_mm=0.01 --set material.gloss=0 --set material.matte=0.37";
+    let made = place.done(&format!("--recipe sawtooth-small {matter} --n 1 --strict --out set"));
+    assert!(!made.err.contains("warning: "), "{}", made.err);
+}
+
+/// Samples that fall short by chance are told when they are made, once, and by the exit status where that is asked for.
+#[test]
+fn single_samples_that_fall_short_are_told() {
+    let place = Place::new();
+    let some = "board.offset_mm={choice: {values: [0, 300]}}";
+    let mut command = place.command("--recipe wood-small --n 8 --out set --strict");
+    let made = command.args(["--set", some]).output().expect("it runs");
+    let err = String::from_utf8_lossy(&made.stderr);
+    let told = err.matches(" of 8 samples made are of little use (object-out-of-view)").count();
+    assert!(made.status.code() == Some(1) && told == 2, "{err}");
+    assert!(err.contains("--strict: the samples are kept, and "), "{err}");
+    let found = place.run("validate set --rerender 0 --strict");
+    assert!(found.code == 1 && found.out.contains("0 faults"), "{}{}", found.out, found.err);
+}
+
 /// A preview and an estimate tell it too.
 #[test]
 fn a_preview_tells_what_its_sample_falls_short_in() {

@@ -36,6 +36,8 @@ use transport::stack::Stack;
 
 /// Independent batches that standard errors are taken from.
 const BATCHES: u64 = 128;
+/// Photons of a batch after which progress is told.
+const WATCHED: u64 = 20_000;
 /// Path after which a photon is given up where absorption cannot end it [mm].
 const LONGEST_MM: f64 = 1e6;
 
@@ -71,7 +73,7 @@ pub fn solve(stack: &Stack, question: &Question, effort: Effort) -> Answer {
     solve_watched(stack, question, effort, &|_| ())
 }
 
-/// As [`solve`]; tells `watch` after each batch how many photons it was.
+/// As [`solve`]; tells `watch` now and then how many photons more were walked.
 pub(crate) fn solve_watched(
     stack: &Stack,
     question: &Question,
@@ -87,13 +89,16 @@ pub(crate) fn solve_watched(
             // Streams of their own: the width of the line changes no walk.
             let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
             let mut count = StackCounts::new(&geometry, stack, question);
-            for _ in 0..each {
+            for walked in 1..=each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
                 count.begin(thrown, &mut line);
                 let photon = coated(photon, stack.layers[0].coat, &mut count);
                 geometry.track(photon, &mut count, &mut rng);
+                if walked % WATCHED == 0 {
+                    watch(WATCHED);
+                }
             }
-            watch(each);
+            watch(each % WATCHED);
             count
         })
         .collect();

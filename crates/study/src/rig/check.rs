@@ -75,7 +75,7 @@ pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
             [name] => format!("samples of the class {name}"),
             _ => format!("samples of the classes {}", names.join(", ")),
         };
-        let what = format!("{of} are of little use: {}, in sample {index} as in others", first.what);
+        let what = format!("{of} are of little use: {}, as the sample of index {index} shows", first.what);
         warnings.push(RigWarning { shortfall, what, remedy: first.remedy.clone() });
     }
     warnings

@@ -458,6 +458,7 @@ pub fn beside(model: &Path) -> Result<PathBuf, CheckError> {
     found.retain(|path| path.exists());
     match found.as_slice() {
         [one] => Ok(one.clone()),
+        [] if !model.exists() => Err(CheckError::at(model, "it is not there".into(), "name a model, an .onnx file")),
         [] => {
             let remedy = "write one as docs/check.md says, or name it with --sidecar";
             Err(CheckError::at(model, format!("there is no sidecar beside it ({})", shown(&all, ", ")), remedy))

@@ -13,6 +13,7 @@ use super::map_numbers::MAX_PIXELS;
 use super::stated_frame::{self, MapFiles};
 use super::stated_scale::{StatedForm, StatedScale};
 use super::{RangeUnit, ScanMaps, SensorFrame, dataset_frame, exr_frame, json_frame};
+use crate::export::EXPORT_DOCUMENT;
 use crate::icon::{self, Content, Traits};
 use dataset::{Dataset, Fault, one_line};
 
@@ -179,12 +180,14 @@ fn is_stated(ending: &str) -> bool {
     STATED_EXTENSIONS.iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// Files of a folder with endings that are `known`, in the order of their names.
+/// Files of a folder with endings that are `known`, in the order of their names; what an export says of itself is none.
 fn files_in(folder: &Path, known: fn(&str) -> bool) -> Result<Vec<PathBuf>, Fault> {
     let entries =
         fs::read_dir(folder).map_err(|e| Fault::at(folder, format!("it cannot be listed: {e}"), "allow it"))?;
-    let is_known =
-        |file: &PathBuf| file.extension().and_then(|ending| ending.to_str()).is_some_and(known) && !file.is_dir();
+    let is_known = |file: &PathBuf| {
+        let ending = file.extension().and_then(|ending| ending.to_str());
+        ending.is_some_and(known) && !file.ends_with(EXPORT_DOCUMENT) && !file.is_dir()
+    };
     let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_known).collect();
     files.sort();
     Ok(files)

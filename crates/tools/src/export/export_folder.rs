@@ -14,7 +14,7 @@ use dataset::{Fault, GENERATOR_VERSION};
 /// What is exported, while it is not finished.
 const UNFINISHED_MARKER: &str = ".unfinished-export.json";
 /// What was exported, with counts and scales.
-const EXPORT_DOCUMENT: &str = "export.json";
+pub(crate) const EXPORT_DOCUMENT: &str = "export.json";
 
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Default)]

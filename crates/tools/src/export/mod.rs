@@ -22,6 +22,7 @@ mod run_length;
 mod sample;
 mod source;
 
+pub(crate) use export_folder::EXPORT_DOCUMENT;
 pub(crate) use export_folder::ExportFolder;
 pub use export_folder::ExportSummary;
 pub use map_scale::GivenEnds;
