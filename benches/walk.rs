@@ -13,8 +13,16 @@ use transport::answer::Question;
 use transport::line::LineSource;
 use transport::stack::{Scattering, Stack};
 
-const CLEAR: Medium =
-    Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
+const CLEAR: Medium = Medium {
+    mu_a: 0.08,
+    sigma_i: 2.0,
+    k: 10.0,
+    n_eff: 1.18,
+    fibre: Vec3::Y,
+    dispersion_deg: 5.0,
+    gloss: Gloss::NONE,
+    coat: 1.0,
+};
 
 fn main() {
     divan::main();

@@ -47,21 +47,27 @@ pub struct Medium {
     pub n_eff: f32,
     /// Unit vector along the fibre; its sign has no meaning [1].
     pub fibre: Vec3,
+    /// Standard deviation of single fibres' tilt against it in each of two directions [deg].
+    pub dispersion_deg: f32,
     /// Light that the surface itself throws back.
     pub gloss: Gloss,
     /// Share of light that a thin coat lets through, each way [1].
     pub coat: f32,
 }
 
+/// Dispersion of the fibres of clear wood, estimated [deg].
+pub const WOOD_DISPERSION_DEG: f32 = 5.0;
+
 impl Medium {
     /// A surface through which nothing passes: it only reflects at first contact.
     pub fn opaque(gloss: Gloss) -> Self {
-        Self { mu_a: 1.0e3, sigma_i: 1.0, k: 0.0, n_eff: 1.5, fibre: Vec3::Y, gloss, coat: 1.0 }
+        Self::isotropic(1.0e3, 1.0, 1.5, gloss)
     }
 
     /// Matter that scatters alike in all directions.
     pub fn isotropic(mu_a: f32, sigma_i: f32, n_eff: f32, gloss: Gloss) -> Self {
-        Self { mu_a, sigma_i, k: 0.0, n_eff, fibre: Vec3::Y, gloss, coat: 1.0 }
+        let (fibre, dispersion_deg) = (Vec3::Y, WOOD_DISPERSION_DEG);
+        Self { mu_a, sigma_i, k: 0.0, n_eff, fibre, dispersion_deg, gloss, coat: 1.0 }
     }
 }
 

@@ -151,6 +151,7 @@ fn the_material_decides_what_shines() {
         ("laser: {streaks_per_mm: 1}".to_owned(), "laser.streaks_per_mm", "material.k_per_mm"),
         ("material: {fibre_azimuth_deg: 20}".to_owned(), "material.fibre_azimuth_deg", "k_per_mm"),
         ("material: {fibre_dive_deg: 20}".to_owned(), "material.fibre_dive_deg", "k_per_mm"),
+        ("material: {fibre_dispersion_deg: 9}".to_owned(), "material.fibre_dispersion_deg", "k_per_mm"),
     ] {
         let found = faults(&text);
         assert!(found.contains(key) && found.contains(remedy), "{text}: {found}");

@@ -20,6 +20,8 @@ fn scene(index: u64, change: impl Fn(&mut Wood)) -> Scene {
     scene.bench = nominal();
     // The published ratios are of light from below the surface over all directions; a lens without blur comes closest.
     wood.media.gloss = 0.0;
+    // And of fibres alike in all kinds of wood.
+    wood.media.knot_fibre_dispersion_deg = wood.media.fibre_dispersion_deg;
     // The table's clear wood is earlywood whose fibres lie along the motion and in the surface.
     let log = &mut wood.log;
     (log.latewood_share, log.pith_tilt_deg, log.pith_wander_mm) = (0.02, 0.0, 0.0);

@@ -8,7 +8,7 @@ use scanner::optics::coherence::coherence_contrast;
 use study::media::{WOODS, WoodMedium};
 use transport::answer::{Answer, LineSide, Question};
 use transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
-use transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
+use transport::stack::{CylinderPhase, Scattering, Stack};
 
 struct Case {
     wood: WoodMedium,
@@ -170,6 +170,7 @@ fn coherence_matches_quadrature() {
         k: 10.0,
         n_eff: 1.18,
         fibre: glam::Vec3::Y,
+        dispersion_deg: procedural::WOOD_DISPERSION_DEG,
         gloss: procedural::Gloss::NONE,
         coat: 1.0,
     };
@@ -212,20 +213,22 @@ fn points_are_ellipses_on_clear_wood_and_round_on_knots() {
     }
 }
 
-/// Light that meets a surface aslant, as it meets slopes, in 16 media drawn over what clear and rotten wood may be: reflectance within
-/// 0.012, light towards the lens within 6 %, rows 1 to 8 on both sides within 3 %, each beside three standard errors of the judge. A
+/// Light that meets a surface aslant, as it meets slopes, in 24 media drawn over what clear and rotten wood may be, with fibres as
+/// straight and as tangled as recipes have them: up to 10 degrees from the normal, steeper than any slope of a shipped recipe, reflectance
+/// within 0.012 and light towards the lens within 6 %; up to 15 degrees within 0.025 and 10 %; rows 1 to 8 on both sides within 3 %; each
+/// beside three standard errors of the judge. A
 /// slope that turns nothing but the surface changes hardly anything: no light is lost or won by looking it up at the angle between
 /// fibre and surface.
 #[test]
 fn slopes_are_lit_as_the_judge_says() {
     let mut faults = Vec::new();
-    for case in 0..16u64 {
+    for case in 0..24u64 {
         let mut stream = Stream::root(11).child("slopes").index(case).rng();
         let mut draw = |from: f64, to: f64| from + (to - from) * stream.random::<f64>();
         let (sigma_i, sigma_c, n, mu_a) = (draw(1.0, 4.0), draw(5.0, 15.0), draw(1.1, 1.3), draw(0.02, 0.3));
         let axis = study::medium::axis(draw(-180.0, 180.0), draw(-15.0, 15.0));
-        let turn = CylinderPhase::Cauchy(0.0);
-        let scattering = Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion: WOOD_DISPERSION };
+        let (turn, dispersion) = (CylinderPhase::Cauchy(0.0), draw(3.0, 14.0).to_radians());
+        let scattering = Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion };
         let stack = Stack::half_space(n, mu_a, scattering);
         let question = Question {
             incidence: Some(draw(0.0, 15f64.to_radians())),
@@ -238,7 +241,9 @@ fn slopes_are_lit_as_the_judge_says() {
         let beside = |answer: &Answer| answer.rows(1, 8, LineSide::Both);
         let (lens, truth) = (kernel.towards_lens.unwrap(), judge.towards_lens.unwrap());
         println!(
-            "{case:2} R {:.4} {:.4}, lens {:.4} {:.4} +- {:.4}, S(1,8) {:.4} {:.4}",
+            "{case:2} {:.1} deg, dive {:.1}, R {:.4} {:.4}, lens {:.4} {:.4} +- {:.4}, S(1,8) {:.4} {:.4}",
+            dispersion.to_degrees(),
+            axis.z.abs().asin().to_degrees(),
             kernel.reflectance.value,
             judge.reflectance.value,
             lens.value,
@@ -248,8 +253,11 @@ fn slopes_are_lit_as_the_judge_says() {
             beside(&judge),
         );
         let rows_error = (beside(&judge) / 60_000.0).sqrt();
-        let good = (kernel.reflectance.value - judge.reflectance.value).abs() < 0.012 + 3.0 * judge.reflectance.error
-            && (lens.value - truth.value).abs() < 0.06 * truth.value + 3.0 * truth.error
+        let steep = question.incidence > Some(10f64.to_radians());
+        let [reflectance, towards] = if steep { [0.025, 0.10] } else { [0.012, 0.06] };
+        let good = (kernel.reflectance.value - judge.reflectance.value).abs()
+            < reflectance + 3.0 * judge.reflectance.error
+            && (lens.value - truth.value).abs() < towards * truth.value + 3.0 * truth.error
             && (beside(&kernel) - beside(&judge)).abs() < 0.03 * beside(&judge) + 3.0 * rows_error;
         if !good {
             faults.push(case);

@@ -18,7 +18,16 @@ fn fibre(azimuth_deg: f64, dive_deg: f64) -> DVec3 {
 }
 
 fn medium(mu_a: f32, sigma_i: f32, k: f32, fibre: DVec3) -> Medium {
-    Medium { mu_a, sigma_i, k, n_eff: 1.2, fibre: fibre.as_vec3(), gloss: procedural::Gloss::NONE, coat: 1.0 }
+    Medium {
+        mu_a,
+        sigma_i,
+        k,
+        n_eff: 1.2,
+        fibre: fibre.as_vec3(),
+        dispersion_deg: 5.0,
+        gloss: procedural::Gloss::NONE,
+        coat: 1.0,
+    }
 }
 
 fn diffusive(medium: &Medium) -> Diffusive {

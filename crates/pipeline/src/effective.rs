@@ -243,6 +243,7 @@ pub fn earlywood(media: &Media) -> Medium {
         k: media.earlywood_k_per_mm as f32,
         n_eff: media.clear_n_eff as f32,
         fibre: glam::Vec3::Y,
+        dispersion_deg: media.fibre_dispersion_deg as f32,
         gloss: Gloss::wood(media.gloss as f32),
         coat: 1.0,
     }

@@ -1,6 +1,6 @@
 //! Fifteen kinds of wood with their optical coefficients: those of docs/physics.md's table.
 
-use procedural::{Gloss, Medium};
+use procedural::{Gloss, Medium, WOOD_DISPERSION_DEG};
 
 use crate::medium::axis;
 use transport::stack::{CylinderPhase, Scattering, Stack, WOOD_DISPERSION};
@@ -64,6 +64,7 @@ impl WoodMedium {
             k,
             n_eff,
             fibre: axis(self.azimuth, self.dive).as_vec3(),
+            dispersion_deg: WOOD_DISPERSION_DEG,
             gloss: Gloss::NONE,
             coat: 1.0,
         }

@@ -165,7 +165,7 @@ impl From<&Medium> for Scattering {
             sigma_c: f64::from(medium.k),
             turn: CylinderPhase::Cauchy(0.0),
             axis: medium.fibre.as_dvec3(),
-            dispersion: WOOD_DISPERSION,
+            dispersion: f64::from(medium.dispersion_deg).to_radians(),
         }
     }
 }

@@ -22,6 +22,8 @@ parameters! {
         fibre_azimuth_deg: -90.0, 90.0, 0.0, "free";
         /// Angle by which the fibres dive below the level, as the piece lies.
         fibre_dive_deg: 0.0, 90.0, 0.0, "free";
+        /// Standard deviation of single fibres' tilt in each of two directions.
+        fibre_dispersion_deg: 3.0, 14.0, 5.0, "as clear wood";
         /// Share of the surface that reflects like facets.
         gloss: 0.0, 1.0, 0.1, "[M]";
         /// Reflectance of a facet at normal incidence.
@@ -47,6 +49,7 @@ impl Material {
             k: self.k_per_mm as f32,
             n_eff: self.n_eff as f32,
             fibre: Vec3::from(fibre.map(|part| part as f32)),
+            dispersion_deg: self.fibre_dispersion_deg as f32,
             gloss: Gloss {
                 share: self.gloss as f32,
                 reflectance: self.reflectance as f32,

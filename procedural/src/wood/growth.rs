@@ -55,6 +55,8 @@ pub(super) struct Grown<'a> {
     pub fibre: Vec3,
     /// Which fibre bundle: around the log, counted at the pith's foot of the spiral [mm].
     pub bundle: f32,
+    /// How much knots disturb the fibres' order here, 0 far from them and 1 at and in them [1].
+    pub disturbed: f32,
     /// The nearest knot, if its outline is near.
     pub branch: Option<Branch<'a>>,
     /// Gradient of t in the same axes as the fibre, knots included [1].
@@ -111,6 +113,7 @@ impl Growth {
         let (sin, cos) = (spiral * (1.0 - spiral * spiral / 6.0), 1.0 - 0.5 * spiral * spiral);
         let mut stream = Vec2::X;
         let mut bundle = r * place.phi * cos + place.l * sin;
+        let mut disturbed = 0.0f32;
         let mut branch: Option<Branch<'a>> = None;
         let mut distance = None;
         for knot in knots {
@@ -137,6 +140,7 @@ impl Growth {
             let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
             let disturbance = self.oval.disturb(turned);
             stream += merge.weight * disturbance.velocity;
+            disturbed = disturbed.max(self.bulge.disorder(&merge));
             bundle += FOLLOW * merge.weight * a * disturbance.psi;
             let d = Vec2::new(offset.x, rise);
             if d.length_squared() < (OUTLINE_REACH * a).powi(2) {
@@ -163,6 +167,7 @@ impl Growth {
             t,
             fibre,
             bundle,
+            disturbed,
             branch,
             #[cfg(test)]
             gradient: normal,

@@ -65,6 +65,8 @@ pub struct Plank {
     streaks: [Noise; 2],
     streak: f32,
     latewood_share: f32,
+    /// Dispersion of the fibres far from knots and in them [deg].
+    dispersion_deg: [f32; 2],
     gloss: f32,
     instances: Vec<Instance>,
 }
@@ -113,6 +115,8 @@ impl Plank {
             streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
             streak: wood.log.streak as f32,
             latewood_share: wood.log.latewood_share as f32,
+            dispersion_deg: [wood.media.fibre_dispersion_deg, wood.media.knot_fibre_dispersion_deg]
+                .map(|deg| deg as f32),
             gloss: wood.media.gloss as f32,
             trunk,
             knots,
@@ -223,9 +227,20 @@ impl PlankSlice<'_> {
             }
         }
         let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
+        let [clear, knotted] = plank.dispersion_deg;
+        let dispersion_deg = clear + grown.disturbed * (knotted - clear);
         let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
         Matter {
-            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, gloss: Gloss::wood(plank.gloss), coat: 1.0 },
+            medium: Medium {
+                mu_a,
+                sigma_i,
+                k,
+                n_eff,
+                fibre,
+                dispersion_deg,
+                gloss: Gloss::wood(plank.gloss),
+                coat: 1.0,
+            },
             film: None,
             class,
             instance,

@@ -136,6 +136,10 @@ parameters! {
         rot_sigma_i_ratio: 0.2, 10.0, 2.0, "[C]";
         /// Cylinder scattering of rot at severity 0.5 over that of earlywood.
         rot_k_ratio: 0.0, 5.0, 0.8, "[C]";
+        /// Standard deviation of single fibres' tilt against the grain in each of two directions.
+        fibre_dispersion_deg: 3.0, 14.0, 5.0, "[E] see docs/wood.md";
+        /// The same in a knot and at its border, from where it falls to that of clear wood at four radii.
+        knot_fibre_dispersion_deg: 3.0, 14.0, 11.0, "[E] see docs/wood.md";
         /// Effective refractive index of clear wood.
         clear_n_eff: 1.0, 1.6, 1.18, "[C] density 420 kg/m3";
         /// Effective refractive index of knots.

@@ -17,7 +17,8 @@ fn answers(plank: &Plank) -> Vec<u32> {
             }
             let m = slice.matter(x, 21.7);
             let (o, f) = (m.medium, m.medium.fibre);
-            words.extend([o.mu_a, o.sigma_i, o.k, o.n_eff, o.gloss.share, f.x, f.y, f.z].map(f32::to_bits));
+            let numbers = [o.mu_a, o.sigma_i, o.k, o.n_eff, o.dispersion_deg, o.gloss.share, f.x, f.y, f.z];
+            words.extend(numbers.map(f32::to_bits));
             words.extend([m.class as u32, u32::from(m.instance)]);
         }
     }

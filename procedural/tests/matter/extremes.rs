@@ -37,8 +37,12 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
             );
             let matter = slice.matter(x, surface.z * share[2]);
             let m = matter.medium;
-            let sane =
-                m.mu_a > 0.0 && m.sigma_i > 0.0 && m.k >= 0.0 && (1.0..=1.6).contains(&m.n_eff) && m.gloss.share >= 0.0;
+            let sane = m.mu_a > 0.0
+                && m.sigma_i > 0.0
+                && m.k >= 0.0
+                && (3.0..=14.0).contains(&m.dispersion_deg)
+                && (1.0..=1.6).contains(&m.n_eff)
+                && m.gloss.share >= 0.0;
             assert!(sane && (m.mu_a + m.sigma_i + m.k + m.n_eff).is_finite(), "seed {seed}: {matter:?} in {wood:?}");
             assert!((m.fibre.length() - 1.0).abs() < 1.0e-4, "seed {seed}: {matter:?} in {wood:?}");
             let instance = plank.instances().iter().find(|i| i.id == matter.instance);

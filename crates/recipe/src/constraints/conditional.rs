@@ -12,7 +12,7 @@ use crate::keys;
 use crate::keys::idle::{Idle, Wording};
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
-use bench::settings::{Fan, Filter, LineShape, Movement, Scheimpflug, Words};
+use bench::settings::{Fan, Filter, LineShape, Movement, Scheimpflug, TransportName, Words};
 use procedural::blister::parameters::DEFECT_COUNTS;
 use yaml::YamlReader;
 
@@ -29,6 +29,8 @@ enum ParameterNeeds {
     Scheimpflug(Scheimpflug),
     /// A filter before the lens.
     Filter(Filter),
+    /// One of some models of light below the surface.
+    Transport(&'static [TransportName]),
     /// Facets of metal.
     Facets,
     /// Fibres.
@@ -99,10 +101,13 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("camera.filter_width_nm", &[BAND_PASS]),
     ("material.fibre_azimuth_deg", &[Amount("material.k_per_mm")]),
     ("material.fibre_dive_deg", &[Amount("material.k_per_mm")]),
+    ("material.fibre_dispersion_deg", &[Amount("material.k_per_mm")]),
 ];
 
 const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count"]);
 const DEAD_KNOTS: ParameterNeeds = Amount("knots.dead_count");
+/// Diffusion along fibres that all run alike is what the other models know.
+const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
 const ROT: ParameterNeeds = Amount("rot.reach_mm");
 const DEFECTS: ParameterNeeds = Any(&DEFECT_COUNTS);
 
@@ -129,6 +134,9 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("media.knot_sigma_i_ratio", &[KNOTS]),
     ("media.knot_k_ratio", &[KNOTS]),
     ("media.knot_n_eff", &[KNOTS]),
+    ("media.fibre_dispersion_deg", &[TANGLED]),
+    ("media.knot_fibre_dispersion_deg", &[KNOTS, TANGLED]),
+    ("material.fibre_dispersion_deg", &[TANGLED]),
     ("media.bark_mu_a_per_mm", &[DEAD_KNOTS]),
     ("media.rot_mu_a_ratio", &[ROT]),
     ("media.rot_sigma_i_ratio", &[ROT]),
@@ -215,6 +223,7 @@ impl ParameterNeeds {
                 unmet(("camera", "scheimpflug"), settings.camera.scheimpflug, &[wanted], Wording::While)
             }
             Self::Filter(wanted) => unmet(("camera", "filter"), settings.camera.filter, &[wanted], Wording::While),
+            Self::Transport(wanted) => unmet(("transport", "model"), settings.transport.model, wanted, Wording::While),
             Self::Facets => no_facets(subject?, scene).map(no_matter),
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
             Self::Amount(path) => is_zero(scene, path)

@@ -18,8 +18,16 @@ use transport::kernel::diffusion;
 /// Alpha from which wood counts as clear [1].
 pub(crate) const CLEAR_FROM: f64 = 0.8;
 /// What alpha is relative to: clear spruce with fibres in the surface.
-const CLEAR_WOOD: Medium =
-    Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
+const CLEAR_WOOD: Medium = Medium {
+    mu_a: 0.08,
+    sigma_i: 2.0,
+    k: 10.0,
+    n_eff: 1.18,
+    fibre: Vec3::Y,
+    dispersion_deg: 5.0,
+    gloss: Gloss::NONE,
+    coat: 1.0,
+};
 /// Length of the track of a unit vector along the fibre below which it has no direction.
 const MIN_TRACK: f64 = 0.1;
 

@@ -9,8 +9,16 @@ use super::*;
 use transport::fresnel::BoundaryTable;
 use transport::line::LineSource;
 
-const CLEAR: Medium =
-    Medium { mu_a: 0.08, sigma_i: 2.0, k: 10.0, n_eff: 1.18, fibre: Vec3::Y, gloss: Gloss::NONE, coat: 1.0 };
+const CLEAR: Medium = Medium {
+    mu_a: 0.08,
+    sigma_i: 2.0,
+    k: 10.0,
+    n_eff: 1.18,
+    fibre: Vec3::Y,
+    dispersion_deg: 5.0,
+    gloss: Gloss::NONE,
+    coat: 1.0,
+};
 const YELLOW: [u8; 4] = [255, 255, 0, 255];
 const CYAN: [u8; 4] = [0, 255, 255, 255];
 

@@ -17,6 +17,7 @@ pub(crate) fn surface_point(medium: &Medium, normal: Vec3, light: Vec3, view: Ve
         sigma_i: medium.sigma_i,
         k: medium.k,
         n: medium.n_eff,
+        dispersion_deg: medium.dispersion_deg,
         enter: (1.0 - thrown) * (1.0 - own),
         ..SurfacePoint::BLACK
     };

@@ -1,11 +1,11 @@
 //! The table's Gaussians of one medium as they are, without fixed widths: answers for a half space.
 //! Films over something are answered by [`super::film_stack`].
 
-use super::table::{CONE_BINS, HalfSpaceTable, PATH_BINS};
+use super::table::{CONE_BINS, DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
-use crate::stack::{Scattering, Stack, Substrate};
+use crate::stack::{Scattering, Stack, Substrate, WOOD_DISPERSION};
 
 /// Light that left after about the same path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +45,9 @@ pub enum KernelError {
          path` for other incidence"
     )]
     Incidence,
+    /// Fibres that lie straighter or more tangled than the table's.
+    #[error("the kernel's table is for fibres dispersed by 3 to 14 degrees; use `--model path` for others")]
+    Dispersion,
     /// Nothing that scatters.
     #[error("the kernel needs matter that scatters; use `--model path` for clear matter")]
     Clear,
@@ -59,7 +62,8 @@ pub enum KernelError {
 /// The Gaussians of a surface point.
 pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
-    let node = HalfSpaceTable::get().between(texel.n, texel.sigma_i / (texel.sigma_i + texel.k), texel.sin_dive);
+    let share = texel.sigma_i / (texel.sigma_i + texel.k);
+    let node = HalfSpaceTable::get().between(texel.n, share, texel.sin_dive, texel.dispersion_deg);
     let (cone, rest) = texel.view.factors(node.views());
     let cone = libm::exp(f64::from(cone));
     (0..PATH_BINS)
@@ -170,15 +174,20 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
         return Err(KernelError::Layers);
     }
     seen_from_above(stack, question, MAX_INCIDENCE)?;
-    let (sigma_i, k, axis) = match layer.scattering {
-        Scattering::Isotropic { mu_s, g } => (mu_s * (1.0 - g), 0.0, glam::DVec3::Y),
-        Scattering::Fibres { sigma_i, sigma_c, turn, axis, .. } => {
-            (sigma_i, sigma_c * (1.0 - turn.mean_cosine()), axis)
+    let (sigma_i, k, axis, dispersion) = match layer.scattering {
+        Scattering::Isotropic { mu_s, g } => (mu_s * (1.0 - g), 0.0, glam::DVec3::Y, WOOD_DISPERSION),
+        Scattering::Fibres { sigma_i, sigma_c, turn, axis, dispersion } => {
+            (sigma_i, sigma_c * (1.0 - turn.mean_cosine()), axis, dispersion)
         }
         Scattering::Tensor { .. } => return Err(KernelError::Tensor),
     };
     if sigma_i + k <= 0.0 {
         return Err(KernelError::Clear);
+    }
+    let dispersion_deg = dispersion.to_degrees() as f32;
+    let [least, .., most] = DISPERSION_DEG;
+    if k > 0.0 && !(least - 1e-4..=most + 1e-4).contains(&dispersion_deg) {
+        return Err(KernelError::Dispersion);
     }
     let (sin, cos) = libm::sincos(question.incidence.unwrap_or_default());
     let (up, along) = libm::sincos(question.incidence_azimuth);
@@ -190,6 +199,7 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
         sigma_i: sigma_i as f32,
         k: k as f32,
         n: layer.n as f32,
+        dispersion_deg,
         enter: 1.0 - fresnel_dielectric(1.0, layer.n, cos).0 as f32,
         ..SurfacePoint::BLACK
     };

@@ -2,8 +2,8 @@
 //!
 //! Light that leaves after a path of length tau has spread like a Gaussian (quantised diffusion, d'Eon and Irving 2011);
 //! what weight, shift and variances it has was measured by Monte Carlo for a grid of half spaces
-//! without absorption. Absorption is exact, exp(-mu_a tau); lengths scale with 1 / (sigma_i + k). So three numbers are
-//! left to tabulate: index, background's share of scattering and dive. Light that met cylinders alone leaves into its
+//! without absorption. Absorption is exact, exp(-mu_a tau); lengths scale with 1 / (sigma_i + k). So four numbers are
+//! left to tabulate: index, background's share of scattering, dive and dispersion of the fibres. Light that met cylinders alone leaves into its
 //! cone and is kept apart ([`view`]).
 //!
 //! The Gaussians of a medium are put on [`BASIS`] fixed widths ([`widths`]), each with its own shift; then unlike media
@@ -13,7 +13,7 @@
 //! The table is of light along the normal. Light that meets a slope is looked up by its own angle to the fibres
 //! ([`SurfacePoint::facing`]).
 //!
-//! Valid for half spaces of one medium around source and exit, slopes of some 20 degrees, fibres dispersed by 5 degrees.
+//! Valid for half spaces of one medium around source and exit, slopes of some 20 degrees, fibres dispersed by 3 to 14 degrees.
 //! Neglected: layers, finite thickness, the difference of media between source and exit other than through the blend.
 
 mod diffusion_tensor;
@@ -25,6 +25,7 @@ pub mod widths;
 
 use glam::Vec3;
 use multiversion::multiversion;
+use procedural::WOOD_DISPERSION_DEG;
 
 pub use self::diffusion_tensor::diffusion;
 pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
@@ -62,6 +63,8 @@ pub struct SurfacePoint {
     pub k: f32,
     /// Refractive index [1].
     pub n: f32,
+    /// Standard deviation of single fibres' tilt in each of two directions [deg].
+    pub dispersion_deg: f32,
     /// Share of light that enters [1].
     pub enter: f32,
     /// Sine of the angle by which the fibres dive below the plane across the light that entered, not negative [1].
@@ -83,6 +86,7 @@ impl SurfacePoint {
         sigma_i: 1.0,
         k: 0.0,
         n: 1.0,
+        dispersion_deg: WOOD_DISPERSION_DEG,
         enter: 0.0,
         sin_dive: 0.0,
         cos_azimuth: 1.0,
@@ -165,7 +169,7 @@ pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, 
 fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &WidthShares) -> [[f32; BASIS]; 3] {
     let scattering = texel.sigma_i + texel.k;
     let free = 1.0 / scattering;
-    let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive);
+    let node = table.between(texel.n, texel.sigma_i * free, texel.sin_dive, texel.dispersion_deg);
     let (weight, path, along) = (node.weight(), node.path(), node.along());
     let (spread_along, spread_across) = (node.variance_along(), node.variance_across());
     let (a, c2, f2) = (texel.mu_a * free, texel.cos_azimuth * texel.cos_azimuth, free * free);

@@ -1,6 +1,7 @@
 //! Table of light by length of path in half spaces, measured by Monte Carlo and kept beside this file as `table.bin`.
 //!
-//! Three axes: index of refraction, background's share of scattering, the fibres' dive; linear between values.
+//! Four axes: dispersion of the fibres, index of refraction, background's share of scattering, the fibres' dive; linear between
+//! values.
 //! Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it anew; docs/physics.md says how and what
 //! it was tested against.
 
@@ -23,12 +24,14 @@ pub const VIEWS: usize = 8;
 /// Numbers kept for one half space.
 pub const NODE: usize = FIELDS * LANES + VIEWS;
 
+/// Dispersions of the fibres, standard deviation of their tilt in each of two directions [deg].
+pub const DISPERSION_DEG: [f32; 4] = [3.0, 5.0, 8.0, 14.0];
 /// Refractive indices of the table [1].
 pub const N: [f32; 5] = [1.0, 1.12, 1.25, 1.4, 1.55];
 /// Shares of the background in scattering [1].
 pub const RHO: [f32; 8] = [0.03, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6, 1.0];
 /// Dives of the fibres below the surface [deg].
-pub const DIVE_DEG: [f32; 11] = [0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 70.0, 80.0, 90.0];
+pub const DIVE_DEG: [f32; 13] = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 37.0, 45.0, 60.0, 70.0, 80.0, 90.0];
 
 /// What is kept of one half space, or between half spaces.
 #[derive(Debug, Clone, Copy)]
@@ -74,9 +77,12 @@ impl HalfSpaceNode {
 
 /// `table.bin`: f32, little-endian.
 const BYTES: &[u8] = include_bytes!("table.bin");
-const _: () = assert!(BYTES.len() == 4 * NODE * N.len() * RHO.len() * DIVE_DEG.len(), "table.bin has other axes");
+const _: () = assert!(
+    BYTES.len() == 4 * NODE * DISPERSION_DEG.len() * N.len() * RHO.len() * DIVE_DEG.len(),
+    "table.bin has other axes"
+);
 
-/// The whole table, `[N][RHO][DIVE]`.
+/// The whole table, `[DISPERSION][N][RHO][DIVE]`.
 #[derive(Debug)]
 pub(crate) struct HalfSpaceTable {
     nodes: Vec<HalfSpaceNode>,
@@ -95,30 +101,41 @@ impl HalfSpaceTable {
         })
     }
 
-    /// The half space of index `n`, background's share `rho` and sine of dive `sin_dive`, clamped to the table's ends:
-    /// linear in the tetrahedron of four neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995).
+    /// The half space of index `n`, background's share `rho`, sine of dive `sin_dive` and dispersion `dispersion_deg`, clamped
+    /// to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995).
     #[inline(always)]
-    pub fn between(&self, n: f32, rho: f32, sin_dive: f32) -> HalfSpaceNode {
+    pub fn between(&self, n: f32, rho: f32, sin_dive: f32, dispersion_deg: f32) -> HalfSpaceNode {
         let (a, fa) = locate(&N, n);
         let (b, fb) = locate(&RHO, rho);
         let (c, fc) = locate(&self.dives, steepness(sin_dive));
+        let (d, fd) = locate(&DISPERSION_DEG, dispersion_deg);
         // From the lowest corner of the cell to the highest, along the axis with the greatest part first.
-        let mut steps = [(fa, RHO.len() * DIVE_DEG.len()), (fb, DIVE_DEG.len()), (fc, 1)];
-        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+        let along_rho = DIVE_DEG.len();
+        let along_n = along_rho * RHO.len();
+        let along_dispersion = along_n * N.len();
+        let mut steps = [(fa, along_n), (fb, along_rho), (fc, 1), (fd, along_dispersion)];
+        for (i, j) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
             if steps[i].0 < steps[j].0 {
                 steps.swap(i, j);
             }
         }
-        let first = (a * RHO.len() + b) * DIVE_DEG.len() + c;
+        let first = d * along_dispersion + a * along_n + b * along_rho + c;
         let second = first + steps[0].1;
         let third = second + steps[1].1;
-        let corners = [first, second, third, third + steps[2].1].map(|at| &self.nodes[at].0);
-        let [(f0, _), (f1, _), (f2, _)] = steps;
-        let weights = [1.0 - f0, f0 - f1, f1 - f2, f2];
+        let fourth = third + steps[2].1;
+        let [(f0, _), (f1, _), (f2, _), (f3, _)] = steps;
+        let weights = [1.0 - f0, f0 - f1, f1 - f2, f2 - f3];
+        let [p, q, r, s] = [first, second, third, fourth].map(|at| &self.nodes[at].0);
         let mut out = HalfSpaceNode([0.0; NODE]);
         for l in 0..NODE {
-            let [p, q, r, s] = corners;
             out.0[l] = weights[0] * p[l] + weights[1] * q[l] + weights[2] * r[l] + weights[3] * s[l];
+        }
+        // Most wood is dispersed like a node of the table and needs no fifth neighbour.
+        if f3 > 0.0 {
+            let last = &self.nodes[fourth + steps[3].1].0;
+            for l in 0..NODE {
+                out.0[l] += f3 * last[l];
+            }
         }
         out
     }

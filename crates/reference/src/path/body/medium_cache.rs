@@ -60,6 +60,12 @@ pub(super) fn extinction(medium: &Medium) -> f64 {
     f64::from(medium.mu_a) + f64::from(medium.sigma_i) + f64::from(medium.k)
 }
 
+/// Dispersion of the fibres [rad].
+#[inline(always)]
+pub(super) fn dispersion(medium: &Medium) -> f64 {
+    f64::from(medium.dispersion_deg).to_radians()
+}
+
 /// Axis of the fibres.
 #[inline(always)]
 pub(super) fn axis(medium: &Medium) -> DVec3 {

@@ -35,7 +35,7 @@ impl Underlayer {
             let mirrors = [medium.gloss.reflectance; 2];
             return Self { medium: *medium, body: [0.0; FREQUENCY_COUNT], mirrors, views: [0.0; VIEWS] };
         }
-        let node = HalfSpaceTable::get().between(medium.n_eff, 1.0, 0.0);
+        let node = HalfSpaceTable::get().between(medium.n_eff, 1.0, 0.0, medium.dispersion_deg);
         let free = 1.0 / medium.sigma_i.max(1e-3);
         let waves: Spectrum = std::array::from_fn(|i| frequency(i) as f32);
         let mut body = [0.0; FREQUENCY_COUNT];
