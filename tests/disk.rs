@@ -123,7 +123,15 @@ fn an_estimate_counts_what_is_left() {
     let classes = |text: &str| -> Vec<(String, u64)> {
         let of =
             |line: &str| line.strip_prefix("  class  ")?.split_once(": ").map(|(a, b)| (a.to_owned(), b.to_owned()));
-        text.lines().filter_map(of).map(|(name, count)| (name, count.parse().expect("a number"))).collect()
+        // 4, of these 3 to train, 1 to validate, 0 to test.
+        let all = |counts: &str| {
+            let numbers = counts.split(|c: char| !c.is_ascii_digit()).filter(|word| !word.is_empty());
+            let numbers: Vec<u64> = numbers.map(|word| word.parse().expect("a number")).collect();
+            let [all, splits @ ..] = &numbers[..] else { panic!("no number in {counts}") };
+            assert!(splits.len() == 3 && splits.iter().sum::<u64>() == *all, "{counts}");
+            *all
+        };
+        text.lines().filter_map(of).map(|(name, counts)| (name, all(&counts))).collect()
     };
     let counted = classes(&before.out);
     assert_eq!(counted.iter().map(|(_, n)| n).sum::<u64>(), 10, "{counted:?}");
