@@ -240,7 +240,7 @@ fn shared_draws_are_told() {
 fn what_is_missing_is_named_and_exports_are_read() {
     let place = Place::with(&[]);
     place.done("--recipe tiny.yaml --n 2 --out set");
-    let missing = place.run("check set --model knots.onnx");
+    let missing = place.run("check set --model knots.onnx --split all");
     assert!(missing.code == 1 && missing.err.contains("knots.onnx: it is not there"), "{}", missing.err);
     place.done("export icon set --out scans --index 1");
     place.done("compare set scans");
