@@ -264,9 +264,9 @@ fn no_mutation_of_a_recipe_panics() {
     ];
     let mut rng = Stream::root(1).rng();
     let mut accepted = 0;
+    let whole = ["wood", "blister", "wood-small", "blister-small"].map(|name| Recipe::load(name).expect("embedded"));
     for round in 0..4000 {
-        let name = ["wood", "blister", "wood-small", "blister-small"][round % 4];
-        let mut text = Recipe::load(name).expect("embedded").text().to_owned();
+        let mut text = whole[round % 4].text().to_owned();
         for _ in 0..rng.random_range(1..6) {
             let at = |u: f64, text: &str| text.floor_char_boundary((u * text.len() as f64) as usize);
             let (a, b) = (at(rng.random(), &text), at(rng.random(), &text));
