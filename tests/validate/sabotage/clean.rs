@@ -12,8 +12,7 @@ fn is_clean(name: &str, text: String, samples: u64) {
     let place = Place::new();
     place.write("tiny.yaml", text);
     place.make("set", &format!("--n {samples} --samples-per-shard 5"));
-    for seed in 0..SEEDS {
-        let report = inspect_rows(&place.path("set"), seed);
+    for report in inspect_rows(&place.path("set"), 0..SEEDS) {
         assert!(report.is_clean() && report.samples == samples, "{name}:\n{report}");
         assert!(report.rows >= samples && report.unexposed == 0, "{name}:\n{report}");
     }
@@ -35,8 +34,7 @@ fn fixed(mut text: String) -> String {
 fn clean_datasets_of_every_subject() {
     for place in Place::of_each_subject(&[FRAMES]) {
         place.make("set", "--n 8 --samples-per-shard 3");
-        for seed in 0..SEEDS {
-            let report = inspect_rows(&place.path("set"), seed);
+        for report in inspect_rows(&place.path("set"), 0..SEEDS) {
             assert!(report.is_clean() && report.samples == 8, "{report}");
             // A row for each sample and up to seven neighbours, that of the frame apart.
             assert!((8..=9 * 8).contains(&report.rows) && report.frames == 8, "{report}");
@@ -104,8 +102,7 @@ fn clean_datasets_of_every_recipe() {
         let size = format!("--set scan.columns={columns} --set scan.profiles={profiles}");
         let frames = "--set output.sensor_stack={\"every\":20}";
         place.done(&format!("--recipe {name} {size} {frames} --out set --n 3"));
-        for seed in 0..SEEDS {
-            let report = inspect_rows(&place.path("set"), seed);
+        for report in inspect_rows(&place.path("set"), 0..SEEDS) {
             assert!(report.is_clean() && report.unexposed == 0, "{name}:\n{report}");
             assert_eq!((report.samples, report.frames), (3, 3), "{name}:\n{report}");
         }

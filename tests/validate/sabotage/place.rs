@@ -120,11 +120,10 @@ pub fn inspect(root: &Path) -> ValidationReport {
     compare(root, again.as_ref().map_err(String::as_str))
 }
 
-/// The same with rows that are exposed again, as many as `gen validate` takes where nobody says how many.
-pub fn inspect_rows(root: &Path, seed: u64) -> ValidationReport {
+/// The same with rows that are exposed again, as many as `gen validate` takes where nobody says how many, for some choices of them.
+pub fn inspect_rows(root: &Path, seeds: std::ops::Range<u64>) -> Vec<ValidationReport> {
     let again = ExpectedDataset::of(&Dataset::open(root).expect("it opens")).expect("its recipe loads");
-    let rows = again.rows(None, seed);
-    compare_rows(root, Ok(&again), rows)
+    seeds.map(|seed| compare_rows(root, Ok(&again), again.rows(None, seed))).collect()
 }
 
 /// [`inspect`] with a recipe that was read before.
