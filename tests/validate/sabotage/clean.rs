@@ -5,7 +5,7 @@ use recipe::Recipe;
 use test_support::program::{FRAMES, Place, mesh_recipe, recipe, sawtooth_recipe};
 
 /// Choices of rows that are exposed again.
-const SEEDS: u64 = 3;
+const SEEDS: u64 = 2;
 
 /// Makes a dataset of a recipe, which must be clean.
 fn is_clean(name: &str, text: String, samples: u64) {
