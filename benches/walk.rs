@@ -3,9 +3,9 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium};
+use procedural::{Body, Medium};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use reference::path::line_response::line_response_with_balance;
 use reference::path::{Effort, solve};
@@ -13,16 +13,7 @@ use transport::answer::Question;
 use transport::line::LineSource;
 use transport::stack::{Scattering, Stack};
 
-const CLEAR: Medium = Medium {
-    mu_a: 0.08,
-    sigma_i: 2.0,
-    k: 10.0,
-    n_eff: 1.18,
-    fibre: Vec3::Y,
-    dispersion_deg: 5.0,
-    gloss: Gloss::NONE,
-    coat: 1.0,
-};
+const CLEAR: Medium = Medium::CLEAR_WOOD;
 
 fn main() {
     divan::main();

@@ -59,6 +59,18 @@ pub struct Medium {
 pub const WOOD_DISPERSION_DEG: f32 = 5.0;
 
 impl Medium {
+    /// Clear wood by the class table of docs/wood.md, earlywood with its fibres along the motion, without gloss.
+    pub const CLEAR_WOOD: Self = Self {
+        mu_a: 0.08,
+        sigma_i: 2.0,
+        k: 10.0,
+        n_eff: 1.18,
+        fibre: Vec3::Y,
+        dispersion_deg: WOOD_DISPERSION_DEG,
+        gloss: Gloss::NONE,
+        coat: 1.0,
+    };
+
     /// A surface through which nothing passes: it only reflects at first contact.
     pub fn opaque(gloss: Gloss) -> Self {
         Self::isotropic(1.0e3, 1.0, 1.5, gloss)

@@ -164,19 +164,9 @@ fn defects_darken_as_published() {
 /// made apart from this code (docs/physics.md says why these differ from the table that the design began with).
 #[test]
 fn coherence_matches_quadrature() {
-    let medium = procedural::Medium {
-        mu_a: 0.08,
-        sigma_i: 2.0,
-        k: 10.0,
-        n_eff: 1.18,
-        fibre: glam::Vec3::Y,
-        dispersion_deg: procedural::WOOD_DISPERSION_DEG,
-        gloss: procedural::Gloss::NONE,
-        coat: 1.0,
-    };
     let widths = [0.01, 0.05, 0.1, 0.3, 0.5, 1.0, 2.0];
     for (width, contrast) in widths.into_iter().zip([0.967, 0.827, 0.727, 0.545, 0.463, 0.364, 0.279]) {
-        let got = coherence_contrast(&medium, 1.708, 660.0, width);
+        let got = coherence_contrast(&procedural::Medium::CLEAR_WOOD, 1.708, 660.0, width);
         assert!((got / contrast - 1.0).abs() < 0.005, "{width} nm: {got} against {contrast}");
     }
 }

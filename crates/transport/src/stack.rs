@@ -16,10 +16,10 @@
 //! layers, roughness of interfaces other than foil, thickness of coats, a facet's reflectance by angle.
 
 use glam::DVec3;
-use procedural::Medium;
+use procedural::{Medium, WOOD_DISPERSION_DEG};
 
-/// Dispersion of wood's fibres about their mean axis, 5 degrees [rad].
-pub const WOOD_DISPERSION: f64 = 0.087_266_462_599_716_48;
+/// Dispersion of wood's fibres about their mean axis, [`WOOD_DISPERSION_DEG`] [rad].
+pub const WOOD_DISPERSION: f64 = WOOD_DISPERSION_DEG as f64 * std::f64::consts::PI / 180.0;
 /// Mean cosine of the pigment of films: rutile of 0.23 um in PVC at 660 nm by Mie's theory [1].
 pub const PIGMENT_G: f64 = 0.557;
 

@@ -7,8 +7,8 @@
 //! gets 0.55, against the 0.5 that the thesis measured.
 //! Neglected: relief other than the fibre's angle with the surface.
 
-use glam::{DVec2, DVec3, Vec3};
-use procedural::{Body, Class, Gloss, Medium};
+use glam::{DVec2, DVec3};
+use procedural::{Body, Class, Medium};
 use rayon::prelude::*;
 
 use super::DirectionMap;
@@ -18,16 +18,7 @@ use transport::kernel::diffusion;
 /// Alpha from which wood counts as clear [1].
 pub(crate) const CLEAR_FROM: f64 = 0.8;
 /// What alpha is relative to: clear spruce with fibres in the surface.
-const CLEAR_WOOD: Medium = Medium {
-    mu_a: 0.08,
-    sigma_i: 2.0,
-    k: 10.0,
-    n_eff: 1.18,
-    fibre: Vec3::Y,
-    dispersion_deg: 5.0,
-    gloss: Gloss::NONE,
-    coat: 1.0,
-};
+const CLEAR_WOOD: Medium = Medium::CLEAR_WOOD;
 /// Length of the track of a unit vector along the fibre below which it has no direction.
 const MIN_TRACK: f64 = 0.1;
 

@@ -2,23 +2,14 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use procedural::flat::Flat;
-use procedural::{Body, Gloss, Medium};
+use procedural::{Body, Medium};
 
 use super::conservative::{PlanarTensor, Stencil};
 use super::*;
 use transport::fresnel::BoundaryTable;
 use transport::line::LineSource;
 
-const CLEAR: Medium = Medium {
-    mu_a: 0.08,
-    sigma_i: 2.0,
-    k: 10.0,
-    n_eff: 1.18,
-    fibre: Vec3::Y,
-    dispersion_deg: 5.0,
-    gloss: Gloss::NONE,
-    coat: 1.0,
-};
+const CLEAR: Medium = Medium::CLEAR_WOOD;
 const YELLOW: [u8; 4] = [255, 255, 0, 255];
 const CYAN: [u8; 4] = [0, 255, 255, 255];
 
