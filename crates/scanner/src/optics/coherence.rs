@@ -56,7 +56,7 @@ mod tests {
     use rand::RngExt;
     use transport::fresnel::boundary_factor;
 
-    /// Whatever matter a recipe may have, speckle has a contrast: matter that swallows all light no less than 0 and no number less.
+    /// Whatever matter a recipe may have, the contrast is a number above 0 and at most 1, also where no light comes back.
     #[test]
     fn all_matter_has_a_contrast() {
         let mut rng = procedural::Stream::root(5).child("matter").rng();
