@@ -17,7 +17,6 @@ use std::sync::Arc;
 
 use image::{Rgb, RgbImage};
 use procedural::Stream;
-use rustfft::FftPlannerScalar;
 use serde_json::json;
 
 use super::centroid::{beyond_first_order, spread};
@@ -421,8 +420,7 @@ fn chord(u: f64) -> f64 {
 fn stack_found(own: Stream) -> StackRepeat {
     let pupil = Pupil::new([STACK_SIDE; 2], STACK_GRAIN, own);
     let light = |shift: usize| -> Vec<f64> {
-        let mut light = vec![0.0f32; STACK_SIDE * STACK_SIDE];
-        pupil.row_transform(shift).rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
+        let light = pupil.intensity(shift);
         let mean = light.iter().map(|v| f64::from(*v)).sum::<f64>() / light.len() as f64;
         light.iter().map(|v| f64::from(*v) / mean - 1.0).collect()
     };

@@ -17,6 +17,7 @@ pub mod pupil;
 pub mod stack;
 #[cfg(test)]
 mod tests;
+mod transform_lanes;
 
 pub(crate) use self::anchored::{AnchoredSpeckle, SpeckleConditions};
 pub use self::pupil::{Pupil, TILE};

@@ -27,15 +27,17 @@ use std::f64::consts::PI;
 use procedural::Stream;
 use procedural::stream::mix;
 use rustfft::FftPlannerScalar;
-use rustfft::num_complex::Complex32;
+use rustfft::num_complex::Complex;
+use rustfft::num_traits::Zero;
 
+use super::transform_lanes::{LANES, Lanes};
 use bench::settings::SpeckleLaw;
 use numerics::lanes;
 
 /// Pixels along the line after which a pattern repeats.
 pub const TILE: usize = 128;
-/// Rows of the grid that are transformed at a time.
-const BLOCK_ROWS: usize = 16;
+/// Groups of [`LANES`] rows of the grid that are transformed at a time.
+const BLOCK_GROUPS: usize = 4;
 
 /// A pupil of random phases.
 #[derive(Debug, Clone)]
@@ -49,22 +51,17 @@ pub struct Pupil {
 
 /// The field after the first of its two transforms: along the rows.
 #[derive(Debug)]
-pub struct RowTransform {
+struct RowTransform {
     side: [usize; 2],
-    columns: usize,
-    /// `[columns of the disc][rows of the grid]`.
-    lines: Vec<Complex32>,
+    /// `[columns of the disc / LANES][rows of the grid]`, lanes for columns.
+    lines: Vec<Complex<Lanes>>,
 }
 
 impl Pupil {
-    /// For a grid of `side` samples and grains L of `grain` samples, at least 2.
+    /// For a grid of `side` samples, whose rows are a multiple of 4, and grains L of `grain` samples, at least 2.
     pub fn new(side: [usize; 2], grain: f64, stream: Stream) -> Self {
+        assert!(side[1].is_multiple_of(LANES), "{} rows do not fill lanes", side[1]);
         Self { side, diameter: side.map(|side| side as f64 / grain), key: stream.child("phases").key() }
-    }
-
-    /// Samples of the grid along columns and rows.
-    pub fn side(&self) -> [usize; 2] {
-        self.side
     }
 
     /// Rows of phases after which they repeat: two diameters.
@@ -72,12 +69,29 @@ impl Pupil {
         (2.0 * self.diameter[1]).round() as usize
     }
 
+    /// Intensity of the whole grid for the phases moved by `shift` rows, `[rows][columns]`.
+    pub fn intensity(&self, shift: usize) -> Vec<f32> {
+        let [across, down] = self.side;
+        let transform = self.row_transform(shift);
+        let mut planner = FftPlannerScalar::new();
+        let (mut intensity, mut scratch) = (vec![0.0; across * down], Vec::new());
+        let mut light = vec![Lanes::zero(); across];
+        for (group, rows) in intensity.chunks_exact_mut(across * LANES).enumerate() {
+            transform.groups(group, &mut light, &mut scratch, &mut planner);
+            for (lane, row) in rows.chunks_exact_mut(across).enumerate() {
+                row.iter_mut().zip(&light).for_each(|(row, light)| *row = light.0[lane]);
+            }
+        }
+        intensity
+    }
+
     /// The field of the phases moved by `shift` rows, transformed along the rows.
-    pub fn row_transform(&self, shift: usize) -> RowTransform {
+    fn row_transform(&self, shift: usize) -> RowTransform {
         let [columns, rows] = self.diameter.map(|d| d.ceil() as usize);
-        let mut lines = vec![Complex32::default(); columns * self.side[1]];
+        let mut lines = vec![Complex::new(Lanes::zero(), Lanes::zero()); columns.div_ceil(LANES) * self.side[1]];
         let off = |at: usize, d: f64| (at as f64 + 0.5) / (0.5 * d) - 1.0;
-        for (column, line) in lines.chunks_exact_mut(self.side[1]).enumerate() {
+        for column in 0..columns {
+            let (line, lane) = (&mut lines[column / LANES * self.side[1]..], column % LANES);
             let key = mix(self.key ^ mix(column as u64)) as u32;
             let across = off(column, self.diameter[0]);
             for (row, cell) in line[..rows].iter_mut().enumerate() {
@@ -86,32 +100,37 @@ impl Pupil {
                     let phase_row = (row + shift) % self.phase_rows();
                     let (cos, sin) =
                         lanes::cos_sin_turns((lanes::hash(phase_row as u32 ^ key) >> 8) as f32 / 16_777_216.0);
-                    *cell = Complex32::new(cos, sin);
+                    (cell.re.0[lane], cell.im.0[lane]) = (cos, sin);
                 }
             }
         }
         // The other planners pick instructions by the CPU, and with them the last bits.
         FftPlannerScalar::new().plan_fft_forward(self.side[1]).process(&mut lines);
-        RowTransform { side: self.side, columns, lines }
+        RowTransform { side: self.side, lines }
     }
 }
 
 impl RowTransform {
-    /// Intensity of the rows from `first` on, as many as fit in `light`; `[rows][columns of the grid]`.
-    pub fn rows(
+    /// Intensity of the groups of rows from `first` on, as many as fit in `light`: `[groups][columns of the grid]`,
+    /// lanes for rows.
+    fn groups(
         &self,
         first: usize,
-        light: &mut [f32],
-        scratch: &mut Vec<Complex32>,
-        planner: &mut FftPlannerScalar<f32>,
+        light: &mut [Lanes],
+        scratch: &mut Vec<Complex<Lanes>>,
+        planner: &mut FftPlannerScalar<Lanes>,
     ) {
         let [across, down] = self.side;
-        let rows = light.len() / across;
         scratch.clear();
-        scratch.resize(light.len(), Complex32::default());
-        for column in 0..self.columns {
-            for (row, value) in self.lines[column * down + first..][..rows].iter().enumerate() {
-                scratch[row * across + column] = *value;
+        scratch.resize(light.len(), Complex::zero());
+        for (columns, line) in self.lines.chunks_exact(down).enumerate() {
+            for (group, field) in scratch.chunks_exact_mut(across).enumerate() {
+                let rows = &line[(first + group) * LANES..][..LANES];
+                let to = &mut field[columns * LANES..];
+                for (column, to) in to.iter_mut().take(LANES).enumerate() {
+                    to.re = Lanes(std::array::from_fn(|row| rows[row].re.0[column]));
+                    to.im = Lanes(std::array::from_fn(|row| rows[row].im.0[column]));
+                }
             }
         }
         planner.plan_fft_forward(across).process(scratch);
@@ -122,53 +141,64 @@ impl RowTransform {
 }
 
 /// The patterns of `pupil` moved by two `shifts`, in pixels of `fine` samples: less their mean of 1, `[samples, TILE]`.
-pub fn gather(pupil: &Pupil, shifts: [usize; 2], law: SpeckleLaw, fine: usize) -> [Vec<f32>; 2] {
-    let [across, down] = pupil.side();
+pub(super) fn gather(pupil: &Pupil, shifts: [usize; 2], law: SpeckleLaw, fine: usize) -> [Vec<f32>; 2] {
+    let [across, down] = pupil.side;
     let mut planner = FftPlannerScalar::new();
     let transforms = shifts.map(|shift| pupil.row_transform(shift));
     let along = box_spectrum(across, fine);
-    let mut columns = vec![Complex32::default(); TILE * down];
-    let (mut scratch, mut lights) = (Vec::new(), [0, 1].map(|_| vec![0.0f32; BLOCK_ROWS * across]));
-    for first in (0..down).step_by(BLOCK_ROWS) {
-        let rows = BLOCK_ROWS.min(down - first);
+    // `[TILE / LANES][rows]`, lanes for columns.
+    let mut columns: Vec<Complex<Lanes>> = vec![Complex::zero(); TILE / LANES * down];
+    let (mut scratch, mut lights) = (Vec::new(), [0, 1].map(|_| vec![Lanes::zero(); BLOCK_GROUPS * across]));
+    let groups = down / LANES;
+    for first in (0..groups).step_by(BLOCK_GROUPS) {
+        let block = BLOCK_GROUPS.min(groups - first);
         for (transform, light) in transforms.iter().zip(&mut lights) {
-            transform.rows(first, &mut light[..rows * across], &mut scratch, &mut planner);
+            let light = &mut light[..block * across];
+            transform.groups(first, light, &mut scratch, &mut planner);
             if law == SpeckleLaw::Rayleigh {
-                light.iter_mut().for_each(|light| *light = light.sqrt());
+                light.iter_mut().for_each(|light| *light = light.map(f32::sqrt));
             }
         }
         scratch.clear();
         let [one, other] = &lights;
-        scratch.extend(one.iter().zip(other).take(rows * across).map(|(one, other)| Complex32::new(*one, *other)));
+        scratch.extend(one.iter().zip(other).take(block * across).map(|(one, other)| Complex::new(*one, *other)));
         planner.plan_fft_forward(across).process(&mut scratch);
-        let mut folded = vec![Complex32::default(); rows * TILE];
+        let mut folded: Vec<Complex<Lanes>> = vec![Complex::zero(); block * TILE];
         for (line, folded) in scratch.chunks_exact(across).zip(folded.chunks_exact_mut(TILE)) {
             for (part, along) in line.chunks_exact(TILE).zip(along.chunks_exact(TILE)) {
                 for ((sum, value), weight) in folded.iter_mut().zip(part).zip(along) {
-                    *sum += value * weight;
+                    *sum = *sum + *value * Lanes::of(*weight);
                 }
             }
         }
         planner.plan_fft_inverse(TILE).process(&mut folded);
-        for (row, line) in folded.chunks_exact(TILE).enumerate() {
-            for (column, value) in line.iter().enumerate() {
-                columns[column * down + first + row] = *value;
+        for (group, line) in folded.chunks_exact(TILE).enumerate() {
+            for (to, from) in columns.chunks_exact_mut(down).zip(line.chunks_exact(LANES)) {
+                for (row, to) in to[(first + group) * LANES..][..LANES].iter_mut().enumerate() {
+                    to.re = Lanes(std::array::from_fn(|column| from[column].re.0[row]));
+                    to.im = Lanes(std::array::from_fn(|column| from[column].im.0[row]));
+                }
             }
         }
     }
     planner.plan_fft_forward(down).process(&mut columns);
     let weights = box_spectrum(down, fine);
     for line in columns.chunks_exact_mut(down) {
-        line.iter_mut().zip(&weights).for_each(|(value, weight)| *value *= weight);
+        line.iter_mut().zip(&weights).for_each(|(value, weight)| *value = *value * Lanes::of(*weight));
     }
     planner.plan_fft_inverse(down).process(&mut columns);
-    [|v: &Complex32| v.re, |v: &Complex32| v.im].map(|part| {
-        let mean = columns.iter().map(|value| f64::from(part(value))).sum::<f64>() / columns.len() as f64;
+    [|v: &Complex<Lanes>| v.re, |v: &Complex<Lanes>| v.im].map(|part| {
+        let column = |number: usize| {
+            let line = &columns[number / LANES * down..][..down];
+            line.iter().map(move |value| f64::from(part(value).0[number % LANES]))
+        };
+        let mean = (0..TILE).flat_map(column).sum::<f64>() / (TILE * down) as f64;
         let scale = (1.0 / mean) as f32;
-        let mut pattern = vec![0.0; columns.len()];
-        for (column, line) in columns.chunks_exact(down).enumerate() {
+        let mut pattern = vec![0.0; TILE * down];
+        for (columns, line) in columns.chunks_exact(down).enumerate() {
             for (row, value) in line.iter().enumerate() {
-                pattern[row * TILE + column] = part(value) * scale - 1.0;
+                let to = &mut pattern[row * TILE + columns * LANES..][..LANES];
+                to.iter_mut().zip(part(value).0).for_each(|(to, value)| *to = value * scale - 1.0);
             }
         }
         pattern

@@ -34,11 +34,17 @@ const LOOK_COUNTS: [usize; 3] = [4, 2, 1];
 /// What determines the patterns of a stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct PatternKey {
+    light: SingleKey,
+    /// Looks (independent patterns averaged), for light from the surface and from below.
+    looks: [usize; 2],
+}
+
+/// What determines the single patterns, which stacks of several numbers of looks share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct SingleKey {
     /// Size of the grain in steps of [`GRAIN_STEP`].
     grain: i32,
     law: SpeckleLaw,
-    /// Looks (independent patterns averaged), for light from the surface and from below.
-    looks: [usize; 2],
 }
 
 /// Stacks made so far. A stack depends on its key alone, not on the order of requests or on what was dropped.
@@ -71,14 +77,19 @@ impl PatternCache {
     pub fn get(&self, grain: f64, law: SpeckleLaw, patterns: [f64; 2]) -> Arc<PatternStack> {
         let step = (libm::log(grain) / libm::log(GRAIN_STEP)).round() as i32;
         let looks = patterns.map(|n| LOOK_COUNTS.into_iter().find(|looks| *looks as f64 <= n).unwrap_or(1));
-        let key = PatternKey { grain: step, law, looks };
+        let light = SingleKey { grain: step, law };
+        let key = PatternKey { light, looks };
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let index = kept.iter().position(|(known, _)| *known == key);
         let stack = match index {
             Some(index) => kept.remove(index).1,
             None => {
-                let stack = PatternStack::new(GRAIN_STEP.powi(step), law, looks, self.stream);
-                Arc::new(PatternStack { unlike_pairs: self.unlike_pairs, ..stack })
+                let relative = kept.iter().find(|(known, _)| known.light == light);
+                let single = match relative {
+                    Some((_, stack)) => stack.single.clone(),
+                    None => Arc::new(SinglePatterns::new(GRAIN_STEP.powi(step), law, self.unlike_pairs, self.stream)),
+                };
+                Arc::new(PatternStack::averaging(single, looks))
             }
         };
         kept.insert(0, (key, stack.clone()));
@@ -90,9 +101,23 @@ impl PatternCache {
 /// Patterns that boil into each other, made when they are first used.
 #[derive(Debug)]
 pub struct PatternStack {
+    single: Arc<SinglePatterns>,
+    looks: [usize; 2],
+    pairs: [OnceLock<[IntensityPattern; 2]>; STACK_PATTERNS / 2],
+}
+
+/// One pattern less its mean of 1, `[fine rows, TILE]`, for light from the surface and from below.
+#[derive(Debug)]
+struct IntensityPattern {
+    surface: Arc<[f32]>,
+    volume: Arc<[f32]>,
+}
+
+/// Patterns of one look.
+#[derive(Debug)]
+struct SinglePatterns {
     pupil: Pupil,
     law: SpeckleLaw,
-    looks: [usize; 2],
     /// Grain that the patterns have [px].
     grain: f64,
     fine: usize,
@@ -100,38 +125,49 @@ pub struct PatternStack {
     /// Pairs of unlike patterns, after which they begin again.
     unlike_pairs: usize,
     /// Two patterns each, since one transform makes two.
-    pairs: [OnceLock<[IntensityPattern; 2]>; STACK_PATTERNS / 2],
+    pairs: [OnceLock<[Arc<[f32]>; 2]>; STACK_PATTERNS / 2],
 }
 
-/// One pattern less its mean of 1, `[fine rows, TILE]`, for light from the surface and from below.
-#[derive(Debug)]
-struct IntensityPattern {
-    surface: Vec<f32>,
-    volume: Vec<f32>,
-}
-
-impl PatternStack {
-    pub(super) fn new(grain: f64, law: SpeckleLaw, looks: [usize; 2], stream: Stream) -> Self {
+impl SinglePatterns {
+    fn new(grain: f64, law: SpeckleLaw, unlike_pairs: usize, stream: Stream) -> Self {
         // Two samples a grain hold the intensity (Nyquist).
         let fine = ((2.0 / grain).ceil() as usize).clamp(MIN_FINE_ROWS, MAX_FINE_ROWS);
         let grain = grain.max(2.0 / fine as f64);
         let rows = fine * if fine > MAX_FINE_ROWS_OF_SQUARE_PATTERN { TILE / 2 } else { TILE };
         let pupil = Pupil::new([TILE * fine, rows], grain * fine as f64, stream);
-        let unlike_pairs = STACK_PATTERNS / 2;
-        Self { pupil, law, looks, grain, fine, rows, unlike_pairs, pairs: Default::default() }
+        Self { pupil, law, grain, fine, rows, unlike_pairs, pairs: Default::default() }
+    }
+
+    fn pair(&self, number: usize) -> &[Arc<[f32]>; 2] {
+        self.pairs[number].get_or_init(|| {
+            let shifts = [0, 1].map(|i| (2 * number + i) * self.pupil.phase_rows() / STACK_PATTERNS);
+            gather(&self.pupil, shifts, self.law, self.fine).map(Arc::from)
+        })
+    }
+}
+
+impl PatternStack {
+    #[cfg(test)]
+    pub(super) fn new(grain: f64, law: SpeckleLaw, looks: [usize; 2], stream: Stream) -> Self {
+        Self::averaging(Arc::new(SinglePatterns::new(grain, law, STACK_PATTERNS / 2, stream)), looks)
+    }
+
+    fn averaging(single: Arc<SinglePatterns>, looks: [usize; 2]) -> Self {
+        Self { single, looks, pairs: Default::default() }
     }
 
     /// Patterns without contrast, which take no transform.
     pub(super) fn even(law: SpeckleLaw) -> Self {
-        let stack = Self::new(1.0, law, [1, 1], Stream::root(0));
-        let light = || vec![0.0; stack.rows * TILE];
-        let even = || IntensityPattern { surface: light(), volume: light() };
-        Self { pairs: std::array::from_fn(|_| OnceLock::from([even(), even()])), ..stack }
+        let single = SinglePatterns::new(1.0, law, 1, Stream::root(0));
+        let light: Arc<[f32]> = vec![0.0; single.rows * TILE].into();
+        let even = || IntensityPattern { surface: light.clone(), volume: light.clone() };
+        let pairs = std::array::from_fn(|_| OnceLock::from([even(), even()]));
+        Self { single: Arc::new(single), looks: [1, 1], pairs }
     }
 
     /// Grain of the patterns: the nearest step to what was asked for, and no less than the finest pattern holds [px].
     pub fn grain(&self) -> f64 {
-        self.grain
+        self.single.grain
     }
 
     /// Looks (independent patterns averaged), for light from the surface and from below.
@@ -141,41 +177,45 @@ impl PatternStack {
 
     /// Fine rows of a pixel.
     pub fn fine(&self) -> usize {
-        self.fine
+        self.single.fine
     }
 
     /// Fine rows after which a pattern repeats.
     pub fn rows(&self) -> usize {
-        self.rows
+        self.single.rows
     }
 
     /// Fine row `row` of pattern number `pattern`, both of which wrap around, less its mean of 1: for light from the
     /// surface and from below.
     pub fn row(&self, pattern: i64, row: i64) -> [&[f32; TILE]; 2] {
-        self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows as i64) as usize)
+        self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows() as i64) as usize)
     }
 
     /// [`Self::row`] for numbers within the stack.
     #[inline(always)]
     pub(super) fn at(&self, pattern: usize, row: usize) -> [&[f32; TILE]; 2] {
-        let pair = (pattern / 2) % self.unlike_pairs;
+        let pair = (pattern / 2) % self.single.unlike_pairs;
         let IntensityPattern { surface, volume } = &self.pairs[pair].get_or_init(|| self.pair(pair))[pattern % 2];
         let start = row * TILE;
         [surface, volume].map(|light| light[start..].first_chunk().expect("rows have TILE columns"))
     }
 
     fn pair(&self, number: usize) -> [IntensityPattern; 2] {
-        let shifts = [0, 1].map(|i| (2 * number + i) * self.pupil.phase_rows() / STACK_PATTERNS);
-        let patterns = gather(&self.pupil, shifts, self.law, self.fine);
-        patterns
-            .map(|pattern| IntensityPattern { surface: self.averaged(&pattern, 0), volume: self.averaged(&pattern, 1) })
+        self.single
+            .pair(number)
+            .each_ref()
+            .map(|pattern| IntensityPattern { surface: self.averaged(pattern, 0), volume: self.averaged(pattern, 1) })
     }
 
     /// Mean of a pattern and its mirror images, each at another offset, so that they are uncorrelated everywhere and
     /// keep the distribution, the correlation and the boiling of the pattern; `which` is 0 for light from the surface,
     /// 1 from below.
-    fn averaged(&self, pattern: &[f32], which: usize) -> Vec<f32> {
-        let (looks, rows) = (self.looks[which], self.rows);
+    fn averaged(&self, pattern: &Arc<[f32]>, which: usize) -> Arc<[f32]> {
+        let (looks, rows) = (self.looks[which], self.single.rows);
+        // The first image of light from the surface is the pattern itself.
+        if looks == 1 && which == 0 {
+            return pattern.clone();
+        }
         let mut mean = vec![0.0f32; pattern.len()];
         for image in 0..looks {
             // Light from below has images of its own.
@@ -191,7 +231,7 @@ impl PatternStack {
             }
         }
         mean.iter_mut().for_each(|sum| *sum /= looks as f32);
-        mean
+        mean.into()
     }
 }
 
@@ -207,6 +247,8 @@ mod tests {
         let first = get(0.335);
         assert!(Arc::ptr_eq(&first, &get(0.336)), "a grain of the same step has the same stack");
         assert_eq!(first.looks(), [1, 4]);
+        let others = tiles.get(0.335, SpeckleLaw::Exponential, [2.0, 1.0]);
+        assert!(Arc::ptr_eq(&first.single, &others.single), "looks of the same light share its patterns");
         let row = *first.row(3, 17)[0];
         for i in 0..2 * MAX_CACHED_STACKS {
             get(0.5 + 0.1 * i as f64);

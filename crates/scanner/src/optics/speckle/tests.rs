@@ -1,7 +1,6 @@
 //! Patterns against closed forms: law, correlation, stack, pixels.
 
 use procedural::Stream;
-use rustfft::FftPlannerScalar;
 
 use super::contrast;
 use super::pupil::{Pupil, TILE};
@@ -12,9 +11,7 @@ const PHYSICAL: SpeckleLaw = SpeckleLaw::Exponential;
 
 /// Intensity of a square pattern of mean 1 whose phases have moved by `shift`, `[side, side]`.
 fn intensity(side: usize, grain: f64, shift: usize, stream: Stream) -> Vec<f64> {
-    let transform = Pupil::new([side; 2], grain, stream).row_transform(shift);
-    let mut light = vec![0.0f32; side * side];
-    transform.rows(0, &mut light, &mut Vec::new(), &mut FftPlannerScalar::new());
+    let light = Pupil::new([side; 2], grain, stream).intensity(shift);
     let mean = light.iter().map(|v| f64::from(*v)).sum::<f64>() / light.len() as f64;
     light.iter().map(|v| f64::from(*v) / mean).collect()
 }
