@@ -349,6 +349,14 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
     generate::note(&loaded.recipe, console);
     crate::generate::MemoryEstimate::of_preview(&loaded.recipe).check()?;
     let seed = loaded.seed(arguments.seed);
+    if let Some(dataset) = loaded.dataset.as_ref().filter(|dataset| arguments.index >= dataset.head().samples) {
+        let samples = progress::counted(dataset.head().samples, "sample");
+        console.note(&format!(
+            "{} has {samples}: number {} is the one that it would have if it were continued",
+            dataset.root().display(),
+            arguments.index
+        ));
+    }
     generate::tell(&crate::generate::sample_warnings(&loaded.recipe, seed, arguments.index), console);
     let picture = {
         let progress = Progress::new(console, "profiles", Some(loaded.recipe.size().profiles as u64));

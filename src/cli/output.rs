@@ -92,7 +92,16 @@ const OTHER_PICTURES: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "bmp", "gif", "
 
 /// Parser of an argument that names a folder.
 pub(super) fn folder() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path: PathBuf| refuse_standard_output(path, "folder"))
+    PathBufValueParser::new().try_map(|path: PathBuf| {
+        if has_ending(&path, "png") || OTHER_PICTURES.iter().any(|picture| has_ending(&path, picture)) {
+            let folder = path.with_extension("");
+            return Err(format!(
+                "this is a folder and no picture: name it without an ending, for instance {}",
+                folder.display()
+            ));
+        }
+        refuse_standard_output(path, "folder")
+    })
 }
 
 /// Parser of an argument that names a file with this ending, or without one.

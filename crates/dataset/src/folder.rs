@@ -46,7 +46,12 @@ impl Dataset {
         if let Some(old) = &old {
             let reasons = differences::reasons_to_refuse(old, &new);
             if !reasons.is_empty() {
-                let remedy = "choose another folder, or run the recipe, seed and program that began this one";
+                let only_size = reasons.iter().all(|reason| reason.starts_with("samples_per_shard"));
+                let remedy = if only_size {
+                    "leave out --samples-per-shard, which a dataset keeps from its beginning, or choose another folder"
+                } else {
+                    "choose another folder, or run the recipe, seed and program that began this one"
+                };
                 return Err(unusable(path, reasons.join("; "), remedy));
             }
             new.samples = new.samples.max(old.samples);

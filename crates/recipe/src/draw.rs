@@ -70,8 +70,8 @@ impl Recipe {
 
     fn split_at(&self, seed: u64, rotation: &ClassRotation, index: u64) -> Split {
         let class = rotation.class(index);
-        let stream = self.streams(seed).child("split").child(&self.classes[class].name);
-        balance::split(self.settings.splits(), stream, rotation.rank(class, index))
+        let stream = self.streams(seed).child("split");
+        balance::split(self.settings.splits(), stream, class, rotation.rank(class, index))
     }
 
     fn rotation(&self, seed: u64) -> ClassRotation {

@@ -241,6 +241,20 @@ impl<'a> Facts<'a> {
         ]
     }
 
+    /// Whether the window of the centre of gravity cuts the line.
+    fn is_wider_than_window(&self) -> bool {
+        self.window_rows() < 4.0 * self.line_px
+    }
+
+    fn wide_line(&self) -> String {
+        let (window, width) = (self.window_rows(), 4.0 * self.line_px);
+        format!("the window of {window:.0} rows cuts the line, which is {width:.1} rows wide at 1/e^2")
+    }
+
+    fn window_rows(&self) -> f64 {
+        (2 * self.scene.extraction.window_rows + 1) as f64
+    }
+
     fn warnings(&self) -> Vec<String> {
         let motion = &self.scene.bench.motion;
         let mut warnings = Vec::new();
@@ -268,8 +282,8 @@ impl<'a> Facts<'a> {
         warn(
             self.peak < DIM_PEAK,
             format!(
-                "a white surface peaks at {:.0} % of saturation: lengthen exposure.time_us or raise laser.power_mw",
-                100.0 * self.peak
+                "a white surface peaks at {} of saturation: lengthen exposure.time_us or raise laser.power_mw",
+                percent(self.peak)
             ),
         );
         warn(
@@ -280,15 +294,7 @@ impl<'a> Facts<'a> {
                 self.line_px
             ),
         );
-        let window = (2 * self.scene.extraction.window_rows + 1) as f64;
-        warn(
-            window < 4.0 * self.line_px,
-            format!(
-                "the window of {window:.0} rows cuts the line, which is {:.1} rows wide at 1/e^2: raise \
-                 extraction.window_rows",
-                4.0 * self.line_px
-            ),
-        );
+        warn(self.is_wider_than_window(), format!("{}: raise extraction.window_rows", self.wide_line()));
         warn(
             self.travel_px > MUCH_TRAVEL_PX,
             format!("the line moves {:.1} rows in an exposure: shorten exposure.time_us", self.travel_px),
@@ -305,4 +311,11 @@ impl<'a> Facts<'a> {
         );
         warnings
     }
+}
+
+/// A share in per cent, with digits enough to differ from none.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    let digits = if percent > 0.0 { (1.0 - libm::log10(percent).floor()).clamp(0.0, 9.0) as usize } else { 0 };
+    format!("{percent:.digits$} %")
 }

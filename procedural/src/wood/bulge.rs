@@ -3,10 +3,11 @@
 //! Models: t is the radius that the trunk had when a point grew [mm]; annual rings are its level sets. Far from knots t
 //! is the distance r from the pith. Near a knot trunk and branch merge by a smooth minimum of their times,
 //!   smin(1, x) = (1 + x^-k)^(-1/k),  k = 3.25 - 0.8 (x - 1) / (x - 0.7),
-//! with x >= 1 the distance from the axis over the knot's half width (measured 1.6 times shorter along the grain), and
+//! with x the distance from the axis over the knot's half width, 1 on its outline and beyond it measured 1.6 times shorter
+//! along the grain, and
 //!   t = r - f h w (1 - smin),  w = (1 - u^2)^3,  u = (x - 1) / 3,  h = 2.5 half widths.
-//! The slope of t, which is the fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg four half
-//! widths along the grain from its axis, and without a step to 0 at x = 4.
+//! The slope of t, which is the fibre's dive on a flat-sawn face, falls steadily from 21 deg at the knot to 3 deg three half
+//! widths along the grain from its outline, and without a step to 0 at x = 4.
 //! After the branch's death f falls from 1 to -1/2: rings stop bulging outwards and bend in around the stub.
 //! Source: Larsson et al. (2022) for the merging and f. Their k falls by 1.75 instead of 0.8, and their bulge scales with the
 //! trunk's radius; here it scales with the knot's and ends sooner, so that small knots bend few rings.
@@ -18,6 +19,10 @@ pub(super) const REACH: f32 = 4.0;
 const FADE_FROM: f32 = 1.5;
 /// The disturbance is longer along the grain than across by this [1]; chosen by eye on flat-sawn spruce.
 pub(super) const ASPECT: f32 = 1.6;
+/// What that leaves of a square along the grain [1].
+pub(super) const SHORTEN: f32 = 1.0 / (ASPECT * ASPECT);
+/// Distance from the axis within which only the branch has fibres, whatever its outline's wobble [half widths].
+const INSIDE: f32 = 0.8;
 /// Height of the merging over the knot's half width [1]; the bulge at the knot is a fifth of it.
 const HEIGHT: f32 = 2.5;
 /// Growth of the trunk after the branch's death at which bulging turns into bending in [mm]: an eighth of 120 mm.
@@ -32,6 +37,37 @@ pub(super) struct Bulge {
     table: Vec<[f32; 3]>,
     /// One over the depth at the knot's outline [1].
     per_rim: f32,
+}
+
+/// Where a point lies in the bulge of a knot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BulgePlace {
+    /// Distance from the axis: 1 on the outline all around, from where it grows by [`ASPECT`] more slowly along the grain
+    /// [half widths].
+    pub x: f32,
+    /// Slope of x over the offset from the axis, times x: parts of that offset, and of the offset shortened along the grain
+    /// [1 / half width].
+    pub steepness: [f32; 2],
+    /// Slope of x over the half width's logarithm, times -x [1].
+    pub widened: f32,
+}
+
+impl BulgePlace {
+    /// At `whole` half widths from the axis, which are `shortened` where lengths along the grain count less.
+    #[inline]
+    pub fn of(whole: f32, shortened: f32) -> Self {
+        // Within the outline, wobble and all, nothing but the branch has a fibre: there x is even in scale.
+        if whole < INSIDE {
+            let (on_whole, on_shortened) = (1.0 / INSIDE, 1.0 - 1.0 / INSIDE);
+            let x = on_whole * whole + on_shortened * shortened;
+            let steepness = [x * on_whole / whole.max(f32::EPSILON), x * on_shortened / shortened.max(f32::EPSILON)];
+            return Self { x, steepness, widened: x * x };
+        }
+        let per_whole = 1.0 / whole;
+        let x = 1.0 + shortened - shortened * per_whole;
+        let steepness = [x * shortened * per_whole * per_whole * per_whole, x * (1.0 - per_whole) / shortened];
+        Self { x, steepness, widened: x * shortened }
+    }
 }
 
 /// The merging at one distance from the axis.
@@ -127,7 +163,7 @@ mod tests {
         let dive = |x: f32| (HEIGHT / ASPECT * bulge.at(x).slope_over_x * x).abs().atan().to_degrees();
         let dives: Vec<f32> = (0..=60).map(|i| dive(1.0 + 0.05 * (i as f32 - 0.01).max(0.1))).collect();
         assert!(dives.windows(2).all(|w| w[1] < w[0] && w[0] - w[1] < 1.5), "an outline shows: {dives:?}");
-        assert!(dives[0] < 25.0 && dive(4.0 / ASPECT) < 4.0 && dive(3.0) < 2.0, "{dives:?}");
+        assert!(dives[0] < 25.0 && dive(1.0 + 3.0 / ASPECT) < 3.5 && dive(3.0) < 2.0, "{dives:?}");
     }
 
     #[test]

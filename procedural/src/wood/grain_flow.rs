@@ -21,7 +21,7 @@ pub(super) const SLOWEST: f32 = 0.35;
 
 /// Half width of the seam along the oval's axis where fibres that parted come together again [half width]: a point would
 /// turn them within less than a fibre's width.
-const SEAM: f32 = 0.3;
+const SEAM: f32 = 0.7;
 
 /// A Rankine oval of half width 1.
 #[derive(Debug, Clone)]

@@ -3,14 +3,16 @@
 //! Models: time of growth t as the distance from the pith with a slight waviness, less the bulges around knots; fibres
 //! that follow the pith, turned by the spiral grain, pushed aside by the flow around every knot, and then laid into the
 //! growth surface t = const, f = normalise(f0 - (f0 n) n) with n along grad t. Inside a branch fibres run along its
-//! axis. Fibres that come up the stem bend outwards into a living branch from below; on its flanks they pass by, above it
-//! the bulge lets them dive under it, and there, as all around a dead one, branch and stem meet without a passage.
-//! Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and `flow` for the rest.
-//! Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own.
+//! axis. Branch and stem meet without a passage: tissues of both are laid over each other by turns, year after year (Shigo
+//! 1985), and where fibres were let turn from one into the other they passed the angle at which guided light meets the
+//! camera, and each sound knot had the same bright rim.
+//! Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and `grain_flow` for the rest.
+//! Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own; fibres that bend out of
+//! the stem into a living branch from below do so within its outline, at once.
 
 use glam::{Vec2, Vec3};
 
-use super::bulge::{ASPECT, Bulge, REACH, height};
+use super::bulge::{Bulge, BulgePlace, REACH, SHORTEN, height};
 use super::grain_flow::{Oval, SLOWEST};
 use super::knot::{Knot, KnotDistance, KnotSection};
 use super::parameters::Wood;
@@ -26,14 +28,12 @@ const WAVES_PER_RAD: f32 = 3.0;
 const WAVE_MM: f32 = 120.0;
 /// Largest spiral grain [rad].
 const SPIRAL_LIMIT: f32 = 10.0 * std::f32::consts::PI / 180.0;
-/// Distance from a living branch's axis over which fibres pass into it straight below it [half widths].
-const BLEND: [f32; 2] = [0.75, 1.6];
-/// Cosine of the angle from the direction down the stem over which that passage opens [1].
-const BELOW: [f32; 2] = [0.1, 0.8];
 /// Distance from a living branch's axis over which its medium begins [half widths].
 const RIND: [f32; 2] = [0.94, 1.04];
 /// Outlines are looked at within this distance [half widths].
 const OUTLINE_REACH: f32 = 1.85;
+/// Width of the passage from the stream's speed to the slowest one [1].
+const FLOOR_ROUNDING: f32 = 0.3;
 /// How far fibre bundles follow the streamlines [1]; less than 1, or the tips of the oval would hold a single bundle.
 const FOLLOW: f32 = 0.85;
 
@@ -120,22 +120,25 @@ impl Growth {
             let section = knot.section(distance.get_or_insert_with(|| KnotDistance::new(r)));
             let a = section.half_width;
             let offset = Vec2::new(r * wrap(place.phi - section.phi), place.l - section.l);
-            let shorten = knot.cos_slope / ASPECT;
-            let square = offset.x * offset.x + (shorten * offset.y).powi(2);
-            if square >= REACH * REACH * a * a {
+            let (across, along) = (offset.x * offset.x, (knot.cos_slope * offset.y).powi(2));
+            if across + along * SHORTEN >= REACH * REACH * a * a {
                 continue;
             }
-            let x = square.sqrt() / a;
-            let merge = self.bulge.at(x);
+            let bulging = BulgePlace::of((across + along).sqrt() / a, (across + along * SHORTEN).sqrt() / a);
+            if bulging.x >= REACH {
+                continue;
+            }
+            let merge = self.bulge.at(bulging.x);
             let (h, h_slope) = height(a, section.widening, r - knot.death);
             t -= h * merge.depth;
-            let drift = offset.x * (offset.x / r - section.turn) - shorten * shorten * offset.y * section.slope;
-            let steep = h * merge.slope_over_x / (a * a);
-            slope -= Vec3::new(
-                h_slope * merge.depth + steep * (drift - x * x * a * section.widening),
-                steep * offset.x,
-                steep * shorten * shorten * offset.y,
-            );
+            let steep = bulging.steepness.map(|part| h * merge.slope_over_x * part / (a * a));
+            let steep_across = steep[0] + steep[1];
+            let steep_along = (steep[0] + steep[1] * SHORTEN) * knot.cos_slope * knot.cos_slope;
+            let drift =
+                steep_across * offset.x * (offset.x / r - section.turn) - steep_along * offset.y * section.slope;
+            let widening = bulging.widened * h * merge.slope_over_x * section.widening / a;
+            slope -=
+                Vec3::new(h_slope * merge.depth + drift - widening, steep_across * offset.x, steep_along * offset.y);
             let rise = offset.y * knot.cos_slope;
             let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
             let disturbance = self.oval.disturb(turned);
@@ -155,7 +158,7 @@ impl Growth {
         }
         let normal_across = slope.x * place.outward + slope.y * around;
         let normal = normal_across.extend(slope.z - place.pith_slope.dot(normal_across));
-        let stream = Vec2::new(stream.x.max(SLOWEST), stream.y);
+        let stream = Vec2::new(not_below(stream.x, SLOWEST), stream.y);
         let (along, aside) = (stream.x * cos + stream.y * sin, stream.y * cos - stream.x * sin);
         let free = (along * place.pith_slope + aside * around).extend(along);
         let laid = free - normal * (free.dot(normal) / normal.length_squared());
@@ -182,23 +185,10 @@ impl Branch<'_> {
         if self.dead { f32::from(self.x < 1.0) } else { 1.0 - smoothstep(RIND[0], RIND[1], self.x) }
     }
 
-    /// How far the fibre here has turned from the stem's into the branch's [1]: gradually straight below a living branch,
-    /// less and less so towards its flanks, at once elsewhere.
-    #[inline]
-    fn joined(&self) -> f32 {
-        let apart = f32::from(self.x < 1.0);
-        if self.dead || self.below <= BELOW[0] {
-            return apart;
-        }
-        let together = 1.0 - smoothstep(BLEND[0], BLEND[1], self.x);
-        apart + smoothstep(BELOW[0], BELOW[1], self.below) * (together - apart)
-    }
-
     /// The fibre here, given that of the trunk around.
     #[inline]
     fn fibre(&self, trunk: Vec3, place: &LogPoint) -> Vec3 {
-        let share = self.joined();
-        if share == 0.0 {
+        if self.x >= 1.0 {
             return trunk;
         }
         // Lines that keep their place in the widening branch.
@@ -206,8 +196,15 @@ impl Branch<'_> {
         let around = self.section.turn + self.offset.x * spread;
         let along = self.section.slope + self.offset.y * spread;
         let axis = place.outward + around * place.around() + along * place.pith_slope;
-        trunk.lerp(axis.extend(along).normalize(), share).normalize_or(trunk)
+        axis.extend(along).normalize()
     }
+}
+
+/// The larger of both without a kink, which fibres would show as a point from which they fan out.
+#[inline]
+fn not_below(speed: f32, slowest: f32) -> f32 {
+    let above = speed - slowest;
+    slowest + 0.5 * (above + (above * above + FLOOR_ROUNDING * FLOOR_ROUNDING).sqrt())
 }
 
 /// An angle brought within half a turn of 0 [rad].

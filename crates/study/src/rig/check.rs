@@ -12,7 +12,7 @@ use std::cell::LazyCell;
 
 use rayon::prelude::*;
 
-use super::{DIM_PEAK, Facts};
+use super::{DIM_PEAK, Facts, percent};
 use bench::settings::{Movement, SensorStack, Transport};
 use dataset::shares::{LEAST_IN_VIEW, SampleShares, Shortfall};
 use pipeline::{body, field, render_profiles, set_up};
@@ -147,10 +147,20 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
                     "its surface lies at {:.1} to {:.1} mm, and every column measures {:.1} to {:.1} mm",
                     heights.low, heights.high, facts.heights_mm[0], facts.heights_mm[1]
                 )),
-                "raise camera.rows or camera.distance_mm, or lower camera.tilt_deg".to_owned(),
+                format!(
+                    "raise camera.rows or camera.distance_mm or lower camera.tilt_deg; or bring the surface there by \
+                     {}",
+                    height_keys(&scene)
+                ),
+            ),
+            Shortfall::HardlyMeasured if facts.is_wider_than_window() => (
+                Some(facts.wide_line()),
+                "bring the line into focus (camera.scheimpflug: solved, laser.waist_height_mm near the surface), or raise \
+                 extraction.window_rows"
+                    .to_owned(),
             ),
             Shortfall::HardlyMeasured if facts.peak < DIM_PEAK => (
-                Some(format!("a white surface peaks at {:.1} % of saturation", 100.0 * facts.peak)),
+                Some(format!("a white surface peaks at {} of saturation", percent(facts.peak))),
                 "lengthen exposure.time_us or raise laser.power_mw, or lower extraction.threshold_dn".to_owned(),
             ),
             Shortfall::Saturated if facts.peak > 1.0 => (
@@ -210,6 +220,16 @@ impl ObjectHeights {
             }
         }
         Self { low, high, seen_share: if all == 0 { f64::NAN } else { seen as f64 / all as f64 } }
+    }
+}
+
+/// The keys that set how high the object's surface lies.
+fn height_keys(scene: &Scene) -> &'static str {
+    match scene.plan.subject() {
+        Subject::Wood => "board.thickness_mm",
+        Subject::Blister => "pocket.headroom_mm and tablet.thickness_mm",
+        Subject::Sawtooth => "sawtooth.base_mm and sawtooth.depth_mm",
+        Subject::Mesh => "mesh.lift_mm and mesh.unit_mm",
     }
 }
 
