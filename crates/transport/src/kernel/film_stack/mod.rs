@@ -24,6 +24,8 @@ mod spectrum;
 pub mod table;
 mod underlayer;
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 use multiversion::multiversion;
 use procedural::{Film, Medium};
@@ -101,6 +103,12 @@ struct FilmFlow {
 impl FilmStackKernel {
     /// Ready for any stack.
     pub fn new() -> Self {
+        static READY: LazyLock<FilmStackKernel> = LazyLock::new(FilmStackKernel::make);
+        READY.clone()
+    }
+
+    /// The fit of widths takes milliseconds, as much as a small sample's profiles.
+    fn make() -> Self {
         let medium = Medium::isotropic(0.0, 1.0, 1.53, procedural::Gloss::NONE);
         Self {
             films: FilmTable::of(medium.n_eff),
