@@ -112,9 +112,9 @@ pub const CHANNELS: [Channel; 11] = [
         ("FibreDive", "truth_maps", "wood"),
         SampleType::Half,
         "deg",
-        "0 to 90",
+        "-90 to 90",
         "NaN",
-        "Angle of the fibre against the surface.",
+        "Angle by which the fibre, followed along `FibreAzimuth`, runs below the surface; where it rises, below 0.",
         "rounded by at most 0.03 deg",
     ),
     channel(

@@ -44,7 +44,7 @@ pub enum Below {
     Fibre {
         /// Angle of the fibre in the surface against the scan direction, positive towards +x [deg], in (-90, 90].
         azimuth: Vec<f32>,
-        /// Angle of the fibre against the surface [deg], in [0, 90].
+        /// Angle by which its end towards the scan direction runs below the surface [deg], in [-90, 90].
         dive: Vec<f32>,
     },
     /// A pack.

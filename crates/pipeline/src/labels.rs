@@ -60,7 +60,7 @@ pub(crate) fn fibre_row(hits: &[Hit], [height, azimuth, dive]: [&mut [f32]; 3]) 
             // A fibre is an axis without sign: the end that points along the scan gives the angle.
             let sign = if along.y < 0.0 { -1.0 } else { 1.0 };
             let azimuth = atan2(sign * along.x, sign * along.y).to_degrees();
-            (hit.surface.z, azimuth, atan2(rise.abs(), along.length()).to_degrees())
+            (hit.surface.z, azimuth, atan2(-sign * rise, along.length()).to_degrees())
         };
     }
 }
@@ -94,6 +94,47 @@ pub(crate) struct Binning {
     pub columns: usize,
     /// Rows of a group [px].
     pub rows: usize,
+}
+
+/// Products of a fibre's components, which are the same for both of its ends: with f across, along the scan and up,
+/// f_y^2 - f_x^2, 2 f_x f_y, -2 f_x f_z, -2 f_y f_z and f_z^2 [1].
+struct FibreProducts([Vec<f32>; 5]);
+
+impl FibreProducts {
+    fn of(azimuth: &[f32], dive: &[f32]) -> Self {
+        let product = |of: fn([f32; 4]) -> f32| -> Vec<f32> {
+            let pairs = azimuth.iter().zip(dive).map(|(azimuth, dive)| {
+                let ((sin, cos), (down, level)) =
+                    (libm::sincosf(azimuth.to_radians()), libm::sincosf(dive.to_radians()));
+                of([sin, cos, down, level])
+            });
+            pairs.collect()
+        };
+        Self([
+            product(|[sin, cos, _, level]| level * level * (cos * cos - sin * sin)),
+            product(|[sin, cos, _, level]| 2.0 * level * level * sin * cos),
+            product(|[sin, _, down, level]| 2.0 * level * sin * down),
+            product(|[_, cos, down, level]| 2.0 * level * cos * down),
+            product(|[_, _, down, _]| down * down),
+        ])
+    }
+
+    fn map(self, mean: impl Fn(Vec<f32>) -> Vec<f32>) -> Self {
+        Self(self.0.map(mean))
+    }
+
+    /// Azimuth and dive [deg] of fibres of such products; where their ends are taken along the scan.
+    fn angles(&self) -> (Vec<f32>, Vec<f32>) {
+        let [cos, sin, across, along, steep] = &self.0;
+        let angles = |i: usize| {
+            let azimuth = 0.5 * atan2(sin[i], cos[i]);
+            // Twice the dive has these two for sine and cosine.
+            let (sine, cosine) = libm::sincosf(azimuth);
+            let twice = [across[i] * sine + along[i] * cosine, libm::hypotf(cos[i], sin[i]) - steep[i]];
+            (azimuth.to_degrees(), 0.5 * atan2(twice[0], twice[1]).to_degrees())
+        };
+        (0..cos.len()).map(angles).unzip()
+    }
 }
 
 impl Binning {
@@ -150,12 +191,10 @@ impl Binning {
         let mean = |map: Vec<f32>| self.mean(map, f32::NAN, |v| !v.is_nan());
         let below = match truth.below {
             Below::Fibre { azimuth, dive } => {
-                // An azimuth is an axis: its double is a direction, and directions are averaged as vectors.
-                let part =
-                    |f: fn(f32) -> f32| -> Vec<f32> { azimuth.iter().map(|&a| f((2.0 * a).to_radians())).collect() };
-                let (cos, sin) = (mean(part(libm::cosf)), mean(part(libm::sinf)));
-                let azimuth = cos.iter().zip(&sin).map(|(c, s)| 0.5 * atan2(*s, *c).to_degrees()).collect();
-                Below::Fibre { azimuth, dive: mean(dive) }
+                // Both ends of a fibre are alike: what does not tell them apart, products of its components, is averaged.
+                let products = FibreProducts::of(&azimuth, &dive).map(mean);
+                let (azimuth, dive) = products.angles();
+                Below::Fibre { azimuth, dive }
             }
             Below::Film { thickness, gap } => Below::Film { thickness: mean(thickness), gap: mean(gap) },
             Below::Solid(subject) => Below::Solid(subject),
@@ -302,11 +341,27 @@ mod tests {
     }
 
     #[test]
-    fn azimuth_is_averaged_as_an_axis() {
-        let below = Below::Fibre { azimuth: vec![89.0, -89.0], dive: vec![10.0, f32::NAN] };
-        let binned = Binning { cols: 2, columns: 2, rows: 1 }.truth(TruthMaps { height: vec![1.0, 3.0], below });
-        let Below::Fibre { azimuth, dive } = binned.below else { panic!("no fibres") };
-        assert!((azimuth[0].abs() - 90.0).abs() < 1e-3, "{}", azimuth[0]);
-        assert_eq!((binned.height[0], dive[0]), (2.0, 10.0));
+    fn fibres_are_averaged_as_axes() {
+        let nan = f32::NAN;
+        for (pair, mean) in [
+            // Across the scan the azimuth jumps, and the dive's sign with it: these fibres are 2 degrees apart.
+            ([[89.0, 10.0], [-89.0, -10.0]], [90.0, 10.0]),
+            ([[0.0, 89.0], [0.0, -89.0]], [0.0, 90.0]),
+            ([[20.0, 10.0], [40.0, 10.0]], [30.0, 10.0]),
+            ([[5.0, -30.0], [5.0, 10.0]], [5.0, -10.0]),
+            ([[20.0, 10.0], [nan, nan]], [20.0, 10.0]),
+        ] {
+            let map = |part: usize| pair.map(|angles| angles[part]).to_vec();
+            let below = Below::Fibre { azimuth: map(0), dive: map(1) };
+            let binned = Binning { cols: 2, columns: 2, rows: 1 }.truth(TruthMaps { height: vec![1.0, 3.0], below });
+            let Below::Fibre { azimuth, dive } = binned.below else { panic!("no fibres") };
+            let axis = |[azimuth, dive]: [f32; 2]| {
+                let (azimuth, dive) = (azimuth.to_radians(), dive.to_radians());
+                glam::Vec3::new(azimuth.sin() * dive.cos(), azimuth.cos() * dive.cos(), -dive.sin())
+            };
+            let alike = axis([azimuth[0], dive[0]]).dot(axis(mean)).abs();
+            assert!(alike > 0.9998, "{pair:?}: {} and {} in place of {mean:?}", azimuth[0], dive[0]);
+            assert_eq!(binned.height[0], 2.0);
+        }
     }
 }

@@ -161,8 +161,7 @@ fn range(channel: &str, head: &DatasetHead) -> ((f32, f32), bool) {
         "Reflectance" => ((0.0, most), true),
         "Y" => ((0.0, most), false),
         "Scatter" | "FilmGap" | "FilmThickness" => ((0.0, f32::MAX), true),
-        "FibreAzimuth" => ((-90.0, 90.0), true),
-        "FibreDive" => ((0.0, 90.0), true),
+        "FibreAzimuth" | "FibreDive" => ((-90.0, 90.0), true),
         _ => ((f32::MIN, f32::MAX), true),
     }
 }

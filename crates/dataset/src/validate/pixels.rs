@@ -90,7 +90,7 @@ pub(super) fn truth(
         let lines = lines.map_while(|(from, to)| Some((dive.get(from..to)?, instance.get(from..to)?)));
         let own = lines.flat_map(|(dive, instance)| dive.iter().zip(instance));
         let own = own.filter(|(dive, number)| i32::from(**number) == object.instance && !dive.is_nan());
-        let mut own: Vec<f32> = own.map(|(dive, _)| *dive).collect();
+        let mut own: Vec<f32> = own.map(|(dive, _)| dive.abs()).collect();
         if own.len() < KNOT_PX {
             continue;
         }
