@@ -22,7 +22,7 @@ pub mod wood;
 
 pub use arctangent::atan2;
 pub use body::Body;
-pub use medium::{Film, Gloss, Medium, WOOD_DISPERSION_DEG};
+pub use medium::{Film, Gloss, KERNEL_INDICES, KERNEL_LEAST_SHARE, Medium, WOOD_DISPERSION_DEG};
 pub use mesh::Mesh;
 pub use normal::normal;
 pub use parameter::Parameter;

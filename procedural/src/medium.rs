@@ -57,6 +57,10 @@ pub struct Medium {
 
 /// Dispersion of the fibres of clear wood, estimated [deg].
 pub const WOOD_DISPERSION_DEG: f32 = 5.0;
+/// Indices of refraction that the kernel's tables span [1].
+pub const KERNEL_INDICES: [f32; 2] = [1.0, 1.55];
+/// Least share of the isotropic part in the scattering of matter with fibres that they span [1].
+pub const KERNEL_LEAST_SHARE: f32 = 0.03;
 
 impl Medium {
     /// Clear wood by the class table of docs/wood.md, earlywood with its fibres along the motion, without gloss.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{DatasetRequest, dataset_head, in_flight, render_sample};
 use bench::settings::Transport;
-use dataset::{self, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
+use dataset::{self, DOCUMENTS_BYTES, Dataset, ROW_BYTES, TABLES_BYTES, estimated_bytes_per_sample};
 use recipe::Recipe;
 use scanner::optics::speckle::PatternCache;
 
@@ -99,7 +99,7 @@ impl GenerateEstimate {
 
     /// Size of what is to be made [bytes].
     pub fn bytes(&self) -> u64 {
-        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards)
+        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards + DOCUMENTS_BYTES)
     }
 
     /// Time that it takes.

@@ -295,3 +295,38 @@ fn the_schema_allows_what_the_program_does() {
         assert!(part.contains(row), "{row} is not in {part}");
     }
 }
+
+/// What lies beyond the kernel's tables is refused by name, and accepted where light is followed without tables.
+#[test]
+fn media_beyond_the_tables_of_the_kernel_are_refused() {
+    const PIECE: &str = "name: a\nsubject: sawtooth\nclasses: {a: {share: 1}}\n";
+    for (text, key, words) in [
+        (
+            text("media: {earlywood_sigma_i_per_mm: 0.3}"),
+            "media.earlywood_sigma_i_per_mm",
+            ["latewood", "2.6 %", "3 %"],
+        ),
+        (
+            text("media: {earlywood_k_per_mm: {uniform: [10, 70]}}"),
+            "media.earlywood_k_per_mm",
+            ["latewood", "2.5 %", "path"],
+        ),
+        (text("media: {rot_k_ratio: 5, rot_sigma_i_ratio: 1}"), "media.rot_k_ratio", ["rot", "2.2 %", "path"]),
+        (format!("{PIECE}material: {{n_eff: 1.6}}\n"), "material.n_eff", ["1.6", "1.55", "transport: path"]),
+        (format!("{PIECE}material: {{k_per_mm: 40}}\n"), "material.k_per_mm", ["2.4 %", "3 %", "lower k"]),
+    ] {
+        let accepted = Recipe::parse("path.yaml", &format!("{text}transport: path\n"));
+        assert!(accepted.is_ok(), "{text}{}", accepted.err().map(|error| error.to_string()).unwrap_or_default());
+        match Recipe::parse("bad.yaml", &text) {
+            Ok(_) => panic!("accepted: {text}"),
+            Err(RecipeError::Faulty(faults)) => {
+                assert_eq!(faults.list.len(), 1, "{faults}");
+                assert_eq!(faults.list[0].key, key, "{faults}");
+                for word in words {
+                    assert!(faults.to_string().contains(word), "{faults} lacks {word}");
+                }
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+}

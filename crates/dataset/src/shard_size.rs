@@ -11,6 +11,9 @@ pub const ROW_BYTES: u64 = 16_000;
 /// What schemas and footers of a shard's tables, and its manifest, take, on the large side [bytes].
 pub const TABLES_BYTES: u64 = 150_000;
 
+/// What a dataset's own documents take, on the large side: `dataset.json`, `croissant.json`, the card [bytes].
+pub const DOCUMENTS_BYTES: u64 = 220_000;
+
 /// Bytes for each pixel of a noisy scan, from `benches/write.rs`, rounded up.
 fn png_bytes(channel: Channel) -> f64 {
     match channel {

@@ -12,6 +12,7 @@ use glam::Vec3;
 use super::coefficients::Coefficients;
 use super::parameters::Wood;
 use crate::Stream;
+use crate::medium::KERNEL_INDICES;
 use crate::noise::{Noise, smoothstep};
 
 /// Cell of the front's noise across the fibre [mm].
@@ -23,8 +24,8 @@ const RIM_FACTOR: f32 = 1.5;
 
 /// Isotropic scattering stays above this where severity goes beyond the class table [mm^-1].
 const LEAST_SIGMA_I: f32 = 0.01;
-/// Effective indices lie between air and just above the cell wall's 1.55 [1].
-const INDICES: [f32; 2] = [1.0, 1.6];
+/// Effective indices lie between those of air and of the cell wall [1].
+const INDICES: [f32; 2] = KERNEL_INDICES;
 
 /// Decay of a board.
 #[derive(Debug, Clone)]

@@ -141,11 +141,11 @@ parameters! {
         /// The same in a knot and at its border, from where it falls to that of clear wood at four radii.
         knot_fibre_dispersion_deg: 3.0, 14.0, 11.0, "[E] see docs/wood.md";
         /// Effective refractive index of clear wood.
-        clear_n_eff: 1.0, 1.6, 1.18, "[C] density 420 kg/m3";
+        clear_n_eff: 1.0, 1.55, 1.18, "[C] density 420 kg/m3";
         /// Effective refractive index of knots.
-        knot_n_eff: 1.0, 1.6, 1.22, "[C]";
+        knot_n_eff: 1.0, 1.55, 1.22, "[C]";
         /// Effective refractive index of rot.
-        rot_n_eff: 1.0, 1.6, 1.15, "[C]";
+        rot_n_eff: 1.0, 1.55, 1.15, "[C]";
         /// Share of the surface that reflects like a dielectric facet.
         gloss: 0.0, 1.0, 0.3, "[C] 0.1 to 0.6";
     }

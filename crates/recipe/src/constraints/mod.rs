@@ -162,6 +162,7 @@ fn scene(yaml: &mut YamlReader, object: Object, scene: &DrawBounds) {
     motion::scene(yaml, object.settings, scene);
     laser::scene(yaml, object.settings, scene);
     postprocess::scene(yaml, object.settings, scene);
+    transport::media(yaml, object.subject, object.settings, scene);
 
     match object.subject {
         Some(Subject::Wood) => object::wood(yaml, scene),

@@ -5,7 +5,8 @@ use super::table::{CONE_BINS, DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
-use crate::stack::{Scattering, Stack, Substrate, WOOD_DISPERSION};
+use crate::stack::{Layer, Scattering, Stack, Substrate, WOOD_DISPERSION};
+use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 
 /// Light that left after about the same path.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +49,19 @@ pub enum KernelError {
     /// Fibres that lie straighter or more tangled than the table's.
     #[error("the kernel's table is for fibres dispersed by 3 to 14 degrees; use `--model path` for others")]
     Dispersion,
+    /// Matter denser than the table's.
+    #[error(
+        "the kernel's tables are for indices from 1 to 1.55, of films from 1.4 to 1.65; use `--model path` for others"
+    )]
+    Index,
+    /// Fibres with hardly anything between them.
+    #[error(
+        "the kernel's table is for fibres with an isotropic part of 3 % or more of the scattering; use `--model path` for less"
+    )]
+    Share,
+    /// Matter without fibres that sends light rather forwards or backwards.
+    #[error("the kernel's half spaces scatter evenly (g = 0); use `--model path` for another g")]
+    Anisotropy,
     /// Nothing that scatters.
     #[error("the kernel needs matter that scatters; use `--model path` for clear matter")]
     Clear,
@@ -167,6 +181,26 @@ pub(super) fn seen_from_above(stack: &Stack, question: &Question, steepest: f64)
     Ok(())
 }
 
+/// What is left of a number that was 32 bits wide on its way [1].
+const ROUNDING: f64 = 1e-6;
+
+/// Whether a layer's index is one that a table spans.
+pub(super) fn index_within(layer: &Layer, [least, most]: [f32; 2]) -> Result<(), KernelError> {
+    let spanned = f64::from(least) - ROUNDING..=f64::from(most) + ROUNDING;
+    if spanned.contains(&layer.n) { Ok(()) } else { Err(KernelError::Index) }
+}
+
+/// Largest mean cosine of what counts as even: it changes the middle row by 4 %, and 0.3 by 20 to 27 % [1].
+const MAX_EVEN_COSINE: f64 = 0.05;
+
+/// Whether a layer without fibres scatters as those do that the table was measured on.
+pub(super) fn scatters_evenly(layer: &Layer) -> Result<(), KernelError> {
+    match layer.scattering {
+        Scattering::Isotropic { mu_s, g } if mu_s > 0.0 && g.abs() > MAX_EVEN_COSINE => Err(KernelError::Anisotropy),
+        Scattering::Isotropic { .. } | Scattering::Fibres { .. } | Scattering::Tensor { .. } => Ok(()),
+    }
+}
+
 /// The half space as a surface point, and (sine, cosine) of the fibres' track against the motion.
 fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)), KernelError> {
     let [layer] = stack.layers.as_slice() else { return Err(KernelError::Layers) };
@@ -183,6 +217,11 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
     };
     if sigma_i + k <= 0.0 {
         return Err(KernelError::Clear);
+    }
+    index_within(layer, KERNEL_INDICES)?;
+    scatters_evenly(layer)?;
+    if sigma_i / (sigma_i + k) < f64::from(KERNEL_LEAST_SHARE) - ROUNDING {
+        return Err(KernelError::Share);
     }
     let dispersion_deg = dispersion.to_degrees() as f32;
     let [least, .., most] = DISPERSION_DEG;
@@ -209,4 +248,54 @@ fn texel(stack: &Stack, question: &Question) -> Result<(SurfacePoint, (f64, f64)
     let flat = (axis - entering * axis.dot(entering)).truncate();
     let track = flat.try_normalize().map_or((0.0, 1.0), |track| (track.x, track.y));
     Ok((texel, track))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stack::{CylinderPhase, Foil, PIGMENT_G};
+
+    fn refused(stack: &Stack) -> Option<KernelError> {
+        solve(stack, &Question::default()).err()
+    }
+
+    /// What the tables do not span is refused and not clamped; what they span to the last is answered.
+    #[test]
+    fn nothing_is_clamped() {
+        let fibres = |n: f64, sigma_i: f64, sigma_c: f64| {
+            let wood = Scattering::Fibres {
+                sigma_i,
+                sigma_c,
+                turn: CylinderPhase::Cauchy(0.0),
+                axis: glam::DVec3::Y,
+                dispersion: WOOD_DISPERSION,
+            };
+            Stack::half_space(n, 0.1, wood)
+        };
+        for (n, sigma_i, sigma_c, expected) in [
+            (1.2, 2.0, 10.0, None),
+            (1.0, 2.0, 10.0, None),
+            (1.55, 2.0, 10.0, None),
+            (1.551, 2.0, 10.0, Some(KernelError::Index)),
+            (1.2, 0.3, 9.7, None),
+            (1.2, 0.29, 9.71, Some(KernelError::Share)),
+            (1.2, 2.0, 0.0, None),
+        ] {
+            assert_eq!(refused(&fibres(n, sigma_i, sigma_c)), expected, "n {n}, {sigma_i} and {sigma_c}");
+        }
+        for (g, expected) in
+            [(0.0, None), (0.04, None), (0.06, Some(KernelError::Anisotropy)), (-0.5, Some(KernelError::Anisotropy))]
+        {
+            let even = Scattering::Isotropic { mu_s: 3.0, g };
+            assert_eq!(refused(&Stack::half_space(1.3, 0.1, even)), expected, "g {g}");
+        }
+        let pigment = |n: f64| Layer::new(0.3, n, 0.02, Scattering::Isotropic { mu_s: 20.0, g: PIGMENT_G });
+        let foil = Substrate::Foil(Foil { reflectance: 0.9, roughness: [0.2, 0.2] });
+        for (n, expected) in
+            [(1.4, None), (1.65, None), (1.39, Some(KernelError::Index)), (1.66, Some(KernelError::Index))]
+        {
+            let stack = Stack { above: 1.0, layers: vec![pigment(n)], below: foil };
+            assert_eq!(refused(&stack), expected, "film of {n}");
+        }
+    }
 }

@@ -7,6 +7,8 @@
 
 use std::sync::OnceLock;
 
+use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
+
 /// End of the first bin of path lengths [mean free paths].
 pub const FIRST_PATH: f64 = 0.05;
 /// Ratio of the ends of a bin of path lengths [1].
@@ -81,6 +83,8 @@ const _: () = assert!(
     BYTES.len() == 4 * NODE * DISPERSION_DEG.len() * N.len() * RHO.len() * DIVE_DEG.len(),
     "table.bin has other axes"
 );
+// What is promised elsewhere is what is there.
+const _: () = assert!(N[0] == KERNEL_INDICES[0] && N[N.len() - 1] == KERNEL_INDICES[1] && RHO[0] == KERNEL_LEAST_SHARE);
 
 /// The whole table, `[DISPERSION][N][RHO][DIVE]`.
 #[derive(Debug)]

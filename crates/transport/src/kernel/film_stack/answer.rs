@@ -4,10 +4,11 @@
 //! moved by gap tan(view) to where it passes the film. Spreads are those of the fixed widths, as production uses them.
 
 use glam::Vec3;
-use procedural::{Film, Gloss, Medium};
+use procedural::{Film, Gloss, KERNEL_INDICES, Medium};
 
-use super::super::half_space::{Gaussian, KernelError, point, seen_from_above, share};
+use super::super::half_space::{Gaussian, KernelError, index_within, point, scatters_evenly, seen_from_above, share};
 use super::super::widths::{BASIS, SPREAD_MM};
+use super::table::FILM_INDICES;
 use super::{FilmStack, FilmStackKernel, flow};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
@@ -86,6 +87,7 @@ fn film_stack(stack: &Stack, question: &Question) -> Result<FilmStack, KernelErr
     {
         return Err(KernelError::Pigment);
     }
+    index_within(top, FILM_INDICES)?;
     let medium = isotropic(top)?;
     let film = Film { thickness_mm: top.thickness as f32, gap_mm: gap, under, under_slope: [0.0; 2] };
     let enter = 1.0 - fresnel_dielectric(1.0, top.n, 1.0).0 as f32;
@@ -102,6 +104,8 @@ fn height(layer: &Layer) -> Result<f32, KernelError> {
 
 /// What lies at the bottom: matter without end.
 fn matter(layer: &Layer) -> Result<Medium, KernelError> {
+    index_within(layer, KERNEL_INDICES)?;
+    scatters_evenly(layer)?;
     let medium = isotropic(layer)?;
     if layer.thickness.is_finite() {
         return Err(KernelError::Layers);

@@ -9,6 +9,8 @@ use crate::stack::Foil;
 
 /// Refractive indices of the table [1].
 pub const N: [f64; 2] = [1.45, 1.58];
+/// Indices that films may have: between those of the table, and as far beyond them as they are extrapolated [1].
+pub(crate) const FILM_INDICES: [f32; 2] = [1.4, 1.65];
 /// Reduced scattering times thickness: none, then a factor of 2 from one to the next [1].
 pub const TURNS: [f64; 15] =
     [0.0, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56, 5.12, 10.24, 20.48, 40.96, 81.92, 163.84];
@@ -61,7 +63,7 @@ impl FilmTable {
     pub fn of(n: f32) -> Self {
         let word = |i: usize| f32::from_le_bytes(BYTES.as_chunks().0[i]);
         let [low, high] = N.map(|n| n as f32);
-        let f = ((n - low) / (high - low)).clamp(-0.4, 1.55);
+        let f = (n.clamp(FILM_INDICES[0], FILM_INDICES[1]) - low) / (high - low);
         let value = |i: usize| word(i) * (1.0 - f) + word(i + PER_INDEX * NODE) * f;
         let nodes = (0..PER_INDEX).map(|film| std::array::from_fn(|i| value(film * NODE + i))).collect();
         Self { n, nodes, absorbed: ABSORBED.map(|a| absorption_axis(a as f32)) }
