@@ -166,7 +166,7 @@ pub fn sample_warnings(recipe: &Recipe, seed: u64, index: u64) -> Vec<RigWarning
 }
 
 fn described(found: check::RigWarning) -> RigWarning {
-    RigWarning { code: found.shortfall.code().into(), what: found.what, remedy: found.remedy }
+    RigWarning { code: found.fault.code().into(), what: found.what, remedy: found.remedy }
 }
 
 /// The head of the dataset that `request` describes, with the warnings of the rig's check.

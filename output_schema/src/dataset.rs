@@ -87,7 +87,7 @@ impl AssetHead {
 /// A warning of the check of the rig, which comes before the first sample.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RigWarning {
-    /// What samples fall short in, by the code that validation gives single ones.
+    /// What is wrong, by the code that validation gives single samples, or `wide-line` or `profiles-far-apart`.
     pub code: String,
     /// What was found.
     pub what: String,

@@ -204,7 +204,13 @@ fn describe_stop(out: &Path) -> String {
     let shards = dataset.head().shards;
     let finished = (0..shards).filter(|shard| dataset.has_manifest(*shard)).count();
     let kept = format!("{finished} of {} in {} are finished and kept", counted(shards, "shard"), out.display());
-    format!("{kept}; the same command goes on and makes the others")
+    let lost = match dataset.head().samples_per_shard {
+        2.. if finished == 0 => {
+            "; samples are kept once their shard is whole, sooner with a smaller --samples-per-shard"
+        }
+        _ => "",
+    };
+    format!("{kept}; the same command goes on and makes the others{lost}")
 }
 
 /// What a run did, in words.

@@ -322,6 +322,12 @@ fn load(
         let files = AssetSource::Beside(PathBuf::new());
         LoadedRecipe { recipe: Recipe::parse_changed(origin, &text, &files, changes)?, dataset: None }
     } else {
+        if Path::new(name).is_dir() {
+            return Err(UsageError(format!(
+                "{name} is a folder that holds no {DATASET}; name a recipe or a dataset's folder"
+            ))
+            .into());
+        }
         if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name) {
             console.note(&format!(
                 "there is no file {name}: the built-in recipe `{0}` is taken; `gen recipe show {0} > {name}` makes the file",
@@ -356,6 +362,12 @@ fn preview_command(arguments: &PreviewArgs, console: &Console) -> CommandResult 
             dataset.root().display(),
             arguments.index
         ));
+    }
+    if let Some(dataset) = &loaded.dataset
+        && (seed != dataset.head().seed || !arguments.recipe.changes.set.is_empty())
+    {
+        let root = dataset.root().display();
+        console.note(&format!("--seed or --set ask for another sample than number {} of {root}", arguments.index));
     }
     generate::tell(&crate::generate::sample_warnings(&loaded.recipe, seed, arguments.index), console);
     let picture = {

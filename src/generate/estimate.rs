@@ -99,7 +99,8 @@ impl GenerateEstimate {
 
     /// Size of what is to be made [bytes].
     pub fn bytes(&self) -> u64 {
-        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards + DOCUMENTS_BYTES)
+        let documents = if self.samples > 0 { DOCUMENTS_BYTES } else { 0 };
+        self.sample_bytes.saturating_mul(self.samples).saturating_add(TABLES_BYTES * self.shards + documents)
     }
 
     /// Time that it takes.

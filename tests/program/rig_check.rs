@@ -77,6 +77,34 @@ fn what_is_of_no_use_is_told_before_the_first_sample() {
     }
 }
 
+/// The cause is told, not the symptom: each remedy is of the key that is at fault, and the opposite of none.
+#[test]
+fn remedies_name_the_cause() {
+    let place = of_one_class("wood-small");
+    for (change, code, remedy) in [
+        ("exposure.time_us=100000", "", "shorten exposure.time_us"),
+        ("laser.waist_mm=2", "wide-line", "narrow it on the object (laser.waist_mm"),
+        (
+            "camera.scheimpflug=given --set camera.focus_distance_mm=200",
+            "wide-line",
+            "bring it into focus on the sensor (camera.scheimpflug: solved",
+        ),
+        ("motion.step_mm=5", "profiles-far-apart", "lower motion.step_mm"),
+        ("extraction.threshold_dn=250", "hardly-measured", "lower extraction.threshold_dn"),
+        ("camera.rows=64", "hardly-measured", "raise camera.rows"),
+    ] {
+        let strict = place.run(&format!("--recipe tiny.yaml --set {change} --n 1 --out set --strict"));
+        assert!(strict.code == 1 && strict.err.contains(remedy), "{change}: {}", strict.err);
+        assert!(!strict.err.contains("raise exposure.time_us"), "{change}: {}", strict.err);
+        if !code.is_empty() {
+            place.done(&format!("--recipe tiny.yaml --set {change} --n 1 --out {code}"));
+            let found = warnings(&place, code);
+            assert!(found.iter().any(|warning| warning["code"] == code), "{change}: {found:?}");
+            fs::remove_dir_all(place.path(code)).expect("it goes");
+        }
+    }
+}
+
 /// Warnings of validation are told with what to do, and change the status only where that is asked for.
 #[test]
 fn warnings_of_validation_are_no_faults() {

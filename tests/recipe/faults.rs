@@ -15,6 +15,7 @@ fn good_is_good() {
 #[test]
 fn unknown_keys_get_the_nearest_spelling() {
     only("camera: {tilt_dg: 25}", (1, 10), "camera.tilt_dg", &["no key", "did you mean `tilt_deg`?"]);
+    only("camera: {tilt: 25}", (1, 10), "camera.tilt", &["no key", "did you mean `tilt_deg`?"]);
     only("cammera: {tilt_deg: 25}", (1, 1), "cammera", &["did you mean `camera`?"]);
     only("camera: {wavelength_nm: 660}", (1, 10), "camera.wavelength_nm", &["belongs in `laser`"]);
     only("camera: {xyzzy: 1}", (1, 10), "camera.xyzzy", &["keys of `camera` are", "focal_length_mm"]);

@@ -311,7 +311,7 @@ fn media_beyond_the_tables_of_the_kernel_are_refused() {
             "media.earlywood_k_per_mm",
             ["latewood", "2.5 %", "path"],
         ),
-        (text("media: {rot_k_ratio: 5, rot_sigma_i_ratio: 1}"), "media.rot_k_ratio", ["rot", "2.2 %", "path"]),
+        (text("media: {rot_k_ratio: 5, rot_sigma_i_ratio: 1}"), "media.rot_sigma_i_ratio", ["rot", "2.2 %", "path"]),
         (format!("{PIECE}material: {{n_eff: 1.6}}\n"), "material.n_eff", ["1.6", "1.55", "transport: path"]),
         (format!("{PIECE}material: {{k_per_mm: 40}}\n"), "material.k_per_mm", ["2.4 %", "3 %", "lower k"]),
     ] {

@@ -59,8 +59,8 @@ impl Shortfall {
                  scan.profiles, motion.step_mm or camera.distance_mm"
             }
             Self::HardlyMeasured => {
-                "raise exposure.time_us or laser.power_mw; where the object is higher than the sensor sees, raise camera.rows or \
-                 camera.distance_mm (`gen rig` tells the heights)"
+                "see `gen rig`: where the object is higher than the sensor sees, raise camera.rows or camera.distance_mm; where \
+                 the line is wide, bring it into focus; else raise exposure.time_us or laser.power_mw"
             }
             Self::Saturated => "shorten exposure.time_us or lower laser.power_mw",
         }

@@ -21,6 +21,7 @@ use crate::instrument::speckle_theory::{PixelCorrelation, grain_px};
 use bench::settings::{RangeForm, Script};
 use pipeline::{body, set_up};
 use recipe::Scene;
+use scanner::extract::margin;
 use scanner::optics::Sensor;
 use scanner::optics::speckle::PatternCache;
 
@@ -33,12 +34,16 @@ const USUAL_PEAK: f64 = 0.7;
 const BRIGHT_PEAK: f64 = 2.0;
 /// Below this peak of a white surface half of the numbers are without use [share of saturation].
 const DIM_PEAK: f64 = 0.3;
+/// Most rows of a window on each side of the peak [px].
+const WIDEST_WINDOW: usize = 15;
 /// Below this the centre of gravity is biased by where in a row the line lies [px].
 const NARROW_LINE_PX: f64 = 0.5;
 /// Rows of motion during an exposure above which the line is visibly smeared [px].
 const MUCH_TRAVEL_PX: f64 = 1.0;
 /// Distance of profiles over that of columns, or the other way round, beyond which pixels are far from square [1].
 const MUCH_STRETCH: f64 = 3.0;
+/// The same beyond which samples are of little use [1].
+const FAR_STRETCH: f64 = 20.0;
 
 /// One number of a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,6 +118,7 @@ struct Facts<'a> {
     /// Standard deviation of the line on the object [mm] and on the sensor [px].
     line_mm: f64,
     line_px: f64,
+    rows_per_mm: f64,
     /// Peak of a white surface [share of saturation].
     peak: f64,
     /// Electrons in a column of a white surface.
@@ -123,7 +129,6 @@ struct Facts<'a> {
     contrast: f64,
     grain_px: f64,
     magnification: f64,
-    noise: Noise,
 }
 
 /// Standard deviations of Range on a white matte surface [um].
@@ -135,6 +140,29 @@ struct Noise {
 }
 
 impl Noise {
+    fn of(facts: &Facts) -> Self {
+        let (scene, bench, line_px) = (facts.scene, &facts.scene.bench, facts.line_px);
+        let per_row_um = 1e3 * facts.height_per_row_mm;
+        let (electrons, peak) = (facts.electrons, facts.peak);
+        let usual = if peak > USUAL_PEAK { electrons * USUAL_PEAK / peak } else { electrons };
+        let per_electron = (255.0 - bench.exposure.dark_level_dn) / bench.exposure.full_well_e;
+        let dark_e = bench.exposure.dark_noise_dn / per_electron;
+        let w = scene.extraction.window_rows as f64;
+        let steps = f64::from(scene.extraction.subpixel_steps);
+        let has_speckle = bench.speckle.strength > 0.0 || scene.postprocess.order.steps().contains(&Script::Speckle);
+        let correlation = PixelCorrelation::of(facts.grain_px);
+        Self {
+            photons: bench.exposure.shot_noise * per_row_um * line_px / usual.sqrt(),
+            dark: per_row_um * dark_e * (w * (w + 1.0) * (2.0 * w + 1.0) / 3.0).sqrt() / usual,
+            speckle: if has_speckle {
+                per_row_um * facts.contrast * (line_px * correlation.length() / (4.0 * PI.sqrt())).sqrt()
+            } else {
+                0.0
+            },
+            rounding: if steps > 0.0 { per_row_um / steps / 12f64.sqrt() } else { 0.0 },
+        }
+    }
+
     fn total(&self) -> f64 {
         let Self { photons, dark, speckle, rounding } = self;
         (photons * photons + dark * dark + speckle * speckle + rounding * rounding).sqrt()
@@ -147,7 +175,9 @@ impl<'a> Facts<'a> {
         let sight = sensor.camera().sight(0.0, top as f32, 0.0);
         let ends = [-0.5, size.columns as f64 - 0.5];
         let field_mm = [0.0, top].map(|z| rig.along(ends[1], z) - rig.along(ends[0], z));
-        let rows = [size.rows as f64 - 0.5, -0.5];
+        // A peak nearer to the sensor's edge than what is read beside it is not measured.
+        let margin = margin(&scene.extraction) as f64;
+        let rows = [size.rows as f64 - 0.5 - margin, margin - 0.5];
         let across = [ends[0], rig.centre_col, ends[1]];
         let low = across.map(|col| rig.locate(col, rows[0])[1]).into_iter().fold(f64::NEG_INFINITY, f64::max);
         let high = across.map(|col| rig.locate(col, rows[1])[1]).into_iter().fold(f64::INFINITY, f64::min);
@@ -160,24 +190,6 @@ impl<'a> Facts<'a> {
         let contrast = f64::from(sensor.speckle_contrast()[0]);
         let grain = grain_px(bench);
 
-        let per_row_um = 1e3 * height_per_row_mm;
-        let usual = if peak > USUAL_PEAK { electrons * USUAL_PEAK / peak } else { electrons };
-        let per_electron = (255.0 - bench.exposure.dark_level_dn) / bench.exposure.full_well_e;
-        let dark_e = bench.exposure.dark_noise_dn / per_electron;
-        let w = scene.extraction.window_rows as f64;
-        let steps = f64::from(scene.extraction.subpixel_steps);
-        let has_speckle = bench.speckle.strength > 0.0 || scene.postprocess.order.steps().contains(&Script::Speckle);
-        let correlation = PixelCorrelation::of(grain);
-        let noise = Noise {
-            photons: bench.exposure.shot_noise * per_row_um * line_px / usual.sqrt(),
-            dark: per_row_um * dark_e * (w * (w + 1.0) * (2.0 * w + 1.0) / 3.0).sqrt() / usual,
-            speckle: if has_speckle {
-                per_row_um * contrast * (line_px * correlation.length() / (4.0 * PI.sqrt())).sqrt()
-            } else {
-                0.0
-            },
-            rounding: if steps > 0.0 { per_row_um / steps / 12f64.sqrt() } else { 0.0 },
-        };
         let rate = bench.motion.line_rate_hz;
         Self {
             scene,
@@ -188,13 +200,13 @@ impl<'a> Facts<'a> {
             heights_mm: [low, high],
             line_mm,
             line_px,
+            rows_per_mm: f64::from(sight.rows_per_mm),
             peak,
             electrons,
             travel_px: bench.motion.step_mm * rate * bench.exposure.time_us * 1e-6 * f64::from(sight.rows_per_mm),
             contrast,
             grain_px: grain,
             magnification: rig.magnification(),
-            noise,
         }
     }
 
@@ -205,6 +217,7 @@ impl<'a> Facts<'a> {
         let fastest_hz = 1e6 / exposure.time_us;
         let speed = |rate: f64| if rate > 0.0 { rate * motion.step_mm } else { f64::NAN };
         let number = |name, doc, value| RigNumber { name, doc, value };
+        let noise = Noise::of(self);
         vec![
             number("working_distance_mm", "height of the lens over the conveyor", camera.distance_mm * cos),
             number("baseline_mm", "from the laser plane to the lens", camera.distance_mm * sin),
@@ -233,22 +246,51 @@ impl<'a> Facts<'a> {
             number("speckle_contrast", "in a pixel, light from the surface", self.contrast),
             number("speckle_grain_px", "speckle on the sensor", self.grain_px),
             number("speckle_grain_um", "the same on the object", self.grain_px * camera.pixel_um / self.magnification),
-            number("range_noise_um", "of a white matte surface, standard deviation", self.noise.total()),
-            number("range_noise_photons_um", "its part of photons", self.noise.photons),
-            number("range_noise_dark_um", "its part of the sensor", self.noise.dark),
-            number("range_noise_speckle_um", "its part of speckle", self.noise.speckle),
-            number("range_noise_rounding_um", "its part of subpixel steps", self.noise.rounding),
+            number("range_noise_um", "of a white matte surface, standard deviation", noise.total()),
+            number("range_noise_photons_um", "its part of photons", noise.photons),
+            number("range_noise_dark_um", "its part of the sensor", noise.dark),
+            number("range_noise_speckle_um", "its part of speckle", noise.speckle),
+            number("range_noise_rounding_um", "its part of subpixel steps", noise.rounding),
         ]
     }
 
     /// Whether the window of the centre of gravity cuts the line.
     fn is_wider_than_window(&self) -> bool {
-        self.window_rows() < 4.0 * self.line_px
+        self.scene.extraction.window_rows > 1 && self.window_rows() < 4.0 * self.line_px
     }
 
     fn wide_line(&self) -> String {
         let (window, width) = (self.window_rows(), 4.0 * self.line_px);
         format!("the window of {window:.0} rows cuts the line, which is {width:.1} rows wide at 1/e^2")
+    }
+
+    /// What makes a line fit its window: by what widens it most.
+    fn narrow_line_remedy(&self) -> String {
+        let on_sensor = "bring it into focus on the sensor (camera.scheimpflug: solved; camera.focus_distance_mm, f_number, blur_um)";
+        let on_object = "narrow it on the object (laser.waist_mm, laser.waist_height_mm near the surface)";
+        // Both in rows, one after the other along the light.
+        let laser_px = self.line_mm * self.rows_per_mm;
+        let narrower = if 2.0 * laser_px * laser_px < self.line_px * self.line_px { on_sensor } else { on_object };
+        if self.scene.extraction.window_rows < WIDEST_WINDOW {
+            format!("{narrower}, or raise extraction.window_rows, {WIDEST_WINDOW} at most")
+        } else {
+            narrower.to_owned()
+        }
+    }
+
+    /// What tells of profiles that are hardly any.
+    fn far_apart(&self) -> Option<String> {
+        let stretch = self.scene.bench.motion.step_mm / self.column_mm;
+        let even = self.scene.extraction.range != RangeForm::Uncalibrated;
+        (even && stretch > FAR_STRETCH).then(|| {
+            format!("profiles are {} mm apart, {stretch:.0} times as far as columns", self.scene.bench.motion.step_mm)
+        })
+    }
+
+    /// Digital number at the peak of clear matter as exposures are chosen, and no more than that of a white surface [DN].
+    fn usual_dn(&self) -> f64 {
+        let dark = self.scene.bench.exposure.dark_level_dn;
+        dark + self.peak.min(USUAL_PEAK) * (255.0 - dark)
     }
 
     fn window_rows(&self) -> f64 {
@@ -294,7 +336,7 @@ impl<'a> Facts<'a> {
                 self.line_px
             ),
         );
-        warn(self.is_wider_than_window(), format!("{}: raise extraction.window_rows", self.wide_line()));
+        warn(self.is_wider_than_window(), format!("{}: {}", self.wide_line(), self.narrow_line_remedy()));
         warn(
             self.travel_px > MUCH_TRAVEL_PX,
             format!("the line moves {:.1} rows in an exposure: shorten exposure.time_us", self.travel_px),

@@ -108,7 +108,12 @@ pub fn nearest_spelling<'k>(name: &str, known: impl IntoIterator<Item = &'k str>
         return None;
     }
     let name = name.to_lowercase().replace('-', "_");
-    let likeness = |known: &str| strsim::normalized_damerau_levenshtein(&name, &known.replace('-', "_"));
+    let likeness = |known: &str| {
+        let known = known.replace('-', "_");
+        // A key of which the unit is missing is meant more surely than one of other letters.
+        let lacks_end = known.strip_prefix(&name).is_some_and(|end| end.starts_with('_'));
+        if lacks_end { 0.9 } else { strsim::normalized_damerau_levenshtein(&name, &known) }
+    };
     let best = known.into_iter().map(|known| (likeness(known), known)).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 >= MIN_LIKENESS).then_some(best.1)
 }

@@ -12,7 +12,7 @@ use std::cell::LazyCell;
 
 use rayon::prelude::*;
 
-use super::{DIM_PEAK, Facts, percent};
+use super::{BRIGHT_PEAK, DIM_PEAK, Facts, percent};
 use bench::settings::{Movement, SensorStack, Transport};
 use dataset::shares::{LEAST_IN_VIEW, SampleShares, Shortfall};
 use pipeline::{body, field, render_profiles, set_up};
@@ -33,18 +33,49 @@ const PROFILES: usize = 2;
 /// Samples among which those of a class are searched; a class that is rarer is not looked at.
 const SEARCHED_SAMPLES: u64 = 10_000;
 
-/// What samples of a recipe fall short in.
+/// What is wrong with samples of a recipe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RigFault {
+    /// They fall short.
+    Shortfall(Shortfall),
+    /// The line is wider than the window in which its centre is looked for.
+    WideLine,
+    /// Profiles are so far apart that an image hardly shows the object.
+    FarApart,
+}
+
+impl RigFault {
+    /// Every one in the order in which they are told.
+    const ALL: [Self; 5] = [
+        Self::Shortfall(Shortfall::ObjectOutOfView),
+        Self::Shortfall(Shortfall::HardlyMeasured),
+        Self::Shortfall(Shortfall::Saturated),
+        Self::WideLine,
+        Self::FarApart,
+    ];
+
+    /// Its code, in documents.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Shortfall(shortfall) => shortfall.code(),
+            Self::WideLine => "wide-line",
+            Self::FarApart => "profiles-far-apart",
+        }
+    }
+}
+
+/// What is wrong with samples of a recipe, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RigWarning {
-    /// In what.
-    pub shortfall: Shortfall,
+    /// Which fault it is.
+    pub fault: RigFault,
     /// What was found.
     pub what: String,
     /// What to do.
     pub remedy: String,
 }
 
-/// What samples of a recipe and a seed fall short in, by rising [`Shortfall`].
+/// What is wrong with samples of a recipe and a seed, in the order of [`RigFault::ALL`].
 pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
     let tiles = patterns(recipe, seed);
     let classes = samples_of_classes(recipe, seed);
@@ -54,18 +85,15 @@ pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
     let suspects = classes.iter().zip(&firsts).filter(|(_, first)| !first.is_empty());
     let others: Vec<u64> = suspects.flat_map(|((_, samples), _)| &samples[1..]).copied().collect();
     let others: Vec<(u64, Vec<RigWarning>)> = others.into_par_iter().map(|index| (index, look(index))).collect();
-    let is_short = |index: &u64, shortfall: Shortfall| {
+    let has = |index: &u64, fault: RigFault| {
         let found = others.iter().find(|(other, _)| other == index);
-        found.is_some_and(|(_, found)| found.iter().any(|warning| warning.shortfall == shortfall))
+        found.is_some_and(|(_, found)| found.iter().any(|warning| warning.fault == fault))
     };
     let mut warnings = Vec::new();
-    for shortfall in Shortfall::ALL {
+    for fault in RigFault::ALL {
         let own = |((name, samples), first): (&(String, Vec<u64>), &Vec<RigWarning>)| {
-            let first = first.iter().find(|warning| warning.shortfall == shortfall)?;
-            samples[1..]
-                .iter()
-                .all(|index| is_short(index, shortfall))
-                .then(|| (name.clone(), samples[0], first.clone()))
+            let first = first.iter().find(|warning| warning.fault == fault)?;
+            samples[1..].iter().all(|index| has(index, fault)).then(|| (name.clone(), samples[0], first.clone()))
         };
         let short: Vec<(String, u64, RigWarning)> = classes.iter().zip(&firsts).filter_map(own).collect();
         let Some((_, index, first)) = short.first() else { continue };
@@ -76,7 +104,7 @@ pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
             _ => format!("samples of the classes {}", names.join(", ")),
         };
         let what = format!("{of} are of little use: {}, as the sample of index {index} shows", first.what);
-        warnings.push(RigWarning { shortfall, what, remedy: first.remedy.clone() });
+        warnings.push(RigWarning { fault, what, remedy: first.remedy.clone() });
     }
     warnings
 }
@@ -139,6 +167,7 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
     let holds = |shortfall: &Shortfall| *shortfall != Shortfall::ObjectOutOfView || !lies_in_field;
     // They are worked out, noise and all, where there is something to tell alone.
     let facts = LazyCell::new(|| Facts::of(&scene, &sensor, f64::from(specimen.top())));
+    let threshold = scene.extraction.threshold_dn / scene.readout.scale();
     let warning = |shortfall: Shortfall| {
         let (cause, remedy) = match shortfall {
             Shortfall::ObjectOutOfView => (None, out_of_view_remedy(&scene, &specimen, [x, y])),
@@ -153,26 +182,42 @@ fn check_scene(scene: &Scene, tiles: &PatternCache) -> Vec<RigWarning> {
                     height_keys(&scene)
                 ),
             ),
-            Shortfall::HardlyMeasured if facts.is_wider_than_window() => (
-                Some(facts.wide_line()),
-                "bring the line into focus (camera.scheimpflug: solved, laser.waist_height_mm near the surface), or raise \
-                 extraction.window_rows"
-                    .to_owned(),
+            // A frame that is white all over has no peak.
+            _ if facts.peak > if shortfall == Shortfall::Saturated { 1.0 } else { BRIGHT_PEAK } => (
+                Some(format!("a white surface has {:.1} times the light of saturation", facts.peak)),
+                Shortfall::Saturated.remedy().to_owned(),
+            ),
+            Shortfall::HardlyMeasured if facts.is_wider_than_window() => {
+                (Some(facts.wide_line()), facts.narrow_line_remedy())
+            }
+            Shortfall::HardlyMeasured if facts.usual_dn() < threshold => (
+                Some(format!(
+                    "clear matter peaks at {:.0} DN, and the threshold is {threshold:.0} DN",
+                    facts.usual_dn()
+                )),
+                "lower extraction.threshold_dn, or lengthen exposure.time_us or raise laser.power_mw".to_owned(),
             ),
             Shortfall::HardlyMeasured if facts.peak < DIM_PEAK => (
                 Some(format!("a white surface peaks at {} of saturation", percent(facts.peak))),
-                "lengthen exposure.time_us or raise laser.power_mw, or lower extraction.threshold_dn".to_owned(),
-            ),
-            Shortfall::Saturated if facts.peak > 1.0 => (
-                Some(format!("a white surface has {:.1} times the light of saturation", facts.peak)),
-                shortfall.remedy().to_owned(),
+                "lengthen exposure.time_us or raise laser.power_mw".to_owned(),
             ),
             Shortfall::HardlyMeasured | Shortfall::Saturated => (None, shortfall.remedy().to_owned()),
         };
         let cause = cause.map(|cause| format!(" ({cause})")).unwrap_or_default();
-        RigWarning { shortfall, what: format!("{}{cause}", shares.describe(shortfall)), remedy }
+        let what = format!("{}{cause}", shares.describe(shortfall));
+        RigWarning { fault: RigFault::Shortfall(shortfall), what, remedy }
     };
-    shares.shortfalls().into_iter().filter(holds).map(warning).collect()
+    let mut warnings: Vec<RigWarning> = shares.shortfalls().into_iter().filter(holds).map(warning).collect();
+    let is_told = |fault: &RigFault| warnings.iter().any(|warning| warning.fault == *fault);
+    let hardly_measured = is_told(&RigFault::Shortfall(Shortfall::HardlyMeasured));
+    if facts.is_wider_than_window() && !hardly_measured {
+        let (what, remedy) = (facts.wide_line(), facts.narrow_line_remedy());
+        warnings.push(RigWarning { fault: RigFault::WideLine, what, remedy });
+    }
+    if let Some(what) = facts.far_apart() {
+        warnings.push(RigWarning { fault: RigFault::FarApart, what, remedy: "lower motion.step_mm".to_owned() });
+    }
+    warnings
 }
 
 /// What is told of a sample whose object lies beside the field, and what to do.
@@ -245,7 +290,8 @@ fn out_of_view_remedy(scene: &Scene, specimen: &Specimen, [x, y]: [[f64; 2]; 2])
     let [along_line, along_scan] = [specimen.share_within(x, endless), specimen.share_within(endless, y)];
     if along_line < along_scan {
         format!(
-            "bring it under the line by {group}.offset_mm, or widen the field by scan.columns or camera.distance_mm"
+            "bring it under the line by {group}.offset_mm, or widen the field by scan.columns or camera.distance_mm, and the fan \
+             with it by laser.fan_angle_deg or laser.fan_height_mm"
         )
     } else if along_scan < along_line {
         format!("let it begin earlier by {group}.lead_in_mm, or lengthen the scan by scan.profiles or motion.step_mm")
