@@ -75,7 +75,7 @@ pub struct RigWarning {
     pub remedy: String,
 }
 
-/// What is wrong with samples of a recipe and a seed, in the order of [`RigFault::ALL`].
+/// What is wrong with samples of a recipe and a seed, in the order of [`RigFault`].
 pub fn check(recipe: &Recipe, seed: u64) -> Vec<RigWarning> {
     let tiles = patterns(recipe, seed);
     let classes = samples_of_classes(recipe, seed);
