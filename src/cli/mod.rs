@@ -323,10 +323,9 @@ fn load(
         LoadedRecipe { recipe: Recipe::parse_changed(origin, &text, &files, changes)?, dataset: None }
     } else {
         if Path::new(name).is_dir() {
-            return Err(UsageError(format!(
-                "{name} is a folder that holds no {DATASET}; name a recipe or a dataset's folder"
-            ))
-            .into());
+            return Err(
+                format!("{name} is a folder that holds no {DATASET}; name a recipe or a dataset's folder").into()
+            );
         }
         if let Some(known) = Recipe::built_in(name).filter(|known| known.name != name) {
             console.note(&format!(

@@ -72,7 +72,7 @@ fn recipes_that_cannot_be() {
         ("bomb.yaml", &["bomb.yaml:1:1", "no key of a recipe"]),
         ("laughs.yaml", &["laughs.yaml"]),
         ("binary.yaml", &["binary.yaml:1:1", "UTF-8"]),
-        ("folder.yaml", &["folder.yaml"]),
+        ("folder.yaml", &["folder.yaml is a folder that holds no dataset.json"]),
     ];
     for (name, words) in cases {
         refused(&place, 1, &format!("--recipe {name} --n 4 --out set"), words);
