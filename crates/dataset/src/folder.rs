@@ -52,7 +52,7 @@ impl Dataset {
                 } else {
                     "choose another folder, or run the recipe, seed and program that began this one"
                 };
-                return Err(unusable(path, reasons.join("; "), remedy));
+                return Err(unusable(path, shortened(reasons), remedy));
             }
             new.samples = new.samples.max(old.samples);
             new.recipe = old.recipe.clone();
@@ -248,6 +248,16 @@ fn needed(directory: &str, head: &DatasetHead) -> bool {
         "stacks" => head.images.stack_every.is_some(),
         _ => true,
     }
+}
+
+/// Reasons in one line: what the objects are first, and no more than a reader takes in.
+fn shortened(mut reasons: Vec<String>) -> String {
+    const MOST: usize = 8;
+    reasons.sort_by_key(|reason| !["recipe.subject:", "recipe.name:"].iter().any(|key| reason.starts_with(key)));
+    let more = reasons.len().saturating_sub(MOST);
+    reasons.truncate(MOST);
+    let told = reasons.join("; ");
+    if more > 0 { format!("{told}; and {more} more") } else { told }
 }
 
 #[cfg(test)]
