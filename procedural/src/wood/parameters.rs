@@ -117,11 +117,11 @@ parameters! {
         /// Absorption of latewood over that of earlywood.
         latewood_mu_a_ratio: 0.2, 20.0, 2.5, "[C] goes with density, 800 over 320 kg/m3";
         /// Isotropic reduced scattering of latewood over that of earlywood.
-        latewood_sigma_i_ratio: 0.2, 5.0, 1.25, "[C]";
+        latewood_sigma_i_ratio: 0.2, 5.0, 1.1, "[E] see docs/wood.md";
         /// Cylinder scattering of latewood over that of earlywood.
-        latewood_k_ratio: 0.0, 5.0, 1.4, "[C]";
+        latewood_k_ratio: 0.0, 5.0, 1.1, "[E] see docs/wood.md";
         /// Absorption of a sound knot over that of earlywood.
-        knot_mu_a_ratio: 0.2, 50.0, 2.75, "[C]";
+        knot_mu_a_ratio: 0.2, 50.0, 2.75, "[C] 1.3 to 3.4, see docs/wood.md";
         /// Absorption of a dead knot over that of earlywood.
         dead_knot_mu_a_ratio: 0.2, 100.0, 10.0, "[C]";
         /// Isotropic reduced scattering of knots over that of earlywood.
