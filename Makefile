@@ -124,7 +124,7 @@ schema: build ## JSON Schemas of recipes and datasets in out/
 	$(GEN) schema recipe > out/recipe.schema.json
 	$(GEN) schema dataset > out/dataset.schema.json
 
-kernel-table: ## measure the kernel's table anew: half an hour on two cores; goes on in out/kernel_measurements.jsonl
+kernel-table: ## measure the kernel's table anew: three quarters of an hour on two cores; goes on in out/kernel_measurements.jsonl
 	mkdir -p out
 	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl crates/transport/src/kernel/table.bin
 

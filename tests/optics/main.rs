@@ -14,6 +14,7 @@ mod holes;
 mod laser_keys;
 mod laser_light;
 mod laser_places;
+mod mixed_pixels;
 mod pack_optics;
 mod pack_windows;
 mod range_forms;

@@ -1,10 +1,12 @@
 //! Production against slow and obvious reference models, and these against published values. Takes minutes.
 
 mod borders;
+mod contrast;
 mod expose;
 mod expose_camera;
 mod expose_laser;
 mod expose_parts;
+mod half_spaces;
 mod layers;
 mod monte_carlo;
 mod pack;

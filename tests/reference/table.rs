@@ -1,13 +1,11 @@
 //! The kernel against the judge on 15 media: reflectance, light towards the lens, rows beside the line, front and back.
 
-use glam::Vec3;
 use procedural::Stream;
 use rand::RngExt;
 use reference::path::{self, Effort};
-use scanner::optics::coherence::coherence_contrast;
 use study::media::{WOODS, WoodMedium};
 use transport::answer::{Answer, LineSide, Question};
-use transport::kernel::{self, BASIS, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread};
+use transport::kernel;
 use transport::stack::{CylinderPhase, Scattering, Stack};
 
 struct Case {
@@ -63,61 +61,43 @@ fn figures(answer: &Answer) -> [f64; 6] {
     ]
 }
 
-/// What the fixed widths of production say.
-fn produced(case: &Case) -> [f64; 6] {
-    let (question, [mu_a, sigma_i, k, n]) = (Question::default(), case.wood.coefficients.map(|v| v as f32));
-    let enter = 1.0 - ((n - 1.0) / (n + 1.0)).powi(2);
-    let axis = study::medium::axis(case.wood.azimuth, case.wood.dive).as_vec3();
-    let texel = SurfacePoint { mu_a, sigma_i, k, n, enter, ..SurfacePoint::BLACK }.facing(
-        axis,
-        Vec3::Z,
-        Vec3::NEG_Z,
-        question.view.as_vec3(),
-    );
-    let mut spread = SpreadRow::new(1);
-    line_spread(&[texel], 0, &WidthShares::new(), &mut spread);
-    let row = |k: i32| -> f64 {
-        let width = |j: usize| {
-            let sigma = f64::from(SPREAD_MM[j]).hypot(question.line_mm);
-            let below = |edge: f64| {
-                0.5 * libm::erf((edge * question.row_mm - f64::from(spread.shift[j][0])) / (sigma * 2f64.sqrt()))
-            };
-            let weight = f64::from(spread.enter[j][0]).powi(2);
-            weight * (below(f64::from(k) + 0.5) - below(f64::from(k) - 0.5))
-        };
-        (0..BASIS).map(width).sum()
-    };
-    let sum = |from: i32, to: i32| (from..=to).map(row).sum::<f64>();
-    let (ahead, behind) = (sum(1, 8), sum(-8, -1));
-    let weights: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0]).powi(2)).sum();
-    let seen: f64 = (0..BASIS).map(|j| f64::from(spread.enter[j][0] * spread.exit[j][0])).sum();
-    let beside = ahead + behind;
-    [weights, seen / weights, row(0), beside, sum(7, 11) + sum(-11, -7), (ahead - behind) / beside]
-}
-
 /// Reflectance within 0.01, S(1,8), S(7,5) and the factor towards the lens within 5 %, front against back within 0.03;
-/// the central row, which no Scatter holds, within 11 %. The fixed widths leave out light beyond every window, so their
-/// sum is no reflectance.
+/// the central row, which no Scatter holds, within 11 %.
 #[test]
 fn kernel_agrees_with_the_judge() {
     let mut faults = Vec::new();
     for case in &table() {
-        let gaussians = figures(&kernel::solve(&case.wood.stack(), &Question::default()).unwrap());
-        for (what, got, reflects) in [("gaussians", gaussians, true), ("fixed widths", produced(case), false)] {
-            println!("{:20} {what:12} {got:.5?} {:?}", case.wood.name, case.truth);
-            let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
-            let good = (!reflects || (got[0] - case.truth[0]).abs() < 0.01)
-                && off(1) < 0.05
-                && off(2) < 0.11
-                && off(3) < 0.05
-                && off(4) < 0.05
-                && (got[5] - case.truth[5]).abs() < 0.03;
-            if !good {
-                faults.push((case.wood.name, what));
-            }
+        let got = figures(&kernel::solve(&case.wood.stack(), &Question::default()).unwrap());
+        println!("{:20} {got:.5?} {:?}", case.wood.name, case.truth);
+        let off = |i: usize| (got[i] / case.truth[i] - 1.0).abs();
+        let good = (got[0] - case.truth[0]).abs() < 0.01
+            && off(1) < 0.05
+            && off(2) < 0.11
+            && off(3) < 0.05
+            && off(4) < 0.05
+            && (got[5] - case.truth[5]).abs() < 0.03;
+        if !good {
+            faults.push(case.wood.name);
         }
     }
     assert!(faults.is_empty(), "off the judge: {faults:?}");
+}
+
+/// Rows 1 to 8 as the lens sees them, by the judge with 400 000 photons (0.1 to 0.2 %): what Scatter shows. Of clear wood it is more
+/// than S(1,8) times the factor towards the lens, since the light that misses the lens is near the line.
+const SEEN: [(&str, f64); 4] =
+    [("clear along motion", 0.3821), ("sound knot", 0.2869), ("dead knot", 0.1256), ("rot", 0.2642)];
+
+/// Within 2 %.
+#[test]
+fn kernel_sees_scatter_as_the_judge_does() {
+    for (name, truth) in SEEN {
+        let answer = kernel::solve(&case(name).wood.stack(), &Question::default()).unwrap();
+        let middle = answer.seen.len() / 2;
+        let got: f64 = (1..=8).map(|row| answer.seen[middle + row].value + answer.seen[middle - row].value).sum();
+        println!("{name}: {got:.4} for {truth}");
+        assert!((got / truth - 1.0).abs() < 0.02, "{name}: {got} for {truth}");
+    }
 }
 
 /// The table above is what the judge says today: R, factor, centre and rows 1 to 8 of four media.
@@ -157,17 +137,6 @@ fn defects_darken_as_published() {
     for (name, ratio) in [("sound knot", 0.68), ("dead knot", 0.31), ("rot", 0.72), ("blue stain", 0.75)] {
         let got = scatter(name) / clear;
         assert!((got / ratio - 1.0).abs() < 0.07, "{name}: {got} against {ratio}");
-    }
-}
-
-/// Contrast left by the spread of path lengths in clear wood, for line widths of 0.01 to 2 nm, against a dense quadrature
-/// made apart from this code (docs/physics.md says why these differ from the table that the design began with).
-#[test]
-fn coherence_matches_quadrature() {
-    let widths = [0.01, 0.05, 0.1, 0.3, 0.5, 1.0, 2.0];
-    for (width, contrast) in widths.into_iter().zip([0.967, 0.827, 0.727, 0.545, 0.463, 0.364, 0.279]) {
-        let got = coherence_contrast(&procedural::Medium::CLEAR_WOOD, 1.708, 660.0, width);
-        assert!((got / contrast - 1.0).abs() < 0.005, "{width} nm: {got} against {contrast}");
     }
 }
 

@@ -81,7 +81,7 @@ fn bench_numbers<'a>() -> [EffectiveNumber<SetUpScene<'a>>; 10] {
         },
         EffectiveNumber {
             name: "speckle_volume",
-            doc: "Contrast of speckle in one pixel, light from below the surface.",
+            doc: "Contrast of speckle in one pixel on the line, light from below the surface; beside the line, and in other matter than the typical, as paths of light there have it.",
             of: |set_up| f64::from(set_up.sensor.speckle_contrast()[1]),
         },
         EffectiveNumber {

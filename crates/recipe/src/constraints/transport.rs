@@ -44,7 +44,9 @@ pub(super) fn media(yaml: &mut YamlReader, subject: Option<Subject>, settings: &
     if settings.transport.model != TransportName::Kernel {
         return;
     }
-    const OTHERWISE: &str = "or give `transport: path`, which has no such limit";
+    // Parts from files have no other model.
+    let otherwise =
+        if subject == Some(Subject::Mesh) { "" } else { ", or give `transport: path`, which has no such limit" };
     match subject {
         Some(Subject::Wood) => {
             let clear = ["media.earlywood_sigma_i_per_mm", "media.earlywood_k_per_mm"];
@@ -66,20 +68,19 @@ pub(super) fn media(yaml: &mut YamlReader, subject: Option<Subject>, settings: &
             let least = all.min_by(|a, b| a.2.total_cmp(&b.2));
             if let Some((what, ratios, least)) = least {
                 let keys: Vec<&str> = clear.into_iter().chain(ratios).collect();
-                share(yaml, scene, &keys, least, what, OTHERWISE);
+                share(yaml, scene, &keys, least, what, otherwise);
             }
         }
         Some(Subject::Sawtooth | Subject::Mesh) => {
             let keys = ["material.sigma_i_per_mm", "material.k_per_mm"];
             let (sigma, k) = (scene.least(keys[0]), scene.most(keys[1]));
-            share(yaml, scene, &keys, sigma / (sigma + k), "the material", OTHERWISE);
+            share(yaml, scene, &keys, sigma / (sigma + k), "the material", otherwise);
             let most = scene.most("material.n_eff");
             if most > f64::from(KERNEL_INDICES[1]) {
                 let (most, limit) =
                     (number_text(most), number_text(f64::from(KERNEL_INDICES[1] * 1000.0).round() / 1e3));
                 let problem = format!("can be {most}, and the tables of `transport: kernel` end at {limit}");
-                let other = if subject == Some(Subject::Mesh) { String::new() } else { format!(", {OTHERWISE}") };
-                scene.fault(yaml, &["material.n_eff"], problem, &format!("give at most {limit}{other}"));
+                scene.fault(yaml, &["material.n_eff"], problem, &format!("give at most {limit}{otherwise}"));
             }
         }
         Some(Subject::Blister) | None => {}
@@ -95,7 +96,7 @@ fn share(yaml: &mut YamlReader, scene: &DrawBounds, keys: &[&str], share: f64, w
             100.0 * share,
             100.0 * least
         );
-        scene.fault(yaml, keys, problem, &format!("raise sigma_i or lower k, {otherwise}"));
+        scene.fault(yaml, keys, problem, &format!("raise sigma_i or lower k{otherwise}"));
     }
 }
 

@@ -28,6 +28,7 @@ use rayon::prelude::*;
 pub use self::line_response::line_response;
 use self::plane_layers::{StackGeometry, StackObserver};
 use self::stack_observer::StackCounts;
+pub use self::stack_observer::{PATH_STEPS, step_path_mm};
 use self::tracker::{Geometry, Photon};
 use transport::answer::{Answer, Question};
 use transport::fresnel::fresnel_dielectric;
@@ -80,15 +81,40 @@ pub(crate) fn solve_watched(
     effort: Effort,
     watch: &(dyn Fn(u64) + Sync),
 ) -> Answer {
+    let counts = counted(stack, question, effort, watch, |counts| counts);
+    stack_observer::answer(&counts, effort.each(), stack, question)
+}
+
+/// Light that the lens sees in each row of `question`, by length of path ([`step_path_mm`]), in no particular unit: what the contrast of
+/// speckle depends on. Paths are those inside all layers, gaps of air included.
+pub fn seen_paths(stack: &Stack, question: &Question, effort: Effort) -> Vec<[f64; PATH_STEPS]> {
+    let counts = counted(stack, question, effort, &|_| (), StackCounts::with_paths);
+    let mut sum = vec![[0.0; PATH_STEPS]; 2 * question.rows + 1];
+    for rows in counts.into_iter().map(StackCounts::into_paths) {
+        for (row, part) in sum.iter_mut().zip(rows) {
+            row.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+        }
+    }
+    sum
+}
+
+/// What each batch counts, with counters that `asked` may ask for more.
+fn counted(
+    stack: &Stack,
+    question: &Question,
+    effort: Effort,
+    watch: &(dyn Fn(u64) + Sync),
+    asked: impl Fn(StackCounts) -> StackCounts + Sync,
+) -> Vec<StackCounts> {
     let geometry = StackGeometry::new(stack, LONGEST_MM);
     let each = effort.each();
-    let counts: Vec<StackCounts> = (0..BATCHES)
+    (0..BATCHES)
         .into_par_iter()
         .map(|batch| {
             let stream = Stream::root(effort.seed).child("transport").child("path").index(batch);
             // Streams of their own: the width of the line changes no walk.
             let (mut rng, mut line) = (stream.rng(), stream.child("line").rng());
-            let mut count = StackCounts::new(&geometry, stack, question);
+            let mut count = asked(StackCounts::new(&geometry, stack, question));
             for walked in 1..=each {
                 let (photon, thrown) = enter(stack, question, &mut rng);
                 count.begin(thrown, &mut line);
@@ -101,8 +127,7 @@ pub(crate) fn solve_watched(
             watch(each % WATCHED);
             count
         })
-        .collect();
-    stack_observer::answer(&counts, each, stack, question)
+        .collect()
 }
 
 /// A photon that has passed the first layer's coat.

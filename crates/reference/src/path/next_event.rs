@@ -35,6 +35,8 @@ struct LensPath {
     extinction: f64,
     /// pi T dOmega'/dOmega / cos(v), through all layers passed with their extinction; 0 if barred [1].
     factor: f64,
+    /// From where it leaves this layer to where it leaves the last one [mm].
+    beyond: DVec3,
 }
 
 impl LensEstimator {
@@ -51,7 +53,7 @@ impl LensEstimator {
             Substrate::Index(below) => below,
             Substrate::Foil(_) => return None,
         };
-        let (mut index, mut through) = (outside, 1.0);
+        let (mut index, mut through, mut beyond) = (outside, 1.0, DVec3::ZERO);
         let mut outs: Vec<LensPath> = Vec::new();
         let count = geometry.layers.len();
         for passed in 0..count {
@@ -68,8 +70,17 @@ impl LensEstimator {
             let direction = DVec3::new(x, y, cosine.copysign(view.z));
             let factor = if cosine > 0.0 { PI * through * ratio * ratio / cosine } else { 0.0 };
             let extinction = extinction(layer, direction);
-            outs.push(LensPath { direction, edge: if up { layer.top } else { layer.bottom }, extinction, factor });
+            outs.push(LensPath {
+                direction,
+                edge: if up { layer.top } else { layer.bottom },
+                extinction,
+                factor,
+                beyond,
+            });
             through *= libm::exp(-extinction * (layer.top - layer.bottom) / cosine.max(1e-12));
+            if layer.layer.thickness.is_finite() {
+                beyond += direction * (layer.layer.thickness / cosine.max(1e-12));
+            }
             if !up {
                 through *= layer.layer.coat;
             }
@@ -78,6 +89,14 @@ impl LensEstimator {
             outs.reverse();
         }
         Some(Self(outs))
+    }
+
+    /// Where light that the photon sends to the lens leaves the stack, and its way there inside the photon's layer [mm].
+    #[inline]
+    pub(super) fn exit(&self, photon: &Photon) -> (DVec3, f64) {
+        let out = &self.0[photon.layer];
+        let way = (out.edge - photon.position.z) / out.direction.z;
+        (photon.position + out.direction * way + out.beyond, way)
     }
 
     /// Radiance factor that a collision adds, per photon [1].

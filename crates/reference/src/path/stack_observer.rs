@@ -42,9 +42,50 @@ pub(super) struct StackCounts {
     /// Where all azimuths are alike: cosines of the tilts between which light counts as seen, and the lens's azimuth.
     ring: Option<([f64; 2], DVec3)>,
     point: Vec<f64>,
+    /// Light towards the lens by row and length of path, `[2 rows + 1][PATH_STEPS]`; empty where nobody asks.
+    paths: Vec<[f64; PATH_STEPS]>,
+}
+
+/// Steps of the lengths of path in [`seen_paths`](super::seen_paths).
+pub const PATH_STEPS: usize = 160;
+/// Ratio of the ends of a step [1].
+const PATH_STEP_RATIO: f64 = 1.1;
+/// Where the first one begins [mm].
+const SHORTEST_PATH_MM: f64 = 1e-3;
+
+/// The middle of a step of lengths of path [mm].
+pub fn step_path_mm(step: usize) -> f64 {
+    SHORTEST_PATH_MM * libm::pow(PATH_STEP_RATIO, step as f64 + 0.5)
+}
+
+/// The step that holds a length of path; the first and the last hold what lies beyond.
+fn path_step(path_mm: f64) -> usize {
+    let step = libm::log(path_mm / SHORTEST_PATH_MM) / libm::log(PATH_STEP_RATIO);
+    step.clamp(0.0, PATH_STEPS as f64 - 1.0) as usize
 }
 
 impl StackCounts {
+    /// The same, with lengths of path.
+    pub(super) fn with_paths(self) -> Self {
+        Self { paths: vec![[0.0; PATH_STEPS]; self.seen.len()], ..self }
+    }
+
+    /// Light that the lens sees leave at `y` [mm] after a path.
+    #[inline]
+    fn see(&mut self, y: f64, light: f64, path_mm: f64) {
+        if let Some(row) = self.row(y) {
+            self.seen[row] += light;
+            if let Some(steps) = self.paths.get_mut(row) {
+                steps[path_step(path_mm)] += light;
+            }
+        }
+    }
+
+    /// What was counted by row and length of path.
+    pub(super) fn into_paths(self) -> Vec<[f64; PATH_STEPS]> {
+        self.paths
+    }
+
     pub(super) fn new(geometry: &StackGeometry, stack: &Stack, question: &Question) -> Self {
         let (rows, cells) = (question.rows as i64, question.cells as i64);
         let side = if cells > 0 { 2 * question.cells + 1 } else { 0 };
@@ -71,6 +112,7 @@ impl StackCounts {
             line: vec![0.0; 2 * question.rows + 1],
             seen: vec![0.0; 2 * question.rows + 1],
             point: vec![0.0; side * side],
+            paths: Vec::new(),
         }
     }
 
@@ -115,8 +157,12 @@ fn turned_to(azimuth: DVec3, photon: &Photon) -> Option<f64> {
 impl StackObserver for StackCounts {
     #[inline]
     fn collide(&mut self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) {
-        if let Some(lens) = &self.lens {
-            self.towards += lens.estimate(photon, layer, rng);
+        let Some(lens) = &self.lens else { return };
+        let light = lens.estimate(photon, layer, rng);
+        self.towards += light;
+        if light > 0.0 {
+            let (exit, way) = lens.exit(photon);
+            self.see(exit.y, light, photon.path + way);
         }
     }
 
@@ -137,14 +183,15 @@ impl StackObserver for StackCounts {
         let in_cone = scattered && photon.direction.dot(self.view) > self.inside;
         self.cone += if in_cone { weight } else { 0.0 };
         let seen = match self.ring {
+            _ if self.lens.is_some() => None,
             Some(([low, high], azimuth)) => {
                 let inside = scattered && (low..high).contains(&photon.direction.z);
                 inside.then(|| turned_to(azimuth, photon)).flatten()
             }
             None => in_cone.then_some(photon.position.y),
         };
-        if let Some(row) = seen.and_then(|y| self.row(y)) {
-            self.seen[row] += weight;
+        if let Some(y) = seen {
+            self.see(y, weight, photon.path);
         }
         if !up {
             self.transmitted += weight;
@@ -181,8 +228,13 @@ pub(super) fn answer(counts: &[StackCounts], each: u64, stack: &Stack, question:
     let solid = std::f64::consts::TAU * (1.0 - libm::cos(CONE_HALF_ANGLE));
     let factor = std::f64::consts::PI / (solid * question.view.z.abs());
     let cone = mean(&|count| count.cone * factor);
-    // Against Lambert's law, which sends a share cos^2 to cos^2 between two tilts.
-    let seen = ring(stack, question).map_or(factor, |([low, high], _)| 1.0 / (high * high - low * low));
+    let seen = match ring(stack, question) {
+        // Estimated like all light towards the lens.
+        _ if counts[0].lens.is_some() => 1.0,
+        // Against Lambert's law, which sends a share cos^2 to cos^2 between two tilts.
+        Some(([low, high], _)) => 1.0 / (high * high - low * low),
+        None => factor,
+    };
     Answer {
         model: "path".into(),
         specular: counts.iter().map(|count| count.thrown).sum::<f64>() / (each * counts.len() as f64),

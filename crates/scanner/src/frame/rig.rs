@@ -176,6 +176,15 @@ impl Sightlines {
         self.0.is_empty()
     }
 
+    /// Lines of sight between each of `places`, a column and how far on the way to the next one it is.
+    pub(crate) fn between(&self, places: impl Iterator<Item = (usize, f32)>) -> Self {
+        let part = |(column, part): (usize, f32)| {
+            let (from, to, part) = (self.0[column], self.0[column + 1], f64::from(part));
+            std::array::from_fn(|i| from[i] + part * (to[i] - from[i]))
+        };
+        Self(places.map(part).collect())
+    }
+
     /// The line of sight of `column`.
     #[inline(always)]
     pub fn of(&self, column: usize) -> Sightline {

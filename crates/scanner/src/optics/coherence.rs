@@ -1,60 +1,100 @@
 //! Coherence: how much the spread of path lengths in matter reduces speckle contrast.
 //!
-//! Goodman's rule for partial coherence over the path lengths of quantised diffusion (see
-//! [`transport::kernel`]). Neglected: light scattered by cylinders alone has shorter paths than diffusion gives
-//! it.
+//! Goodman's rule for partial coherence: C^2 = sum over pairs of path lengths of w w' exp(-D^2 / (2 ln 2)), with D = pi (dlambda /
+//! lambda^2) n (tau - tau') and dlambda the full width at half maximum of a Gaussian spectrum. The paths are those of the light that is seen in
+//! a row ([`transport::kernel::path_laws`]): light far from the line has taken longer and more different ones, so Scatter's rows have
+//! less contrast than the line's own. A film counts as a half space of its matter: what lies below it, and that its paths are shorter, is
+//! neglected.
 
-use procedural::Medium;
+use numerics::lanes::{exp, ln};
+use transport::kernel::PathLaw;
 
-use transport::kernel::diffusion;
+/// Rows from the line for which contrasts are worked out; linear between, and as the last one beyond [px].
+pub(crate) const CONTRAST_ROWS: [f32; 7] = [0.0, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0];
+/// Neighbouring columns that share their contrasts.
+pub(crate) const CONTRAST_COLUMNS: usize = 8;
 
-/// Shortest path [mm].
-const MIN_PATH_MM: f64 = 0.003;
-/// Longest path [mm].
-const MAX_PATH_MM: f64 = 200.0;
-/// Path lengths between the two, evenly spaced in their logarithm.
-const PATH_LENGTHS: usize = 200;
+/// Contrasts in the rows [`CONTRAST_ROWS`] from a line, of that of a sample's patterns [1].
+pub(crate) type RowContrasts = [f32; CONTRAST_ROWS.len()];
 
-/// Contrast of speckle in light from below after paths of different lengths, for a Gaussian spectrum of the laser [1].
-///
-/// C^2 = sum over pairs of path lengths of w w' exp(-(pi (dlambda / lambda^2) n (tau - tau'))^2 / (2 ln 2)), Goodman's
-/// rule for partial coherence; `linewidth_nm` is the full width at half maximum. `boundary` is A(n).
-pub fn coherence_contrast(medium: &Medium, boundary: f64, wavelength_nm: f64, linewidth_nm: f64) -> f64 {
-    let (a, s, k) = (f64::from(medium.mu_a), f64::from(medium.sigma_i), f64::from(medium.k));
-    let (_, d_perp) = diffusion(s, k);
-    let z0 = 1.0 / (s + k);
-    let z2 = z0 + 4.0 * boundary * d_perp;
-    // Logarithms: matter that lets hardly any light out still has a contrast.
-    let logarithms: Vec<(f64, f64)> = (0..PATH_LENGTHS)
-        .map(|i| {
-            let tau = MIN_PATH_MM * libm::pow(MAX_PATH_MM / MIN_PATH_MM, i as f64 / (PATH_LENGTHS as f64 - 1.0));
-            let term = |z: f64| libm::log(z) - z * z / (4.0 * d_perp * tau);
-            let (near, far) = (term(z0), term(z2));
-            let both = near.max(far) + libm::log1p(libm::exp(-(near - far).abs()));
-            (tau, both - a * tau - 0.5 * libm::log(tau))
-        })
-        .collect();
-    let most = logarithms.iter().map(|(_, w)| *w).fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<(f64, f64)> = logarithms.into_iter().map(|(tau, w)| (tau, libm::exp(w - most))).collect();
-    let total: f64 = weights.iter().map(|(_, w)| w).sum();
-    // Wave numbers per mm: wavelength in mm is 1e-6 of it in nm.
-    let band = std::f64::consts::PI * linewidth_nm / (wavelength_nm * wavelength_nm) * 1e6 * f64::from(medium.n_eff);
-    let mut sum = 0.0;
-    for &(t, w) in &weights {
-        for &(t2, w2) in &weights {
-            let phase = band * (t - t2);
-            sum += w * w2 * libm::exp(-phase * phase / (2.0 * std::f64::consts::LN_2));
-        }
+/// Coherence of a sample's light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Coherence {
+    /// D for paths that differ by 1 mm in matter of index 1 [mm^-1].
+    pub per_mm: f32,
+    /// Contrast of the patterns that light from below is given [1].
+    pub patterns: f32,
+}
+
+impl Coherence {
+    /// Contrast of light after such paths in matter of index `n`, of that of the patterns [1].
+    pub fn relative(&self, paths: &PathLaw, n: f32) -> f32 {
+        path_contrast(self.per_mm * n, paths) / self.patterns
     }
-    (sum / (total * total)).sqrt()
+}
+
+/// D for paths that differ by 1 mm in matter of index 1, for a wavelength and the full width of its line [mm^-1].
+pub fn coherence_per_mm(wavelength_nm: f64, linewidth_nm: f64) -> f64 {
+    // A wavelength in mm is 1e-6 of it in nm.
+    std::f64::consts::PI * linewidth_nm / (wavelength_nm * wavelength_nm) * 1e6
+}
+
+/// Contrast of speckle in light whose paths follow `law`, D growing by `per_mm` with their difference [1].
+///
+/// Where the paths differ much, C^2 is sqrt(2 pi ln 2) times the integral of the square of D's density; where they differ little, 1. In
+/// between (1 + (1 / C^2)^q)^(-1/q) with q = 2 / (1 + 0.55 s^1.63) is within 2 % of the double sum for paths whose logarithm is normal with
+/// a deviation s from 0.2 to 1.8.
+pub fn path_contrast(per_mm: f32, law: &PathLaw) -> f32 {
+    // sqrt(2 pi ln 2).
+    let wide = 2.086_934 * law.crowding / per_mm.max(1e-9);
+    let q = 2.0 / (1.0 + 0.55 * exp(1.63 * ln(law.deviation.max(0.05))));
+    let power = exp((-q * ln(wide.max(1e-30))).clamp(-80.0, 80.0));
+    exp(-0.5 / q * ln(1.0 + power))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::surface_point::surface_point;
     use super::*;
-    use procedural::Gloss;
+    use glam::Vec3;
+    use procedural::{Gloss, Medium};
     use rand::RngExt;
-    use transport::fresnel::boundary_factor;
+    use transport::kernel::path_laws;
+
+    /// Paths whose logarithm is normal: the closed form against the double sum over dense quantiles, over all that paths and lasers
+    /// may be.
+    #[test]
+    fn closed_form_is_the_double_sum() {
+        let mut rng = procedural::Stream::root(6).child("paths").rng();
+        let mut draw = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
+        for _ in 0..60 {
+            let (median, deviation, per_mm) = (draw(0.05, 20.0), draw(0.2, 1.8), draw(0.05, 20.0));
+            let steps = 4001;
+            // Even in the logarithm, five deviations to either side.
+            let point = |i: usize| -5.0 + 10.0 * i as f64 / (steps - 1) as f64;
+            let weights: Vec<f64> = (0..steps).map(|i| libm::exp(-0.5 * point(i).powi(2))).collect();
+            let paths: Vec<f64> = (0..steps).map(|i| per_mm * median * libm::exp(deviation * point(i))).collect();
+            let total: f64 = weights.iter().sum();
+            let mut sum = 0.0;
+            for i in 0..steps {
+                // Paths beyond six units of D are as good as incoherent.
+                for j in (0..i).rev().take_while(|&j| paths[i] - paths[j] < 6.0) {
+                    let d = paths[i] - paths[j];
+                    sum += 2.0 * weights[i] * weights[j] * libm::exp(-d * d / (2.0 * std::f64::consts::LN_2));
+                }
+                // What lies within the point's own step.
+                let step = if i + 1 < steps { paths[i + 1] - paths[i] } else { paths[i] - paths[i - 1] };
+                let own = (1.0 + step * step / (6.0 * std::f64::consts::LN_2)).sqrt().recip();
+                sum += weights[i] * weights[i] * own;
+            }
+            let expected = sum.sqrt() / total;
+            let crowding =
+                libm::exp(0.25 * deviation * deviation) / (2.0 * deviation * std::f64::consts::PI.sqrt() * median);
+            let law = PathLaw { crowding: crowding as f32, deviation: deviation as f32 };
+            let got = f64::from(path_contrast(per_mm as f32, &law));
+            assert!((got / expected - 1.0).abs() < 0.02, "{median} {deviation} {per_mm}: {got} for {expected}");
+        }
+    }
 
     /// Whatever matter a recipe may have, the contrast is a number above 0 and at most 1, also where no light comes back.
     #[test]
@@ -66,23 +106,12 @@ mod tests {
             let (n, width) = (draw(1.0, 2.0), draw(1e-4, 10.0));
             let medium =
                 Medium { k: k as f32, ..Medium::isotropic(mu_a as f32, sigma_i as f32, n as f32, Gloss::NONE) };
-            let contrast = coherence_contrast(&medium, boundary_factor(n), 660.0, width);
-            assert!(contrast > 0.0 && contrast <= 1.0 + 1e-12, "{mu_a} {sigma_i} {k} {n} {width}: {contrast}");
+            let view = Vec3::new(0.0, -0.42, 0.91).normalize();
+            let point = surface_point(&medium, Vec3::Z, Vec3::NEG_Z, view);
+            for law in path_laws(&point, 0.003, [0.0, 0.3, 3.0]) {
+                let contrast = path_contrast(coherence_per_mm(660.0, width) as f32 * medium.n_eff, &law);
+                assert!(contrast > 0.0 && contrast <= 1.0 + 1e-6, "{mu_a} {sigma_i} {k} {n} {width}: {contrast}");
+            }
         }
-    }
-
-    /// Matter without fibres is the limit of few fibres, and the further light travels in it, the less speckle is left.
-    #[test]
-    fn matter_without_fibres_washes_speckle_out_by_how_far_light_runs() {
-        let contrast = |sigma: f32, k: f32| {
-            let medium = Medium { k, ..Medium::isotropic(0.005, sigma, 1.5, Gloss::NONE) };
-            coherence_contrast(&medium, boundary_factor(1.5), 660.0, 0.5)
-        };
-        let few: Vec<f64> = [12.0, 40.0, 400.0].map(|sigma| contrast(sigma, 1e-4)).to_vec();
-        let none: Vec<f64> = [12.0, 40.0, 400.0].map(|sigma| contrast(sigma, 0.0)).to_vec();
-        for (few, none) in few.iter().zip(&none) {
-            assert!((few - none).abs() < 1e-3, "{few} with few fibres, {none} without");
-        }
-        assert!(none[0] > 0.0 && none[0] < none[1] && none[1] < none[2] && none[2] < 1.0, "{none:?}");
     }
 }

@@ -6,6 +6,7 @@
 
 use multiversion::multiversion;
 
+use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, RowContrasts};
 use super::fixed_pattern::{CodeSteps, PixelCodes, UNIFORM_CODES, WindowRuns};
 use super::signal_chain::SignalChain;
 use super::speckle::{AnchoredSpeckle, TILE};
@@ -45,6 +46,8 @@ pub(crate) struct Digitiser<'a> {
     pub chain: &'a SignalChain,
     /// Speckle of the sample.
     pub speckle: &'a AnchoredSpeckle,
+    /// How much of it is left in light from below, beside the line.
+    pub contrasts: &'a [RowContrasts],
 }
 
 impl Digitiser<'_> {
@@ -70,6 +73,7 @@ impl Digitiser<'_> {
         let view = self.speckle.tile(tile, place, way, number * ROWS);
         let counter = tile as u32 * TILE as u32;
         let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
+        let [glint, grain] = self.speckle.scale();
         let pair_of = |pair: usize| {
             let rows = rows_of(pair);
             let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
@@ -78,18 +82,21 @@ impl Digitiser<'_> {
                 patterns,
                 ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
                 shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
+                glint,
+                // What a second window shows has crossed a film, or was mirrored.
+                grain: rows.map(|k| if number == 0 { row_contrasts(self.contrasts, k, grain) } else { [grain; TILE] }),
                 counter: pair as u32 * MAX_COLUMNS + counter,
                 keys,
             }
         };
-        let (chain, scale) = (self.chain, self.speckle.scale());
+        let chain = self.chain;
         let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
             for (row, numbers) in dn[2 * pair * columns..].chunks_exact_mut(columns).zip(numbers) {
                 row.copy_from_slice(&numbers[..columns]);
             }
         };
         if chain.is_plain() {
-            (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), chain, scale)));
+            (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), chain)));
             return;
         }
         let runs = WindowRuns::new(&window.first_row);
@@ -98,10 +105,10 @@ impl Digitiser<'_> {
             let codes = rows_of(pair)
                 .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
             if chain.blooming == 0.0 {
-                out(&mut frame.dn, pair, unlike(&own, &codes, chain, scale));
+                out(&mut frame.dn, pair, unlike(&own, &codes, chain));
                 continue;
             }
-            let developed = develop(&own, &codes, chain, scale);
+            let developed = develop(&own, &codes, chain);
             for (row, k) in rows_of(pair).into_iter().enumerate() {
                 (signal.level[k], signal.noisy[k], signal.offset[k]) =
                     (developed[0][row], developed[1][row], developed[2][row]);
@@ -116,6 +123,21 @@ impl Digitiser<'_> {
             }
         }
     }
+}
+
+/// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it there.
+#[inline(always)]
+fn row_contrasts(contrasts: &[RowContrasts], k: usize, grain: f32) -> [f32; TILE] {
+    let rows = k.abs_diff(CENTRE) as f32;
+    let last = CONTRAST_ROWS.len() - 1;
+    let next = CONTRAST_ROWS.iter().position(|&at| at >= rows).unwrap_or(last).max(1);
+    let (from, to) = (CONTRAST_ROWS[next - 1], CONTRAST_ROWS[next]);
+    let part = ((rows - from) / (to - from)).min(1.0);
+    let mut out = [0.0; TILE];
+    for (columns, at) in out.chunks_exact_mut(CONTRAST_COLUMNS).zip(contrasts) {
+        columns.fill(grain * (at[next - 1] + part * (at[next] - at[next - 1])));
+    }
+    out
 }
 
 /// Row offsets of a window row, a column; sensor rows beyond the edge take the edge's.
@@ -135,6 +157,10 @@ struct PairOfRows<'a> {
     ambient: [&'a [f32; TILE]; 2],
     /// Offsets of both rows, a column [DN].
     shades: RowPair<f32>,
+    /// Factor on the surface patterns [1].
+    glint: f32,
+    /// Factor on the volume patterns of both rows, a column [1].
+    grain: RowPair<f32>,
     counter: u32,
     keys: [u32; 2],
 }
@@ -145,9 +171,10 @@ type RowPair<T> = [[T; TILE]; 2];
 impl PairOfRows<'_> {
     /// Light of a pixel with its speckle [e-].
     #[inline(always)]
-    fn light(&self, [glint, grain]: [f32; 2], row: usize, c: usize) -> f32 {
+    fn light(&self, row: usize, c: usize) -> f32 {
         let [surface, volume] = self.electrons[row];
         let [bright, soft] = self.patterns[row];
+        let (glint, grain) = (self.glint, self.grain[row][c]);
         surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + self.ambient[row][c]
     }
 
@@ -158,12 +185,11 @@ impl PairOfRows<'_> {
         codes: &[PixelCodes; 2],
         steps: CodeSteps,
         chain: &SignalChain,
-        scale: [f32; 2],
         row: usize,
         c: usize,
     ) -> [f32; 3] {
         let (response, shift) = steps.decode(&codes[row], c);
-        let light = self.light(scale, row, c);
+        let light = self.light(row, c);
         let (level, noisy) = chain.slopes.respond((chain.gain * response * light).max(0.0));
         [level, noisy, self.shades[row][c] + shift]
     }
@@ -185,32 +211,27 @@ impl PairOfRows<'_> {
 
 /// Gain and noise alone.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain, scale: [f32; 2]) -> RowPair<u16> {
+fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain) -> RowPair<u16> {
     pixels.numbers(chain, |row, c| {
-        let signal = (chain.gain * pixels.light(scale, row, c)).max(0.0);
+        let signal = (chain.gain * pixels.light(row, c)).max(0.0);
         [signal, signal, pixels.shades[row][c]]
     })
 }
 
 /// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain, scale: [f32; 2]) -> RowPair<u16> {
+fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain) -> RowPair<u16> {
     let steps = chain.steps();
-    pixels.numbers(chain, |row, c| pixels.developed(codes, steps, chain, scale, row, c))
+    pixels.numbers(chain, |row, c| pixels.developed(codes, steps, chain, row, c))
 }
 
 /// The same without noise, for charge to overflow.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn develop(
-    pixels: &PairOfRows<'_>,
-    codes: &[PixelCodes; 2],
-    chain: &SignalChain,
-    scale: [f32; 2],
-) -> [RowPair<f32>; 3] {
+fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain) -> [RowPair<f32>; 3] {
     let (steps, mut out) = (chain.steps(), [[[0.0; TILE]; 2]; 3]);
     for row in 0..2 {
         for c in 0..TILE {
-            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, chain, scale, row, c);
+            [out[0][row][c], out[1][row][c], out[2][row][c]] = pixels.developed(codes, steps, chain, row, c);
         }
     }
     out

@@ -9,7 +9,7 @@ use super::second_line::LitProfile;
 use super::sensor::Sensor;
 use super::speckle::TILE;
 use super::window::{ExposureKey, ROWS, Scratch, load};
-use super::{ambient, compositing, streak};
+use super::{ambient, compositing, mixed_columns, streak};
 use crate::frame::Frame;
 use crate::specimen::Hit;
 
@@ -26,12 +26,13 @@ impl Sensor {
         frames: &mut [Frame; 2],
     ) {
         window(self, band, profile, tile, scratch);
-        let hits = &band.row(profile).hits[tile * TILE..][..scratch.columns];
+        let row = band.row(profile);
+        let hits = &row.hits[tile * TILE..][..scratch.columns];
         let place = [hits[scratch.columns / 2].x, median_height(hits)].map(f64::from);
         // Speckle moves as far as the object does here.
         let way = self.position(profile) * self.turn.map_or(1.0, |turn| turn.share(place[0]));
         let exposure = TileExposure { profile, tile, columns: scratch.columns, place, way, offsets };
-        let digitiser = Digitiser { chain: &self.chain, speckle: &self.speckle };
+        let digitiser = Digitiser { chain: &self.chain, speckle: &self.speckle, contrasts: row.contrasts_of(tile) };
         frames[1].rows = 0;
         for number in 0..scratch.used {
             let window = &scratch.windows[number];
@@ -82,6 +83,7 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mu
             }
         }
     }
+    mixed_columns::mix(&own.mixed, tile, &mut scratch.windows[0]);
 }
 
 /// Median height of every fourth column of a tile, of those that laser and lens reach where there are some [mm]; a narrow

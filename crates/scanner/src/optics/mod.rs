@@ -24,6 +24,7 @@ mod gaussian_stepper;
 mod highlights;
 pub mod laser;
 mod line_image;
+mod mixed_columns;
 mod motion_blur;
 pub(crate) mod per_line;
 pub mod postprocess;

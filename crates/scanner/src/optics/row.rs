@@ -3,6 +3,8 @@
 //! Subsurface response depends only on the body, so a row is worked out once for each position of the scan and used by
 //! every profile whose window holds it: as the source of its own line, and as the exit of its neighbours' light.
 
+use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
+use super::mixed_columns::MixedColumn;
 use super::speckle::TILE;
 use super::streak::Streak;
 use super::window::load;
@@ -40,15 +42,25 @@ pub struct Row {
     /// The same for light of rows behind this one, which leaves through a front face where this row is bare; `None` where
     /// that makes no difference.
     pub front_exit: Option<Box<[Vec<f32>; BASIS]>>,
+    /// Contrasts of speckle in light from below beside the line, of that of the patterns, for every [`CONTRAST_COLUMNS`] columns [1].
+    pub(crate) contrasts: Vec<RowContrasts>,
     /// Ambient light in a pixel that looks here; empty where there is none [e-].
     pub ambient: Vec<f32>,
     /// What else of this line's light the camera sees; `None` for a body that cannot send it elsewhere.
     pub secondary: Option<Box<SecondaryLight>>,
+    /// Columns that see past an edge, by rising column.
+    pub mixed: Vec<MixedColumn>,
     /// Single fibres that guide light out of the line, by rising column.
     pub streaks: Vec<Streak>,
 }
 
 impl Row {
+    /// Contrasts of the columns of a tile, [`CONTRAST_COLUMNS`] together.
+    pub(crate) fn contrasts_of(&self, tile: usize) -> &[RowContrasts] {
+        let groups = TILE / CONTRAST_COLUMNS;
+        &self.contrasts[tile * groups..][..groups]
+    }
+
     /// Radii of the circles of confusion of a tile; `None` where all is sharp.
     pub(crate) fn defocus_radius_of(&self, start: usize) -> Option<&[f32; TILE]> {
         self.defocus_radius.get(start..)?.first_chunk()

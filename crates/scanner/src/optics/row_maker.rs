@@ -16,8 +16,10 @@ use procedural::{Class, Film, Gloss, Medium};
 use super::ambient;
 use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
+use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
 use super::film;
 use super::highlights::{HighlightScratch, Highlights};
+use super::mixed_columns::EdgeSearch;
 use super::reflections::LitRow;
 use super::row::Row;
 use super::row_view::RowView;
@@ -29,7 +31,7 @@ use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
 use transport::kernel::{
-    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, exit_shift, line_spread,
+    BASIS, SPREAD_ACROSS_OVER_ALONG, SPREAD_MM, SpreadRow, SurfacePoint, WidthShares, line_spread, path_laws,
 };
 
 /// Share that comes back of light that would cross an upright wall, which lets it out: negative, since the wall takes of
@@ -47,6 +49,7 @@ pub(crate) struct RowMaker {
     /// How the camera sees the bare conveyor in each column.
     conveyor_sights: Vec<Sight>,
     highlights: Highlights,
+    coherence: Coherence,
 }
 
 /// Buffers that one thread needs to make rows.
@@ -58,14 +61,13 @@ pub(crate) struct RowScratch {
     white: Vec<f32>,
     /// Buffer for blurring along the line.
     line: Vec<f32>,
-    /// How much nearer to the lens light is seen to leave, along the motion [mm].
-    exit_shift: Vec<f32>,
     /// Variance along the line of what is out of focus; empty where nothing can be [px^2].
     defocus: Vec<f32>,
     /// Diffuse reflectance for light from all sides [1].
     albedo: Vec<f32>,
     /// Stretches of columns along which light spreads without a break.
     spans: Vec<Range<usize>>,
+    edges: EdgeSearch,
     secondary: SecondaryScratch,
     highlights: HighlightScratch,
 }
@@ -78,10 +80,10 @@ impl RowScratch {
             spread: SpreadRow::new(columns),
             white: vec![0.0; columns],
             line: Vec::new(),
-            exit_shift: vec![0.0; columns],
             defocus: Vec::new(),
             albedo: vec![0.0; columns],
             spans: Vec::new(),
+            edges: EdgeSearch::default(),
             secondary: SecondaryScratch::default(),
             highlights: HighlightScratch::default(),
         }
@@ -91,12 +93,20 @@ impl RowScratch {
 impl RowMaker {
     /// For a conveyor that throws back `conveyor_reflectance` of the light, all of it at the surface, below bodies that
     /// rise to `top` [mm] and have `highlights`, and a sensor of `columns` columns.
-    pub fn new(conveyor_reflectance: f64, camera: &Camera, highlights: Highlights, columns: usize, top: f64) -> Self {
+    pub fn new(
+        conveyor_reflectance: f64,
+        camera: &Camera,
+        highlights: Highlights,
+        coherence: Coherence,
+        columns: usize,
+        top: f64,
+    ) -> Self {
         let along = |column: usize| camera.rig.along(column as f64, 0.0) as f32;
         Self {
             columns: camera.rig.sightlines(columns, top),
             conveyor_sights: (0..columns).map(|column| camera.sight(along(column), 0.0, 0.0)).collect(),
             highlights,
+            coherence,
             shares: WidthShares::new(),
             conveyor: Medium::opaque(Gloss::NONE),
             conveyor_reflectance: conveyor_reflectance as f32,
@@ -111,9 +121,11 @@ impl RowMaker {
     /// Makes the row of what `view` looks at.
     pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         self.look(view.specimen, view.y, &mut row.hits);
+        scratch.edges.find(view.specimen, view.y, &self.columns, self.conveyor, &row.hits, &mut row.mixed);
         prepare(view, scratch, row);
         let own = self.light(view, scratch, row);
         darken_outside(&own, scratch.white.len(), row);
+        self.contrasts(scratch, row);
         if !own.is_empty() {
             self.spread(own.clone(), view, scratch, row);
         }
@@ -177,6 +189,25 @@ impl RowMaker {
         scratch.albedo[column] = self.conveyor_reflectance;
     }
 
+    /// How much speckle is left beside the line, by the paths of the light there.
+    fn contrasts(&self, scratch: &RowScratch, row: &mut Row) {
+        let padded = row.centre.len();
+        row.contrasts.clear();
+        for first in (0..padded).step_by(CONTRAST_COLUMNS) {
+            let columns = first..(first + CONTRAST_COLUMNS).min(row.hits.len());
+            let contrasts = match columns.into_iter().find(|&column| !is_bare(&row.hits[column])) {
+                None => [1.0; CONTRAST_ROWS.len()],
+                Some(column) => {
+                    let (point, rows_per_mm) = (&scratch.points[column], row.rows_per_mm[column].abs().max(1e-3));
+                    let blur = row.variance[column] / (rows_per_mm * rows_per_mm);
+                    let laws = path_laws(point, blur, CONTRAST_ROWS.map(|rows| rows / rows_per_mm));
+                    laws.map(|law| self.coherence.relative(&law, point.n))
+                }
+            };
+            row.contrasts.push(contrasts);
+        }
+    }
+
     /// Lets the light of the columns `own` spread, along the motion and along the line.
     fn spread(&self, own: Range<usize>, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let (camera, relief) = (view.camera, view.specimen.can_occlude_itself());
@@ -197,8 +228,7 @@ impl RowMaker {
                 let inside = if is_bare(hit) || !hit.seen { 0.0 } else { 1.0 };
                 row.exit[j][column] = scratch.spread.exit[j][column] * inside;
                 row.source[j][column] = scratch.spread.enter[j][column] * scratch.white[column] * inside;
-                let shift = scratch.spread.shift[j][column] + scratch.exit_shift[column];
-                row.shift[j][column] = -shift * row.rows_per_mm[column];
+                row.shift[j][column] = -scratch.spread.shift[j][column] * row.rows_per_mm[column];
             }
             let variance = camera.along_variance(SPREAD_MM[j] * sideways);
             let wall = if SPREAD_MM[j] > 0.0 { WALL_RETURN } else { 1.0 };
@@ -305,14 +335,16 @@ impl LitColumn<'_> {
     fn enter_film(&self, film: &Film, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         let Self { column, hit, sight, normal, white } = *self;
         let medium = &hit.matter.medium;
+        // Its paths decide the contrast of speckle.
+        scratch.points[column] = surface_point(medium, normal, sight.light, sight.view);
         let spread = film::spread(&hit.matter, film, normal, &sight, &mut scratch.secondary.covers);
+        let shift = film::exit_shift(medium, film, sight.view);
         for j in 0..BASIS {
             scratch.spread.enter[j][column] = spread.enter[j];
             scratch.spread.exit[j][column] = spread.exit[j];
-            scratch.spread.shift[j][column] = 0.0;
+            scratch.spread.shift[j][column] = shift;
         }
         row.entered_light[column] = white * film::entering_share(medium.n_eff, normal, -sight.light);
-        scratch.exit_shift[column] = film::exit_shift(medium, film, sight.view);
         scratch.albedo[column] += spread.through.iter().sum::<f32>();
         scratch.secondary.transmission.note(column, hit, film, &spread.through, &view);
     }
@@ -324,7 +356,6 @@ impl LitColumn<'_> {
         let medium = &self.hit.matter.medium;
         let point = surface_point(medium, normal, sight.light, sight.view);
         row.entered_light[column] = white * point.enter;
-        scratch.exit_shift[column] = exit_shift(&point);
         // A coat is passed both ways.
         scratch.points[column] = SurfacePoint { enter: point.enter * medium.coat * medium.coat, ..point };
     }

@@ -1,10 +1,11 @@
 //! The instrument over one scan: laser, camera, sensor and conveyor, set up for one sample.
 
+use glam::Vec3;
 use procedural::{Medium, Stream};
 
 use super::band::Band;
 use super::camera::Camera;
-use super::coherence::coherence_contrast;
+use super::coherence::{Coherence, coherence_per_mm, path_contrast};
 use super::encoder::Encoder;
 use super::highlights::Highlights;
 use super::per_line::{LineSolver, PerLine};
@@ -15,11 +16,12 @@ use super::scan_geometry::ScanGeometry;
 use super::second_line::SecondLine;
 use super::signal_chain::SignalChain;
 use super::speckle::{AnchoredSpeckle, PatternCache, SpeckleConditions};
+use super::surface_point::surface_point;
 use crate::frame::Calibration;
 use crate::specimen::{Hit, Specimen, turntable::Turntable};
 use bench::parameters::Bench;
 use bench::settings::{LaserLine, Order, Postprocess, Readout, Size, SpeckleLaw};
-use transport::fresnel;
+use transport::kernel::path_laws;
 
 /// Light in one pixel under which secondary light is left out [DN of 8 bits].
 const FAINT_DN: f32 = 0.05;
@@ -78,13 +80,18 @@ impl Sensor {
         let camera = Camera::new(bench, &size, setup.line, stream);
         let working = bench.camera.f_number * camera.rig.image_distance / camera.rig.focal_length;
         let grain = bench.laser.wavelength_nm * 1e-3 * working / bench.camera.pixel_um;
-        let boundary = fresnel::boundary_factor(f64::from(clear.n_eff));
-        let paths = coherence_contrast(clear, boundary, bench.laser.wavelength_nm, bench.laser.linewidth_nm);
-        let rows_per_mm = f64::from(camera.sight(0.0, height as f32, 0.0).rows_per_mm);
+        let sight = camera.sight(0.0, height as f32, 0.0);
+        let rows_per_mm = f64::from(sight.rows_per_mm);
+        // Patterns are those of light on the line.
+        let per_mm = coherence_per_mm(bench.laser.wavelength_nm, bench.laser.linewidth_nm) as f32;
+        let point = surface_point(clear, Vec3::Z, sight.light, sight.view);
+        let [law] = path_laws(&point, sight.variance / (sight.rows_per_mm * sight.rows_per_mm), [0.0]);
+        let patterns = path_contrast(per_mm * clear.n_eff, &law);
+        let coherence = Coherence { per_mm, patterns };
         let step = bench.motion.step_mm;
         let exposed_share = bench.motion.line_rate_hz * bench.exposure.time_us * 1e-6;
         let travel = exposed_share / (1.0 / (rows_per_mm * step));
-        let conditions = SpeckleConditions { grain, rows_per_mm, height, paths, travel };
+        let conditions = SpeckleConditions { grain, rows_per_mm, height, paths: f64::from(patterns), travel };
         let encoder = Encoder::new(&bench.motion, stream.child("travel"));
         let scripted = setup.postprocess.order != Order::Physical;
         // On the scale of 8 bits, whatever the converter.
@@ -110,6 +117,7 @@ impl Sensor {
                 bench.motion.conveyor_reflectance,
                 &camera,
                 Highlights::new(&bench.laser, stream.child("shining")),
+                coherence,
                 size.columns,
                 height,
             ),
@@ -127,7 +135,7 @@ impl Sensor {
         &self.camera
     }
 
-    /// Contrast of speckle from the surface and from below in one pixel [1].
+    /// Contrast of speckle from the surface and, on the line, from below in one pixel [1].
     pub fn speckle_contrast(&self) -> [f32; 2] {
         self.speckle.contrast()
     }

@@ -2,6 +2,7 @@
 //! Films over something are answered by [`super::film_stack`].
 
 use super::table::{CONE_BINS, DISPERSION_DEG, HalfSpaceTable, PATH_BINS};
+use super::view::{LEAST_VARIANCE, view_group};
 use super::{SurfacePoint, after_absorption};
 use crate::answer::{Answer, Estimate, Question};
 use crate::fresnel::fresnel_dielectric;
@@ -23,6 +24,10 @@ pub struct Gaussian {
     pub variance_across: f64,
     /// Radiance factor towards the lens [1].
     pub towards: f64,
+    /// How far along the motion the lens sees it beside light to all sides [mm].
+    pub seen_shift: f64,
+    /// How much less variance along the motion the lens sees [mm^2].
+    pub seen_narrower: f64,
 }
 
 /// Why the kernel has no answer.
@@ -78,20 +83,22 @@ pub fn gaussians(texel: &SurfacePoint) -> Vec<Gaussian> {
     let scattering = f64::from(texel.sigma_i + texel.k);
     let share = texel.sigma_i / (texel.sigma_i + texel.k);
     let node = HalfSpaceTable::get().between(texel.n, share, texel.sin_dive, texel.dispersion_deg);
-    let (cone, rest) = texel.view.factors(node.views());
-    let cone = libm::exp(f64::from(cone));
+    let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
     (0..PATH_BINS)
         .map(|l| {
             let path = f64::from(node.path()[l]) / scattering;
             let (left, narrower) = after_absorption(texel.mu_a * path as f32);
             let area = f64::from(narrower) / (scattering * scattering);
+            let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
             Gaussian {
                 weight: f64::from(texel.enter * node.weight()[l] * left),
                 path,
                 along: f64::from(node.along()[l]) / scattering,
                 variance_along: f64::from(node.variance_along()[l]) * area,
                 variance_across: f64::from(node.variance_across()[l]) * area,
-                towards: if l < CONE_BINS { cone } else { f64::from(rest) },
+                towards: f64::from(towards.factor[group]),
+                seen_shift: f64::from(towards.shift[group]) / scattering,
+                seen_narrower: f64::from(towards.narrower[group]) / (scattering * scattering),
             }
         })
         .collect()
@@ -114,11 +121,16 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let sum = |pick: &dyn Fn(&Gaussian) -> f64| all.iter().map(pick).sum::<f64>();
     let reflectance = sum(&|g| g.weight);
     let enter = f64::from(texel.enter);
-    let line = |row: i64| {
+    let variance = |g: &Gaussian| g.variance_along * track.1 * track.1 + g.variance_across * track.0 * track.0;
+    let share_of = |g: &Gaussian, row: i64, shift: f64, variance: f64| {
+        let (pitch, middle) = (question.row_mm, g.along * track.1 + shift);
+        g.weight * share(row as f64 * pitch - middle, pitch, variance + question.line_mm * question.line_mm)
+    };
+    let line = |row: i64| sum(&|g| share_of(g, row, 0.0, variance(g)));
+    let seen = |row: i64| {
         sum(&|g| {
-            let variance = g.variance_along * track.1 * track.1 + g.variance_across * track.0 * track.0;
-            let (pitch, middle) = (question.row_mm, g.along * track.1);
-            g.weight * share(row as f64 * pitch - middle, pitch, variance + question.line_mm * question.line_mm)
+            let all = variance(g);
+            g.towards * share_of(g, row, g.seen_shift, (all - g.seen_narrower).max(f64::from(LEAST_VARIANCE) * all))
         })
     };
     let rows = question.rows as i64;
@@ -134,7 +146,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
         angles: Vec::new(),
         row_mm: question.row_mm,
         line: (-rows..=rows).map(|row| Estimate::exact(line(row))).collect(),
-        seen: Vec::new(),
+        seen: (-rows..=rows).map(|row| Estimate::exact(seen(row))).collect(),
         cell_mm: question.cell_mm,
         point: point(&all, track, question),
     })

@@ -19,6 +19,7 @@
 mod diffusion_tensor;
 pub mod film_stack;
 mod half_space;
+mod path_law;
 pub mod table;
 pub mod view;
 pub mod widths;
@@ -29,17 +30,14 @@ use procedural::WOOD_DISPERSION_DEG;
 
 pub use self::diffusion_tensor::diffusion;
 pub use self::half_space::{Gaussian, KernelError, gaussians, solve};
+pub use self::path_law::{PathLaw, path_laws};
 use self::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
-use self::view::View;
+use self::view::{LEAST_VARIANCE, View, view_group};
 pub use self::widths::{BASIS, SPREAD_MM, WidthShares};
 use numerics::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
-/// Mean run of light on its way out in free paths: fluence rises with depth, so more than 1; from Monte Carlo on bodies [1].
-const MEAN_EXIT_RUN: f32 = 1.3;
-/// Share of cylinder scattering that ends a run along the fibre; from Monte Carlo on bodies [1].
-const RUN_ENDS_ALONG_FIBRE: f32 = 0.33;
 /// Weight of a bin that is left out [1].
 const MIN_BIN_WEIGHT: f32 = 2e-6;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
@@ -73,10 +71,8 @@ pub struct SurfacePoint {
     pub cos_azimuth: f32,
     /// The view of the lens.
     pub view: View,
-    /// Part along the track of the unit vector that refraction turns into the one to the lens [1].
-    pub leaves_along: f32,
-    /// Part of it along the motion [1].
-    pub leaves_motion: f32,
+    /// Part of the view along the motion, in the surface [1].
+    pub view_motion: f32,
 }
 
 impl SurfacePoint {
@@ -91,8 +87,7 @@ impl SurfacePoint {
         sin_dive: 0.0,
         cos_azimuth: 1.0,
         view: View { cone: 0.0, along: 0.0, up: 1.0 },
-        leaves_along: 0.0,
-        leaves_motion: 0.0,
+        view_motion: 0.0,
     };
 
     /// This point with its fibres along `fibre`, on a surface with the `normal`, lit along `light` and seen from `view`; unit
@@ -116,8 +111,7 @@ impl SurfacePoint {
             sin_dive,
             cos_azimuth: track.y,
             view: View { cone: leaving.dot(fibre) - sin_dive, along: view.dot(track) - up * normal.dot(track), up },
-            leaves_along: leaving.dot(track),
-            leaves_motion: leaving.y,
+            view_motion: view.y - up * normal.y,
             ..self
         }
     }
@@ -138,7 +132,7 @@ pub struct SpreadRow {
     pub enter: [Vec<f32>; BASIS],
     /// The same times the exit's radiance factor, `[BASIS][points]` [1].
     pub exit: [Vec<f32>; BASIS],
-    /// Shift of each width along the motion, `[BASIS][points]` [mm].
+    /// Shift of each width along the motion as the lens sees it, `[BASIS][points]` [mm].
     pub shift: [Vec<f32>; BASIS],
 }
 
@@ -174,68 +168,43 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     let (spread_along, spread_across) = (node.variance_along(), node.variance_across());
     let (a, c2, f2) = (texel.mu_a * free, texel.cos_azimuth * texel.cos_azimuth, free * free);
     let widest = SPREAD_MM[BASIS - 1] * SPREAD_MM[BASIS - 1];
+    let towards = texel.view.towards(node.views(), texel.cos_azimuth, texel.view_motion);
+    let mut narrowed = [0.0f32; LANES];
+    for l in 0..PATH_BINS {
+        narrowed[l] =
+            towards.narrower[if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) }];
+    }
     let (mut w, mut place) = ([0.0f32; LANES], [0.0f32; LANES]);
     for l in 0..LANES {
         let (left, narrower) = after_absorption(a * path[l]);
-        let variance = f2 * narrower * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
+        let all = narrower * (spread_along[l] * c2 + spread_across[l] * (1.0 - c2));
+        let variance = f2 * (all - narrowed[l]).max(LEAST_VARIANCE * all);
         // Beyond the widest: the height at the centre goes with one over the width.
         let shrink = (widest / variance.max(widest)).sqrt();
         w[l] = texel.enter * weight[l] * left * shrink;
         place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
     }
-    let [guided, pulled] = gather(&w, along, &place, 0..CONE_BINS, shares);
-    let [turned, pushed] = gather(&w, along, &place, CONE_BINS..PATH_BINS, shares);
-    let (cone, rest) = texel.view.factors(node.views());
-    let cone = exp(cone);
-    let mut out = [[0.0f32; BASIS]; 3];
-    for j in 0..BASIS {
-        let (guided, turned, moment) = (guided[j].max(0.0), turned[j].max(0.0), pulled[j] + pushed[j]);
-        let total = guided + turned;
-        out[0][j] = total.sqrt();
-        out[1][j] = (guided * cone + turned * rest) / out[0][j].max(1e-12);
-        let reach = SPREAD_MM[j] + free;
-        out[2][j] =
-            texel.cos_azimuth * free * (moment / total.max(1e-9)).clamp(-reach * scattering, reach * scattering);
-    }
-    out
-}
-
-/// How far along the motion the lens sees light leave beside where it leaves towards all sides [mm].
-///
-/// Light that leaves towards the lens was on its way there when it was last turned, below and behind the point of exit.
-/// By reciprocity this is the persistence of light that would enter from the lens: its part across the fibre lasts
-/// 1 / (sigma_i + k sin), its part along it longer, since cylinders keep it.
-pub fn exit_shift(texel: &SurfacePoint) -> f32 {
-    let (sin, cos) = (texel.sin_dive, (1.0 - texel.sin_dive * texel.sin_dive).max(0.0).sqrt());
-    let lost = texel.mu_a + texel.sigma_i;
-    let to_fibre = texel.view.cone + sin;
-    let across = MEAN_EXIT_RUN / (lost + texel.k * (1.0 - to_fibre * to_fibre).max(0.0).sqrt());
-    let along = MEAN_EXIT_RUN / (lost + RUN_ENDS_ALONG_FIBRE * texel.k);
-    let track = across * (texel.leaves_along - to_fibre * cos) + along * to_fibre * cos;
-    let beside = across * (texel.leaves_motion - texel.leaves_along * texel.cos_azimuth);
-    texel.cos_azimuth * track + beside
-}
-
-/// Weights of the fixed widths, and weights times displacement, of some bins.
-#[inline(always)]
-fn gather(
-    w: &[f32; LANES],
-    along: &[f32; LANES],
-    place: &[f32; LANES],
-    bins: std::ops::Range<usize>,
-    shares: &WidthShares,
-) -> [[f32; BASIS]; 2] {
-    let (mut weight, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS]);
-    for l in bins {
+    let (mut all, mut seen, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS], [0.0f32; BASIS]);
+    for l in 0..PATH_BINS {
         if w[l] < MIN_BIN_WEIGHT {
             continue;
         }
+        let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
+        let light = w[l] * towards.factor[group];
+        let displaced = light * (texel.cos_azimuth * along[l] + towards.shift[group]);
         let share = shares.at(place[l]);
         for j in 0..BASIS {
-            let part = w[l] * share[j];
-            weight[j] += part;
-            moment[j] += along[l] * part;
+            all[j] += w[l] * share[j];
+            seen[j] += light * share[j];
+            moment[j] += displaced * share[j];
         }
     }
-    [weight, moment]
+    let mut out = [[0.0f32; BASIS]; 3];
+    for j in 0..BASIS {
+        out[0][j] = all[j].max(0.0).sqrt();
+        out[1][j] = seen[j].max(0.0) / out[0][j].max(1e-12);
+        let reach = SPREAD_MM[j] + free;
+        out[2][j] = (free * moment[j] / seen[j].max(1e-9)).clamp(-reach, reach);
+    }
+    out
 }

@@ -1,12 +1,14 @@
 //! Table of light by length of path in half spaces, measured by Monte Carlo and kept beside this file as `table.bin`.
 //!
-//! Four axes: dispersion of the fibres, index of refraction, background's share of scattering, the fibres' dive; linear between
-//! values.
+//! Four axes: dispersion of the fibres, index of refraction, background's share of scattering, the fibres' dive; linear in functions
+//! of them between values.
 //! Lengths are in mean free paths 1 / (sigma_i + k). `make kernel-table` makes it anew; docs/physics.md says how and what
 //! it was tested against.
 
 use std::sync::OnceLock;
 
+use super::view::{VIEW_LANES, VIEW_TERMS};
+use numerics::lanes::ln;
 use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 
 /// End of the first bin of path lengths [mean free paths].
@@ -21,19 +23,17 @@ pub const PATH_BINS: usize = 38;
 pub(crate) const FIELDS: usize = 5;
 /// Bins with padding, so that a field fills whole vectors.
 pub const LANES: usize = 40;
-/// Numbers that describe to where light leaves: four of cone light, four of the rest.
-pub const VIEWS: usize = 8;
-/// Numbers kept for one half space.
-pub const NODE: usize = FIELDS * LANES + VIEWS;
+/// Numbers kept for one half space: of bins, and of light towards a view ([`super::view`]).
+pub const NODE: usize = FIELDS * LANES + VIEW_TERMS * VIEW_LANES;
 
 /// Dispersions of the fibres, standard deviation of their tilt in each of two directions [deg].
 pub const DISPERSION_DEG: [f32; 4] = [3.0, 5.0, 8.0, 14.0];
 /// Refractive indices of the table [1].
 pub const N: [f32; 5] = [1.0, 1.12, 1.25, 1.4, 1.55];
 /// Shares of the background in scattering [1].
-pub const RHO: [f32; 8] = [0.03, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6, 1.0];
+pub const RHO: [f32; 9] = [0.03, 0.05, 0.08, 0.14, 0.2, 0.28, 0.4, 0.6, 1.0];
 /// Dives of the fibres below the surface [deg].
-pub const DIVE_DEG: [f32; 13] = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 37.0, 45.0, 60.0, 70.0, 80.0, 90.0];
+pub const DIVE_DEG: [f32; 14] = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 37.0, 45.0, 52.0, 60.0, 70.0, 80.0, 90.0];
 
 /// What is kept of one half space, or between half spaces.
 #[derive(Debug, Clone, Copy)]
@@ -66,9 +66,10 @@ impl HalfSpaceNode {
         self.field(4)
     }
 
-    /// Coefficients of the radiance factors, see [`super::view`].
-    pub fn views(&self) -> &[f32; VIEWS] {
-        self.0[FIELDS * LANES..].first_chunk().expect("a node holds its views")
+    /// Coefficients of light towards a view, see [`super::view`].
+    #[inline(always)]
+    pub fn views(&self) -> &[[f32; VIEW_LANES]; VIEW_TERMS] {
+        self.0[FIELDS * LANES..].as_chunks().0.first_chunk().expect("a node holds its views")
     }
 
     #[inline(always)]
@@ -92,6 +93,10 @@ pub(crate) struct HalfSpaceTable {
     nodes: Vec<HalfSpaceNode>,
     /// [`steepness`] of [`DIVE_DEG`].
     dives: [f32; DIVE_DEG.len()],
+    /// Square roots of [`RHO`].
+    shares: [f32; RHO.len()],
+    /// Logarithms of [`DISPERSION_DEG`].
+    dispersions: [f32; DISPERSION_DEG.len()],
 }
 
 impl HalfSpaceTable {
@@ -101,18 +106,24 @@ impl HalfSpaceTable {
         TABLE.get_or_init(|| {
             let words: Vec<f32> = BYTES.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
             let nodes = words.as_chunks().0.iter().map(|node| HalfSpaceNode(*node)).collect();
-            Self { nodes, dives: DIVE_DEG.map(|dive| steepness(libm::sin(f64::from(dive).to_radians()) as f32)) }
+            Self {
+                nodes,
+                dives: DIVE_DEG.map(|dive| steepness(libm::sin(f64::from(dive).to_radians()) as f32)),
+                shares: RHO.map(f32::sqrt),
+                dispersions: DISPERSION_DEG.map(ln),
+            }
         })
     }
 
     /// The half space of index `n`, background's share `rho`, sine of dive `sin_dive` and dispersion `dispersion_deg`, clamped
-    /// to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995).
+    /// to the table's ends: linear in the simplex of five neighbours that holds it (Kasson, Nin, Plouffe and Hafner 1995), in the index, the
+    /// share's root, the dive's steepness and the dispersion's logarithm.
     #[inline(always)]
     pub fn between(&self, n: f32, rho: f32, sin_dive: f32, dispersion_deg: f32) -> HalfSpaceNode {
         let (a, fa) = locate(&N, n);
-        let (b, fb) = locate(&RHO, rho);
+        let (b, fb) = locate(&self.shares, rho.sqrt());
         let (c, fc) = locate(&self.dives, steepness(sin_dive));
-        let (d, fd) = locate(&DISPERSION_DEG, dispersion_deg);
+        let (d, fd) = locate(&self.dispersions, ln(dispersion_deg));
         // From the lowest corner of the cell to the highest, along the axis with the greatest part first.
         let along_rho = DIVE_DEG.len();
         let along_n = along_rho * RHO.len();

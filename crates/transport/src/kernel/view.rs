@@ -1,4 +1,5 @@
-//! Radiance factors towards a view, of cone light and of the rest.
+//! Light towards a view: radiance factors, and how far beside light to all sides it leaves; of cone light and of the rest, by length
+//! of path.
 //!
 //! Cone light keeps its angle to the fibre. For light from above and fibres f that dive by d, with v' the direction
 //! inside that refraction turns into the view v, it would leave where c = v' . f - sin(d) is 0; dispersion blurs that.
@@ -6,18 +7,62 @@
 //! part across it and u its height:
 //!
 //! ```text
-//! cone light   exp( a0 + a1 c + a2 c^2 + a3 (1 - u) )
-//! the rest     b0 + b1 s + b2 s^2 + b3 x^2
+//! factor of cone light    exp( a0 + a1 c + a2 c^2 + a3 (1 - u) )
+//! factor of the rest      a0 + a1 s + a2 s^2 + a3 x^2
+//! shift along the track   b0 + b1 s
+//! shift across it         b2 x
+//! variance along it       less b1^2 (1/2 - s^2), across it less b2^2 (1/2 - x^2); of the rest, no less than 0.4 of all light's
 //! ```
 //!
-//! A Lambertian surface has 1 everywhere.
+//! A Lambertian surface has the factor 1 everywhere. Light that leaves towards the lens was on its way there when it was last turned,
+//! below and behind the point of exit: that is the shift. It grows with the path until the light has forgotten where it came from. The last
+//! runs of light to all sides spread it by their directions and lengths, those of light to one view by their lengths alone: of
+//! runs of exponential lengths with mean b and directions of Lambert's law, whose part along an axis has the mean square 1/4, the former is
+//! 2 b^2 / 4, the latter b^2 s^2.
+//!
+//! Each kind has [`KIND_GROUPS`] groups of two bins of path lengths with coefficients of their own, so that absorption, which takes long
+//! paths, changes where light goes by itself. Bins beyond the walked ones are like the last group.
 
-use super::table::VIEWS;
+use super::table::CONE_BINS;
+use numerics::lanes::exp;
+
+/// Groups of path lengths of either kind of light.
+pub const KIND_GROUPS: usize = CONE_BINS / 2;
+/// Lanes of groups: cone light in the first half, the rest in the second, each padded.
+pub const VIEW_LANES: usize = 16;
+/// Coefficients of a group: four of the factor, three of the shift.
+pub const VIEW_TERMS: usize = 7;
+
+/// Mean square of a direction's part along an axis, over light that leaves to all sides, times the mean square of runs over their
+/// mean's square [1].
+const ALL_SIDES: f32 = 0.25 * (1.0 + SQUARED_RUN);
+/// Variance of the last runs over the square of their mean; 1 for exponential ones [1].
+const SQUARED_RUN: f32 = 1.0;
+/// Least part of a variance that is left to light towards a view [1].
+pub(crate) const LEAST_VARIANCE: f32 = 0.4;
 
 /// Logarithms of radiance factors of cone light are kept between these [1].
 const CONE_LOGARITHM_RANGE: (f32, f32) = (-12.0, 2.5);
 
-/// Coordinates of a view: (c, s, u).
+/// Lane of the group of a bin, counted from the first of its kind.
+#[inline(always)]
+pub const fn view_group(cone: bool, bin: usize) -> usize {
+    let group = if bin / 2 < KIND_GROUPS { bin / 2 } else { KIND_GROUPS - 1 };
+    if cone { group } else { VIEW_LANES / 2 + group }
+}
+
+/// What goes to a view, by group.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Towards {
+    /// Radiance factor [1].
+    pub factor: [f32; VIEW_LANES],
+    /// Shift along the motion against light to all sides [mean free paths].
+    pub shift: [f32; VIEW_LANES],
+    /// How much smaller than that of light to all sides its variance along the motion is [mean free paths^2].
+    pub narrower: [f32; VIEW_LANES],
+}
+
+/// Coordinates of a view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// Change of the cosine to the fibre [1].
@@ -50,18 +95,41 @@ impl View {
         [1.0, self.along, s2, (1.0 - self.up * self.up - s2).max(0.0)]
     }
 
-    /// Logarithm of the radiance factor of cone light, and radiance factor of the rest.
+    /// Radiance factor of the rest by its coefficients [1].
     #[inline(always)]
-    pub(crate) fn factors(self, views: &[f32; VIEWS]) -> (f32, f32) {
-        let sum = |from: usize, terms: [f32; 4]| {
-            views[from] * terms[0]
-                + views[from + 1] * terms[1]
-                + views[from + 2] * terms[2]
-                + views[from + 3] * terms[3]
-        };
-        (
-            sum(0, self.cone_terms()).clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1),
-            sum(4, self.rest_terms()).max(0.0),
-        )
+    pub(crate) fn rest(self, coefficients: [f32; 4]) -> f32 {
+        weighed(coefficients, self.rest_terms()).max(0.0)
     }
+
+    /// What goes to this view by a table's coefficients; the track makes an angle of cosine `cos_azimuth` with the motion, along which
+    /// the view has the part `motion`.
+    #[inline(always)]
+    pub(crate) fn towards(self, terms: &[[f32; VIEW_LANES]; VIEW_TERMS], cos_azimuth: f32, motion: f32) -> Towards {
+        let (cone, rest) = (self.cone_terms(), self.rest_terms());
+        let beside = motion - self.along * cos_azimuth;
+        let (along2, across2) = (rest[2], rest[3]);
+        let c2 = cos_azimuth * cos_azimuth;
+        let (mut factor, mut shift, mut narrower) = ([0.0; VIEW_LANES], [0.0; VIEW_LANES], [0.0; VIEW_LANES]);
+        for lane in 0..VIEW_LANES / 2 {
+            let logarithm = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], cone);
+            factor[lane] = exp(logarithm.clamp(CONE_LOGARITHM_RANGE.0, CONE_LOGARITHM_RANGE.1));
+        }
+        for lane in VIEW_LANES / 2..VIEW_LANES {
+            factor[lane] = weighed([terms[0][lane], terms[1][lane], terms[2][lane], terms[3][lane]], rest).max(0.0);
+        }
+        for lane in VIEW_LANES / 2..VIEW_LANES {
+            let (along, across) = (terms[5][lane], terms[6][lane]);
+            narrower[lane] = c2 * along * along * (ALL_SIDES - SQUARED_RUN * along2)
+                + (1.0 - c2) * across * across * (ALL_SIDES - SQUARED_RUN * across2);
+        }
+        for lane in 0..VIEW_LANES {
+            shift[lane] = cos_azimuth * (terms[4][lane] + terms[5][lane] * self.along) + terms[6][lane] * beside;
+        }
+        Towards { factor, shift, narrower }
+    }
+}
+
+#[inline(always)]
+fn weighed(coefficients: [f32; 4], terms: [f32; 4]) -> f32 {
+    coefficients[0] * terms[0] + coefficients[1] * terms[1] + coefficients[2] * terms[2] + coefficients[3] * terms[3]
 }

@@ -6,6 +6,8 @@
 //! and the refractive index. Light that met cylinders alone ("cone light", which keeps its angle to the fibre) is
 //! counted apart from the rest.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use procedural::Stream;
 use rand::Rng;
@@ -16,8 +18,8 @@ use super::super::next_event::LensEstimator;
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
 use super::super::tracker::{Geometry, Photon};
 use transport::kernel::diffusion;
-use transport::kernel::table::{CONE_BINS, FIRST_PATH, LANES, NODE, PATH_BINS, PATH_RATIO, VIEWS};
-use transport::kernel::view::View;
+use transport::kernel::table::{CONE_BINS, FIRST_PATH, LANES, NODE, PATH_BINS, PATH_RATIO};
+use transport::kernel::view::{KIND_GROUPS, VIEW_LANES, VIEW_TERMS, View, view_group};
 use transport::stack::{CylinderPhase, Scattering, Stack};
 
 /// Bins of path lengths that are walked; those beyond follow from diffusion.
@@ -26,12 +28,17 @@ pub(crate) const WALKED_BINS: usize = CONE_BINS;
 pub(crate) const TILTS_DEG: [f64; 4] = [10.0, 25.0, 40.0, 60.0];
 /// See [`TILTS_DEG`].
 pub(crate) const AZIMUTHS_DEG: [f64; 7] = [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0];
-/// Absorption per mean free path at which radiance factors are measured, that of wood [1].
-const VIEW_ABSORPTION: f64 = 0.02;
+/// Views in all.
+const VIEWS_MEASURED: usize = TILTS_DEG.len() * AZIMUTHS_DEG.len();
 /// Independent batches.
 const HALF_SPACE_BATCHES: u64 = 64;
-/// Cone light under this share has no measured directions of its own [1].
-const MIN_CONE_LIGHT: f64 = 3e-3;
+/// One in so many collisions is looked at from all views, as a power of 2: views that are compared share their collisions, and with
+/// them the noise of where these lie.
+const LOOKED_AT_POWER: u32 = 5;
+/// Number of the field of displacements in a table's entry.
+const ALONG_FIELD: usize = 2;
+/// Light of a kind after paths in two bins under this share has no measured directions of its own [1].
+const MIN_GROUP_LIGHT: f64 = 1e-3;
 
 /// Rate at which cylinders dispersed by s turn light that runs along them, over k s^2: by walks without end through fibres of 3 to 14
 /// degrees in backgrounds of 0.08 to 0.4, within 10 % [1].
@@ -77,16 +84,25 @@ pub struct PathStatistics {
     pub bins: [[PathBin; WALKED_BINS]; 2],
     /// Light that was still inside after the last bin [1].
     pub left: f64,
-    /// Radiance factors, `[2][tilts][azimuths]` [1].
-    pub views: [[[f64; 7]; 4]; 2],
+    /// Light towards the views by kind, two bins together, `[2][KIND_GROUPS][views]`.
+    pub seen: Vec<Seen>,
 }
+
+/// Light towards a view after a path in two bins, per photon that entered; serialised as three numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Seen(
+    /// Radiance factor [1].
+    pub f64,
+    /// Times the displacement of where it leaves, towards the diving end [mean free paths].
+    pub f64,
+    /// Times the displacement across, to the right of the diving end [mean free paths].
+    pub f64,
+);
 
 struct HalfSpaceSums {
     bins: [[PathBin; WALKED_BINS]; 2],
     left: f64,
-    /// Light that left, less absorption at [`VIEW_ABSORPTION`].
-    flux: [f64; 2],
-    views: [[f64; 28]; 2],
+    seen: Vec<Seen>,
 }
 
 struct HalfSpaceObserver<'a> {
@@ -96,13 +112,22 @@ struct HalfSpaceObserver<'a> {
 
 impl StackObserver for HalfSpaceObserver<'_> {
     fn collide(&mut self, photon: &Photon, layer: &PreparedLayer, rng: &mut impl Rng) {
-        // One view, drawn by lot, at every second collision.
-        let lot = (rng.next_u64() >> 33) as usize % (2 * self.lenses.len());
-        let Some(lens) = self.lenses.get(lot) else { return };
-        let scale = 2.0 * self.lenses.len() as f64 * libm::exp(-VIEW_ABSORPTION * photon.path);
-        let [background, cylinders] = lens.estimates(photon, layer, rng);
-        self.sums.views[1][lot] += scale * background;
-        self.sums.views[usize::from(photon.turned > 0)][lot] += scale * cylinders;
+        if rng.next_u64() >> (64 - LOOKED_AT_POWER) != 0 {
+            return;
+        }
+        let stands_for = f64::from(1u32 << LOOKED_AT_POWER);
+        for (view, lens) in self.lenses.iter().enumerate() {
+            let [background, cylinders] = lens.estimates(photon, layer, rng);
+            let (exit, way) = lens.exit(photon);
+            let group = bin(photon.path + way) / 2;
+            let mut add = |part: usize, light: f64| {
+                let light = light * stands_for;
+                let sum = &mut self.sums.seen[(part * KIND_GROUPS + group) * VIEWS_MEASURED + view];
+                *sum = Seen(sum.0 + light, sum.1 + light * exit.y, sum.2 + light * exit.x);
+            };
+            add(1, background);
+            add(usize::from(photon.turned > 0), cylinders);
+        }
     }
 
     fn absorb(&mut self, _layer: usize, weight: f64) {
@@ -111,16 +136,20 @@ impl StackObserver for HalfSpaceObserver<'_> {
 
     fn leave(&mut self, photon: &Photon) {
         let part = usize::from(photon.turned > 0);
-        let position = libm::log(photon.path / FIRST_PATH) / libm::log(PATH_RATIO);
-        let bin = &mut self.sums.bins[part][position.clamp(0.0, WALKED_BINS as f64 - 1.0) as usize];
+        let bin = &mut self.sums.bins[part][bin(photon.path)];
         let (along, across, w) = (photon.position.y, photon.position.x, photon.weight);
         bin.weight += w;
         bin.path += w * photon.path;
         bin.along += w * along;
         bin.along2 += w * along * along;
         bin.across2 += w * across * across;
-        self.sums.flux[part] += w * libm::exp(-VIEW_ABSORPTION * photon.path);
     }
+}
+
+/// The bin of a path.
+fn bin(path: f64) -> usize {
+    let position = libm::log(path / FIRST_PATH) / libm::log(PATH_RATIO);
+    position.clamp(0.0, WALKED_BINS as f64 - 1.0) as usize
 }
 
 /// Walks `photons` through `of`.
@@ -151,7 +180,8 @@ pub fn measure(of: HalfSpace, photons: u64, seed: u64) -> PathStatistics {
         .into_par_iter()
         .map(|batch| {
             let mut rng = key.index(batch).rng();
-            let sums = HalfSpaceSums { bins: Default::default(), left: 0.0, flux: [0.0; 2], views: [[0.0; 28]; 2] };
+            let seen = vec![Seen::default(); 2 * KIND_GROUPS * VIEWS_MEASURED];
+            let sums = HalfSpaceSums { bins: Default::default(), left: 0.0, seen };
             let mut counter = HalfSpaceObserver { sums, lenses: &lenses };
             for _ in 0..each {
                 let (position, direction) = (DVec3::ZERO, DVec3::NEG_Z);
@@ -179,22 +209,63 @@ fn gather(of: HalfSpace, batches: &[HalfSpaceSums], photons: f64) -> PathStatist
             };
         }
     }
-    let mut views = [[[0.0; 7]; 4]; 2];
-    for (part, tilts) in views.iter_mut().enumerate() {
-        let flux: f64 = batches.iter().map(|b| b.flux[part]).sum();
-        for (i, factor) in tilts.iter_mut().flatten().enumerate() {
-            let seen: f64 = batches.iter().map(|b| b.views[part][i]).sum();
-            *factor = if flux > 0.0 { seen / flux } else { 0.0 };
+    let seen = (0..batches[0].seen.len()).map(|i| {
+        let sum = |pick: fn(&Seen) -> f64| batches.iter().map(|b| pick(&b.seen[i])).sum::<f64>() / photons;
+        Seen(sum(|seen| seen.0), sum(|seen| seen.1), sum(|seen| seen.2))
+    });
+    let left = batches.iter().map(|b| b.left).sum::<f64>() / photons;
+    PathStatistics { of, bins, left, seen: seen.collect() }
+}
+
+/// The table's entries for all half spaces, in their order.
+///
+/// How far light that the background turned has moved, and how it goes to views, changes slowly with index and dispersion: these numbers
+/// are taken from a fit over all indices and dispersions of a share and a dive, quadratic in the index and in the
+/// dispersion's logarithm, which halves their noise.
+pub fn table(all: &[PathStatistics]) -> Vec<[f32; NODE]> {
+    let mut nodes: Vec<[f32; NODE]> = all.iter().map(condense).collect();
+    let mut alike: BTreeMap<[u64; 2], Vec<usize>> = BTreeMap::new();
+    for (i, paths) in all.iter().enumerate() {
+        alike.entry([paths.of.rho.to_bits(), paths.of.dive_deg.to_bits()]).or_default().push(i);
+    }
+    let displacement = |bin: usize| ALONG_FIELD * LANES + CONE_BINS + bin;
+    let walked = (0..WALKED_BINS).map(displacement);
+    let views = (0..VIEW_TERMS).flat_map(|term| {
+        let first = NODE - (VIEW_TERMS - term) * VIEW_LANES;
+        (0..KIND_GROUPS).map(move |group| first + view_group(false, 2 * group))
+    });
+    let numbers: Vec<usize> = walked.chain(views).collect();
+    for places in alike.values() {
+        let terms = |i: usize| {
+            let HalfSpace { n, dispersion_deg, .. } = all[i].of;
+            let dispersion = libm::log(dispersion_deg);
+            [1.0, n, n * n, dispersion, dispersion * dispersion].map(|term| term as f32)
+        };
+        for &at in &numbers {
+            let mut fit = LeastSquares::<5>::default();
+            for &i in places {
+                fit.add(terms(i), f64::from(nodes[i][at]), 1.0);
+            }
+            let coefficients = fit.solve();
+            for &i in places {
+                let value = |(a, b): (&f64, f32)| a * f64::from(b);
+                nodes[i][at] = coefficients.iter().zip(terms(i)).map(value).sum::<f64>() as f32;
+            }
+        }
+        for &i in places {
+            for bin in WALKED_BINS..PATH_BINS - CONE_BINS {
+                nodes[i][displacement(bin)] = nodes[i][displacement(WALKED_BINS - 1)];
+            }
         }
     }
-    PathStatistics { of, bins, left: batches.iter().map(|b| b.left).sum::<f64>() / photons, views }
+    nodes
 }
 
 /// The table's entry for `paths`.
 ///
-/// Bins that were not walked follow from diffusion: weight falls like path^-3/2 from what was still inside, variances grow
-/// by 2 D per path, the shift stays.
-pub fn condense(paths: &PathStatistics) -> [f32; NODE] {
+/// Bins that were not walked follow from diffusion: what is still inside falls like (path + c)^-1/2, variances grow by 2 D per path, the
+/// shift stays.
+fn condense(paths: &PathStatistics) -> [f32; NODE] {
     let mut node = [0.0; NODE];
     let mut put = |lane: usize, values: [f64; 5]| {
         for (field, value) in values.into_iter().enumerate() {
@@ -209,9 +280,10 @@ pub fn condense(paths: &PathStatistics) -> [f32; NODE] {
     let last = walked(&paths.bins[1][WALKED_BINS - 1], WALKED_BINS - 1);
     let edge = |bin: usize| FIRST_PATH * libm::pow(PATH_RATIO, bin as f64);
     let start = edge(WALKED_BINS);
+    let late = lateness(paths, edge(WALKED_BINS - 1), start);
     for bin in WALKED_BINS..PATH_BINS - CONE_BINS {
         let (low, high) = (edge(bin), edge(bin + 1));
-        let inside = |path: f64| (start / path).sqrt();
+        let inside = |path: f64| ((start + late) / (path + late)).sqrt();
         let beyond = if bin + 1 == PATH_BINS - CONE_BINS { 0.0 } else { inside(high) };
         let path = (low * high).sqrt();
         let grown = 2.0 * (path - last[1]);
@@ -222,8 +294,20 @@ pub fn condense(paths: &PathStatistics) -> [f32; NODE] {
     for lane in PATH_BINS..LANES {
         put(lane, [0.0, 1.0, 0.0, 1.0, 1.0]);
     }
-    node[NODE - VIEWS..].copy_from_slice(&views(paths));
+    for (term, lanes) in towards_views(paths).iter().enumerate() {
+        let start = NODE - (VIEW_TERMS - term) * VIEW_LANES;
+        node[start..start + VIEW_LANES].copy_from_slice(&lanes.map(|value| value as f32));
+    }
     node
+}
+
+/// The path c by which light that diffuses leaves later than from an open plane, from what left in the last walked bin between the paths
+/// `from` and `to`: it grows with the light that the surface throws back and with the free paths along straight fibres, to more than
+/// `to` [mean free paths].
+fn lateness(paths: &PathStatistics, from: f64, to: f64) -> f64 {
+    let left_last: f64 = paths.bins.iter().map(|kind| kind[WALKED_BINS - 1].weight).sum();
+    let ratio = ((paths.left + left_last) / paths.left).powi(2);
+    ((to - ratio * from) / (ratio - 1.0)).max(0.0)
 }
 
 /// Weight, mean path, mean displacement, variances of one bin; a bin without light has its middle path.
@@ -246,64 +330,158 @@ fn spreading(paths: &PathStatistics) -> (f64, f64) {
     (d_perp * d_par / (d_perp + (d_par - d_perp) * sin * sin), d_perp)
 }
 
-/// Coefficients of the radiance factors by weighted least squares.
-fn views(paths: &PathStatistics) -> [f32; VIEWS] {
-    let sin_dive = libm::sin(paths.of.dive_deg.to_radians()) as f32;
-    let faint = paths.bins[0].iter().map(|bin| bin.weight).sum::<f64>() < MIN_CONE_LIGHT;
-    let (mut cone, mut rest) = (FourTermFit::default(), FourTermFit::default());
+/// Coefficients of radiance factors and shifts of light towards a view, `[VIEW_TERMS][VIEW_LANES]`, by weighted least squares.
+fn towards_views(paths: &PathStatistics) -> [[f64; VIEW_LANES]; VIEW_TERMS] {
+    let views = measured_views(paths.of);
+    let mut lanes = [[0.0; VIEW_LANES]; VIEW_TERMS];
+    let mut put = |part: usize, group: usize, coefficients: [f64; VIEW_TERMS]| {
+        for (term, value) in coefficients.into_iter().enumerate() {
+            lanes[term][view_group(part == 0, 2 * group)] = value;
+        }
+    };
+    let seen = |part: usize, group: usize| {
+        let start = (part * KIND_GROUPS + group) * VIEWS_MEASURED;
+        &paths.seen[start..start + VIEWS_MEASURED]
+    };
+    // The mean over all views stands for all directions; what it lacks as a quadrature is alike in all groups.
+    let all = |group: usize| -> (f64, f64) {
+        let sum =
+            |pick: fn(&Seen) -> f64| seen(1, group).iter().zip(&views).map(|(s, v)| v.share * pick(s)).sum::<f64>();
+        (sum(|s| s.0), sum(|s| s.1))
+    };
+    let left: f64 = paths.bins[1].iter().map(|bin| bin.weight).sum();
+    let looked: f64 = (0..KIND_GROUPS).map(|group| all(group).0).sum();
+    let mut before = [[0.0; VIEW_TERMS]; 2];
+    before[1][0] = 1.0;
+    for group in 0..KIND_GROUPS {
+        let bins = &paths.bins[0][2 * group..2 * group + 2];
+        let [weight, along] = [bins[0].weight + bins[1].weight, bins[0].along + bins[1].along];
+        if weight > MIN_GROUP_LIGHT {
+            before[0] = cone_fit(seen(0, group), &views, weight, along / weight);
+        }
+        let (weight, along) = all(group);
+        if weight > MIN_GROUP_LIGHT {
+            before[1] = rest_fit(seen(1, group), &views, weight * left / looked, along / weight);
+        }
+        // Where there is no light to speak of, as after a shorter path.
+        put(0, group, before[0]);
+        put(1, group, before[1]);
+    }
+    lanes
+}
+
+/// A measured view of a half space.
+struct MeasuredView {
+    view: View,
+    /// Of the view, across the track.
+    across: f64,
+    /// Share of Lambert light that it stands for [1].
+    share: f64,
+    /// Weight in fits: flux that the view stands for, and how much cameras look from there.
+    fitted: f64,
+}
+
+fn measured_views(of: HalfSpace) -> Vec<MeasuredView> {
+    let sin_dive = libm::sin(of.dive_deg.to_radians()) as f32;
+    let mut views = Vec::new();
     for (i, tilt) in TILTS_DEG.iter().enumerate() {
+        // Rings of tilts, halfway to the neighbours.
+        let edge = |a: usize| libm::sin((0.5 * (TILTS_DEG[a] + TILTS_DEG[a + 1])).to_radians());
+        let inner = if i == 0 { 0.0 } else { edge(i - 1) };
+        let outer = if i + 1 == TILTS_DEG.len() { 1.0 } else { edge(i) };
         for (j, azimuth) in AZIMUTHS_DEG.iter().enumerate() {
             let (up, flat) = libm::sincos(tilt.to_radians());
-            let along = up * libm::cos(azimuth.to_radians());
-            let view = View::new(along as f32, flat as f32, paths.of.n as f32, sin_dive);
-            let [guided, turned] = [paths.views[0][i][j], paths.views[1][i][j]];
-            // Flux that the view stands for, and how much cameras look from there.
-            let solid = up * flat * SEEN_FROM[i];
-            if guided > 0.0 {
-                // The error of a logarithm is that of the factor over it.
-                cone.add(view.cone_terms(), libm::log(guided), solid * guided * guided);
-            }
-            rest.add(view.rest_terms(), turned, solid);
+            let (across, along) = libm::sincos(azimuth.to_radians());
+            let ends = j == 0 || j + 1 == AZIMUTHS_DEG.len();
+            let arc = if ends { 0.5 } else { 1.0 } / (AZIMUTHS_DEG.len() - 1) as f64;
+            views.push(MeasuredView {
+                view: View::new((up * along) as f32, flat as f32, of.n as f32, sin_dive),
+                across: up * across,
+                share: (outer * outer - inner * inner) * arc,
+                fitted: up * flat * SEEN_FROM[i],
+            });
         }
     }
-    let cone = if faint { [0.0; 4] } else { cone.solve() };
-    let rest = rest.solve();
-    std::array::from_fn(|i| if i < 4 { cone[i] } else { rest[i - 4] } as f32)
+    views
 }
 
-/// Normal equations of a least-squares fit of four coefficients.
-#[derive(Default)]
-struct FourTermFit {
-    matrix: [[f64; 4]; 4],
-    right: [f64; 4],
+/// Of cone light of which `weight` left, displaced by `along` on average.
+fn cone_fit(seen: &[Seen], views: &[MeasuredView], weight: f64, along: f64) -> [f64; VIEW_TERMS] {
+    let mut factor = LeastSquares::<4>::default();
+    for (s, v) in seen.iter().zip(views) {
+        let towards = s.0 / weight;
+        if towards > 0.0 {
+            // The error of a logarithm is that of the factor over it.
+            factor.add(v.view.cone_terms(), libm::log(towards), v.fitted * towards * towards);
+        }
+    }
+    joined(factor.solve(), shift_fit(seen, views, along))
 }
 
-impl FourTermFit {
-    fn add(&mut self, terms: [f32; 4], value: f64, weight: f64) {
+/// Of light that the background turned.
+fn rest_fit(seen: &[Seen], views: &[MeasuredView], weight: f64, along: f64) -> [f64; VIEW_TERMS] {
+    let mut factor = LeastSquares::<4>::default();
+    for (s, v) in seen.iter().zip(views) {
+        factor.add(v.view.rest_terms(), s.0 / weight, v.fitted);
+    }
+    joined(factor.solve(), shift_fit(seen, views, along))
+}
+
+fn joined(factor: [f64; 4], shift: [f64; 3]) -> [f64; VIEW_TERMS] {
+    std::array::from_fn(|i| if i < 4 { factor[i] } else { shift[i - 4] })
+}
+
+/// Shift against light to all directions: constant, by the view along the track, by the view across it.
+fn shift_fit(seen: &[Seen], views: &[MeasuredView], along: f64) -> [f64; 3] {
+    let (mut track, mut beside) = (LeastSquares::<2>::default(), LeastSquares::<1>::default());
+    for (s, v) in seen.iter().zip(views) {
+        if s.0 > 0.0 {
+            track.add([1.0, v.view.along], s.1 / s.0 - along, v.fitted * s.0);
+            beside.add([v.across as f32], s.2 / s.0, v.fitted * s.0);
+        }
+    }
+    let ([constant, slope], [across]) = (track.solve(), beside.solve());
+    [constant, slope, across]
+}
+
+/// Normal equations of a least-squares fit of `N` coefficients.
+struct LeastSquares<const N: usize> {
+    matrix: [[f64; N]; N],
+    right: [f64; N],
+}
+
+impl<const N: usize> Default for LeastSquares<N> {
+    fn default() -> Self {
+        Self { matrix: [[0.0; N]; N], right: [0.0; N] }
+    }
+}
+
+impl<const N: usize> LeastSquares<N> {
+    fn add(&mut self, terms: [f32; N], value: f64, weight: f64) {
         let terms = terms.map(f64::from);
-        for i in 0..4 {
+        for i in 0..N {
             self.right[i] += weight * terms[i] * value;
-            for j in 0..4 {
+            for j in 0..N {
                 self.matrix[i][j] += weight * terms[i] * terms[j];
             }
         }
     }
 
     /// By Gauss and Jordan; a touch of ridge keeps terms at 0 that the views do not tell apart.
-    fn solve(mut self) -> [f64; 4] {
+    fn solve(mut self) -> [f64; N] {
         let scale = self.matrix[0][0].max(1e-12);
-        for i in 0..4 {
-            self.matrix[i][i] += 1e-6 * scale;
+        for i in 0..N {
+            self.matrix[i][i] += 1e-7 * scale;
         }
-        for i in 0..4 {
+        for i in 0..N {
             let pivot = self.matrix[i][i];
-            for j in 0..4 {
+            for j in 0..N {
                 self.matrix[i][j] /= pivot;
             }
             self.right[i] /= pivot;
-            for row in (0..4).filter(|&row| row != i) {
+            for row in (0..N).filter(|&row| row != i) {
                 let factor = self.matrix[row][i];
-                for j in 0..4 {
+                for j in 0..N {
                     self.matrix[row][j] -= factor * self.matrix[i][j];
                 }
                 self.right[row] -= factor * self.right[i];

@@ -37,6 +37,8 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
             variance_along: f64::from(s * s),
             variance_across: f64::from(s * s),
             towards: 1.0,
+            seen_shift: 0.0,
+            seen_narrower: 0.0,
         };
         weights.into_iter().zip(SPREAD_MM).map(one).collect()
     };

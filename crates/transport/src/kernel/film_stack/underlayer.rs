@@ -11,8 +11,8 @@
 use procedural::Medium;
 
 use super::super::after_absorption;
-use super::super::table::{HalfSpaceTable, PATH_BINS, VIEWS};
-use super::super::view::View;
+use super::super::table::{CONE_BINS, HalfSpaceTable, PATH_BINS};
+use super::super::view::{View, view_group};
 use super::spectrum::{FREQUENCY_COUNT, Spectrum, frequency};
 use crate::fresnel::{fresnel_dielectric, normal_reflectance};
 use numerics::lanes::exp;
@@ -26,19 +26,20 @@ pub(super) struct Underlayer {
     medium: Medium,
     body: Spectrum,
     mirrors: [f32; 2],
-    views: [f32; VIEWS],
+    /// Coefficients of the radiance factor of what leaves, a mean over its paths.
+    leaves: [f32; 4],
 }
 
 impl Underlayer {
     pub fn of(medium: &Medium) -> Self {
         if medium.gloss.is_metal() {
             let mirrors = [medium.gloss.reflectance; 2];
-            return Self { medium: *medium, body: [0.0; FREQUENCY_COUNT], mirrors, views: [0.0; VIEWS] };
+            return Self { medium: *medium, body: [0.0; FREQUENCY_COUNT], mirrors, leaves: [0.0; 4] };
         }
         let node = HalfSpaceTable::get().between(medium.n_eff, 1.0, 0.0, medium.dispersion_deg);
         let free = 1.0 / medium.sigma_i.max(1e-3);
         let waves: Spectrum = std::array::from_fn(|i| frequency(i) as f32);
-        let mut body = [0.0; FREQUENCY_COUNT];
+        let (mut body, mut leaves, mut all) = ([0.0; FREQUENCY_COUNT], [0.0; 4], 0.0);
         for l in 0..PATH_BINS {
             let (left, narrower) = after_absorption(medium.mu_a * free * node.path()[l]);
             let weight = medium.coat * medium.coat * node.weight()[l] * left;
@@ -46,9 +47,16 @@ impl Underlayer {
             for i in 0..FREQUENCY_COUNT {
                 body[i] += weight * exp((half * waves[i] * waves[i]).max(-80.0));
             }
+            // Without fibres nothing is on a cone.
+            let group = view_group(false, l.saturating_sub(CONE_BINS));
+            for (term, sum) in leaves.iter_mut().enumerate() {
+                *sum += weight * node.views()[term][group];
+            }
+            all += weight;
         }
+        leaves.iter_mut().for_each(|sum| *sum /= all.max(f32::MIN_POSITIVE));
         let mirrors = [diffuse_reflectance(medium.n_eff), normal_reflectance(medium.n_eff)];
-        Self { medium: *medium, body, mirrors, views: *node.views() }
+        Self { medium: *medium, body, mirrors, leaves }
     }
 
     /// Of what.
@@ -72,7 +80,7 @@ impl Underlayer {
     #[inline(always)]
     pub fn towards(&self, up: f32) -> f32 {
         let along = (1.0 - up * up).max(0.0).sqrt();
-        View::new(along, up, self.medium.n_eff, 0.0).factors(&self.views).1
+        View::new(along, up, self.medium.n_eff, 0.0).rest(self.leaves)
     }
 }
 

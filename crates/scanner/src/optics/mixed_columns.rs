@@ -1,0 +1,161 @@
+//! Mixed pixels: a column is as wide as its pixels, and where the surface jumps within that width it sees both sides.
+//!
+//! What a column shows follows from the point in its middle. Between two neighbours of which one looks past an edge that the other does not
+//! (a jump of height, the end of the body, the border of a shadow) the edge is found to a sixteenth of a column; the
+//! column that it cuts sees its own side with the rest of its width, and the other side, with the light of its neighbour there, with
+//! what the edge cuts off. Where both lines lie within a window they merge, as far as they are apart; beyond, the cut column's line
+//! loses the light that is not its own, and the other line, fainter than half, is not drawn.
+//!
+//! Heights, classes and truth of a column stay those of its middle. Neglected: edges exactly between two tiles; texture of matter finer than
+//! a column, which is not mixed either; self-shadows of bodies that cannot occlude themselves.
+
+use procedural::{Class, Medium};
+
+use super::speckle::TILE;
+use super::window::{ROWS, Window};
+use crate::frame::Sightlines;
+use crate::specimen::{Hit, Specimen};
+
+/// Jump of height between neighbours, beyond what their slopes make, that is an edge [mm].
+const EDGE_MM: f32 = 0.1;
+/// Halvings of the distance between two columns in which an edge is sought.
+const HALVINGS: usize = 4;
+
+/// A column that sees past an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MixedColumn {
+    /// Sensor column.
+    pub column: usize,
+    /// Its neighbour on the other side of the edge.
+    pub beside: usize,
+    /// Part of the column's width on that side, at most a half [1].
+    pub share: f32,
+}
+
+/// Finds the mixed columns of a row.
+#[derive(Debug, Default)]
+pub(crate) struct EdgeSearch {
+    /// The edges' columns to the left, and between which parts of the way to the next column they lie.
+    edges: Vec<(usize, [f32; 2])>,
+    hits: Vec<Hit>,
+}
+
+impl EdgeSearch {
+    /// The mixed columns of the row at `y` [mm], whose columns look along `columns` and see `hits`, by rising column.
+    pub fn find(
+        &mut self,
+        specimen: &Specimen,
+        y: f32,
+        columns: &Sightlines,
+        conveyor: Medium,
+        hits: &[Hit],
+        mixed: &mut Vec<MixedColumn>,
+    ) {
+        mixed.clear();
+        let jumps = |pair: &[Hit]| !alike(&pair[0], &pair[1]);
+        self.edges.clear();
+        self.edges.extend(hits.windows(2).enumerate().filter(|(_, pair)| jumps(pair)).map(|(i, _)| (i, [0.0, 1.0])));
+        if self.edges.is_empty() {
+            return;
+        }
+        for _ in 0..HALVINGS {
+            let between = columns.between(self.edges.iter().map(|(column, [from, to])| (*column, 0.5 * (from + to))));
+            specimen.look(y, &between, conveyor, &mut self.hits);
+            for ((column, range), hit) in self.edges.iter_mut().zip(&self.hits) {
+                let middle = 0.5 * (range[0] + range[1]);
+                let left = nearer(hit, &hits[*column], &hits[*column + 1]);
+                range[if left { 0 } else { 1 }] = middle;
+            }
+        }
+        for &(column, [from, to]) in &self.edges {
+            let off = 0.5 * (from + to) - 0.5;
+            let (cut, beside) = if off < 0.0 { (column, column + 1) } else { (column + 1, column) };
+            mixed.push(MixedColumn { column: cut, beside, share: off.abs() });
+        }
+    }
+}
+
+/// Whether both see the same surface: no jump, and laser and lens reach both or neither.
+fn alike(a: &Hit, b: &Hit) -> bool {
+    let bare = |hit: &Hit| hit.matter.class == Class::Background;
+    if bare(a) != bare(b) || (a.lit && a.seen) != (b.lit && b.seen) {
+        return false;
+    }
+    let expected = 0.5 * (a.surface.slope_x + b.surface.slope_x) * (b.x - a.x);
+    let bend = 0.5 * ((b.surface.slope_x - a.surface.slope_x) * (b.x - a.x)).abs();
+    bare(a) || (b.surface.z - a.surface.z - expected).abs() < EDGE_MM + bend
+}
+
+/// Whether `hit` is on the side of `left` and not of `right`.
+fn nearer(hit: &Hit, left: &Hit, right: &Hit) -> bool {
+    let apart = |other: &Hit| {
+        let bare = (hit.matter.class == Class::Background) != (other.matter.class == Class::Background);
+        let reached = (hit.lit && hit.seen) != (other.lit && other.seen);
+        let height = (hit.surface.z - other.surface.z - other.surface.slope_x * (hit.x - other.x)).abs();
+        1e3 * f32::from(u8::from(bare)) + 1e2 * f32::from(u8::from(reached)) + height
+    };
+    apart(left) <= apart(right)
+}
+
+/// Gives the mixed columns of a tile the light of both sides.
+pub(crate) fn mix(mixed: &[MixedColumn], tile: usize, window: &mut Window) {
+    let first = tile * TILE;
+    let inside = mixed.partition_point(|m| m.column < first)..mixed.partition_point(|m| m.column < first + TILE);
+    let mixed = &mixed[inside];
+    let within = |m: &&MixedColumn| (first..first + TILE).contains(&m.beside);
+    // Both sides as they are before any is mixed.
+    let others: Vec<[[f32; ROWS]; 2]> = mixed
+        .iter()
+        .filter(within)
+        .map(|m| {
+            let beside = m.beside - first;
+            let off = window.first_row[m.column - first] - window.first_row[beside];
+            let at = |field: &[[f32; TILE]; ROWS], k: usize| {
+                let there = k as i32 + off;
+                usize::try_from(there).ok().and_then(|there| field.get(there)).map_or(0.0, |row| m.share * row[beside])
+            };
+            [&window.volume, &window.surface].map(|field| std::array::from_fn(|k| at(field, k)))
+        })
+        .collect();
+    for m in mixed {
+        for k in 0..ROWS {
+            window.volume[k][m.column - first] *= 1.0 - m.share;
+            window.surface[k][m.column - first] *= 1.0 - m.share;
+        }
+    }
+    for (m, [volume, surface]) in mixed.iter().filter(within).zip(&others) {
+        for k in 0..ROWS {
+            window.volume[k][m.column - first] += volume[k];
+            window.surface[k][m.column - first] += surface[k];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A column with an edge keeps its own part and takes the neighbour's in the rows where that stands.
+    #[test]
+    fn a_cut_column_sees_both_sides() {
+        let mut window = Window::default();
+        window.first_row = [100; TILE];
+        window.first_row[8] = 97;
+        (window.volume[20][7], window.volume[20][8], window.surface[22][8]) = (1000.0, 500.0, 200.0);
+        let mixed =
+            [MixedColumn { column: 7, beside: 8, share: 0.25 }, MixedColumn { column: 200, beside: 201, share: 0.5 }];
+        mix(&mixed, 0, &mut window);
+        // Row 20 of the neighbour's window is sensor row 117: row 17 of this one.
+        assert_eq!((window.volume[20][7], window.volume[17][7], window.surface[19][7]), (750.0, 125.0, 50.0));
+        assert_eq!((window.volume[20][8], window.surface[22][8]), (500.0, 200.0));
+    }
+
+    /// An edge on a tile's border takes the light that is not the column's own, though nothing comes in its place.
+    #[test]
+    fn an_edge_between_tiles_dims() {
+        let mut window = Window::default();
+        window.volume[20][TILE - 1] = 100.0;
+        mix(&[MixedColumn { column: TILE - 1, beside: TILE, share: 0.5 }], 0, &mut window);
+        assert_eq!(window.volume[20][TILE - 1], 50.0);
+    }
+}

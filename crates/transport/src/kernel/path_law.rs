@@ -1,0 +1,73 @@
+//! Lengths of path of the light that a lens sees beside a line: what speckle's contrast depends on.
+//!
+//! Of the table's Gaussians those with long paths are wide, so light further from the line has travelled further. In each row the
+//! light there has a density over the lengths of path, even in the logarithm within each bin of the table. Neglected: the difference of
+//! media between entry and exit.
+
+use super::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
+use super::view::view_group;
+use super::{BIN_VARIANCE, SurfacePoint, after_absorption};
+use numerics::lanes::{exp, ln};
+
+/// How the lengths of path of some light lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathLaw {
+    /// Integral of the square of their density [mm^-1].
+    pub crowding: f32,
+    /// Standard deviation of their logarithm [1].
+    pub deviation: f32,
+}
+
+/// Logarithm of the ratio of the ends of a bin [1].
+const BIN_LOGARITHM: f32 = 0.600_21;
+
+/// Least part of light's heights that counts as light [1].
+const DARK: f32 = 1e-30;
+
+/// The paths of light that is seen `away_mm` from the line on either side; the line and the lens blur it by `blur_mm2`. Where no light
+/// comes so far they are those of the place before.
+pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
+    let free = 1.0 / (point.sigma_i + point.k);
+    let node = HalfSpaceTable::get().between(point.n, point.sigma_i * free, point.sin_dive, point.dispersion_deg);
+    let towards = point.view.towards(node.views(), point.cos_azimuth, point.view_motion);
+    let (a, c2, f2) = (point.mu_a * free, point.cos_azimuth * point.cos_azimuth, free * free);
+    let (mut light, mut middle) = ([0.0f32; LANES], [0.0f32; LANES]);
+    let (mut variance, mut logarithm) = ([1.0f32; LANES], [0.0f32; LANES]);
+    for l in 0..PATH_BINS {
+        let (left, narrower) = after_absorption(a * node.path()[l]);
+        let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
+        let spread = f2 * narrower * (node.variance_along()[l] * c2 + node.variance_across()[l] * (1.0 - c2));
+        variance[l] = spread + blur_mm2;
+        light[l] = node.weight()[l] * left * towards.factor[group] / variance[l].sqrt();
+        middle[l] = free * (point.cos_azimuth * node.along()[l] + towards.shift[group]);
+        logarithm[l] = ln(node.path()[l].max(f32::MIN_POSITIVE) * free);
+    }
+    let mut before = PathLaw { crowding: 1.0 / free, deviation: 1.0 };
+    away_mm.map(|away| {
+        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+        // Bins of cone light are the first of the rest's.
+        let (mut bins, mut paths) = ([0.0f32; PATH_BINS - CONE_BINS], [0.0f32; PATH_BINS - CONE_BINS]);
+        for l in 0..PATH_BINS {
+            let height = |side: f32| {
+                let off = side * away - middle[l];
+                exp((-0.5 * off * off / variance[l]).max(-80.0))
+            };
+            let part = light[l] * (height(1.0) + height(-1.0));
+            let bin = if l < CONE_BINS { l } else { l - CONE_BINS };
+            bins[bin] += part;
+            paths[bin] += part * free * node.path()[l];
+            sum += part;
+            first += part * logarithm[l];
+            second += part * logarithm[l] * logarithm[l];
+        }
+        if sum > DARK {
+            let mean = first / sum;
+            let cubes = |(part, path): (&f32, &f32)| if *part > 0.0 { part * part * part / path } else { 0.0 };
+            let crowding = bins.iter().zip(&paths).map(cubes).sum::<f32>() / (sum * sum * BIN_LOGARITHM);
+            // A bin's own width counts too.
+            let deviation = (second / sum - mean * mean + BIN_VARIANCE).max(BIN_VARIANCE).sqrt();
+            before = PathLaw { crowding, deviation };
+        }
+        before
+    })
+}
