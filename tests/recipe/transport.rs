@@ -304,12 +304,12 @@ fn media_beyond_the_tables_of_the_kernel_are_refused() {
         (
             text("media: {earlywood_sigma_i_per_mm: 0.3}"),
             "media.earlywood_sigma_i_per_mm",
-            ["latewood", "2.6 %", "3 %"],
+            ["earlywood", "2.9 %", "3 %"],
         ),
         (
             text("media: {earlywood_k_per_mm: {uniform: [10, 70]}}"),
             "media.earlywood_k_per_mm",
-            ["latewood", "2.5 %", "path"],
+            ["earlywood", "2.8 %", "path"],
         ),
         (text("media: {rot_k_ratio: 5, rot_sigma_i_ratio: 1}"), "media.rot_sigma_i_ratio", ["rot", "2.2 %", "path"]),
         (format!("{PIECE}material: {{n_eff: 1.6}}\n"), "material.n_eff", ["1.6", "1.55", "transport: path"]),

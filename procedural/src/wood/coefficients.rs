@@ -101,7 +101,7 @@ mod tests {
         // docs/wood.md.
         let table = [
             (kinds.earlywood, 0.08, 2.0, 10.0, 1.18),
-            (kinds.latewood, 0.2, 2.5, 14.0, 1.18),
+            (kinds.latewood, 0.2, 2.2, 11.0, 1.18),
             (kinds.sound_knot, 0.22, 3.0, 14.0, 1.22),
             (kinds.dead_knot, 0.8, 3.0, 14.0, 1.22),
             (kinds.bark, 2.5, 3.0, 14.0, 1.22),

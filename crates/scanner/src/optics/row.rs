@@ -55,6 +55,11 @@ pub struct Row {
 }
 
 impl Row {
+    /// Contrast of speckle on the line in light from below, of that of the sample's patterns [1].
+    pub fn contrast_on_line(&self, column: usize) -> f32 {
+        self.contrasts[column / CONTRAST_COLUMNS][0]
+    }
+
     /// Contrasts of the columns of a tile, [`CONTRAST_COLUMNS`] together.
     pub(crate) fn contrasts_of(&self, tile: usize) -> &[RowContrasts] {
         let groups = TILE / CONTRAST_COLUMNS;

@@ -84,6 +84,11 @@ impl TargetView {
         Self { sensor, band, columns: scene.size.columns }
     }
 
+    /// Contrast of speckle in a pixel on the line of a profile, in its middle column, light from below [1].
+    pub(super) fn contrast_from_below(&self, profile: usize) -> f64 {
+        f64::from(self.sensor.speckle_contrast()[1] * self.band.row(profile).contrast_on_line(self.columns / 2))
+    }
+
     /// Light of a profile before any noise, `[ROWS, columns]`, row-major [e-].
     pub(super) fn light(&self, profile: usize) -> Vec<f64> {
         let mut light = vec![0.0; ROWS * self.columns];

@@ -266,7 +266,7 @@ fn figures(trials: Trials, repeats: &[TriangulationRepeat], tiles: &PatternCache
         let z = HEIGHTS_MM[i];
         let body = ceramic(z as f32);
         let scene = set(own, &body, true, tiles);
-        let contrast = f64::from(TargetView::new(&scene, body.clone(), tiles, 0..1).sensor.speckle_contrast()[1]);
+        let contrast = TargetView::new(&scene, body.clone(), tiles, 0..1).contrast_from_below(0);
         let theory = expected(&scene, &body, tiles, contrast, &correlation);
         figures.push(Figure::of(
             &format!("ceramic, {z:.0} mm: mean error [um]"),
