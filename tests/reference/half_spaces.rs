@@ -223,3 +223,33 @@ fn judge_still_says_so_of_random_media() {
         }
     }
 }
+
+/// No width sends more to the lens than cone light at its brightest does, whatever the medium, the slope and the view: shares of single
+/// widths can be negative, and what is divided by a share near 0 would be a spark in an image.
+#[test]
+fn no_width_is_a_spark() {
+    for i in 0..20_000 {
+        let drawn = HalfSpace::drawn(1000 + i);
+        let mut stream = Stream::root(16).child("slopes").index(i).rng();
+        let mut draw = |from: f32, to: f32| from + (to - from) * stream.random::<f32>();
+        let normal = Vec3::new(draw(-1.0, 1.0), draw(-1.0, 1.0), 1.0).normalize();
+        let view = Vec3::new(draw(-0.3, 0.3), draw(-0.8, -0.1), 1.0).normalize();
+        let matter = SurfacePoint {
+            mu_a: drawn.mu_a as f32,
+            sigma_i: drawn.sigma_i as f32,
+            k: drawn.k as f32,
+            n: drawn.n as f32,
+            dispersion_deg: drawn.dispersion_deg as f32,
+            enter: 0.97,
+            ..SurfacePoint::BLACK
+        };
+        let point = matter.facing(drawn.axis.as_vec3(), normal, Vec3::NEG_Z, view);
+        let mut spread = SpreadRow::new(1);
+        line_spread(&[point], 0, &WidthShares::new(), &mut spread);
+        for j in 0..BASIS {
+            let [enter, exit, shift] = [&spread.enter, &spread.exit, &spread.shift].map(|field| field[j][0]);
+            assert!(enter.is_finite() && exit.is_finite() && shift.is_finite(), "{i}, width {j}: {drawn:?}");
+            assert!(exit <= 12.3 * enter && enter <= 1.0, "{i}, width {j}: {enter} and {exit}, {drawn:?}");
+        }
+    }
+}

@@ -138,8 +138,7 @@ mod tests {
     /// A column with an edge keeps its own part and takes the neighbour's in the rows where that stands.
     #[test]
     fn a_cut_column_sees_both_sides() {
-        let mut window = Window::default();
-        window.first_row = [100; TILE];
+        let mut window = Window { first_row: [100; TILE], ..Window::default() };
         window.first_row[8] = 97;
         (window.volume[20][7], window.volume[20][8], window.surface[22][8]) = (1000.0, 500.0, 200.0);
         let mixed =

@@ -38,6 +38,8 @@ use numerics::lanes::{exp, ln};
 
 /// Spread across the motion over that along it, mean of wood along the grain (2.3 to 1) and of knots (1 to 1) [1].
 pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
+/// Greatest radiance factor of a width: that of cone light which all goes one way [1].
+const MAX_FACTOR: f32 = 12.2;
 /// Weight of a bin that is left out [1].
 const MIN_BIN_WEIGHT: f32 = 2e-6;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
@@ -201,10 +203,12 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     }
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
-        out[0][j] = all[j].max(0.0).sqrt();
-        out[1][j] = seen[j].max(0.0) / out[0][j].max(1e-12);
+        // Shares of single widths may be a little negative: what a width lacks, the lens does not see.
+        let (all, seen) = (all[j].max(0.0), seen[j].clamp(0.0, MAX_FACTOR * all[j].max(0.0)));
+        out[0][j] = all.sqrt();
+        out[1][j] = seen / out[0][j].max(1e-12);
         let reach = SPREAD_MM[j] + free;
-        out[2][j] = (free * moment[j] / seen[j].max(1e-9)).clamp(-reach, reach);
+        out[2][j] = (free * moment[j] / seen.max(1e-9)).clamp(-reach, reach);
     }
     out
 }
