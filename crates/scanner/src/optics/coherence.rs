@@ -12,7 +12,7 @@ use transport::kernel::PathLaw;
 /// Rows from the line for which contrasts are worked out; linear between, and as the last one beyond [px].
 pub(crate) const CONTRAST_ROWS: [f32; 7] = [0.0, 1.0, 2.0, 4.0, 7.0, 12.0, 20.0];
 /// Neighbouring columns that share their contrasts.
-pub(crate) const CONTRAST_COLUMNS: usize = 8;
+pub(crate) const CONTRAST_COLUMNS: usize = 16;
 
 /// Contrasts in the rows [`CONTRAST_ROWS`] from a line, of that of a sample's patterns [1].
 pub(crate) type RowContrasts = [f32; CONTRAST_ROWS.len()];

@@ -7,6 +7,7 @@
 use super::table::{CONE_BINS, HalfSpaceTable, LANES, PATH_BINS};
 use super::view::view_group;
 use super::{BIN_VARIANCE, SurfacePoint, after_absorption};
+use multiversion::multiversion;
 use numerics::lanes::{exp, ln};
 
 /// How the lengths of path of some light lie.
@@ -27,6 +28,13 @@ const DARK: f32 = 1e-30;
 /// The paths of light that is seen `away_mm` from the line on either side; the line and the lens blur it by `blur_mm2`. Where no light
 /// comes so far they are those of the place before.
 pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
+    let mut laws = [PathLaw { crowding: 0.0, deviation: 0.0 }; N];
+    fill(point, blur_mm2, &away_mm, &mut laws);
+    laws
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn fill(point: &SurfacePoint, blur_mm2: f32, away_mm: &[f32], laws: &mut [PathLaw]) {
     let free = 1.0 / (point.sigma_i + point.k);
     let node = HalfSpaceTable::get().between(point.n, point.sigma_i * free, point.sin_dive, point.dispersion_deg);
     let towards = point.view.towards(node.views(), point.cos_azimuth, point.view_motion);
@@ -43,16 +51,18 @@ pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [
         logarithm[l] = ln(node.path()[l].max(f32::MIN_POSITIVE) * free);
     }
     let mut before = PathLaw { crowding: 1.0 / free, deviation: 1.0 };
-    away_mm.map(|away| {
+    for (&away, law) in away_mm.iter().zip(laws) {
         let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
         // Bins of cone light are the first of the rest's.
         let (mut bins, mut paths) = ([0.0f32; PATH_BINS - CONE_BINS], [0.0f32; PATH_BINS - CONE_BINS]);
+        let mut parts = [0.0f32; LANES];
+        for l in 0..LANES {
+            let (ahead, behind) = (away - middle[l], away + middle[l]);
+            let height = |off: f32| exp((-0.5 * off * off / variance[l]).max(-80.0));
+            parts[l] = light[l] * (height(ahead) + height(behind));
+        }
         for l in 0..PATH_BINS {
-            let height = |side: f32| {
-                let off = side * away - middle[l];
-                exp((-0.5 * off * off / variance[l]).max(-80.0))
-            };
-            let part = light[l] * (height(1.0) + height(-1.0));
+            let part = parts[l];
             let bin = if l < CONE_BINS { l } else { l - CONE_BINS };
             bins[bin] += part;
             paths[bin] += part * free * node.path()[l];
@@ -68,6 +78,6 @@ pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [
             let deviation = (second / sum - mean * mean + BIN_VARIANCE).max(BIN_VARIANCE).sqrt();
             before = PathLaw { crowding, deviation };
         }
-        before
-    })
+        *law = before;
+    }
 }
