@@ -11,7 +11,7 @@ use test_support::program::{Place, assert_same, row_count, tree};
 
 const ORDER: &str = "--recipe tiny.yaml --n 12 --samples-per-shard 2 --out";
 /// Kills that must have hit a process at work, on boards and on packs, which take the same way.
-const KILLS: [u32; 2] = [14, 4];
+const KILLS: [u32; 2] = [12, 3];
 
 /// Numbers without pattern, the same in every run.
 struct Dice(u64);
@@ -30,10 +30,6 @@ fn killed_runs_end_in_the_dataset_of_an_undisturbed_one() {
     // Every sensor frame is kept, so that a good part of the time goes into writing.
     let places = Place::of_each_subject(&[["sensor_stack: none", "sensor_stack: all"]]);
     for (place, kills) in places.iter().zip(KILLS) {
-        // Patterns of speckle take a second of each start and are no part of how files are written.
-        let text = std::fs::read_to_string(place.path("tiny.yaml")).expect("the recipe");
-        assert!(text.contains("\n  strength: 1"), "{text}");
-        place.write("tiny.yaml", text.replace("\n  strength: 1", "\n  strength: 0"));
         kill_and_complete(place, kills);
     }
 }

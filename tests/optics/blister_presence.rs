@@ -22,9 +22,9 @@ fn pockets(packs: u64, sigma: f64, thickness: f64) -> Vec<Seen> {
         // One line: the same film and the same bench all day; cards, tablets and their places vary.
         let nominal = recipe.draw(7, 0).bench;
         scene.bench = nominal;
-        // Half the profiles show as much of a pocket's mean.
-        scene.bench.motion.step_mm *= 2.0;
-        scene.size.profiles /= 2;
+        // A quarter of the profiles show as much of a pocket's mean.
+        scene.bench.motion.step_mm *= 4.0;
+        scene.size.profiles /= 4;
         scene.bench.exposure.time_us = 20.0;
         let Plan::Blister(blister) = &mut scene.plan else { panic!("the recipe is about packs") };
         (blister.web.sigma_per_mm, blister.web.thickness_mm) = (sigma, thickness);

@@ -4,11 +4,11 @@ use std::fs;
 use std::io::Read;
 
 use serde_json::{Value, json};
-use test_support::program::{self, Place};
+use test_support::program::{self, Place, SPECKLE};
 
 #[test]
 fn a_preview_shows_something() {
-    Place::of_each_subject(&[]).iter().for_each(previews);
+    Place::of_each_subject(&[SPECKLE]).iter().for_each(previews);
 }
 
 fn previews(place: &Place) {

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::time::SystemTime;
 
-use test_support::program::{FRAMES, Place, assert_same, tree};
+use test_support::program::{FRAMES, Place, SPECKLE, assert_same, tree};
 
 #[test]
 fn threads_change_nothing() {
-    for place in Place::of_each_subject(&[FRAMES]) {
+    for place in Place::of_each_subject(&[FRAMES, SPECKLE]) {
         place.make("one", "--n 8 --samples-per-shard 3 --threads 1");
         place.make("two", "--n 8 --samples-per-shard 3 --threads 2");
         place.make("five", "--n 8 --samples-per-shard 3 --threads 5");
@@ -22,7 +22,7 @@ fn threads_change_nothing() {
 
 #[test]
 fn parts_that_run_at_once_make_what_one_run_makes() {
-    let place = Place::with(&[FRAMES]);
+    let place = Place::with(&[FRAMES, SPECKLE]);
     place.make("alone", "--n 14 --samples-per-shard 2");
     let order = "--recipe tiny.yaml --out shared --n 14 --samples-per-shard 2 --threads 1 --part";
     let parts: Vec<_> =

@@ -28,7 +28,7 @@ fn pipes_see_progress() {
     lines("export png set --out pngs", &["/4 samples"]);
     lines("compare set set", &["scans"]);
     lines("transport --medium clear-wood --model path --photons 20000", &["photons/s"]);
-    lines("study point --photons 1000", &["path about"]);
+    lines("study transport --photons 1000", &["path about"]);
     // Where nothing shall be said, nothing is.
     assert_eq!(place.done(&format!("validate set --quiet {always}")).err, "");
 }

@@ -2,14 +2,14 @@
 
 use dataset::read_exr;
 use serde_json::Value;
-use test_support::program::{self, Place};
+use test_support::program::{self, Place, SPECKLE};
 use tools::icon::{Content, IconScan, PeakLight, RangeValues, Scatter, Traits, open};
 
 /// A dataset of two samples whose Range has a form.
 fn planks(range: &str, changes: &[[&str; 2]]) -> Place {
     let line = format!("\n  range: {range}\n  window_rows: 7");
     let changes: Vec<[&str; 2]> =
-        [["\n  window_rows: 7", line.as_str()]].into_iter().chain(changes.iter().copied()).collect();
+        [SPECKLE, ["\n  window_rows: 7", line.as_str()]].into_iter().chain(changes.iter().copied()).collect();
     let place = Place::with(&changes);
     place.make("planks", "--n 2");
     place

@@ -6,7 +6,7 @@ use tools::icon::{Content, RangeValues, open};
 
 /// A dataset of three samples, EXR and PNG, with sensor frames.
 fn planks() -> Place {
-    let place = Place::with(&[program::FRAMES]);
+    let place = Place::with(&[program::FRAMES, program::SPECKLE]);
     let run = place.run("--recipe tiny.yaml --n 3 --out planks");
     assert_eq!(run.code, 0, "{}", run.err);
     place

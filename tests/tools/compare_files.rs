@@ -8,7 +8,7 @@ use std::process::Command;
 
 use dataset::{Grey, read_png, write_png};
 use serde_json::Value;
-use test_support::program::Place;
+use test_support::program::{Place, SPECKLE};
 use tools::compare::{CountScale, CsvForm, MissingNumber, ScanSource, StatedScale, StatisticsBuilder};
 
 /// A sample in counts, beside the dataset `planks` that holds it as images.
@@ -26,6 +26,7 @@ struct Sample {
 impl Sample {
     fn new() -> Self {
         let place = Place::with(&[
+            SPECKLE,
             ["exr: [range, reflectance, scatter, label, instance]", "exr: []"],
             ["truth_maps: true", "truth_maps: false"],
         ]);

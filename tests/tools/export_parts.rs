@@ -3,7 +3,7 @@
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 
-use test_support::program::{Place, assert_same, recipe};
+use test_support::program::{Place, SPECKLE, assert_same, recipe};
 
 /// The recipe's only light is too weak to be seen.
 const DARK: [[&str; 2]; 2] = [["power_mw: 50", "power_mw: 0.1"], ["time_us: {uniform: [34, 46]}", "time_us: 1"]];
@@ -75,7 +75,7 @@ fn a_dataset_that_grew_is_exported_anew() {
 /// Tars that were finished before a stop stay as they are, and what is no finished tar of this export is written anew.
 #[test]
 fn finished_tars_are_kept() {
-    let large = [["\n  columns: 64 ", "\n  columns: 256 "], ["\n  profiles: 48 ", "\n  profiles: 256 "]];
+    let large = [SPECKLE, ["\n  columns: 64 ", "\n  columns: 256 "], ["\n  profiles: 48 ", "\n  profiles: 256 "]];
     let place = dataset(16, "{train: 0.8, validation: 0, test: 0.2}", &large);
     let order = "export webdataset set --out o --tar-mb 1 --maps range,reflectance,scatter";
     place.done(order);

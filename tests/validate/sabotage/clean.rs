@@ -2,7 +2,7 @@
 
 use super::place::inspect_rows;
 use recipe::Recipe;
-use test_support::program::{FRAMES, Place, mesh_recipe, recipe, sawtooth_recipe};
+use test_support::program::{FRAMES, Place, SPECKLE, mesh_recipe, recipe, sawtooth_recipe};
 
 /// Choices of rows that are exposed again.
 const SEEDS: u64 = 2;
@@ -32,7 +32,7 @@ fn fixed(mut text: String) -> String {
 
 #[test]
 fn clean_datasets_of_every_subject() {
-    for place in Place::of_each_subject(&[FRAMES]) {
+    for place in Place::of_each_subject(&[FRAMES, SPECKLE]) {
         place.make("set", "--n 8 --samples-per-shard 3");
         for report in inspect_rows(&place.path("set"), 0..SEEDS) {
             assert!(report.is_clean() && report.samples == 8, "{report}");

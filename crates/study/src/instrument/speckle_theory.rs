@@ -21,6 +21,9 @@ use bench::parameters::Bench;
 const PIXEL_STEPS: usize = 120;
 const LAGS_PER_PIXEL: usize = 20;
 const MAX_LAG_PX: usize = 8;
+/// Width of a step, two pixels being integrated [px], and steps from a lag to the next.
+const STRIP_PX: f64 = 2.0 / PIXEL_STEPS as f64;
+const STEPS_PER_LAG: usize = PIXEL_STEPS / (2 * LAGS_PER_PIXEL);
 
 /// Grain L over the pixel [1].
 pub(crate) fn grain_px(bench: &Bench) -> f64 {
@@ -82,8 +85,15 @@ pub(crate) struct PixelCorrelation {
 impl PixelCorrelation {
     /// For grains of `grain` pixels.
     pub fn of(grain: f64) -> Self {
-        let lags: Vec<f64> =
-            (0..=LAGS_PER_PIXEL * MAX_LAG_PX).map(|i| covariance(grain, i as f64 / LAGS_PER_PIXEL as f64)).collect();
+        // The light of a strip of a pixel is the same for all lags that bring it there.
+        let strips: Vec<f64> = (0..PIXEL_STEPS + STEPS_PER_LAG * LAGS_PER_PIXEL * MAX_LAG_PX)
+            .map(|i| strip(grain, strip_place(i)))
+            .collect();
+        let covariance = |lag: usize| -> f64 {
+            let weight = |i: usize| (1.0 - strip_place(i).abs()) * STRIP_PX;
+            (0..PIXEL_STEPS).map(|i| weight(i) * strips[i + STEPS_PER_LAG * lag]).sum()
+        };
+        let lags: Vec<f64> = (0..=LAGS_PER_PIXEL * MAX_LAG_PX).map(covariance).collect();
         Self { variance: lags[0], lags: lags.iter().map(|lag| lag / lags[0]).collect() }
     }
 
@@ -111,20 +121,20 @@ impl PixelCorrelation {
     }
 }
 
-/// Covariance of two pixels `lag` apart along one axis [1].
-fn covariance(grain: f64, lag: f64) -> f64 {
-    let step = 2.0 / PIXEL_STEPS as f64;
-    let mut sum = 0.0;
-    for i in 0..PIXEL_STEPS {
-        let u = -1.0 + (i as f64 + 0.5) * step;
-        for j in 0..PIXEL_STEPS / 2 {
-            let v = (j as f64 + 0.5) * step;
-            let r = PI * libm::hypot(u + lag, v) / grain;
-            let airy = if r < 1e-6 { 1.0 } else { 2.0 * libm::j1(r) / r };
-            sum += 2.0 * (1.0 - u.abs()) * (1.0 - v) * airy * airy;
-        }
-    }
-    sum * step * step
+/// Middle of strip `i` along one axis, from a pixel before the first lag on [px].
+fn strip_place(i: usize) -> f64 {
+    -1.0 + (i as f64 + 0.5) * STRIP_PX
+}
+
+/// Integral of (1 - |v|) |mu(u, v)|^2 over v, across the axis of the lags [px].
+fn strip(grain: f64, u: f64) -> f64 {
+    let at = |j: usize| {
+        let v = (j as f64 + 0.5) * STRIP_PX;
+        let r = PI * libm::hypot(u, v) / grain;
+        let airy = if r < 1e-6 { 1.0 } else { 2.0 * libm::j1(r) / r };
+        2.0 * (1.0 - v) * airy * airy * STRIP_PX
+    };
+    (0..PIXEL_STEPS / 2).map(at).sum()
 }
 
 /// Probability distribution of the light in one pixel, of mean 1.
