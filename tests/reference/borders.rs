@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::kept::Kept;
 use bench::settings::Transport;
 use glam::Vec3;
 use procedural::strips::{Strip, Strips};
@@ -12,8 +13,8 @@ use scanner::optics::expose;
 use scanner::optics::{ROWS, Scratch, TILE};
 use test_support::target;
 
-/// Scan position of the line, in the middle of the plate [profiles].
-const PROFILE: usize = 150;
+/// Profiles of a scan, whose middle is that of the plate.
+const PROFILES: usize = 300;
 /// Photons of the judge: its Scatter of a bin is known to 2 to 3 %.
 const PHOTONS: u64 = 150_000;
 /// Columns averaged into one, 0.74 mm.
@@ -38,26 +39,30 @@ fn plate(strips: Vec<Strip>) -> Body {
 }
 
 /// What one column of the sensor sees of a line.
-struct Column {
+pub struct Column {
     /// Place of its column along the line [mm].
     x: f64,
+    /// Whether it sees the body.
+    pub on_body: bool,
     /// First row of its window.
-    first: i32,
+    pub first: i32,
     /// Light by row of the window [e-].
-    light: Vec<f64>,
+    pub light: Vec<f64>,
 }
 
-/// The columns of a line.
-fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
+/// The columns of the line across the middle of a scan.
+pub fn columns(scene: &Scene, body: Body, transport: Transport) -> Vec<Column> {
     let scene = Scene { transport, ..scene.clone() };
-    let (sensor, band) = target::expose(&scene, body, PROFILE..PROFILE + 1);
-    let hits = &band.row(PROFILE).hits;
+    let profile = scene.size.profiles / 2;
+    let (sensor, band) = target::expose(&scene, body, profile..profile + 1);
+    let hits = &band.row(profile).hits;
     let mut scratch = Scratch::default();
     let mut columns = Vec::new();
     for tile in 0..scene.size.columns / TILE {
-        expose::window(&sensor, &band, PROFILE, tile, &mut scratch);
+        expose::window(&sensor, &band, profile, tile, &mut scratch);
         columns.extend((0..TILE).map(|column| Column {
             x: f64::from(hits[tile * TILE + column].x),
+            on_body: hits[tile * TILE + column].matter.class != Class::Background,
             first: scratch.windows[0].first_row[column],
             light: (0..ROWS).map(|k| f64::from(scratch.electrons(k, column))).collect(),
         }));
@@ -100,6 +105,11 @@ fn cases() -> Vec<Case> {
     ]
 }
 
+/// Bins of their numbers one after the other.
+fn bins(numbers: Vec<f64>) -> Vec<[f64; 3]> {
+    numbers.as_chunks().0.to_vec()
+}
+
 /// Bins inside a span.
 fn within(places: &[f64], span: [f64; 2]) -> Vec<usize> {
     (0..places.len()).filter(|&i| (span[0]..=span[1]).contains(&places[i])).collect()
@@ -115,11 +125,20 @@ fn apart(one: &[[f64; 3]], judge: &[[f64; 3]], places: &[f64], span: [f64; 2]) -
 /// knot, where it holds, within 8 % of the judge; elsewhere it is printed.
 #[test]
 fn scatter_across_borders_is_the_judges() {
-    let (scene, mut faults) = (target::scene(300), Vec::new());
-    for case in cases() {
-        let (judge, places) = profile(&scene, case.body.clone(), Transport::Path { photons: PHOTONS });
-        let (kernel, _) = profile(&scene, case.body.clone(), Transport::Kernel);
-        let (diffusion, _) = profile(&scene, case.body.clone(), Transport::Diffusion { voxel_mm: 0.1 });
+    let (scene, mut faults, mut kept) = (target::scene(PROFILES), Vec::new(), Kept::of("borders"));
+    for (number, case) in cases().into_iter().enumerate() {
+        let (kernel, places) = profile(&scene, case.body.clone(), Transport::Kernel);
+        let question = (&scene, &case.body, PHOTONS);
+        let by = |transport: Transport| profile(&scene, case.body.clone(), transport).0.concat();
+        let judge = || by(Transport::Path { photons: PHOTONS });
+        let judge = match number {
+            0 => kept.still_says(case.name, &question, judge),
+            _ => kept.says(case.name, &question, judge),
+        };
+        let diffusion = kept.says(&format!("diffusion, {}", case.name), &(&scene, &case.body), || {
+            by(Transport::Diffusion { voxel_mm: 0.1 })
+        });
+        let [judge, diffusion] = [judge, diffusion].map(bins);
         let row = |of: &[[f64; 3]], i: usize| of[i][2] / of[i][1];
         for i in 0..places.len() {
             let [j, k, d] = [&judge, &kernel, &diffusion].map(|of| (of[i][0], row(of, i)));
@@ -140,6 +159,7 @@ fn scatter_across_borders_is_the_judges() {
             faults.push((case.name, off, shift, knot));
         }
     }
+    kept.finish();
     assert!(faults.is_empty(), "{faults:?}");
 }
 
@@ -150,9 +170,9 @@ fn scatter_across_borders_is_the_judges() {
 fn sound_knots_over_clear_wood_are_the_judges_on_three_rigs() {
     let knot = Medium { dispersion_deg: 11.0, ..wood(0.22, 3.0, 14.0, 1.22, 80.0) };
     let body = plate(vec![strip(10.0, clear()), strip(10.0, knot)]);
-    let mut faults = Vec::new();
+    let (mut faults, mut kept) = (Vec::new(), Kept::of("sound_knots"));
     for (tilt_deg, distance_mm, width) in [(40.0, 300.0, 384), (25.0, 412.0, 256), (15.0, 600.0, 256)] {
-        let mut scene = target::scene(300);
+        let mut scene = target::scene(PROFILES);
         (scene.bench.camera.tilt_deg, scene.bench.camera.distance_mm) = (tilt_deg, distance_mm);
         scene.size.columns = width;
         // Noise of the judge would choose the peaks of single columns: rows are summed first.
@@ -175,9 +195,11 @@ fn sound_knots_over_clear_wood_are_the_judges_on_three_rigs() {
             let (knot, clear) = (sums([2.0, 8.0]), sums([-8.0, -2.0]));
             [0, 1].map(|which| knot[which] / clear[which])
         };
-        let (kernel, judge) = (ratios(Transport::Kernel), ratios(Transport::Path { photons: PHOTONS }));
+        let name = format!("{tilt_deg} deg, {distance_mm} mm");
+        let judge = || ratios(Transport::Path { photons: PHOTONS }).to_vec();
+        let (kernel, judge) = (ratios(Transport::Kernel), kept.says(&name, &(&scene, &body, PHOTONS), judge));
         println!(
-            "{tilt_deg} deg, {distance_mm} mm: Scatter {:.3}, judge {:.3}; peak {:.3}, judge {:.3}",
+            "{name}: Scatter {:.3}, judge {:.3}; peak {:.3}, judge {:.3}",
             kernel[0], judge[0], kernel[1], judge[1]
         );
         let off = [0, 1].map(|which| (kernel[which] / judge[which] - 1.0).abs());
@@ -185,5 +207,6 @@ fn sound_knots_over_clear_wood_are_the_judges_on_three_rigs() {
             faults.push((tilt_deg, kernel, judge));
         }
     }
+    kept.finish();
     assert!(faults.is_empty(), "{faults:?}");
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::LN_2;
 
+use super::kept::Kept;
 use glam::DVec3;
 use procedural::Stream;
 use rand::RngExt;
@@ -82,18 +83,26 @@ fn contrast(light: &[f64; PATH_STEPS], per_mm: f64) -> f64 {
 }
 
 /// Deviations of the kernel's contrasts from the judge's, relative.
-fn compare(name: &str, matter: &Matter, photons: u64) -> Vec<f64> {
+fn compare(name: &str, matter: &Matter, photons: u64, kept: &mut Kept) -> Vec<f64> {
     let question = Question { cells: 0, angles: 0, rows: 12, ..Question::default() };
-    let paths = seen_paths(&matter.stack(), &question, Effort { photons, seed: 8 });
+    let per_mm = LINEWIDTHS_NM.map(|linewidth| coherence_per_mm(WAVELENGTH_NM, linewidth) * matter.n);
+    let ask = || {
+        let paths = seen_paths(&matter.stack(), &question, Effort { photons, seed: 8 });
+        let of = |row: usize, per_mm: f64| {
+            let both = [question.rows + row, question.rows - row];
+            let light = std::array::from_fn(|step| both.iter().map(|&row| paths[row][step]).sum());
+            contrast(&light, per_mm)
+        };
+        per_mm.iter().flat_map(|&per_mm| ROWS.map(|row| of(row, per_mm))).collect()
+    };
+    let asked = (&question, matter, photons);
+    let judge = if name == "random 0" { kept.still_says(name, &asked, ask) } else { kept.says(name, &asked, ask) };
     let blur = (question.line_mm * question.line_mm + question.row_mm * question.row_mm / 12.0) as f32;
     let laws = path_laws(&matter.point(&question), blur, ROWS.map(|row| (row as f64 * question.row_mm) as f32));
     let mut off = Vec::new();
-    for linewidth in LINEWIDTHS_NM {
-        let per_mm = coherence_per_mm(WAVELENGTH_NM, linewidth) * matter.n;
-        for (row, law) in ROWS.iter().zip(&laws) {
-            let both = [question.rows + row, question.rows - row];
-            let light = std::array::from_fn(|step| both.iter().map(|&row| paths[row][step]).sum());
-            let (judge, kernel) = (contrast(&light, per_mm), f64::from(path_contrast(per_mm as f32, law)));
+    for ((per_mm, linewidth), judge) in per_mm.iter().zip(LINEWIDTHS_NM).zip(judge.chunks(ROWS.len())) {
+        for ((row, law), judge) in ROWS.iter().zip(&laws).zip(judge) {
+            let kernel = f64::from(path_contrast(*per_mm as f32, law));
             println!("{name:20} {linewidth} nm, row {row}: {kernel:.3} for {judge:.3}");
             off.push(kernel / judge - 1.0);
         }
@@ -104,21 +113,25 @@ fn compare(name: &str, matter: &Matter, photons: u64) -> Vec<f64> {
 /// Clear wood, a knot, a dead knot and rot: within 10 % in every row, where one contrast for a sample was off by 1.7 times.
 #[test]
 fn speckle_beside_the_line_has_the_contrast_of_its_paths() {
+    let mut kept = Kept::of("contrast_of_woods");
     for wood in
         WOODS.iter().filter(|wood| ["clear along motion", "sound knot", "dead knot", "rot"].contains(&wood.name))
     {
         let [mu_a, sigma_i, k, n] = wood.coefficients;
         let axis = study::medium::axis(wood.azimuth, wood.dive);
         let matter = Matter { mu_a, sigma_i, k, n, dispersion_deg: 5.0, axis };
-        let worst = compare(wood.name, &matter, 200_000).into_iter().fold(0.0, |worst: f64, off| worst.max(off.abs()));
+        let worst = compare(wood.name, &matter, 200_000, &mut kept)
+            .into_iter()
+            .fold(0.0, |worst: f64, off| worst.max(off.abs()));
         assert!(worst < 0.1, "{}: {worst:.3}", wood.name);
     }
+    kept.finish();
 }
 
 /// Media drawn over what wood may be, any dive and azimuth: within 10 % for 95 % of the rows.
 #[test]
 fn contrasts_hold_for_random_wood() {
-    let mut all = Vec::new();
+    let (mut all, mut kept) = (Vec::new(), Kept::of("contrast_of_random_wood"));
     for i in 0..24 {
         let mut stream = Stream::root(15).child("contrasts").index(i).rng();
         let mut draw = |from: f64, to: f64| from * (to / from).powf(stream.random::<f64>());
@@ -126,8 +139,9 @@ fn contrasts_hold_for_random_wood() {
         let (n, dispersion_deg) = (draw(1.05, 1.45), draw(3.0, 14.0));
         let axis = study::medium::axis(draw(1.0, 360.0) - 180.0, draw(1.0, 91.0) - 1.0);
         let matter = Matter { mu_a, sigma_i, k, n, dispersion_deg, axis };
-        all.extend(compare(&format!("random {i}"), &matter, 40_000).into_iter().map(f64::abs));
+        all.extend(compare(&format!("random {i}"), &matter, 40_000, &mut kept).into_iter().map(f64::abs));
     }
+    kept.finish();
     all.sort_by(f64::total_cmp);
     let at95 = all[all.len() * 95 / 100];
     println!("95 % within {at95:.3}, all within {:.3}", all[all.len() - 1]);

@@ -1,11 +1,10 @@
 //! The kernel against the judge on half spaces drawn at random over all that recipes accept: none lies on a node of the table.
 //!
-//! `tests/data/half_spaces.json` holds what the judge says; `BLESS=1 cargo test --release --test reference half_spaces` asks it anew, in
-//! a quarter of an hour on two cores.
+//! What the judge says is kept ([`super::kept`]); to ask it anew takes a quarter of an hour on two cores.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::sync::LazyLock;
 
+use super::kept::Kept;
 use glam::{DVec3, Vec3};
 use procedural::Stream;
 use rand::RngExt;
@@ -137,21 +136,20 @@ fn judge(i: u64) -> [Figure; 7] {
     figures(&path::solve(&drawn.stack(), &drawn.question(), Effort { photons: PHOTONS, seed: i }))
 }
 
-fn data() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/half_spaces.json")
-}
-
-/// What the judge says, by number.
-fn tabulated() -> BTreeMap<u64, [Figure; 7]> {
-    if std::env::var_os("BLESS").is_some() {
-        let all: BTreeMap<u64, [Figure; 7]> = (0..MEDIA).map(|i| (i, judge(i))).collect();
-        let lines: Vec<String> =
-            all.iter().map(|(i, figures)| format!("\"{i}\":{}", serde_json::to_string(figures).unwrap())).collect();
-        std::fs::write(data(), format!("{{\n{}\n}}\n", lines.join(",\n"))).unwrap();
-        return all;
-    }
-    serde_json::from_str(&std::fs::read_to_string(data()).unwrap()).unwrap()
-}
+/// What the judge says of each medium.
+static JUDGED: LazyLock<Vec<[Figure; 7]>> = LazyLock::new(|| {
+    let mut kept = Kept::of("half_spaces");
+    let of = |i: u64| {
+        let drawn = HalfSpace::drawn(i);
+        let asked = (&drawn, drawn.question(), PHOTONS);
+        let figures =
+            kept.says(&format!("medium {i:03}"), &asked, || judge(i).iter().flat_map(|f| [f.0, f.1]).collect());
+        std::array::from_fn(|at| (figures[2 * at], figures[2 * at + 1]))
+    };
+    let all = (0..MEDIA).map(of).collect();
+    kept.finish();
+    all
+});
 
 /// Deviations that 95 % of the media and all of them keep, beside three standard errors of the judge: of reflectance and of centres of
 /// gravity absolute, of the rest relative. The fixed widths are coarse for free paths under 0.03 mm, a quarter of the media.
@@ -171,11 +169,9 @@ const BARS: [(&str, f64, f64); 10] = [
 /// Every figure within [`BARS`].
 #[test]
 fn kernel_agrees_on_random_media() {
-    let judged = tabulated();
-    assert_eq!(judged.len() as u64, MEDIA);
     // Deviations beyond the judge's noise, by figure.
     let mut off: [Vec<(f64, u64)>; 10] = Default::default();
-    for (&i, truth) in &judged {
+    for (i, truth) in (0..).zip(JUDGED.iter()) {
         let drawn = HalfSpace::drawn(i);
         let kernel = kernel::solve(&drawn.stack(), &drawn.question()).expect("such media are answered");
         let gaussians = figures(&kernel);
@@ -212,12 +208,11 @@ fn kernel_agrees_on_random_media() {
 /// The table is what the judge says today.
 #[test]
 fn judge_still_says_so_of_random_media() {
-    let judged = tabulated();
     for i in [3, 77, 150] {
         let drawn = HalfSpace::drawn(i);
         let effort = Effort { photons: 20_000, seed: 1000 + i };
         let now = figures(&path::solve(&drawn.stack(), &drawn.question(), effort));
-        for (((name, ..), now), then) in BARS.iter().zip(now).zip(judged[&i]) {
+        for (((name, ..), now), then) in BARS.iter().zip(now).zip(JUDGED[i as usize]) {
             let z = (now.0 - then.0) / now.1.hypot(then.1).max(1e-9);
             assert!(z.abs() < 4.5, "medium {i}, {name}: {now:?} against {then:?}, z {z:.1}");
         }

@@ -1,12 +1,15 @@
 //! Production against slow and obvious reference models, and these against published values. Takes minutes.
 
+mod boards;
 mod borders;
 mod contrast;
+mod drawn_packs;
 mod expose;
 mod expose_camera;
 mod expose_laser;
 mod expose_parts;
 mod half_spaces;
+mod kept;
 mod layers;
 mod monte_carlo;
 mod pack;

@@ -1,6 +1,7 @@
 //! Production's film over tablet or foil against the judge in the true shape of a pocket: filled, empty, touching, tilted.
 //! Rows are 0.101 mm, as the reference camera sees them, and both sides of the line count together.
 
+use super::kept::Kept;
 use glam::Vec3;
 use procedural::blister::{Blister, Pack};
 use procedural::{Body, Instance, Stream};
@@ -23,13 +24,18 @@ type Change = fn(&mut Blister);
 
 /// A level pack with smooth pockets.
 fn pack(change: Change) -> Pack {
+    Pack::form(Stream::root(7), &numbers(change))
+}
+
+/// What it is made from.
+fn numbers(change: Change) -> Blister {
     let mut blister = Blister::from_values(&mut |p| p.default);
     (blister.card.bow_mm, blister.card.curl_mm, blister.card.knurl_um, blister.card.code_mm) = (0.0, 0.0, 0.0, 0.0);
     (blister.pocket.bumps_um, blister.web.thinning_spread) = (0.0, 0.0);
     let tablet = &mut blister.tablet;
     (tablet.deboss_mm, tablet.tilt_deg, tablet.rattle, tablet.on_edge) = (0.0, 0.0, 0.0, 0.0);
     change(&mut blister);
-    Pack::form(Stream::root(7), &blister)
+    blister
 }
 
 /// The pocket in the middle.
@@ -87,7 +93,7 @@ fn produced(pack: &Pack) -> Vec<Estimate> {
     let cover = FilmStack { medium: matter.medium, film, enter: 1.0, view_up: normal.dot(view), view, light: Vec3::Z };
     let answer = FilmStackKernel::new().spread(&cover);
     // What comes from below is seen through the film nearer to the lens.
-    let shift = f64::from(film.gap_mm.unwrap_or(0.0) * view.y / view.z);
+    let shift = f64::from(cover.seen_beside());
     let row = |row: usize| {
         let place = (row as f64 - ROWS as f64) * ROW_MM;
         let of = |j: usize| {
@@ -116,10 +122,16 @@ fn scatter_of_pockets_is_the_judges() {
         ("tilted", 0.35, 7, |b| (b.tablet.tilt_deg, b.pocket.headroom_mm, b.pocket.dome_mm) = (15.0, 2.5, 0.0)),
         ("wide and empty", 0.12, 19, wide),
     ];
-    let mut faults = Vec::new();
-    for (name, far, columns, change) in cases {
-        let pack = pack(change);
-        let (kernel, judge) = (produced(&pack), judged(&pack, columns));
+    let (mut faults, mut kept) = (Vec::new(), Kept::of("pockets"));
+    for (number, (name, far, columns, change)) in cases.into_iter().enumerate() {
+        let (kernel, pack) = (produced(&pack(change)), pack(change));
+        let question = (middle(&pack), columns, PHOTONS, numbers(change));
+        let judge = || judged(&pack, columns).iter().flat_map(|row| [row.value, row.error]).collect();
+        let judge = match number {
+            0 => kept.still_says(name, &question, judge),
+            _ => kept.says(name, &question, judge),
+        };
+        let judge: Vec<Estimate> = judge.chunks(2).map(|row| Estimate { value: row[0], error: row[1] }).collect();
         for (what, from, to) in WINDOWS {
             let (k, j) = (window(&kernel, from, to).value, window(&judge, from, to));
             println!("{name}, {what}: {k:.4} against {:.4} +- {:.4}, {:.3}", j.value, j.error, k / j.value);
@@ -129,5 +141,6 @@ fn scatter_of_pockets_is_the_judges() {
             }
         }
     }
+    kept.finish();
     assert!(faults.is_empty(), "{faults:#?}");
 }

@@ -1,0 +1,76 @@
+//! What the judge said, kept: its walks take minutes, and their figures change only with the question or with the reference Monte Carlo.
+//!
+//! `tests/data/judge/<test>.json` holds figures by case. The key of a case follows from all that is asked, so that another question
+//! does not get an old answer. `BLESS=1 cargo test --release --test reference` asks all of them anew; in each run some cases are asked
+//! again ([`Kept::still_says`]) and must give the figures that are kept.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::path::PathBuf;
+
+use procedural::Stream;
+
+/// Relative difference of figures that are the same: sums of other builds may end in other digits.
+const SAME: f64 = 1e-6;
+
+/// The judge's figures for one test.
+pub struct Kept {
+    file: PathBuf,
+    bless: bool,
+    known: BTreeMap<String, Vec<f64>>,
+    told: BTreeMap<String, Vec<f64>>,
+}
+
+impl Kept {
+    /// For the test of a name.
+    pub fn of(test: &str) -> Self {
+        let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/judge/{test}.json"));
+        let bless = std::env::var_os("BLESS").is_some();
+        let known = match std::fs::read_to_string(&file) {
+            Ok(text) if !bless => serde_json::from_str(&text).expect("figures by case"),
+            _ => BTreeMap::new(),
+        };
+        Self { file, bless, known, told: BTreeMap::new() }
+    }
+
+    /// Figures of `case`: what `ask` says of the `question`.
+    pub fn says(&mut self, case: &str, question: &impl Debug, ask: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
+        let key = format!("{case} {:016x}", Stream::root(0).child(&format!("{question:?}")).key());
+        let figures = if self.bless {
+            ask()
+        } else {
+            let kept = self.known.get(&key).cloned();
+            kept.unwrap_or_else(|| {
+                panic!("{case}: the judge was not asked this; BLESS=1 asks it ({})", self.file.display())
+            })
+        };
+        self.told.insert(key, figures.clone());
+        figures
+    }
+
+    /// The same, and asks again: what is kept is what the judge says today.
+    pub fn still_says(&mut self, case: &str, question: &impl Debug, ask: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
+        let now = ask();
+        let kept = self.says(case, question, || now.clone());
+        let same = |(now, kept): (&f64, &f64)| (now - kept).abs() <= SAME * kept.abs();
+        assert!(
+            now.len() == kept.len() && now.iter().zip(&kept).all(same),
+            "{case}: the judge says {now:?} today and {kept:?} before; where that is meant, BLESS=1 asks for all cases"
+        );
+        kept
+    }
+
+    /// Ends the test: nothing is kept that was not used.
+    pub fn finish(self) {
+        if self.bless {
+            let line = |(case, figures): (&String, &Vec<f64>)| {
+                format!("{}: {}", serde_json::to_string(case).unwrap(), serde_json::to_string(figures).unwrap())
+            };
+            let lines: Vec<String> = self.told.iter().map(line).collect();
+            std::fs::write(&self.file, format!("{{\n{}\n}}\n", lines.join(",\n"))).expect("the file can be written");
+            return;
+        }
+        let unused: Vec<&String> = self.known.keys().filter(|key| !self.told.contains_key(*key)).collect();
+        assert!(unused.is_empty(), "nobody asks for {unused:?} of {}; BLESS=1 drops them", self.file.display());
+    }
+}
