@@ -6,8 +6,8 @@
 //! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
 //! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
 //! dark.
-//! Neglected: refraction in the film, which moves light by under a third of its thickness; what the film above hides of
-//! what lies below; light that comes back through another film than it went in by.
+//! Refraction in the film raises what is seen through it, by up to half of the film's thickness.
+//! Neglected: what the film above hides of what lies below; light that comes back through another film than it went in by.
 
 use glam::Vec3;
 use procedural::{Film, Matter, Medium, Surface};
@@ -19,7 +19,7 @@ use super::row_view::RowView;
 use super::speckle::TILE;
 use crate::specimen::{Hit, height_below};
 use transport::fresnel;
-use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread};
+use transport::kernel::film_stack::{FilmStack, FilmStackKernel, FilmStackSpread, raised_by_refraction};
 use transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
@@ -101,12 +101,20 @@ impl TransmissionScratch {
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at; `through` as [`FilmStackSpread`] has it.
-    pub(crate) fn note(&mut self, column: usize, hit: &Hit, film: &Film, through: &[f32; BASIS], view: &RowView<'_>) {
+    /// Notes what is seen through the film of `hit`, which `column` looks at under cosine `up`; `through` as [`FilmStackSpread`] has it.
+    pub(crate) fn note(
+        &mut self,
+        column: usize,
+        (hit, up): (&Hit, f32),
+        film: &Film,
+        through: &[f32; BASIS],
+        view: &RowView<'_>,
+    ) {
         let z = height_below(&hit.surface, film);
+        let seen_z = z + film.thickness_mm * raised_by_refraction(hit.matter.medium.n_eff, up);
         let light: f32 = through.iter().sum();
         let [slope_x, slope_y] = film.under_slope;
-        let sight = view.sight(hit.x, &Surface { z, slope_x, slope_y });
+        let sight = view.sight(hit.x, &Surface { z: seen_z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         // No row holds more than all of it.
         let faint = light * white < view.faint;
@@ -114,7 +122,7 @@ impl TransmissionScratch {
             return;
         }
         self.below[column] = Some(TransmittedPoint {
-            column: view.camera.project(hit.x, 0.0, z)[0],
+            column: view.camera.project(hit.x, 0.0, seen_z)[0],
             z,
             sight,
             light: through.map(|t| t * white),

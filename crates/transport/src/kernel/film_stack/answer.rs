@@ -1,7 +1,7 @@
 //! Answers for whole stacks: film over air over a half space or foil, film sealed to foil.
 //!
 //! What leaves in each row towards all sides is in `line`; what the lens sees of it in `seen`, where light from below is
-//! moved by gap tan(view) to where it passes the film. Spreads are those of the fixed widths, as production uses them.
+//! moved to where it leaves the film. Spreads are those of the fixed widths, as production uses them.
 
 use glam::Vec3;
 use procedural::{Film, Gloss, KERNEL_INDICES, Medium};
@@ -49,7 +49,7 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let leaves = fixed(kernel.back.weights(&whole.all));
     let film = fixed(std::array::from_fn(|j| spread.enter[j] * spread.exit[j]));
     let below = fixed(spread.through);
-    let moved = f64::from(film_stack.film.gap_mm.unwrap_or(0.0)) * question.view.y / question.view.z;
+    let moved = f64::from(film_stack.seen_beside());
     let mut absorbed = vec![0.0; stack.layers.len()];
     absorbed[0] = f64::from(film_stack.enter - total.all[0] - total.sunk);
     *absorbed.last_mut().expect("a stack has a layer") += f64::from(total.sunk);

@@ -43,6 +43,8 @@ const NEAR_GAP_MM: f32 = 0.5;
 /// Share of diffuse light that foil sends into a film and that comes back to it, and that a film's outside throws back [1].
 const FILM_RETURN: f32 = 0.7;
 const OUTER_DIFFUSE_REFLECTANCE: f32 = 0.092;
+/// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 45 degrees [1].
+const IN_FILM: f32 = 0.5;
 /// Largest gain of light between film and what lies below that is believed [1].
 const MAX_LOOP_GAIN: f32 = 0.98;
 
@@ -61,6 +63,30 @@ pub struct FilmStack {
     pub view: Vec3,
     /// Unit vector to the laser.
     pub light: Vec3,
+}
+
+impl FilmStack {
+    /// How far along the motion light from below that the film does not turn leaves it beside where it left what lies below: by the
+    /// slant of the view in the air, and by that which refraction leaves of it in the film [mm].
+    pub fn seen_beside(&self) -> f32 {
+        let Film { thickness_mm, gap_mm, .. } = self.film;
+        gap_mm.unwrap_or(0.0) * self.view.y / self.view.z + thickness_mm * in_film(self.medium.n_eff, self.view)
+    }
+}
+
+/// Slant along the motion inside a level film of index `n` of light that leaves it along `view` [1].
+#[inline(always)]
+fn in_film(n: f32, view: Vec3) -> f32 {
+    let (_, up) = refracted(n, view.z);
+    view.y / (n * up)
+}
+
+/// How much higher the lens sees what lies below a film of index `n` than it is, under cosine `up`: the share of the film's thickness
+/// by which refraction raises it, 1 - tan(inside) / tan(outside) [1].
+#[inline]
+pub fn raised_by_refraction(n: f32, up: f32) -> f32 {
+    let (_, inside) = refracted(n, up);
+    1.0 - up / (n * inside)
 }
 
 /// What a film does to a line of light: two patterns on the fixed widths.
@@ -194,7 +220,10 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
             * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
         let glint =
             enter * left * out * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
-        let all = sealed.map(|part| enter * (part + of.sealed_straight()));
+        // Mirrored light meets the foil once, and what the film's surface throws back of it again.
+        let kept = |reflectance: f32| reflectance / (1.0 - fresnel * left * left * reflectance);
+        let mirrored = of.sealed_straight() * kept(under.gloss.reflectance) / kept(table::SEALED.reflectance as f32);
+        let all = sealed.map(|part| enter * (part + mirrored));
         let rest = (enter - all[0]).max(0.0);
         return FilmFlow {
             film: sealed.map(|part| enter * part),
@@ -214,7 +243,13 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         LengthInterpolation::new(2.0 * gap, lowest).read(&slopes),
     );
     let (g1, g2) = (kernel.lambert.over(gap), kernel.lambert.over(2.0 * gap));
-    let lobe = if foil { kernel.lambert.over(2.0 * gap * under.gloss.roughness[1]) } else { [1.0; FREQUENCY_COUNT] };
+    let lobe = |height: f32| match foil {
+        true => kernel.lambert.over(2.0 * height * under.gloss.roughness[1]),
+        false => [1.0; FREQUENCY_COUNT],
+    };
+    // Light that passes the film unturned leaves it further away than it met it: half as far as in air of the film's thickness.
+    let (lobe, lobe_above) = (lobe(gap), lobe(gap + thickness / n));
+    let above = kernel.lambert.over(gap + IN_FILM * thickness);
     let (body, [mirrors, mirrors_straight]) = (kernel.under.body(), kernel.under.mirrors());
     let glint = if foil {
         gloss(&under.gloss, normal, stack.light, stack.view)
@@ -236,9 +271,12 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     for i in 0..FREQUENCY_COUNT {
         let scattered = (1.0 - mirrors) * body[i];
         let turn = scattered * g1[i] * g1[i] + mirrors * g2[i];
-        let mirror = mirrors_straight * straight * lobe[i];
+        // Straight light that is mirrored meets the film's surfaces, which throw part of it down again.
+        let bounce = mirrors_straight * lobe[i];
+        let arrives = straight / (1.0 - (fresnel + (1.0 - fresnel) * mirrored) * bounce);
+        let mirror = bounce * arrives;
         let again = (1.0 - fresnel) * back[i] * mirror;
-        let first = (1.0 - mirrors_straight) * straight * body[i] * g1[i]
+        let first = (1.0 - mirrors_straight) * arrives * body[i] * g1[i]
             + on[i] * (scattered * h1[i] * g1[i] + mirrors * h2[i])
             + again * turn;
         let up = first / (1.0 - (diffuse_back[i] * turn).min(MAX_LOOP_GAIN));
@@ -246,15 +284,17 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let passed = (1.0 - fresnel) * on[i] * mirror + diffuse_on[i] * up;
         out.film[i] = enter * (back[i] + passed);
         out.towards[i] = enter * (laws[0] * back[i] + laws[1] * passed);
-        let below = body[i] * ((1.0 - mirrors_straight) * straight + (1.0 - mirrors) * down) * glint + straight * shine;
-        let metal = straight * glint + down * glow;
+        let below = body[i] * ((1.0 - mirrors_straight) * arrives + (1.0 - mirrors) * down) * glint + arrives * shine;
+        let metal = arrives * glint + down * glow;
         out.through[i] = enter * seen * if foil { metal } else { below };
-        let unturned = of.diffuse_straight() * up + (1.0 - fresnel) * straight * mirror;
+        let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
+        let unturned = of.diffuse_straight() * up * crossed
+            + (1.0 - fresnel) * straight * mirrors_straight * arrives * lobe_above[i];
         out.all[i] = enter * (back[i] + mirrored + passed + unturned);
         if i == 0 {
             let lost = if foil { 1.0 - mirrors } else { (1.0 - mirrors) * (1.0 - body[0]) };
             let lost_straight = if foil { 1.0 - mirrors } else { (1.0 - mirrors_straight) * (1.0 - body[0]) };
-            out.sunk = enter * (lost_straight * straight + lost * down);
+            out.sunk = enter * (lost_straight * arrives + lost * down);
         }
     }
     out
