@@ -14,7 +14,7 @@ ALL = --release --locked --workspace
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless fuzz doc clean venv
+.PHONY: help build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -133,6 +133,9 @@ film-table: ## measure the table of films anew: three minutes on two cores
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)
 	BLESS=1 cargo test $(ALL) --test recipe_schema --test dictionary
+
+judge: ## ask the reference Monte Carlo anew for what tests/data/judge keeps: half an hour on two cores
+	BLESS=1 cargo test $(ALL) --test reference
 
 fuzz: ## feed the recipe loader random text (FUZZ_SECONDS=600); needs cargo-fuzz
 	mkdir -p fuzz/corpus/recipe

@@ -85,6 +85,7 @@ fn formats_agree() {
     alike("steps", 30.0 / 65534.0 / 2.0);
     // Without EXR the images of the row are taken: range in steps, reflectance in whole numbers.
     let other = Place::with(&[
+        program::SPECKLE,
         ["exr: [range, reflectance, scatter, label, instance]", "exr: []"],
         ["truth_maps: true", "truth_maps: false"],
     ]);

@@ -194,7 +194,8 @@ fn definitions() -> Map<String, Value> {
             "normal" => object(&[("mean", number()), ("sd", not_negative())], &["mean", "sd"]),
             "lognormal" => object(&[("median", positive()), ("log_sd", not_negative())], &["median", "log_sd"]),
             "choice" => object(&[("values", list(number())), ("weights", list(not_negative()))], &["values"]),
-            _ => object(&[("of", reference("untruncated")), ("min", number()), ("max", number())], &["of"]),
+            "truncated" => object(&[("of", reference("untruncated")), ("min", number()), ("max", number())], &["of"]),
+            other => unreachable!("{other} has no schema"),
         };
         let mut schema = object(&[(form.key, arguments)], &[form.key]);
         schema["description"] = format!("{}: {}.", form.example, form.law).into();

@@ -132,14 +132,14 @@ struct Facts<'a> {
 }
 
 /// Standard deviations of Range on a white matte surface [um].
-struct Noise {
+struct NoiseFacts {
     photons: f64,
     dark: f64,
     speckle: f64,
     rounding: f64,
 }
 
-impl Noise {
+impl NoiseFacts {
     fn of(facts: &Facts) -> Self {
         let (scene, bench, line_px) = (facts.scene, &facts.scene.bench, facts.line_px);
         let per_row_um = 1e3 * facts.height_per_row_mm;
@@ -217,7 +217,7 @@ impl<'a> Facts<'a> {
         let fastest_hz = 1e6 / exposure.time_us;
         let speed = |rate: f64| if rate > 0.0 { rate * motion.step_mm } else { f64::NAN };
         let number = |name, doc, value| RigNumber { name, doc, value };
-        let noise = Noise::of(self);
+        let noise = NoiseFacts::of(self);
         vec![
             number("working_distance_mm", "height of the lens over the conveyor", camera.distance_mm * cos),
             number("baseline_mm", "from the laser plane to the lens", camera.distance_mm * sin),

@@ -23,7 +23,7 @@ const NOISE_LIMIT: f32 = 4.0;
 const RIM_FACTOR: f32 = 1.5;
 
 /// Isotropic scattering stays above this where severity goes beyond the class table [mm^-1].
-const LEAST_SIGMA_I: f32 = 0.01;
+pub const LEAST_SIGMA_I: f32 = 0.01;
 /// Effective indices lie between those of air and of the cell wall [1].
 const INDICES: [f32; 2] = KERNEL_INDICES;
 

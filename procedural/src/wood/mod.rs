@@ -26,6 +26,7 @@ use glam::{Vec2, Vec3};
 
 use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
+pub use self::decay::LEAST_SIGMA_I;
 use self::growth::{Branch, Grown, Growth};
 use self::knot_placement::PlacedKnot;
 pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};

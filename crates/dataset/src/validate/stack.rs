@@ -40,7 +40,7 @@ pub(super) fn check(
 
 /// The frames are there, in order, and each has a content of its own.
 fn order(
-    rows: &[Row],
+    rows: &[FrameRow],
     head: &DatasetHead,
     manifest: &Manifest,
     file: &ManifestFile,
@@ -56,7 +56,7 @@ fn order(
     let mut counts = Vec::new();
     for sample in &manifest.samples {
         let mut count = 0;
-        while let Some(Row { key: (id, _, profile), .. }) = rows.next_if(|row| row.key.1 == sample.index as i64) {
+        while let Some(FrameRow { key: (id, _, profile), .. }) = rows.next_if(|row| row.key.1 == sample.index as i64) {
             if *id != sample.id || *profile != count * step {
                 return fault(
                     Code::StackDiffers,
@@ -67,7 +67,7 @@ fn order(
         }
         counts.push(count);
     }
-    if let Some(Row { key: (id, index, profile), .. }) = rows.next() {
+    if let Some(FrameRow { key: (id, index, profile), .. }) = rows.next() {
         fault(Code::StackDiffers, format!("profile {profile} of sample {index} ({id}) is out of order"));
     }
     // A recipe that is none is told elsewhere.
@@ -84,7 +84,7 @@ fn order(
 type Key = (String, i64, i64);
 
 /// A row without its pixels.
-struct Row {
+struct FrameRow {
     key: Key,
     /// Of all pixels.
     sum: u64,
@@ -93,7 +93,7 @@ struct Row {
 }
 
 /// Noise makes each frame the only one of its kind; no number is beyond the converter's greatest.
-fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)) {
+fn content(rows: &[FrameRow], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)) {
     let mut first: HashMap<u64, &Key> = HashMap::new();
     for row in rows {
         let (id, index, profile) = &row.key;
@@ -113,7 +113,7 @@ fn content(rows: &[Row], head: &DatasetHead, fault: &mut dyn FnMut(Code, String)
 }
 
 /// Every row without its pixels, and the frames that are to be compared.
-fn read(task: &ShardTask, path: &str) -> Result<(Vec<Row>, Vec<FrameDigest>), (Code, String)> {
+fn read(task: &ShardTask, path: &str) -> Result<(Vec<FrameRow>, Vec<FrameDigest>), (Code, String)> {
     let head = task.head;
     let unreadable = |e: String| (Code::TableUnreadable, e);
     let file = enclosed::open(task.root, path, largest::stack_bytes(head)).map_err(|e| unreadable(e.to_string()))?;
@@ -135,7 +135,7 @@ fn read(task: &ShardTask, path: &str) -> Result<(Vec<Row>, Vec<FrameDigest>), (C
                 asked.push(FrameDigest::of(key.1.unsigned_abs(), key.2.unsigned_abs(), &dn));
             }
             let (least, most) = (dn.iter().min().copied(), dn.iter().max().copied());
-            let row = Row { key, sum: sum(&dn), least: least.unwrap_or(0), most: most.unwrap_or(0) };
+            let row = FrameRow { key, sum: sum(&dn), least: least.unwrap_or(0), most: most.unwrap_or(0) };
             rows.push(row);
         }
     }

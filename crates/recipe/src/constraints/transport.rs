@@ -4,11 +4,9 @@ use super::bounds::DrawBounds;
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
 use bench::settings::TransportName;
+use procedural::wood::LEAST_SIGMA_I;
 use procedural::{KERNEL_INDICES, KERNEL_LEAST_SHARE};
 use yaml::{YamlReader, number_text};
-
-/// Isotropic scattering of rot stays above this [mm^-1].
-const LEAST_SIGMA_I: f64 = 0.01;
 
 /// Whether a model can spread light in such objects: those that need one medium without air know no pack, and all but the
 /// kernel ask for a height field, which a mesh need not be.
@@ -56,7 +54,7 @@ pub(super) fn media(yaml: &mut YamlReader, subject: Option<Subject>, settings: &
                 let (sigma_ratio, k_ratio) = (scene.least(sigma_ratio), scene.most(k_ratio));
                 // Rot is most severe as far beyond the class table as clear wood is before it.
                 let severe = |ratio: f64| if what == "rot" { 2.0 * ratio - 1.0 } else { ratio };
-                let sigma = (sigma * sigma_ratio.min(severe(sigma_ratio))).max(LEAST_SIGMA_I);
+                let sigma = (sigma * sigma_ratio.min(severe(sigma_ratio))).max(LEAST_SIGMA_I.into());
                 (what, keys, sigma / (sigma + k * k_ratio.max(severe(k_ratio))))
             };
             let kinds = [

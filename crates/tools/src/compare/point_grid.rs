@@ -63,7 +63,7 @@ pub(super) fn on_grid(places: &[[f64; 3]], stated: [Option<f64>; 2]) -> Result<P
         return Err("it has no point with a height".into());
     }
     let [x, y] = [(0, "x"), (1, "y")].map(|(axis, name)| {
-        let found = Axis::of(with_height().map(|(_, place)| place[axis]).collect(), stated[axis]);
+        let found = GridAxis::of(with_height().map(|(_, place)| place[axis]).collect(), stated[axis]);
         found.map_err(|what| format!("{what} along {name}"))
     });
     let (x, y) = (x?, y?);
@@ -91,13 +91,13 @@ pub(super) fn on_grid(places: &[[f64; 3]], stated: [Option<f64>; 2]) -> Result<P
 }
 
 /// Even places along an axis.
-struct Axis {
+struct GridAxis {
     first: f64,
     pitch: Option<f64>,
     count: usize,
 }
 
-impl Axis {
+impl GridAxis {
     fn of(mut numbers: Vec<f64>, stated: Option<f64>) -> Result<Self, String> {
         numbers.sort_unstable_by(f64::total_cmp);
         let (Some(&first), Some(&last)) = (numbers.first(), numbers.last()) else {
