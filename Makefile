@@ -128,7 +128,7 @@ kernel-table: ## measure the kernel's table anew: three quarters of an hour on t
 	mkdir -p out
 	cargo run --release --locked --example kernel_table -- out/kernel_measurements.jsonl crates/transport/src/kernel/table.bin
 
-film-table: ## measure the table of films anew: three minutes on two cores
+film-table: ## measure the table of films anew: some six minutes on two cores
 	cargo run --release --locked --example film_table -- crates/transport/src/kernel/film_stack/film.bin
 
 bless: ## renew committed references (recipe schema and key reference, data dictionary)

@@ -2,8 +2,8 @@
 //! [`kernel::film_stack::table`](transport::kernel::film_stack::table), and how they become its entries.
 //!
 //! A plane slab of thickness 1 in air, index n, whose pigment scatters by Henyey and Greenstein's law with mean cosine
-//! [`PIGMENT_G`], is walked without absorption in three ways: light from straight above that has entered, Lambert light,
-//! and light from straight above with foil below. Absorption takes exp(-mu_a path) of what leaves after a path, so all
+//! [`PIGMENT_G`], is walked without absorption in these ways: light from straight above that has entered, Lambert light,
+//! and light from straight above with each of some foils below. Absorption takes exp(-mu_a path) of what leaves after a path, so all
 //! absorptions come from the same walk. Light that pigment turned is counted apart from light that it did not.
 //!
 //! Where light leaves is kept as a transform, the mean of cos(k x), for a grid of frequencies k in units of 1 / thickness;
@@ -16,9 +16,9 @@ use rayon::prelude::*;
 use super::super::plane_layers::{PreparedLayer, StackGeometry, StackObserver};
 use super::super::tracker::{Geometry, Photon};
 use transport::fresnel::fresnel_dielectric;
-use transport::kernel::film_stack::table::{EXIT_BINS, NODE, SEALED, TABLE_FREQUENCIES, transmission_scale};
+use transport::kernel::film_stack::table::{EXIT_BINS, NODE, SEALED_NODE, TABLE_FREQUENCIES, transmission_scale};
 use transport::phase::disc;
-use transport::stack::{PIGMENT_G, Scattering, Stack, Substrate};
+use transport::stack::{Foil, PIGMENT_G, Scattering, Stack, Substrate};
 
 /// Independent batches.
 const FILM_BATCHES: u64 = 32;
@@ -66,14 +66,14 @@ pub struct FilmResponse {
 }
 
 /// How light comes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilmIllumination {
     /// From straight above, per photon that entered.
     Straight,
     /// From everywhere above by Lambert's law, per photon that arrived.
     Lambert,
-    /// As `Straight`, foil below.
-    Sealed,
+    /// As `Straight`, this foil below.
+    Sealed(Foil),
 }
 
 struct FilmObserver<'a> {
@@ -129,8 +129,8 @@ pub fn measure(
 ) -> Vec<FilmResponse> {
     let pigment = Scattering::Isotropic { mu_s: slab.turns / (1.0 - PIGMENT_G), g: PIGMENT_G };
     let mut stack = Stack::slab(1.0, slab.n, 0.0, pigment);
-    if light == FilmIllumination::Sealed {
-        stack.below = Substrate::Foil(SEALED);
+    if let FilmIllumination::Sealed(foil) = light {
+        stack.below = Substrate::Foil(foil);
     }
     let geometry = StackGeometry::new(&stack, f64::INFINITY);
     let each = photons.div_ceil(FILM_BATCHES);
@@ -182,8 +182,14 @@ fn mean<'a>(batches: impl Iterator<Item = &'a FilmResponse>, share: f64) -> Film
     sum
 }
 
-/// The table's entry for a film that was measured under straight light, Lambert light, and sealed to foil.
-pub fn condense(turns: f64, straight: &FilmResponse, lambert: &FilmResponse, sealed: &FilmResponse) -> [f32; NODE] {
+/// Radiance factor of each bin, against Lambert's law.
+fn law(side: &FilmSide) -> [f64; EXIT_BINS] {
+    let even = side.total / EXIT_BINS as f64;
+    if side.total > 1e-6 { side.directions.map(|part| part / even) } else { [1.0; EXIT_BINS] }
+}
+
+/// The table's entry for a film in air that was measured under straight light and under Lambert light.
+pub fn condense(turns: f64, straight: &FilmResponse, lambert: &FilmResponse) -> [f32; NODE] {
     let scale = transmission_scale(turns);
     let down = straight.down;
     // A clear film turns nothing; then it does not matter how.
@@ -193,23 +199,15 @@ pub fn condense(turns: f64, straight: &FilmResponse, lambert: &FilmResponse, sea
         down.spread.map(|part| part * scale),
         lambert.up.spread.map(|part| part + lambert.straight_up),
         lambert.down.spread.map(|part| part * scale),
-        sealed.up.spread,
         slopes,
     ];
-    // Radiance factor of each bin, against Lambert's law.
-    let law = |side: &FilmSide| {
-        let even = side.total / EXIT_BINS as f64;
-        if side.total > 1e-6 { side.directions.map(|part| part / even) } else { [1.0; EXIT_BINS] }
-    };
-    let laws = [law(&straight.up), law(&lambert.down), law(&sealed.up)];
-    let mut node = [0.0; NODE];
-    let values = transforms
-        .into_iter()
-        .flatten()
-        .chain(laws.into_iter().flatten())
-        .chain([lambert.straight_down, sealed.straight_up]);
-    for (kept, value) in node.iter_mut().zip(values) {
-        *kept = value as f32;
-    }
-    node
+    let laws = [law(&straight.up), law(&lambert.down)];
+    let mut values = transforms.into_iter().flatten().chain(laws.into_iter().flatten()).chain([lambert.straight_down]);
+    std::array::from_fn(|_| values.next().expect("a node has as many numbers") as f32)
+}
+
+/// The table's entry for a film that was measured sealed to foil.
+pub fn condense_sealed(sealed: &FilmResponse) -> [f32; SEALED_NODE] {
+    let mut values = sealed.up.spread.into_iter().chain(law(&sealed.up)).chain([sealed.straight_up]);
+    std::array::from_fn(|_| values.next().expect("a node has as many numbers") as f32)
 }

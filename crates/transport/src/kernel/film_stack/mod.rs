@@ -40,9 +40,6 @@ use crate::stack;
 
 /// Gap above foil under which light from the film meets it from all sides rather than from above [mm].
 const NEAR_GAP_MM: f32 = 0.5;
-/// Share of diffuse light that foil sends into a film and that comes back to it, and that a film's outside throws back [1].
-const FILM_RETURN: f32 = 0.7;
-const OUTER_DIFFUSE_REFLECTANCE: f32 = 0.092;
 /// Sideways way of Lambert light in a film over that in air of the film's thickness: tan(inside) / tan(outside) near 45 degrees [1].
 const IN_FILM: f32 = 0.5;
 /// Largest gain of light between film and what lies below that is believed [1].
@@ -175,18 +172,6 @@ fn spread(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmStackSpread {
     FilmStackSpread { enter, exit, through: kernel.back.weights(&flow.through) }
 }
 
-/// Light that leaves a film sealed to foil of another reflectance than the table's.
-///
-/// Each meeting keeps `reflectance` of it, and the film sends [`FILM_RETURN`] of that to the next: r / (1 - s r). Film in air
-/// is one more known place, since its lower side throws back the share 1 - (1 - r_d) / n^2 of diffuse light inside.
-#[inline(always)]
-fn other_foil(sealed: Spectrum, back: Spectrum, n: f32, reflectance: f32) -> Spectrum {
-    let met = |kept: f32| kept / (1.0 - FILM_RETURN * kept);
-    let air = met(1.0 - (1.0 - OUTER_DIFFUSE_REFLECTANCE) / (n * n));
-    let part = (met(reflectance) - air) / (met(table::SEALED.reflectance as f32) - air);
-    std::array::from_fn(|i| back[i] + (sealed[i] - back[i]) * part)
-}
-
 /// A direction in air as a level film of index `n` bends it.
 #[inline(always)]
 fn inside(n: f32, way: Vec3) -> Vec3 {
@@ -201,9 +186,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let n = medium.n_eff;
     let (thickness, foil) = (film.thickness_mm, film.under.gloss.is_metal());
     let (turns, absorbed) = (medium.sigma_i * thickness, medium.mu_a * thickness);
-    let of = kernel.films.at(turns, absorbed);
     let place = LengthInterpolation::new(thickness, table::LOWEST_FREQUENCY as f32);
-    let laws = of.laws(stack.view_up);
     // Straight light: what is left after one way through, and Fresnel's law on both sides.
     let extinction = turns / (1.0 - PIGMENT_G) + absorbed;
     let left = numerics::lanes::exp(-extinction);
@@ -214,25 +197,27 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
     let normal = Vec3::new(-film.under_slope[0], -film.under_slope[1], 1.0).normalize();
     let under = &film.under;
     if let (None, true) = (film.gap_mm, foil) {
-        let sealed = other_foil(place.read(&of.sealed()), place.read(&of.back()), n, under.gloss.reflectance);
+        let [along, across] = under.gloss.roughness;
+        let roughness = (0.5 * (along * along + across * across)).sqrt();
+        let sealed = kernel.films.sealed(turns, absorbed, under.gloss.reflectance, roughness);
+        let (turned, law) = (place.read(&sealed.turned()), sealed.law(stack.view_up));
         let (_, up) = refracted(n, stack.view_up);
         let out = numerics::lanes::exp(-extinction / up)
             * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
         let glint =
             enter * left * out * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
-        // Mirrored light meets the foil once, and what the film's surface throws back of it again.
-        let kept = |reflectance: f32| reflectance / (1.0 - fresnel * left * left * reflectance);
-        let mirrored = of.sealed_straight() * kept(under.gloss.reflectance) / kept(table::SEALED.reflectance as f32);
-        let all = sealed.map(|part| enter * (part + mirrored));
+        let all = turned.map(|part| enter * (part + sealed.mirrored()));
         let rest = (enter - all[0]).max(0.0);
         return FilmFlow {
-            film: sealed.map(|part| enter * part),
-            towards: sealed.map(|part| enter * laws[2] * part),
+            film: turned.map(|part| enter * part),
+            towards: turned.map(|part| enter * law * part),
             through: [glint; FREQUENCY_COUNT],
             all,
             sunk: rest,
         };
     }
+    let of = kernel.films.at(turns, absorbed);
+    let laws = of.laws(stack.view_up);
     let gap = film.gap_mm.unwrap_or(0.0);
     let (back, on) = (place.read(&of.back()), place.read(&of.on()));
     let (diffuse_back, diffuse_on) = (place.read(&of.diffuse_back()), place.read(&of.diffuse_on()));

@@ -1,11 +1,10 @@
 //! Table of reflection and transmission of films, measured by Monte Carlo and kept beside this file as `film.bin`.
 //!
-//! Three axes: index, reduced scattering times thickness, absorption times thickness. Lengths are in thicknesses,
-//! frequencies in 1 / thickness. Transmitted light is kept times 1 + 3/4 of the scattering, which leaves little to
+//! Three axes: index, reduced scattering times thickness, absorption times thickness; of films sealed to foil also its
+//! reflectance and roughness. Lengths are in thicknesses, frequencies in 1 / thickness. Transmitted light is kept times 1 + 3/4 of the scattering, which leaves little to
 //! interpolate (the two-stream law). `make film-table` makes it anew.
 
 use super::spectrum::{RATIO_LN, UnitSpectrum};
-use crate::stack::Foil;
 
 /// Refractive indices of the table [1].
 pub const N: [f64; 2] = [1.45, 1.58];
@@ -16,23 +15,38 @@ pub const TURNS: [f64; 15] =
     [0.0, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28, 2.56, 5.12, 10.24, 20.48, 40.96, 81.92, 163.84];
 /// Absorption times thickness [1].
 pub const ABSORBED: [f64; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 10.0];
-/// Path of light in a film about which interpolation over absorption is exact [thicknesses].
+/// Path of light in a clear film about which interpolation over absorption is exact [thicknesses], and the scattering at which it is half
+/// as long [1].
 const TYPICAL_PATH: f32 = 4.0;
+const SHORTENING_TURNS: f32 = 2.0;
 /// Lowest frequency of a transform [1 / thickness].
 pub(crate) const LOWEST_FREQUENCY: f64 = 0.02;
 /// Frequencies of a transform.
 pub const TABLE_FREQUENCIES: usize = 20;
 /// Bins of directions of exit, even in the square of the sine.
 pub const EXIT_BINS: usize = 8;
-/// Transforms kept of a film.
-const TRANSFORMS: usize = 6;
-/// Laws of exit kept of a film.
-const EXIT_LAWS: usize = 3;
-/// Numbers kept of a film: transforms, laws of exit, and the shares of Lambert light that passes unturned and of straight
-/// light that leaves a sealed film as the foil mirrored it.
-pub const NODE: usize = TRANSFORMS * TABLE_FREQUENCIES + EXIT_LAWS * EXIT_BINS + 2;
-/// Foil below the sealed films of the table.
-pub const SEALED: Foil = Foil { reflectance: 0.9, roughness: [0.2, 0.2] };
+/// Transforms kept of a film in air.
+const TRANSFORMS: usize = 5;
+/// Laws of exit kept of a film in air.
+const EXIT_LAWS: usize = 2;
+/// Numbers kept of a film in air: transforms, laws of exit, and the share of Lambert light that passes unturned.
+pub const NODE: usize = TRANSFORMS * TABLE_FREQUENCIES + EXIT_LAWS * EXIT_BINS + 1;
+/// Reflectances of the foils below sealed films [1].
+pub const FOIL_REFLECTANCES: [f64; 2] = [0.51, 0.95];
+/// Their roughnesses, alike along and across [1].
+pub const FOIL_ROUGHNESSES: [f64; 4] = [0.04, 0.15, 0.4, 1.0];
+/// Foils below a film.
+const FOILS: usize = FOIL_REFLECTANCES.len() * FOIL_ROUGHNESSES.len();
+/// Numbers kept of a film on one foil: the transform of turned light, its law of exit, and the share of straight light that leaves as
+/// the foil mirrored it.
+pub const SEALED_NODE: usize = TABLE_FREQUENCIES + EXIT_BINS + 1;
+/// Numbers kept of a film in all: in air, then on each foil, `[FOIL_REFLECTANCES][FOIL_ROUGHNESSES][SEALED_NODE]`.
+pub const FILM_NUMBERS: usize = NODE + FOILS * SEALED_NODE;
+/// For interpolation over the reflectance m of foil, with which what leaves goes as m / (1 - s m): the share s of the light that foil sends
+/// into a film and that comes back to it. A clear film lets this out [1], pigment and absorption less.
+const FILM_LETS_OUT: f32 = 0.35;
+const PIGMENT_HOLDS: f32 = 0.38;
+const WAY_BACK: f32 = 3.0;
 
 /// Frequencies of the transforms [1 / thickness].
 pub fn frequencies() -> [f64; TABLE_FREQUENCIES] {
@@ -46,7 +60,7 @@ pub fn transmission_scale(turns: f64) -> f64 {
 
 /// `film.bin`: f32, little-endian.
 const BYTES: &[u8] = include_bytes!("film.bin");
-const _: () = assert!(BYTES.len() == 4 * NODE * N.len() * PER_INDEX, "film.bin has other axes");
+const _: () = assert!(BYTES.len() == 4 * FILM_NUMBERS * N.len() * PER_INDEX, "film.bin has other axes");
 /// Films of one index.
 const PER_INDEX: usize = TURNS.len() * ABSORBED.len();
 
@@ -55,7 +69,8 @@ const PER_INDEX: usize = TURNS.len() * ABSORBED.len();
 pub(crate) struct FilmTable {
     n: f32,
     nodes: Vec<[f32; NODE]>,
-    absorbed: [f32; ABSORBED.len()],
+    /// The same films on each foil.
+    sealed: Vec<[[f32; SEALED_NODE]; FOILS]>,
 }
 
 impl FilmTable {
@@ -64,9 +79,13 @@ impl FilmTable {
         let word = |i: usize| f32::from_le_bytes(BYTES.as_chunks().0[i]);
         let [low, high] = N.map(|n| n as f32);
         let f = (n.clamp(FILM_INDICES[0], FILM_INDICES[1]) - low) / (high - low);
-        let value = |i: usize| word(i) * (1.0 - f) + word(i + PER_INDEX * NODE) * f;
-        let nodes = (0..PER_INDEX).map(|film| std::array::from_fn(|i| value(film * NODE + i))).collect();
-        Self { n, nodes, absorbed: ABSORBED.map(|a| absorption_axis(a as f32)) }
+        let value = |i: usize| word(i) * (1.0 - f) + word(i + PER_INDEX * FILM_NUMBERS) * f;
+        let film = |film: usize| std::array::from_fn(|i| value(film * FILM_NUMBERS + i));
+        let on_foil = |film: usize, foil: usize| {
+            std::array::from_fn(|i| value(film * FILM_NUMBERS + NODE + foil * SEALED_NODE + i))
+        };
+        let sealed = |film: usize| std::array::from_fn(|foil| on_foil(film, foil));
+        Self { n, nodes: (0..PER_INDEX).map(film).collect(), sealed: (0..PER_INDEX).map(sealed).collect() }
     }
 
     /// Their index [1].
@@ -77,18 +96,57 @@ impl FilmTable {
     /// The film with this reduced scattering and absorption times thickness, clamped to the table's ends.
     #[inline(always)]
     pub fn at(&self, turns: f32, absorbed: f32) -> FilmNode {
-        let (rows, along) = rows(turns);
-        let (j, g) = between(&self.absorbed, absorption_axis(absorbed));
         let mut node = [0.0f32; NODE];
-        for (row, weight) in rows.into_iter().zip(along) {
-            let first = row * ABSORBED.len() + j;
-            let (less, more) = (&self.nodes[first], &self.nodes[first + 1]);
-            for l in 0..NODE {
-                node[l] += weight * ((1.0 - g) * less[l] + g * more[l]);
+        for (film, weight) in near(turns, absorbed) {
+            for (sum, value) in node.iter_mut().zip(&self.nodes[film]) {
+                *sum += weight * value;
             }
         }
         FilmNode { node, scale: 1.0 / transmission_scale(f64::from(turns)) as f32 }
     }
+
+    /// That film sealed to foil of a reflectance and a roughness [1].
+    #[inline(always)]
+    pub fn sealed(&self, turns: f32, absorbed: f32, reflectance: f32, roughness: f32) -> SealedNode {
+        let back = (1.0 - FILM_LETS_OUT / (1.0 + PIGMENT_HOLDS * turns)) * numerics::lanes::exp(-WAY_BACK * absorbed);
+        let met = |reflectance: f32| reflectance / (1.0 - back * reflectance);
+        let [low, high] = FOIL_REFLECTANCES.map(|reflectance| reflectance as f32);
+        let turned = (met(reflectance) - met(low)) / (met(high) - met(low));
+        // What the foil mirrors through a film that does not turn it meets it once.
+        let mirrored = (reflectance - low) / (high - low);
+        let (rough, more) = between(&ROUGHNESS_AXIS, numerics::lanes::ln(roughness.max(1e-3)));
+        let mut node = [0.0f32; SEALED_NODE];
+        for (film, weight) in near(turns, absorbed) {
+            for (foil, share) in [(rough, weight * (1.0 - more)), (rough + 1, weight * more)] {
+                let (dull, bright) = (&self.sealed[film][foil], &self.sealed[film][foil + FOIL_ROUGHNESSES.len()]);
+                for i in 0..SEALED_NODE - 1 {
+                    node[i] += share * (dull[i] + (bright[i] - dull[i]) * turned);
+                }
+                let (dull, bright) = (dull[SEALED_NODE - 1], bright[SEALED_NODE - 1]);
+                node[SEALED_NODE - 1] += share * (dull + (bright - dull) * mirrored);
+            }
+        }
+        SealedNode(node)
+    }
+}
+
+/// Natural logarithms of [`FOIL_ROUGHNESSES`].
+const ROUGHNESS_AXIS: [f32; FOIL_ROUGHNESSES.len()] = [-3.218_876, -1.897_12, -0.916_290_7, 0.0];
+
+/// The films of the table around one, and their weights.
+#[inline(always)]
+fn near(turns: f32, absorbed: f32) -> [(usize, f32); 8] {
+    let (rows, along) = rows(turns);
+    let low = ABSORBED[1..ABSORBED.len() - 1].iter().filter(|&&value| absorbed >= value as f32).count();
+    // What is left after a typical path: exact for light that all goes so far.
+    let path = TYPICAL_PATH / (1.0 + turns / SHORTENING_TURNS);
+    let left = |absorbed: f32| numerics::lanes::exp(-path * absorbed);
+    let [first, last] = [low, low + 1].map(|at| left(ABSORBED[at] as f32));
+    let f = ((first - left(absorbed)) / (first - last)).clamp(0.0, 1.0);
+    std::array::from_fn(|i| {
+        let (row, more) = (i / 2, i % 2);
+        (rows[row] * ABSORBED.len() + low + more, along[row] * if more == 1 { f } else { 1.0 - f })
+    })
 }
 
 /// Places and weights of four films whose scattering is about `turns`: cubic in its logarithm, so that what is thrown back
@@ -109,12 +167,6 @@ fn rows(turns: f32) -> ([usize; 4], [f32; 4]) {
     (std::array::from_fn(|i| 1 + low + i), weights)
 }
 
-/// The axis of absorption: what is left after a typical path, rising with absorption [1].
-#[inline(always)]
-fn absorption_axis(absorbed: f32) -> f32 {
-    -numerics::lanes::exp(-TYPICAL_PATH * absorbed)
-}
-
 /// The place of `x` among rising values: the one below it, and how far it is on the way to the next.
 #[inline(always)]
 fn between(values: &[f32], x: f32) -> (usize, f32) {
@@ -122,7 +174,7 @@ fn between(values: &[f32], x: f32) -> (usize, f32) {
     (low, ((x - values[low]) / (values[low + 1] - values[low])).clamp(0.0, 1.0))
 }
 
-/// What one film does. All shares but `sealed` are of a film in air.
+/// What one film in air does.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FilmNode {
     node: [f32; NODE],
@@ -154,42 +206,57 @@ impl FilmNode {
         self.transform(3, self.scale)
     }
 
-    /// Straight light that entered a film sealed to foil and leaves turned by the film.
-    #[inline(always)]
-    pub fn sealed(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(4, 1.0)
-    }
-
     /// Slopes of the directions of [`Self::on`], frequencies in 1 / slope.
     #[inline(always)]
     pub fn slopes(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
-        self.transform(5, 1.0)
+        self.transform(4, 1.0)
     }
 
-    /// Radiance factors, against light that leaves by Lambert's law, under cosine `up`: of [`Self::back`],
-    /// [`Self::diffuse_on`] and [`Self::sealed`] [1].
+    /// Radiance factors, against light that leaves by Lambert's law, under cosine `up`: of [`Self::back`] and
+    /// [`Self::diffuse_on`] [1].
     #[inline(always)]
     pub fn laws(&self, up: f32) -> [f32; EXIT_LAWS] {
-        let place = ((1.0 - up * up) * EXIT_BINS as f32 - 0.5).clamp(0.0, (EXIT_BINS - 1) as f32 - 1e-3);
-        let (bin, f) = (place as usize, place - place.floor());
-        std::array::from_fn(|law| {
-            let at = TRANSFORMS * TABLE_FREQUENCIES + law * EXIT_BINS + bin;
-            self.node[at] * (1.0 - f) + self.node[at + 1] * f
-        })
+        std::array::from_fn(|law| law_at(&self.node[TRANSFORMS * TABLE_FREQUENCIES + law * EXIT_BINS..], up))
     }
 
     /// Lambert light that arrived and passes without being turned [1].
     pub(crate) fn diffuse_straight(&self) -> f32 {
-        self.node[NODE - 2]
-    }
-
-    /// Straight light that entered a film sealed to foil and leaves as the foil mirrored it [1].
-    pub(crate) fn sealed_straight(&self) -> f32 {
         self.node[NODE - 1]
     }
 
     #[inline(always)]
     fn transform(&self, i: usize, scale: f32) -> UnitSpectrum<TABLE_FREQUENCIES> {
         UnitSpectrum(std::array::from_fn(|l| self.node[i * TABLE_FREQUENCIES + l] * scale))
+    }
+}
+
+/// A law of exit, kept in bins, under cosine `up` [1].
+#[inline(always)]
+fn law_at(bins: &[f32], up: f32) -> f32 {
+    let place = ((1.0 - up * up) * EXIT_BINS as f32 - 0.5).clamp(0.0, (EXIT_BINS - 1) as f32 - 1e-3);
+    let (bin, f) = (place as usize, place - place.floor());
+    bins[bin] * (1.0 - f) + bins[bin + 1] * f
+}
+
+/// What one film sealed to foil does.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SealedNode([f32; SEALED_NODE]);
+
+impl SealedNode {
+    /// Straight light that entered and leaves turned by the film.
+    #[inline(always)]
+    pub fn turned(&self) -> UnitSpectrum<TABLE_FREQUENCIES> {
+        UnitSpectrum(std::array::from_fn(|l| self.0[l]))
+    }
+
+    /// Its radiance factor, against light that leaves by Lambert's law, under cosine `up` [1].
+    #[inline(always)]
+    pub fn law(&self, up: f32) -> f32 {
+        law_at(&self.0[TABLE_FREQUENCIES..], up)
+    }
+
+    /// Straight light that entered and leaves as the foil mirrored it [1].
+    pub(crate) fn mirrored(&self) -> f32 {
+        self.0[SEALED_NODE - 1]
     }
 }
