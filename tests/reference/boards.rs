@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::borders::{Column, columns};
 use super::kept::Kept;
 use bench::settings::Transport;
-use procedural::Body;
+use procedural::{Body, Medium};
 use recipe::{Recipe, Scene};
 use transport::answer::Estimate;
 
@@ -74,6 +74,17 @@ fn judge(scene: &Scene) -> Vec<f64> {
     (0..walks[0].len()).flat_map(of_bin).collect()
 }
 
+/// What the board is made of about the line, at its face and below: another board has another answer.
+fn matter(scene: &Scene, body: &Body) -> Vec<Option<[Medium; 3]>> {
+    let y = (scene.size.profiles / 2) as f64 * scene.bench.motion.step_mm;
+    let at = |i: i32| {
+        let (slice, x) = (body.slice(y as f32), 0.5 * i as f32);
+        let surface = slice.surface(x)?;
+        Some([0.0, 0.7, 2.0].map(|deep| slice.matter(x, surface.z - deep).medium))
+    };
+    (-20..=20).map(at).collect()
+}
+
 /// Scatter of 95 % of the bins within 10 % of the judge's, beside two of its standard errors; Range within 20 um rms (a row is 0.2 mm),
 /// less the judge's own noise.
 #[test]
@@ -83,8 +94,10 @@ fn scatter_and_range_of_boards_are_the_judges() {
     let (mut off, mut squares, mut noise) = (Vec::new(), 0.0, 0.0);
     for index in 0..BOARDS {
         let scene = recipe.draw(14, index);
-        let judge = kept.says(&format!("board {index:02}"), &(&scene, PHOTONS), || judge(&scene));
-        let kernel = bins(&scene, pipeline::body(&scene), Transport::Kernel);
+        let body = pipeline::body(&scene);
+        let asked = (&scene, matter(&scene, &body), [PHOTONS, WALKS, BIN as u64], [SCATTER_ROWS, HALF_WINDOW]);
+        let judge = kept.says(&format!("board {index:02}"), &asked, || judge(&scene));
+        let kernel = bins(&scene, body, Transport::Kernel);
         let mut own = Vec::new();
         for (bin, truth) in judge.chunks(5).enumerate() {
             let ([at, scatter, scatter_error, centre, centre_error], Some(rows)) =
@@ -93,6 +106,7 @@ fn scatter_and_range_of_boards_are_the_judges() {
                 continue;
             };
             let [mine, place] = figures(rows, at as i32);
+            assert!(mine.is_finite() && place.is_finite(), "board {index}, bin {bin}: {mine}, {place}");
             own.push((mine / scatter - 1.0, scatter_error / scatter, place - centre, centre_error, bin));
         }
         let mean = own.iter().map(|bin| bin.0).sum::<f64>() / own.len() as f64;

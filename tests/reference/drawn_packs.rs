@@ -74,8 +74,10 @@ fn films_of_any_recipe_are_the_judges() {
     for i in 0..PACKS {
         let (stack, question, kind) = drawn(i);
         let judge = || figures(&solve(&stack, &question, Effort { photons: PHOTONS, seed: i }));
-        let truth = kept.says(&format!("pack {i:02}, {kind}"), &(&stack, &question, PHOTONS), judge);
+        let (name, asked) = (format!("pack {i:02}, {kind}"), (&stack, &question, PHOTONS, WINDOWS));
+        let truth = if i == 24 { kept.still_says(&name, &asked, judge) } else { kept.says(&name, &asked, judge) };
         let kernel = figures(&kernel::solve(&stack, &question).expect("such packs are answered"));
+        assert!(kernel.iter().all(|figure| figure.is_finite()), "{name}: {kernel:?}");
         let Scattering::Isotropic { mu_s, g } = stack.layers[0].scattering else { panic!("films scatter alike") };
         let turns = mu_s * (1.0 - g) * stack.layers[0].thickness;
         reflectances.push((kernel[0] - truth[0]).abs() - 2.0 * truth[1]);

@@ -1,8 +1,8 @@
 //! What the judge said, kept: its walks take minutes, and their figures change only with the question or with the reference Monte Carlo.
 //!
 //! `tests/data/judge/<test>.json` holds figures by case. The key of a case follows from all that is asked, so that another question
-//! does not get an old answer. `BLESS=1 cargo test --release --test reference` asks all of them anew; in each run some cases are asked
-//! again ([`Kept::still_says`]) and must give the figures that are kept.
+//! does not get an old answer. `make judge` asks all of them anew; in each run a case of pockets, borders, slopes, random wood and random
+//! packs is asked again ([`Kept::still_says`]) and must give the figures that are kept.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;

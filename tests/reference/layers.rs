@@ -254,12 +254,12 @@ fn dark_films_reflect_what_the_judge_says() {
     }
 }
 
-/// Film sealed to foil of other reflectances than the table's.
+/// Film sealed to foil of other reflectances and roughnesses than the table's.
 #[test]
 fn sealed_films_know_their_foil() {
-    for reflectance in [0.6, 0.75, 0.95] {
+    for (reflectance, roughness) in [(0.6, 0.2), (0.75, 0.08), (0.9, 0.25), (0.99, 0.6)] {
         let mut stack = over_foil(film(12.0, 0.05, 0.25), None);
-        stack.below = Substrate::Foil(Foil { reflectance, ..ROUND });
+        stack.below = Substrate::Foil(Foil { reflectance, roughness: [roughness; 2] });
         let (kernel, judge) = (ask(&stack), judge("sealed", &stack, Question::default(), 60_000));
         println!("{reflectance}: {} against {:?}", kernel.reflectance.value, judge.reflectance);
         near("sealed film", judge.reflectance, kernel.reflectance.value, 0.015);

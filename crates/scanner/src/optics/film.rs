@@ -6,7 +6,8 @@
 //! camera's slant in other columns. There the line is drawn anew, linear between the points that neighbouring columns
 //! meet; where the surface below jumps (the edge of a tablet) the line is broken, and what tablets hide from the lens is
 //! dark.
-//! Refraction in the film raises what is seen through it, by up to half of the film's thickness.
+//! Refraction in the film shows what lies below nearer to the lens along the film's normal, level film by up to half of its thickness for
+//! views up to 45 degrees; and light that enters a slope meets what lies below beside where it would have come straight.
 //! Neglected: what the film above hides of what lies below; light that comes back through another film than it went in by.
 
 use glam::Vec3;
@@ -24,6 +25,9 @@ use transport::kernel::{BASIS, SPREAD_MM};
 
 /// Heights of neighbouring columns below a film that count as two surfaces [mm].
 const JUMP_MM: f32 = 0.5;
+/// Least cosine between film and light, and least slant of the view along the motion, for which refraction is followed [1].
+const LEAST_FILM_COSINE: f32 = 0.1;
+const LEAST_VIEW_SLANT: f32 = 0.05;
 /// Greatest radiance factor of a width that is believed [1].
 const MAX_RADIANCE_FACTOR: f32 = 2.0;
 /// Mean run of light on its way out in free paths, as in the kernel [1].
@@ -101,20 +105,27 @@ impl TransmissionScratch {
         self.below.resize(columns, None);
     }
 
-    /// Notes what is seen through the film of `hit`, which `column` looks at under cosine `up`; `through` as [`FilmStackSpread`] has it.
+    /// Notes what is seen through the film of `hit`, which `column` looks at as `above` says; `normal` is the film's, `through` as
+    /// [`FilmStackSpread`] has it.
     pub(crate) fn note(
         &mut self,
         column: usize,
-        (hit, up): (&Hit, f32),
+        (hit, normal, above): (&Hit, Vec3, &Sight),
         film: &Film,
         through: &[f32; BASIS],
         view: &RowView<'_>,
     ) {
         let z = height_below(&hit.surface, film);
-        let seen_z = z + film.thickness_mm * raised_by_refraction(hit.matter.medium.n_eff, up);
+        // A slab shifts images along its normal; light on its way in by the share that belongs to its own slant.
+        let shift = |way: Vec3| {
+            film.thickness_mm * raised_by_refraction(hit.matter.medium.n_eff, normal.dot(way).max(LEAST_FILM_COSINE))
+        };
+        let (seen, beside) = (shift(above.view), shift(above.view) - shift(-above.light));
+        let seen_x = hit.x + normal.x * beside;
+        let seen_z = z + normal.z * seen - normal.y * beside * above.view.z / above.view.y.min(-LEAST_VIEW_SLANT);
         let light: f32 = through.iter().sum();
         let [slope_x, slope_y] = film.under_slope;
-        let sight = view.sight(hit.x, &Surface { z: seen_z, slope_x, slope_y });
+        let sight = view.sight(seen_x, &Surface { z: seen_z, slope_x, slope_y });
         let white = under_normal(film).dot(sight.view).max(0.0) * sight.electrons;
         // No row holds more than all of it.
         let faint = light * white < view.faint;
@@ -122,7 +133,7 @@ impl TransmissionScratch {
             return;
         }
         self.below[column] = Some(TransmittedPoint {
-            column: view.camera.project(hit.x, 0.0, seen_z)[0],
+            column: view.camera.project(seen_x, 0.0, seen_z)[0],
             z,
             sight,
             light: through.map(|t| t * white),

@@ -51,12 +51,12 @@ pub fn solve(stack: &Stack, question: &Question) -> Result<Answer, KernelError> 
     let below = fixed(spread.through);
     let moved = f64::from(film_stack.seen_beside());
     let mut absorbed = vec![0.0; stack.layers.len()];
-    absorbed[0] = f64::from(film_stack.enter - total.all[0] - total.sunk);
+    absorbed[0] = f64::from(film_stack.enter - total.total - total.sunk);
     *absorbed.last_mut().expect("a stack has a layer") += f64::from(total.sunk);
     Ok(Answer {
         model: "kernel".into(),
         specular: 1.0 - f64::from(film_stack.enter),
-        reflectance: Estimate::exact(total.all[0].into()),
+        reflectance: Estimate::exact(total.total.into()),
         transmittance: Estimate::exact(0.0),
         unscattered: Estimate::exact(0.0),
         absorbed: absorbed.into_iter().map(Estimate::exact).collect(),

@@ -8,11 +8,12 @@
 //! Lambert light over the gap, B what a tablet sends out again, m the share that a surface mirrors:
 //!
 //! ```text
+//! down   A = T0 / (1 - rho m0), rho what the film's two surfaces throw down again of straight light from below
 //! loop   L = (1 - m) B g^2 + m g(2 d)
-//! up     X = [(1 - m0) T0 B g + T ((1 - m) B h g + m h(2 d)) + (1 - F) R Y L] / (1 - r L)
-//! mirror Y = m0 T0, spread by the roughness of foil: 2 d alpha for d in g, the same law (slopes of GGX, Walter et al. 2007)
+//! up     X = [(1 - m0) A B g + T ((1 - m) B h g + m h(2 d)) + (1 - F) R Y L] / (1 - r L)
+//! mirror Y = m0 A, spread by the roughness of foil: 2 d alpha for d in g, the same law (slopes of GGX, Walter et al. 2007)
 //! film   R + (1 - F) T Y + t X
-//! below  B [(1 - m0) T0 + (1 - m) (T h + ((1 - F) R Y + r X) g)], seen through the film
+//! below  B [(1 - m0) A + (1 - m) (T h + ((1 - F) R Y + r X) g)], seen through the film
 //! ```
 //!
 //! Valid for plane parallel layers whose films are wide against gap and thickness, light from straight above. Neglected:
@@ -119,6 +120,8 @@ struct FilmFlow {
     through: Spectrum,
     /// Leaves upwards in any way [1].
     all: Spectrum,
+    /// All of that, however far it spreads [1].
+    total: f32,
     /// Never comes back from what lies below [1].
     sunk: f32,
 }
@@ -206,14 +209,18 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
             * (1.0 - fresnel_dielectric(1.0, n.into(), stack.view_up.into()).0 as f32);
         let glint =
             enter * left * out * gloss(&under.gloss, normal, inside(n, stack.light), inside(n, stack.view)) / (n * n);
-        let all = turned.map(|part| enter * (part + sealed.mirrored()));
-        let rest = (enter - all[0]).max(0.0);
+        // Beyond the table's foils and indices light must not become more than there is.
+        let mirrored = sealed.mirrored().max(0.0);
+        let kept = ((1.0 - mirrored) / turned[0].max(f32::MIN_POSITIVE)).min(1.0);
+        let turned = turned.map(|part| kept * part);
+        let all = turned.map(|part| enter * (part + mirrored));
         return FilmFlow {
             film: turned.map(|part| enter * part),
             towards: turned.map(|part| enter * law * part),
             through: [glint; FREQUENCY_COUNT],
             all,
-            sunk: rest,
+            total: all[0],
+            sunk: enter - all[0],
         };
     }
     let of = kernel.films.at(turns, absorbed);
@@ -232,7 +239,8 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         true => kernel.lambert.over(2.0 * height * under.gloss.roughness[1]),
         false => [1.0; FREQUENCY_COUNT],
     };
-    // Light that passes the film unturned leaves it further away than it met it: half as far as in air of the film's thickness.
+    // Light that passes the film unturned leaves it further away than it met it: steep light by its refracted slope, Lambert light by
+    // about half of what air of the film's thickness would add.
     let (lobe, lobe_above) = (lobe(gap), lobe(gap + thickness / n));
     let above = kernel.lambert.over(gap + IN_FILM * thickness);
     let (body, [mirrors, mirrors_straight]) = (kernel.under.body(), kernel.under.mirrors());
@@ -251,6 +259,7 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         towards: [0.0; FREQUENCY_COUNT],
         through: [0.0; FREQUENCY_COUNT],
         all: [0.0; FREQUENCY_COUNT],
+        total: 0.0,
         sunk: 0.0,
     };
     for i in 0..FREQUENCY_COUNT {
@@ -273,10 +282,10 @@ fn flow(kernel: &FilmStackKernel, stack: &FilmStack) -> FilmFlow {
         let metal = arrives * glint + down * glow;
         out.through[i] = enter * seen * if foil { metal } else { below };
         let crossed = if g1[i] > 1e-6 { (above[i] / g1[i]).min(1.0) } else { 1.0 };
-        let unturned = of.diffuse_straight() * up * crossed
-            + (1.0 - fresnel) * straight * mirrors_straight * arrives * lobe_above[i];
-        out.all[i] = enter * (back[i] + mirrored + passed + unturned);
+        let (diffuse, metallic) = (of.diffuse_straight() * up, (1.0 - fresnel) * straight * mirrors_straight * arrives);
+        out.all[i] = enter * (back[i] + mirrored + passed + diffuse * crossed + metallic * lobe_above[i]);
         if i == 0 {
+            out.total = enter * (back[i] + mirrored + passed + diffuse + metallic * lobe[i]);
             let lost = if foil { 1.0 - mirrors } else { (1.0 - mirrors) * (1.0 - body[0]) };
             let lost_straight = if foil { 1.0 - mirrors } else { (1.0 - mirrors_straight) * (1.0 - body[0]) };
             out.sunk = enter * (lost_straight * arrives + lost * down);
