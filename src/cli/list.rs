@@ -48,7 +48,7 @@ pub(super) fn run(arguments: &ListArgs, console: &Console) -> CommandResult {
     let mut is_whole = true;
     let mut known: Vec<(PathBuf, Dataset)> = Vec::new();
     for path in found {
-        let facts = RecipeFacts::of(&path);
+        let facts = DatasetFacts::of(&path);
         is_whole &= facts.is_ok();
         if let Ok(facts) = &facts {
             let shares = |(_, other): &&(PathBuf, Dataset)| shared_draws(other, &facts.dataset).is_some();
@@ -105,7 +105,7 @@ fn find(dir: &Path, depth: usize, found: &mut Vec<PathBuf>) {
 }
 
 /// What is known of a dataset from its documents alone.
-struct RecipeFacts {
+struct DatasetFacts {
     dataset: Dataset,
     finished_shards: u64,
     finished_samples: u64,
@@ -114,7 +114,7 @@ struct RecipeFacts {
     splits: BTreeMap<String, u64>,
 }
 
-impl RecipeFacts {
+impl DatasetFacts {
     fn of(path: &Path) -> Result<Self, Fault> {
         let dataset = Dataset::open(path)?;
         let mut facts = Self {
