@@ -4,7 +4,7 @@ pub use crate::calibration::CALIBRATION;
 use crate::column::{Column, ColumnKind};
 
 /// Names of the pixel classes; the position is the value in label images.
-pub const PIXEL_CLASSES: [&str; 28] = [
+pub const PIXEL_CLASSES: [&str; 45] = [
     "background",
     "clear",
     "sound_knot",
@@ -33,6 +33,23 @@ pub const PIXEL_CLASSES: [&str; 28] = [
     "tablet_on_flange",
     "tooth",
     "object",
+    "knot_hole",
+    "incipient_decay",
+    "pith",
+    "compression_wood",
+    "blue_stain",
+    "resin_pocket",
+    "resin_streak",
+    "bark_pocket",
+    "check",
+    "shake",
+    "split",
+    "insect_hole",
+    "wane",
+    "dirt",
+    "roller_mark",
+    "planer_skip",
+    "burn",
 ];
 
 /// How much of a sample is of use, in the order of columns; rows have them from schema 1.4 on.

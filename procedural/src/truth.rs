@@ -62,11 +62,45 @@ pub enum Class {
     Tooth = 26,
     /// A part from a file.
     Object = 27,
+    /// A hole that a dead knot has left.
+    KnotHole = 28,
+    /// Wood that decay has discoloured and not yet softened.
+    IncipientDecay = 29,
+    /// The pith and its own tissue.
+    Pith = 30,
+    /// Compression wood of the stem.
+    CompressionWood = 31,
+    /// Sapwood with blue stain.
+    BlueStain = 32,
+    /// A pocket of resin between two rings.
+    ResinPocket = 33,
+    /// Wood soaked with resin.
+    ResinStreak = 34,
+    /// Bark that the tree enclosed.
+    BarkPocket = 35,
+    /// An open radial crack.
+    Check = 36,
+    /// An open crack along a ring.
+    Shake = 37,
+    /// An open crack that runs in from an end.
+    Split = 38,
+    /// A hole that an insect made, its frass included.
+    InsectHole = 39,
+    /// The log's own surface, with or without bark.
+    Wane = 40,
+    /// Dirt on the surface.
+    Dirt = 41,
+    /// A dent of a feed roller.
+    RollerMark = 42,
+    /// A place that the planer missed.
+    PlanerSkip = 43,
+    /// A burn from the planer's knives.
+    Burn = 44,
 }
 
 impl Class {
     /// Every class in the order of its value.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 45] = [
         Self::Background,
         Self::Clear,
         Self::SoundKnot,
@@ -95,6 +129,23 @@ impl Class {
         Self::TabletOnFlange,
         Self::Tooth,
         Self::Object,
+        Self::KnotHole,
+        Self::IncipientDecay,
+        Self::Pith,
+        Self::CompressionWood,
+        Self::BlueStain,
+        Self::ResinPocket,
+        Self::ResinStreak,
+        Self::BarkPocket,
+        Self::Check,
+        Self::Shake,
+        Self::Split,
+        Self::InsectHole,
+        Self::Wane,
+        Self::Dirt,
+        Self::RollerMark,
+        Self::PlanerSkip,
+        Self::Burn,
     ];
 
     /// Name in files: lower case, underscores.
@@ -128,6 +179,23 @@ impl Class {
             Self::TabletOnFlange => "tablet_on_flange",
             Self::Tooth => "tooth",
             Self::Object => "object",
+            Self::KnotHole => "knot_hole",
+            Self::IncipientDecay => "incipient_decay",
+            Self::Pith => "pith",
+            Self::CompressionWood => "compression_wood",
+            Self::BlueStain => "blue_stain",
+            Self::ResinPocket => "resin_pocket",
+            Self::ResinStreak => "resin_streak",
+            Self::BarkPocket => "bark_pocket",
+            Self::Check => "check",
+            Self::Shake => "shake",
+            Self::Split => "split",
+            Self::InsectHole => "insect_hole",
+            Self::Wane => "wane",
+            Self::Dirt => "dirt",
+            Self::RollerMark => "roller_mark",
+            Self::PlanerSkip => "planer_skip",
+            Self::Burn => "burn",
         }
     }
 }
@@ -179,4 +247,22 @@ pub struct Instance {
     pub death_radius_mm: f64,
     /// Severity of decay or of a defect, 0 to 1 [1].
     pub severity: f64,
+}
+
+impl Instance {
+    /// A defect of wood that has a place, a largest extent [mm] and, where that means something, a severity.
+    pub(crate) fn defect(id: u16, class: Class, [x_mm, y_mm]: [f64; 2], diameter_mm: f64, severity: f64) -> Self {
+        Self {
+            id,
+            class,
+            state: class,
+            within: 0,
+            x_mm,
+            y_mm,
+            diameter_mm,
+            dive_deg: f64::NAN,
+            death_radius_mm: f64::NAN,
+            severity,
+        }
+    }
 }

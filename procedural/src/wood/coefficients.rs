@@ -4,6 +4,7 @@
 //! Source: the class table of docs/wood.md. Limits: one wavelength; no moisture; the same gloss everywhere.
 
 use super::parameters::Media;
+use super::zones::ZoneShares;
 
 /// Coefficients without a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +63,34 @@ pub(super) struct WoodKinds {
     pub bark: Coefficients,
     /// Decayed wood at severity 1/2.
     pub rot: Coefficients,
+    /// Wood full of resin.
+    pub resin: Coefficients,
+    /// Frass: chewed earlywood, cut so short that no cylinder guides light.
+    pub frass: Coefficients,
+    /// What zones of the stem make of wood.
+    zones: ZoneFactors,
 }
+
+/// Factors on the coefficients of wood in fully developed zones of the stem [1].
+#[derive(Debug, Clone, Copy)]
+struct ZoneFactors {
+    /// Absorption of heartwood, of the pith, of stained wood, of compression wood.
+    heartwood: f32,
+    pith: f32,
+    stain: f32,
+    compression: f32,
+    /// Isotropic and cylinder scattering of compression wood, and its effective index.
+    compression_sigma_i: f32,
+    compression_k: f32,
+    compression_n_eff: f32,
+}
+
+/// Isotropic scattering of frass over that of earlywood [1], an estimate: all of its scattering without direction.
+const FRASS_SIGMA_I: f64 = 4.0;
+/// Absorption of frass over that of earlywood [1], an estimate: powder is lighter in bulk and has passed an insect.
+const FRASS_MU_A: f64 = 2.0;
+/// Effective index of loose powder [1].
+const FRASS_N_EFF: f64 = 1.1;
 
 impl WoodKinds {
     /// The kinds of a recipe: earlywood as it is given, everything else but bark's absorption by its ratios to earlywood.
@@ -86,6 +114,39 @@ impl WoodKinds {
                 m.rot_k_ratio * k,
                 m.rot_n_eff,
             ),
+            resin: Coefficients::new(
+                m.resin_mu_a_per_mm,
+                m.resin_sigma_i_per_mm,
+                m.resin_k_per_mm,
+                m.resin_n_eff,
+            ),
+            frass: Coefficients::new(FRASS_MU_A * mu_a, FRASS_SIGMA_I * sigma_i, 0.0, FRASS_N_EFF),
+            zones: ZoneFactors {
+                heartwood: m.heartwood_mu_a_ratio as f32,
+                pith: m.pith_mu_a_ratio as f32,
+                stain: m.stain_mu_a_ratio as f32,
+                compression: m.compression_mu_a_ratio as f32,
+                compression_sigma_i: m.compression_sigma_i_ratio as f32,
+                compression_k: m.compression_k_ratio as f32,
+                compression_n_eff: m.compression_n_eff as f32,
+            },
+        }
+    }
+
+    /// What zones of the stem make of wood: factors are joined by straight lines from 1.
+    #[inline]
+    pub fn zoned(&self, wood: Coefficients, shares: &ZoneShares) -> Coefficients {
+        let (zones, compression) = (&self.zones, shares.compression);
+        let factor = |share: f32, full: f32| 1.0 + share * (full - 1.0);
+        Coefficients {
+            mu_a: wood.mu_a
+                * factor(shares.heartwood, zones.heartwood)
+                * factor(shares.stain, zones.stain)
+                * factor(shares.pith, zones.pith)
+                * factor(compression, zones.compression),
+            sigma_i: wood.sigma_i * factor(compression, zones.compression_sigma_i),
+            k: wood.k * factor(compression, zones.compression_k),
+            n_eff: wood.n_eff + compression * (zones.compression_n_eff - wood.n_eff),
         }
     }
 }

@@ -1,19 +1,25 @@
-//! Rot that grew in from one long edge of the board.
+//! Rot: along one long edge of the board, about the pith, and in pockets.
 //!
-//! Models: a front at the asked distance from the edge that wanders with elongated noise; severity rises across the front
+//! Models: a front at the asked distance from the edge or from the pith, or around spindles along the grain, that wanders with elongated
+//! noise; where fronts meet the farther advanced counts. Severity rises across the front
 //! along a smooth step. With severity s and v = 2 s, absorption is mu_a,clear (mu_a,rot / mu_a,clear)^v, every other
 //! coefficient is clear + v (rot - clear): at s = 1/2 the medium is that of the class table. Before the front lies a
-//! rim of reaction that absorbs half as much again. A point is decayed where at least half of the front has passed.
+//! rim of reaction that absorbs half as much again, or a wider zone of incipient decay, discoloured as wood of a fifth of the severity. A
+//! point is decayed where at least half of the front has passed.
 //! Sources: class table and sizes in docs/wood.md.
-//! Limits: one strip along the whole edge; no cubical cracks, no loss of height, no zone lines inside.
+//! Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no loss of height, no zone lines inside.
 
 use glam::Vec3;
+use rand::RngExt;
 
 use super::coefficients::Coefficients;
+use super::growth::wrap;
 use super::parameters::Wood;
-use crate::Stream;
+use super::pith::{LogPoint, Trunk};
+use super::zones::Face;
 use crate::medium::KERNEL_INDICES;
 use crate::noise::{Noise, smoothstep};
+use crate::{Class, Instance, Stream, normal};
 
 /// Cell of the front's noise across the fibre [mm].
 const CELL_MM: f32 = 12.0;
@@ -21,6 +27,14 @@ const CELL_MM: f32 = 12.0;
 const NOISE_LIMIT: f32 = 4.0;
 /// Absorption in the rim over that of clear wood [1].
 const RIM_FACTOR: f32 = 1.5;
+
+/// Length of a pocket over its width [1], and the spread of the logarithm of its length [1].
+const POCKET_LENGTHS: f32 = 5.0;
+const POCKET_LOG_SD: f64 = 0.35;
+/// Wander of a pocket's front over its half width, root mean square, at most [1].
+const POCKET_WANDER: f32 = 0.3;
+/// Share of the severity that incipient decay reaches at the front [1].
+const INCIPIENT: f32 = 0.2;
 
 /// Isotropic scattering stays above this where severity goes beyond the class table [mm^-1].
 pub const LEAST_SIGMA_I: f32 = 0.01;
@@ -35,17 +49,23 @@ pub(super) struct Decay {
     /// Half the board's width [mm].
     half_width: f32,
     /// -1 or 1: the edge that it came from.
-    pub side: f32,
-    /// Mean distance of the front from the edge [mm].
-    reach: f32,
+    side: f32,
+    /// Mean distance of the front from the edge [mm], and its instance; none where the edge is sound.
+    edge: Option<(f32, u16)>,
+    /// Mean distance of the front from the pith [mm], and its instance.
+    heart: Option<(f32, u16)>,
+    pockets: Vec<Pocket>,
     /// Severity behind the front, 0 to 1 [1].
-    pub severity: f32,
+    severity: f32,
     /// Half width of the front [mm].
     half_transition: f32,
     /// Root mean square of the front's wandering [mm].
     wander: f32,
-    /// Width of the rim before the front [mm].
+    /// Width of the rim before the front, and of incipient decay [mm].
     rim: f32,
+    incipient: f32,
+    /// Instance of all incipient decay; 0 for none.
+    incipient_id: u16,
     noise: Noise,
     /// One over the cell of the noise across the fibre [mm^-1].
     across: f32,
@@ -55,28 +75,86 @@ pub(super) struct Decay {
     rot: Coefficients,
 }
 
+/// A spindle of decay.
+#[derive(Debug, Clone, Copy)]
+struct Pocket {
+    /// Distance from the pith, azimuth [rad] and place along the log of its middle [mm].
+    r: f32,
+    azimuth: f32,
+    along: f32,
+    /// Half its width and half its length [mm].
+    half: [f32; 2],
+    id: u16,
+}
+
 /// Decay at a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Decayed {
     /// How much of the front has passed, 0 to 1 [1].
     pub passed: f32,
+    /// How much of incipient decay is here, 0 to 1 [1].
+    incipient: f32,
+    /// What it counts as.
+    pub class: Class,
+    /// Its instance; 0 where it still counts as clear.
+    pub id: u16,
     /// Factor on the absorption of clear wood [1].
     rim: f32,
 }
 
 impl Decay {
-    /// The decay that a recipe asks for; none without reach or without severity.
-    pub fn grow(stream: Stream, wood: &Wood, rot: Coefficients) -> Option<Self> {
-        let asked = &wood.rot;
-        (asked.reach_mm > 0.0 && asked.severity > 0.0).then(|| Self {
-            middle: wood.board.offset_mm as f32,
-            half_width: 0.5 * wood.board.width_mm as f32,
-            side: if asked.edge < 0.0 { -1.0 } else { 1.0 },
-            reach: asked.reach_mm as f32,
+    /// The decay that a recipe asks for, with its instances added to `instances`; none without reach or without severity.
+    pub fn grow(
+        stream: Stream,
+        wood: &Wood,
+        trunk: &Trunk,
+        rot: Coefficients,
+        instances: &mut Vec<Instance>,
+    ) -> Option<Self> {
+        let (asked, board, face) = (&wood.rot, &wood.board, Face::of(wood));
+        let pockets = asked.pocket_count.round() as u64;
+        if asked.severity == 0.0 || (asked.reach_mm == 0.0 && asked.heart_mm == 0.0 && pockets == 0) {
+            return None;
+        }
+        let mut note = |class: Class, x: f64, y: f64, size: f64| {
+            let id = instances.len() as u16 + 1;
+            instances.push(Instance::defect(id, class, [x, y], size, f64::from(asked.severity as f32)));
+            id
+        };
+        let side = if asked.edge < 0.0 { -1.0 } else { 1.0 };
+        let middle = board.lead_in_mm + 0.5 * board.length_mm;
+        let inwards = 0.5 * (board.width_mm - asked.reach_mm.min(board.width_mm));
+        let edge = (asked.reach_mm > 0.0)
+            .then(|| (asked.reach_mm as f32, note(Class::Rot, board.offset_mm + side * inwards, middle, f64::NAN)));
+        let heart =
+            (asked.heart_mm > 0.0).then(|| (asked.heart_mm as f32, note(Class::Rot, board.offset_mm, middle, 2.0 * asked.heart_mm)));
+        let pockets = (0..pockets).map(|index| {
+            let mut rng = stream.child("pocket").index(index).rng();
+            let spot = face.spot([rng.random(), rng.random()]);
+            let length = asked.pocket_length_mm * libm::exp(POCKET_LOG_SD * normal(&mut rng));
+            let place = trunk.place(spot.x, spot.y, face.height);
+            let half = 0.5 * length as f32;
+            let id = note(Class::Rot, f64::from(spot.x), f64::from(spot.y), length);
+            Pocket { r: place.r, azimuth: place.phi, along: place.l, half: [half / POCKET_LENGTHS, half], id }
+        });
+        let pockets = pockets.collect();
+        let incipient_id = match asked.incipient_mm > 0.0 {
+            true => note(Class::IncipientDecay, board.offset_mm, middle, f64::NAN),
+            false => 0,
+        };
+        Some(Self {
+            pockets,
+            middle: board.offset_mm as f32,
+            half_width: 0.5 * board.width_mm as f32,
+            side: side as f32,
+            edge,
+            heart,
             severity: asked.severity as f32,
             half_transition: 0.5 * asked.transition_mm as f32,
             wander: asked.front_mm as f32,
             rim: asked.rim_mm as f32,
+            incipient: asked.incipient_mm as f32,
+            incipient_id,
             noise: Noise::new(stream.child("front")),
             across: 1.0 / CELL_MM,
             along: 1.0 / (CELL_MM * asked.elongation as f32),
@@ -84,30 +162,71 @@ impl Decay {
         })
     }
 
-    /// Decay at `x` [mm] of the scan frame, with `log` the same point sideways, along and upwards in the log [mm].
+    /// Distance to the nearest front, negative behind it, the most that it wanders, root mean square, and its instance [mm].
     #[inline]
-    pub fn at(&self, x: f32, log: Vec3) -> Option<Decayed> {
-        let ahead = self.half_width - self.side * (x - self.middle) - self.reach;
-        if ahead > NOISE_LIMIT * self.wander + self.half_transition + self.rim {
+    fn ahead(&self, x: f32, place: &LogPoint) -> (f32, f32, u16) {
+        let (mut ahead, mut wander, mut id) = (f32::INFINITY, self.wander, 0);
+        if let Some((reach, own)) = self.edge {
+            (ahead, id) = (self.half_width - self.side * (x - self.middle) - reach, own);
+        }
+        if let Some((radius, own)) = self.heart
+            && place.r - radius < ahead
+        {
+            (ahead, id) = (place.r - radius, own);
+        }
+        for pocket in &self.pockets {
+            let along = (place.l - pocket.along) / pocket.half[1];
+            if along.abs() > 2.0 {
+                continue;
+            }
+            let around = place.r * wrap(place.phi - pocket.azimuth);
+            let aside = libm::hypotf(around, place.r - pocket.r) / pocket.half[0];
+            // Distances count as across the spindle, where they are least.
+            let own = pocket.half[0] * (libm::hypotf(aside, along) - 1.0);
+            if own < ahead {
+                (ahead, wander, id) = (own, self.wander.min(POCKET_WANDER * pocket.half[0]), pocket.id);
+            }
+        }
+        (ahead, wander, id)
+    }
+
+    /// Decay at `x` [mm] of the scan frame, with `place` the same point in the log.
+    #[inline]
+    pub fn at(&self, x: f32, place: &LogPoint) -> Option<Decayed> {
+        let (ahead, wander, id) = self.ahead(x, place);
+        if ahead > NOISE_LIMIT * wander + self.half_transition + self.rim.max(self.incipient) {
             return None;
         }
-        let ahead = if ahead < -NOISE_LIMIT * self.wander - self.half_transition {
+        let ahead = if ahead < -NOISE_LIMIT * wander - self.half_transition {
             ahead
         } else {
-            ahead + self.wander * self.noise.fractal(log * Vec3::new(self.across, self.along, self.across))
+            let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
+            ahead + wander * self.noise.fractal(log * Vec3::new(self.across, self.along, self.across))
         };
         let passed = 1.0 - smoothstep(-self.half_transition, self.half_transition, ahead);
         let middle = 0.5 * (self.half_transition + self.rim);
         let q = (ahead - middle) / (middle + 1.0e-6);
         let bump = (1.0 - q * q).max(0.0);
         let rim = if self.rim > 0.0 { 1.0 + (RIM_FACTOR - 1.0) * bump * bump } else { 1.0 };
-        Some(Decayed { passed, rim })
+        let incipient = if self.incipient > 0.0 {
+            1.0 - smoothstep(0.7 * self.incipient, self.incipient, ahead - self.half_transition)
+        } else {
+            0.0
+        };
+        let (class, id) = if passed >= 0.5 {
+            (Class::Rot, id)
+        } else if incipient >= 0.5 {
+            (Class::IncipientDecay, self.incipient_id)
+        } else {
+            (Class::Clear, 0)
+        };
+        Some(Decayed { passed, incipient, class, id, rim })
     }
 
     /// What decay makes of clear wood.
     #[inline]
     pub fn change(&self, clear: Coefficients, decayed: Decayed) -> Coefficients {
-        let v = 2.0 * self.severity * decayed.passed;
+        let v = 2.0 * self.severity * decayed.passed.max(INCIPIENT * decayed.incipient);
         let mu_a = clear.mu_a * decayed.rim;
         let along = |from: f32, to: f32| from + v * (to - from);
         Coefficients {

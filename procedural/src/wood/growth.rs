@@ -147,9 +147,8 @@ impl Growth {
             bundle += FOLLOW * merge.weight * a * disturbance.psi;
             let d = Vec2::new(offset.x, rise);
             if d.length_squared() < (OUTLINE_REACH * a).powi(2) {
-                let wobble = knot.wobble(d);
+                let (x, wobble) = knot.reach(d, a);
                 let length = d.length();
-                let x = length / (a * (1.0 + wobble));
                 if branch.is_none_or(|other| x < other.x) {
                     let (dead, below) = (r >= knot.death, -rise / length.max(1.0e-6));
                     branch = Some(Branch { knot, x, half_width: a, wobble, dead, below, offset, section });
@@ -209,7 +208,7 @@ fn not_below(speed: f32, slowest: f32) -> f32 {
 
 /// An angle brought within half a turn of 0 [rad].
 #[inline]
-fn wrap(angle: f32) -> f32 {
+pub(super) fn wrap(angle: f32) -> f32 {
     use std::f32::consts::{PI, TAU};
     if angle > PI {
         angle - TAU

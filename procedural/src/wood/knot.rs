@@ -224,9 +224,17 @@ impl Knot {
         share * (1.0 - self.taper * fourth_root) / (1.0 - self.taper)
     }
 
+    /// Distance of a place off the axis (around, along, as the leaning branch is cut) from it, in half widths of the wobbling
+    /// outline [1], and the wobble there as a part of the radius [1].
+    #[inline]
+    pub fn reach(&self, offset: Vec2, half_width: f32) -> (f32, f32) {
+        let wobble = self.wobble(offset);
+        (offset.length() / (half_width * (1.0 + wobble)), wobble)
+    }
+
     /// Wobble of the outline in the direction of a place off the axis (around, along), as a part of the radius [1].
     #[inline]
-    pub fn wobble(&self, offset: Vec2) -> f32 {
+    fn wobble(&self, offset: Vec2) -> f32 {
         let direction = offset / offset.length().max(1.0e-6);
         // Cosine and sine of the multiples of the direction's angle are powers of it as a complex number.
         let mut turned = direction;

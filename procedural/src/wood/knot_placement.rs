@@ -68,9 +68,11 @@ pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<PlacedKno
     let mut taken: Vec<KnotProposal> = Vec::new();
     let mut placed = Vec::new();
     let reach = trunk.reach(half_size(wood), wood.board.thickness_mm as f32) + 1.0;
-    for (class, name, count) in
-        [(Class::SoundKnot, "sound", wood.knots.sound_count), (Class::DeadKnot, "dead", wood.knots.dead_count)]
-    {
+    for (class, name, count) in [
+        (Class::SoundKnot, "sound", wood.knots.sound_count),
+        (Class::DeadKnot, "dead", wood.knots.dead_count),
+        (Class::KnotHole, "hole", wood.knots.hole_count),
+    ] {
         for index in 0..count.round() as u64 {
             let own = stream.child(name).index(index);
             let draw = KnotDraw::new(own);
@@ -130,7 +132,7 @@ fn look(
     let fitting = width.min(WIDEST_SHARE * 2.0 * half.min_element());
     let width = fitting.min(WIDEST_OPENING * place.r);
     let slope = (knots.slope_deg + knots.slope_sd_deg * draw.slope).to_radians().clamp(-STEEPEST, STEEPEST);
-    let dead = class == Class::DeadKnot;
+    let dead = class != Class::SoundKnot;
     let spot = KnotPoint {
         r: place.r,
         phi: place.phi,

@@ -1,38 +1,49 @@
-//! Solid wood: a board sawn from a log with annual rings, knots and rot.
+//! Solid wood: a board sawn from a log with annual rings, knots and the defects that graders look for.
 //!
 //! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
-//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), decay (`decay`), the saw (`sawn_surface`), and what all of that means for light
-//! (`coefficients`). What is inside was sawn flat and then warped with the board.
+//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
+//! (`inclusions`), the saw (`sawn_surface`), cracks, holes and wane (`openings`), dirt and burns (`coats`), and what all of that means for
+//! light (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
 
 mod bulge;
+mod coats;
 mod coefficients;
 mod decay;
 mod grain_flow;
 mod growth;
+mod inclusions;
 mod knot;
 mod knot_inside;
 mod knot_placement;
+mod openings;
 pub mod parameters;
 mod pith;
 mod rings;
 mod sawn_surface;
 #[cfg(test)]
 mod tests;
+mod zones;
 
 use glam::{Vec2, Vec3};
 
+use self::coats::Coats;
 use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
 pub use self::decay::LEAST_SIGMA_I;
 use self::growth::{Branch, Grown, Growth};
+use self::inclusions::{Filling, Inclusions};
 use self::knot_placement::PlacedKnot;
-pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
+use self::openings::{Floor, Opening, Openings};
+pub use self::parameters::{
+    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane, Wood,
+};
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
 use self::sawn_surface::{SawnProfile, SawnSurface};
+use self::zones::Zones;
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
@@ -60,7 +71,11 @@ pub struct Plank {
     rings: Rings,
     growth: Growth,
     knots: Vec<PlacedKnot>,
+    zones: Option<Zones>,
     decay: Option<Decay>,
+    inclusions: Inclusions,
+    openings: Openings,
+    coats: Coats,
     sawn: SawnSurface,
     kinds: WoodKinds,
     streaks: [Noise; 2],
@@ -81,6 +96,8 @@ pub struct PlankSlice<'a> {
     cut: SawnProfile<'a>,
     /// Knots that disturb this cut.
     near: Vec<&'a PlacedKnot>,
+    /// Openings that it crosses.
+    open: Vec<&'a Opening>,
 }
 
 impl Plank {
@@ -92,25 +109,15 @@ impl Plank {
         let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);
         let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
-        let decay = Decay::grow(stream.child("rot"), wood, kinds.rot);
+        let rings = Rings::grow(stream.child("rings"), &wood.log, reach);
         let mut instances: Vec<Instance> = knots.iter().map(|placed| placed.instance).collect();
-        if let Some(decay) = &decay {
-            let inwards = 0.5 * (board.width_mm - wood.rot.reach_mm.min(board.width_mm));
-            instances.push(Instance {
-                id: instances.len() as u16 + 1,
-                class: Class::Rot,
-                state: Class::Rot,
-                within: 0,
-                x_mm: board.offset_mm + f64::from(decay.side) * inwards,
-                y_mm: board.lead_in_mm + 0.5 * board.length_mm,
-                diameter_mm: f64::NAN,
-                dive_deg: f64::NAN,
-                death_radius_mm: f64::NAN,
-                severity: f64::from(decay.severity),
-            });
-        }
+        let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
+        let zones = Zones::grow(stream.child("zones"), wood, &trunk, &mut instances);
+        let inclusions = Inclusions::grow(stream.child("inclusions"), wood, &trunk, &rings, &mut instances);
+        let openings = Openings::grow(stream.child("openings"), wood, &trunk, &knots, &mut instances);
+        let coats = Coats::grow(stream.child("coats"), wood, &mut instances);
         Self {
-            rings: Rings::grow(stream.child("rings"), &wood.log, reach),
+            rings,
             growth: Growth::new(stream.child("growth"), wood),
             sawn: SawnSurface::grow(stream.child("saw"), wood),
             streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
@@ -121,7 +128,11 @@ impl Plank {
             gloss: wood.media.gloss as f32,
             trunk,
             knots,
+            zones: (!zones.is_empty()).then_some(zones),
             decay,
+            inclusions,
+            openings,
+            coats,
             kinds,
             instances,
         }
@@ -131,7 +142,13 @@ impl Plank {
     pub fn slice(&self, y: f32) -> PlankSlice<'_> {
         let near = self.knots.iter().filter(|placed| placed.y[0] <= y && y <= placed.y[1]).collect();
         let (low, high) = self.sawn.bounds();
-        PlankSlice { plank: self, y, middle: 0.5 * (low.x + high.x), cut: self.sawn.cut(y), near }
+        let open = self.openings.near(y);
+        PlankSlice { plank: self, y, middle: 0.5 * (low.x + high.x), cut: self.sawn.cut(y), near, open }
+    }
+
+    /// Whether its upper face has openings that may hide or shade a part of it.
+    pub fn is_open(&self) -> bool {
+        !self.openings.is_empty()
     }
 
     /// A closed coarse hull, warped and rippled like the board but smooth [mm].
@@ -144,7 +161,7 @@ impl Plank {
         self.sawn.bounds()
     }
 
-    /// Its knots, sound ones first, then its rot.
+    /// Its knots, sound ones first, then its rot, zones, inclusions, openings and coats.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
@@ -172,14 +189,30 @@ impl Plank {
     /// Wood outside of branches, clear or decayed, with its class and instance.
     #[inline]
     fn stem(&self, x: f32, place: &LogPoint, grown: &Grown) -> (Coefficients, Class, u16) {
-        let clear = self.clear(place, grown);
-        let Some(decay) = &self.decay else { return (clear, Class::Clear, 0) };
-        let log = Vec3::new(place.r * place.outward.x, place.l, place.r * place.outward.y);
-        match decay.at(x, log) {
-            None => (clear, Class::Clear, 0),
-            Some(decayed) if decayed.passed < 0.5 => (decay.change(clear, decayed), Class::Clear, 0),
-            Some(decayed) => (decay.change(clear, decayed), Class::Rot, self.instances.len() as u16),
+        let (mut wood, mut class, mut instance) = (self.clear(place, grown), Class::Clear, 0);
+        if let Some(zones) = &self.zones {
+            let shares = zones.at(place, grown.t, &self.rings);
+            wood = self.kinds.zoned(wood, &shares);
+            (class, instance) = (shares.class, shares.instance);
         }
+        if let Some(decayed) = self.decay.as_ref().and_then(|decay| decay.at(x, place).map(|at| (decay, at))) {
+            let (decay, at) = decayed;
+            wood = decay.change(wood, at);
+            if at.class != Class::Clear {
+                (class, instance) = (at.class, at.id);
+            }
+        }
+        if let Some(included) = self.inclusions.at(place, grown.t) {
+            let filling = match included.filling {
+                Filling::Resin => self.kinds.resin,
+                Filling::Bark => self.kinds.bark,
+            };
+            wood = if included.share < 1.0 { wood.mix(filling, included.share) } else { filling };
+            if included.share >= 0.5 {
+                (class, instance) = (included.class, included.id);
+            }
+        }
+        (wood, class, instance)
     }
 
     /// Wood of a branch, with its own rings or its bark.
@@ -204,7 +237,12 @@ impl PlankSlice<'_> {
     /// Upper surface above `x` [mm]; `None` beside the board.
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        self.cut.surface(x)
+        let face = self.cut.surface(x)?;
+        if self.open.is_empty() {
+            return Some(face);
+        }
+        let plank = self.plank;
+        Some(plank.openings.lower(&self.open, Vec2::new(x, self.y), &plank.trunk, face))
     }
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
@@ -227,6 +265,26 @@ impl PlankSlice<'_> {
                 (class, instance) = (branch.knot.class, branch.knot.id);
             }
         }
+        let spot = Vec2::new(x, self.y);
+        let mut coat = 1.0;
+        if let Some(coated) = plank.coats.at(spot) {
+            coat = coated.through;
+            if let Some(label) = coated.label {
+                (class, instance) = label;
+            }
+        }
+        if !self.open.is_empty()
+            && let Some(opened) = plank.openings.at(&self.open, spot, &plank.trunk)
+        {
+            match opened.floor {
+                Floor::Wood => {}
+                Floor::Bark => coefficients = plank.kinds.bark,
+                Floor::Frass => coefficients = plank.kinds.frass,
+            }
+            if opened.is_labelled {
+                (class, instance) = (opened.class, opened.id);
+            }
+        }
         let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
         let [clear, knotted] = plank.dispersion_deg;
         let dispersion_deg = clear + grown.disturbed * (knotted - clear);
@@ -240,7 +298,7 @@ impl PlankSlice<'_> {
                 fibre,
                 dispersion_deg,
                 gloss: Gloss::wood(plank.gloss),
-                coat: 1.0,
+                coat,
             },
             film: None,
             class,

@@ -58,6 +58,10 @@ parameters! {
         latewood_share: 0.02, 0.8, 0.2, "[L] 0.1 to 0.4";
         /// Relative variation of the coefficients from fibre bundle to fibre bundle.
         streak: 0.0, 0.5, 0.06, "[C]";
+        /// Radius of the heartwood; 0 for none.
+        heartwood_mm: 0.0, 400.0, 0.0, "[L] about half of a log's radius";
+        /// Radius of the pith's own dark tissue; 0 leaves it out.
+        pith_mm: 0.0, 10.0, 0.0, "[L] 1 to 3";
     }
 }
 
@@ -68,6 +72,10 @@ parameters! {
         sound_count: 0.0, 40.0, 0.0, "per board", count;
         /// How many had died before.
         dead_count: 0.0, 40.0, 0.0, "per board", count;
+        /// How many dead ones have fallen out and left a hole.
+        hole_count: 0.0, 40.0, 0.0, "per board", count;
+        /// Depth of such a hole.
+        hole_depth_mm: 0.5, 200.0, 12.0, "[E]";
         /// Median width at the upper surface.
         width_mm: 1.0, 80.0, 12.0, "[G] times 2 for fast-grown stock";
         /// Standard deviation of the logarithm of the width from knot to knot.
@@ -86,12 +94,18 @@ parameters! {
 }
 
 parameters! {
-    /// Decay that grows in from one long edge.
+    /// Decay: along one long edge, about the pith, in pockets.
     rot: Rot {
-        /// How far it reaches in from the edge; 0 for none.
+        /// How far it reaches in from one long edge; 0 for none there.
         reach_mm: 0.0, 500.0, 0.0, "[T] a strip along the whole edge";
         /// Which long edge: -1 or 1.
         edge: -1.0, 1.0, 1.0, "free";
+        /// Radius of decay about the pith (heart rot); 0 for none there.
+        heart_mm: 0.0, 400.0, 0.0, "[L] 10 to 60";
+        /// Pockets of decay that the upper surface shows.
+        pocket_count: 0.0, 100.0, 0.0, "per board", count;
+        /// Median length of a pocket along the grain; it is a fifth as wide.
+        pocket_length_mm: 1.0, 300.0, 25.0, "[E]";
         /// Severity in the middle of it, 0 to 1.
         severity: 0.0, 1.0, 0.5, "[C] 0.5 is the medium of the class table";
         /// Width of the change from sound to decayed wood.
@@ -102,6 +116,8 @@ parameters! {
         elongation: 1.0, 40.0, 8.0, "[L] 5 to 20";
         /// Width of the dark rim of reaction before the front.
         rim_mm: 0.0, 20.0, 2.0, "[L] 1 to 4";
+        /// Width of discoloured, still hard wood before the front (incipient decay); 0 for none.
+        incipient_mm: 0.0, 100.0, 0.0, "[L] 5 to 30";
     }
 }
 
@@ -136,6 +152,28 @@ parameters! {
         rot_sigma_i_ratio: 0.2, 10.0, 2.0, "[C]";
         /// Cylinder scattering of rot at severity 0.5 over that of earlywood.
         rot_k_ratio: 0.0, 5.0, 0.8, "[C]";
+        /// Absorption of heartwood over that of sapwood.
+        heartwood_mu_a_ratio: 0.2, 10.0, 1.08, "[L] 0.95 to 1.15 in spruce, more in pine and larch";
+        /// Absorption of the pith over that of earlywood.
+        pith_mu_a_ratio: 0.2, 50.0, 5.0, "[E]";
+        /// Absorption of compression wood over that of the wood it is in the place of.
+        compression_mu_a_ratio: 0.2, 10.0, 1.9, "[C] 0.2 per mm where clear wood has 0.11";
+        /// Isotropic reduced scattering of compression wood over that of the wood it is in the place of.
+        compression_sigma_i_ratio: 0.2, 5.0, 1.9, "[C] rounded cells guide less light";
+        /// Cylinder scattering of compression wood over that of the wood it is in the place of.
+        compression_k_ratio: 0.0, 5.0, 1.3, "[C]";
+        /// Effective refractive index of compression wood.
+        compression_n_eff: 1.0, 1.55, 1.25, "[C]";
+        /// Absorption of fully blue-stained wood over that of the same wood without stain.
+        stain_mu_a_ratio: 0.2, 50.0, 3.2, "[C] 0.35 per mm where clear wood has 0.11";
+        /// Absorption of wood full of resin.
+        resin_mu_a_per_mm: 0.001, 20.0, 0.12, "[C]";
+        /// Isotropic reduced scattering of wood full of resin.
+        resin_sigma_i_per_mm: 0.05, 50.0, 0.7, "[C]";
+        /// Cylinder scattering of wood full of resin.
+        resin_k_per_mm: 0.0, 50.0, 3.0, "[C]";
+        /// Effective refractive index of wood full of resin.
+        resin_n_eff: 1.0, 1.55, 1.45, "[C]";
         /// Standard deviation of single fibres' tilt against the grain in each of two directions.
         fibre_dispersion_deg: 3.0, 14.0, 5.0, "[E] see docs/wood.md";
         /// The same in a knot and at its border, from where it falls to that of clear wood at four radii.
@@ -148,6 +186,132 @@ parameters! {
         rot_n_eff: 1.0, 1.55, 1.15, "[C]";
         /// Share of the surface that reflects like a dielectric facet.
         gloss: 0.0, 1.0, 0.3, "[C] 0.1 to 0.6";
+    }
+}
+
+parameters! {
+    /// Compression wood of the stem: a crescent of dark, dense rings on the lower side of a leaning tree.
+    compression: Compression {
+        /// How far it is developed, 0 for none.
+        severity: 0.0, 1.0, 0.0, "[C] 1 is the medium of the class table";
+        /// Thickness of the crescent, outwards.
+        width_mm: 1.0, 200.0, 12.0, "[E]";
+        /// Distance of its middle from the ring that the middle of the face shows, outwards.
+        offset_mm: -200.0, 200.0, 0.0, "free";
+        /// Direction of its middle from the pith; 0 points at the board's middle.
+        azimuth_deg: -180.0, 180.0, 0.0, "free";
+        /// Angle about the pith that it takes.
+        arc_deg: 5.0, 360.0, 80.0, "[E]";
+    }
+}
+
+parameters! {
+    /// Blue stain: fungi that colour the sapwood in wedges along the rays and leave its structure.
+    stain: Stain {
+        /// How dark it is, 0 for none.
+        severity: 0.0, 1.0, 0.0, "[C] 1 is the medium of the class table";
+        /// Wedges that the upper surface shows.
+        wedge_count: 1.0, 50.0, 3.0, "[E]", count;
+        /// Angle about the pith that a wedge takes, median.
+        wedge_deg: 0.5, 90.0, 9.0, "[E]";
+        /// Length of a wedge along the grain, median.
+        length_mm: 5.0, 5000.0, 150.0, "[E]";
+    }
+}
+
+parameters! {
+    /// Resin in pockets and streaks, and bark that the tree enclosed.
+    inclusions: Inclusions {
+        /// Resin pockets that the upper surface shows.
+        resin_pocket_count: 0.0, 50.0, 0.0, "per board", count;
+        /// Resin streaks that the upper surface shows.
+        resin_streak_count: 0.0, 50.0, 0.0, "per board", count;
+        /// Bark pockets that the upper surface shows.
+        bark_pocket_count: 0.0, 50.0, 0.0, "per board", count;
+        /// Median length of a pocket along the grain.
+        length_mm: 2.0, 300.0, 35.0, "[L] 10 to 80";
+        /// Median width of a pocket around the log.
+        width_mm: 1.0, 100.0, 12.0, "[L] 5 to 30";
+        /// Median thickness of a pocket outwards.
+        thickness_mm: 0.2, 20.0, 2.5, "[L] 1 to 6";
+        /// Median length of a streak along the grain; it is as wide and thick as a pocket.
+        streak_length_mm: 10.0, 2000.0, 120.0, "[E]";
+    }
+}
+
+parameters! {
+    /// Cracks that are open in the upper surface.
+    cracks: Cracks {
+        /// Drying checks: radial cracks along the grain.
+        check_count: 0.0, 100.0, 0.0, "per board", count;
+        /// Ring shakes: cracks along a ring.
+        shake_count: 0.0, 20.0, 0.0, "per board", count;
+        /// Splits that run in from the ends.
+        split_count: 0.0, 20.0, 0.0, "per board", count;
+        /// Median length.
+        length_mm: 2.0, 3000.0, 60.0, "[E]";
+        /// Median width at the surface, at the widest place.
+        width_mm: 0.05, 10.0, 0.5, "[L] 0.05 to 1";
+        /// Median depth at the deepest place; what is deeper than 25 widths is not seen.
+        depth_mm: 0.2, 100.0, 6.0, "[L] 2 to 20";
+    }
+}
+
+parameters! {
+    /// Insect holes.
+    holes: Holes {
+        /// Holes in the upper surface.
+        count: 0.0, 200.0, 0.0, "per board", count;
+        /// Median diameter.
+        diameter_mm: 0.5, 20.0, 1.6, "[L] pin holes to 2, longhorn beetles 4 to 10";
+        /// Depth.
+        depth_mm: 0.3, 50.0, 6.0, "[E]";
+        /// Share of the holes that are full of frass almost to the face.
+        frass: 0.0, 1.0, 0.2, "[E]";
+    }
+}
+
+parameters! {
+    /// Wane: the log's own surface where the board has no arris.
+    wane: Wane {
+        /// How far it reaches over the face, mean; 0 for none.
+        width_mm: 0.0, 500.0, 0.0, "[L] 5 to 30";
+        /// Which long edge: -1 or 1.
+        edge: -1.0, 1.0, 1.0, "free";
+        /// Slope of the log's surface against the face.
+        angle_deg: 5.0, 80.0, 35.0, "[E]";
+        /// Share of it that still has bark.
+        bark: 0.0, 1.0, 0.5, "free";
+    }
+}
+
+parameters! {
+    /// Marks of handling and machining on the upper surface.
+    marks: Marks {
+        /// Spots of dirt.
+        dirt_count: 0.0, 200.0, 0.0, "per board", count;
+        /// Median size of a spot.
+        dirt_mm: 0.3, 100.0, 6.0, "[E]";
+        /// Light that dirt lets through, each way.
+        dirt_coat: 0.05, 0.99, 0.6, "[L] 0.45 to 0.9";
+        /// Depth of the marks of a serrated feed roller; 0 for none.
+        roller_um: 0.0, 1000.0, 0.0, "[E] 50 to 300";
+        /// Distance between two of its teeth.
+        roller_pitch_mm: 1.0, 50.0, 5.0, "[E]";
+        /// Width of the roller.
+        roller_width_mm: 2.0, 200.0, 25.0, "[E]";
+        /// Places that the planer has missed.
+        skip_count: 0.0, 20.0, 0.0, "per board", count;
+        /// Median length of such a place along the board; it is a third as wide.
+        skip_mm: 5.0, 1000.0, 60.0, "[E]";
+        /// How far it lies below the face.
+        skip_um: 20.0, 2000.0, 250.0, "[E]";
+        /// Burns across the board, where the planer's knives stood still.
+        burn_count: 0.0, 20.0, 0.0, "per board", count;
+        /// Median width of a burn along the board.
+        burn_mm: 0.5, 100.0, 6.0, "[E]";
+        /// Light that the middle of a burn lets through, each way.
+        burn_coat: 0.05, 0.99, 0.45, "[E]";
     }
 }
 
@@ -164,6 +328,20 @@ pub struct Wood {
     pub rot: Rot,
     /// Its media.
     pub media: Media,
+    /// Its compression wood.
+    pub compression: Compression,
+    /// Its blue stain.
+    pub stain: Stain,
+    /// Its resin and enclosed bark.
+    pub inclusions: Inclusions,
+    /// Its cracks.
+    pub cracks: Cracks,
+    /// Its insect holes.
+    pub holes: Holes,
+    /// Its wane.
+    pub wane: Wane,
+    /// Marks on its face.
+    pub marks: Marks,
 }
 
 impl Wood {
@@ -175,6 +353,32 @@ impl Wood {
             knots: Knots::from_values(value),
             rot: Rot::from_values(value),
             media: Media::from_values(value),
+            compression: Compression::from_values(value),
+            stain: Stain::from_values(value),
+            inclusions: Inclusions::from_values(value),
+            cracks: Cracks::from_values(value),
+            holes: Holes::from_values(value),
+            wane: Wane::from_values(value),
+            marks: Marks::from_values(value),
         }
+    }
+
+    /// Every declaration with its value here, in order.
+    pub fn values(&self) -> Vec<(&'static crate::Parameter, f64)> {
+        [
+            self.board.values(),
+            self.log.values(),
+            self.knots.values(),
+            self.rot.values(),
+            self.media.values(),
+            self.compression.values(),
+            self.stain.values(),
+            self.inclusions.values(),
+            self.cracks.values(),
+            self.holes.values(),
+            self.wane.values(),
+            self.marks.values(),
+        ]
+        .concat()
     }
 }

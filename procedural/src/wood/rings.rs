@@ -84,16 +84,28 @@ impl Rings {
         Self { index: index.collect(), rings, per_mean }
     }
 
-    /// Wood that grew when the trunk had the radius `t` [mm].
+    /// The ring that grew when the trunk had the radius `t` [mm], which is not negative.
     #[inline]
-    pub fn at(&self, t: f32) -> RingPhase {
-        let t = t.max(0.0);
+    fn ring(&self, t: f32) -> &Ring {
         let stretch = ((t * self.per_mean) as usize).min(self.index.len() - 1);
         let mut i = self.index[stretch] as usize;
         while i + 1 < self.rings.len() && self.rings[i + 1].start <= t {
             i += 1;
         }
-        let ring = &self.rings[i];
+        &self.rings[i]
+    }
+
+    /// Inner boundary of the ring that grew when the trunk had the radius `t` [mm].
+    #[inline]
+    pub fn boundary(&self, t: f32) -> f32 {
+        self.ring(t.max(0.0)).start
+    }
+
+    /// Wood that grew when the trunk had the radius `t` [mm].
+    #[inline]
+    pub fn at(&self, t: f32) -> RingPhase {
+        let t = t.max(0.0);
+        let ring = self.ring(t);
         let u = (t - ring.start) * ring.per_width;
         RingPhase { latewood: smoothstep(ring.ramp[0], ring.ramp[1], u), gain: ring.gain }
     }

@@ -1,0 +1,458 @@
+//! Where the upper face lies lower: checks, shakes and splits, insect holes, holes of knots, wane, dents and skipped places.
+//!
+//! Models: each lowers the face. A crack is a wedge: at the distance c from its line the depth is d (1 - |c| / w), with half
+//! width w(s) and depth d(s) along it, both zero at closed ends. The line of a check runs along the grain and wanders; that
+//! of a shake follows a ring of the face; a split is a check that begins at an end of the board with its full width. A hole is
+//! round across its axis, with walls that fall by [`STEEPEST`]. The hole of a knot has the knot's own outline. Wane is the log's
+//! surface: a slope from a wandering line on the face down to the side, bent as the ring there is. Teeth of a roller leave dents at
+//! a pitch; where the planer missed, the sawn face lies lower and is rough.
+//! Depths: a line on the sensor cannot be found deeper in a crack than some widths, since walls are lit and seen at grazing
+//! angles and light gets out by scattering alone; cracks end at [`DEEPEST_WIDTHS`] of their width.
+//! Sources: widths and depths in docs/wood.md. Limits: cracks stand upright to the face; light that falls between walls is
+//! thrown back once and does not light the other wall from the air; no crack passes into another; holes stand upright.
+
+use glam::Vec2;
+use rand::RngExt;
+
+use super::growth::wrap;
+use super::knot::{Knot, KnotDistance};
+use super::knot_placement::PlacedKnot;
+use super::parameters::Wood;
+use super::pith::Trunk;
+use super::zones::Face;
+use crate::noise::{Noise, smoothstep};
+use crate::{Class, Instance, Stream, Surface, normal};
+
+/// Steepest wall of a hole [1].
+const STEEPEST: f32 = 20.0;
+/// Deepest place of a crack that can be found, over its width [1].
+const DEEPEST_WIDTHS: f32 = 25.0;
+/// Wood that every opening leaves above the conveyor [mm].
+const FLOOR_MM: f32 = 0.3;
+/// Step of the tables of cracks along them [mm].
+const STEP_MM: f32 = 0.5;
+/// Most entries of such a table.
+const MAX_STEPS: f32 = 20_000.0;
+/// Spread of the logarithms of a crack's length, width and depth, and of a hole's diameter [1].
+const LOG_SD: f64 = 0.4;
+/// Wander of a check's line, root mean square over its length [1], and its cells along it [mm].
+const WANDER: [f32; 2] = [0.004, 18.0];
+/// Unevenness of a crack's width along it, root mean square [1], and its cell [mm].
+const UNEVEN: [f32; 2] = [0.3, 5.0];
+/// Wander of the wane's line over its width, root mean square [1], and its cell along the board [mm].
+const WANE_WANDER: [f32; 2] = [0.3, 70.0];
+/// Roughness of bark and of the surface below it [mm], and its cell [mm].
+const BARK_ROUGH_MM: [f32; 2] = [0.5, 0.03];
+const BARK_CELL_MM: f32 = 3.5;
+/// Cell of the patches of bark [mm].
+const BARK_PATCH_MM: f32 = 30.0;
+/// Depth from which on a place has the opening's label [mm].
+const LABELLED_MM: f32 = 0.03;
+/// Wander of the outline of a place that the planer missed, over its size, root mean square [1].
+const SKIP_OUTLINE: f32 = 0.15;
+/// Strands of the rough wood there, across and along [mm], and their height over the depth, root mean square [1].
+const SKIP_STRAND_MM: Vec2 = Vec2::new(0.5, 5.0);
+const SKIP_ROUGH: f32 = 0.15;
+/// Step of the differences that give slopes [mm].
+const DIFFERENCE_MM: f32 = 0.004;
+
+/// An opening at a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Opened {
+    /// How far it lies below the face [mm].
+    pub depth: f32,
+    /// Its class and instance.
+    pub class: Class,
+    pub id: u16,
+    /// Whether the place has its label.
+    pub is_labelled: bool,
+    /// What is at its floor.
+    pub floor: Floor,
+}
+
+/// What light meets in an opening.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Floor {
+    /// The wood that is there.
+    Wood,
+    /// Frass: chewed wood.
+    Frass,
+    /// Bark.
+    Bark,
+}
+
+#[derive(Debug, Clone)]
+enum Form {
+    Crack {
+        /// First entry's place along the log, from the board's middle [mm].
+        start: f32,
+        /// Distance of two entries [mm].
+        step: f32,
+        /// At each step: place across the log, half width, depth [mm].
+        table: Vec<[f32; 3]>,
+    },
+    Hole {
+        centre: Vec2,
+        /// Half its size along and across the log [mm].
+        half: Vec2,
+        depth: f32,
+        frass: bool,
+    },
+    Knot {
+        knot: Box<Knot>,
+        depth: f32,
+    },
+    Wane {
+        /// -1 or 1.
+        side: f32,
+        width: f32,
+        slope: f32,
+        /// One over twice the radius of the log [mm^-1].
+        bend: f32,
+        bark: f32,
+        line: Noise,
+        rough: Noise,
+        patches: Noise,
+    },
+    Roller {
+        /// Middle of the band across the board [mm].
+        x: f32,
+        half_width: f32,
+        pitch: f32,
+        depth: f32,
+    },
+    Skip {
+        centre: Vec2,
+        half: Vec2,
+        depth: f32,
+        outline: Noise,
+        rough: Noise,
+    },
+}
+
+/// One opening.
+#[derive(Debug, Clone)]
+pub(super) struct Opening {
+    class: Class,
+    id: u16,
+    /// Box on the face: from, to [mm].
+    low: Vec2,
+    high: Vec2,
+    /// Depth from which on a place has the label [mm].
+    labelled: f32,
+    form: Form,
+}
+
+/// All openings of a board.
+#[derive(Debug, Clone)]
+pub(super) struct Openings {
+    all: Vec<Opening>,
+    face: Face,
+    /// Cosine and sine of the log's turn [1].
+    turn: Vec2,
+}
+
+impl Openings {
+    /// The openings that the numbers ask for; instances of all but knots are added to `instances`.
+    pub fn grow(stream: Stream, wood: &Wood, trunk: &Trunk, knots: &[PlacedKnot], instances: &mut Vec<Instance>) -> Self {
+        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
+        let mut openings =
+            Self { all: Vec::new(), face: Face::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
+        openings.knots(wood, knots);
+        openings.cracks(stream, wood, trunk, instances);
+        openings.holes(stream.child("hole"), wood, instances);
+        openings.wane(stream.child("wane"), wood, trunk, instances);
+        openings.machining(stream, wood, instances);
+        openings
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// The openings that the profile at `y` crosses [mm].
+    pub fn near(&self, y: f32) -> Vec<&Opening> {
+        self.all.iter().filter(|one| one.low.y <= y && y <= one.high.y).collect()
+    }
+
+    fn note(instances: &mut Vec<Instance>, class: Class, spot: Vec2, size: f32, severity: f64) -> u16 {
+        let id = instances.len() as u16 + 1;
+        let at = [f64::from(spot.x), f64::from(spot.y)];
+        instances.push(Instance::defect(id, class, at, f64::from(size), severity));
+        id
+    }
+
+    /// Part of the board's thickness that an opening takes [1].
+    fn part(&self, depth: f32) -> f64 {
+        f64::from((depth / self.face.height).min(1.0))
+    }
+
+    fn knots(&mut self, wood: &Wood, knots: &[PlacedKnot]) {
+        let depth = (wood.knots.hole_depth_mm as f32).min(self.face.height - FLOOR_MM).max(0.0);
+        for placed in knots.iter().filter(|placed| placed.knot.class == Class::KnotHole) {
+            let form = Form::Knot { knot: Box::new(placed.knot.clone()), depth };
+            let (low, high) = (Vec2::new(placed.x[0], placed.y[0]), Vec2::new(placed.x[1], placed.y[1]));
+            self.all.push(Opening { class: Class::KnotHole, id: placed.knot.id, low, high, labelled: LABELLED_MM, form });
+        }
+    }
+
+    fn cracks(&mut self, stream: Stream, wood: &Wood, trunk: &Trunk, instances: &mut Vec<Instance>) {
+        let (asked, face) = (&wood.cracks, self.face);
+        for (class, name, count) in [
+            (Class::Check, "check", asked.check_count),
+            (Class::Shake, "shake", asked.shake_count),
+            (Class::Split, "split", asked.split_count),
+        ] {
+            for index in 0..count.round() as u64 {
+                let own = stream.child(name).index(index);
+                let mut rng = own.rng();
+                let mut spot = face.spot([rng.random(), rng.random()]);
+                let (end, towards) = (rng.random::<f32>() < 0.5, [1.0, -1.0]);
+                let mut about = |median: f64| (median * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+                let (length, width, depth) = (about(asked.length_mm), about(asked.width_mm), about(asked.depth_mm));
+                let side = towards[usize::from(end)];
+                if class == Class::Split {
+                    spot.y = face.middle.y - side * face.half.y;
+                }
+                let depth = depth.min(DEEPEST_WIDTHS * width).min(face.height - FLOOR_MM).max(0.0);
+                let [across, along] = self.log_place(spot);
+                // A split goes on as far beyond the end as into the board, so that it is widest there.
+                let reach = if class == Class::Split { length } else { 0.5 * length };
+                let steps = (2.0 * reach / STEP_MM).ceil().clamp(4.0, MAX_STEPS);
+                let (wander, uneven) = (Noise::new(own.child("wander")), Noise::new(own.child("uneven")));
+                let ring = trunk.place(spot.x, spot.y, face.height).r;
+                let mut line = across;
+                let step = 2.0 * reach / steps;
+                let table: Vec<[f32; 3]> = (0..=steps as usize)
+                    .map(|i| {
+                        let s = -reach + i as f32 * step;
+                        let place = match class {
+                            Class::Shake => {
+                                line = self.on_ring(trunk, ring, line, along + s);
+                                line
+                            }
+                            _ => across + WANDER[0] * length * wander.line(s / WANDER[1]).0,
+                        };
+                        let q = s / reach;
+                        let taper = (1.0 - q * q).max(0.0);
+                        let uneven = (1.0 + UNEVEN[0] * uneven.line(s / UNEVEN[1]).0).max(0.2);
+                        [place, 0.5 * width * taper * uneven, depth * taper.sqrt()]
+                    })
+                    .collect();
+                let id = Self::note(instances, class, spot, length, self.part(depth));
+                let start = along - reach;
+                let widest = table.iter().fold([f32::MAX, f32::MIN], |[low, high], &[place, half, _]| {
+                    [low.min(place - half), high.max(place + half)]
+                });
+                let corners = [0, 1].map(|end| [0, 1].map(|side| self.face_place(widest[side], start + end as f32 * 2.0 * reach)));
+                let corners = corners.as_flattened();
+                let low = corners.iter().copied().reduce(Vec2::min).unwrap_or(spot);
+                let high = corners.iter().copied().reduce(Vec2::max).unwrap_or(spot);
+                self.all.push(Opening { class, id, low, high, labelled: LABELLED_MM, form: Form::Crack { start, step, table } });
+            }
+        }
+    }
+
+    /// Place across the log where the face at `along` shows the ring `ring`, nearest to `line` [mm].
+    fn on_ring(&self, trunk: &Trunk, ring: f32, line: f32, along: f32) -> f32 {
+        let mut across = line;
+        for _ in 0..4 {
+            let spot = self.face_place(across, along);
+            let place = trunk.place(spot.x, spot.y, self.face.height);
+            // Right above the pith rings lie flat on the face: a step no longer than a millimetre keeps to one line.
+            let slope = place.outward.x;
+            across -= ((place.r - ring) * slope / (slope * slope + 0.01)).clamp(-1.0, 1.0);
+        }
+        across
+    }
+
+    fn holes(&mut self, stream: Stream, wood: &Wood, instances: &mut Vec<Instance>) {
+        let asked = &wood.holes;
+        for index in 0..asked.count.round() as u64 {
+            let mut rng = stream.index(index).rng();
+            let spot = self.face.spot([rng.random(), rng.random()]);
+            let lean = 1.0 + rng.random::<f32>();
+            let frass = rng.random::<f64>() < asked.frass;
+            let diameter = (asked.diameter_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let half = 0.5 * diameter * Vec2::new(1.0, lean);
+            let full = if frass { 0.15 } else { 1.0 };
+            let depth = (asked.depth_mm as f32 * full).min(self.face.height - FLOOR_MM).max(0.0);
+            let id = Self::note(instances, Class::InsectHole, spot, 2.0 * half.y, self.part(depth));
+            let [across, along] = self.log_place(spot);
+            let form = Form::Hole { centre: Vec2::new(across, along), half, depth, frass };
+            let room = Vec2::splat(half.max_element());
+            self.all.push(Opening { class: Class::InsectHole, id, low: spot - room, high: spot + room, labelled: LABELLED_MM, form });
+        }
+    }
+
+    fn wane(&mut self, stream: Stream, wood: &Wood, trunk: &Trunk, instances: &mut Vec<Instance>) {
+        let (asked, face) = (&wood.wane, self.face);
+        if asked.width_mm == 0.0 {
+            return;
+        }
+        let side = if asked.edge < 0.0 { -1.0 } else { 1.0 };
+        let corner = face.middle + Vec2::new(side * face.half.x, 0.0);
+        let radius = trunk.place(corner.x, corner.y, face.height).r.max(20.0);
+        let width = asked.width_mm as f32;
+        let severity = f64::from((width / (2.0 * face.half.x)).min(1.0));
+        let spot = corner - Vec2::new(side * 0.5 * width, 0.0);
+        let id = Self::note(instances, Class::Wane, spot, width, severity);
+        let form = Form::Wane {
+            side,
+            width,
+            slope: libm::tan(asked.angle_deg.to_radians()) as f32,
+            bend: 0.5 / radius,
+            bark: asked.bark as f32,
+            line: Noise::new(stream.child("line")),
+            rough: Noise::new(stream.child("rough")),
+            patches: Noise::new(stream.child("patches")),
+        };
+        let reach = width * (1.0 + 4.0 * WANE_WANDER[0]);
+        let (low, high) = (corner.min(corner - Vec2::new(side * reach, 0.0)), corner.max(corner - Vec2::new(side * reach, 0.0)));
+        let long = Vec2::new(0.0, face.half.y);
+        self.all.push(Opening { class: Class::Wane, id, low: low - long, high: high + long, labelled: LABELLED_MM, form });
+    }
+
+    fn machining(&mut self, stream: Stream, wood: &Wood, instances: &mut Vec<Instance>) {
+        let (asked, face) = (&wood.marks, self.face);
+        if asked.roller_um > 0.0 {
+            let x = face.spot([stream.child("roller").rng().random(), 0.5]).x;
+            let (half_width, depth) = (0.5 * asked.roller_width_mm as f32, 1.0e-3 * asked.roller_um as f32);
+            let middle = Vec2::new(x, face.middle.y);
+            let id = Self::note(instances, Class::RollerMark, middle, 2.0 * face.half.y, self.part(depth));
+            let form = Form::Roller { x, half_width, pitch: asked.roller_pitch_mm as f32, depth };
+            let room = Vec2::new(half_width, face.half.y);
+            let (low, high) = (middle - room, middle + room);
+            self.all.push(Opening { class: Class::RollerMark, id, low, high, labelled: 0.25 * depth, form });
+        }
+        for index in 0..asked.skip_count.round() as u64 {
+            let own = stream.child("skip").index(index);
+            let mut rng = own.rng();
+            let centre = face.spot([rng.random(), rng.random()]);
+            let length = (asked.skip_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let depth = 1.0e-3 * asked.skip_um as f32;
+            let half = 0.5 * length * Vec2::new(1.0 / 3.0, 1.0);
+            let id = Self::note(instances, Class::PlanerSkip, centre, length, self.part(depth));
+            let [outline, rough] = ["outline", "rough"].map(|name| Noise::new(own.child(name)));
+            let form = Form::Skip { centre, half, depth, outline, rough };
+            let room = 1.6 * half;
+            let (low, high) = (centre - room, centre + room);
+            self.all.push(Opening { class: Class::PlanerSkip, id, low, high, labelled: 0.5 * depth, form });
+        }
+    }
+
+    /// Across and along the log, from the board's middle [mm].
+    #[inline]
+    fn log_place(&self, spot: Vec2) -> [f32; 2] {
+        let (d, turn) = (spot - self.face.middle, self.turn);
+        [d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x]
+    }
+
+    /// The spot of the face at a place across and along the log [mm].
+    fn face_place(&self, across: f32, along: f32) -> Vec2 {
+        let turn = self.turn;
+        self.face.middle + Vec2::new(across * turn.x + along * turn.y, along * turn.x - across * turn.y)
+    }
+
+    /// The deepest of `near` openings at a spot of the face.
+    #[inline]
+    pub fn at(&self, near: &[&Opening], spot: Vec2, trunk: &Trunk) -> Option<Opened> {
+        let mut deepest: Option<Opened> = None;
+        for one in near {
+            if spot.x < one.low.x || spot.x > one.high.x || spot.y < one.low.y || spot.y > one.high.y {
+                continue;
+            }
+            let (depth, floor) = self.depth(one, spot, trunk);
+            if depth > deepest.map_or(0.0, |other| other.depth) {
+                let is_labelled = depth > one.labelled;
+                deepest = Some(Opened { depth, class: one.class, id: one.id, is_labelled, floor });
+            }
+        }
+        deepest
+    }
+
+    fn depth(&self, one: &Opening, spot: Vec2, trunk: &Trunk) -> (f32, Floor) {
+        match &one.form {
+            Form::Crack { start, step, table } => {
+                let [across, along] = self.log_place(spot);
+                let at = (along - start) / step;
+                let last = table.len() - 2;
+                if at < 0.0 || at >= (last + 1) as f32 {
+                    return (0.0, Floor::Wood);
+                }
+                let i = at as usize;
+                let part = at - i as f32;
+                let [place, half, depth] = std::array::from_fn(|n| table[i][n] + part * (table[i + 1][n] - table[i][n]));
+                let aside = (across - place).abs();
+                let inside = aside < half;
+                (if inside { depth * (1.0 - aside / half) } else { 0.0 }, Floor::Wood)
+            }
+            Form::Hole { centre, half, depth, frass } => {
+                let [across, along] = self.log_place(spot);
+                let q = ((across - centre.x) / half.x).powi(2) + ((along - centre.y) / half.y).powi(2);
+                let wall = (depth / STEEPEST / half.x).min(0.9);
+                let depth = depth * (1.0 - smoothstep(1.0 - wall, 1.0, q.sqrt()));
+                (depth, if *frass { Floor::Frass } else { Floor::Wood })
+            }
+            Form::Knot { knot, depth } => {
+                let place = trunk.place(spot.x, spot.y, self.face.height);
+                let section = knot.section(&KnotDistance::new(place.r));
+                let offset = Vec2::new(place.r * wrap(place.phi - section.phi), place.l - section.l);
+                let x = knot.reach(Vec2::new(offset.x, offset.y * knot.cos_slope), section.half_width).0;
+                let wall = (depth / STEEPEST / section.half_width).min(0.7);
+                (depth * (1.0 - smoothstep(1.0 - wall, 1.0, x)), Floor::Wood)
+            }
+            Form::Wane { side, width, slope, bend, bark, line, rough, patches } => {
+                let along = spot.y - self.face.middle.y;
+                let inwards = self.face.half.x - side * (spot.x - self.face.middle.x);
+                let edge = width * (1.0 + WANE_WANDER[0] * line.line(along / WANE_WANDER[1]).0).max(0.0);
+                let down = edge - inwards;
+                if down <= 0.0 {
+                    return (0.0, Floor::Wood);
+                }
+                let barked = patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0 < NORMAL_TO_SHARE * (2.0 * bark - 1.0);
+                let rough_mm = BARK_ROUGH_MM[usize::from(!barked)];
+                let rough = rough_mm * rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0 * (down / 2.0).min(1.0);
+                let depth = slope * down + bend * down * down + rough;
+                (depth.clamp(0.0, self.face.height - FLOOR_MM), if barked { Floor::Bark } else { Floor::Wood })
+            }
+            Form::Roller { x, half_width, pitch, depth } => {
+                let aside = (spot.x - x) / half_width;
+                // Teeth stand in two staggered rows.
+                let turn = spot.y / pitch + if aside < 0.0 { 0.5 } else { 0.0 };
+                let (along, across) = (4.0 * (turn - (turn + 0.5).floor()), 2.0 * aside.abs() - 1.0);
+                let inside = (1.0 - along * along).max(0.0) * (1.0 - across * across).max(0.0);
+                (depth * inside, Floor::Wood)
+            }
+            Form::Skip { centre, half, depth, outline, rough } => {
+                let q = (spot - centre) / half;
+                let edge = 1.0 + SKIP_OUTLINE * outline.plane(2.0 * q).0;
+                let share = 1.0 - smoothstep(edge - 0.15, edge + 0.15, q.length());
+                if share == 0.0 {
+                    return (0.0, Floor::Wood);
+                }
+                let torn = rough.fibres(Vec2::from_array(self.log_place(spot)) / SKIP_STRAND_MM).0;
+                ((depth * share * (1.0 + SKIP_ROUGH * torn)).max(0.0), Floor::Wood)
+            }
+        }
+    }
+
+    /// Lowers the face at a spot.
+    #[inline]
+    pub fn lower(&self, near: &[&Opening], spot: Vec2, trunk: &Trunk, face: Surface) -> Surface {
+        let Some(opened) = self.at(near, spot, trunk) else { return face };
+        let depth = |dx: f32, dy: f32| self.at(near, spot + Vec2::new(dx, dy), trunk).map_or(0.0, |opened| opened.depth);
+        let h = DIFFERENCE_MM;
+        let slope_x = (depth(h, 0.0) - depth(-h, 0.0)) / (2.0 * h);
+        let slope_y = (depth(0.0, h) - depth(0.0, -h)) / (2.0 * h);
+        Surface {
+            z: face.z - opened.depth,
+            slope_x: face.slope_x - slope_x,
+            slope_y: face.slope_y - slope_y,
+        }
+    }
+}
+
+/// Bounds of value noise in the plane that hold all of it: bark is everywhere or nowhere beyond them [1].
+const NORMAL_TO_SHARE: f32 = 2.3;
