@@ -12,7 +12,7 @@ pub const FORMAT: &str = "sheetlight-dataset";
 
 /// Version of everything in this crate: a new major number where old readers would misread, a new minor number where
 /// something was added.
-pub const SCHEMA_VERSION: [u32; 2] = [1, 4];
+pub const SCHEMA_VERSION: [u32; 2] = [1, 5];
 
 /// Most samples of a dataset.
 pub const MAX_SAMPLES: u64 = 100_000_000;

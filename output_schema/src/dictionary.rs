@@ -46,7 +46,7 @@ pub fn dictionary() -> String {
 
     line(&mut page, "\n## Pixel classes\n\n| value | name | subject |\n|---|---|---|");
     for (value, name) in PIXEL_CLASSES.iter().enumerate() {
-        let own = SUBJECTS.iter().find(|s| (s.first..=s.last).any(|class| usize::from(class) == value));
+        let own = SUBJECTS.iter().find(|subject| subject.has(value));
         line(&mut page, &format!("| {value} | `{name}` | {} |", own.map_or("all", |subject| subject.name)));
     }
     line(

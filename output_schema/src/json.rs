@@ -20,8 +20,8 @@ pub fn json_schema() -> Value {
         "$defs": { "dataset": dataset(), "manifest": manifest() },
         "tables": {
             "files": FILES.iter().map(|f| json!({ "path": f.path, "when": f.when, "doc": f.doc })).collect::<Vec<_>>(),
-            "pixel_classes": PIXEL_CLASSES,
-            "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values() })),
+            "pixel_classes": PIXEL_CLASSES.as_slice(),
+            "subjects": SUBJECTS.map(|s| json!({ "name": s.name, "label_values": s.label_values(SCHEMA_VERSION[1]) })),
             "row": columns(&ROW),
             "stack": columns(&STACK),
             "range_forms": RANGE_FORMS.map(|f| json!({ "name": f.name, "unit": f.unit, "range": f.range, "doc": f.doc })),

@@ -13,19 +13,19 @@ use transport::answer::Estimate;
 /// Boards.
 const BOARDS: u64 = 20;
 /// Photons of the judge for each board, and walks into which they are divided.
-const PHOTONS: u64 = 400_000;
-const WALKS: u64 = 4;
+pub const PHOTONS: u64 = 400_000;
+pub const WALKS: u64 = 4;
 /// Columns in a bin: 0.74 mm.
-const BIN: usize = 8;
+pub const BIN: usize = 8;
 /// Rows of Scatter on either side of the peak, and half of the window of which the centre of gravity is taken.
 const SCATTER_ROWS: i32 = 8;
 const HALF_WINDOW: i32 = 7;
 
 /// Light by sensor row of the columns of a bin, added up [e-].
-type BinRows = BTreeMap<i32, f64>;
+pub type BinRows = BTreeMap<i32, f64>;
 
 /// Bins of a line that lie on the board as a whole.
-fn bins(scene: &Scene, body: Body, transport: Transport) -> Vec<Option<BinRows>> {
+pub fn bins(scene: &Scene, body: Body, transport: Transport) -> Vec<Option<BinRows>> {
     let all = columns(scene, body, transport);
     let bin = |columns: &[Column]| {
         columns.iter().all(|column| column.on_body).then(|| {
@@ -46,7 +46,7 @@ fn peak(rows: &BinRows) -> i32 {
 }
 
 /// Light beside the peak [e-] and centre of gravity about it [rows].
-fn figures(rows: &BinRows, peak: i32) -> [f64; 2] {
+pub fn figures(rows: &BinRows, peak: i32) -> [f64; 2] {
     let within = |most: i32| rows.iter().filter(move |(row, _)| (**row - peak).abs() <= most);
     let scatter: f64 = within(SCATTER_ROWS).filter(|(row, _)| **row != peak).map(|(_, light)| light).sum();
     let light: f64 = within(HALF_WINDOW).map(|(_, light)| light).sum();
@@ -55,7 +55,7 @@ fn figures(rows: &BinRows, peak: i32) -> [f64; 2] {
 }
 
 /// Of each bin: the judge's peak row, Scatter, its error, centre of gravity, its error; a bin beside the board has peak -1.
-fn judge(scene: &Scene) -> Vec<f64> {
+pub fn judge(scene: &Scene) -> Vec<f64> {
     let body = pipeline::body(scene);
     let walk = |walk: u64| {
         let scene = Scene { stream: scene.stream.child("walk").index(walk), ..scene.clone() };
@@ -75,7 +75,7 @@ fn judge(scene: &Scene) -> Vec<f64> {
 }
 
 /// What the board is made of about the line, at its face and below: another board has another answer.
-fn matter(scene: &Scene, body: &Body) -> Vec<Option<[Medium; 3]>> {
+pub fn matter(scene: &Scene, body: &Body) -> Vec<Option<[Medium; 3]>> {
     let y = (scene.size.profiles / 2) as f64 * scene.bench.motion.step_mm;
     let at = |i: i32| {
         let (slice, x) = (body.slice(y as f32), 0.5 * i as f32);

@@ -3,6 +3,7 @@
 mod boards;
 mod borders;
 mod contrast;
+mod defects;
 mod drawn_packs;
 mod expose;
 mod expose_camera;

@@ -138,7 +138,7 @@ impl Scan {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
         // A slow model takes so long for a line that work and progress go profile by profile.
         let length = match scene.transport {
-            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_occlude_itself()).min(profiles),
+            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles),
             Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => 1,
         };
         let calibration = sensor.calibration();

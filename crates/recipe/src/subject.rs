@@ -58,9 +58,7 @@ impl Plan {
     /// Every number with its declaration, in their order.
     pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
         match self {
-            Self::Wood(Wood { board, log, knots, rot, media }) => {
-                [board.values(), log.values(), knots.values(), rot.values(), media.values()].concat()
-            }
+            Self::Wood(wood) => wood.values(),
             Self::Blister(blister) => blister.values(),
             Self::Sawtooth(piece, material) => [piece.values(), material.values()].concat(),
             Self::Mesh(placing, material) => [placing.values(), material.values()].concat(),

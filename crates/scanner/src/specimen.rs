@@ -2,7 +2,7 @@
 //! whether laser and camera reach it.
 //!
 //! Boards and packs are height fields, whose upper surface is asked directly; their hull in the ray tracer serves for
-//! shadows on the conveyor next to the body. A board never occludes itself. A blister pack does: its upper surface is
+//! shadows on the conveyor next to the body. A board with cracks, holes or wane and a blister pack occlude themselves: their upper surface is
 //! sampled on a grid (`surface_grid`), which answers what its pockets hide from the lens and where reflected light
 //! lands; where its film is clear, the surface of tablets and foil below has a grid of its own.
 //!
@@ -131,9 +131,14 @@ impl Specimen {
         if self.turntable.is_some() { f64::NAN } else { self.outline.share_within(x, y) }
     }
 
-    /// Whether the body can occlude itself and reflect light onto itself.
+    /// Whether the body can occlude itself.
     pub fn can_occlude_itself(&self) -> bool {
         self.upper.is_some()
+    }
+
+    /// Whether the body throws mirror images of the line onto itself, as film does; rough walls of wood do not.
+    pub fn can_mirror_itself(&self) -> bool {
+        matches!(self.body, Body::Pack(_))
     }
 
     /// Whether the lens sees `point` below a film with the laser at scan position `y`, the film itself ignored [mm].
@@ -405,7 +410,11 @@ fn approach(
 
 /// The upper surface of a body that can occlude itself, and the surface below its film where that is clear.
 fn surface_grids(body: &Body, lens: Vec3) -> (Option<SurfaceGrid>, Option<SurfaceGrid>) {
-    let Body::Pack(pack) = body else { return (None, None) };
+    let clearest = match body {
+        Body::Pack(pack) => pack.clearest(),
+        Body::Plank(plank) if plank.is_open() => f32::INFINITY,
+        _ => return (None, None),
+    };
     let (low, high) = body.bounds();
     let upper = SurfaceGrid::new(low, high, lens, |y, x, row| {
         let slice = body.slice(y);
@@ -413,7 +422,7 @@ fn surface_grids(body: &Body, lens: Vec3) -> (Option<SurfaceGrid>, Option<Surfac
             *z = slice.surface(x).map_or(0.0, |surface| surface.z);
         }
     });
-    let lower = (pack.clearest() < OPAQUE_FILM_DEPTH).then(|| {
+    let lower = (clearest < OPAQUE_FILM_DEPTH).then(|| {
         SurfaceGrid::new(low, high, lens, |y, x, row| {
             let slice = body.slice(y);
             for (z, &x) in row.iter_mut().zip(x) {

@@ -36,7 +36,7 @@ pub use self::decay::LEAST_SIGMA_I;
 use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
 use self::knot_placement::PlacedKnot;
-use self::openings::{Floor, Opening, Openings};
+use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
     Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane, Wood,
 };
@@ -278,6 +278,7 @@ impl PlankSlice<'_> {
         {
             match opened.floor {
                 Floor::Wood => {}
+                Floor::Gallery => coat *= GALLERY_COAT,
                 Floor::Bark => coefficients = plank.kinds.bark,
                 Floor::Frass => coefficients = plank.kinds.frass,
             }

@@ -53,6 +53,8 @@ const SKIP_OUTLINE: f32 = 0.15;
 /// Strands of the rough wood there, across and along [mm], and their height over the depth, root mean square [1].
 const SKIP_STRAND_MM: Vec2 = Vec2::new(0.5, 5.0);
 const SKIP_ROUGH: f32 = 0.15;
+/// Light that the dark wall of a gallery lets through, each way; an estimate [1].
+pub(super) const GALLERY_COAT: f32 = 0.45;
 /// Step of the differences that give slopes [mm].
 const DIFFERENCE_MM: f32 = 0.004;
 
@@ -75,6 +77,8 @@ pub(super) struct Opened {
 pub(super) enum Floor {
     /// The wood that is there.
     Wood,
+    /// The wall of a gallery, darkened by fungi that beetles bring.
+    Gallery,
     /// Frass: chewed wood.
     Frass,
     /// Bark.
@@ -393,7 +397,7 @@ impl Openings {
                 let q = ((across - centre.x) / half.x).powi(2) + ((along - centre.y) / half.y).powi(2);
                 let wall = (depth / STEEPEST / half.x).min(0.9);
                 let depth = depth * (1.0 - smoothstep(1.0 - wall, 1.0, q.sqrt()));
-                (depth, if *frass { Floor::Frass } else { Floor::Wood })
+                (depth, if *frass { Floor::Frass } else { Floor::Gallery })
             }
             Form::Knot { knot, depth } => {
                 let place = trunk.place(spot.x, spot.y, self.face.height);

@@ -53,8 +53,8 @@ pub fn head(output: &Output, size: &Size, samples: u64) -> DatasetHead {
         shards: DatasetHead::shards_for(samples, per_shard),
         classes: vec!["clear".into(), "knöt".into()],
         subject: "wood".into(),
-        pixel_classes: SUBJECTS[0].pixel_classes(),
-        label_values: SUBJECTS[0].label_values(),
+        pixel_classes: SUBJECTS[0].pixel_classes(SCHEMA_VERSION[1]),
+        label_values: SUBJECTS[0].label_values(SCHEMA_VERSION[1]),
         splits: SplitShares { train: 0.5, validation: 0.25, test: 0.25 },
         images: images(output, size, RangeForm::Calibrated),
         parameters: vec![

@@ -61,6 +61,7 @@ fn inconsistent(head: &DatasetHead) -> Option<String> {
     let Some(subject) = SubjectFiles::named(&head.subject) else {
         return Some(format!("its subject is `{}`", head.subject));
     };
-    ((&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(), &subject.label_values()))
+    let minor = head.schema_version[1];
+    ((&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(minor), &subject.label_values(minor)))
         .then(|| format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values))
 }

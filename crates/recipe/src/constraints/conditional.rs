@@ -104,11 +104,24 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("material.fibre_dispersion_deg", &[Amount("material.k_per_mm")]),
 ];
 
-const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count"]);
-const DEAD_KNOTS: ParameterNeeds = Amount("knots.dead_count");
+const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
+const DEAD_KNOTS: ParameterNeeds = Any(&["knots.dead_count", "knots.hole_count"]);
+const BARK: ParameterNeeds = Any(&[
+    "knots.dead_count",
+    "knots.hole_count",
+    "inclusions.bark_pocket_count",
+    "wane.width_mm",
+]);
 /// Diffusion along fibres that all run alike is what the other models know.
 const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
-const ROT: ParameterNeeds = Amount("rot.reach_mm");
+const ROT: ParameterNeeds = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
+const COMPRESSION: ParameterNeeds = Amount("compression.severity");
+const STAIN: ParameterNeeds = Amount("stain.severity");
+const RESIN: ParameterNeeds = Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count"]);
+const POCKETS: ParameterNeeds = Any(&["inclusions.resin_pocket_count", "inclusions.bark_pocket_count"]);
+const INCLUSIONS: ParameterNeeds =
+    Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count", "inclusions.bark_pocket_count"]);
+const CRACKS: ParameterNeeds = Any(&["cracks.check_count", "cracks.shake_count", "cracks.split_count"]);
 const DEFECTS: ParameterNeeds = Any(&DEFECT_COUNTS);
 
 /// Parameters that are for objects which no sample may have: a recipe may keep them for classes to come, so they are noted and
@@ -123,12 +136,54 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("knots.flow_ratio", &[KNOTS]),
     ("knots.death_share", &[DEAD_KNOTS]),
     ("knots.bark_mm", &[DEAD_KNOTS]),
-    ("rot.edge", &[ROT]),
+    ("knots.hole_depth_mm", &[Amount("knots.hole_count")]),
+    ("rot.edge", &[Amount("rot.reach_mm")]),
+    ("rot.pocket_length_mm", &[Amount("rot.pocket_count")]),
+    ("rot.incipient_mm", &[ROT]),
     ("rot.severity", &[ROT]),
     ("rot.transition_mm", &[ROT]),
     ("rot.front_mm", &[ROT]),
     ("rot.elongation", &[ROT, Amount("rot.front_mm")]),
     ("rot.rim_mm", &[ROT]),
+    ("media.heartwood_mu_a_ratio", &[Amount("log.heartwood_mm")]),
+    ("media.pith_mu_a_ratio", &[Amount("log.pith_mm")]),
+    ("media.compression_mu_a_ratio", &[COMPRESSION]),
+    ("media.compression_sigma_i_ratio", &[COMPRESSION]),
+    ("media.compression_k_ratio", &[COMPRESSION]),
+    ("media.compression_n_eff", &[COMPRESSION]),
+    ("media.stain_mu_a_ratio", &[STAIN]),
+    ("media.resin_mu_a_per_mm", &[RESIN]),
+    ("media.resin_sigma_i_per_mm", &[RESIN]),
+    ("media.resin_k_per_mm", &[RESIN]),
+    ("media.resin_n_eff", &[RESIN]),
+    ("compression.width_mm", &[COMPRESSION]),
+    ("compression.offset_mm", &[COMPRESSION]),
+    ("compression.azimuth_deg", &[COMPRESSION]),
+    ("compression.arc_deg", &[COMPRESSION]),
+    ("stain.wedge_count", &[STAIN]),
+    ("stain.wedge_deg", &[STAIN]),
+    ("stain.length_mm", &[STAIN]),
+    ("inclusions.length_mm", &[POCKETS]),
+    ("inclusions.width_mm", &[INCLUSIONS]),
+    ("inclusions.thickness_mm", &[INCLUSIONS]),
+    ("inclusions.streak_length_mm", &[Amount("inclusions.resin_streak_count")]),
+    ("cracks.length_mm", &[CRACKS]),
+    ("cracks.width_mm", &[CRACKS]),
+    ("cracks.depth_mm", &[CRACKS]),
+    ("holes.diameter_mm", &[Amount("holes.count")]),
+    ("holes.depth_mm", &[Amount("holes.count")]),
+    ("holes.frass", &[Amount("holes.count")]),
+    ("wane.edge", &[Amount("wane.width_mm")]),
+    ("wane.angle_deg", &[Amount("wane.width_mm")]),
+    ("wane.bark", &[Amount("wane.width_mm")]),
+    ("marks.dirt_mm", &[Amount("marks.dirt_count")]),
+    ("marks.dirt_coat", &[Amount("marks.dirt_count")]),
+    ("marks.roller_pitch_mm", &[Amount("marks.roller_um")]),
+    ("marks.roller_width_mm", &[Amount("marks.roller_um")]),
+    ("marks.skip_mm", &[Amount("marks.skip_count")]),
+    ("marks.skip_um", &[Amount("marks.skip_count")]),
+    ("marks.burn_mm", &[Amount("marks.burn_count")]),
+    ("marks.burn_coat", &[Amount("marks.burn_count")]),
     ("media.knot_mu_a_ratio", &[KNOTS]),
     ("media.dead_knot_mu_a_ratio", &[DEAD_KNOTS]),
     ("media.knot_sigma_i_ratio", &[KNOTS]),
@@ -137,7 +192,7 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("media.fibre_dispersion_deg", &[TANGLED]),
     ("media.knot_fibre_dispersion_deg", &[KNOTS, TANGLED]),
     ("material.fibre_dispersion_deg", &[TANGLED]),
-    ("media.bark_mu_a_per_mm", &[DEAD_KNOTS]),
+    ("media.bark_mu_a_per_mm", &[BARK]),
     ("media.rot_mu_a_ratio", &[ROT]),
     ("media.rot_sigma_i_ratio", &[ROT]),
     ("media.rot_k_ratio", &[ROT]),

@@ -35,11 +35,12 @@ pub(super) fn wood(yaml: &mut YamlReader, scene: &DrawBounds) {
     let thickness = scene.most("board.thickness_mm");
     below_the_bench(scene, yaml, thickness, &["board.thickness_mm"], "board");
 
-    let keys = ["rot.edge"];
-    let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
-    if !scene.distribution(keys[0]).and_then(Distribution::values).is_some_and(one) {
-        let remedy = "give -1, 1 or {choice: {values: [-1, 1]}}";
-        scene.fault(yaml, &keys, "can be something other than -1 and 1".to_owned(), remedy);
+    for key in ["rot.edge", "wane.edge"] {
+        let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
+        if !scene.distribution(key).and_then(Distribution::values).is_some_and(one) {
+            let remedy = "give -1, 1 or {choice: {values: [-1, 1]}}";
+            scene.fault(yaml, &[key], "can be something other than -1 and 1".to_owned(), remedy);
+        }
     }
 }
 

@@ -12,7 +12,9 @@ pub(super) mod texture;
 use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
-use procedural::wood::{Board, Knots, Log, Media, Rot};
+use procedural::wood::{
+    Board, Compression, Cracks, Holes, InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane,
+};
 
 use self::settings::{
     BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, MeshSettings, MotionSettings,
@@ -76,7 +78,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 26] = [
+pub(super) const SECTIONS: [RecipeSection; 33] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
     drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
@@ -88,6 +90,13 @@ pub(super) const SECTIONS: [RecipeSection; 26] = [
     drawn!(Knots, &[Subject::Wood]),
     drawn!(Rot, &[Subject::Wood]),
     drawn!(Media, &[Subject::Wood]),
+    drawn!(Compression, &[Subject::Wood]),
+    drawn!(Stain, &[Subject::Wood]),
+    drawn!(InclusionParameters, &[Subject::Wood]),
+    drawn!(Cracks, &[Subject::Wood]),
+    drawn!(Holes, &[Subject::Wood]),
+    drawn!(Wane, &[Subject::Wood]),
+    drawn!(Marks, &[Subject::Wood]),
     drawn!(Card, &[Subject::Blister]),
     drawn!(Pocket, &[Subject::Blister]),
     drawn!(Tablet, &[Subject::Blister]),

@@ -210,7 +210,7 @@ impl RowMaker {
 
     /// Lets the light of the columns `own` spread, along the motion and along the line.
     fn spread(&self, own: Range<usize>, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
-        let (camera, relief) = (view.camera, view.specimen.can_occlude_itself());
+        let (camera, relief) = (view.camera, view.specimen.can_mirror_itself());
         let (first, last) = (own.start, own.end);
         let mut start = first;
         for part in row.hits[own].chunk_by(|a, b| a.matter.film.is_some() == b.matter.film.is_some()) {
@@ -251,7 +251,7 @@ impl RowMaker {
             blur(&mut row.surface_light[..columns], camera.blur_variance, [1.0; 2], &mut scratch.line);
         }
         if camera.blurs() {
-            spans(&row.hits, 0, view.specimen.can_occlude_itself(), &mut scratch.spans);
+            spans(&row.hits, 0, view.specimen.can_mirror_itself(), &mut scratch.spans);
             for span in &scratch.spans {
                 let (light, own) = (&mut row.surface_light[span.clone()], &scratch.defocus[span.clone()]);
                 blur_varying(light, 0.0, own, [1.0; 2], &mut scratch.line);
@@ -280,7 +280,7 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
     let profiled = if camera.laser.line_profile().is_some() { padded } else { 0 };
     row.profile_unit.resize(profiled, 0.0);
     row.profile_node.resize(profiled, 0.0);
-    if specimen.can_occlude_itself() {
+    if specimen.can_mirror_itself() {
         row.secondary.get_or_insert_default();
         scratch.secondary.transmission.clear(columns);
     } else {

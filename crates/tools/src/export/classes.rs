@@ -5,9 +5,15 @@ use output_schema::DatasetHead;
 use dataset::Fault;
 
 /// Pixel classes that have objects, with what they are a kind of.
-const SUPERCATEGORIES: [(&str, &[&str]); 8] = [
-    ("knot", &["sound_knot", "dead_knot"]),
-    ("decay", &["rot"]),
+const SUPERCATEGORIES: [(&str, &[&str]); 14] = [
+    ("knot", &["sound_knot", "dead_knot", "knot_hole"]),
+    ("decay", &["rot", "incipient_decay"]),
+    ("discolouration", &["blue_stain"]),
+    ("structure", &["pith", "compression_wood"]),
+    ("inclusion", &["resin_pocket", "resin_streak", "bark_pocket"]),
+    ("crack", &["check", "shake", "split"]),
+    ("shape", &["wane", "insect_hole"]),
+    ("marking", &["dirt", "roller_mark", "planer_skip", "burn"]),
     ("pocket", &["pocket"]),
     ("tablet", &["missing", "broken", "chipped", "cracked", "capped", "foreign_tablet", "wrong_coat", "double"]),
     ("foreign_matter", &["particle", "fibre", "powder"]),
