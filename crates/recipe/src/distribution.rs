@@ -1,5 +1,5 @@
 //! Distributions of one number: the forms, how they are read and sampled, where they can reach, how much falls in a range,
-//! and the law of the draws.
+//! the law of the draws and its quantiles.
 //!
 //! | form | density or chance | source |
 //! |---|---|---|
@@ -14,12 +14,18 @@
 //! eight standard deviations, beyond which one of 10^15 draws would lie, so that each distribution has bounds on which
 //! the checks between parameters can rely. Counts: the continuous forms are rounded to the nearest whole number; uniform
 //! and log-uniform reach half a number further first, so that a uniform count takes each of its numbers equally often.
+//!
+//! [`Distribution::quantile`] draws the same law in another way: it turns one number u of [0, 1] into the one below which the share
+//! u of the draws lies (Devroye 1986, *Non-Uniform Random Variate Generation*, II.2), cut at the bounds without a draw again: with F
+//! the distribution function of the form, F^-1(F(min) + u (F(max) - F(min))). It rises with u, which correlations
+//! ([`super::correlation`]) and low-discrepancy sampling ([`super::low_discrepancy`]) rest on. Both ways have the one law of
+//! [`Distribution::law`], and not the same numbers.
 
 use procedural::{Parameter, Stream, normal};
 use rand::{Rng, RngExt};
 
 use super::keys::unit;
-use numerics::chance::{DrawLaw, normal_below};
+use numerics::chance::{DrawLaw, normal_below, normal_quantile};
 use yaml::{Mapping, NumberRange, YamlNode, YamlReader, YamlValue, clipped_text, nearest_spelling, number_text};
 
 /// Cut of normal and lognormal [standard deviations].
@@ -176,6 +182,27 @@ impl Distribution {
         min
     }
 
+    /// The number for `parameter` below which the share `u`, from 0 to 1, of the draws lies: of discrete laws the first value up to
+    /// which more than that share lies. It rises with `u` and stays within [`Self::bounds`].
+    pub fn quantile(&self, parameter: &Parameter, u: f64) -> f64 {
+        let (min, max) = self.bounds(parameter);
+        if min >= max {
+            return min;
+        }
+        let of = self.untruncated();
+        if let Some(mut cells) = of.weighed(parameter.integer) {
+            cells.retain(|(value, _)| (min..=max).contains(value));
+            cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let weights: Vec<f64> = cells.iter().map(|cell| cell.1).collect();
+            // The sum takes the sign from -0.
+            return cells.get(pick(&weights, u)).map_or(min, |cell| cell.0 + 0.0);
+        }
+        let half = if parameter.integer { 0.5 } else { 0.0 };
+        let value = of.quantile_between(min - half, max + half, half, u);
+        let value = if parameter.integer { value.round() + 0.0 } else { value };
+        value.clamp(min, max)
+    }
+
     /// Smallest and largest draw for `parameter`.
     pub fn bounds(&self, parameter: &Parameter) -> (f64, f64) {
         let (min, max) = self.reach();
@@ -219,6 +246,33 @@ impl Distribution {
             Self::Truncated { of, .. } => of.sample(count, rng),
         };
         if count { value.round() } else { value }
+    }
+
+    /// The sample below which the share `u` of those from `low` to `high` lies; `half` as in [`Self::mass`]. Not for choices.
+    fn quantile_between(&self, low: f64, high: f64, half: f64, u: f64) -> f64 {
+        let even = |from: f64, to: f64| from + (to - from) * u;
+        match self {
+            Self::Uniform { min, max } => even(low.max(min - half), high.min(max + half)),
+            Self::LogUniform { min, max } => {
+                libm::exp(even(libm::log(low.max(min - half)), libm::log(high.min(max + half))))
+            }
+            Self::Normal { mean, sd } => mean + sd * score_between((low - mean) / sd, (high - mean) / sd, u),
+            Self::Lognormal { median, log_sd } => {
+                let score = |x: f64| if x > 0.0 { libm::log(x / median) / log_sd } else { f64::NEG_INFINITY };
+                median * libm::exp(log_sd * score_between(score(low), score(high), u))
+            }
+            Self::Truncated { of, min, max } => of.quantile_between(low.max(*min), high.min(*max), half, u),
+            Self::Fixed(value) => *value,
+            Self::Choice { .. } => low,
+        }
+    }
+
+    /// The distribution without its cuts, where it is truncated: the bounds have them.
+    fn untruncated(&self) -> &Self {
+        match self {
+            Self::Truncated { of, .. } => of,
+            other => other,
+        }
     }
 
     /// Smallest and largest sample that counts.
@@ -275,11 +329,7 @@ impl Distribution {
         if min >= max {
             return DrawLaw::Fixed(min);
         }
-        // The bounds of a truncated distribution are its own: what is cut is the one inside.
-        let of = match self {
-            Self::Truncated { of, .. } => of,
-            other => other,
-        };
+        let of = self.untruncated();
         let mut cells = match of.weighed(parameter.integer) {
             Some(cells) => cells,
             None if parameter.integer => {
@@ -326,6 +376,17 @@ impl Distribution {
 /// Even between `min` and `max`.
 fn between(min: f64, max: f64, rng: &mut impl Rng) -> f64 {
     min + (max - min) * rng.random::<f64>()
+}
+
+/// The normal score below which the share `u` of those from `low` to `high` lies. It is looked for from the nearer end, where
+/// shares have all their digits.
+fn score_between(low: f64, high: f64, u: f64) -> f64 {
+    let below = |low: f64, high: f64, u: f64| {
+        let (from, to) = (normal_below(low), normal_below(high));
+        from + u * (to - from)
+    };
+    let share = below(low, high, u);
+    if share <= 0.5 { normal_quantile(share) } else { -normal_quantile(below(-high, -low, 1.0 - u)) }
 }
 
 /// Index into `weights` at the share `u` in [0, 1) of their sum; never one of weight 0.
@@ -572,3 +633,6 @@ impl DistributionReader<'_, '_> {
         section.close(self.yaml, known, &|_| None);
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,4 +1,4 @@
-//! Hypothesis tests: the law of one number, and exact tests of whether numbers follow it.
+//! Hypothesis tests: the law of one number, the normal distribution, and exact tests of whether numbers follow a law.
 //!
 //! Every p-value is exact or an upper bound at any number of samples, and keeps its relative precision far out, where
 //! families of tests need it: a test that is made 200 times and may be wrong once in 10^6 asks for tails of 10^-9, of
@@ -7,10 +7,12 @@
 mod count_tests;
 mod holm;
 mod kolmogorov_smirnov;
+mod normal;
 
 pub use self::count_tests::{binomial, likelihood_ratio, likelihood_ratio_chance};
 pub use self::holm::holm;
 pub use self::kolmogorov_smirnov::{HISTOGRAM_CELLS, UnitHistogram, kolmogorov_smirnov};
+pub use self::normal::{normal_below, normal_quantile};
 
 /// Cumulative distribution function of a law.
 pub(crate) type DistributionFunction = Box<dyn Fn(f64) -> f64 + Send + Sync>;
@@ -30,9 +32,4 @@ pub enum DrawLaw {
         /// The distribution function: 0 at the smallest, 1 at the largest.
         cdf: DistributionFunction,
     },
-}
-
-/// Share of the normal distribution below `z`.
-pub fn normal_below(z: f64) -> f64 {
-    0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
 }
