@@ -1,13 +1,16 @@
 //! The canonical form of a recipe: everything it means, defaults included, and nothing of how it was written.
 //!
-//! It is a recipe itself (JSON is YAML): sorted keys, classes by name, class keys only where they change the top level.
+//! It is a recipe itself (JSON is YAML): sorted keys, classes by name, class keys only where they change the top level. Ways of drawing
+//! that a recipe does not use (correlations, low discrepancy) are left out, so that they leave the hash of other recipes as it is.
 
 use serde_json::{Map, Value, json};
 use sha2::{Digest, Sha256};
 
+use super::correlation::{CORRELATIONS, Correlation};
 use super::distribution::{Distribution, form_keys};
 use super::keys;
 use super::reader::Resolved;
+use super::sampling::{SAMPLING, Sampling};
 
 /// The canonical form of `recipe`.
 pub(super) fn json(recipe: &Resolved) -> Value {
@@ -24,6 +27,13 @@ pub(super) fn json(recipe: &Resolved) -> Value {
     insert(&mut root, "name", json!(recipe.name));
     insert(&mut root, "family", json!(recipe.family));
     insert(&mut root, "subject", json!(recipe.subject.name()));
+    if recipe.sampling != Sampling::Independent {
+        insert(&mut root, SAMPLING, json!(recipe.sampling.name()));
+    }
+    if !recipe.correlations.is_empty() {
+        let pairs: Vec<_> = recipe.correlations.iter().map(Correlation::json).collect();
+        insert(&mut root, CORRELATIONS, pairs.into());
+    }
     for class in &recipe.classes {
         let prefix = format!("classes.{}", class.name);
         insert(&mut root, &format!("{prefix}.share"), json!(class.share));

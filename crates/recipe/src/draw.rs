@@ -4,11 +4,19 @@
 //! draw as it was. The family is that of the recipe: what another recipe draws for the same seed has nothing to do with it,
 //! unless both say that they are one family. The split follows from seed, index and classes and not from the id, which changes with the recipe: no
 //! sample changes sides when a recipe is edited, but where its classes are.
+//!
+//! A key is drawn in one of two ways. By itself and independently of other samples: numbers from its stream, again until one lies
+//! within the bounds ([`super::Distribution::draw`]). Where it is correlated ([`super::correlation`]) or the recipe asks for low
+//! discrepancy ([`super::sampling`]): the quantile of its distribution at one number u of (0, 1).
 
+use numerics::chance::{normal_below, normal_quantile};
 use procedural::{Parameter, Stream};
+use rand::Rng;
 use uuid::Uuid;
 
 use super::balance::{self, ClassRotation};
+use super::distribution::Distribution;
+use super::sampling::{self, Sampling};
 use super::{Class, Plan, Recipe, Scene};
 use bench::parameters::Bench;
 use bench::split::Split;
@@ -23,11 +31,26 @@ impl Recipe {
         let stream = root.child("sample").index(index);
         let rotation = self.rotation(seed);
         let number = rotation.class(index);
-        let class = &self.classes[number];
+        let (class, mixture) = (&self.classes[number], &self.mixtures[number]);
+        let sequences = root.child("sequence").child(&class.name);
+        let rank = rotation.rank(number, index);
+        let unit = |path: &str| match self.sampling {
+            Sampling::Independent => sampling::open_unit(stream.child(path).rng().next_u64()),
+            Sampling::LowDiscrepancy => sampling::point(sequences.child(path), rank),
+        };
         let mut value = |parameter: &'static Parameter| {
             let path = parameter.path();
             let distribution = class.overrides.get(&path).unwrap_or_else(|| &self.parameters[&path]);
-            distribution.draw(parameter, stream.child(&path))
+            match (mixture.of(&path), self.sampling) {
+                (Some(scores), _) => {
+                    let mixed = scores.iter().map(|(key, weight)| weight * normal_quantile(unit(key))).sum();
+                    distribution.quantile(parameter, normal_below(mixed))
+                }
+                (None, Sampling::LowDiscrepancy) if !matches!(distribution, Distribution::Fixed(_)) => {
+                    distribution.quantile(parameter, unit(&path))
+                }
+                (None, _) => distribution.draw(parameter, stream.child(&path)),
+            }
         };
         let bench = Bench::from_values(&mut value, self.settings.optics());
         let plan = Plan::from_values(self.subject, &mut value);
@@ -92,3 +115,6 @@ impl Scene {
         self.values().into_iter().map(|(parameter, value)| (parameter.path(), value)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,12 +11,14 @@ mod canonical;
 mod changes;
 mod class;
 mod constraints;
+mod correlation;
 mod distribution;
 mod draw;
 mod embedded;
 mod keys;
 mod reader;
 mod reference;
+mod sampling;
 mod schema;
 mod subject;
 
@@ -25,7 +27,9 @@ use std::sync::Arc;
 
 use procedural::{Mesh, Stream};
 
+use self::correlation::ScoreMixture;
 use self::keys::settings::Settings;
+use self::sampling::Sampling;
 use crate::asset::{Asset, AssetSource};
 use bench::parameters::Bench;
 use bench::settings::{
@@ -57,6 +61,9 @@ pub struct Recipe {
     parameters: BTreeMap<String, Distribution>,
     /// By name.
     classes: Vec<Class>,
+    sampling: Sampling,
+    /// What correlations do in each class.
+    mixtures: Vec<ScoreMixture>,
     mesh: Option<Arc<Mesh>>,
     notes: Vec<String>,
     text: String,
@@ -137,9 +144,36 @@ impl Recipe {
         let resolved = reader::read(origin, &text, changed_from, files)?;
         let canonical = canonical::json(&resolved);
         let hash = canonical::hash(&canonical);
-        let reader::Resolved { name, family, subject, settings, parameters, classes, mesh, notes } = resolved;
+        let reader::Resolved {
+            name,
+            family,
+            subject,
+            settings,
+            parameters,
+            classes,
+            sampling,
+            mixtures,
+            mesh,
+            notes,
+            ..
+        } = resolved;
         let line = settings.line();
-        Ok(Self { name, family, subject, settings, line, parameters, classes, mesh, notes, text, canonical, hash })
+        Ok(Self {
+            name,
+            family,
+            subject,
+            settings,
+            line,
+            parameters,
+            classes,
+            sampling,
+            mixtures,
+            mesh,
+            notes,
+            text,
+            canonical,
+            hash,
+        })
     }
 
     /// The recipes that are built in.

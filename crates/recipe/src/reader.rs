@@ -8,10 +8,12 @@ use procedural::Mesh;
 use super::changes::{self, SET};
 use super::class::Class;
 use super::constraints::{self, Object, conditional};
+use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture};
 use super::distribution::{self, Distribution};
 use super::keys::alternatives::{self, alternatives};
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
+use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
 use crate::asset::AssetSource;
 use crate::mesh;
@@ -35,6 +37,11 @@ pub(super) struct Resolved {
     pub settings: Settings,
     pub parameters: BTreeMap<String, Distribution>,
     pub classes: Vec<Class>,
+    pub sampling: Sampling,
+    /// Pairs of keys, in their order.
+    pub correlations: Vec<Correlation>,
+    /// What these do in each class.
+    pub mixtures: Vec<ScoreMixture>,
     pub mesh: Option<Arc<Mesh>>,
     /// Keys that have no effect, with what to do.
     pub notes: Vec<String>,
@@ -90,9 +97,18 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     for parameter in keys::parameters(subject) {
         parameters.entry(parameter.path()).or_insert(Distribution::Fixed(parameter.default));
     }
+    let sampling = top.take(yaml, SAMPLING).map_or(Some(Sampling::Independent), |node| {
+        let word = yaml.word(node, SAMPLING, &Sampling::NAMES)?;
+        Sampling::named(word)
+    });
+    let pairs = top.take(yaml, CORRELATIONS).map_or_else(Vec::new, |node| correlation::read(yaml, node, subject));
     let classes = required(yaml, &mut top, root, "classes").map(|node| classes(yaml, node, subject, &parameters));
     let sections = sections(subject).map(|section| section.path).filter(|path| !path.contains('.'));
-    let known: Vec<_> = ["name", "family", "subject"].into_iter().chain(sections).chain(["classes", SET]).collect();
+    let known: Vec<_> = ["name", "family", "subject"]
+        .into_iter()
+        .chain(sections)
+        .chain([SAMPLING, CORRELATIONS, "classes", SET])
+        .collect();
     top.close(yaml, &known, &|name| keys::home(subject, name));
 
     for setting in keys::settings(subject) {
@@ -109,13 +125,32 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
-    let notes = conditional::notes(subject, &settings, &parameters, &classes);
+    let mut notes = conditional::notes(subject, &settings, &parameters, &classes);
+    let every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
+    if sampling == Some(Sampling::LowDiscrepancy) && every.clone().all(|own| matches!(own, Distribution::Fixed(_))) {
+        notes.push(format!("{SAMPLING} has no effect: no key is drawn; give one a distribution, or remove it"));
+    }
+    let mixtures = correlation::mixtures(yaml, &pairs, subject, &parameters, &classes);
+    let correlations = correlation::sorted(&pairs);
     let name = name?;
     let family = match family {
         Some(family) => family?,
         None => name.clone(),
     };
-    Some(Resolved { name, family, subject: subject?, settings, parameters, classes, mesh, notes })
+    let (subject, sampling) = (subject?, sampling?);
+    Some(Resolved {
+        name,
+        family,
+        subject,
+        settings,
+        parameters,
+        classes,
+        sampling,
+        correlations,
+        mixtures,
+        mesh,
+        notes,
+    })
 }
 
 /// Where the keys of a section go; classes have no settings.
@@ -247,8 +282,8 @@ fn class(
     }
     let known: Vec<_> = ["share"].into_iter().chain(drawn().map(|section| section.path)).collect();
     map.close(yaml, &known, &|name| {
-        let fixed =
-            sections(subject).any(|section| section.path == name) || ["name", "family", "subject"].contains(&name);
+        let fixed = sections(subject).any(|section| section.path == name)
+            || ["name", "family", "subject", SAMPLING, CORRELATIONS].contains(&name);
         if fixed {
             Some(format!("`{name}` is the same for all classes: set it at the top level"))
         } else {

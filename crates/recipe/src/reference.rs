@@ -31,6 +31,7 @@ writes it again), and so is `recipe.schema.json`, by which editors complete and 
 
 - `name`, `subject` (`wood`, `blister`, `sawtooth` or `mesh`) and `classes` are required; every other key has a default.
 - `family` names the recipes that draw the same random numbers for the same seed; without it, `name` is a family of its own.
+- `sampling` and `correlations` say how draws of samples and of keys hang together; without them they don't.
 - `set` holds what `--set KEY=VALUE` changed on the command line: key paths with the values that replace those above.
 - A section of one subject is a fault in a recipe about another.
 - A *setting* is the same for all samples. A *parameter* is drawn for each sample: give a number or a distribution.
@@ -66,6 +67,41 @@ const BOUNDS: &str = "
 Every draw is made again until it lies in the parameter's own range; a distribution with less than 1 % chance of that is a
 fault, and so is an end or a value out of range. Counts are rounded to the nearest whole number.
 
+## Correlations
+
+Keys are drawn independently of each other, but for pairs that the recipe names:
+
+```yaml
+correlations:
+  - {keys: [log.ring_width_mm, log.latewood_share], spearman: -0.6}      # wider rings have less latewood
+  - {keys: [laser.waist_mm, laser.m_squared], spearman: 0.4}
+```
+
+- `spearman` is the rank correlation of the draws, between -1 and 1. Each key keeps its own distribution and its bounds, exactly;
+  keys in no pair keep every draw.
+- Keys are named with their section. Both must have a distribution on a scale (no number, choice or count) in at least one class; in
+  classes in which one of them has none the pair has no effect.
+- Several pairs must be possible together: what is much like a second key, and that much like a third, makes the first like the
+  third. Pairs that are not named count as 0. A fault says which pair may be what.
+
+By a Gaussian copula: x_i = F_i^-1(Phi(y_i)) with F_i the distribution function of key i and y normal with the correlations
+2 sin(pi spearman / 6) (Pearson 1907; Nelsen 2006). Dependence is monotone; extremes of two keys meet no more often than these make
+likely. There are no distributions that depend on another key: such a key would have no range and no law of its own to check, to
+report or to validate. Kinds of samples (decayed, then dark) are what classes are for.
+
+## Sampling
+
+| `sampling` | how the samples of a class are drawn |
+|---|---|
+| `independent` | each by itself; the default |
+| `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, each part of the range of each key has its share within log2(n) + 1 samples |
+
+Low discrepancy is for few samples: independent draws miss a share by some sqrt(n) / 2 samples. Points of two keys fill their plane
+evenly too, with a tenth of the squared discrepancy of independent draws at n = 64 and 256. All distributions, counts and choices
+too, and correlations stay as declared, and any sample can be made alone. Each sample follows from seed, family, class, its rank
+within the class and the key paths: editing one key leaves every other draw as it was. A split is even by no more than chance. The
+sequences: van der Corput's, scrambled and put in another order for each key (Owen 1995, Burley 2020).
+
 ";
 
 const CLASSES: &str = "\
@@ -81,7 +117,8 @@ prefix each split holds each class within two samples of its share.
 ## What stays when a recipe is edited
 
 Each parameter of each sample has a random stream of its own, keyed by the seed, the family, the sample and the key path.
-Editing one key leaves every other draw as it was. Recipes of other names draw other numbers, so that no board of one is a board
+Editing one key leaves every other draw as it was, but of keys that are correlated with it. With `sampling: low_discrepancy` the class
+and the rank in it take the place of the sample's number, so that editing classes moves more draws. Recipes of other names draw other numbers, so that no board of one is a board
 of another: who trains on one and tests on the other sees nothing twice. To compare two recipes sample by sample, give both one
 `family`; then choose another seed for the data that a network is tested on. Class and split of a sample follow from the seed, the
 family, its number, the classes with their shares, and `splits`. The identity of a sample (a UUID) follows from the meaning of the

@@ -5,11 +5,13 @@ use serde_json::{Map, Value, json};
 
 use super::changes::{SET, SET_DOC};
 use super::constraints::transport;
+use super::correlation::{self, CORRELATIONS};
 use super::distribution::{FORMS, range};
 use super::keys::alternatives::alternatives;
 use super::keys::settings::{Setting, Settings, TransportSettings};
 use super::keys::{RecipeSection, SECTIONS, TRANSPORT, TRANSPORT_DOC, tidy};
 use super::reader::MAX_SHARE;
+use super::sampling::{SAMPLING, SAMPLING_DOC, Sampling};
 use super::subject::Subject;
 use bench::settings::{ThesisMethod, TransportName};
 
@@ -45,6 +47,13 @@ pub fn schema() -> Value {
         };
         properties.insert(top.path.into(), schema);
     }
+    properties.insert(
+        SAMPLING.into(),
+        json!({
+            "description": SAMPLING_DOC, "default": Sampling::Independent.name(), "enum": Sampling::NAMES,
+        }),
+    );
+    properties.insert(CORRELATIONS.into(), correlation::schema());
     properties.insert(
         "classes".into(),
         json!({

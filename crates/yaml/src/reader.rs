@@ -68,6 +68,11 @@ impl<'t> YamlReader<'t> {
         self.places.contains_key(path)
     }
 
+    /// Whether a fault was noted of the key `path`, of what stands in it, or of the same key of a section further in.
+    pub fn has_fault_of(&self, path: &str) -> bool {
+        self.faults.iter().any(|fault| format!(".{}.", fault.key).contains(&format!(".{path}.")))
+    }
+
     /// The faults by place, where there are any.
     pub fn finish(self, origin: &str) -> Result<(), YamlFaults> {
         let Self { faults: mut list, unlisted, set_from, .. } = self;

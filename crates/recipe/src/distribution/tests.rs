@@ -61,7 +61,7 @@ fn quantiles_are_the_inverse_of_the_law() {
                     continuous += 1;
                 }
                 DrawLaw::Discrete(cells) => {
-                    assert_eq!(x.to_bits() == (-0.0f64).to_bits(), false, "{form:?}");
+                    assert!(x.to_bits() != (-0.0f64).to_bits(), "{form:?}");
                     let below: f64 = cells.iter().filter(|cell| cell.0 < x).map(|cell| cell.1).sum();
                     let own = cells.iter().find(|cell| cell.0 == x).unwrap_or_else(|| panic!("{form:?}: {x}")).1;
                     assert!(below - 1e-12 <= u && u <= below + own + 1e-12, "{form:?}: {x} at {u}");

@@ -1,0 +1,288 @@
+//! Draws with correlations and with low discrepancy: their laws, and what they leave as it is.
+
+use std::collections::BTreeMap;
+
+use super::*;
+use crate::distribution::tests::chance;
+use numerics::chance::DrawLaw;
+
+/// Every form of distribution; in class `b` the waist is a number and the tilt has another form.
+const BASE: &str = "
+name: pairs
+subject: wood
+laser:
+  wavelength_nm: {truncated: {of: {normal: {mean: 660, sd: 3}}, min: 658, max: 675}}
+  waist_mm: {uniform: [0.08, 0.13]}
+  linewidth_nm: {log_uniform: [0.3, 1.2]}
+  power_mw: {truncated: {of: {lognormal: {median: 50, log_sd: 0.5}}, min: 30}}
+camera:
+  tilt_deg: {normal: {mean: 25, sd: 0.2}}
+  blur_um: {lognormal: {median: 2.5, log_sd: 0.4}}
+  f_number: {choice: {values: [4, 2.8, 2], weights: [1, 3, 0]}}
+exposure: {prnu: {uniform: [0.005, 0.015]}}
+knots: {sound_count: {uniform: [1, 4]}, dead_count: {normal: {mean: 0.5, sd: 1}}}
+classes:
+  a: {share: 3}
+  b: {share: 1, laser: {waist_mm: 0.1}, camera: {tilt_deg: {uniform: [24, 26]}}}
+";
+const PAIRS: &str = "
+correlations:
+  - {keys: [laser.waist_mm, laser.linewidth_nm], spearman: -0.6}
+  - {keys: [laser.linewidth_nm, camera.tilt_deg], spearman: 0.3}
+  - {keys: [camera.blur_um, laser.wavelength_nm], spearman: 0.8}
+  - {keys: [laser.power_mw, camera.blur_um], spearman: 0.5}
+";
+const LOW: &str = "sampling: low_discrepancy\n";
+
+fn parse(text: &str) -> Recipe {
+    Recipe::parse("test", text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn draws(recipe: &Recipe, seed: u64, index: u64) -> BTreeMap<String, f64> {
+    recipe.draw(seed, index).draws().into_iter().collect()
+}
+
+/// Draws of `samples` samples by class, then by path.
+fn by_class(recipe: &Recipe, seed: u64, samples: u64) -> BTreeMap<String, BTreeMap<String, Vec<f64>>> {
+    let mut all: BTreeMap<String, BTreeMap<String, Vec<f64>>> = BTreeMap::new();
+    for index in 0..samples {
+        let scene = recipe.draw(seed, index);
+        let class = all.entry(scene.class.clone()).or_default();
+        scene.draws().into_iter().for_each(|(path, value)| class.entry(path).or_default().push(value));
+    }
+    all
+}
+
+/// Each key keeps the law that the recipe declares, whatever it is correlated with and however samples are laid out.
+#[test]
+fn marginals_are_the_declared_laws() {
+    // About 160 tests a layout.
+    const ALPHA: f64 = 1e-8;
+    for text in [format!("{BASE}{PAIRS}"), format!("{BASE}{LOW}"), format!("{BASE}{PAIRS}{LOW}")] {
+        let recipe = parse(&text);
+        let mut tested = 0;
+        for (class, columns) in by_class(&recipe, 3, 5400) {
+            for (parameter, _) in recipe.draw(0, 0).values() {
+                let path = parameter.path();
+                let law = recipe.distribution(&class, &path).expect("declared").law(parameter);
+                let p = chance(&law, &columns[&path]);
+                assert!(p > ALPHA, "{path} in {class}: chance {p:e}");
+                tested += usize::from(!matches!(law, DrawLaw::Fixed(_)));
+            }
+            assert!(columns["laser.waist_mm"].len() > 1300);
+        }
+        assert_eq!(tested, 10 + 9);
+    }
+}
+
+/// Spearman's correlation of numbers without ties.
+fn spearman(a: &[f64], b: &[f64]) -> f64 {
+    let ranks = |numbers: &[f64]| {
+        let mut order: Vec<usize> = (0..numbers.len()).collect();
+        order.sort_by(|i, j| numbers[*i].total_cmp(&numbers[*j]));
+        let mut ranks = vec![0.0; numbers.len()];
+        order.iter().enumerate().for_each(|(rank, i)| ranks[*i] = rank as f64);
+        ranks
+    };
+    let n = a.len() as f64;
+    let squares: f64 = ranks(a).iter().zip(ranks(b)).map(|(x, y)| (x - y) * (x - y)).sum();
+    1.0 - 6.0 * squares / (n * (n * n - 1.0))
+}
+
+/// How far a rank correlation of `n` pairs is from `rho` in standard errors, by Fisher's z, of which the square of the error is
+/// (1 + rho^2 / 2) / (n - 3) (Bonett and Wright 2000).
+fn errors(found: f64, rho: f64, n: usize) -> f64 {
+    (found.atanh() - rho.atanh()) / ((1.0 + 0.5 * rho * rho) / (n as f64 - 3.0)).sqrt()
+}
+
+#[test]
+fn pairs_have_the_rank_correlation_that_is_written() {
+    for text in [format!("{BASE}{PAIRS}"), format!("{BASE}{PAIRS}{LOW}")] {
+        let columns = by_class(&parse(&text), 1, 6000);
+        let class = &columns["a"];
+        let known = [
+            ("laser.waist_mm", "laser.linewidth_nm", -0.6),
+            ("laser.linewidth_nm", "camera.tilt_deg", 0.3),
+            ("camera.blur_um", "laser.wavelength_nm", 0.8),
+            ("laser.power_mw", "camera.blur_um", 0.5),
+            // Not written: independent.
+            ("laser.waist_mm", "camera.tilt_deg", 0.0),
+            ("laser.power_mw", "laser.wavelength_nm", 0.0),
+            ("exposure.prnu", "camera.tilt_deg", 0.0),
+            ("laser.waist_mm", "camera.blur_um", 0.0),
+        ];
+        for (a, b, rho) in known {
+            let found = spearman(&class[a], &class[b]);
+            let off = errors(found, rho, class[a].len());
+            println!("{a} {b}: {found:.3} for {rho}, {off:.2} standard errors of {} samples", class[a].len());
+            assert!(off.abs() < 4.0, "{a} and {b}: {found} for {rho}, {off} standard errors");
+        }
+        // Where the waist is a number its pair idles, and the other pair of that key acts on.
+        let class = &columns["b"];
+        let found = spearman(&class["laser.linewidth_nm"], &class["camera.tilt_deg"]);
+        assert!(errors(found, 0.3, class["camera.tilt_deg"].len()).abs() < 4.0, "{found}");
+        assert!(class["laser.waist_mm"].iter().all(|waist| *waist == 0.1));
+    }
+}
+
+/// All keys that are in no pair draw the same bits, and so do classes in which a pair idles; class, split and stream stay too.
+#[test]
+fn a_correlation_leaves_all_other_draws_as_they_were() {
+    for layout in ["", LOW] {
+        let pair = "correlations: [{keys: [laser.waist_mm, exposure.prnu], spearman: 0.7}]\n";
+        let before = parse(&format!("{BASE}{layout}"));
+        let after = parse(&format!("{BASE}{pair}{layout}"));
+        assert_ne!(before.hash(), after.hash());
+        let mut moved = 0;
+        for index in 0..300 {
+            let (old, new) = (before.draw(7, index), after.draw(7, index));
+            assert_eq!((&old.class, old.split, old.stream), (&new.class, new.split, new.stream));
+            let changed: Vec<_> =
+                old.draws().into_iter().zip(new.draws()).filter(|(a, b)| a != b).map(|(a, _)| a.0).collect();
+            if old.class == "b" {
+                assert!(changed.is_empty(), "{changed:?}");
+            } else {
+                assert!(changed.iter().all(|path| ["laser.waist_mm", "exposure.prnu"].contains(&path.as_str())));
+                moved += changed.len();
+            }
+        }
+        assert!(moved > 200, "{moved}");
+    }
+}
+
+/// Editing one key, or one correlation, leaves the points of others where they were.
+#[test]
+fn low_discrepancy_is_of_each_key_alone() {
+    let whole = parse(&format!("{BASE}{LOW}"));
+    let fixed = parse(&format!("{BASE}{LOW}").replace("prnu: {uniform: [0.005, 0.015]}", "prnu: 0.01"));
+    let wider = parse(
+        &format!("{BASE}{LOW}").replace("waist_mm: {uniform: [0.08, 0.13]}", "waist_mm: {uniform: [0.08, 0.18]}"),
+    );
+    let kin = parse(&format!("{BASE}{LOW}").replace("name: pairs", "name: other\nfamily: pairs"));
+    for index in (0..200).rev() {
+        let old = draws(&whole, 2, index);
+        assert_eq!(draws(&kin, 2, index), old);
+        for (recipe, key) in [(&fixed, "exposure.prnu"), (&wider, "laser.waist_mm")] {
+            let new = draws(recipe, 2, index);
+            assert!(old.iter().all(|(path, value)| path == key || new[path] == *value), "{key} {index}");
+        }
+        let share = |draws: &BTreeMap<String, f64>, width: f64| (draws["laser.waist_mm"] - 0.08) / width;
+        if whole.class_of(2, index).name == "a" {
+            assert!((share(&old, 0.05) - share(&draws(&wider, 2, index), 0.10)).abs() < 1e-12);
+        }
+        // Two classes, two seeds and two families have nothing in common.
+        assert_ne!(draws(&whole, 3, index)["exposure.prnu"], old["exposure.prnu"]);
+    }
+    let columns = by_class(&whole, 2, 400);
+    let shared = |of: &str| columns[of]["exposure.prnu"].iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert!(shared("a").iter().all(|bits| !shared("b").contains(bits)));
+    // The last sample that there is can be drawn too.
+    parse(&format!("{BASE}{PAIRS}{LOW}")).draw(u64::MAX, u64::MAX);
+}
+
+/// In every prefix of every class each part of a key's range has its share, within the number of binary digits 1 of the samples.
+#[test]
+fn every_prefix_of_a_class_covers_each_key_evenly() {
+    let recipe = parse(&format!("{BASE}{LOW}"));
+    for (class, columns) in by_class(&recipe, 5, 1500) {
+        for (parameter, _) in recipe.draw(0, 0).values() {
+            let path = parameter.path();
+            match recipe.distribution(&class, &path).expect("declared").law(parameter) {
+                DrawLaw::Fixed(_) => {}
+                DrawLaw::Continuous { cdf, .. } => {
+                    let mut below = 0;
+                    for (n, x) in (1u32..).zip(&columns[&path]) {
+                        below += u32::from(cdf(*x) < 0.3);
+                        let far = (f64::from(below) - 0.3 * f64::from(n)).abs();
+                        assert!(far <= f64::from(n.count_ones()), "{path} in {class}: {far} of {n}");
+                    }
+                }
+                DrawLaw::Discrete(cells) => {
+                    for (value, share) in cells {
+                        let mut count = 0;
+                        for (n, x) in (1u32..).zip(&columns[&path]) {
+                            count += u32::from(*x == value);
+                            let far = (f64::from(count) - share * f64::from(n)).abs();
+                            // A value has two ends.
+                            assert!(far <= 2.0 * f64::from(n.count_ones()), "{path} {value} in {class}: {far} of {n}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Whether a sample is one of a choice.
+type ChosenScene = fn(&Scene) -> bool;
+
+/// The tests of laws that validation makes over all classes, over a split and over every second stretch of 16 samples: none is near
+/// an alarm. 1000 tests, so that the least of them is below 10^-8 with a chance of 10^-5.
+#[test]
+fn choices_of_samples_pass_the_tests_of_laws() {
+    let recipe = parse(&format!("{BASE}{PAIRS}{LOW}"));
+    let keys = ["laser.linewidth_nm", "exposure.prnu", "laser.power_mw", "camera.f_number", "knots.sound_count"];
+    let (mut least, mut tests) = (1.0f64, 0);
+    for seed in 0..40 {
+        let scenes: Vec<(Scene, BTreeMap<String, f64>)> = (0..1000)
+            .map(|index| {
+                let scene = recipe.draw(seed, index);
+                let draws = scene.draws().into_iter().collect();
+                (scene, draws)
+            })
+            .collect();
+        let choices: [(&str, ChosenScene); 5] = [
+            ("all", |_| true),
+            ("train", |scene| scene.split == Split::Train),
+            ("test", |scene| scene.split == Split::Test),
+            ("stretches", |scene| scene.index / 16 % 2 == 1),
+            ("every fourth", |scene| scene.index % 4 == 2),
+        ];
+        for (parameter, _) in scenes[0].0.values() {
+            let path = parameter.path();
+            if !keys.contains(&path.as_str()) {
+                continue;
+            }
+            let law = recipe.distribution("a", &path).expect("declared").law(parameter);
+            for (name, chosen) in choices {
+                let chosen = scenes.iter().filter(|(scene, _)| chosen(scene));
+                let numbers: Vec<f64> = chosen.map(|(_, draws)| draws[&path]).collect();
+                let p = chance(&law, &numbers);
+                (least, tests) = (least.min(p), tests + 1);
+                assert!(p > 1e-8, "{path} of {name}, seed {seed}: chance {p:e}");
+            }
+        }
+    }
+    assert_eq!(tests, 40 * 5 * 5);
+    println!("least chance of 1000 tests: {least:.1e}");
+}
+
+/// What does not use the two ways of drawing has the canonical form that it had, and draws the same with the default written.
+#[test]
+fn recipes_without_them_keep_hash_and_draws() {
+    let plain = parse(BASE);
+    for absent in ["sampling", "correlations"] {
+        assert!(plain.canonical().get(absent).is_none());
+    }
+    for same in ["sampling: independent\n", "correlations: []\n", "correlations:\n"] {
+        let written = parse(&format!("{BASE}{same}"));
+        assert_eq!(written.hash(), plain.hash());
+        assert_eq!(written.draw(1, 5), plain.draw(1, 5));
+    }
+    // Given on the command line they mean the same.
+    let changes =
+        ["sampling=low_discrepancy", "correlations=[{keys: [camera.blur_um, laser.waist_mm], spearman: 0.25}]"];
+    let changes = changes.map(|change| change.parse().expect("a change"));
+    let changed = Recipe::parse_changed("test", BASE, &crate::asset::AssetSource::BuiltIn, &changes).expect("good");
+    let pair = "correlations: [{keys: [laser.waist_mm, camera.blur_um], spearman: 0.25}]\n";
+    assert_eq!(changed.hash(), parse(&format!("{BASE}{pair}{LOW}")).hash());
+    let told = crate::differences(&plain.canonical_json(), &changed.canonical_json());
+    assert!(told.len() == 2 && told[1] == "sampling: nothing -> \"low_discrepancy\"", "{told:?}");
+    for text in [format!("{BASE}{LOW}"), format!("{BASE}{PAIRS}{LOW}")] {
+        let recipe = parse(&text);
+        let again = parse(&recipe.canonical_json());
+        assert_eq!((again.hash(), again.canonical_json()), (recipe.hash(), recipe.canonical_json()));
+        assert_eq!(again.draw(4, 9), recipe.draw(4, 9));
+        assert_ne!(recipe.hash(), plain.hash());
+    }
+}
