@@ -1,6 +1,6 @@
 //! Correlations: pairs of keys that rise and fall together, while each keeps the distribution that the recipe gives it.
 //!
-//! **Model.** A Gaussian copula (Nelsen 2006, *An Introduction to Copulas*, 2.3 and 3.1.2). Each key of a pair has a normal score of its
+//! **Model.** A Gaussian copula (Nelsen 2006, *An Introduction to Copulas*). Each key of a pair has a normal score of its
 //! own, z; the scores are mixed, and each mixture is turned into a number of the key's distribution by its quantile function:
 //!
 //! ```text
@@ -8,8 +8,7 @@
 //! ```
 //!
 //! rho is Spearman's rank correlation, which no choice of units or rising functions changes: what the recipe writes is what the
-//! draws have, whatever the two distributions are (Pearson 1907). Pairs that are not written are independent given no other key:
-//! R_ij = 0. Each row of L has length 1, so every y is standard normal and every x has its own law exactly: bounds, checks at the
+//! draws have, whatever the two distributions are (Pearson 1907). Pairs that are not written have R_ij = 0. Each row of L has length 1, so every y is standard normal and every x has its own law exactly: bounds, checks at the
 //! ends of distributions and the tests of `gen validate` hold as without a correlation. L is Cholesky's, keys in the order of their
 //! paths; the first of several keeps its own score.
 //!
@@ -434,7 +433,7 @@ impl ScoreMatrix {
 }
 
 /// Cholesky's lower factor of a symmetric matrix with 1 on its diagonal, each row of length 1; `None` where it is not positive
-/// semi-definite. A key that follows from those before it has 0 on the diagonal (Golub and Van Loan 2013, 4.2.8).
+/// semi-definite. A key that follows from those before it has 0 on the diagonal.
 fn factor(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let mut rows: Vec<Vec<f64>> = Vec::new();
     for (i, entries) in matrix.iter().enumerate() {

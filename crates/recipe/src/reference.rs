@@ -94,13 +94,13 @@ report or to validate. Kinds of samples (decayed, then dark) are what classes ar
 | `sampling` | how the samples of a class are drawn |
 |---|---|
 | `independent` | each by itself; the default |
-| `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, each part of the range of each key has its share within log2(n) + 1 samples |
+| `low_discrepancy` | so that they cover the range of each key evenly: of the first n samples of a class, those below any place in the range of a key are their share within log2(n) + 1 samples |
 
 Low discrepancy is for few samples: independent draws miss a share by some sqrt(n) / 2 samples. Points of two keys fill their plane
 evenly too, with a tenth of the squared discrepancy of independent draws at n = 64 and 256. All distributions, counts and choices
 too, and correlations stay as declared, and any sample can be made alone. Each sample follows from seed, family, class, its rank
-within the class and the key paths: editing one key leaves every other draw as it was. A split is even by no more than chance. The
-sequences: van der Corput's, scrambled and put in another order for each key (Owen 1995, Burley 2020).
+within the class and the key paths: editing one key leaves every other draw as it was. A split is even by no more than chance, and
+of keys that are correlated only the first by its path is as even as said. The sequences: van der Corput's, scrambled and put in another order for each key (Owen 1995, Burley 2020).
 
 ";
 

@@ -18,7 +18,7 @@
 //! that number, at most log2(n) + 1; of independent draws it is within some sqrt(n) / 2.
 //!
 //! **Source.** Nested scrambling: Owen 1995. Sequences of one dimension put together by scrambling the order of each: Burley 2020,
-//! *Practical Hash-based Owen Scrambling*, 4; of n = 2^m points that is a Latin hypercube (McKay, Beckman and Conover 1979) whose
+//! *Practical Hash-based Owen Scrambling*; of n = 2^m points that is a Latin hypercube (McKay, Beckman and Conover 1979) whose
 //! blocks are Latin hypercubes too.
 //!
 //! **Why this and nothing with structure between keys.** Recipes draw up to 160 keys, each of which must depend on its own path
@@ -40,12 +40,12 @@
 //! **Splits.** Test samples are every tenth of a class, and plain van der Corput points of every tenth rank all lie in one half.
 //! S_order prevents that: two samples of a class, with m the highest binary digit in which their ranks differ, have independent
 //! first m digits, and if these agree then opposite next ones. They are never nearer to each other than independent draws would
-//! be: negatively quadrant dependent, and so is what rises with several such keys (Lehmann 1966, theorem 1). The
+//! be: negatively quadrant dependent, and so is what rises with several such keys (Lehmann 1966). The
 //! empirical distribution function of any choice of ranks (a split, a part of a data set, every k-th) thus has at most the
 //! variance of independent draws. That is why the tests of laws in `gen validate`, which alarm where numbers are too far from
 //! their law, hold here too: they only become blunter.
 //!
-//! **Limits.** Only single keys are even in every prefix. Two keys are a random pairing of even points: better than independent by
+//! **Limits.** Only single keys are even in every prefix, and of correlated keys, which mix the points of several, only the first. Two keys are a random pairing of even points: better than independent by
 //! what each key adds alone, no better in what needs both. A split is no better than independent draws, and the tests of
 //! `gen validate` find smaller departures from a law later than their number of samples says.
 
@@ -166,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Squared centred discrepancy of points in the plane (Hickernell 1998, equation 5.4).
+    /// Squared centred discrepancy of points in the plane (Hickernell 1998).
     fn centred(points: &[[f64; 2]]) -> f64 {
         let n = points.len() as f64;
         let far = |x: f64| (x - 0.5).abs();
