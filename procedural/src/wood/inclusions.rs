@@ -1,8 +1,8 @@
 //! Inclusions: resin pockets, resin streaks and bark pockets.
 //!
 //! Models: an ellipsoid in the log's own coordinates, growth time t outwards, arc about the pith around, l along: its longest
-//! axis runs along the grain and its shortest outwards, so it lies in a growth layer and bends with it. A resin pocket ends at
-//! the boundary of a ring on its inner side, where earlywood tore, and is sharp; a bark pocket is sharp all around; a streak
+//! axis runs along the grain and its shortest outwards, so it lies in a growth layer and bends with it. A resin pocket lies on
+//! the boundary of a ring, where one is near, and is sharp; a bark pocket is sharp all around; a streak
 //! is wood soaked with resin that fades outwards over half of its size.
 //! Each is cut by the upper face: its middle lies within half of its own thickness of it.
 //! Sources: resin pockets as lenses within a growth ring (Temnerud 1998); sizes are engineering estimates.
@@ -20,6 +20,8 @@ use crate::{Class, Instance, Stream, normal};
 
 /// Spread of the logarithm of each size [1].
 const LOG_SD: f64 = 0.3;
+/// Distance of a resin pocket's middle from the boundary of the ring that it lies on, over half its thickness [1].
+const TORN: f32 = 0.3;
 /// Share of a streak's size over which it fades [1].
 const STREAK_FADE: f32 = 0.5;
 /// Wander of a pocket's outline over its size, root mean square [1], and cells of it along a size [1].
@@ -82,11 +84,10 @@ impl Inclusions {
                 let aside = rng.random::<f32>() - 0.5;
                 let mut about = |median: f64| 0.5 * median * libm::exp(LOG_SD * normal(&mut rng));
                 let half = [asked.thickness_mm, asked.width_mm, length].map(|size| about(size) as f32);
-                let t = match class {
-                    // Half of the lens stands on the ring before.
-                    Class::ResinPocket => rings.boundary(place.r) + 0.3 * half[0],
-                    _ => place.r + aside * half[0],
-                };
+                let t = place.r + aside * half[0];
+                // Where the wood tore lies the boundary of a ring, if one is so near that the face still cuts the pocket.
+                let torn = rings.boundary(place.r) + TORN * half[0];
+                let t = if class == Class::ResinPocket && (torn - place.r).abs() < 0.5 * half[0] { torn } else { t };
                 let id = instances.len() as u16 + 1;
                 let at = [f64::from(spot.x), f64::from(spot.y)];
                 instances.push(Instance::defect(id, class, at, 2.0 * f64::from(half[2].max(half[1])), f64::NAN));

@@ -7,3 +7,4 @@ mod boards;
 mod extremes;
 mod knots;
 mod solid;
+mod wood_defects;
