@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Crate, and the crates of this workspace that it may use. What is not here may use all.
-const CRATES: [(&str, &[&str]); 14] = [
+const CRATES: [(&str, &[&str]); 15] = [
     ("procedural", &[]),
     ("output_schema", &[]),
     ("crates/numerics", &[]),
@@ -12,6 +12,7 @@ const CRATES: [(&str, &[&str]); 14] = [
     ("crates/bench", &["procedural"]),
     ("crates/drawing", &["procedural"]),
     ("crates/transport", &["numerics", "procedural"]),
+    ("crates/wood_picture", &["numerics", "procedural"]),
     ("crates/reference", &["numerics", "procedural", "transport"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
     ("crates/recipe", &["bench", "numerics", "procedural", "yaml"]),

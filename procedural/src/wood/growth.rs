@@ -201,7 +201,7 @@ impl Branch<'_> {
 
 /// The larger of both without a kink, which fibres would show as a point from which they fan out.
 #[inline]
-fn not_below(speed: f32, slowest: f32) -> f32 {
+pub(super) fn not_below(speed: f32, slowest: f32) -> f32 {
     let above = speed - slowest;
     slowest + 0.5 * (above + (above * above + FLOOR_ROUNDING * FLOOR_ROUNDING).sqrt())
 }

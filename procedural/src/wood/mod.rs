@@ -8,6 +8,7 @@
 //! light (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
 
+mod around_knot;
 mod bulge;
 mod coats;
 mod coefficients;
@@ -29,6 +30,7 @@ mod zones;
 
 use glam::{Vec2, Vec3};
 
+pub use self::around_knot::{KnotSurrounding, KnotSurroundings};
 use self::coats::Coats;
 use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;

@@ -1,0 +1,163 @@
+//! The absorption map: how much light the wood takes up, at the face and below it.
+//!
+//! Model: light of a pixel over the median of clear wood, times the reflectance of clear wood of the stated media, is the pixel's own
+//! diffuse reflectance; the absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of
+//! knots and of knot wood in them, and the dive of the fibre map: steep fibres lead light down and darken without any absorption.
+//! The mean of clear wood is earlywood and latewood by their shares.
+//! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d the
+//! logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2; in a knot the colour of the face follows
+//! the branch's axis and does not fade.
+//! Sources: docs/physics.md for the reflectance, docs/wood.md for the media. Limits: scattering that differs from the mean counts as
+//! absorption; light spreads by a millimetre below the face, so that fine streaks are stronger in the wood than in the picture;
+//! gloss and uneven lamps count as well.
+
+use glam::Vec2;
+use procedural::Medium;
+use procedural::wood::Media;
+
+use crate::raster::{Beyond, around, quantile, smooth};
+use crate::{FibreMap, HalfSpace, PictureFault, Settings, picture};
+
+/// Steps of the dive from 0 to 90 degrees [deg].
+const DIVE_STEP_DEG: f32 = 2.0;
+/// Entries of the inverse over reflectances from 0 to 1.
+const ENTRIES: usize = 1024;
+/// Least absorption that is told [mm^-1]: a tenth of the palest wood's.
+const LEAST_MU_A: f32 = 0.005;
+/// Depths of the levels [mm]; light of 660 nm goes a millimetre or two deep.
+const DEPTHS_MM: [f32; 5] = [0.0, 0.5, 1.0, 2.0, 4.0];
+/// Standard deviation of the Gaussian over the depth [1].
+const FADING: f32 = 0.5;
+/// Flattest branch that is followed: its slope in the face over its depth [1].
+const STEEPEST_SHEAR: f32 = 4.0;
+
+/// Absorption of a board at its face and below.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AbsorptionMap {
+    /// Rows and columns.
+    pub size: [usize; 2],
+    /// Size of a pixel, down and across [mm].
+    pub pixel_mm: [f32; 2],
+    /// At the face, `[rows, cols]` [mm^-1].
+    pub mu_a_per_mm: Vec<f32>,
+    /// Light over reflectance: divides a pixel's light [1].
+    pub light_per_reflectance: f32,
+    /// Logarithm of clear wood's absorption at [`DEPTHS_MM`], over knots filled from beside them.
+    levels: Vec<Vec<f32>>,
+    knots: Vec<crate::PictureKnot>,
+}
+
+impl AbsorptionMap {
+    /// At a place (x, y) from the picture's corner and a depth below the face [mm] [mm^-1].
+    pub fn at(&self, place: Vec2, depth_mm: f32) -> f32 {
+        let read = |values: &[f32], place: Vec2| -> f32 {
+            let at = [place.y / self.pixel_mm[0] - 0.5, place.x / self.pixel_mm[1] - 0.5];
+            around(self.size, at).iter().map(|&(i, weight)| weight * values[i]).sum()
+        };
+        for knot in &self.knots {
+            let shear = knot.axis.truncate() / knot.axis.z.max(1.0e-3);
+            let foot = place + depth_mm * shear.clamp_length_max(STEEPEST_SHEAR);
+            if knot.within(foot) < 1.0 {
+                return read(&self.mu_a_per_mm, foot);
+            }
+        }
+        // Right at the face knots' rims are as they are seen.
+        if depth_mm <= 0.0 {
+            return read(&self.mu_a_per_mm, place);
+        }
+        let last = DEPTHS_MM.len() - 1;
+        let above = DEPTHS_MM.iter().rposition(|&level| level <= depth_mm).unwrap_or(0).min(last - 1);
+        let share = ((depth_mm - DEPTHS_MM[above]) / (DEPTHS_MM[above + 1] - DEPTHS_MM[above])).clamp(0.0, 1.0);
+        libm::expf((1.0 - share) * read(&self.levels[above], place) + share * read(&self.levels[above + 1], place))
+    }
+}
+
+/// Half spaces of one medium at all dives, each turned about: absorption over reflectance.
+struct Inverse(Vec<Vec<f32>>);
+
+impl Inverse {
+    fn new(medium: &Medium) -> Self {
+        let steps = (90.0 / DIVE_STEP_DEG) as usize;
+        let table = |step: usize| {
+            let space = HalfSpace::new(medium, (step as f32 * DIVE_STEP_DEG).to_radians());
+            (0..=ENTRIES).map(|i| space.absorption(i as f64 / ENTRIES as f64) as f32).collect()
+        };
+        Self((0..=steps).map(table).collect())
+    }
+
+    fn at(&self, reflectance: f32, dive_rad: f32) -> f32 {
+        let step = (dive_rad.abs().to_degrees() / DIVE_STEP_DEG).clamp(0.0, (self.0.len() - 1) as f32);
+        let below = (step as usize).min(self.0.len() - 2);
+        let place = [step, reflectance.clamp(0.0, 1.0) * ENTRIES as f32];
+        let entry = (place[1] as usize).min(ENTRIES - 1);
+        let (v, u) = (step - below as f32, place[1] - entry as f32);
+        let line = |table: &[f32]| table[entry] + u * (table[entry + 1] - table[entry]);
+        ((1.0 - v) * line(&self.0[below]) + v * line(&self.0[below + 1])).max(LEAST_MU_A)
+    }
+}
+
+/// Absorption of the board in a picture whose fibres are known: `grey` and `settings` as of [`crate::fibre_map`]; `latewood_share` is
+/// the mean share of latewood in a ring, `log.latewood_share` of recipes [1].
+///
+/// # Errors
+/// Those of the picture itself, and a size other than the fibre map's.
+pub fn absorption_map(
+    grey: &[f32],
+    fibres: &FibreMap,
+    media: &Media,
+    latewood_share: f64,
+    settings: &Settings,
+) -> Result<AbsorptionMap, PictureFault> {
+    let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
+    let mean = |ratio: f64| (1.0 - latewood_share) + latewood_share * ratio;
+    let sigma_i = media.earlywood_sigma_i_per_mm * mean(media.latewood_sigma_i_ratio);
+    let k = media.earlywood_k_per_mm * mean(media.latewood_k_ratio);
+    let medium = |mu_a: f64, sigma_i: f64, k: f64, n_eff: f64| Medium {
+        mu_a: mu_a as f32,
+        sigma_i: sigma_i as f32,
+        k: k as f32,
+        n_eff: n_eff as f32,
+        ..Medium::CLEAR_WOOD
+    };
+    let clear_mu_a = media.earlywood_mu_a_per_mm * mean(media.latewood_mu_a_ratio);
+    let clear = medium(clear_mu_a, sigma_i, k, media.clear_n_eff);
+    let knotted = medium(
+        clear_mu_a,
+        media.knot_sigma_i_ratio * media.earlywood_sigma_i_per_mm,
+        media.knot_k_ratio * media.earlywood_k_per_mm,
+        media.knot_n_eff,
+    );
+    let inside: Vec<bool> = (0..light.len())
+        .map(|pixel| fibres.knots.iter().any(|knot| knot.within(fibres.place_mm(pixel)) < 1.0))
+        .collect();
+    let mut clear_light: Vec<f32> = light.iter().zip(&inside).filter(|(_, inside)| !**inside).map(|(&v, _)| v).collect();
+    let median = quantile(&mut clear_light, 0.5);
+    let light_per_reflectance = median / HalfSpace::new(&clear, 0.0).reflectance(clear_mu_a) as f32;
+    let inverses = [&clear, &knotted].map(Inverse::new);
+    let mu_a_per_mm: Vec<f32> = (0..light.len())
+        .map(|i| inverses[usize::from(inside[i])].at(light[i] / light_per_reflectance, fibres.dive_rad[i]))
+        .collect();
+    let levels = levels(&mu_a_per_mm, &inside, fibres);
+    Ok(AbsorptionMap {
+        size: fibres.size,
+        pixel_mm: fibres.pixel_mm,
+        mu_a_per_mm,
+        light_per_reflectance,
+        levels,
+        knots: fibres.knots.clone(),
+    })
+}
+
+/// Logarithm of clear wood's absorption under wider and wider Gaussians; knots are filled from beside them.
+fn levels(mu_a: &[f32], inside: &[bool], fibres: &FibreMap) -> Vec<Vec<f32>> {
+    let weight: Vec<f32> = inside.iter().map(|&knot| f32::from(!knot)).collect();
+    let logs: Vec<f32> = mu_a.iter().zip(&weight).map(|(mu, w)| w * libm::logf(*mu)).collect();
+    let mean = logs.iter().sum::<f32>() / weight.iter().sum::<f32>().max(1.0);
+    let level = |depth: f32| -> Vec<f32> {
+        let sigma = fibres.pixel_mm.map(|pixel| FADING * depth / pixel);
+        let [sums, weights] = [&logs, &weight].map(|values| smooth(values, fibres.size, sigma, Beyond::Same));
+        // A trace of the mean fills the middle of knots, where nothing clear is near.
+        sums.iter().zip(weights).map(|(sum, w)| (sum + 1.0e-3 * mean) / (w + 1.0e-3)).collect()
+    };
+    DEPTHS_MM.iter().map(|&depth| level(depth)).collect()
+}

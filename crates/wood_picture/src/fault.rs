@@ -1,0 +1,95 @@
+//! What a picture of a board can have against it.
+
+/// Why a picture gives no map, and what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PictureFault {
+    /// The array does not have the stated size.
+    #[error("the picture has {pixels} pixels, but {rows} rows of {cols} columns are stated; give one brightness a pixel, row by row")]
+    Length {
+        /// Pixels given.
+        pixels: usize,
+        /// Rows stated.
+        rows: usize,
+        /// Columns stated.
+        cols: usize,
+    },
+    /// Pixels of no size, or much longer than wide.
+    #[error("pixels of {} by {} mm (down, across) are stated; give sizes over 0, the longer at most 4 times the shorter: board length over rows, board width over columns", pixel_mm[0], pixel_mm[1])]
+    Pixel {
+        /// Size stated, down and across [mm].
+        pixel_mm: [f32; 2],
+    },
+    /// Pixels too large for the streaks of wood.
+    #[error("pixels of {pixel_mm} mm cannot show the streaks of fibres; scan or photograph the board with at least {} pixels a mm", 1.0 / most_mm)]
+    Coarse {
+        /// Longer side of a pixel [mm].
+        pixel_mm: f32,
+        /// The most it may be [mm].
+        most_mm: f32,
+    },
+    /// Too few pixels or too little of a board.
+    #[error("the picture shows {:.1} by {:.1} mm (down, across); show at least {least_mm} by {least_mm} mm of the board", extent_mm[0], extent_mm[1])]
+    TooSmall {
+        /// What it shows, down and across [mm].
+        extent_mm: [f32; 2],
+        /// The least [mm].
+        least_mm: f32,
+    },
+    /// The picture's shape is not the board's.
+    #[error("the picture shows {:.1} by {:.1} mm (down, across), but the board is {:.1} by {:.1} mm; crop it to the board's edges, turn it so that the length runs down the rows, or correct the pixel size", extent_mm[0], extent_mm[1], board_mm[0], board_mm[1])]
+    Aspect {
+        /// What the picture shows, down and across [mm].
+        extent_mm: [f32; 2],
+        /// The board: length and width [mm].
+        board_mm: [f32; 2],
+    },
+    /// A brightness that is no number, or below 0.
+    #[error("row {row}, column {col} has the brightness {value}; every pixel needs a number from 0 on")]
+    Value {
+        /// Its row.
+        row: usize,
+        /// Its column.
+        col: usize,
+        /// Its brightness.
+        value: f32,
+    },
+    /// Nobody said how brightness is encoded.
+    #[error("how the picture's numbers go with light is not stated, and absorption follows from light; state `Linear` for raw or linear files, `Srgb` for ordinary JPEG and PNG files, else the gamma")]
+    NotLinear,
+    /// A gamma that is none.
+    #[error("a gamma of {gamma} is stated; give one between 0.3 and 4, 2.2 is usual")]
+    Gamma {
+        /// What is stated [1].
+        gamma: f32,
+    },
+    /// One brightness all over.
+    #[error("the picture is the same all over (its middle 90 % of pixels lie within {:.2} % of each other); give the photograph itself, not a mask or a mean colour", 100.0 * spread)]
+    Constant {
+        /// Spread of the middle 90 % of pixels over their median [1].
+        spread: f32,
+    },
+    /// Too many pixels at the end of the scale.
+    #[error("{:.1} % of the pixels have reached the end of the scale, {full_scale}; expose less, or cut away glare", 100.0 * share)]
+    Saturated {
+        /// Share of such pixels [1].
+        share: f32,
+        /// End of the scale.
+        full_scale: f32,
+    },
+    /// No texture with a direction.
+    #[error("there is no grain in the picture: its texture has a direction {significance:.1} times as strong as noise would, and wood's is {least} times at least; check the focus, the compression of the file and that it shows bare wood")]
+    NoWood {
+        /// Median of the direction's strength over its standard error [1].
+        significance: f32,
+        /// The least of wood [1].
+        least: f32,
+    },
+    /// The texture's size is not that of wood.
+    #[error("the streaks are {found_mm:.2} mm wide at the stated size of pixels, and wood's lie between {} and {} mm; correct the size of pixels (a ruler in the picture, or board width over columns)", range_mm[0], range_mm[1])]
+    Scale {
+        /// Scale at which the grain is strongest [mm].
+        found_mm: f32,
+        /// Scales of wood [mm].
+        range_mm: [f32; 2],
+    },
+}

@@ -1,0 +1,288 @@
+//! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
+//!
+//! Model: a first azimuth from a window of 8 mm; knots part the fibres as streams around Rankine ovals and bend the layers in which
+//! they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which gives a guess of azimuth
+//! and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]). Guess and texture are weighed by their
+//! variances: that of the guess is 4 degrees in clear wood and half of what the knots add to it. In a knot fibres follow the branch.
+//! Dive: of a living knot whose face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees; with the
+//! pith's side up they sink; around a dead knot they do neither, since layers after its death bend the other way.
+//! Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2).
+//! Limits: a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
+
+use glam::{Vec2, Vec3};
+use procedural::wood::KnotSurroundings;
+
+use crate::knots::{self, PictureKnot, azimuth, direction};
+use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
+use crate::picture;
+use crate::raster::{around, quantile};
+use crate::rings::without_rings;
+use crate::texture::{Cells, RINGS_MM, STREAKS_MM, Texture, texture};
+use crate::{Face, PictureFault, Settings, grain_scale};
+
+/// Window of the first azimuth [mm].
+const BASE_MM: f32 = 8.0;
+/// Standard deviation of the guess in clear wood [rad]: how fibres vary over a board (4 deg).
+const CLEAR_RAD: f32 = 0.07;
+/// The same over what knots add to the guess [1].
+const FLOW_SHARE: f32 = 0.5;
+/// What streaks turn from the fibre [rad], an engineering estimate (0.5 deg): the notch that the rings leave.
+const STREAKS_RAD: f32 = 0.009;
+/// What rings turn from the fibre [rad]: 5 deg, the median of what boards of `procedural` show.
+const RINGS_RAD: f32 = 0.09;
+/// Wood between a knot's outline and the texture that counts [mm]: the reach of the finest derivative.
+const RIND_MM: f32 = 0.6;
+/// Least of the grain's strength over its standard error, median over the picture [1]; noise has 1.2.
+const LEAST_SIGNIFICANCE: f32 = 4.0;
+/// Light below this part of the median counts as this part [1].
+const DARKEST: f32 = 0.02;
+/// Azimuth's error in a knot over how much is not told of its lean: the cosine of the dive times this gives none [1].
+const KNOT_ERROR: f32 = 0.12;
+
+/// Fibres of a board's face, pixel by pixel `[rows, cols]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FibreMap {
+    /// Rows and columns.
+    pub size: [usize; 2],
+    /// Size of a pixel, down and across [mm].
+    pub pixel_mm: [f32; 2],
+    /// From y (down the rows) towards x (along a row), in (-pi/2, pi/2], as FibreAzimuth of datasets [rad].
+    pub azimuth_rad: Vec<f32>,
+    /// Into the wood, of the end that points to larger y, as FibreDive of datasets, in [-pi/2, pi/2] [rad].
+    pub dive_rad: Vec<f32>,
+    /// Expected cosine of twice the azimuth's error: 1 for sure, 0 for unknown [1].
+    pub confidence: Vec<f32>,
+    /// Knots by their place down the picture.
+    pub knots: Vec<PictureKnot>,
+}
+
+impl FibreMap {
+    /// Cosine and sine of twice the azimuth [1] and the dive [rad] of every pixel: nothing jumps where an azimuth passes 90
+    /// degrees but the sign of the dive.
+    pub fn non_singular(&self) -> Vec<[f32; 3]> {
+        let twice = |(azimuth, &dive): (&f32, &f32)| {
+            let (sin, cos) = libm::sincosf(2.0 * azimuth);
+            [cos, sin, dive]
+        };
+        self.azimuth_rad.iter().zip(&self.dive_rad).map(twice).collect()
+    }
+
+    /// Unit vector along the fibre of a pixel: x, y of the picture and z out of the face; its sign has no meaning [1].
+    pub fn fibre(&self, pixel: usize) -> Vec3 {
+        let (sin, cos) = libm::sincosf(self.dive_rad[pixel]);
+        (cos * direction(self.azimuth_rad[pixel])).extend(-sin)
+    }
+
+    /// Standard error of the azimuth of a pixel, as its confidence says [rad].
+    pub fn azimuth_error_rad(&self, pixel: usize) -> f32 {
+        (-0.5 * libm::logf(self.confidence[pixel].max(f32::MIN_POSITIVE))).sqrt().min(LOST_RAD)
+    }
+
+    /// A map drawn by hand: for every pixel the direction (x, y) in the face, `None` for no direction, as the colours of the
+    /// thesis' direction maps give it (`reference::thesis::DirectionMap::direction`; `rows()`, `cols()` are its size). Such maps
+    /// have no dive; where they say no direction confidence is 0. Knots are told by a share of light below 0.8 in a closed patch,
+    /// `alpha` being that share (`DirectionMap::alpha`).
+    ///
+    /// # Errors
+    /// Where arrays and size do not go together, or pixels have no size.
+    pub fn from_directions(
+        directions: &[Option<[f64; 2]>],
+        alpha: &[f64],
+        size: [usize; 2],
+        pixel_mm: [f32; 2],
+        least_knot_mm: f32,
+    ) -> Result<Self, PictureFault> {
+        let [rows, cols] = size;
+        if let Some(pixels) = [directions.len(), alpha.len()].into_iter().find(|&n| rows.checked_mul(cols) != Some(n)) {
+            return Err(PictureFault::Length { pixels, rows, cols });
+        }
+        if !(pixel_mm[0].min(pixel_mm[1]) > 0.0 && rows > 0 && cols > 0) {
+            return Err(PictureFault::Pixel { pixel_mm });
+        }
+        let light: Vec<f32> = alpha.iter().map(|&share| share as f32).collect();
+        let knots = knots::find(&light, size, pixel_mm, least_knot_mm);
+        let turned = |told: &Option<[f64; 2]>| told.map(|[x, y]| wrap(azimuth(Vec2::new(x as f32, y as f32))));
+        let azimuths: Vec<Option<f32>> = directions.iter().map(turned).collect();
+        let mut map = Self {
+            size,
+            pixel_mm,
+            azimuth_rad: azimuths.iter().map(|told| told.unwrap_or(0.0)).collect(),
+            dive_rad: vec![0.0; directions.len()],
+            confidence: azimuths.iter().map(|told| f32::from(told.is_some())).collect(),
+            knots,
+        };
+        map.follow_branches();
+        Ok(map)
+    }
+
+    /// Place of a pixel's middle from the picture's corner (x, y) [mm].
+    pub fn place_mm(&self, pixel: usize) -> Vec2 {
+        let (row, col) = (pixel / self.size[1], pixel % self.size[1]);
+        Vec2::new((col as f32 + 0.5) * self.pixel_mm[1], (row as f32 + 0.5) * self.pixel_mm[0])
+    }
+
+    /// In knots fibres follow the branch.
+    fn follow_branches(&mut self) {
+        for knot in self.knots.clone() {
+            let turn = if knot.axis.y < 0.0 { -1.0 } else { 1.0 };
+            let cosine = knot.axis.truncate().length();
+            let azimuth = if cosine > 0.0 { wrap(azimuth(turn * knot.axis.truncate())) } else { 0.0 };
+            let dive = -turn * knot.dive_rad();
+            let error = (KNOT_ERROR / cosine.max(KNOT_ERROR)).min(1.0) * LOST_RAD;
+            let reach = knot.half_axes_mm[0];
+            let rows = [knot.centre_mm.y - reach, knot.centre_mm.y + reach].map(|y| (y / self.pixel_mm[0]).max(0.0) as usize);
+            for pixel in rows[0] * self.size[1]..((rows[1] + 1).min(self.size[0])) * self.size[1] {
+                if knot.within(self.place_mm(pixel)) < 1.0 {
+                    self.azimuth_rad[pixel] = azimuth;
+                    self.dive_rad[pixel] = dive;
+                    self.confidence[pixel] = libm::expf(-2.0 * error * error);
+                }
+            }
+        }
+    }
+}
+
+/// Fibres of the board in a picture: `grey` are the numbers of one channel `[rows, cols]`, row 0 at the smallest y (a photograph
+/// from above has its rows turned about, as `DirectionMap::load` does), red if the picture has colours.
+///
+/// # Errors
+/// Where the picture is no evenly lit, sharp picture of bare wood of the stated scale; each fault says what to do.
+pub fn fibre_map(
+    grey: &[f32],
+    size: [usize; 2],
+    pixel_mm: [f32; 2],
+    settings: &Settings,
+) -> Result<FibreMap, PictureFault> {
+    let light = picture::light(grey, size, pixel_mm, settings)?;
+    let knots = knots::find(&light, size, pixel_mm, settings.least_knot_mm);
+    let median = quantile(&mut light.clone(), 0.5);
+    let log_light: Vec<f32> = light.iter().map(|value| libm::logf(value.max(DARKEST * median))).collect();
+    let mut map = FibreMap {
+        size,
+        pixel_mm,
+        azimuth_rad: vec![0.0; light.len()],
+        dive_rad: vec![0.0; light.len()],
+        confidence: vec![0.0; light.len()],
+        knots,
+    };
+    let cells = Cells::over(size, pixel_mm);
+    let clear = clear_pixels(&map);
+    let streaks = without_rings(&log_light, size, pixel_mm, &cells, &clear);
+    let seen = |light: &[f32], scale: f32, bias: f32| texture(light, size, pixel_mm, &cells, scale, bias, &clear);
+    let textures = [
+        seen(&streaks, STREAKS_MM[0], STREAKS_RAD),
+        seen(&streaks, STREAKS_MM[1], STREAKS_RAD),
+        seen(&log_light, RINGS_MM, RINGS_RAD),
+    ];
+    let base = base(&textures, &cells)?;
+    grain_scale::check(&log_light, size, pixel_mm, &clear)?;
+    let guess = Guess::new(base, &map.knots, &cells, settings);
+    let seen = orientation(&textures, &cells, &guess.azimuth);
+    let mut twice = vec![Vec2::ZERO; cells.count()];
+    let mut errors = vec![0.0_f32; cells.count()];
+    for cell in 0..cells.count() {
+        let (prior, error) = (guess.spread[cell].powi(2), seen.error[cell].powi(2));
+        let turn = guess.azimuth[cell] + seen.delta[cell] * prior / (prior + error);
+        let (sin, cos) = libm::sincosf(2.0 * turn);
+        twice[cell] = Vec2::new(cos, sin);
+        errors[cell] = prior * error / (prior + error);
+    }
+    for pixel in 0..light.len() {
+        let near = around(cells.size, cells.at(map.place_mm(pixel)));
+        let doubled: Vec2 = near.iter().map(|&(cell, weight)| weight * twice[cell]).sum();
+        map.azimuth_rad[pixel] = wrap(0.5 * procedural::atan2(doubled.y, doubled.x));
+        map.dive_rad[pixel] = near.iter().map(|&(cell, weight)| weight * guess.dive[cell]).sum();
+        let variance: f32 = near.iter().map(|&(cell, weight)| weight * errors[cell]).sum();
+        map.confidence[pixel] = libm::expf(-2.0 * variance);
+    }
+    map.follow_branches();
+    Ok(map)
+}
+
+/// Which pixels lie outside of knots and their rinds.
+fn clear_pixels(map: &FibreMap) -> Vec<bool> {
+    let mut clear = vec![true; map.azimuth_rad.len()];
+    for knot in &map.knots {
+        let [a, b] = knot.half_axes_mm;
+        let wider = PictureKnot { half_axes_mm: [a + RIND_MM, b + RIND_MM], ..*knot };
+        for (pixel, clear) in clear.iter_mut().enumerate() {
+            *clear &= wider.within(map.place_mm(pixel)) >= 1.0;
+        }
+    }
+    clear
+}
+
+/// The first azimuth of every cell [rad], from the scale with the strongest grain.
+fn base(textures: &[Texture], cells: &Cells) -> Result<Vec<f32>, PictureFault> {
+    let mut best: Option<(f32, Vec<f32>)> = None;
+    for texture in textures {
+        let seen = in_window(texture, cells, BASE_MM);
+        let mut strengths: Vec<f32> = seen.iter().map(|&(_, error, _)| 0.5 / libm::hypotf(error, texture.bias_rad)).collect();
+        let strength = quantile(&mut strengths, 0.5);
+        if best.as_ref().is_none_or(|(most, _)| strength > *most) {
+            best = Some((strength, seen.into_iter().map(|(azimuth, ..)| azimuth).collect()));
+        }
+    }
+    let (significance, base) = best.unwrap_or_default();
+    if significance < LEAST_SIGNIFICANCE {
+        return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
+    }
+    Ok(base)
+}
+
+/// What is expected of fibres before the texture is asked.
+struct Guess {
+    /// Azimuth of every cell [rad].
+    azimuth: Vec<f32>,
+    /// Its standard deviation [rad].
+    spread: Vec<f32>,
+    /// Dive [rad].
+    dive: Vec<f32>,
+}
+
+impl Guess {
+    fn new(base: Vec<f32>, knots: &[PictureKnot], cells: &Cells, settings: &Settings) -> Self {
+        let surroundings = KnotSurroundings::new(settings.flow_ratio);
+        let side = match settings.face {
+            Face::Bark => 1.0,
+            Face::Pith => -1.0,
+        };
+        let count = base.len();
+        let mut guess = Self { azimuth: base, spread: vec![CLEAR_RAD; count], dive: vec![0.0; count] };
+        if knots.is_empty() {
+            return guess;
+        }
+        for cell in 0..count {
+            let place = cells.middle(cell);
+            let along = direction(guess.azimuth[cell]);
+            let across = along.perp();
+            let (mut stream, mut slope) = (Vec2::ZERO, Vec2::ZERO);
+            for knot in knots {
+                let to_circle = knot.to_circle();
+                // The undisturbed fibre in the circle that the outline becomes.
+                let speed = to_circle * along;
+                let ahead = speed.normalize();
+                let off = to_circle * (place - knot.centre_mm);
+                let Some(here) = surroundings.at(Vec2::new(off.dot(ahead), ahead.perp_dot(off))) else { continue };
+                // Back on the face, in speeds of the undisturbed stream.
+                let aside = to_circle.inverse() * ahead.perp() * speed.length();
+                let added = here.stream.x * along + here.stream.y * aside;
+                stream += Vec2::new(added.dot(along), added.dot(across));
+                if !knot.dead {
+                    // Layers rise by the half width of the branch for each half width of the circle.
+                    let gradient = here.slope.x * ahead + here.slope.y * ahead.perp();
+                    let gradient = side * knot.half_axes_mm[1] * (to_circle.transpose() * gradient);
+                    slope += Vec2::new(gradient.dot(along), gradient.dot(across));
+                }
+            }
+            let fibre = KnotSurroundings::fibre(stream, slope);
+            let flat = fibre.x * along + fibre.y * across;
+            let added = procedural::atan2(flat.dot(direction(guess.azimuth[cell] + 0.5 * std::f32::consts::PI)), fibre.x);
+            guess.azimuth[cell] += added;
+            guess.spread[cell] += FLOW_SHARE * added.abs();
+            let turn = if flat.y < 0.0 { -1.0 } else { 1.0 };
+            guess.dive[cell] = -turn * libm::asinf(fibre.z.clamp(-1.0, 1.0));
+        }
+        guess
+    }
+}

@@ -1,0 +1,65 @@
+//! Boards from pictures: fibres and absorption of the wood that a photograph or a Reflectance map shows.
+//!
+//! `grey --fibre_map--> FibreMap --absorption_map--> AbsorptionMap`
+//!
+//! Plain arrays in and out; whoever calls reads files. docs/pictures.md has the method, its sources and the figures measured.
+//! Frame: x along a row, y down the rows, z out of the face; row 0 is at the smallest y. Units: mm, mm^-1, rad.
+
+mod absorption;
+mod fault;
+mod fibre;
+mod grain_scale;
+mod half_space;
+mod knots;
+mod orientation;
+mod picture;
+mod raster;
+mod rings;
+mod texture;
+
+pub use absorption::{AbsorptionMap, absorption_map};
+pub use fault::PictureFault;
+pub use fibre::{FibreMap, fibre_map};
+pub use half_space::HalfSpace;
+pub use knots::PictureKnot;
+pub use picture::{Encoding, red_channel};
+
+/// Which side of the board the picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Face {
+    /// The pith lies below it.
+    Bark,
+    /// The pith lies above it.
+    Pith,
+}
+
+/// What the picture itself does not say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// How its numbers go with light.
+    pub encoding: Encoding,
+    /// Its number at the end of the scale: 1, 255 or 65535.
+    pub full_scale: f32,
+    /// Length (down the rows) and width of the board, if the picture shows all of it [mm].
+    pub board_mm: Option<[f32; 2]>,
+    /// Which side of the board it shows.
+    pub face: Face,
+    /// Least width of a knot [mm].
+    pub least_knot_mm: f32,
+    /// Half distance of source and sink over a knot's half width, as `knots.flow_ratio` of recipes [1].
+    pub flow_ratio: f32,
+}
+
+impl Default for Settings {
+    /// A picture to 1 whose encoding was not stated (which is refused), of the bark's side, with knots from 4 mm.
+    fn default() -> Self {
+        Self {
+            encoding: Encoding::Unknown,
+            full_scale: 1.0,
+            board_mm: None,
+            face: Face::Bark,
+            least_knot_mm: 4.0,
+            flow_ratio: 1.0,
+        }
+    }
+}
