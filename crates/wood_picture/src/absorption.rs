@@ -1,9 +1,8 @@
 //! The absorption map: how much light the wood takes up, at the face and below it.
 //!
-//! Model: light of a pixel over the median of clear wood, times the reflectance of clear wood of the stated media, is the pixel's own
-//! diffuse reflectance; the absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of
+//! Model: light of a pixel over the mean of clear wood, times the mean reflectance of earlywood and latewood of the stated media by
+//! their shares, is the pixel's own diffuse reflectance (the median would be earlywood's alone); the absorption that has it follows from [`HalfSpace`], with the scattering of clear wood's mean outside of
 //! knots and of knot wood in them, and the dive of the fibre map: steep fibres lead light down and darken without any absorption.
-//! The mean of clear wood is earlywood and latewood by their shares.
 //! Below the face (an assumption, no measurement): a feature of width w lasts to a depth of about w, so that at depth d the
 //! logarithm of absorption is that of the face under a Gaussian of standard deviation d / 2; in a knot the colour of the face follows
 //! the branch's axis and does not fade.
@@ -28,6 +27,10 @@ const LEAST_MU_A: f32 = 0.005;
 const DEPTHS_MM: [f32; 5] = [0.0, 0.5, 1.0, 2.0, 4.0];
 /// Standard deviation of the Gaussian over the depth [1].
 const FADING: f32 = 0.5;
+/// Fibres that dive less are flat [rad]: 3 degrees, which darken by under 1 %.
+const FLAT_RAD: f32 = 0.05;
+/// Part of the pixels at either end whose light counts as that of the next [1]: checks, resin and glints.
+const TRIM: f32 = 0.005;
 /// Flattest branch that is followed: its slope in the face over its depth [1].
 const STEEPEST_SHEAR: f32 = 4.0;
 
@@ -130,9 +133,26 @@ pub fn absorption_map(
     let inside: Vec<bool> = (0..light.len())
         .map(|pixel| fibres.knots.iter().any(|knot| knot.within(fibres.place_mm(pixel)) < 1.0))
         .collect();
-    let mut clear_light: Vec<f32> = light.iter().zip(&inside).filter(|(_, inside)| !**inside).map(|(&v, _)| v).collect();
-    let median = quantile(&mut clear_light, 0.5);
-    let light_per_reflectance = median / HalfSpace::new(&clear, 0.0).reflectance(clear_mu_a) as f32;
+    // Where fibres dive light is led down: only flat ones say how bright clear wood is.
+    let flat = |pixel: usize| !inside[pixel] && fibres.dive_rad[pixel].abs() < FLAT_RAD;
+    let mut clear_light: Vec<f32> = (0..light.len()).filter(|&pixel| flat(pixel)).map(|pixel| light[pixel]).collect();
+    if clear_light.is_empty() {
+        clear_light.clone_from(&light);
+    }
+    let [low, high] = [TRIM, 1.0 - TRIM].map(|part| quantile(&mut clear_light, part));
+    let mean_light =
+        clear_light.iter().map(|light| f64::from(light.clamp(low, high))).sum::<f64>() / clear_light.len() as f64;
+    let kind = |mu_a: f64, sigma_i: f64, k: f64| {
+        HalfSpace::new(&medium(mu_a, sigma_i, k, media.clear_n_eff), 0.0).reflectance(mu_a)
+    };
+    let early = (media.earlywood_mu_a_per_mm, media.earlywood_sigma_i_per_mm, media.earlywood_k_per_mm);
+    let late = kind(
+        early.0 * media.latewood_mu_a_ratio,
+        early.1 * media.latewood_sigma_i_ratio,
+        early.2 * media.latewood_k_ratio,
+    );
+    let mean_reflectance = (1.0 - latewood_share) * kind(early.0, early.1, early.2) + latewood_share * late;
+    let light_per_reflectance = (mean_light / mean_reflectance) as f32;
     let inverses = [&clear, &knotted].map(Inverse::new);
     let mu_a_per_mm: Vec<f32> = (0..light.len())
         .map(|i| inverses[usize::from(inside[i])].at(light[i] / light_per_reflectance, fibres.dive_rad[i]))

@@ -4,7 +4,9 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PictureFault {
     /// The array does not have the stated size.
-    #[error("the picture has {pixels} pixels, but {rows} rows of {cols} columns are stated; give one brightness a pixel, row by row")]
+    #[error(
+        "the picture has {pixels} pixels, but {rows} rows of {cols} columns are stated; give one brightness a pixel, row by row"
+    )]
     Length {
         /// Pixels given.
         pixels: usize,
@@ -54,7 +56,9 @@ pub enum PictureFault {
         value: f32,
     },
     /// Nobody said how brightness is encoded.
-    #[error("how the picture's numbers go with light is not stated, and absorption follows from light; state `Linear` for raw or linear files, `Srgb` for ordinary JPEG and PNG files, else the gamma")]
+    #[error(
+        "how the picture's numbers go with light is not stated, and absorption follows from light; state `Linear` for raw or linear files, `Srgb` for ordinary JPEG and PNG files, else the gamma"
+    )]
     NotLinear,
     /// A gamma that is none.
     #[error("a gamma of {gamma} is stated; give one between 0.3 and 4, 2.2 is usual")]
@@ -77,7 +81,9 @@ pub enum PictureFault {
         full_scale: f32,
     },
     /// No texture with a direction.
-    #[error("there is no grain in the picture: its texture has a direction {significance:.1} times as strong as noise would, and wood's is {least} times at least; check the focus, the compression of the file and that it shows bare wood")]
+    #[error(
+        "there is no grain in the picture: its texture has a direction {significance:.1} times as strong as noise would, and wood's is {least} times at least; check the focus, the compression of the file and that it shows bare wood"
+    )]
     NoWood {
         /// Median of the direction's strength over its standard error [1].
         significance: f32,

@@ -130,7 +130,8 @@ impl FibreMap {
             let dive = -turn * knot.dive_rad();
             let error = (KNOT_ERROR / cosine.max(KNOT_ERROR)).min(1.0) * LOST_RAD;
             let reach = knot.half_axes_mm[0];
-            let rows = [knot.centre_mm.y - reach, knot.centre_mm.y + reach].map(|y| (y / self.pixel_mm[0]).max(0.0) as usize);
+            let rows =
+                [knot.centre_mm.y - reach, knot.centre_mm.y + reach].map(|y| (y / self.pixel_mm[0]).max(0.0) as usize);
             for pixel in rows[0] * self.size[1]..((rows[1] + 1).min(self.size[0])) * self.size[1] {
                 if knot.within(self.place_mm(pixel)) < 1.0 {
                     self.azimuth_rad[pixel] = azimuth;
@@ -212,15 +213,19 @@ fn clear_pixels(map: &FibreMap) -> Vec<bool> {
     clear
 }
 
-/// The first azimuth of every cell [rad], from the scale with the strongest grain.
-fn base(textures: &[Texture], cells: &Cells) -> Result<Vec<f32>, PictureFault> {
-    let mut best: Option<(f32, Vec<f32>)> = None;
+/// The first azimuth, from the scale with the strongest grain.
+fn base(textures: &[Texture], cells: &Cells) -> Result<Base, PictureFault> {
+    let mut best: Option<(f32, Base)> = None;
     for texture in textures {
         let seen = in_window(texture, cells, BASE_MM);
-        let mut strengths: Vec<f32> = seen.iter().map(|&(_, error, _)| 0.5 / libm::hypotf(error, texture.bias_rad)).collect();
+        let mut strengths: Vec<f32> =
+            seen.iter().map(|&(_, error, _)| 0.5 / libm::hypotf(error, texture.bias_rad)).collect();
         let strength = quantile(&mut strengths, 0.5);
         if best.as_ref().is_none_or(|(most, _)| strength > *most) {
-            best = Some((strength, seen.into_iter().map(|(azimuth, ..)| azimuth).collect()));
+            let error = |error: f32| libm::hypotf(error, texture.bias_rad);
+            let azimuth = seen.iter().map(|&(azimuth, ..)| azimuth).collect();
+            best =
+                Some((strength, Base { azimuth, error: seen.iter().map(|&(_, spread, _)| error(spread)).collect() }));
         }
     }
     let (significance, base) = best.unwrap_or_default();
@@ -228,6 +233,15 @@ fn base(textures: &[Texture], cells: &Cells) -> Result<Vec<f32>, PictureFault> {
         return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
     }
     Ok(base)
+}
+
+/// A first azimuth of every cell.
+#[derive(Default)]
+struct Base {
+    /// The azimuth [rad].
+    azimuth: Vec<f32>,
+    /// Its standard error [rad].
+    error: Vec<f32>,
 }
 
 /// What is expected of fibres before the texture is asked.
@@ -241,14 +255,15 @@ struct Guess {
 }
 
 impl Guess {
-    fn new(base: Vec<f32>, knots: &[PictureKnot], cells: &Cells, settings: &Settings) -> Self {
+    fn new(base: Base, knots: &[PictureKnot], cells: &Cells, settings: &Settings) -> Self {
         let surroundings = KnotSurroundings::new(settings.flow_ratio);
         let side = match settings.face {
             Face::Bark => 1.0,
             Face::Pith => -1.0,
         };
-        let count = base.len();
-        let mut guess = Self { azimuth: base, spread: vec![CLEAR_RAD; count], dive: vec![0.0; count] };
+        let count = base.azimuth.len();
+        let spread = base.error.iter().map(|&error| libm::hypotf(CLEAR_RAD, error)).collect();
+        let mut guess = Self { azimuth: base.azimuth, spread, dive: vec![0.0; count] };
         if knots.is_empty() {
             return guess;
         }
@@ -277,7 +292,8 @@ impl Guess {
             }
             let fibre = KnotSurroundings::fibre(stream, slope);
             let flat = fibre.x * along + fibre.y * across;
-            let added = procedural::atan2(flat.dot(direction(guess.azimuth[cell] + 0.5 * std::f32::consts::PI)), fibre.x);
+            let added =
+                procedural::atan2(flat.dot(direction(guess.azimuth[cell] + 0.5 * std::f32::consts::PI)), fibre.x);
             guess.azimuth[cell] += added;
             guess.spread[cell] += FLOW_SHARE * added.abs();
             let turn = if flat.y < 0.0 { -1.0 } else { 1.0 };

@@ -5,7 +5,7 @@
 //! latewood are open or fill no ellipse), and is wide enough. Of patches that overlap, the one with the most contrast whose level
 //! lies midway between inside and outside stays; it is then cut at midway itself, where blur does not move an outline.
 //! Lean: a round branch cut at the angle `dive` to its axis shows an ellipse with minor / major = sin(dive), its major axis along
-//! the lean. Outlines wobble; an elongation e = 1 - minor / major counts as sqrt(e^2 - 0.05^2).
+//! the lean. Outlines wobble; an elongation e = 1 - minor / major counts as sqrt(e^2 - 0.07^2).
 //! Which end leans out: away from the pith, where rings follow each other more closely (across), and to the lower side of the
 //! branch, which compression wood makes darker (along; branches of the scanned log of Larsson et al. 2022 droop by 10 degrees).
 //! Limits: even light to a fifth; knots that the picture's edge cuts are no knots; two that touch are one or none; rot in round
@@ -38,8 +38,8 @@ const LEAST_CLOSED: f32 = 0.85;
 const LEAST_CONTRAST: f32 = 0.12;
 /// Below this light over clear wood's a knot is dead [1]: sound ones of the class table have 0.52, dead ones 0.27.
 const DEAD: f32 = 0.38;
-/// Elongation of an upright knot by its outline's wobble [1]: 3.5 % of the radius over six harmonics.
-const WOBBLE: f32 = 0.05;
+/// Elongation of an upright knot by its outline's wobble [1]: harmonics of 3.5 % of the radius in all, the oval the largest.
+const WOBBLE: f32 = 0.07;
 /// Reach of the look at rings on both sides of a knot [mm].
 const RINGS_MM: f32 = 15.0;
 /// Least cells of clear wood on a side: 50 square mm.

@@ -65,7 +65,7 @@ pub(crate) fn light(
         return Err(PictureFault::Length { pixels: grey.len(), rows, cols });
     }
     let (short, long) = (pixel_mm[0].min(pixel_mm[1]), pixel_mm[0].max(pixel_mm[1]));
-    if !(short > 0.0 && long <= MOST_PIXEL_ASPECT * short) {
+    if !(pixel_mm.iter().all(|&side| side > 0.0) && long <= MOST_PIXEL_ASPECT * short) {
         return Err(PictureFault::Pixel { pixel_mm });
     }
     let extent_mm = [rows as f32 * pixel_mm[0], cols as f32 * pixel_mm[1]];

@@ -34,8 +34,7 @@ pub(crate) fn without_rings(
     counts: &[bool],
 ) -> Vec<f32> {
     let lines = lines(log_light, size, pixel_mm, cells, counts);
-    let weights: Vec<f32> =
-        (1..=STEPS).map(|i| libm::expf(-0.5 * (i as f32 * STEP_MM / ALONG_MM).powi(2))).collect();
+    let weights: Vec<f32> = (1..=STEPS).map(|i| libm::expf(-0.5 * (i as f32 * STEP_MM / ALONG_MM).powi(2))).collect();
     let extent = Vec2::new(size[1] as f32 * pixel_mm[1], size[0] as f32 * pixel_mm[0]);
     let mut left = vec![0.0_f32; log_light.len()];
     for row in 0..size[0] {
