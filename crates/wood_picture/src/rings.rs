@@ -11,7 +11,7 @@
 
 use glam::Vec2;
 
-use crate::raster::{Beyond, around, filter, gaussian, gaussian_slope, smooth};
+use crate::raster::{Beyond, filter, gaussian, gaussian_slope, smooth};
 use crate::texture::Cells;
 
 /// Scale of the gradient [mm].
@@ -35,7 +35,8 @@ pub(crate) fn without_rings(
 ) -> Vec<f32> {
     let lines = lines(log_light, size, pixel_mm, cells, counts);
     let weights: Vec<f32> = (1..=STEPS).map(|i| libm::expf(-0.5 * (i as f32 * STEP_MM / ALONG_MM).powi(2))).collect();
-    let extent = Vec2::new(size[1] as f32 * pixel_mm[1], size[0] as f32 * pixel_mm[0]);
+    let step = STEP_MM / Vec2::new(pixel_mm[1], pixel_mm[0]);
+    let last = Vec2::new(size[1] as f32 - 0.5, size[0] as f32 - 0.5);
     let mut left = vec![0.0_f32; log_light.len()];
     for row in 0..size[0] {
         for col in 0..size[1] {
@@ -43,21 +44,27 @@ pub(crate) fn without_rings(
             if !counts[pixel] {
                 continue;
             }
-            let start = Vec2::new((col as f32 + 0.5) * pixel_mm[1], (row as f32 + 0.5) * pixel_mm[0]);
+            // Places in pixels, (column, row), with middles at whole numbers and a half.
+            let start = Vec2::new(col as f32 + 0.5, row as f32 + 0.5);
             let (mut sum, mut all) = (log_light[pixel], 1.0);
             for end in [1.0, -1.0] {
                 let (mut place, mut ahead) = (start, end * lines[cells.of([row, col], pixel_mm)]);
                 for weight in &weights {
-                    place += STEP_MM * ahead;
-                    if place.cmplt(Vec2::ZERO).any() || place.cmpge(extent).any() {
+                    place += ahead * step;
+                    if place.cmplt(Vec2::splat(0.5)).any() || place.cmpge(last).any() {
                         break;
                     }
-                    let at = [(place.y / pixel_mm[0]) as usize, (place.x / pixel_mm[1]) as usize];
-                    if !counts[(at[0].min(size[0] - 1)) * size[1] + at[1].min(size[1] - 1)] {
+                    let at = [place.y as usize, place.x as usize];
+                    if !counts[at[0] * size[1] + at[1]] {
                         break;
                     }
-                    let near = around(size, [place.y / pixel_mm[0] - 0.5, place.x / pixel_mm[1] - 0.5]);
-                    sum += weight * near.iter().map(|&(i, share)| share * log_light[i]).sum::<f32>();
+                    let (c, r) = ((place.x - 0.5) as usize, (place.y - 0.5) as usize);
+                    let (u, v) = (place.x - 0.5 - c as f32, place.y - 0.5 - r as f32);
+                    let upper = &log_light[r * size[1] + c..][..2];
+                    let lower = &log_light[(r + 1) * size[1] + c..][..2];
+                    let above = upper[0] + u * (upper[1] - upper[0]);
+                    let below = lower[0] + u * (lower[1] - lower[0]);
+                    sum += weight * (above + v * (below - above));
                     all += weight;
                     let line = lines[cells.of(at, pixel_mm)];
                     ahead = if line.dot(ahead) < 0.0 { -line } else { line };

@@ -65,7 +65,7 @@ fn each_fault_is_told_as_that_fault() {
         *size = [400, 400];
         *light = (0..160_000)
             .map(|i| {
-                let streak = (0.08 * (i % 400) as f32).sin() * (1.0 + 0.3 * (0.031 * (i / 400) as f32).sin());
+                let streak = (0.05 * (i % 400) as f32).sin() * (1.0 + 0.3 * (0.031 * (i / 400) as f32).sin());
                 0.5 + 0.1 * streak + (0.002 * normal(&mut rng)) as f32
             })
             .collect();
