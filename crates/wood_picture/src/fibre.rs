@@ -7,7 +7,7 @@
 //! Dive: of a living knot whose face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees; with the
 //! pith's side up they sink; around a dead knot they do neither, since layers after its death bend the other way.
 //! Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2).
-//! Limits: a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
+//! Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
 
 use glam::{Vec2, Vec3};
 use procedural::wood::KnotSurroundings;

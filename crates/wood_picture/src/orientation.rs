@@ -4,10 +4,10 @@
 //! wide windows do not blunt it. In a Gaussian window of width W,
 //!   z = sum K q,  delta = arg(z) / 2,  se(delta) = sqrt(A sum K^2 q_across^2) / (2 |z|),
 //! with q_across the part of q across z and A the pixels that share their light. Windows grow from 0.75 to 12 mm while each estimate
-//! agrees with those before within their errors (Lepski 1991); among the scales of the derivative the one with the smallest error
-//! wins, to which each scale adds a part that no window averages out: lines of rings turn from the fibre, and coarse scales see
-//! rings more than streaks.
-//! Limits: what fibres and rings have in common is not told apart where streaks are lost in noise or blur.
+//! agrees with those before within their errors (Lepski 1991). Among the textures (streaks at two scales, rings and all at one) the
+//! one with the smallest error wins in each cell, to which each adds a part that no window averages out: that of rings is so large
+//! that they only speak where streaks are lost.
+//! Limits: A holds for noise; streaks are related over a fibre's length, which makes errors on boards 1.2 times what is told.
 
 use crate::raster::{Beyond, smooth};
 use crate::texture::{Cells, Texture};

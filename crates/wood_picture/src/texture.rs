@@ -4,10 +4,10 @@
 //! angle of the line across it,  q = w (gx^2 - gy^2, -2 gx gy),  whose angle is twice the azimuth of the fibre, from y towards x.
 //! Sums of q over a window are the orientation of least squares (Bigün and Granlund 1987); gradients are taken per mm in both
 //! directions, so pixels need not be square.
-//! Weight: w = 4 c^2 / (|g|^2 + c^2)^2 (Geman and McClure 1987), c = 1.5 times the median of |g|. Streaks of fibre bundles have
-//! gradients about the median; borders of rings, knots and cracks have larger ones and count little, since a ring's line on the
-//! face turns from the fibre by the fibre's dive over the slope of the layer, by any angle where layers lie flat.
-//! Scales: 0.2, 0.4 and 0.8 mm, from bundles of a few tracheids to rings (Lindeberg 1998 for choosing among them).
+//! Weight: w = 4 c^2 / (e + c^2)^2 (Geman and McClure 1987), e the larger of |g|^2 and its mean under a Gaussian of 1 s, c 1.5 times
+//! the root of the median of that mean. Streaks of fibre bundles have gradients about the median; what stands out (cracks, what
+//! `rings` has left, rims) counts little.
+//! Scales: 0.2 and 0.4 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses among them (Lindeberg 1998).
 //! Limits: gradients of neighbouring pixels share their light: each cell keeps its second moments for an error that counts it.
 
 use crate::raster::{Beyond, filter, gaussian, gaussian_slope, quantile, smooth};

@@ -10,7 +10,7 @@ use crate::board::{BoardPicture, picture, wood};
 use crate::{apart_deg, quantile};
 
 /// Boards that are grown, with 0 to 4 knots each.
-const BOARDS: u64 = 15;
+const BOARDS: u64 = 10;
 /// Side of a pixel [mm].
 const PIXEL_MM: f32 = 0.15;
 
@@ -123,7 +123,7 @@ fn fibres_of_grown_boards_are_found() {
     );
     assert!(clear <= 3.0 && boards[0] <= 3.0, "clear wood: {clear} deg");
     assert!(around <= 10.0 && boards[1] <= 10.0, "around knots: {around} deg");
-    // A normal error has the median 0.6745 of what is told: some ten independent windows a board, 15 boards, a factor of 1.1 by
+    // A normal error has the median 0.6745 of what is told: some ten independent windows a board, 10 boards, a factor of 1.1 by
     // chance; boards differ in how far their rings turn, which doubles it.
     assert!((0.6..1.7).contains(&over_told), "errors are {over_told} times what is told");
 
@@ -146,8 +146,8 @@ fn fibres_of_grown_boards_are_found() {
     // What the method is for: nearly all knots, none that are not there.
     assert!(10 * pairs.len() >= 9 * count && false_knots <= 1, "{} of {count}, {false_knots} false", pairs.len());
     assert!(quantile(&mut dives, 0.5) < 12.0 && quantile(&mut lean, 0.5) < 20.0);
-    // By chance half would be right, with a standard error of sqrt(n) / 2.
-    assert!(right as f32 > 0.5 * leaning.len() as f32 + (leaning.len() as f32).sqrt(), "{right} of {}", leaning.len());
+    // By chance half would be right; on 30 boards 22 of 23 are. Of few three quarters are asked.
+    assert!(4 * right >= 3 * leaning.len(), "{right} of {}", leaning.len());
 
     let same = all.dives.iter().filter(|[truth, found]| truth * found > 0.0).count() as f32 / all.dives.len() as f32;
     let mut off: Vec<f32> = all.dives.iter().map(|[truth, found]| (truth - found).abs()).collect();
@@ -188,7 +188,7 @@ fn absorption_ratios(board: &BoardPicture, map: &FibreMap, absorption: &Absorpti
 #[test]
 fn photographs_in_colour_say_what_linear_pictures_say() {
     let lines = Mutex::new(Vec::new());
-    each_board(3, |number, board| {
+    each_board(2, |number, board| {
         let media = board.wood.media;
         let share = board.wood.log.latewood_share;
         // Spruce is yellowish, and so is the lamp: red, green and blue over red light; gains of a white balance; sRGB; 8 bits.
@@ -228,6 +228,25 @@ fn photographs_in_colour_say_what_linear_pictures_say() {
         // Eight bits and the curve change nothing that the blur has left.
         assert!((ratios[0][0] - ratios[1][0]).abs() < 0.02, "{ratios:?}");
     }
+}
+
+#[test]
+fn dead_knots_are_told_from_living_ones() {
+    let [mut found, mut right, mut all] = [0; 3];
+    for number in 0..4 {
+        let stream = Stream::root(2).child("dead").index(number);
+        let board = picture(stream, wood(stream, 1.0, 1.0), PIXEL_MM);
+        let map = fibre_map(&board.light, board.size, board.pixel_mm, &linear()).expect("it is a board");
+        for (instance, (middle, ..)) in board.plank.instances().iter().zip(true_knots(&board)) {
+            all += 1;
+            let Some(knot) = map.knots.iter().find(|knot| knot.within(middle) < 0.3) else { continue };
+            found += 1;
+            right += usize::from(knot.dead == (instance.class == Class::DeadKnot));
+        }
+    }
+    println!("{found} of {all} knots found, {right} told rightly dead or living");
+    // A dead knot of a steep cut may look like a living one (docs/wood.md), and one knot may touch another.
+    assert!(found >= 7 && right >= found - 1, "{found} of {all}, {right} right");
 }
 
 #[test]
