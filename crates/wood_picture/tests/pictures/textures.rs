@@ -36,7 +36,7 @@ fn the_azimuth_of_a_texture_is_found_and_its_error_is_as_told() {
     for number in 0..PICTURES {
         let pixel_mm = [[0.15, 0.15], [0.2, 0.1], [0.1, 0.2], [0.12, 0.18]][number as usize % 4];
         let noise = [0.005, 0.01, 0.02, 0.04][(number / 4) as usize % 4];
-        let (light, size, azimuth) = streaks(number, pixel_mm, 28.0, noise);
+        let (light, size, azimuth) = streaks(number, pixel_mm, 24.0, noise);
         let map = fibre_map(&light, size, pixel_mm, &linear()).expect("it is a texture of one direction");
         assert!(map.knots.is_empty(), "picture {number}: {:?}", map.knots);
         all.extend(map.azimuth_rad.iter().map(|&found| apart_deg(found, azimuth)));
@@ -65,20 +65,20 @@ fn the_azimuth_of_a_texture_is_found_and_its_error_is_as_told() {
 fn pixels_of_unlike_sides_turn_nothing() {
     // The same place seen with pixels long across and long down: sampling must not turn lines to either side.
     let mut signed = [0.0_f32; 2];
-    for number in 100..116 {
+    for number in 100..112 {
         for (sum, pixel_mm) in signed.iter_mut().zip([[0.25, 0.1], [0.1, 0.25]]) {
-            let (light, size, azimuth) = streaks(number, pixel_mm, 24.0, 0.01);
+            let (light, size, azimuth) = streaks(number, pixel_mm, 20.0, 0.01);
             let map = fibre_map(&light, size, pixel_mm, &linear()).expect("it is a texture of one direction");
             let twice: Vec2 = map.non_singular().iter().map(|f| Vec2::new(f[0], f[1])).sum();
             let found = 0.5 * twice.y.atan2(twice.x);
             // Towards the rows or towards the columns: what stretched pixels would do.
             let turned = (0.5 * (2.0 * (found - azimuth)).sin().atan2((2.0 * (found - azimuth)).cos())).to_degrees();
-            *sum += turned * (2.0 * azimuth).sin() / 16.0;
+            *sum += turned * (2.0 * azimuth).sin() / 12.0;
         }
     }
     println!("turned by {signed:.2?} deg towards the columns");
-    // Errors of about 1 degree over 16 pictures, times the root mean square of a sine: 0.18; three of them.
-    assert!(signed.iter().all(|turned| turned.abs() < 0.55), "{signed:?}");
+    // Errors of about 1 degree over 12 pictures, times the root mean square of a sine: 0.2; three of them.
+    assert!(signed.iter().all(|turned| turned.abs() < 0.6), "{signed:?}");
 }
 
 #[test]
