@@ -1,5 +1,5 @@
 //! The command line: `gen --recipe R --n N`, `gen preview`, `gen rig`, `gen list`, `gen validate`, `gen recipe`, `gen schema`,
-//! `gen transport`, `gen study`, `gen compare`, `gen icon`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
+//! `gen transport`, `gen study`, `gen compare`, `gen icon`, `gen fibres`, `gen check`, `gen export`, `gen report`, `gen completions`, `gen man`.
 //!
 //! Exit status: 0 done, 1 faults or refusal, 2 unusable arguments, 3 an accuracy below what was asked for, 130 stopped by Ctrl-C.
 
@@ -8,6 +8,7 @@ mod compare;
 mod completions;
 mod console;
 mod export;
+mod fibres;
 mod generate;
 mod icon;
 mod list;
@@ -56,6 +57,7 @@ use progress::Progress;
   gen export coco planks --out planks-coco                     in other people's formats, without rendering again
   gen report planks                                            one page for people, planks/reports/report.html
   gen icon plank.xml                                           what a file of the real camera holds
+  gen fibres board.png --pixel-mm 0.1 --encoding srgb          fibre directions from a photograph
   gen schema recipe > recipe.schema.json                       for an editor's completion
 
 Exit status: 0 all samples of the dataset, or of its part, are there, whoever made them; 1 they are not;
@@ -107,6 +109,8 @@ enum Command {
     Report(report::ReportArgs),
     /// Say what files of the real camera (iCon .dat and .xml) hold
     Icon(icon::IconArgs),
+    /// Find fibre directions, knots and absorption of a board in a picture of it
+    Fibres(fibres::FibresArgs),
     /// Print the JSON Schema of recipes or of datasets, or the reference of recipe keys
     Schema {
         /// What to print
@@ -236,6 +240,7 @@ fn obey(cli: Cli) -> CommandResult {
         Some(Command::Export { format }) => export::run(&format, &console),
         Some(Command::Report(arguments)) => report::run(&arguments, &console),
         Some(Command::Icon(arguments)) => icon::run(&arguments),
+        Some(Command::Fibres(arguments)) => fibres::run(&arguments),
         Some(Command::Schema { what }) => schema_command(what),
         Some(Command::Completions(arguments)) => completions::run(&arguments, &mut command()),
         Some(Command::Man(arguments)) => completions::manual(&arguments, command()),

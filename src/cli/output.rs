@@ -205,6 +205,8 @@ pub(super) enum Written {
     Json,
     /// A page.
     Html,
+    /// Maps.
+    Exr,
 }
 
 impl Written {
@@ -214,6 +216,7 @@ impl Written {
             Self::Png => "png",
             Self::Json => "json",
             Self::Html => "html",
+            Self::Exr => "exr",
         }
     }
 
@@ -223,6 +226,7 @@ impl Written {
             Self::Png => start.starts_with(b"\x89PNG\r\n\x1a\n"),
             Self::Json => start.starts_with(b"{"),
             Self::Html => start.starts_with(b"<!DOCTYPE html>"),
+            Self::Exr => start.starts_with(&[0x76, 0x2f, 0x31, 0x01]),
         }
     }
 }

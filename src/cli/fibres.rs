@@ -1,0 +1,229 @@
+//! `gen fibres`: fibre directions, knots and absorption of a board from a picture of it.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use image::{DynamicImage, ImageFormat, ImageReader, Limits, Rgb, RgbImage};
+use serde_json::{Value, json};
+
+use super::output::{self, Written};
+use super::{CommandResult, UsageError, print};
+use dataset::{ExrChannel, Samples, write_exr};
+use procedural::wood::Wood;
+use wood_picture::{AbsorptionMap, Encoding, Face, FibreMap, Settings, absorption_map, fibre_map, red_channel};
+
+/// Version of the document's layout.
+const SCHEMA_VERSION: u32 = 1;
+/// Longest side of a picture [px]: a board of 6 m at 0.37 mm.
+const MAX_SIDE: u32 = 16_384;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  gen fibres board.png --pixel-mm 0.1 --encoding srgb                    board.fibres.exr and board.fibres.png
+  gen fibres reflectance.png --pixel-mm 0.068,0.092 --encoding linear    a scan: rows are 0.068 mm, columns 0.092 mm
+  gen fibres board.png --pixel-mm 0.1 --encoding srgb --json | jq .knots
+
+docs/pictures.md says how it works, how good it is, and when not to trust it.")]
+pub(super) struct FibresArgs {
+    /// PNG with 8 or 16 bits; of a colour picture the red channel counts, which is nearest to the laser
+    picture: PathBuf,
+    /// Size of a pixel, or down the rows and across them [mm]
+    #[arg(long, value_name = "MM", value_delimiter = ',', num_args = 1..=2, required = true)]
+    pixel_mm: Vec<f32>,
+    /// How its numbers go with light; absorption follows from light
+    #[arg(long, value_enum)]
+    encoding: EncodingName,
+    /// The power of light that a number to 1 is turned into, for `--encoding gamma`
+    #[arg(long, value_name = "POWER", required_if_eq("encoding", "gamma"))]
+    gamma: Option<f32>,
+    /// Which side of the board it shows
+    #[arg(long, value_enum, default_value_t = FaceName::Bark)]
+    face: FaceName,
+    /// Length (down the rows) and width of the board, if the picture shows all of it: its size is then checked [mm]
+    #[arg(long, value_name = "LENGTH,WIDTH", value_delimiter = ',', num_args = 2)]
+    board_mm: Option<Vec<f32>>,
+    /// Least width of a knot [mm]
+    #[arg(long, value_name = "MM", default_value_t = Settings::default().least_knot_mm)]
+    least_knot_mm: f32,
+    /// Where the maps go [default: the picture's name with .fibres.exr]; a picture of them lies beside it, .png
+    #[arg(short, long, value_name = "FILE", value_parser = output::file("exr"))]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EncodingName {
+    /// In proportion to light: raw files, Reflectance of a scan less its dark level
+    Linear,
+    /// The curve of ordinary files
+    Srgb,
+    /// A power, given with --gamma
+    Gamma,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FaceName {
+    /// The pith lies below it
+    Bark,
+    /// The pith lies above it
+    Pith,
+}
+
+pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
+    let settings = settings(arguments)?;
+    let out = arguments.out.clone().unwrap_or_else(|| arguments.picture.with_extension("fibres.exr"));
+    let view = out.with_extension("png");
+    if output::resolve(&view) == output::resolve(&arguments.picture) {
+        return Err(UsageError(format!("{} would be replaced: choose another --out", arguments.picture.display())).into());
+    }
+    output::check_replaceable(&out, Written::Exr)?;
+    output::check_replaceable(&view, Written::Png)?;
+    let (grey, size) = read(&arguments.picture)?;
+    let pixel_mm = [arguments.pixel_mm[0], *arguments.pixel_mm.last().unwrap_or(&arguments.pixel_mm[0])];
+    let told = |fault: wood_picture::PictureFault| format!("{}: {fault}", arguments.picture.display());
+    let fibres = fibre_map(&grey, size, pixel_mm, &settings).map_err(told)?;
+    // The kinds of wood of the class table: what a picture without a scale of reflectance is held to.
+    let wood = Wood::from_values(&mut |parameter| parameter.default);
+    let absorption =
+        absorption_map(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
+    let document = document(&fibres, &absorption);
+    output::write(&out, &maps(&fibres, &absorption, &document))?;
+    output::write_or(&view, &output::png(&directions(&fibres))?, "give another place with --out")?;
+    if arguments.json {
+        print(&format!("{document:#}\n"))?;
+    } else {
+        print(&text(&fibres, &out, &view))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn settings(arguments: &FibresArgs) -> Result<Settings, UsageError> {
+    let encoding = match (arguments.encoding, arguments.gamma) {
+        (EncodingName::Linear, None) => Encoding::Linear,
+        (EncodingName::Srgb, None) => Encoding::Srgb,
+        (EncodingName::Gamma, Some(gamma)) => Encoding::Gamma(gamma),
+        _ => return Err(UsageError("--gamma belongs to --encoding gamma: give both, or neither".into())),
+    };
+    let board_mm = arguments.board_mm.as_ref().map(|sides| [sides[0], sides[1]]);
+    if !(arguments.least_knot_mm > 0.0 && arguments.least_knot_mm.is_finite()) {
+        return Err(UsageError("--least-knot-mm: give a width above 0".into()));
+    }
+    let face = match arguments.face {
+        FaceName::Bark => Face::Bark,
+        FaceName::Pith => Face::Pith,
+    };
+    let least_knot_mm = arguments.least_knot_mm;
+    Ok(Settings { encoding, full_scale: 1.0, board_mm, face, least_knot_mm, ..Settings::default() })
+}
+
+/// Numbers of a picture from 0 to 1, its rows and columns.
+fn read(path: &Path) -> Result<(Vec<f32>, [usize; 2]), String> {
+    let told = |error: &dyn std::fmt::Display, remedy: &str| format!("{}: {error}; {remedy}", path.display());
+    let mut reader = ImageReader::open(path).map_err(|error| told(&error, "name a picture that can be read"))?;
+    reader.set_format(ImageFormat::Png);
+    let mut limits = Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
+    reader.limits(limits);
+    let remedy = format!("give a PNG of at most {MAX_SIDE} pixels a side");
+    let picture = reader.decode().map_err(|error| told(&error, &remedy))?;
+    let size = [picture.height() as usize, picture.width() as usize];
+    let grey = match picture {
+        DynamicImage::ImageLuma8(_) | DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA8(_) | DynamicImage::ImageLumaA16(_) => {
+            picture.into_luma16().into_raw().into_iter().map(|number| f32::from(number) / 65535.0).collect()
+        }
+        _ => {
+            let colours: Vec<[f32; 3]> =
+                picture.into_rgb16().pixels().map(|pixel| pixel.0.map(|number| f32::from(number) / 65535.0)).collect();
+            red_channel(&colours)
+        }
+    };
+    Ok((grey, size))
+}
+
+/// The maps as an EXR file: twice the azimuth by cosine and sine, dive [deg], confidence, absorption at the face [mm^-1].
+fn maps(fibres: &FibreMap, absorption: &AbsorptionMap, document: &Value) -> Vec<u8> {
+    let twice = fibres.non_singular();
+    let channel = |name: &str, numbers: Vec<f32>| ExrChannel { name: name.into(), samples: Samples::Float(numbers) };
+    let mut channels = vec![
+        channel("Absorption", absorption.mu_a_per_mm.clone()),
+        channel("FibreConfidence", fibres.confidence.clone()),
+        channel("FibreCos2", twice.iter().map(|fibre| fibre[0]).collect()),
+        channel("FibreDive", twice.iter().map(|fibre| fibre[2].to_degrees()).collect()),
+        channel("FibreSin2", twice.iter().map(|fibre| fibre[1]).collect()),
+    ];
+    channels.sort_by(|a, b| a.name.cmp(&b.name));
+    let [down, across] = fibres.pixel_mm.map(f64::from);
+    write_exr(channels, fibres.size[1], (across, down), document)
+}
+
+/// Azimuth as hue over half a turn, confidence as its strength; knots' outlines in black.
+fn directions(fibres: &FibreMap) -> RgbImage {
+    let [rows, cols] = fibres.size;
+    RgbImage::from_fn(cols as u32, rows as u32, |x, y| {
+        let pixel = y as usize * cols + x as usize;
+        let place = fibres.place_mm(pixel);
+        let line = fibres.pixel_mm[0].max(fibres.pixel_mm[1]);
+        let on_outline = |knot: &wood_picture::PictureKnot| {
+            (knot.within(place) - 1.0).abs() * knot.half_axes_mm[1] < line
+        };
+        if fibres.knots.iter().any(on_outline) {
+            return Rgb([0; 3]);
+        }
+        let turn = (fibres.azimuth_rad[pixel] + FRAC_PI_2) / PI;
+        let strength = fibres.confidence[pixel].clamp(0.0, 1.0);
+        Rgb([0.0, 1.0 / 3.0, 2.0 / 3.0].map(|phase| {
+            let wave = 0.5 + 0.5 * libm::cosf(2.0 * PI * (turn - phase));
+            (255.0 * (1.0 + strength * (wave - 1.0))) as u8
+        }))
+    })
+}
+
+fn document(fibres: &FibreMap, absorption: &AbsorptionMap) -> Value {
+    let knots: Vec<Value> = fibres
+        .knots
+        .iter()
+        .map(|knot| {
+            json!({
+                "x_mm": knot.centre_mm.x, "y_mm": knot.centre_mm.y,
+                "length_mm": 2.0 * knot.half_axes_mm[0], "width_mm": 2.0 * knot.half_axes_mm[1],
+                "azimuth_deg": knot.azimuth_rad.to_degrees(), "dive_deg": knot.dive_rad().to_degrees(),
+                "end_confidence": knot.end_confidence, "brightness": knot.brightness, "dead": knot.dead,
+            })
+        })
+        .collect();
+    json!({
+        "schema_version": SCHEMA_VERSION, "rows": fibres.size[0], "columns": fibres.size[1],
+        "pixel_mm": fibres.pixel_mm, "mean_confidence": mean(&fibres.confidence),
+        "mean_absorption_per_mm": mean(&absorption.mu_a_per_mm), "knots": knots,
+    })
+}
+
+fn mean(numbers: &[f32]) -> f64 {
+    numbers.iter().map(|&number| f64::from(number)).sum::<f64>() / numbers.len().max(1) as f64
+}
+
+fn text(fibres: &FibreMap, out: &Path, view: &Path) -> String {
+    let mut azimuths: Vec<f32> = fibres.azimuth_rad.iter().map(|azimuth| azimuth.to_degrees()).collect();
+    azimuths.sort_by(f32::total_cmp);
+    let mut text = format!(
+        "{} x {} px; azimuth {:.1} deg (median), confidence {:.2} (mean); {} knots\n",
+        fibres.size[1],
+        fibres.size[0],
+        azimuths[azimuths.len() / 2],
+        mean(&fibres.confidence),
+        fibres.knots.len()
+    );
+    for knot in &fibres.knots {
+        let kind = if knot.dead { "dead" } else { "sound" };
+        let [long, wide] = knot.half_axes_mm.map(|half| 2.0 * half);
+        let (at, dive) = (knot.centre_mm, knot.dive_rad().to_degrees());
+        _ = writeln!(text, "  {kind} knot at {:.1}, {:.1} mm: {long:.1} x {wide:.1} mm, dive {dive:.0} deg", at.x, at.y);
+    }
+    _ = writeln!(text, "{}: maps\n{}: directions as hue", out.display(), view.display());
+    text
+}
