@@ -79,7 +79,9 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     let out = arguments.out.clone().unwrap_or_else(|| arguments.picture.with_extension("fibres.exr"));
     let view = out.with_extension("png");
     if output::resolve(&view) == output::resolve(&arguments.picture) {
-        return Err(UsageError(format!("{} would be replaced: choose another --out", arguments.picture.display())).into());
+        return Err(
+            UsageError(format!("{} would be replaced: choose another --out", arguments.picture.display())).into()
+        );
     }
     output::check_replaceable(&out, Written::Exr)?;
     output::check_replaceable(&view, Written::Png)?;
@@ -89,8 +91,7 @@ pub(super) fn run(arguments: &FibresArgs) -> CommandResult {
     let fibres = fibre_map(&grey, size, pixel_mm, &settings).map_err(told)?;
     // The kinds of wood of the class table: what a picture without a scale of reflectance is held to.
     let wood = Wood::from_values(&mut |parameter| parameter.default);
-    let absorption =
-        absorption_map(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
+    let absorption = absorption_map(&grey, &fibres, &wood.media, wood.log.latewood_share, &settings).map_err(told)?;
     let document = document(&fibres, &absorption);
     output::write(&out, &maps(&fibres, &absorption, &document))?;
     output::write_or(&view, &output::png(&directions(&fibres))?, "give another place with --out")?;
@@ -133,7 +134,10 @@ fn read(path: &Path) -> Result<(Vec<f32>, [usize; 2]), String> {
     let picture = reader.decode().map_err(|error| told(&error, &remedy))?;
     let size = [picture.height() as usize, picture.width() as usize];
     let grey = match picture {
-        DynamicImage::ImageLuma8(_) | DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA8(_) | DynamicImage::ImageLumaA16(_) => {
+        DynamicImage::ImageLuma8(_)
+        | DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageLumaA16(_) => {
             picture.into_luma16().into_raw().into_iter().map(|number| f32::from(number) / 65535.0).collect()
         }
         _ => {
@@ -168,9 +172,8 @@ fn directions(fibres: &FibreMap) -> RgbImage {
         let pixel = y as usize * cols + x as usize;
         let place = fibres.place_mm(pixel);
         let line = fibres.pixel_mm[0].max(fibres.pixel_mm[1]);
-        let on_outline = |knot: &wood_picture::PictureKnot| {
-            (knot.within(place) - 1.0).abs() * knot.half_axes_mm[1] < line
-        };
+        let on_outline =
+            |knot: &wood_picture::PictureKnot| (knot.within(place) - 1.0).abs() * knot.half_axes_mm[1] < line;
         if fibres.knots.iter().any(on_outline) {
             return Rgb([0; 3]);
         }
@@ -222,7 +225,11 @@ fn text(fibres: &FibreMap, out: &Path, view: &Path) -> String {
         let kind = if knot.dead { "dead" } else { "sound" };
         let [long, wide] = knot.half_axes_mm.map(|half| 2.0 * half);
         let (at, dive) = (knot.centre_mm, knot.dive_rad().to_degrees());
-        _ = writeln!(text, "  {kind} knot at {:.1}, {:.1} mm: {long:.1} x {wide:.1} mm, dive {dive:.0} deg", at.x, at.y);
+        _ = writeln!(
+            text,
+            "  {kind} knot at {:.1}, {:.1} mm: {long:.1} x {wide:.1} mm, dive {dive:.0} deg",
+            at.x, at.y
+        );
     }
     _ = writeln!(text, "{}: maps\n{}: directions as hue", out.display(), view.display());
     text

@@ -42,7 +42,8 @@ fn pixel_classes_are_those_of_the_labels() {
     let subjects: Vec<&str> = output_schema::SUBJECTS.iter().map(|subject| subject.name).collect();
     assert_eq!(subjects, recipe::Subject::NAMES);
     // Together the subjects have every class once, background apart.
-    let own = output_schema::SUBJECTS.iter().flat_map(|subject| subject.runs.iter().flat_map(|run| run.first..=run.last));
+    let own =
+        output_schema::SUBJECTS.iter().flat_map(|subject| subject.runs.iter().flat_map(|run| run.first..=run.last));
     let mut own: Vec<usize> = own.map(usize::from).collect();
     own.sort_unstable();
     assert_eq!(own, (1..names.len()).collect::<Vec<_>>());

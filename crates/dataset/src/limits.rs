@@ -13,7 +13,7 @@ const LIMITS_OF_ALL: [&str; 6] = [
 ];
 
 const LIMITS_OF_WOOD: [&str; 2] = [
-    "Boards have no cracks, no checks and compression wood but in knots, no blue stain, resin, rays, wane, torn grain, whorls, moisture or loss of height by decay.",
+    "Boards have no rays, resin canals, torn grain, moisture or loss of height by decay; light between the walls of a crack is thrown back once.",
     "A board never shades or hides its own surface.",
 ];
 

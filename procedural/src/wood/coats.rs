@@ -68,7 +68,14 @@ impl Coats {
                     _ => (spot, 0.5 * size * Vec2::new(1.0, long)),
                 };
                 let id = all.len() as u16 + instances.len() as u16 + 1;
-                all.push(Coat { class, id, centre, half, through: through as f32, outline: Noise::new(own.child("outline")) });
+                all.push(Coat {
+                    class,
+                    id,
+                    centre,
+                    half,
+                    through: through as f32,
+                    outline: Noise::new(own.child("outline")),
+                });
             }
         }
         instances.extend(all.iter().map(|coat| {
@@ -90,7 +97,9 @@ impl Coats {
             }
             let clouds = coat.outline.plane(spot / CLOUD_MM).0;
             let share = match coat.class {
-                Class::Burn => (1.0 - smoothstep(0.2, 1.0, q.y.abs())) * (1.0 + CLOUDS[1] * coat.outline.line(spot.x / CLOUD_MM).0),
+                Class::Burn => {
+                    (1.0 - smoothstep(0.2, 1.0, q.y.abs())) * (1.0 + CLOUDS[1] * coat.outline.line(spot.x / CLOUD_MM).0)
+                }
                 _ => {
                     let edge = 1.0 + OUTLINE * coat.outline.plane(2.0 * q).0;
                     (1.0 - smoothstep(edge - 0.2, edge + 0.2, q.length())) * (1.0 + CLOUDS[0] * clouds)

@@ -114,12 +114,7 @@ impl WoodKinds {
                 m.rot_k_ratio * k,
                 m.rot_n_eff,
             ),
-            resin: Coefficients::new(
-                m.resin_mu_a_per_mm,
-                m.resin_sigma_i_per_mm,
-                m.resin_k_per_mm,
-                m.resin_n_eff,
-            ),
+            resin: Coefficients::new(m.resin_mu_a_per_mm, m.resin_sigma_i_per_mm, m.resin_k_per_mm, m.resin_n_eff),
             frass: Coefficients::new(FRASS_MU_A * mu_a, FRASS_SIGMA_I * sigma_i, 0.0, FRASS_N_EFF),
             zones: ZoneFactors {
                 heartwood: m.heartwood_mu_a_ratio as f32,

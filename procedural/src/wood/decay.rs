@@ -126,8 +126,8 @@ impl Decay {
         let inwards = 0.5 * (board.width_mm - asked.reach_mm.min(board.width_mm));
         let edge = (asked.reach_mm > 0.0)
             .then(|| (asked.reach_mm as f32, note(Class::Rot, board.offset_mm + side * inwards, middle, f64::NAN)));
-        let heart =
-            (asked.heart_mm > 0.0).then(|| (asked.heart_mm as f32, note(Class::Rot, board.offset_mm, middle, 2.0 * asked.heart_mm)));
+        let heart = (asked.heart_mm > 0.0)
+            .then(|| (asked.heart_mm as f32, note(Class::Rot, board.offset_mm, middle, 2.0 * asked.heart_mm)));
         let pockets = (0..pockets).map(|index| {
             let mut rng = stream.child("pocket").index(index).rng();
             let spot = face.spot([rng.random(), rng.random()]);

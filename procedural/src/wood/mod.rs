@@ -40,7 +40,8 @@ use self::inclusions::{Filling, Inclusions};
 use self::knot_placement::PlacedKnot;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
-    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane, Wood,
+    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane,
+    Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
@@ -293,16 +294,7 @@ impl PlankSlice<'_> {
         let dispersion_deg = clear + grown.disturbed * (knotted - clear);
         let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
         Matter {
-            medium: Medium {
-                mu_a,
-                sigma_i,
-                k,
-                n_eff,
-                fibre,
-                dispersion_deg,
-                gloss: Gloss::wood(plank.gloss),
-                coat,
-            },
+            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: Gloss::wood(plank.gloss), coat },
             film: None,
             class,
             instance,

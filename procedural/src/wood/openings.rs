@@ -158,10 +158,15 @@ pub(super) struct Openings {
 
 impl Openings {
     /// The openings that the numbers ask for; instances of all but knots are added to `instances`.
-    pub fn grow(stream: Stream, wood: &Wood, trunk: &Trunk, knots: &[PlacedKnot], instances: &mut Vec<Instance>) -> Self {
+    pub fn grow(
+        stream: Stream,
+        wood: &Wood,
+        trunk: &Trunk,
+        knots: &[PlacedKnot],
+        instances: &mut Vec<Instance>,
+    ) -> Self {
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
-        let mut openings =
-            Self { all: Vec::new(), face: Face::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
+        let mut openings = Self { all: Vec::new(), face: Face::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
         openings.knots(wood, knots);
         openings.cracks(stream, wood, trunk, instances);
         openings.holes(stream.child("hole"), wood, instances);
@@ -197,7 +202,14 @@ impl Openings {
         for placed in knots.iter().filter(|placed| placed.knot.class == Class::KnotHole) {
             let form = Form::Knot { knot: Box::new(placed.knot.clone()), depth };
             let (low, high) = (Vec2::new(placed.x[0], placed.y[0]), Vec2::new(placed.x[1], placed.y[1]));
-            self.all.push(Opening { class: Class::KnotHole, id: placed.knot.id, low, high, labelled: LABELLED_MM, form });
+            self.all.push(Opening {
+                class: Class::KnotHole,
+                id: placed.knot.id,
+                low,
+                high,
+                labelled: LABELLED_MM,
+                form,
+            });
         }
     }
 
@@ -249,11 +261,19 @@ impl Openings {
                 let widest = table.iter().fold([f32::MAX, f32::MIN], |[low, high], &[place, half, _]| {
                     [low.min(place - half), high.max(place + half)]
                 });
-                let corners = [0, 1].map(|end| [0, 1].map(|side| self.face_place(widest[side], start + end as f32 * 2.0 * reach)));
+                let corners = [0, 1]
+                    .map(|end| [0, 1].map(|side| self.face_place(widest[side], start + end as f32 * 2.0 * reach)));
                 let corners = corners.as_flattened();
                 let low = corners.iter().copied().reduce(Vec2::min).unwrap_or(spot);
                 let high = corners.iter().copied().reduce(Vec2::max).unwrap_or(spot);
-                self.all.push(Opening { class, id, low, high, labelled: LABELLED_MM, form: Form::Crack { start, step, table } });
+                self.all.push(Opening {
+                    class,
+                    id,
+                    low,
+                    high,
+                    labelled: LABELLED_MM,
+                    form: Form::Crack { start, step, table },
+                });
             }
         }
     }
@@ -286,7 +306,14 @@ impl Openings {
             let [across, along] = self.log_place(spot);
             let form = Form::Hole { centre: Vec2::new(across, along), half, depth, frass };
             let room = Vec2::splat(half.max_element());
-            self.all.push(Opening { class: Class::InsectHole, id, low: spot - room, high: spot + room, labelled: LABELLED_MM, form });
+            self.all.push(Opening {
+                class: Class::InsectHole,
+                id,
+                low: spot - room,
+                high: spot + room,
+                labelled: LABELLED_MM,
+                form,
+            });
         }
     }
 
@@ -313,9 +340,17 @@ impl Openings {
             patches: Noise::new(stream.child("patches")),
         };
         let reach = width * (1.0 + 4.0 * WANE_WANDER[0]);
-        let (low, high) = (corner.min(corner - Vec2::new(side * reach, 0.0)), corner.max(corner - Vec2::new(side * reach, 0.0)));
+        let (low, high) =
+            (corner.min(corner - Vec2::new(side * reach, 0.0)), corner.max(corner - Vec2::new(side * reach, 0.0)));
         let long = Vec2::new(0.0, face.half.y);
-        self.all.push(Opening { class: Class::Wane, id, low: low - long, high: high + long, labelled: LABELLED_MM, form });
+        self.all.push(Opening {
+            class: Class::Wane,
+            id,
+            low: low - long,
+            high: high + long,
+            labelled: LABELLED_MM,
+            form,
+        });
     }
 
     fn machining(&mut self, stream: Stream, wood: &Wood, instances: &mut Vec<Instance>) {
@@ -387,7 +422,8 @@ impl Openings {
                 }
                 let i = at as usize;
                 let part = at - i as f32;
-                let [place, half, depth] = std::array::from_fn(|n| table[i][n] + part * (table[i + 1][n] - table[i][n]));
+                let [place, half, depth] =
+                    std::array::from_fn(|n| table[i][n] + part * (table[i + 1][n] - table[i][n]));
                 let aside = (across - place).abs();
                 let inside = aside < half;
                 (if inside { depth * (1.0 - aside / half) } else { 0.0 }, Floor::Wood)
@@ -415,9 +451,11 @@ impl Openings {
                 if down <= 0.0 {
                     return (0.0, Floor::Wood);
                 }
-                let barked = patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0 < NORMAL_TO_SHARE * (2.0 * bark - 1.0);
+                let barked = patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0
+                    < NORMAL_TO_SHARE * (2.0 * bark - 1.0);
                 let rough_mm = BARK_ROUGH_MM[usize::from(!barked)];
-                let rough = rough_mm * rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0 * (down / 2.0).min(1.0);
+                let rough =
+                    rough_mm * rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0 * (down / 2.0).min(1.0);
                 let depth = slope * down + bend * down * down + rough;
                 (depth.clamp(0.0, self.face.height - FLOOR_MM), if barked { Floor::Bark } else { Floor::Wood })
             }
@@ -446,15 +484,12 @@ impl Openings {
     #[inline]
     pub fn lower(&self, near: &[&Opening], spot: Vec2, trunk: &Trunk, face: Surface) -> Surface {
         let Some(opened) = self.at(near, spot, trunk) else { return face };
-        let depth = |dx: f32, dy: f32| self.at(near, spot + Vec2::new(dx, dy), trunk).map_or(0.0, |opened| opened.depth);
+        let depth =
+            |dx: f32, dy: f32| self.at(near, spot + Vec2::new(dx, dy), trunk).map_or(0.0, |opened| opened.depth);
         let h = DIFFERENCE_MM;
         let slope_x = (depth(h, 0.0) - depth(-h, 0.0)) / (2.0 * h);
         let slope_y = (depth(0.0, h) - depth(0.0, -h)) / (2.0 * h);
-        Surface {
-            z: face.z - opened.depth,
-            slope_x: face.slope_x - slope_x,
-            slope_y: face.slope_y - slope_y,
-        }
+        Surface { z: face.z - opened.depth, slope_x: face.slope_x - slope_x, slope_y: face.slope_y - slope_y }
     }
 }
 

@@ -104,10 +104,8 @@ impl Zones {
     pub fn grow(stream: Stream, wood: &Wood, trunk: &Trunk, instances: &mut Vec<Instance>) -> Self {
         let face = Face::of(wood);
         let middle = trunk.place(face.middle.x, face.middle.y, face.height);
-        let heartwood = (wood.log.heartwood_mm > 0.0).then(|| Heartwood {
-            radius: wood.log.heartwood_mm as f32,
-            border: Noise::new(stream.child("heartwood")),
-        });
+        let heartwood = (wood.log.heartwood_mm > 0.0)
+            .then(|| Heartwood { radius: wood.log.heartwood_mm as f32, border: Noise::new(stream.child("heartwood")) });
         let mut note = |class, x: f64, y: f64, size: f64, severity: f64| {
             let id = instances.len() as u16 + 1;
             instances.push(Instance::defect(id, class, [x, y], size, severity));
@@ -146,7 +144,8 @@ impl Zones {
         });
         let wedges = wedges.collect();
         let pith = wood.log.pith_mm as f32;
-        let pith = (pith, if pith > 0.0 { note(Class::Pith, at[0], at[1], 2.0 * f64::from(pith), f64::NAN) } else { 0 });
+        let pith =
+            (pith, if pith > 0.0 { note(Class::Pith, at[0], at[1], 2.0 * f64::from(pith), f64::NAN) } else { 0 });
         let clouds = Noise::new(stream.child("clouds"));
         Self { heartwood, crescent, stain: wood.stain.severity as f32, wedges, clouds, pith }
     }
@@ -178,7 +177,9 @@ impl Zones {
         }
         most *= 1.0 - heartwood;
         if most > 0.0 {
-            let cloud = self.clouds.space(Vec3::new(place.r * place.outward.x, 0.25 * place.l, place.r * place.outward.y) / 6.0);
+            let cloud = self
+                .clouds
+                .space(Vec3::new(place.r * place.outward.x, 0.25 * place.l, place.r * place.outward.y) / 6.0);
             shares.stain = self.stain * (most * (1.0 + STAIN_CLOUDS * cloud)).clamp(0.0, 1.0);
             if most >= LABELLED {
                 (shares.class, shares.instance) = (Class::BlueStain, id);

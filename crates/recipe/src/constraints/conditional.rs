@@ -106,12 +106,8 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
 
 const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
 const DEAD_KNOTS: ParameterNeeds = Any(&["knots.dead_count", "knots.hole_count"]);
-const BARK: ParameterNeeds = Any(&[
-    "knots.dead_count",
-    "knots.hole_count",
-    "inclusions.bark_pocket_count",
-    "wane.width_mm",
-]);
+const BARK: ParameterNeeds =
+    Any(&["knots.dead_count", "knots.hole_count", "inclusions.bark_pocket_count", "wane.width_mm"]);
 /// Diffusion along fibres that all run alike is what the other models know.
 const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
 const ROT: ParameterNeeds = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
