@@ -1,9 +1,9 @@
 //! Solid wood: a board sawn from a log with annual rings, knots and rot.
 //!
-//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`.
+//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
-//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), decay (`decay`), the saw (`sawn_surface`), and what all of that means for light
+//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), decay (`decay`), the saw (`sawn_surface`), and what all of that means for light
 //! (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
 
@@ -19,6 +19,7 @@ pub mod parameters;
 mod pith;
 mod rings;
 mod sawn_surface;
+pub mod stem;
 #[cfg(test)]
 mod tests;
 
@@ -29,10 +30,12 @@ use self::decay::Decay;
 pub use self::decay::LEAST_SIGMA_I;
 use self::growth::{Branch, Grown, Growth};
 use self::knot_placement::PlacedKnot;
-pub use self::parameters::{Board, Knots, Log, Media, Rot, Wood};
+pub use self::parameters::{Board, Knots, Log, Media, Rot, StemParameters, Wood};
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
 use self::sawn_surface::{SawnProfile, SawnSurface};
+use self::stem::{Cut, Sawing};
+pub use self::stem::{Stem, StemBranch, StemError};
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
@@ -70,6 +73,8 @@ pub struct Plank {
     dispersion_deg: [f32; 2],
     gloss: f32,
     instances: Vec<Instance>,
+    /// Outline of the stem that it was sawn from.
+    cut: Option<Box<Cut>>,
 }
 
 /// A board cut at one scan position.
@@ -86,14 +91,39 @@ pub struct PlankSlice<'a> {
 impl Plank {
     /// Grows the log and saws the board; every part draws from its own child of `stream`.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
-        let board = &wood.board;
         let trunk = Trunk::grow(stream.child("pith"), wood);
+        let growth = Growth::new(stream.child("growth"), wood);
+        let sawn = SawnSurface::grow(stream.child("saw"), wood);
+        let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
+        Self::assemble(stream, wood, trunk, growth, sawn, knots)
+    }
+
+    /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings, waviness, bundles,
+    /// rot and the saw draw from children of `stream`. The knots' counts, widths, slopes and deaths in `wood.knots` and the pith's
+    /// depth, offset and wander in `wood.log` do not count.
+    pub fn saw(stream: Stream, wood: &Wood, stem: &Stem) -> Self {
+        let sawing = Sawing::new(wood, stem);
+        let growth = Growth::new(stream.child("growth"), wood);
+        let sawn = SawnSurface::grow(stream.child("saw"), wood);
+        let knots = sawing.knots(stream.child("knot"), wood, stem, &growth, sawn.relief());
+        let cut = Some(Box::new(sawing.cut(wood, stem)));
+        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots) }
+    }
+
+    fn assemble(
+        stream: Stream,
+        wood: &Wood,
+        trunk: Trunk,
+        growth: Growth,
+        sawn: SawnSurface,
+        knots: Vec<PlacedKnot>,
+    ) -> Self {
+        let board = &wood.board;
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);
-        let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
         let decay = Decay::grow(stream.child("rot"), wood, kinds.rot);
-        let mut instances: Vec<Instance> = knots.iter().map(|placed| placed.instance).collect();
+        let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
         if let Some(decay) = &decay {
             let inwards = 0.5 * (board.width_mm - wood.rot.reach_mm.min(board.width_mm));
             instances.push(Instance {
@@ -111,8 +141,8 @@ impl Plank {
         }
         Self {
             rings: Rings::grow(stream.child("rings"), &wood.log, reach),
-            growth: Growth::new(stream.child("growth"), wood),
-            sawn: SawnSurface::grow(stream.child("saw"), wood),
+            growth,
+            sawn,
             streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
             streak: wood.log.streak as f32,
             latewood_share: wood.log.latewood_share as f32,
@@ -124,6 +154,7 @@ impl Plank {
             decay,
             kinds,
             instances,
+            cut: None,
         }
     }
 
@@ -144,9 +175,15 @@ impl Plank {
         self.sawn.bounds()
     }
 
-    /// Its knots, sound ones first, then its rot.
+    /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its rot.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
+    }
+
+    /// Distance from the pith to the outline of the stem [mm] at an azimuth `phi` [rad] and a place `l` along the log [mm], both as in
+    /// the log's coordinates; `None` for a board that was not sawn from a stem.
+    pub fn outline_mm(&self, phi: f32, l: f32) -> Option<f32> {
+        self.cut.as_ref().map(|cut| cut.radius(phi, l))
     }
 
     /// Relative departure of the fibre bundle at a place from the mean [1].
@@ -205,6 +242,15 @@ impl PlankSlice<'_> {
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
         self.cut.surface(x)
+    }
+
+    /// How far below the outline of its stem (x, z) of the cut lies along the radius, negative outside of the stem [mm]; `None` for a
+    /// board that was not sawn from a stem.
+    pub fn below_outline_mm(&self, x: f32, z: f32) -> Option<f32> {
+        let plank = self.plank;
+        let cut = plank.cut.as_ref()?;
+        let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
+        Some(cut.radius(place.phi, place.l) - place.r)
     }
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.

@@ -38,7 +38,7 @@ fn rich() -> Wood {
 
 fn with(base: &Wood, changed: &Parameter, value: f64) -> Wood {
     let groups = [base.board.values(), base.log.values(), base.knots.values(), base.rot.values(), base.media.values()];
-    let mut values = groups.into_iter().flatten();
+    let mut values = groups.into_iter().flatten().chain(base.stem.values());
     Wood::from_values(&mut |p| {
         let (same, old) = values.next().expect("as many values as declarations");
         assert_eq!(same.path(), p.path());

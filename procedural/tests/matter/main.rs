@@ -5,5 +5,7 @@ mod blister_truth;
 mod board;
 mod boards;
 mod extremes;
+mod gran_1;
 mod knots;
 mod solid;
+mod stem_statistics;
