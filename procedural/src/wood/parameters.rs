@@ -168,17 +168,17 @@ parameters! {
         /// Distance of the mean pith from the middle of the outline over the radius.
         eccentricity: 0.0, 0.5, 0.05, "[G]";
         /// Wander of the pith about its mean line, root mean square of the distance.
-        pith_wander_mm: 0.0, 30.0, 5.3, "[G]";
+        pith_wander_mm: 0.0, 30.0, 5.7, "[G] 5.3 about the line through 4 m";
         /// Median length of a year's shoot, which ends in a whorl.
-        whorl_spacing_mm: 20.0, 1500.0, 125.0, "[G] see docs/wood.md";
+        whorl_spacing_mm: 40.0, 1500.0, 125.0, "[G] see docs/wood.md";
         /// Standard deviation of the logarithm of that length from year to year.
         whorl_spacing_log_sd: 0.0, 1.0, 0.2, "[G]";
         /// Mean number of branches in a whorl.
-        whorl_branches: 0.0, 12.0, 2.7, "[G]";
+        whorl_branches: 0.0, 10.0, 2.7, "[G]";
         /// Spread of a whorl's branches along the stem, standard deviation.
         whorl_height_mm: 0.0, 100.0, 12.0, "[G]";
         /// Share of all branches that sit between the whorls.
-        between_whorls: 0.0, 0.9, 0.25, "[G]";
+        between_whorls: 0.0, 0.7, 0.25, "[G]";
         /// Median width of a whorl's branches 100 mm from the pith.
         branch_width_mm: 1.0, 80.0, 7.6, "[G] times 2 for fast-grown stock";
         /// Standard deviation of the logarithm of the width from branch to branch.

@@ -156,6 +156,26 @@ pub fn taper(sections: &[Section]) -> f64 {
     -1000.0 * up / sections.iter().map(|s| (s.height - h).powi(2)).sum::<f64>()
 }
 
+/// Stretches of 400 mm of the pith: squares of its distance from its mean line [mm^2], and of its tilt over 100 mm [rad^2], every 10 mm.
+pub fn pith_stretches(stem: &Stem) -> Vec<Vec<[f64; 2]>> {
+    let [low, high] = stem.ends_mm();
+    let heights: Vec<f64> = (0..).map(|i| low + 10.0 * f64::from(i)).take_while(|&h| h <= high).collect();
+    let points: Vec<[f64; 2]> = heights.iter().map(|&h| stem.pith_mm(h)).collect();
+    let middle = mean(heights.iter().copied());
+    let square = mean(heights.iter().map(|h| (h - middle).powi(2)));
+    let line = [0, 1].map(|axis| {
+        let at = mean(points.iter().map(|p| p[axis]));
+        let slope = mean(heights.iter().zip(&points).map(|(h, p)| (h - middle) * (p[axis] - at))) / square;
+        (at, slope)
+    });
+    let off = |i: usize, axis: usize| points[i][axis] - line[axis].0 - line[axis].1 * (heights[i] - middle);
+    let rows = (0..points.len() - 10).map(|i| {
+        let over = (off(i + 10, 0) - off(i, 0)).hypot(off(i + 10, 1) - off(i, 1));
+        [off(i, 0).powi(2) + off(i, 1).powi(2), (over / 100.0).atan().powi(2)]
+    });
+    rows.collect::<Vec<_>>().chunks(40).map(<[_]>::to_vec).collect()
+}
+
 pub fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, n) = values.fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
     sum / n

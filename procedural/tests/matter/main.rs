@@ -8,4 +8,5 @@ mod extremes;
 mod gran_1;
 mod knots;
 mod solid;
+mod stem;
 mod stem_statistics;

@@ -4,7 +4,7 @@ use crate::gran_1::*;
 
 /// Grown stems.
 const STEMS: u64 = 500;
-/// Share of the bootstrap within the interval: with 15 statistics, one in seven logs of the model itself would leave one of them.
+/// Share of the bootstrap within the interval: with 17 statistics, one in six logs of the model itself would leave one of them.
 const SHARE: f64 = 0.99;
 
 /// A statistic of one stem with the interval of the scanned log; units are resampled as they may depend on each other: clusters,
@@ -92,6 +92,12 @@ fn rows() -> Vec<Row> {
     let stretches = |stem: &procedural::wood::Stem| sections(stem).chunks(6).map(<[_]>::to_vec).collect::<Vec<_>>();
     row!("taper [mm/m]", stretches, |v: &[Vec<Section>]| taper(&v.concat()));
     row!("largest over smallest radius", stretches, |v: &[Vec<Section>]| mean(v.concat().iter().map(|s| s.ratio)));
+    row!("wander of the pith, rms [mm]", pith_stretches, |v: &[Vec<[f64; 2]>]| {
+        mean(v.concat().iter().map(|p| p[0])).sqrt()
+    });
+    row!("tilt over 100 mm, rms [deg]", pith_stretches, |v: &[Vec<[f64; 2]>]| {
+        mean(v.concat().iter().map(|p| p[1])).sqrt().to_degrees()
+    });
     rows
 }
 

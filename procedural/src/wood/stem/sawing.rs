@@ -30,7 +30,7 @@ const WOBBLE_ROOM: f32 = 1.12;
 /// Step of the grid on the face over a branch's half width [1], and its least and most [mm].
 const GRID: [f32; 3] = [0.15, 0.2, 1.0];
 /// Most points of the grid across and along.
-const GRID_POINTS: f32 = 400.0;
+const GRID_POINTS: f32 = 200.0;
 /// Azimuths of the outline's table: 120 mm from the pith its chords leave an arc by 0.01 mm.
 const AZIMUTHS: usize = 256;
 /// Distance of the table's sections [mm].
@@ -268,11 +268,16 @@ impl Sawing {
                 for i in 0..count.x as usize {
                     let x = low.x + (i as f32 + 0.5) * extent.x / count.x;
                     let place = self.trunk.place(x, y, z);
+                    // Only where its own outline reaches can it be the nearest.
+                    let alone = growth.at(&place, std::iter::once(knot));
+                    if alone.branch.is_none_or(|branch| branch.x >= 1.0) {
+                        continue;
+                    }
                     let near = placed
                         .iter()
                         .filter(|other| other.x[0] <= x && x <= other.x[1] && other.y[0] <= y && y <= other.y[1]);
-                    let grown = growth.at(&place, near.map(|other| &other.knot));
-                    if grown.branch.is_some_and(|branch| branch.x < 1.0 && branch.knot.id == knot.id) {
+                    let all = growth.at(&place, near.map(|other| &other.knot));
+                    if all.branch.is_some_and(|branch| branch.knot.id == knot.id) {
                         shown.push(Vec2::new(x, y));
                     }
                 }
