@@ -32,6 +32,10 @@ fn every_recipe_loads_and_is_embedded() {
         assert!(text.starts_with("# yaml-language-server: $schema=recipe.schema.json\n"), "{path}");
         let classes = recipe.classes().iter().map(|class| class.name.as_str());
         match recipe.subject() {
+            Subject::Wood if name == "wood-grading" => assert_eq!(classes.count(), 17),
+            Subject::Wood if name == "wood-stem" => {
+                assert!(classes.eq(["flat_sawn", "quarter_sawn", "through_pith"]));
+            }
             Subject::Wood => assert!(classes.eq(["clear", "dead_knot", "mixed", "rot", "sound_knot"])),
             Subject::Sawtooth if name == "sawtooth" => assert!(classes.eq(["piece"])),
             Subject::Sawtooth => assert!(classes.eq(["even", "plastic", "turned", "upright"])),
@@ -58,6 +62,11 @@ fn classes_hold_what_their_names_say() {
     for (index, recipe) in embedded().iter().flat_map(|recipe| (0..400).map(move |index| (index, recipe))) {
         let scene = recipe.draw(0, index);
         match &scene.plan {
+            Plan::Wood(wood) if recipe.name() == "wood-grading" => graded_boards_are_called(&scene.class, wood),
+            Plan::Wood(wood) if recipe.name() == "wood-stem" => {
+                assert_eq!(scene.class == "quarter_sawn", wood.stem.face_deg.abs() > 60.0);
+                assert_eq!(scene.class == "through_pith", wood.stem.board_radius_mm < 10.0);
+            }
             Plan::Wood(wood) => boards_are_called(&scene.class, wood),
             Plan::Blister(blister) => packs_are_called(&scene.class, &blister.defects),
             Plan::Sawtooth(piece, material) => {
@@ -84,6 +93,31 @@ fn boards_are_called(class: &str, wood: &Wood) {
         other => panic!("{other}"),
     };
     assert_eq!(shown, meant, "{class}");
+}
+
+fn graded_boards_are_called(class: &str, wood: &Wood) {
+    let Wood { knots, rot, inclusions, cracks, marks, .. } = wood;
+    let shown = [
+        ("sound_knot", knots.sound_count > 0.0 && knots.hole_count == 0.0),
+        ("dead_knot", knots.dead_count > 0.0),
+        ("knot_hole", knots.hole_count > 0.0),
+        ("edge_rot", rot.reach_mm > 0.0),
+        ("heart_rot", rot.heart_mm > 0.0),
+        ("pocket_rot", rot.pocket_count > 0.0),
+        ("blue_stain", wood.stain.severity > 0.0),
+        ("compression_wood", wood.compression.severity > 0.0),
+        ("resin", inclusions.resin_pocket_count > 0.0),
+        ("bark_pocket", inclusions.bark_pocket_count > 0.0),
+        ("pith", wood.log.pith_depth_mm < 2.0 && rot.heart_mm == 0.0),
+        ("crack", cracks.check_count > 0.0),
+        ("shake", cracks.shake_count > 0.0),
+        ("insect", wood.holes.count > 0.0),
+        ("wane", wood.wane.width_mm > 0.0),
+        ("marks", marks.dirt_count > 0.0),
+    ];
+    let shown: Vec<&str> = shown.into_iter().filter(|(_, is_shown)| *is_shown).map(|(name, _)| name).collect();
+    let meant = if class == "clear" { vec![] } else { vec![class] };
+    assert_eq!(shown, meant);
 }
 
 fn packs_are_called(class: &str, defects: &Defects) {

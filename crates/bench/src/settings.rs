@@ -102,6 +102,16 @@ pub struct Splits {
 }
 
 words! {
+    /// Where the log of a board and its knots come from.
+    LogSource {
+        /// A pith line of the board's own, and knots that are placed on its face one by one.
+        Placed = "placed",
+        /// A whole stem with its whorls, out of which the board is sawn.
+        Stem = "stem",
+    }
+}
+
+words! {
     /// Who says how the sensor is tilted and where the lens is sharp.
     Scheimpflug {
         /// The geometry: the laser plane is in focus.

@@ -12,13 +12,13 @@ use std::ops::Range;
 
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
-use procedural::wood::Plank;
+use procedural::wood::{Plank, Stem};
 use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
 use crate::effective::{calibration_numbers, effective, typical};
 use crate::labels::Binning;
-use bench::settings::{SensorStack, Transport};
+use bench::settings::{LogSource, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use recipe::{Plan, Scene, Subject};
 use scanner::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
@@ -50,7 +50,13 @@ pub fn render(scene: &Scene, tiles: &PatternCache, progress: &(dyn Fn(u64) + Syn
 /// Grows or forms the object of a scene.
 pub fn body(scene: &Scene) -> Body {
     match &scene.plan {
-        Plan::Wood(wood) => Body::Plank(Box::new(Plank::grow(scene.stream.child("plank"), wood))),
+        Plan::Wood(wood) => {
+            let stream = scene.stream.child("plank");
+            Body::Plank(Box::new(match scene.log {
+                LogSource::Placed => Plank::grow(stream, wood),
+                LogSource::Stem => Plank::saw(stream, wood, &Stem::grow(stream.child("stem"), &wood.stem)),
+            }))
+        }
         Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),
         Plan::Sawtooth(piece, material) => Body::Sawtooth(Box::new(Sawtooth::new(piece, material))),
         Plan::Mesh(placing, material) => {

@@ -33,7 +33,7 @@ use self::sampling::Sampling;
 use crate::asset::{Asset, AssetSource};
 use bench::parameters::Bench;
 use bench::settings::{
-    Extraction, LaserLine, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
+    Extraction, LaserLine, LogSource, Movement, Output, Postprocess, Readout, Size, SpeckleLaw, Splits, Transport,
 };
 use bench::split::Split;
 
@@ -94,6 +94,8 @@ pub struct Scene {
     pub plan: Plan,
     /// Triangles of a part, in units of its file.
     pub mesh: Option<Arc<Mesh>>,
+    /// Where the log of a board comes from.
+    pub log: LogSource,
     /// How light spreads below the surface.
     pub transport: Transport,
     /// How the object moves.

@@ -7,6 +7,7 @@
 //! 1985), and where fibres were let turn from one into the other they passed the angle at which guided light meets the
 //! camera, and each sound knot had the same bright rim.
 //! Sources: Foley (2001) for fibres in growth surfaces; Säll (2002) for the spiral; `bulge` and `grain_flow` for the rest.
+//! Around a branch that ended inside the stem all of this fades (`knot`).
 //! Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own; fibres that bend out of
 //! the stem into a living branch from below do so within its outline, at once.
 
@@ -117,6 +118,9 @@ impl Growth {
         let mut branch: Option<Branch<'a>> = None;
         let mut distance = None;
         for knot in knots {
+            if r >= knot.gone() {
+                continue;
+            }
             let section = knot.section(distance.get_or_insert_with(|| KnotDistance::new(r)));
             let a = section.half_width;
             let offset = Vec2::new(r * wrap(place.phi - section.phi), place.l - section.l);
@@ -129,7 +133,14 @@ impl Growth {
                 continue;
             }
             let merge = self.bulge.at(bulging.x);
-            let (h, h_slope) = height(a, section.widening, r - knot.death);
+            let (mut h, mut h_slope) = height(a, section.widening, r - knot.death);
+            let mut left = 1.0;
+            if knot.end.is_finite() {
+                let fall;
+                (left, fall) = knot.left(r);
+                h_slope = left * h_slope + fall * h;
+                h *= left;
+            }
             t -= h * merge.depth;
             let steep = bulging.steepness.map(|part| h * merge.slope_over_x * part / (a * a));
             let steep_across = steep[0] + steep[1];
@@ -142,11 +153,13 @@ impl Growth {
             let rise = offset.y * knot.cos_slope;
             let turned = Vec2::new(rise * cos - offset.x * sin, offset.x * cos + rise * sin) / a;
             let disturbance = self.oval.disturb(turned);
-            stream += merge.weight * disturbance.velocity;
-            disturbed = disturbed.max(self.bulge.disorder(&merge));
-            bundle += FOLLOW * merge.weight * a * disturbance.psi;
+            let weight = left * merge.weight;
+            stream += weight * disturbance.velocity;
+            disturbed = disturbed.max(left * self.bulge.disorder(&merge));
+            bundle += FOLLOW * weight * a * disturbance.psi;
             let d = Vec2::new(offset.x, rise);
-            if d.length_squared() < (OUTLINE_REACH * a).powi(2) {
+            if d.length_squared() < (OUTLINE_REACH * a).powi(2) && r < knot.end {
+                let a = a * knot.tip(r);
                 let (x, wobble) = knot.reach(d, a);
                 let length = d.length();
                 if branch.is_none_or(|other| x < other.x) {

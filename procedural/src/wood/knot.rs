@@ -4,14 +4,19 @@
 //!   l(r) = C + D sqrt r + E r  along the log and  phi(r) = F + G ln r  about it,
 //! and whose width grows as r (A + B r^(1/4)) while it lives. A dead branch keeps its width; bark takes the outer part
 //! of it. A point belongs to the skeleton point at its own distance from the pith (Larsson et al. 2022).
+//! A branch of a stem (`stem`) may end inside: over the last half width its outline rounds off to nothing as an ellipsoid,
+//! and what it does to the growth layers fades from there to four half widths beyond the end, in a smooth step.
 //! Sources: form of the skeleton and spread of its numbers from the 108 knots of the scanned log of Larsson et al.
 //! (2022); dead branches are cylinders (Trincado and Burkhart 2008).
-//! Limits: a branch never ends before the surface and its stub is not grown over; no swelling at the base.
+//! The rounding and the healing of an end are engineering estimates.
+//! Limits: knots that are placed on a face never end before it; no swelling at the base; no pocket of bark or resin at an end, over
+//! which the slope of the growth layers has a faint kink at 0.8 half widths from the axis, elsewhere hidden in the branch.
 
 use glam::Vec2;
 use rand::RngExt;
 
 use super::knot_inside::KnotInside;
+use super::stem::StemBranch;
 use crate::{Class, Stream, normal};
 
 /// Mean and spread of A over the scanned knots [rad].
@@ -34,6 +39,15 @@ const HARMONICS: usize = 5;
 const WOBBLE_LIMIT: f32 = 0.12;
 /// Part of the radius that bark may take at most [1].
 const BARK_LIMIT: f32 = 0.6;
+
+/// Growth layers are healed this far beyond a branch's end [half widths].
+const HEALING: f32 = 4.0;
+/// An end rounds off within this part of its distance from the pith at most [1].
+const CAP_LIMIT: f32 = 0.5;
+/// Narrowest part of a rounded end over its width [1].
+const TIP_LEAST: f32 = 1.0e-3;
+/// Largest distance from the pith where the width of a stem's branch is noted [mm].
+const NOTED_MM: f64 = 100.0;
 
 /// What is drawn for a knot whatever the recipe says; scaled to the recipe later.
 #[derive(Debug, Clone, Copy)]
@@ -110,8 +124,14 @@ pub(super) struct Knot {
     pub death: f32,
     /// Thickness of the bark ring [mm].
     pub bark: f32,
+    /// Distance from the pith where it ends [mm]; infinite where it reaches the surface of the log.
+    pub end: f32,
     /// Cosine of the axis' slope: the cut along the log is longer by its inverse [1].
     pub cos_slope: f32,
+    /// Length of the rounded end [mm].
+    cap: f32,
+    /// Length beyond the end over which growth layers heal [mm].
+    healing: f32,
     /// C [mm], D [mm^(1/2)], E [1], F [rad] and G [rad].
     skeleton: [f32; 5],
     /// Distance from the pith where the width is given: at the surface, or where the branch died [mm].
@@ -177,6 +197,9 @@ impl Knot {
             class,
             id,
             death: spot.death,
+            end: f32::INFINITY,
+            cap: 0.0,
+            healing: 0.0,
             bark: spot.bark.min(BARK_LIMIT * spot.half_width),
             cos_slope: 1.0 / (1.0 + spot.slope * spot.slope).sqrt(),
             skeleton: [start, bend, rise, spot.phi - turn * libm::logf(spot.r), turn],
@@ -187,6 +210,65 @@ impl Knot {
             outline: draw.outline,
             inside: draw.inside,
         }
+    }
+
+    /// A branch of a stem in the log of a board: `along` is the board's middle along the stem [mm], `azimuth` what is azimuth 0
+    /// in the log [rad], `r` the distance from the pith where its slope is taken, and `bark` the thickness of its ring [mm].
+    /// Its width, skeleton, death and end are those of the branch; class and number are given later.
+    pub fn of_branch(branch: &StemBranch, along: f64, azimuth: f64, r: f64, bark: f32, draw: &KnotDraw) -> Self {
+        let [opening, narrowing] = branch.width;
+        let fixed = branch.widest_mm().min(branch.end_mm).min(NOTED_MM);
+        let half_width = 0.5 * branch.width_mm(fixed) as f32;
+        let taper = -narrowing * fixed.sqrt().sqrt() / opening;
+        let end = branch.end_mm as f32;
+        let last = if end.is_finite() { 0.5 * branch.width_mm(branch.end_mm) as f32 } else { 0.0 };
+        let [start, bend, rise] = branch.height;
+        let [from, turn] = branch.azimuth;
+        // Half a turn away at most, so that differences of azimuths need one turn at most.
+        let middle = from + turn * libm::log(0.5 * fixed) - azimuth;
+        let turns = libm::round(middle / std::f64::consts::TAU) * std::f64::consts::TAU;
+        Self {
+            class: Class::SoundKnot,
+            id: 0,
+            death: branch.death_mm as f32,
+            end,
+            cap: if end.is_finite() { last.min(CAP_LIMIT * end) } else { 0.0 },
+            healing: HEALING * last,
+            bark: bark.min(BARK_LIMIT * half_width),
+            cos_slope: (1.0 / (1.0 + branch.slope(r) * branch.slope(r)).sqrt()) as f32,
+            skeleton: [(start - along) as f32, bend as f32, rise as f32, (from - azimuth - turns) as f32, turn as f32],
+            half_width,
+            fixed: fixed as f32,
+            taper: taper as f32,
+            widest: if taper > 0.0 { libm::pow(0.8 / taper, 4.0) as f32 } else { f32::INFINITY },
+            outline: draw.outline,
+            inside: draw.inside,
+        }
+    }
+
+    /// Distance from the pith beyond which nothing is left of it [mm].
+    #[inline]
+    pub fn gone(&self) -> f32 {
+        self.end + self.healing
+    }
+
+    /// How much of what it does to the wood around is left at a distance from the pith [1], and the slope of that [mm^-1].
+    #[inline]
+    pub fn left(&self, r: f32) -> (f32, f32) {
+        let length = self.cap + self.healing;
+        let u = ((r - self.end + self.cap) / length).clamp(0.0, 1.0);
+        let (v, w) = (u * u, 1.0 - u);
+        (1.0 - v * u * (u * (6.0 * u - 15.0) + 10.0), -30.0 * v * w * w / length)
+    }
+
+    /// Width of the outline over that of the branch, below 1 in a rounded end only [1].
+    #[inline]
+    pub fn tip(&self, r: f32) -> f32 {
+        if self.end == f32::INFINITY {
+            return 1.0;
+        }
+        let u = ((r - self.end + self.cap) / self.cap).clamp(0.0, 1.0);
+        (1.0 - u * u).sqrt().max(TIP_LEAST)
     }
 
     /// The knot at a distance from the pith.

@@ -4,7 +4,7 @@
 //! outline inside the board, clear of the knots before it, not too flat against the surface, and far enough from the
 //! pith for its width. Where none fits it takes the one that misses by least. So a further knot leaves the earlier
 //! ones alone, and the knots of one kind only move where those of the other are in their way.
-//! Limits: no whorls; the number, not the forest, decides how many knots a board has.
+//! Limits: no whorls; the number, not the forest, decides how many knots a board has. `stem` is the other way.
 
 use glam::{Vec2, Vec3};
 use rand::RngExt;
@@ -47,8 +47,8 @@ pub(super) struct PlacedKnot {
     pub x: [f32; 2],
     /// Along the scan: from, to [mm].
     pub y: [f32; 2],
-    /// Its numbers.
-    pub instance: Instance,
+    /// Its numbers; `None` where the upper face shows none of it.
+    pub instance: Option<Instance>,
 }
 
 /// A proposal that was looked at.
@@ -193,5 +193,5 @@ fn surround(knot: Knot, at: &KnotProposal, wood: &Wood, trunk: &Trunk, reach: f3
         death_radius_mm: if at.spot.death.is_finite() { f64::from(at.spot.death) } else { nan },
         severity: nan,
     };
-    PlacedKnot { knot, x: [low.x, high.x], y: [low.y, high.y], instance }
+    PlacedKnot { knot, x: [low.x, high.x], y: [low.y, high.y], instance: Some(instance) }
 }

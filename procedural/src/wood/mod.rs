@@ -1,9 +1,9 @@
 //! Solid wood: a board sawn from a log with annual rings, knots and the defects that graders look for.
 //!
-//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`.
+//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
-//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
+//! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
 //! (`inclusions`), the saw (`sawn_surface`), cracks, holes and wane (`openings`), dirt and burns (`coats`), and what all of that means for
 //! light (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
@@ -24,6 +24,7 @@ pub mod parameters;
 mod pith;
 mod rings;
 mod sawn_surface;
+pub mod stem;
 #[cfg(test)]
 mod tests;
 mod zones;
@@ -40,12 +41,14 @@ use self::inclusions::{Filling, Inclusions};
 use self::knot_placement::PlacedKnot;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
-    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane,
-    Wood,
+    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain,
+    StemParameters, Wane, Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
 use self::sawn_surface::{SawnProfile, SawnSurface};
+use self::stem::{Cut, Sawing};
+pub use self::stem::{Stem, StemBranch, StemError};
 use self::zones::Zones;
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
@@ -88,6 +91,8 @@ pub struct Plank {
     dispersion_deg: [f32; 2],
     gloss: f32,
     instances: Vec<Instance>,
+    /// Outline of the stem that it was sawn from.
+    cut: Option<Box<Cut>>,
 }
 
 /// A board cut at one scan position.
@@ -106,14 +111,39 @@ pub struct PlankSlice<'a> {
 impl Plank {
     /// Grows the log and saws the board; every part draws from its own child of `stream`.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
-        let board = &wood.board;
         let trunk = Trunk::grow(stream.child("pith"), wood);
+        let growth = Growth::new(stream.child("growth"), wood);
+        let sawn = SawnSurface::grow(stream.child("saw"), wood);
+        let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
+        Self::assemble(stream, wood, trunk, growth, sawn, knots)
+    }
+
+    /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings, waviness, bundles,
+    /// rot and the saw draw from children of `stream`. The knots' counts, widths, slopes and deaths in `wood.knots` and the pith's
+    /// depth, offset and wander in `wood.log` do not count.
+    pub fn saw(stream: Stream, wood: &Wood, stem: &Stem) -> Self {
+        let sawing = Sawing::new(wood, stem);
+        let growth = Growth::new(stream.child("growth"), wood);
+        let sawn = SawnSurface::grow(stream.child("saw"), wood);
+        let knots = sawing.knots(stream.child("knot"), wood, stem, &growth, sawn.relief());
+        let cut = Some(Box::new(sawing.cut(wood, stem)));
+        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots) }
+    }
+
+    fn assemble(
+        stream: Stream,
+        wood: &Wood,
+        trunk: Trunk,
+        growth: Growth,
+        sawn: SawnSurface,
+        knots: Vec<PlacedKnot>,
+    ) -> Self {
+        let board = &wood.board;
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);
-        let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
         let rings = Rings::grow(stream.child("rings"), &wood.log, reach);
-        let mut instances: Vec<Instance> = knots.iter().map(|placed| placed.instance).collect();
+        let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
         let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
         let zones = Zones::grow(stream.child("zones"), wood, &trunk, &mut instances);
         let inclusions = Inclusions::grow(stream.child("inclusions"), wood, &trunk, &rings, &mut instances);
@@ -121,8 +151,8 @@ impl Plank {
         let coats = Coats::grow(stream.child("coats"), wood, &mut instances);
         Self {
             rings,
-            growth: Growth::new(stream.child("growth"), wood),
-            sawn: SawnSurface::grow(stream.child("saw"), wood),
+            growth,
+            sawn,
             streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
             streak: wood.log.streak as f32,
             latewood_share: wood.log.latewood_share as f32,
@@ -138,6 +168,7 @@ impl Plank {
             coats,
             kinds,
             instances,
+            cut: None,
         }
     }
 
@@ -164,9 +195,16 @@ impl Plank {
         self.sawn.bounds()
     }
 
-    /// Its knots, sound ones first, then its rot, zones, inclusions, openings and coats.
+    /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its rot, zones,
+    /// inclusions, openings and coats.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
+    }
+
+    /// Distance from the pith to the outline of the stem [mm] at an azimuth `phi` [rad] and a place `l` along the log [mm], both as in
+    /// the log's coordinates; `None` for a board that was not sawn from a stem.
+    pub fn outline_mm(&self, phi: f32, l: f32) -> Option<f32> {
+        self.cut.as_ref().map(|cut| cut.radius(phi, l))
     }
 
     /// Relative departure of the fibre bundle at a place from the mean [1].
@@ -246,6 +284,15 @@ impl PlankSlice<'_> {
         }
         let plank = self.plank;
         Some(plank.openings.lower(&self.open, Vec2::new(x, self.y), &plank.trunk, face))
+    }
+
+    /// How far below the outline of its stem (x, z) of the cut lies along the radius, negative outside of the stem [mm]; `None` for a
+    /// board that was not sawn from a stem.
+    pub fn below_outline_mm(&self, x: f32, z: f32) -> Option<f32> {
+        let plank = self.plank;
+        let cut = plank.cut.as_ref()?;
+        let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
+        Some(cut.radius(place.phi, place.l) - place.r)
     }
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.

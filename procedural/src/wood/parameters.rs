@@ -1,4 +1,5 @@
-//! The numbers that make a board: how it was sawn, the log it came from, its knots, its decay and its media.
+//! The numbers that make a board: how it was sawn, the log it came from, its knots, its decay and its media, and the whole
+//! stem for boards that are sawn from one.
 //!
 //! Sources: [T] Kihl and Källberg 2021; [G] statistics of the scanned spruce log "Gran_1" (Larsson et al. 2022, MIT);
 //! [L] the literature named in docs/wood.md; [C] chosen so that the observables of docs/wood.md come out.
@@ -315,6 +316,62 @@ parameters! {
     }
 }
 
+parameters! {
+    /// The whole stem and where a board lies in it, for boards that are sawn from a stem.
+    stem: StemParameters {
+        /// Length of the stem.
+        length_mm: 200.0, 20000.0, 4000.0, "[G]";
+        /// Mean radius halfway along it.
+        radius_mm: 20.0, 600.0, 123.0, "[G]";
+        /// Loss of radius along it, over a metre.
+        taper_mm_per_m: 0.0, 30.0, 2.5, "[G]";
+        /// Largest over smallest diameter of a section, but for its lobes.
+        oval: 1.0, 1.6, 1.05, "[G]";
+        /// Root mean square of the lobes of the outline over the radius.
+        lobes: 0.0, 0.1, 0.012, "[G]";
+        /// Distance of the mean pith from the middle of the outline over the radius.
+        eccentricity: 0.0, 0.5, 0.05, "[G]";
+        /// Wander of the pith about its mean line, root mean square of the distance.
+        pith_wander_mm: 0.0, 30.0, 5.7, "[G] 5.3 about the line through 4 m";
+        /// Median length of a year's shoot, which ends in a whorl.
+        whorl_spacing_mm: 40.0, 1500.0, 125.0, "[G] see docs/wood.md";
+        /// Standard deviation of the logarithm of that length from year to year.
+        whorl_spacing_log_sd: 0.0, 1.0, 0.2, "[G]";
+        /// Mean number of branches in a whorl.
+        whorl_branches: 0.0, 10.0, 2.7, "[G]";
+        /// Spread of a whorl's branches along the stem, standard deviation.
+        whorl_height_mm: 0.0, 100.0, 12.0, "[G]";
+        /// Share of all branches that sit between the whorls.
+        between_whorls: 0.0, 0.7, 0.25, "[G]";
+        /// Median width of a whorl's branches 100 mm from the pith.
+        branch_width_mm: 1.0, 80.0, 7.6, "[G] times 2 for fast-grown stock";
+        /// Standard deviation of the logarithm of the width from branch to branch.
+        branch_width_log_sd: 0.0, 1.5, 0.36, "[G]";
+        /// Width of branches between the whorls over that of a whorl's.
+        between_width: 0.05, 2.0, 0.36, "[G]";
+        /// Change of the width's logarithm towards the side with most light; the other side loses as much.
+        branch_side: 0.0, 1.0, 0.2, "[G]";
+        /// Slope of the axes against the plane across the stem 100 mm from the pith, upwards positive, mean.
+        branch_slope_deg: -45.0, 60.0, -12.0, "[G]";
+        /// Spread of that slope from branch to branch.
+        branch_slope_sd_deg: 0.0, 30.0, 8.0, "[G]";
+        /// Median distance from the pith where branches die, over the stem's radius; those that die beyond its surface live.
+        death_share: 0.05, 5.0, 0.78, "[G]";
+        /// Standard deviation of the logarithm of that distance.
+        death_log_sd: 0.0, 1.5, 0.48, "[G]";
+        /// Median length of a dead stub over its width; a stub that ends inside the stem is grown over.
+        stub_length: 0.0, 1000.0, 22.0, "[G]";
+        /// Where the middle of the board lies along the stem; moved so that the board ends within the stem if it can.
+        board_along_mm: 0.0, 20000.0, 2000.0, "free";
+        /// Distance of the middle of the upper face from the pith.
+        board_radius_mm: 0.0, 600.0, 70.0, "free";
+        /// Side of the stem on which that middle lies.
+        board_azimuth_deg: -180.0, 180.0, 0.0, "free";
+        /// Turn of the upper face's normal against the direction from the pith: 0 flat-sawn, 90 quarter-sawn, 180 bark side down.
+        face_deg: -180.0, 180.0, 0.0, "free";
+    }
+}
+
 /// Everything that makes a board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wood {
@@ -342,6 +399,8 @@ pub struct Wood {
     pub wane: Wane,
     /// Marks on its face.
     pub marks: Marks,
+    /// The whole stem, for a board that is sawn from one.
+    pub stem: StemParameters,
 }
 
 impl Wood {
@@ -360,6 +419,7 @@ impl Wood {
             holes: Holes::from_values(value),
             wane: Wane::from_values(value),
             marks: Marks::from_values(value),
+            stem: StemParameters::from_values(value),
         }
     }
 
@@ -378,6 +438,7 @@ impl Wood {
             self.holes.values(),
             self.wane.values(),
             self.marks.values(),
+            self.stem.values(),
         ]
         .concat()
     }

@@ -1,6 +1,7 @@
 //! The log that a board was cut from: its pith line and the cylinder coordinates around it.
 //!
-//! Models: a pith line that tilts against the board and wanders smoothly. Coordinates of a point are its distance `r`
+//! Models: a pith line, either one that tilts against the board and wanders smoothly, or that of a whole stem (`stem`).
+//! Coordinates of a point are its distance `r`
 //! from the pith in the plane across the log, its azimuth `phi`, and its place `l` along the log.
 //! Equation: P = pith(l) + r e_r(phi) + l e_L, the same cut across the log that Larsson et al. (2022) use.
 //! Source of the numbers: the scanned log of Larsson et al., whose pith tilts 2.8 deg over 10 mm and 0.6 deg over 1 m.
@@ -25,11 +26,11 @@ const NEAREST_MM: f32 = 1.0e-3;
 
 /// Position and direction of the pith at one place along the log.
 #[derive(Debug, Clone, Copy)]
-struct PithNode {
+pub(super) struct PithNode {
     /// Sideways and upwards [mm].
-    place: Vec2,
+    pub place: Vec2,
     /// Their change along the log [1].
-    slope: Vec2,
+    pub slope: Vec2,
 }
 
 /// The log in the board's frame.
@@ -73,11 +74,6 @@ impl Trunk {
     /// The log of a board.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let (board, log) = (&wood.board, &wood.log);
-        let (sin, cos) = libm::sincos(log.grain_angle_deg.to_radians());
-        let turn = Vec2::new(cos as f32, sin as f32);
-        let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
-        let reach = half.x * turn.y.abs() + half.y * turn.x.abs() + MARGIN_MM;
-        let count = (2.0 * reach / STEP_MM).ceil() as usize + 2;
         let tilt = libm::tan(log.pith_tilt_deg.to_radians()) as f32;
         let straight = Vec2::new(log.pith_offset_mm as f32, (board.thickness_mm - log.pith_depth_mm) as f32);
         // The root mean square is that of the distance; sideways and upwards share it.
@@ -92,20 +88,24 @@ impl Trunk {
             }
         };
         let (sideways, upwards) = (bends("sideways"), bends("upwards"));
-        let nodes = (0..count).map(|i| {
-            let l = i as f32 * STEP_MM - reach;
+        Self::along(wood, MARGIN_MM, straight, |l| {
             let (x, z) = (sideways(l), upwards(l));
             PithNode { place: straight + Vec2::new(x.x, z.x - tilt * l), slope: Vec2::new(x.y, z.y - tilt) }
-        });
+        })
+    }
+
+    /// The log around a pith line, asked up to `margin` beyond the board [mm]; azimuth 0 points from `straight`, sideways and
+    /// upwards [mm], to the board's middle.
+    pub fn along(wood: &Wood, margin: f32, straight: Vec2, pith: impl Fn(f32) -> PithNode) -> Self {
+        let (board, log) = (&wood.board, &wood.log);
+        let (sin, cos) = libm::sincos(log.grain_angle_deg.to_radians());
+        let turn = Vec2::new(cos as f32, sin as f32);
+        let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
+        let reach = half.x * turn.y.abs() + half.y * turn.x.abs() + margin;
+        let count = (2.0 * reach / STEP_MM).ceil() as usize + 2;
+        let nodes = (0..count).map(|i| pith(i as f32 * STEP_MM - reach));
         let middle = Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32);
-        let to_board = Vec2::new(0.0, 0.5 * board.thickness_mm as f32) - straight;
-        Self {
-            middle,
-            turn,
-            zenith: to_board.try_normalize().unwrap_or(Vec2::Y),
-            start: -reach,
-            nodes: nodes.collect(),
-        }
+        Self { middle, turn, zenith: zenith(wood, straight), start: -reach, nodes: nodes.collect() }
     }
 
     #[inline]
@@ -154,6 +154,12 @@ impl Trunk {
             most.max(Vec2::new(node.place.x.abs() + level, up).length())
         })
     }
+}
+
+/// Direction across the log from the pith to the middle of the board: sideways and upwards [1].
+pub(super) fn zenith(wood: &Wood, pith: Vec2) -> Vec2 {
+    let to_board = Vec2::new(0.0, 0.5 * wood.board.thickness_mm as f32) - pith;
+    to_board.try_normalize().unwrap_or(Vec2::Y)
 }
 
 #[cfg(test)]

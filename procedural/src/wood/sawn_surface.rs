@@ -121,6 +121,11 @@ impl SawnSurface {
         (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
     }
 
+    /// How far ripple and roughness leave the warped face, but for the rarest strands [mm].
+    pub fn relief(&self) -> f32 {
+        2.0 * self.ripple + 4.0 * self.roughness
+    }
+
     /// A closed hull without the roughness, down to the conveyor.
     pub fn hull(&self) -> Mesh {
         let edge = if self.ripple > 0.0 { HULL_EDGE_MM.min(self.pitch / HULL_PER_PITCH) } else { HULL_EDGE_MM };

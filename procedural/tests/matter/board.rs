@@ -80,7 +80,8 @@ fn with(base: &Wood, changed: &Parameter, value: f64) -> Wood {
 fn every_parameter_has_an_effect() {
     let base = full();
     let before = answers(&grow(5, &base));
-    for (parameter, value) in base.values() {
+    // Of the stem `stem.rs` asks.
+    for (parameter, value) in base.values().into_iter().filter(|(parameter, _)| parameter.group != "stem") {
         // A tenth of the way to the farther end of the range, or one more; only the side of the edge needs the far end.
         let end = if parameter.max - value > value - parameter.min { parameter.max } else { parameter.min };
         let step = if parameter.name == "edge" { 1.0 } else { 0.1 };

@@ -2,6 +2,7 @@
 
 use crate::boards::grow;
 use procedural::wood::parameters::Wood;
+use procedural::wood::{Plank, Stem};
 use procedural::{Class, Stream};
 use rand::RngExt;
 
@@ -61,6 +62,54 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
             assert!((m.fibre.length() - 1.0).abs() < 1.0e-4, "seed {seed}: {matter:?} in {wood:?}");
             let instance = plank.instances().iter().find(|i| i.id == matter.instance);
             assert_eq!(instance.map_or(Class::Clear, |i| i.class), matter.class, "seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
+    for seed in 0..BOARDS {
+        let mut rng = Stream::root(seed).child("stem extremes").rng();
+        let wood = Wood::from_values(&mut |p| {
+            // Boards of 10 m in stems of 20 m only take long.
+            let max = if p.name == "length_mm" { p.max.min(3000.0) } else { p.max };
+            match rng.random_range(0..3) {
+                0 => p.min,
+                1 => max,
+                _ if p.integer => (p.min + (max - p.min) * rng.random::<f64>()).round(),
+                _ => p.min + (max - p.min) * rng.random::<f64>(),
+            }
+        });
+        let stem = Stem::grow(Stream::root(seed).child("stem"), &wood.stem);
+        let [from, to] = stem.ends_mm();
+        for i in 0..60 {
+            let r = stem.radius_mm(0.1 * f64::from(i), from + (to - from) * f64::from(i) / 59.0);
+            assert!(r.is_finite() && r > 0.0, "seed {seed}: outline {r}");
+        }
+        for branch in stem.branches() {
+            for r in [1.0, 30.0, 200.0] {
+                let sane = branch.width_mm(r) > 0.0 && branch.width_mm(r) <= r && branch.height_at(r).is_finite();
+                assert!(sane, "seed {seed}: {branch:?} at {r}");
+            }
+            assert!(
+                branch.end_mm > 0.0 && branch.death_mm > 0.0 && branch.end_mm >= branch.death_mm.min(branch.end_mm)
+            );
+        }
+        let plank = Plank::saw(Stream::root(seed), &wood, &stem);
+        let (low, high) = plank.bounds();
+        for _ in 0..300 {
+            let share: [f32; 3] = std::array::from_fn(|_| rng.random());
+            let (x, y) = (low.x + share[0] * (high.x - low.x), low.y + share[1] * (high.y - low.y));
+            let slice = plank.slice(y);
+            let Some(surface) = slice.surface(x) else { continue };
+            let matter = slice.matter(x, surface.z * share[2]);
+            let m = matter.medium;
+            let sum = m.mu_a + m.sigma_i + m.k + m.n_eff + m.dispersion_deg;
+            assert!(m.mu_a > 0.0 && sum.is_finite(), "seed {seed}: {matter:?} in {wood:?}");
+            assert!((m.fibre.length() - 1.0).abs() < 1.0e-4, "seed {seed}: {matter:?} in {wood:?}");
+            let instance = plank.instances().iter().find(|i| i.id == matter.instance);
+            assert_eq!(instance.map_or(Class::Clear, |i| i.class), matter.class, "seed {seed}");
+            assert!(slice.below_outline_mm(x, surface.z).is_some_and(f32::is_finite), "seed {seed}");
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::keys;
 use crate::keys::idle::{Idle, Wording};
 use crate::keys::settings::Settings;
 use crate::subject::Subject;
-use bench::settings::{Fan, Filter, LineShape, Movement, Scheimpflug, TransportName, Words};
+use bench::settings::{Fan, Filter, LineShape, LogSource, Movement, Scheimpflug, TransportName, Words};
 use procedural::blister::parameters::DEFECT_COUNTS;
 use yaml::YamlReader;
 
@@ -39,6 +39,10 @@ enum ParameterNeeds {
     Amount(&'static str),
     /// One of several such parameters.
     Any(&'static [&'static str]),
+    /// The same, or a whole stem, which has knots of all kinds.
+    AnyKnots(&'static [&'static str]),
+    /// Where the log comes from.
+    Log(LogSource),
     /// Room for a tablet that stands on its edge.
     RoomToStand,
     /// A tablet that is no ellipse or stadium as long as wide: of these both are a circle.
@@ -58,6 +62,9 @@ const POWELL: ParameterNeeds = ParameterNeeds::Fan(Fan::Powell);
 const TURNTABLE: ParameterNeeds = ParameterNeeds::Movement(Movement::Turntable);
 const GIVEN: ParameterNeeds = ParameterNeeds::Scheimpflug(Scheimpflug::Given);
 const BAND_PASS: ParameterNeeds = ParameterNeeds::Filter(Filter::BandPass);
+
+const PLACED: ParameterNeeds = ParameterNeeds::Log(LogSource::Placed);
+const STEM: ParameterNeeds = ParameterNeeds::Log(LogSource::Stem);
 
 /// Every conditional parameter by its path; of several needs the first that is not met is told.
 const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
@@ -102,10 +109,47 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("material.fibre_azimuth_deg", &[Amount("material.k_per_mm")]),
     ("material.fibre_dive_deg", &[Amount("material.k_per_mm")]),
     ("material.fibre_dispersion_deg", &[Amount("material.k_per_mm")]),
+    ("knots.sound_count", &[PLACED]),
+    ("knots.dead_count", &[PLACED]),
+    ("knots.hole_count", &[PLACED]),
+    ("knots.hole_depth_mm", &[PLACED]),
+    ("knots.width_mm", &[PLACED]),
+    ("knots.width_log_sd", &[PLACED]),
+    ("knots.slope_deg", &[PLACED]),
+    ("knots.slope_sd_deg", &[PLACED]),
+    ("knots.death_share", &[PLACED]),
+    ("log.pith_depth_mm", &[PLACED]),
+    ("log.pith_offset_mm", &[PLACED]),
+    ("log.pith_wander_mm", &[PLACED]),
+    ("stem.length_mm", &[STEM]),
+    ("stem.radius_mm", &[STEM]),
+    ("stem.taper_mm_per_m", &[STEM]),
+    ("stem.oval", &[STEM]),
+    ("stem.lobes", &[STEM]),
+    ("stem.eccentricity", &[STEM]),
+    ("stem.pith_wander_mm", &[STEM]),
+    ("stem.whorl_spacing_mm", &[STEM]),
+    ("stem.whorl_spacing_log_sd", &[STEM]),
+    ("stem.whorl_branches", &[STEM]),
+    ("stem.whorl_height_mm", &[STEM]),
+    ("stem.between_whorls", &[STEM]),
+    ("stem.branch_width_mm", &[STEM]),
+    ("stem.branch_width_log_sd", &[STEM]),
+    ("stem.between_width", &[STEM]),
+    ("stem.branch_side", &[STEM]),
+    ("stem.branch_slope_deg", &[STEM]),
+    ("stem.branch_slope_sd_deg", &[STEM]),
+    ("stem.death_share", &[STEM]),
+    ("stem.death_log_sd", &[STEM]),
+    ("stem.stub_length", &[STEM]),
+    ("stem.board_along_mm", &[STEM]),
+    ("stem.board_radius_mm", &[STEM]),
+    ("stem.board_azimuth_deg", &[STEM]),
+    ("stem.face_deg", &[STEM]),
 ];
 
-const KNOTS: ParameterNeeds = Any(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
-const DEAD_KNOTS: ParameterNeeds = Any(&["knots.dead_count", "knots.hole_count"]);
+const KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
+const DEAD_KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.dead_count", "knots.hole_count"]);
 const BARK: ParameterNeeds =
     Any(&["knots.dead_count", "knots.hole_count", "inclusions.bark_pocket_count", "wane.width_mm"]);
 /// Diffusion along fibres that all run alike is what the other models know.
@@ -279,7 +323,9 @@ impl ParameterNeeds {
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
             Self::Amount(path) => is_zero(scene, path)
                 .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
-            Self::Any(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
+            Self::AnyKnots(_) if settings.log.source == LogSource::Stem => None,
+            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, &[wanted], Wording::While),
+            Self::Any(paths) | Self::AnyKnots(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
                 let named = if paths.len() > 3 { &paths[..1] } else { paths };
                 let others = if named.len() < paths.len() { " and all others of their kind are 0" } else { " are 0" };
                 let problem = format!("has no effect while `{}`{others}", named.join("` and `"));
@@ -366,7 +412,10 @@ mod tests {
             assert!(declared(path), "{path}");
             for need in *needs {
                 assert!(!matches!(need, Amount(amount) if !declared(amount)), "{path} needs {need:?}");
-                assert!(!matches!(need, Any(amounts) if !amounts.iter().all(|amount| declared(amount))), "{path}");
+                assert!(
+                    !matches!(need, Any(amounts) | ParameterNeeds::AnyKnots(amounts) if !amounts.iter().all(|amount| declared(amount))),
+                    "{path}"
+                );
             }
         }
         // Every count of defects is asked for.

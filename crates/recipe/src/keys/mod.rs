@@ -13,12 +13,13 @@ use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{
-    Board, Compression, Cracks, Holes, InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, Wane,
+    Board, Compression, Cracks, Holes, InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, StemParameters, Wane,
 };
 
 use self::settings::{
-    BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, MeshSettings, MotionSettings,
-    OutputSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings, SplitSettings, TransportSettings,
+    BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, LogSettings, MeshSettings,
+    MotionSettings, OutputSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings, SplitSettings,
+    TransportSettings,
 };
 use super::subject::Subject;
 use bench::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
@@ -78,7 +79,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 33] = [
+pub(super) const SECTIONS: [RecipeSection; 34] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
     drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
@@ -86,7 +87,7 @@ pub(super) const SECTIONS: [RecipeSection; 33] = [
     drawn!(ExposureParameters, &[], ExposureSettings::SETTINGS),
     drawn!(SpeckleParameters, &[], SpeckleSettings::SETTINGS),
     drawn!(Board, &[Subject::Wood]),
-    drawn!(Log, &[Subject::Wood]),
+    drawn!(Log, &[Subject::Wood], LogSettings::SETTINGS),
     drawn!(Knots, &[Subject::Wood]),
     drawn!(Rot, &[Subject::Wood]),
     drawn!(Media, &[Subject::Wood]),
@@ -97,6 +98,7 @@ pub(super) const SECTIONS: [RecipeSection; 33] = [
     drawn!(Holes, &[Subject::Wood]),
     drawn!(Wane, &[Subject::Wood]),
     drawn!(Marks, &[Subject::Wood]),
+    drawn!(StemParameters, &[Subject::Wood]),
     drawn!(Card, &[Subject::Blister]),
     drawn!(Pocket, &[Subject::Blister]),
     drawn!(Tablet, &[Subject::Blister]),

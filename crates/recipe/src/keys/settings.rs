@@ -11,7 +11,7 @@ use super::texture;
 use crate::asset::{Asset, AssetSource};
 use crate::mesh;
 use bench::settings::{
-    Channel, Extraction, Fan, Filter, Hdr, LaserLine, LensModel, LineShape, Movement, Optics, Order, Output,
+    Channel, Extraction, Fan, Filter, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics, Order, Output,
     PeakChoice, PeakMethod, PeakMethodName, Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode,
     Scheimpflug, Script, SearchDirection, SensorStack, Size, SpeckleLaw, SpecklePattern, Splits, ThesisMethod,
     Transport, TransportName, Words,
@@ -227,6 +227,13 @@ settings! {
             "Law of the light in a point: `exponential` as physics has it, `rayleigh` the square root of that, \
              whose contrast is 0.523.",
             "Goodman; [T] for `rayleigh`";
+    }
+
+    log: LogSettings at "log" {
+        source: Word<LogSource>(&LogSource::ALL) = LogSource::Placed,
+            "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says, or \
+             `stem`, a whole stem with whorls, out of which the board is sawn where `stem` says.",
+            "docs/wood.md";
     }
 
     mesh: MeshSettings at "mesh" {
