@@ -7,7 +7,7 @@ use procedural::{Class, Stream};
 use rand::RngExt;
 
 /// Boards whose parameters are drawn evenly over their whole ranges.
-const BOARDS: u64 = 150;
+const BOARDS: u64 = 90;
 
 /// How many instances a board has.
 fn asked(wood: &Wood) -> usize {
@@ -41,7 +41,7 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
         let (low, high) = plank.bounds();
         assert!(low.is_finite() && high.is_finite() && low.cmplt(high).all());
         assert!(plank.hull().positions.iter().all(|p| p.is_finite()));
-        for _ in 0..300 {
+        for _ in 0..200 {
             let share: [f32; 3] = std::array::from_fn(|_| rng.random());
             let (x, y) = (low.x + share[0] * (high.x - low.x), low.y + share[1] * (high.y - low.y));
             let slice = plank.slice(y);
@@ -97,7 +97,7 @@ fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
         }
         let plank = Plank::saw(Stream::root(seed), &wood, &stem);
         let (low, high) = plank.bounds();
-        for _ in 0..300 {
+        for _ in 0..200 {
             let share: [f32; 3] = std::array::from_fn(|_| rng.random());
             let (x, y) = (low.x + share[0] * (high.x - low.x), low.y + share[1] * (high.y - low.y));
             let slice = plank.slice(y);

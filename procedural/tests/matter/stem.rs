@@ -196,11 +196,11 @@ fn beyond_a_healed_end_the_wood_is_as_if_there_had_been_no_branch() {
 #[test]
 fn instances_are_what_the_face_shows() {
     let (mut seen, mut small, mut spikes) = (0, 0, 0);
-    for seed in 0..24 {
+    for seed in 0..12 {
         let stem = grown(seed);
         let mut wood = Wood::from_values(&mut |p| p.default);
         wood.board.length_mm = 500.0;
-        wood.stem.board_along_mm = 300.0 + 140.0 * seed as f64;
+        wood.stem.board_along_mm = 300.0 + 280.0 * seed as f64;
         wood.stem.board_azimuth_deg = 31.0 * seed as f64 - 180.0;
         wood.stem.face_deg = [0.0, 90.0, 150.0, 0.0][seed as usize % 4];
         wood.stem.board_radius_mm = [60.0, 50.0, 40.0, 4.0][seed as usize % 4];
@@ -230,7 +230,7 @@ fn instances_are_what_the_face_shows() {
             );
         }
     }
-    assert!(seen > 70 && small * 8 < seen && spikes > 15, "{seen} seen, {small} not, {spikes} spikes");
+    assert!(seen > 35 && small * 8 < seen && spikes > 7, "{seen} seen, {small} not, {spikes} spikes");
 }
 
 /// Whether a knot's surroundings are near, where fibres part.
@@ -243,7 +243,7 @@ fn near_knot(knots: &[Instance], x: f32, y: f32) -> bool {
 
 #[test]
 fn statistics_do_not_depend_on_the_place_along_the_stem() {
-    let stems = 200;
+    let stems = 120;
     let mut numbers = Wood::from_values(&mut |p| p.default);
     numbers.stem.taper_mm_per_m = 0.0;
     let of = |along: f64| -> Vec<[f64; 4]> {
@@ -253,7 +253,7 @@ fn statistics_do_not_depend_on_the_place_along_the_stem() {
                 let mut wood = plain(94.0, 400.0);
                 wood.stem = numbers.stem;
                 wood.stem.board_along_mm = along;
-                wood.stem.board_azimuth_deg = 1.8 * seed as f64 - 180.0;
+                wood.stem.board_azimuth_deg = 3.0 * seed as f64 - 180.0;
                 let plank = saw(seed, &wood, &stem);
                 let knots = plank.instances();
                 let dead = knots.iter().filter(|k| k.class == Class::DeadKnot).count();

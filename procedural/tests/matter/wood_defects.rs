@@ -7,9 +7,9 @@ use procedural::wood::parameters::Wood;
 use procedural::{Class, Matter, Surface};
 
 /// Boards of each kind.
-const BOARDS: u64 = 12;
+const BOARDS: u64 = 8;
 /// Distance of the points that are looked at [mm].
-const STEP_MM: f32 = 0.25;
+const STEP_MM: f32 = 0.4;
 
 /// A kind of defect: its class, what asks for it, and how much of a coefficient, a coat or a millimetre of depth the label's border
 /// stands for: less than this beside labels, more within most of them [1].
