@@ -1,6 +1,6 @@
 //! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
 //!
-//! Model: a first azimuth from a window of 8 mm; knots part the fibres as streams around Rankine ovals and bend the layers in which
+//! Model: a first azimuth, the median of the board in windows of 8 mm; knots part the fibres as streams around Rankine ovals and bend the layers in which
 //! they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which gives a guess of azimuth
 //! and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]). Guess and texture are weighed by their
 //! variances: that of the guess is 3 degrees in clear wood and half of what the knots add to it. In a knot fibres follow the branch.
@@ -9,16 +9,16 @@
 //! Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2).
 //! Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
 
-use glam::{Vec2, Vec3, Vec2Swizzles};
+use glam::{Vec2, Vec2Swizzles, Vec3};
 use procedural::wood::KnotSurroundings;
 
 use crate::knots::{self, PictureKnot, azimuth, direction};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
-use crate::{picture, ripple};
 use crate::raster::{around, quantile};
 use crate::rings::{along_lines, without_rings};
 use crate::texture::{Cells, RINGS_MM, RINGS_RAD, STREAKS_MM, Texture, texture};
 use crate::{Face, PictureFault, Settings, grain_scale};
+use crate::{picture, ripple};
 
 /// Pixels up to this are put together [mm]: the finest scale has 0.2 mm.
 const FINE_MM: f32 = 0.15;

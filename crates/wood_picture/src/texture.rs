@@ -7,7 +7,7 @@
 //! Weight: w = 4 c^2 / (e + c^2)^2 (Geman and McClure 1987), e the larger of |g|^2 and its mean under a Gaussian of 1 s, c 1.5 times
 //! the root of the median of that mean. Streaks of fibre bundles have gradients about the median; what stands out (cracks, what
 //! `rings` has left, rims) counts little.
-//! Scales: 0.2 and 0.4 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses among them (Lindeberg 1998).
+//! Scales: 0.2, 0.4 and 0.8 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses among them (Lindeberg 1998).
 //! Limits: gradients of neighbouring pixels share their light: each cell keeps its second moments for an error that counts it.
 
 use crate::raster::{Beyond, filter, gaussian, gaussian_slope, quantile, smooth};
