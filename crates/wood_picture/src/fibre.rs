@@ -1,35 +1,43 @@
 //! The fibre map: what the texture says, what knots do to fibres, and how sure both are.
 //!
-//! Model: a first azimuth from a window of 8 mm; knots part the fibres as streams around Rankine ovals and bend the layers in which
+//! Model: a first azimuth, the median of the board in windows of 8 mm; knots part the fibres as streams around Rankine ovals and bend the layers in which
 //! they lie ([`procedural::wood::KnotSurroundings`], stretched from each knot's circle to its ellipse), which gives a guess of azimuth
 //! and the dive; the texture then says how far the azimuth is off ([`crate::orientation`]). Guess and texture are weighed by their
-//! variances: that of the guess is 4 degrees in clear wood and half of what the knots add to it. In a knot fibres follow the branch.
+//! variances: that of the guess is 3 degrees in clear wood and half of what the knots add to it. In a knot fibres follow the branch.
 //! Dive: of a living knot whose face lies on the bark's side, fibres rise to its outline from both ends by up to 21 degrees; with the
 //! pith's side up they sink; around a dead knot they do neither, since layers after its death bend the other way.
 //! Confidence: the expected cosine of twice the azimuth's error, exp(-2 se^2).
 //! Limits: beside the tips of a knot, where fibres part, streaks may turn more than fibres; a dive of clear wood does not show in a picture and is 0; the pith's tilt makes it a degree.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec2Swizzles, Vec3};
 use procedural::wood::KnotSurroundings;
 
 use crate::knots::{self, PictureKnot, azimuth, direction};
 use crate::orientation::{LOST_RAD, in_window, orientation, wrap};
-use crate::picture;
 use crate::raster::{around, quantile};
-use crate::rings::without_rings;
-use crate::texture::{Cells, RINGS_MM, STREAKS_MM, Texture, texture};
+use crate::rings::{along_lines, without_rings};
+use crate::texture::{Cells, RINGS_MM, RINGS_RAD, STREAKS_MM, Texture, texture};
 use crate::{Face, PictureFault, Settings, grain_scale};
+use crate::{picture, ripple};
 
+/// Pixels up to this are put together [mm]: the finest scale has 0.2 mm.
+const FINE_MM: f32 = 0.15;
+/// Means along the fibre [mm]: half a short streak to either side, and their step.
+const STREAK_MM: f32 = 2.0;
+const STREAK_STEP_MM: f32 = 0.6;
+/// Grain of a camera or a laser from which rings stay in [mm]: weak streaks alone would then turn by more than rings do. Noise of 2 %
+/// at 0.15 mm is 0.003, speckle of scans 0.01.
+const GRAINY_MM: f32 = 0.006;
+/// What rings and grain turn together [rad]: 2 deg, measured on rendered scans.
+const GRAINY_RAD: f32 = 0.035;
 /// Window of the first azimuth [mm].
 const BASE_MM: f32 = 8.0;
-/// Standard deviation of the guess in clear wood [rad]: how fibres vary over a board (4 deg).
-const CLEAR_RAD: f32 = 0.07;
+/// Standard deviation of the guess in clear wood [rad]: how fibres vary over a board (3 deg).
+const CLEAR_RAD: f32 = 0.05;
 /// The same over what knots add to the guess [1].
 const FLOW_SHARE: f32 = 0.5;
 /// What streaks turn from the fibre [rad], an engineering estimate (0.5 deg): the notch that the rings leave.
 const STREAKS_RAD: f32 = 0.009;
-/// What rings turn from the fibre [rad]: 5 deg, the median of what boards of `procedural` show.
-const RINGS_RAD: f32 = 0.09;
 /// Wood between a knot's outline and the texture that counts [mm]: the reach of the finest derivative.
 const RIND_MM: f32 = 0.6;
 /// Least of the grain's strength over its standard error, median over the picture [1]; noise has 1.2.
@@ -155,77 +163,120 @@ pub fn fibre_map(
     settings: &Settings,
 ) -> Result<FibreMap, PictureFault> {
     let light = picture::light(grey, size, pixel_mm, settings)?;
-    let knots = knots::find(&light, size, pixel_mm, settings.least_knot_mm);
+    let (light, coarse, coarse_mm) = binned(light, size, pixel_mm);
+    let knots = knots::find(&light, coarse, coarse_mm, settings.least_knot_mm);
     let median = quantile(&mut light.clone(), 0.5);
-    let log_light: Vec<f32> = light.iter().map(|value| libm::logf(value.max(DARKEST * median))).collect();
+    let mut log_light: Vec<f32> = light.iter().map(|value| libm::logf(value.max(DARKEST * median))).collect();
+    let cells = Cells::over(coarse, coarse_mm);
+    let clear = clear_pixels(&knots, coarse, coarse_mm);
+    grain_scale::check(&log_light, coarse, coarse_mm, &clear)?;
+    let mut even = log_light.clone();
+    ripple::take_out(&mut even, coarse, coarse_mm, &clear);
+    // Fibres that run along the rows are no ripple.
+    if runs_down(&even, coarse, coarse_mm, &cells, &clear) {
+        log_light = even;
+    }
+    let grainy = grain_mm(&log_light, coarse, coarse_mm) > GRAINY_MM;
+    let streaks = if grainy { log_light.clone() } else { without_rings(&log_light, coarse, coarse_mm, &cells, &clear) };
+    let seen = |light: &[f32], scale: f32, bias: f32| texture(light, coarse, coarse_mm, &cells, scale, bias, &clear);
+    let mut textures = [
+        seen(&streaks, STREAKS_MM[0], STREAKS_RAD),
+        seen(&streaks, STREAKS_MM[1], STREAKS_RAD),
+        seen(&streaks, STREAKS_MM[2], STREAKS_RAD),
+        seen(&log_light, RINGS_MM, RINGS_RAD),
+    ];
+    let mut guess = Guess::new(base(&textures, &cells)?, &knots, &cells, settings);
+    if grainy {
+        // Grain that is no streak has all directions: means along the fibre leave little of it.
+        let lines: Vec<Vec2> = guess.azimuth.iter().map(|&azimuth| direction(azimuth)).collect();
+        let along = along_lines(&streaks, coarse, coarse_mm, &cells, &lines, &clear, [STREAK_MM, STREAK_STEP_MM]);
+        for (i, scale) in STREAKS_MM.into_iter().enumerate() {
+            textures[i] = seen(&along, scale, STREAKS_RAD);
+            textures[i].correlated *= (1.0 + (STREAK_MM / scale).powi(2)).sqrt();
+        }
+        guess = Guess::new(base(&textures, &cells)?, &knots, &cells, settings);
+    }
+    let seen = orientation(&textures, &cells, &guess.azimuth, &guess.spread);
+    let lasting = if grainy { GRAINY_RAD } else { STREAKS_RAD };
+    let twice: Vec<Vec2> = guess.azimuth.iter().zip(&seen.delta).map(|(a, d)| direction(2.0 * (a + d)).yx()).collect();
     let mut map = FibreMap {
         size,
         pixel_mm,
-        azimuth_rad: vec![0.0; light.len()],
-        dive_rad: vec![0.0; light.len()],
-        confidence: vec![0.0; light.len()],
+        azimuth_rad: vec![0.0; grey.len()],
+        dive_rad: vec![0.0; grey.len()],
+        confidence: vec![0.0; grey.len()],
         knots,
     };
-    let cells = Cells::over(size, pixel_mm);
-    let clear = clear_pixels(&map);
-    let streaks = without_rings(&log_light, size, pixel_mm, &cells, &clear);
-    let seen = |light: &[f32], scale: f32, bias: f32| texture(light, size, pixel_mm, &cells, scale, bias, &clear);
-    let textures = [
-        seen(&streaks, STREAKS_MM[0], STREAKS_RAD),
-        seen(&streaks, STREAKS_MM[1], STREAKS_RAD),
-        seen(&log_light, RINGS_MM, RINGS_RAD),
-    ];
-    let base = base(&textures, &cells)?;
-    grain_scale::check(&log_light, size, pixel_mm, &clear)?;
-    let guess = Guess::new(base, &map.knots, &cells, settings);
-    let seen = orientation(&textures, &cells, &guess.azimuth);
-    let mut twice = vec![Vec2::ZERO; cells.count()];
-    let mut errors = vec![0.0_f32; cells.count()];
-    for cell in 0..cells.count() {
-        let (prior, error) = (guess.spread[cell].powi(2), seen.error[cell].powi(2));
-        let turn = guess.azimuth[cell] + seen.delta[cell] * prior / (prior + error);
-        let (sin, cos) = libm::sincosf(2.0 * turn);
-        twice[cell] = Vec2::new(cos, sin);
-        errors[cell] = prior * error / (prior + error);
-    }
-    for pixel in 0..light.len() {
+    for pixel in 0..grey.len() {
         let near = around(cells.size, cells.at(map.place_mm(pixel)));
         let doubled: Vec2 = near.iter().map(|&(cell, weight)| weight * twice[cell]).sum();
         map.azimuth_rad[pixel] = wrap(0.5 * procedural::atan2(doubled.y, doubled.x));
         map.dive_rad[pixel] = near.iter().map(|&(cell, weight)| weight * guess.dive[cell]).sum();
-        let variance: f32 = near.iter().map(|&(cell, weight)| weight * errors[cell]).sum();
-        map.confidence[pixel] = libm::expf(-2.0 * variance);
+        let variance: f32 = near.iter().map(|&(cell, weight)| weight * seen.variance[cell]).sum();
+        map.confidence[pixel] = libm::expf(-2.0 * (variance + lasting * lasting));
     }
     map.follow_branches();
     Ok(map)
 }
 
+/// Means of so many rows and columns that pixels stay finer than the finest scale needs.
+fn binned(light: Vec<f32>, size: [usize; 2], pixel_mm: [f32; 2]) -> (Vec<f32>, [usize; 2], [f32; 2]) {
+    let by = pixel_mm.map(|mm| ((FINE_MM / mm) as usize).max(1));
+    if by == [1, 1] {
+        return (light, size, pixel_mm);
+    }
+    let coarse = [size[0].div_ceil(by[0]), size[1].div_ceil(by[1])];
+    let [mut sums, mut counts] = [vec![0.0_f32; coarse[0] * coarse[1]], vec![0.0_f32; coarse[0] * coarse[1]]];
+    for (pixel, light) in light.iter().enumerate() {
+        let to = pixel / size[1] / by[0] * coarse[1] + pixel % size[1] / by[1];
+        sums[to] += light;
+        counts[to] += 1.0;
+    }
+    sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum /= count);
+    (sums, coarse, [by[0] as f32 * pixel_mm[0], by[1] as f32 * pixel_mm[1]])
+}
+
 /// Which pixels lie outside of knots and their rinds.
-fn clear_pixels(map: &FibreMap) -> Vec<bool> {
-    let mut clear = vec![true; map.azimuth_rad.len()];
-    for knot in &map.knots {
+fn clear_pixels(knots: &[PictureKnot], [rows, cols]: [usize; 2], pixel_mm: [f32; 2]) -> Vec<bool> {
+    let mut clear = vec![true; rows * cols];
+    for knot in knots {
         let [a, b] = knot.half_axes_mm;
         let wider = PictureKnot { half_axes_mm: [a + RIND_MM, b + RIND_MM], ..*knot };
         for (pixel, clear) in clear.iter_mut().enumerate() {
-            *clear &= wider.within(map.place_mm(pixel)) >= 1.0;
+            let (row, col) = (pixel / cols, pixel % cols);
+            let place = Vec2::new((col as f32 + 0.5) * pixel_mm[1], (row as f32 + 0.5) * pixel_mm[0]);
+            *clear &= wider.within(place) >= 1.0;
         }
     }
     clear
 }
 
-/// The first azimuth, from the scale with the strongest grain.
-fn base(textures: &[Texture], cells: &Cells) -> Result<Base, PictureFault> {
-    let mut best: Option<(f32, Base)> = None;
+/// Whether fine texture runs down the rows rather than along them.
+fn runs_down(light: &[f32], size: [usize; 2], pixel_mm: [f32; 2], cells: &Cells, clear: &[bool]) -> bool {
+    texture(light, size, pixel_mm, cells, STREAKS_MM[0], 0.0, clear).sums[1].iter().sum::<f32>() > 0.0
+}
+
+/// Noise of a pixel over the mean, times the root of its area, from second differences down the rows [mm].
+fn grain_mm(log_light: &[f32], [rows, cols]: [usize; 2], pixel_mm: [f32; 2]) -> f32 {
+    let bend = |i: usize| (log_light[i - cols] - 2.0 * log_light[i] + log_light[i + cols]).abs();
+    let mut bends: Vec<f32> = (cols..(rows - 1) * cols).step_by(7).map(bend).collect();
+    // The median of a Gaussian's size is 0.6745 of its deviation; 1, -2 and 1 make root 6 of noise.
+    quantile(&mut bends, 0.5) / (0.6745 * 6.0_f32.sqrt()) * (pixel_mm[0] * pixel_mm[1]).sqrt()
+}
+
+/// The first azimuth: the board's median, from the texture that tells most, and its error [rad].
+fn base(textures: &[Texture], cells: &Cells) -> Result<[f32; 2], PictureFault> {
+    let mut best: Option<(f32, [f32; 2])> = None;
     for texture in textures {
         let seen = in_window(texture, cells, BASE_MM);
         let mut strengths: Vec<f32> =
-            seen.iter().map(|&(_, error, _)| 0.5 / libm::hypotf(error, texture.bias_rad)).collect();
+            seen.iter().map(|&(_, error)| 0.5 / libm::hypotf(error, texture.bias_rad)).collect();
         let strength = quantile(&mut strengths, 0.5);
-        if best.as_ref().is_none_or(|(most, _)| strength > *most) {
-            let error = |error: f32| libm::hypotf(error, texture.bias_rad);
-            let azimuth = seen.iter().map(|&(azimuth, ..)| azimuth).collect();
-            best =
-                Some((strength, Base { azimuth, error: seen.iter().map(|&(_, spread, _)| error(spread)).collect() }));
+        if best.is_none_or(|(most, _)| strength > most) {
+            let mean: Vec2 = seen.iter().map(|&(azimuth, error)| direction(2.0 * azimuth) / (error * error)).sum();
+            let mean = 0.5 * azimuth(mean);
+            let mut off: Vec<f32> = seen.iter().map(|&(azimuth, _)| wrap(azimuth - mean)).collect();
+            best = Some((strength, [mean + quantile(&mut off, 0.5), texture.bias_rad]));
         }
     }
     let (significance, base) = best.unwrap_or_default();
@@ -233,15 +284,6 @@ fn base(textures: &[Texture], cells: &Cells) -> Result<Base, PictureFault> {
         return Err(PictureFault::NoWood { significance, least: LEAST_SIGNIFICANCE });
     }
     Ok(base)
-}
-
-/// A first azimuth of every cell.
-#[derive(Default)]
-struct Base {
-    /// The azimuth [rad].
-    azimuth: Vec<f32>,
-    /// Its standard error [rad].
-    error: Vec<f32>,
 }
 
 /// What is expected of fibres before the texture is asked.
@@ -255,15 +297,15 @@ struct Guess {
 }
 
 impl Guess {
-    fn new(base: Base, knots: &[PictureKnot], cells: &Cells, settings: &Settings) -> Self {
+    fn new([base, error]: [f32; 2], knots: &[PictureKnot], cells: &Cells, settings: &Settings) -> Self {
         let surroundings = KnotSurroundings::new(settings.flow_ratio);
         let side = match settings.face {
             Face::Bark => 1.0,
             Face::Pith => -1.0,
         };
-        let count = base.azimuth.len();
-        let spread = base.error.iter().map(|&error| libm::hypotf(CLEAR_RAD, error)).collect();
-        let mut guess = Self { azimuth: base.azimuth, spread, dive: vec![0.0; count] };
+        let count = cells.count();
+        let spread = vec![libm::hypotf(CLEAR_RAD, error); count];
+        let mut guess = Self { azimuth: vec![base; count], spread, dive: vec![0.0; count] };
         if knots.is_empty() {
             return guess;
         }

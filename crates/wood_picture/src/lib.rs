@@ -15,6 +15,7 @@ mod orientation;
 mod picture;
 mod raster;
 mod rings;
+mod ripple;
 mod texture;
 
 pub use absorption::{AbsorptionMap, absorption_map};

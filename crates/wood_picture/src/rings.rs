@@ -22,8 +22,6 @@ const WINDOW_MM: f32 = 0.8;
 const STEP_MM: f32 = 0.7;
 /// Standard deviation of the mean along the line [mm].
 const ALONG_MM: f32 = 5.0;
-/// Steps to either end: two standard deviations.
-const STEPS: usize = 14;
 
 /// The logarithm of light less its mean along the rings; `counts` says which pixels are clear wood.
 pub(crate) fn without_rings(
@@ -34,10 +32,28 @@ pub(crate) fn without_rings(
     counts: &[bool],
 ) -> Vec<f32> {
     let lines = lines(log_light, size, pixel_mm, cells, counts);
-    let weights: Vec<f32> = (1..=STEPS).map(|i| libm::expf(-0.5 * (i as f32 * STEP_MM / ALONG_MM).powi(2))).collect();
-    let step = STEP_MM / Vec2::new(pixel_mm[1], pixel_mm[0]);
+    let means = along_lines(log_light, size, pixel_mm, cells, &lines, counts, [ALONG_MM, STEP_MM]);
+    let left = |pixel: usize| if counts[pixel] { log_light[pixel] - means[pixel] } else { 0.0 };
+    (0..log_light.len()).map(left).collect()
+}
+
+/// Means along lines of those directions (x, y) in cells, under a Gaussian cut at two standard deviations: `lengths` are the standard
+/// deviation and the step [mm]. Pixels that do not count end a line and stay 0.
+pub(crate) fn along_lines(
+    log_light: &[f32],
+    size: [usize; 2],
+    pixel_mm: [f32; 2],
+    cells: &Cells,
+    lines: &[Vec2],
+    counts: &[bool],
+    [sigma_mm, step_mm]: [f32; 2],
+) -> Vec<f32> {
+    let steps = (2.0 * sigma_mm / step_mm).round() as usize;
+    let weights: Vec<f32> = (1..=steps).map(|i| libm::expf(-0.5 * (i as f32 * step_mm / sigma_mm).powi(2))).collect();
+    let step = step_mm / Vec2::new(pixel_mm[1], pixel_mm[0]);
+    let to_cells = Vec2::new(pixel_mm[1], pixel_mm[0]) / cells.side_mm;
     let last = Vec2::new(size[1] as f32 - 0.5, size[0] as f32 - 0.5);
-    let mut left = vec![0.0_f32; log_light.len()];
+    let mut means = vec![0.0_f32; log_light.len()];
     for row in 0..size[0] {
         for col in 0..size[1] {
             let pixel = row * size[1] + col;
@@ -54,8 +70,7 @@ pub(crate) fn without_rings(
                     if place.cmplt(Vec2::splat(0.5)).any() || place.cmpge(last).any() {
                         break;
                     }
-                    let at = [place.y as usize, place.x as usize];
-                    if !counts[at[0] * size[1] + at[1]] {
+                    if !counts[place.y as usize * size[1] + place.x as usize] {
                         break;
                     }
                     let (c, r) = ((place.x - 0.5) as usize, (place.y - 0.5) as usize);
@@ -66,14 +81,16 @@ pub(crate) fn without_rings(
                     let below = lower[0] + u * (lower[1] - lower[0]);
                     sum += weight * (above + v * (below - above));
                     all += weight;
-                    let line = lines[cells.of(at, pixel_mm)];
+                    let cell = place * to_cells;
+                    let cell = [cell.y as usize, cell.x as usize];
+                    let line = lines[cell[0].min(cells.size[0] - 1) * cells.size[1] + cell[1].min(cells.size[1] - 1)];
                     ahead = if line.dot(ahead) < 0.0 { -line } else { line };
                 }
             }
-            left[pixel] = log_light[pixel] - sum / all;
+            means[pixel] = sum / all;
         }
     }
-    left
+    means
 }
 
 /// Directions of the rings' lines in cells (x, y) [1].

@@ -7,15 +7,17 @@
 //! Weight: w = 4 c^2 / (e + c^2)^2 (Geman and McClure 1987), e the larger of |g|^2 and its mean under a Gaussian of 1 s, c 1.5 times
 //! the root of the median of that mean. Streaks of fibre bundles have gradients about the median; what stands out (cracks, what
 //! `rings` has left, rims) counts little.
-//! Scales: 0.2 and 0.4 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses among them (Lindeberg 1998).
+//! Scales: 0.2, 0.4 and 0.8 mm for streaks, 0.4 mm for all that is seen; `orientation` chooses among them (Lindeberg 1998).
 //! Limits: gradients of neighbouring pixels share their light: each cell keeps its second moments for an error that counts it.
 
 use crate::raster::{Beyond, filter, gaussian, gaussian_slope, quantile, smooth};
 
 /// Scales of the derivative for streaks [mm]: bundles of a few tracheids, and of many.
-pub(crate) const STREAKS_MM: [f32; 2] = [0.2, 0.4];
+pub(crate) const STREAKS_MM: [f32; 3] = [0.2, 0.4, 0.8];
 /// Scale for all that is seen, rings foremost [mm].
 pub(crate) const RINGS_MM: f32 = 0.4;
+/// What rings turn from the fibre [rad]: 5 deg, the median of what boards of `procedural` show.
+pub(crate) const RINGS_RAD: f32 = 0.09;
 /// Least scale [pixel]: below, a sampled derivative turns directions.
 const LEAST_PIXELS: f32 = 0.9;
 /// Gradient at which a pixel counts most over the median gradient [1].
@@ -59,6 +61,12 @@ impl Cells {
         self.size[0] * self.size[1]
     }
 
+    /// The cell of a place (x, y) [mm].
+    pub fn of_place(&self, place: glam::Vec2) -> usize {
+        let [row, col] = [place.y, place.x].map(|mm| (mm / self.side_mm).max(0.0) as usize);
+        row.min(self.size[0] - 1) * self.size[1] + col.min(self.size[1] - 1)
+    }
+
     /// Middle of a cell: across (x) and down (y) [mm].
     pub fn middle(&self, cell: usize) -> glam::Vec2 {
         let (row, col) = (cell / self.size[1], cell % self.size[1]);
@@ -78,6 +86,10 @@ pub(crate) struct Texture {
     pub bias_rad: f32,
     /// Sums over each cell's pixels of |q|, of both parts of q, and of |q|^2 and the two parts of its square as a complex number.
     pub sums: [Vec<f32>; 6],
+    /// Pixels of each cell that count.
+    pub pixels: Vec<f32>,
+    /// Rings are seen too, which need not follow the fibres.
+    pub rings: bool,
     /// Pixels over which gradients are one [1].
     pub correlated: f32,
 }
@@ -103,6 +115,7 @@ pub(crate) fn texture(
     // Every seventh pixel is enough for a median.
     let mut some: Vec<f32> = (0..log_light.len()).step_by(7).filter(|&i| counts[i]).map(|i| energy[i]).collect();
     let knee = if some.is_empty() { 1.0 } else { KNEE * KNEE * quantile(&mut some, 0.5) }.max(f32::MIN_POSITIVE);
+    let mut pixels = vec![0.0_f32; cells.count()];
     let mut sums: [Vec<f32>; 6] = std::array::from_fn(|_| vec![0.0; cells.count()]);
     for row in 0..size[0] {
         for col in 0..size[1] {
@@ -115,6 +128,7 @@ pub(crate) fn texture(
             let weight = 4.0 * knee / (square.max(energy[i]) + knee).powi(2);
             let (length, re, im) = (weight * square, weight * (gx * gx - gy * gy), -2.0 * weight * gx * gy);
             let cell = cells.of([row, col], pixel_mm);
+            pixels[cell] += 1.0;
             let terms = [length, re, im, length * length, re * re - im * im, 2.0 * re * im];
             for (sum, term) in sums.iter_mut().zip(terms) {
                 sum[cell] += term;
@@ -123,5 +137,5 @@ pub(crate) fn texture(
     }
     // Integral of the squared correlation of gradients' squares under white noise: 3/2 pi s^2.
     let correlated = (1.5 * std::f32::consts::PI * sigma[0] * sigma[1]).max(1.0);
-    Texture { bias_rad, sums, correlated }
+    Texture { bias_rad, sums, pixels, rings: bias_rad == RINGS_RAD, correlated }
 }
