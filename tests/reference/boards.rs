@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::borders::{Column, columns};
+use super::borders::{Column, bench_of, columns};
 use super::kept::Kept;
 use bench::settings::Transport;
 use procedural::{Body, Medium};
@@ -95,7 +95,8 @@ fn scatter_and_range_of_boards_are_the_judges() {
     for index in 0..BOARDS {
         let scene = recipe.draw(14, index);
         let body = pipeline::body(&scene);
-        let asked = (&scene, matter(&scene, &body), [PHOTONS, WALKS, BIN as u64], [SCATTER_ROWS, HALF_WINDOW]);
+        let asked =
+            (bench_of(&scene), matter(&scene, &body), [PHOTONS, WALKS, BIN as u64], [SCATTER_ROWS, HALF_WINDOW]);
         let judge = kept.says(&format!("board {index:02}"), &asked, || judge(&scene));
         let kernel = bins(&scene, body, Transport::Kernel);
         let mut own = Vec::new();

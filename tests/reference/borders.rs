@@ -2,6 +2,7 @@
 //! of a board. Scatter (rows 1 to 8 on both sides of the peak) along the line, free of noise.
 
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 
 use super::kept::Kept;
 use bench::settings::Transport;
@@ -36,6 +37,11 @@ fn strip(width_mm: f32, medium: Medium) -> Strip {
 
 fn plate(strips: Vec<Strip>) -> Body {
     Body::Strips(Strips { height_mm: 22.0, length_mm: 20.0, strips })
+}
+
+/// What the light of a line depends on but for the body: a parameter that recipes get for their objects asks nothing new.
+pub fn bench_of(scene: &Scene) -> impl Debug {
+    (scene.size, scene.bench.clone(), scene.line.clone(), scene.movement, scene.stream)
 }
 
 /// What one column of the sensor sees of a line.
@@ -128,14 +134,14 @@ fn scatter_across_borders_is_the_judges() {
     let (scene, mut faults, mut kept) = (target::scene(PROFILES), Vec::new(), Kept::of("borders"));
     for (number, case) in cases().into_iter().enumerate() {
         let (kernel, places) = profile(&scene, case.body.clone(), Transport::Kernel);
-        let question = (&scene, &case.body, PHOTONS);
+        let question = (bench_of(&scene), &case.body, PHOTONS);
         let by = |transport: Transport| profile(&scene, case.body.clone(), transport).0.concat();
         let judge = || by(Transport::Path { photons: PHOTONS });
         let judge = match number {
             0 => kept.still_says(case.name, &question, judge),
             _ => kept.says(case.name, &question, judge),
         };
-        let diffusion = kept.says(&format!("diffusion, {}", case.name), &(&scene, &case.body), || {
+        let diffusion = kept.says(&format!("diffusion, {}", case.name), &(bench_of(&scene), &case.body), || {
             by(Transport::Diffusion { voxel_mm: 0.1 })
         });
         let [judge, diffusion] = [judge, diffusion].map(bins);
@@ -197,7 +203,7 @@ fn sound_knots_over_clear_wood_are_the_judges_on_three_rigs() {
         };
         let name = format!("{tilt_deg} deg, {distance_mm} mm");
         let judge = || ratios(Transport::Path { photons: PHOTONS }).to_vec();
-        let (kernel, judge) = (ratios(Transport::Kernel), kept.says(&name, &(&scene, &body, PHOTONS), judge));
+        let (kernel, judge) = (ratios(Transport::Kernel), kept.says(&name, &(bench_of(&scene), &body, PHOTONS), judge));
         println!(
             "{name}: Scatter {:.3}, judge {:.3}; peak {:.3}, judge {:.3}",
             kernel[0], judge[0], kernel[1], judge[1]

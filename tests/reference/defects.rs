@@ -2,13 +2,14 @@
 //! wood on small boards. Scatter in bins of 0.74 mm along the line, free of noise and speckle.
 
 use super::boards::{BIN, PHOTONS, WALKS, bins, figures, judge, matter};
+use super::borders::bench_of;
 use super::kept::Kept;
 use bench::settings::Transport;
 use procedural::wood::Wood;
 use recipe::{Plan, Recipe, Scene};
 
 /// Boards of each kind.
-const BOARDS: u64 = 4;
+const BOARDS: u64 = 3;
 /// Bins that hold less than this part of a board's median are dark [1]: there the judge's own error and the lens's blur of the
 /// neighbours decide.
 const DARK: f64 = 0.25;
@@ -45,7 +46,7 @@ fn scatter_at_defects_is_the_judges() {
         for index in 0..BOARDS {
             let scene = scene(&recipe, kind, index);
             let body = pipeline::body(&scene);
-            let asked = (&scene, matter(&scene, &body), [PHOTONS, WALKS, BIN as u64]);
+            let asked = (bench_of(&scene), matter(&scene, &body), [PHOTONS, WALKS, BIN as u64]);
             let judge = kept.says(&format!("{} {index}", kind.0), &asked, || judge(&scene));
             let kernel = bins(&scene, body, Transport::Kernel);
             let mut lights: Vec<f64> = judge.chunks(5).filter(|bin| bin[0] >= 0.0).map(|bin| bin[1]).collect();
