@@ -282,7 +282,7 @@ fn ripple_and_speckle_leave_no_blotches() {
     let cols = board.size[1];
     for (pixel, light) in board.light.iter_mut().enumerate() {
         let [y, x] = [(pixel / cols) as f32 * PIXEL_MM, (pixel % cols) as f32 * PIXEL_MM];
-        // Ridges 6 mm apart with a drifting phase, and 8 % a pixel: what rendered scans have at this size of pixels.
+        // Ridges 6 mm apart with a drifting phase, and 8 % a pixel: about the noise of rendered scans in their own, smaller pixels.
         let ridge = (std::f32::consts::TAU * (y + 0.04 * x) / 6.0 + (0.1 * y).sin()).sin();
         *light *= ((0.1 * ridge).exp() * (1.0 + 0.08 * procedural::normal(&mut rng) as f32)).max(0.0);
     }
