@@ -41,7 +41,7 @@ fn plate(strips: Vec<Strip>) -> Body {
 
 /// What the light of a line depends on but for the body: a parameter that recipes get for their objects asks nothing new.
 pub fn bench_of(scene: &Scene) -> impl Debug {
-    (scene.size, scene.bench.clone(), scene.line.clone(), scene.movement, scene.stream)
+    (scene.size, scene.bench, scene.line.clone(), scene.movement, scene.stream)
 }
 
 /// What one column of the sensor sees of a line.

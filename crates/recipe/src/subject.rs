@@ -23,6 +23,7 @@ words! {
 
 /// The numbers that one object is made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one for a sample, whose maps are a thousand times larger")]
 pub enum Plan {
     /// Of a board and the log that it was cut from.
     Wood(Wood),
