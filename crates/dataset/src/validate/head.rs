@@ -61,7 +61,10 @@ fn inconsistent(head: &DatasetHead) -> Option<String> {
     let Some(subject) = SubjectFiles::named(&head.subject) else {
         return Some(format!("its subject is `{}`", head.subject));
     };
-    let minor = head.schema_version[1];
-    ((&head.pixel_classes, &head.label_values) != (&subject.pixel_classes(minor), &subject.label_values(minor)))
+    // Later minor versions may have added classes; values keep their meaning in all.
+    let told = (&head.pixel_classes, &head.label_values);
+    let known = |minor: u32| told == (&subject.pixel_classes(minor), &subject.label_values(minor));
+    let [own, minor] = [SCHEMA_VERSION[1], head.schema_version[1]];
+    (minor <= own && !(0..=own).any(known))
         .then(|| format!("its pixel classes are {:?}, its labels {:?}", head.pixel_classes, head.label_values))
 }
