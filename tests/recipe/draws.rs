@@ -178,6 +178,7 @@ fn editing_keys_of(before: &Recipe) {
     for parameter in declared {
         let value = match parameter.path().as_str() {
             "rot.edge" => 1.0,
+            "wane.edge" => -1.0,
             "exposure.shot_noise" | "speckle.strength" => 0.5,
             "tablet.shape" | "foil.rolled_along_line" => 1.0,
             "pack.columns" | "pack.rows" => 2.0,
