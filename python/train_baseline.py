@@ -4,7 +4,7 @@
     python python/train_baseline.py out/packs --task presence --out tablets.onnx --channels scatter
     gen check out/other --model knots.onnx --split all
 
-Tasks: `wood` (clear, knot or rot at the middle of a window), `blister` (pocket with tablet, empty, with a broken tablet)
+Tasks: `wood` (clear, knot or rot at the middle of a window), `grading` (ten classes of a board's surface), `blister` (pocket with tablet, empty, with a broken tablet)
 and `presence` (pocket with a tablet or without). Windows are cut, shrunk and normalised exactly as `gen check` does
 (docs/check.md). The same seed and number of threads give the same bytes on one machine.
 
