@@ -14,7 +14,7 @@ ALL = --release --locked --workspace
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -105,6 +105,8 @@ check-onnx: build venv ## the trained networks of tests/models on fresh data of 
 	$(GEN) check out/fresh/packs --model tests/models/blister_presence.onnx --split all --min-accuracy 0.9
 	$(GEN) check out/fresh/blister-small --model tests/models/blister_presence.onnx --split all --min-accuracy 0.98
 	$(GEN) check out/fresh/packs --model tests/models/blister_pockets.onnx --split all --min-accuracy 0.98
+	$(GEN) --recipe recipes/wood-grading-train.yaml --n 300 --seed 5 --out out/fresh/grading
+	$(GEN) check out/fresh/grading --model tests/models/grading_patches.onnx --split all --min-accuracy 0.8
 
 baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablation too, in out/baselines: an hour
 	mkdir -p out/baselines
@@ -113,10 +115,17 @@ baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablat
 	$(TRAIN) out/train/wood --task wood --patches 40000 --epochs 16 --out out/baselines/wood_patches.onnx
 	$(TRAIN) out/train/packs --task presence --epochs 60 --out out/baselines/blister_presence.onnx
 	$(TRAIN) out/train/packs --task blister --epochs 25 --out out/baselines/blister_pockets.onnx
+	$(GEN) --recipe recipes/wood-grading-train.yaml --n 1200 --seed 1 --out out/train/grading
+	$(TRAIN) out/train/grading --task grading --patches 6000 --epochs 16 --out out/baselines/grading_patches.onnx
 	$(TRAIN) out/train/wood --task wood --patches 3000 --epochs 6 --shuffle-labels --out out/baselines/wood_shuffled.onnx
 	$(TRAIN) out/train/packs --task presence --epochs 8 --shuffle-labels --out out/baselines/blister_shuffled.onnx
 	$(ABLATE) --task wood --train out/train/wood --fresh out/fresh/wood --patches 6000 --shuffles 10
 	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 10
+	$(ABLATE) --task grading --train out/train/grading --fresh out/fresh/grading --patches 3000 --shuffles 5
+
+gallery: build venv ## 36 boards with every defect, each with its label, as docs/gallery.md shows them: half an hour
+	$(GEN) --recipe recipes/wood-grading.yaml --n 51 --seed 4 --out out/gallery/grading
+	for sheet in 0 1 2; do $(VENV)/bin/python python/gallery.py out/gallery/grading --skip $$((12 * sheet)) --out docs/pictures/gallery-$$((sheet + 1)).jpg || exit 1; done
 	$(ABLATE) --task blister --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 0
 
 schema: build ## JSON Schemas of recipes and datasets in out/

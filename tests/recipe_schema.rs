@@ -62,7 +62,9 @@ fn classes_hold_what_their_names_say() {
     for (index, recipe) in embedded().iter().flat_map(|recipe| (0..400).map(move |index| (index, recipe))) {
         let scene = recipe.draw(0, index);
         match &scene.plan {
-            Plan::Wood(wood) if recipe.name().starts_with("wood-grading") => graded_boards_are_called(&scene.class, wood),
+            Plan::Wood(wood) if recipe.name().starts_with("wood-grading") => {
+                graded_boards_are_called(&scene.class, wood)
+            }
             Plan::Wood(wood) if recipe.name() == "wood-stem" => {
                 assert_eq!(scene.class == "quarter_sawn", wood.stem.face_deg.abs() > 60.0);
                 assert_eq!(scene.class == "through_pith", wood.stem.board_radius_mm < 10.0);

@@ -37,7 +37,10 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 17] = [
     built_in!("blister-opaque", "white film over oblong tablets, so that little light comes back from below"),
     built_in!("wood-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
     built_in!("wood-grading", "boards for grading, with every defect of wood: docs/wood.md"),
-    built_in!("wood-grading-train", "pieces of boards with every defect of wood, to train graders with: docs/baselines.md"),
+    built_in!(
+        "wood-grading-train",
+        "pieces of boards with every defect of wood, to train graders with: docs/baselines.md"
+    ),
     built_in!("wood-stem", "boards sawn out of whole stems with whorls: docs/wood.md"),
     built_in!("blister-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
     built_in!("sawtooth", "the calibration piece RCAL-300 at full size, of blasted metal"),
