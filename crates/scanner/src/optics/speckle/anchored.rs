@@ -1,8 +1,9 @@
 //! Anchoring of speckle to the object: which row of which pattern a pixel sees.
 //!
 //! A point of the object at the scan position y shows the pattern's row y * rows per mm, so the pattern moves with the
-//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset,
-//! and at a new one each time the pattern repeats. The height of a point gives its coordinate in the stack of patterns
+//! object's image, 0.673 rows a profile on the default bench. Each tile of columns reads the pattern at another offset, along
+//! the motion and along the line, and at a new one each time the pattern repeats: at one offset along the line all tiles
+//! would share the spectrum of one pattern, a comb at multiples of 1 / [`TILE`]. The height of a point gives its coordinate in the stack of patterns
 //! when it passes the line; in window row k it has moved on by (k - centre) rows, which [`Boiling`] turns into
 //! diameters of the pupil. Between two patterns of the stack the points change over one after the other, evenly.
 
@@ -92,7 +93,10 @@ impl AnchoredSpeckle {
         let (fine, period) = (self.stack.fine(), self.stack.rows());
         let base = (scan_position * self.rows_per_mm * fine as f64).round() as i64 + (rows_aside * fine) as i64;
         let (repeat, key) = (base.div_euclid(period as i64), mix(self.key ^ mix(tile as u64)));
-        let offset = |repeat: i64| (mix(key ^ repeat as u64) % period as u64) as usize;
+        let offset = |repeat: i64| {
+            let drawn = mix(key ^ repeat as u64);
+            [(drawn % period as u64) as usize, (drawn >> (u64::BITS - TILE.ilog2())) as usize]
+        };
         let start = (pupil * self.boiling.rise(point[1] - self.height)).rem_euclid(STACK_PATTERNS as f64);
         TileSpeckle {
             stack: &self.stack,
@@ -112,8 +116,8 @@ pub(crate) struct TileSpeckle<'a> {
     stack: &'a PatternStack,
     /// Fine row of the pattern on the line.
     row: usize,
-    /// Offset into the pattern in the repeat before, in this one and in the next [fine rows].
-    offsets: [usize; 3],
+    /// Offset into the pattern in the repeat before, in this one and in the next [fine rows, columns].
+    offsets: [[usize; 2]; 3],
     /// Stack coordinate on the line, and its growth from row to row [1, 1/px].
     start: f32,
     /// Its growth from row to row [1/px].
@@ -139,7 +143,8 @@ impl TileSpeckle<'_> {
         };
         let ramp = if row < TRANSITION_ROWS * fine { row } else { row - TRANSITION_ROWS * fine };
         let pattern = (self.start + self.patterns_per_row * rows as f32 + ramp as f32 * self.per_fine) as usize;
-        let fine_row = row + self.offsets[repeat];
-        self.stack.at(pattern % STACK_PATTERNS, if fine_row < period { fine_row } else { fine_row - period })
+        let [down, right] = self.offsets[repeat];
+        let fine_row = row + down;
+        self.stack.at(pattern % STACK_PATTERNS, if fine_row < period { fine_row } else { fine_row - period }, right)
     }
 }

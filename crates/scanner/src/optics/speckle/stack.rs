@@ -106,7 +106,8 @@ pub struct PatternStack {
     pairs: [OnceLock<[IntensityPattern; 2]>; STACK_PATTERNS / 2],
 }
 
-/// One pattern less its mean of 1, `[fine rows, TILE]`, for light from the surface and from below.
+/// One pattern less its mean of 1, `[fine rows + 1, TILE]`, its first row again behind its last, for light from the surface and
+/// from below.
 #[derive(Debug)]
 struct IntensityPattern {
     surface: Arc<[f32]>,
@@ -124,7 +125,7 @@ struct SinglePatterns {
     rows: usize,
     /// Pairs of unlike patterns, after which they begin again.
     unlike_pairs: usize,
-    /// Two patterns each, since one transform makes two.
+    /// Two patterns each, since one transform makes two; their first row stands behind their last once more.
     pairs: [OnceLock<[Arc<[f32]>; 2]>; STACK_PATTERNS / 2],
 }
 
@@ -141,7 +142,7 @@ impl SinglePatterns {
     fn pair(&self, number: usize) -> &[Arc<[f32]>; 2] {
         self.pairs[number].get_or_init(|| {
             let shifts = [0, 1].map(|i| (2 * number + i) * self.pupil.phase_rows() / STACK_PATTERNS);
-            gather(&self.pupil, shifts, self.law, self.fine).map(Arc::from)
+            gather(&self.pupil, shifts, self.law, self.fine).map(|pattern| [&pattern[..], &pattern[..TILE]].concat().into())
         })
     }
 }
@@ -159,7 +160,7 @@ impl PatternStack {
     /// Patterns without contrast, which take no transform.
     pub(super) fn even(law: SpeckleLaw) -> Self {
         let single = SinglePatterns::new(1.0, law, 1, Stream::root(0));
-        let light: Arc<[f32]> = vec![0.0; single.rows * TILE].into();
+        let light: Arc<[f32]> = vec![0.0; (single.rows + 1) * TILE].into();
         let even = || IntensityPattern { surface: light.clone(), volume: light.clone() };
         let pairs = std::array::from_fn(|_| OnceLock::from([even(), even()]));
         Self { single: Arc::new(single), looks: [1, 1], pairs }
@@ -188,15 +189,16 @@ impl PatternStack {
     /// Fine row `row` of pattern number `pattern`, both of which wrap around, less its mean of 1: for light from the
     /// surface and from below.
     pub fn row(&self, pattern: i64, row: i64) -> [&[f32; TILE]; 2] {
-        self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows() as i64) as usize)
+        self.at(pattern.rem_euclid(STACK_PATTERNS as i64) as usize, row.rem_euclid(self.rows() as i64) as usize, 0)
     }
 
-    /// [`Self::row`] for numbers within the stack.
+    /// [`Self::row`] for numbers within the stack, from column `column` on. Columns behind the last are the first ones of the next
+    /// fine row: the pattern repeats along the line, and a fine row is half a grain at most.
     #[inline(always)]
-    pub(super) fn at(&self, pattern: usize, row: usize) -> [&[f32; TILE]; 2] {
+    pub(super) fn at(&self, pattern: usize, row: usize, column: usize) -> [&[f32; TILE]; 2] {
         let pair = (pattern / 2) % self.single.unlike_pairs;
         let IntensityPattern { surface, volume } = &self.pairs[pair].get_or_init(|| self.pair(pair))[pattern % 2];
-        let start = row * TILE;
+        let start = row * TILE + column;
         [surface, volume].map(|light| light[start..].first_chunk().expect("rows have TILE columns"))
     }
 
