@@ -14,7 +14,7 @@ ALL = --release --locked --workspace
 # Tests that take seconds and need neither .venv nor Chromium; those of the reference models take a minute.
 QUICK = architecture dataset dictionary matter numerics recipe recipe_schema transport
 
-.PHONY: help build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
+.PHONY: help defect-maps build dist test quick prepare built check bench same-bytes wood wood-small blister blister-small sawtooth sawtooth-small mesh-small preview validate report bench-check check-onnx baselines gallery schema kernel-table film-table bless judge fuzz doc clean venv
 
 help: ## print this help
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 14
@@ -54,6 +54,9 @@ built:
 
 check: prepare ## what CI runs: format, lints, docs, tests
 	$(MAKE) --no-print-directory test
+
+defect-maps: ## masks of defects against maps on 209 boards of all kinds, rendered with and without (minutes)
+	DEFECT_BOARDS=11 cargo test --release --locked --test optics defect_maps -- --nocapture
 
 bench: ## profiles and photons a second, bytes and MB/s of writing
 	cargo bench --locked

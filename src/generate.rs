@@ -5,6 +5,7 @@ mod estimate;
 mod expected_dataset;
 mod memory;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -17,6 +18,7 @@ use dataset::shares::Shortfall;
 use dataset::{self, Claim, Dataset, Encoded, Fault, GENERATOR_VERSION, ShardWriter, differences, number_column};
 use pipeline;
 use pipeline::effective;
+use procedural::Class;
 use recipe::Recipe;
 use recipe::asset::{Asset, AssetSource, KeptAsset};
 use scanner::optics::speckle::PatternCache;
@@ -76,7 +78,7 @@ pub enum GenerateEvent {
 }
 
 /// Result of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GenerateSummary {
     /// Samples rendered.
     pub samples: u64,
@@ -88,9 +90,16 @@ pub struct GenerateSummary {
     pub total: u64,
     /// Samples rendered that fall short, in the order of [`Shortfall::ALL`].
     pub short: [u64; Shortfall::ALL.len()],
+    /// Defects that the objects of rendered samples have, and how many of these show at least a pixel, by class.
+    pub defects: BTreeMap<Class, [u64; 2]>,
 }
 
 impl GenerateSummary {
+    /// Classes of which defects show no pixel: how many there are, and how many show.
+    pub fn hidden_defects(&self) -> impl Iterator<Item = (Class, [u64; 2])> {
+        self.defects.iter().map(|(class, counts)| (*class, *counts)).filter(|(_, [all, shown])| shown < all)
+    }
+
     /// What samples fall short in, with how many of those rendered.
     pub fn short_samples(&self) -> impl Iterator<Item = (Shortfall, u64)> {
         Shortfall::ALL.into_iter().zip(self.short).filter(|(_, count)| *count > 0)
@@ -282,6 +291,14 @@ fn write_shard(
         let encoded: Vec<Encoded> = batch.into_par_iter().map(render).collect();
         for sample in encoded {
             let bytes = sample.bytes();
+            for class in &sample.defects {
+                summary.defects.entry(*class).or_default()[0] += 1;
+            }
+            for object in &sample.objects {
+                if let Some([_, shown]) = summary.defects.get_mut(&object.instance.class) {
+                    *shown += 1;
+                }
+            }
             for shortfall in sample.shares.shortfalls() {
                 summary.short[shortfall as usize] += 1;
             }

@@ -282,7 +282,7 @@ pub const ROW: [Column; 27] = [
 ];
 
 /// Fields of one object.
-pub const OBJECT: [Column; 13] = [
+pub const OBJECT: [Column; 17] = [
     Column {
         name: "instance",
         kind: ColumnKind::Int32,
@@ -386,5 +386,37 @@ pub const OBJECT: [Column; 13] = [
         range: "0 to 1",
         missing: "null where it has no meaning",
         doc: "Severity of decay or of a defect.",
+    },
+    Column {
+        name: "length_mm",
+        kind: ColumnKind::Float64,
+        unit: "mm",
+        range: "above 0",
+        missing: "null on a turntable",
+        doc: "Extent of its pixels along the scan: rows of `bbox` times `row_mm`. From 1.5 on.",
+    },
+    Column {
+        name: "width_mm",
+        kind: ColumnKind::Float64,
+        unit: "mm",
+        range: "above 0",
+        missing: "null on a turntable",
+        doc: "Extent of its pixels along the laser line: columns of `bbox` times `col_mm`. From 1.5 on.",
+    },
+    Column {
+        name: "depth_mm",
+        kind: ColumnKind::Float64,
+        unit: "mm",
+        range: "0 or more",
+        missing: "null where it has no meaning",
+        doc: "Greatest depth of an opening below the face, seen or not; of wane where it is as wide as its mean. From 1.5 on.",
+    },
+    Column {
+        name: "knot_names",
+        kind: ColumnKind::Text,
+        unit: "",
+        range: "face, edge or arris; then spike, pin, cluster where they hold",
+        missing: "null where it is no knot",
+        doc: "What graders call a knot, with spaces between the names; thresholds in docs/wood.md. From 1.5 on.",
     },
 ];

@@ -1,5 +1,6 @@
 //! The truth at a point and about whole things: classes, instances and their numbers.
 
+use crate::wood::KnotNames;
 use crate::{Film, Medium};
 
 /// What a point really is; the discriminant is the value in label images.
@@ -247,6 +248,10 @@ pub struct Instance {
     pub death_radius_mm: f64,
     /// Severity of decay or of a defect, 0 to 1 [1].
     pub severity: f64,
+    /// Greatest depth below the face, of openings [mm].
+    pub depth_mm: f64,
+    /// What graders call it, where it is a knot.
+    pub knot: Option<KnotNames>,
 }
 
 impl Instance {
@@ -263,6 +268,8 @@ impl Instance {
             dive_deg: f64::NAN,
             death_radius_mm: f64::NAN,
             severity,
+            depth_mm: f64::NAN,
+            knot: None,
         }
     }
 }

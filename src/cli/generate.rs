@@ -15,6 +15,7 @@ use crate::generate::{
 use bench::settings::Transport;
 use dataset::Dataset;
 use dataset::shares::Shortfall;
+use procedural::Class;
 use recipe::Recipe;
 
 /// Most threads for each core, and on a machine of few cores; each takes room for a band of rows.
@@ -172,17 +173,24 @@ fn generate_dataset(
     };
     let summary = summary?;
     console.note(&format!("{}: {}", request.out.display(), describe_summary(&summary, request)));
+    if let Some(what) = describe_hidden(&summary) {
+        console.note(&format!("note: {what}"));
+    }
     // What the check of the rig has told is not told again.
     let short = summary.short_samples().filter(|(shortfall, _)| !known.iter().any(|code| code == shortfall.code()));
     let short: Vec<String> = short.map(|(shortfall, count)| describe_short(shortfall, count, &summary)).collect();
     short.iter().for_each(|what| console.note(&format!("warning: {what}")));
     warned.extend(short.iter().cloned());
     if arguments.json {
+        let counts = |(class, [all, shown]): (Class, [u64; 2])| {
+            (class.name().to_owned(), json!({ "defects": all, "shown": shown }))
+        };
+        let hidden: Map<String, Value> = summary.hidden_defects().map(counts).collect();
         let GenerateSummary { samples, shards, others, total, .. } = summary;
         let document = json!({
             "out": request.out.display().to_string(), "recipe": recipe.name(), "recipe_hash": recipe.hash(),
             "seed": request.seed, "samples": total, "made_samples": samples, "made_shards": shards, "shards_of_others": others,
-            "warnings": warned,
+            "hidden_defects": hidden, "warnings": warned,
         });
         print(&format!("{document:#}\n"))?;
     }
@@ -190,6 +198,14 @@ fn generate_dataset(
         return Err(format!("--strict: the samples are kept, and {}", short.join("\n")).into());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is told of defects that no pixel shows; `None` where all show.
+fn describe_hidden(summary: &GenerateSummary) -> Option<String> {
+    let one = |(class, [all, shown]): (Class, [u64; 2])| format!("{} of {all} {}", all - shown, class.name());
+    let hidden: Vec<String> = summary.hidden_defects().map(one).collect();
+    let told = format!("no pixel shows {}", hidden.join(", "));
+    (!hidden.is_empty()).then(|| format!("{told}; `defect_classes` of a row lists all, `objects` those that show"))
 }
 
 /// What is told of samples of this run that are of little use.

@@ -260,6 +260,7 @@ fn programs_get_json() {
     }
     let made = json("--recipe tiny.yaml --n 5 --out set --json");
     assert_eq!((&made["made_samples"], &made["samples"], &made["out"]), (&5.into(), &5.into(), &"set".into()));
+    assert!(made["hidden_defects"].is_object(), "{made}");
     assert_eq!(json("--recipe tiny.yaml --n 5 --out set --json")["made_samples"], 0);
 }
 

@@ -92,6 +92,8 @@ pub struct Object {
     pub area_mm2: f64,
     /// Smallest box around it: first column, first row, columns, rows [px].
     pub bbox: [u32; 4],
+    /// Extents of its pixels along the board and across it [mm]; NaN on a turntable.
+    pub extent_mm: [f64; 2],
 }
 
 /// One exposure kept as the sensor saw it, `[sensor rows, cols]`, row-major.

@@ -221,6 +221,12 @@ fn objects(field: &Field, objects: &[Object]) -> Result<ArrayRef, ArrowError> {
             "dive_deg" => float(|o| o.instance.dive_deg),
             "death_radius_mm" => float(|o| o.instance.death_radius_mm),
             "severity" => float(|o| o.instance.severity),
+            "length_mm" => float(|o| o.extent_mm[0]),
+            "width_mm" => float(|o| o.extent_mm[1]),
+            "depth_mm" => float(|o| o.instance.depth_mm),
+            "knot_names" => {
+                Arc::new(objects.iter().map(|o| o.instance.knot.map(|knot| knot.text())).collect::<StringArray>())
+            }
             other => return Err(ArrowError::SchemaError(format!("no value for `objects.{other}`"))),
         })
     };

@@ -264,8 +264,8 @@ struct InstanceExtent {
 }
 
 /// Objects in the label image: area and box of each instance, what lies in it included, with the body's numbers;
-/// `areas` are those of a pixel in each column [mm^2].
-pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Object> {
+/// `areas` are those of a pixel in each column [mm^2], `pixel_mm` is a pixel along the scan and along the line, NaN on a turntable.
+pub fn objects(labels: &Labels, areas: &[f64], pixel_mm: [f64; 2], instances: &[Instance]) -> Vec<Object> {
     let none = InstanceExtent { pixels: 0, area: 0.0, left: u32::MAX, top: u32::MAX, right: 0, bottom: 0 };
     let mut extents = vec![none; instances.len()];
     for (row, line) in labels.instance.chunks_exact(areas.len()).enumerate() {
@@ -291,6 +291,7 @@ pub fn objects(labels: &Labels, areas: &[f64], instances: &[Instance]) -> Vec<Ob
             area_px: of.pixels,
             area_mm2: of.area,
             bbox: [of.left, of.top, of.right - of.left, of.bottom - of.top],
+            extent_mm: [f64::from(of.bottom - of.top) * pixel_mm[0], f64::from(of.right - of.left) * pixel_mm[1]],
         })
         .collect()
 }
@@ -310,10 +311,11 @@ mod tests {
     #[test]
     fn objects_have_the_boxes_of_their_pixels() {
         let labels = Labels { class: vec![0; 12], instance: vec![0, 0, 2, 2, 0, 0, 2, 0, 0, 0, 0, 0] };
-        let found = objects(&labels, &[0.5; 4], &[instance(1, 0), instance(2, 0)]);
+        let found = objects(&labels, &[0.5; 4], [0.25, 2.0], &[instance(1, 0), instance(2, 0)]);
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].instance.id, found[0].area_px, found[0].bbox), (2, 3, [2, 0, 2, 2]));
         assert!((found[0].area_mm2 - 1.5).abs() < 1e-12);
+        assert_eq!(found[0].extent_mm, [0.5, 4.0]);
     }
 
     fn instance(id: u16, within: u16) -> Instance {
@@ -328,6 +330,8 @@ mod tests {
             dive_deg: 90.0,
             death_radius_mm: f64::NAN,
             severity: f64::NAN,
+            depth_mm: f64::NAN,
+            knot: None,
         }
     }
 
@@ -335,7 +339,8 @@ mod tests {
     fn a_pocket_holds_what_lies_in_it() {
         // Pocket 1 in front, of which defect 3 hides a corner; pocket 2 shows nothing but its own defect 4.
         let labels = Labels { class: vec![0; 12], instance: vec![1, 1, 0, 0, 1, 3, 0, 0, 0, 3, 0, 4] };
-        let found = objects(&labels, &[0.5; 4], &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
+        let found =
+            objects(&labels, &[0.5; 4], [0.25, 2.0], &[instance(1, 0), instance(2, 0), instance(3, 1), instance(4, 2)]);
         let seen: Vec<_> = found.iter().map(|o| (o.instance.id, o.area_px, o.bbox)).collect();
         assert_eq!(seen, [(1, 5, [0, 0, 2, 3]), (2, 1, [3, 2, 1, 1]), (3, 2, [1, 1, 1, 2]), (4, 1, [3, 2, 1, 1])]);
     }

@@ -197,7 +197,9 @@ impl Scan {
         let share =
             |column: f64| turn(&scene.bench.motion, scene.movement).map_or(1.0, |turn| turn.share(x(column)).abs());
         let areas = labels::areas(cols, columns, col_mm * row_mm, share);
-        let objects = labels::objects(&labels, &areas, instances);
+        let turned = turn(&scene.bench.motion, scene.movement).is_some();
+        let pixel_mm = [row_mm, col_mm].map(|side| if turned { f64::NAN } else { side });
+        let objects = labels::objects(&labels, &areas, pixel_mm, instances);
         let sound = [Class::Pocket, Class::Tooth, Class::Object];
         let defects = instances.iter().map(|instance| instance.class).filter(|class| !sound.contains(class)).collect();
         let RangeScale { offset: range_offset, scale: range_scale } = range_scale(scene, &rig);

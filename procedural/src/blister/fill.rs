@@ -101,6 +101,8 @@ impl Pack {
             dive_deg: f64::NAN,
             death_radius_mm: f64::NAN,
             severity: f64::from(severity),
+            depth_mm: f64::NAN,
+            knot: None,
         });
         id
     }

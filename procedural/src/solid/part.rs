@@ -97,6 +97,8 @@ impl Part {
             dive_deg: f64::NAN,
             death_radius_mm: f64::NAN,
             severity: f64::NAN,
+            depth_mm: f64::NAN,
+            knot: None,
         };
         Self {
             mesh: Arc::new(Mesh { positions, triangles: mesh.triangles.clone() }),

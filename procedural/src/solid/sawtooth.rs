@@ -81,6 +81,8 @@ impl Sawtooth {
                     dive_deg: f64::NAN,
                     death_radius_mm: f64::NAN,
                     severity: f64::NAN,
+                    depth_mm: f64::NAN,
+                    knot: None,
                 }
             })
             .collect();

@@ -192,6 +192,8 @@ fn surround(knot: Knot, at: &KnotProposal, wood: &Wood, trunk: &Trunk, reach: f3
         dive_deg: f64::from(at.dive.to_degrees()),
         death_radius_mm: if at.spot.death.is_finite() { f64::from(at.spot.death) } else { nan },
         severity: nan,
+        depth_mm: nan,
+        knot: None,
     };
     PlacedKnot { knot, x: [low.x, high.x], y: [low.y, high.y], instance: Some(instance) }
 }

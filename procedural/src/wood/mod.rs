@@ -18,6 +18,7 @@ mod growth;
 mod inclusions;
 mod knot;
 mod knot_inside;
+mod knot_names;
 mod knot_placement;
 mod openings;
 pub mod parameters;
@@ -38,6 +39,7 @@ use self::decay::Decay;
 pub use self::decay::LEAST_SIGMA_I;
 use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
+pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
@@ -144,6 +146,7 @@ impl Plank {
         let kinds = WoodKinds::new(&wood.media);
         let rings = Rings::grow(stream.child("rings"), &wood.log, reach);
         let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
+        knot_names::name(&mut instances, board);
         let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
         let zones = Zones::grow(stream.child("zones"), wood, &trunk, &mut instances);
         let inclusions = Inclusions::grow(stream.child("inclusions"), wood, &trunk, &rings, &mut instances);

@@ -167,7 +167,7 @@ impl Openings {
     ) -> Self {
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
         let mut openings = Self { all: Vec::new(), face: Face::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
-        openings.knots(wood, knots);
+        openings.knots(wood, knots, instances);
         openings.cracks(stream, wood, trunk, instances);
         openings.holes(stream.child("hole"), wood, instances);
         openings.wane(stream.child("wane"), wood, trunk, instances);
@@ -185,10 +185,11 @@ impl Openings {
         self.all.iter().filter(|one| one.low.y <= y && y <= one.high.y).collect()
     }
 
-    fn note(instances: &mut Vec<Instance>, class: Class, spot: Vec2, size: f32, severity: f64) -> u16 {
+    fn note(instances: &mut Vec<Instance>, class: Class, spot: Vec2, size: f32, severity: f64, depth: f32) -> u16 {
         let id = instances.len() as u16 + 1;
         let at = [f64::from(spot.x), f64::from(spot.y)];
-        instances.push(Instance::defect(id, class, at, f64::from(size), severity));
+        let depth_mm = f64::from(depth);
+        instances.push(Instance { depth_mm, ..Instance::defect(id, class, at, f64::from(size), severity) });
         id
     }
 
@@ -197,9 +198,12 @@ impl Openings {
         f64::from((depth / self.face.height).min(1.0))
     }
 
-    fn knots(&mut self, wood: &Wood, knots: &[PlacedKnot]) {
+    fn knots(&mut self, wood: &Wood, knots: &[PlacedKnot], instances: &mut [Instance]) {
         let depth = (wood.knots.hole_depth_mm as f32).min(self.face.height - FLOOR_MM).max(0.0);
         for placed in knots.iter().filter(|placed| placed.knot.class == Class::KnotHole) {
+            for instance in instances.iter_mut().filter(|instance| instance.id == placed.knot.id) {
+                instance.depth_mm = f64::from(depth);
+            }
             let form = Form::Knot { knot: Box::new(placed.knot.clone()), depth };
             let (low, high) = (Vec2::new(placed.x[0], placed.y[0]), Vec2::new(placed.x[1], placed.y[1]));
             self.all.push(Opening {
@@ -256,7 +260,7 @@ impl Openings {
                         [place, 0.5 * width * taper * uneven, depth * taper.sqrt()]
                     })
                     .collect();
-                let id = Self::note(instances, class, spot, length, self.part(depth));
+                let id = Self::note(instances, class, spot, length, self.part(depth), depth);
                 let start = along - reach;
                 let widest = table.iter().fold([f32::MAX, f32::MIN], |[low, high], &[place, half, _]| {
                     [low.min(place - half), high.max(place + half)]
@@ -302,7 +306,7 @@ impl Openings {
             let half = 0.5 * diameter * Vec2::new(1.0, lean);
             let full = if frass { 0.15 } else { 1.0 };
             let depth = (asked.depth_mm as f32 * full).min(self.face.height - FLOOR_MM).max(0.0);
-            let id = Self::note(instances, Class::InsectHole, spot, 2.0 * half.y, self.part(depth));
+            let id = Self::note(instances, Class::InsectHole, spot, 2.0 * half.y, self.part(depth), depth);
             let [across, along] = self.log_place(spot);
             let form = Form::Hole { centre: Vec2::new(across, along), half, depth, frass };
             let room = Vec2::splat(half.max_element());
@@ -328,12 +332,15 @@ impl Openings {
         let width = asked.width_mm as f32;
         let severity = f64::from((width / (2.0 * face.half.x)).min(1.0));
         let spot = corner - Vec2::new(side * 0.5 * width, 0.0);
-        let id = Self::note(instances, Class::Wane, spot, width, severity);
+        let (slope, bend) = (libm::tan(asked.angle_deg.to_radians()) as f32, 0.5 / radius);
+        // At the side of the board, where it is as wide as its mean.
+        let depth = (slope * width + bend * width * width).min(face.height - FLOOR_MM).max(0.0);
+        let id = Self::note(instances, Class::Wane, spot, width, severity, depth);
         let form = Form::Wane {
             side,
             width,
-            slope: libm::tan(asked.angle_deg.to_radians()) as f32,
-            bend: 0.5 / radius,
+            slope,
+            bend,
             bark: asked.bark as f32,
             line: Noise::new(stream.child("line")),
             rough: Noise::new(stream.child("rough")),
@@ -359,7 +366,7 @@ impl Openings {
             let x = face.spot([stream.child("roller").rng().random(), 0.5]).x;
             let (half_width, depth) = (0.5 * asked.roller_width_mm as f32, 1.0e-3 * asked.roller_um as f32);
             let middle = Vec2::new(x, face.middle.y);
-            let id = Self::note(instances, Class::RollerMark, middle, 2.0 * face.half.y, self.part(depth));
+            let id = Self::note(instances, Class::RollerMark, middle, 2.0 * face.half.y, self.part(depth), depth);
             let form = Form::Roller { x, half_width, pitch: asked.roller_pitch_mm as f32, depth };
             let room = Vec2::new(half_width, face.half.y);
             let (low, high) = (middle - room, middle + room);
@@ -372,7 +379,7 @@ impl Openings {
             let length = (asked.skip_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
             let depth = 1.0e-3 * asked.skip_um as f32;
             let half = 0.5 * length * Vec2::new(1.0 / 3.0, 1.0);
-            let id = Self::note(instances, Class::PlanerSkip, centre, length, self.part(depth));
+            let id = Self::note(instances, Class::PlanerSkip, centre, length, self.part(depth), depth);
             let [outline, rough] = ["outline", "rough"].map(|name| Noise::new(own.child(name)));
             let form = Form::Skip { centre, half, depth, outline, rough };
             let room = 1.6 * half;

@@ -191,10 +191,13 @@ fn objects(labels: &Labels, cols: usize) -> Vec<Object> {
                 dive_deg: 70.0,
                 death_radius_mm,
                 severity: f64::NAN,
+                depth_mm: f64::NAN,
+                knot: None,
             },
             area_px: pixels.len() as u64,
             area_mm2: pixels.len() as f64 * 0.068 * 0.04,
             bbox: [left, top, right - left + 1, bottom - top + 1],
+            extent_mm: [f64::from(bottom - top + 1) * 0.068, f64::from(right - left + 1) * 0.04],
         });
     }
     objects

@@ -8,6 +8,7 @@ use dataset::validate::{Code, DeclaredLaws, ParameterLaws, RowNumbers, statistic
 use dataset::{Dataset, Encoded};
 use numerics::chance::DrawLaw;
 use procedural::Class;
+use procedural::wood::{KnotNames, KnotPlace};
 use serde_json::json;
 
 use super::place::{boards, edit, inspect, whole, write};
@@ -29,6 +30,10 @@ fn what_follows_without_light_is_held_to_the_recipe() {
     assert_eq!(with(|s| s.objects[0].instance.x_mm = -1e6), [DrawDiffers]);
     assert_eq!(with(|s| s.objects[0].instance.diameter_mm *= 7.0), [DrawDiffers]);
     assert_eq!(with(|s| s.objects[0].instance.severity = 0.5), [DrawDiffers]);
+    assert_eq!(with(|s| s.objects[0].instance.depth_mm = 0.5), [DrawDiffers]);
+    let names = KnotNames { place: KnotPlace::Arris, is_spike: true, is_pin: true, is_clustered: true };
+    assert_eq!(with(|s| s.objects[0].instance.knot = Some(names)), [DrawDiffers]);
+    assert_eq!(with(|s| s.objects[0].extent_mm[0] *= 2.0), [ObjectDiffers]);
     assert_eq!(with(|s| s.physics[0].1 = 3.0 * s.physics[0].1 + 1.0), [DrawDiffers]);
     assert_eq!(with(|s| s.defects.extend(s.defects.clone())), [DrawDiffers]);
 }

@@ -21,6 +21,10 @@ pub(super) struct StoredObject {
     pub(super) area_mm2: f64,
     /// Axis against the upper surface; `None` where it has none [deg].
     pub(super) dive_deg: Option<f64>,
+    /// What graders call it; `None` where it is no knot.
+    pub(super) knot_names: Option<String>,
+    /// Whether the dataset's schema has extents, depths and names of objects.
+    pub(super) measured: bool,
     /// The other numbers that are there, by name.
     pub(super) numbers: Vec<(&'static str, f64)>,
 }
@@ -114,7 +118,7 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
         range_offset: ranged("range_offset")?,
         range_scale: ranged("range_scale")?,
         defects: names(&column("defect_classes")?)?,
-        objects: objects(&column("objects")?)?,
+        objects: objects(&column("objects")?, head.schema_version >= [1, 5])?,
         numbers,
         derived,
         shares,
@@ -126,6 +130,8 @@ pub(super) fn stored_row(batch: &RecordBatch, head: &DatasetHead) -> Result<Stor
 
 /// The measures of an object.
 const NUMBERS: [&str; 7] = ["area_mm2", "x_mm", "y_mm", "diameter_mm", "dive_deg", "death_radius_mm", "severity"];
+/// Those that datasets have from schema 1.5 on.
+const LATER_NUMBERS: [&str; 3] = ["length_mm", "width_mm", "depth_mm"];
 
 fn names(column: &ArrayRef) -> Result<Vec<String>, String> {
     let list = column.as_list_opt::<i32>().ok_or("`defect_classes` is no list")?.value(0);
@@ -133,7 +139,8 @@ fn names(column: &ArrayRef) -> Result<Vec<String>, String> {
     names.iter().map(|name| name.map(String::from).ok_or_else(|| "`defect_classes` holds nothing".to_owned())).collect()
 }
 
-fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
+/// The objects of a row; `measured` says that they have extents and names.
+fn objects(column: &ArrayRef, measured: bool) -> Result<Vec<StoredObject>, String> {
     let list = column.as_list_opt::<i32>().ok_or("`objects` is no list")?.value(0);
     let fields = structure(&list, "objects")?;
     let child = |name: &str| {
@@ -155,7 +162,13 @@ fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
         let numbers = column.as_primitive_opt::<Float64Type>().cloned();
         Ok((name, numbers.ok_or_else(|| format!("`objects.{name}` is not float64"))?))
     };
-    let measures = NUMBERS.map(known).into_iter().collect::<Result<Vec<_>, String>>()?;
+    let later = LATER_NUMBERS.into_iter().filter(|_| measured);
+    let measures = NUMBERS.into_iter().chain(later).map(known).collect::<Result<Vec<_>, String>>()?;
+    let names = match fields.column_by_name("knot_names") {
+        _ if !measured => None,
+        Some(names) => Some(names.as_string_opt::<i32>().ok_or("`objects.knot_names` does not hold texts")?),
+        None => return Err("`objects.knot_names` is missing".into()),
+    };
     let boxes = child("bbox")?;
     let boxes = boxes.as_fixed_size_list_opt().ok_or("`objects.bbox` is no fixed list")?;
     let object = |i: usize| {
@@ -168,6 +181,8 @@ fn objects(column: &ArrayRef) -> Result<Vec<StoredObject>, String> {
         Ok(StoredObject {
             area_mm2: number("area_mm2").ok_or("`objects.area_mm2` is empty")?,
             dive_deg: number("dive_deg"),
+            knot_names: names.filter(|names| !names.is_null(i)).map(|names| names.value(i).to_owned()),
+            measured,
             numbers,
             instance: instances.value(i),
             class: classes.value(i),

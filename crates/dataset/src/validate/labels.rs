@@ -17,8 +17,8 @@ const AREA: f64 = 1e-6;
 
 fn in_range(name: &str, value: f64) -> bool {
     match name {
-        "area_mm2" => value > 0.0 && value.is_finite(),
-        "diameter_mm" | "death_radius_mm" => value >= 0.0 && value.is_finite(),
+        "area_mm2" | "length_mm" | "width_mm" => value > 0.0 && value.is_finite(),
+        "diameter_mm" | "death_radius_mm" | "depth_mm" => value >= 0.0 && value.is_finite(),
         "dive_deg" => (-90.0..=90.0).contains(&value),
         "severity" => (0.0..=1.0).contains(&value),
         _ => value.is_finite(),
@@ -68,6 +68,17 @@ pub(super) fn check(
         if !turned && apart > AREA * even.abs() {
             let said = format!("{} mm^2 and {} pixels", object.area_mm2, object.area_px);
             fault(Code::ObjectDiffers, format!("object {} has {said}, which are {even} mm^2", object.instance));
+        }
+        let extents = [("length_mm", height as f64 * row.row_mm), ("width_mm", width as f64 * row.col_mm)];
+        for (name, extent) in extents.into_iter().filter(|_| object.measured) {
+            let said = object.numbers.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+            let made = (!turned).then_some(extent);
+            if said.map(f64::to_bits) != made.map(f64::to_bits) {
+                fault(
+                    Code::ObjectDiffers,
+                    format!("{name} of object {} is {said:?}, its box makes {made:?}", object.instance),
+                );
+            }
         }
     }
     let class = |value: i64| usize::try_from(value).ok().and_then(|value| PIXEL_CLASSES.get(value)).copied();

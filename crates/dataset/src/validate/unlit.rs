@@ -56,12 +56,17 @@ fn objects(object: &StoredObject, unlit: &UnlitRow, other: &mut Vec<String>) {
         ("dive_deg", own.dive_deg),
         ("death_radius_mm", own.death_radius_mm),
         ("severity", own.severity),
+        ("depth_mm", if object.measured { own.depth_mm } else { f64::NAN }),
     ];
     let stored = object.numbers.iter().filter(|(known, _)| made.iter().any(|(own, _)| own == known));
     let stored: Vec<(String, f64)> = stored.map(|(known, value)| ((*known).to_owned(), *value)).collect();
     let made = made.into_iter().filter(|number| !number.1.is_nan());
     let made: Vec<(String, f64)> = made.map(|(known, value)| (known.to_owned(), value)).collect();
     differences(&name, &stored, &made, other);
+    let names = own.knot.map(|knot| knot.text());
+    if object.measured && object.knot_names != names {
+        other.push(format!("{name}knot_names is {:?}, the recipe makes {names:?}", object.knot_names));
+    }
 }
 
 /// Numbers that are not the same bit for bit, or there on one side alone.

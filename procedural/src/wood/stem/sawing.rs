@@ -311,6 +311,8 @@ impl Sawing {
             dive_deg: f64::from(libm::asinf(axis.z.abs().min(1.0)).to_degrees()),
             death_radius_mm: if dead { f64::from(knot.death) } else { f64::NAN },
             severity: f64::NAN,
+            depth_mm: f64::NAN,
+            knot: None,
         }
     }
 }
