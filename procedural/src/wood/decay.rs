@@ -7,7 +7,7 @@
 //! rim of reaction that absorbs half as much again, or a wider zone of incipient decay, discoloured as wood of a fifth of the severity. A
 //! point is decayed where at least half of the front has passed.
 //! Sources: class table and sizes in docs/wood.md.
-//! Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no loss of height, no zone lines inside.
+//! Limits: one strip along the whole edge; heart rot does not taper; no cubical cracks, no zone lines inside.
 
 use glam::Vec3;
 use rand::RngExt;
@@ -221,6 +221,11 @@ impl Decay {
             (Class::Clear, 0)
         };
         Some(Decayed { passed, incipient, class, id, rim })
+    }
+
+    /// How far the face sinks at `x` [mm] of the scan frame, for a loss that is asked at severity 1 [mm].
+    pub fn sunk(&self, x: f32, place: &LogPoint, loss: f32) -> f32 {
+        self.at(x, place).map_or(0.0, |decayed| loss * self.severity * decayed.passed)
     }
 
     /// What decay makes of clear wood.

@@ -4,15 +4,17 @@
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
-//! (`inclusions`), the saw (`sawn_surface`), cracks, holes and wane (`openings`), dirt and burns (`coats`), and what all of that means for
+//! (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane (`openings`), dirt and burns (`coats`), and what all of that means for
 //! light (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
 
+mod anatomy;
 mod around_knot;
 mod bulge;
 mod coats;
 mod coefficients;
 mod decay;
+mod face_grain;
 mod grain_flow;
 mod growth;
 mod inclusions;
@@ -28,23 +30,26 @@ mod sawn_surface;
 pub mod stem;
 #[cfg(test)]
 mod tests;
+mod tool_marks;
 mod zones;
 
 use glam::{Vec2, Vec3};
 
+use self::anatomy::Anatomy;
 pub use self::around_knot::{KnotSurrounding, KnotSurroundings};
 use self::coats::Coats;
 use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
 pub use self::decay::LEAST_SIGMA_I;
+use self::face_grain::FaceGrains;
 use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
 pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
-    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain,
-    StemParameters, Wane, Wood,
+    Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
+    Log, Machining, Marks, Media, Rot, Stain, StemParameters, Wane, Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
@@ -72,6 +77,9 @@ const KNOT_RINGS: f32 = 0.35;
 /// Part by which bark is thicker where the outline wobbles outwards by one part [1].
 const BARK_WOBBLE: f32 = 6.0;
 
+/// Step of the differences that give the slopes of vessels' grooves [mm].
+const GROOVE_STEP_MM: f32 = 0.008;
+
 /// A sawn board.
 #[derive(Debug, Clone)]
 pub struct Plank {
@@ -85,6 +93,8 @@ pub struct Plank {
     openings: Openings,
     coats: Coats,
     sawn: SawnSurface,
+    /// Grain and anatomy at the face, where something asks for them.
+    grain: Option<Box<(FaceGrains, Anatomy)>>,
     kinds: WoodKinds,
     streaks: [Noise; 2],
     streak: f32,
@@ -148,6 +158,14 @@ impl Plank {
         let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
         knot_names::name(&mut instances, board);
         let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
+        let loss = wood.rot.loss_mm as f32;
+        let sunk = |x: f32, place: &LogPoint| decay.as_ref().map_or(0.0, |decay| decay.sunk(x, place, loss));
+        let grains = FaceGrains::grow(stream.child("grain"), wood, &trunk, &growth, &knots, sunk);
+        let grain = grains.map(|grains| {
+            let face = zones::Face::of(wood);
+            let middle = trunk.place(face.middle.x, face.middle.y, face.height);
+            Box::new((grains, Anatomy::grow(stream.child("anatomy"), wood, &middle)))
+        });
         let zones = Zones::grow(stream.child("zones"), wood, &trunk, &mut instances);
         let inclusions = Inclusions::grow(stream.child("inclusions"), wood, &trunk, &rings, &mut instances);
         let openings = Openings::grow(stream.child("openings"), wood, &trunk, &knots, &mut instances);
@@ -156,6 +174,7 @@ impl Plank {
             rings,
             growth,
             sawn,
+            grain,
             streaks: ["fine", "coarse"].map(|name| Noise::new(stream.child("streak").child(name))),
             streak: wood.log.streak as f32,
             latewood_share: wood.log.latewood_share as f32,
@@ -195,7 +214,9 @@ impl Plank {
 
     /// Lowest and highest corner of a box around the board [mm].
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        self.sawn.bounds()
+        let (low, high) = self.sawn.bounds();
+        let relief = self.grain.as_ref().map_or(0.0, |grain| grain.0.relief());
+        (low, high + relief * Vec3::Z)
     }
 
     /// Its knots, sound ones first where they were placed and along the board where it was sawn from a stem, then its rot, zones,
@@ -281,12 +302,33 @@ impl PlankSlice<'_> {
     /// Upper surface above `x` [mm]; `None` beside the board.
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        let face = self.cut.surface(x)?;
+        let mut face = self.cut.surface(x)?;
+        if let Some(grain) = &self.plank.grain {
+            face = self.carved(grain, face, Vec2::new(x, self.y));
+        }
         if self.open.is_empty() {
             return Some(face);
         }
         let plank = self.plank;
         Some(plank.openings.lower(&self.open, Vec2::new(x, self.y), &plank.trunk, face))
+    }
+
+    /// The face with torn grain, grooves of vessels and what decay took.
+    #[inline]
+    fn carved(&self, (grains, anatomy): &(FaceGrains, Anatomy), face: Surface, spot: Vec2) -> Surface {
+        let mut face = grains.change(face, spot);
+        if anatomy.is_open() {
+            let depth = |spot: Vec2| {
+                let here = grains.at(spot).0;
+                anatomy.groove(FaceGrains::cell(&here), self.plank.rings.at(here.t).latewood)
+            };
+            let deep = depth(spot);
+            face.z -= deep;
+            let by = |step: Vec2| (depth(spot + step) - deep) / GROOVE_STEP_MM;
+            face.slope_x -= by(GROOVE_STEP_MM * Vec2::X);
+            face.slope_y -= by(GROOVE_STEP_MM * Vec2::Y);
+        }
+        face
     }
 
     /// How far below the outline of its stem (x, z) of the cut lies along the radius, negative outside of the stem [mm]; `None` for a
@@ -339,12 +381,30 @@ impl PlankSlice<'_> {
                 (class, instance) = (opened.class, opened.id);
             }
         }
-        let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
         let [clear, knotted] = plank.dispersion_deg;
-        let dispersion_deg = clear + grown.disturbed * (knotted - clear);
-        let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
+        let mut dispersion_deg = clear + grown.disturbed * (knotted - clear);
+        let mut fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
+        let mut gloss = plank.gloss;
+        if let Some(grain) = &plank.grain {
+            let (grains, anatomy) = &**grain;
+            let here = grains.at(spot).0;
+            (dispersion_deg, gloss) = grains.disorder(&here, dispersion_deg, gloss);
+            // Branches have none of the stem's tissues.
+            if grown.branch.as_ref().is_none_or(|branch| branch.x >= 1.0) {
+                let found = anatomy.at(&here, &place, plank.rings.at(here.t).latewood);
+                coat *= found.through;
+                if let Some(ratio) = found.ray {
+                    coefficients = coefficients.scaled(ratio, 1.0);
+                    fibre = plank.trunk.vector(place.outward, 0.0);
+                }
+                if found.resin > 0.0 {
+                    coefficients = coefficients.mix(plank.kinds.resin, found.resin);
+                }
+            }
+        }
+        let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
         Matter {
-            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: Gloss::wood(plank.gloss), coat },
+            medium: Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: Gloss::wood(gloss), coat },
             film: None,
             class,
             instance,

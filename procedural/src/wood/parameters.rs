@@ -119,6 +119,8 @@ parameters! {
         rim_mm: 0.0, 20.0, 2.0, "[L] 1 to 4";
         /// Width of discoloured, still hard wood before the front (incipient decay); 0 for none.
         incipient_mm: 0.0, 100.0, 0.0, "[L] 5 to 30";
+        /// How far the face sinks where decay is fully developed: severity 1, behind the front.
+        loss_mm: 0.0, 20.0, 0.0, "[E] 0.2 to 2";
     }
 }
 
@@ -317,6 +319,67 @@ parameters! {
 }
 
 parameters! {
+    /// How the upper face was made, on top of the ripple and the roughness of `board`: marks of a planer's knives, of a band or frame
+    /// saw, of a circular saw.
+    machining: Machining {
+        /// Height of a planer's knife marks, root mean square; 0 for a face that was not planed.
+        planer_um: 0.0, 100.0, 0.0, "[E] 2 to 8";
+        /// Distance between two knife marks.
+        planer_pitch_mm: 0.4, 20.0, 1.6, "[L] 1 to 3";
+        /// Height of the marks of a band or frame saw, root mean square; 0 for none.
+        band_um: 0.0, 500.0, 0.0, "[E] 30 to 150";
+        /// Distance between two of them: the feed a tooth or a stroke.
+        band_pitch_mm: 0.4, 50.0, 2.5, "[E] 1 to 10";
+        /// Slant of the marks against the laser line; a frame saw's are straight across.
+        band_slant_deg: -45.0, 45.0, 4.0, "[E]";
+        /// Height of the marks of a circular saw, root mean square; 0 for none.
+        circular_um: 0.0, 500.0, 0.0, "[E] 20 to 120";
+        /// Distance between two of them along the feed.
+        circular_pitch_mm: 0.4, 50.0, 3.0, "[E] 1 to 10";
+        /// Radius of the saw; one that is too small for the board is as large as it must be.
+        circular_radius_mm: 40.0, 2000.0, 200.0, "[E] 100 to 500";
+    }
+}
+
+parameters! {
+    /// What knives do to grain that dives against them.
+    grain: Grain {
+        /// Height and depth of torn grain, root mean square; 0 for none.
+        torn_um: 0.0, 1000.0, 0.0, "[E] 30 to 300";
+        /// Dive of the fibres where half of the grain tears.
+        torn_dive_deg: 1.0, 60.0, 8.0, "[E]";
+        /// Height of fuzz, fibres that are bent up and not cut, root mean square; 0 for none.
+        fuzzy_um: 0.0, 300.0, 0.0, "[E] 20 to 80";
+    }
+}
+
+parameters! {
+    /// Resin canals, vessels and rays that the face cuts.
+    anatomy: Anatomy {
+        /// Resin canals across the grain, as in latewood; earlywood has 0.15 times as many.
+        canals_per_mm2: 0.0, 20.0, 0.0, "[E] 0.5 to 2 in spruce";
+        /// Diameter of a canal.
+        canal_um: 20.0, 500.0, 90.0, "[L] 60 to 120 in spruce";
+        /// Vessels across the grain, as in earlywood.
+        pores_per_mm2: 0.0, 200.0, 0.0, "[E] oak 5 to 10, birch 40 to 100";
+        /// Diameter of a vessel.
+        pore_um: 20.0, 600.0, 100.0, "[E] oak 200 to 350, birch 60 to 120";
+        /// How ring-porous it is: 0 for vessels alike in all of a ring, 1 for few and narrow ones in latewood.
+        pore_ring: 0.0, 1.0, 0.0, "free";
+        /// Light that dust and shade in a vessel take, each way.
+        pore_dust: 0.0, 0.9, 0.2, "[E]";
+        /// Rays' share of the volume.
+        ray_share: 0.0, 0.3, 0.0, "[E] conifers 0.05, oak 0.2";
+        /// Height of a ray along the grain.
+        ray_height_mm: 0.05, 100.0, 0.2, "[L] conifers 0.1 to 0.3; [E] beech 2, oak 20";
+        /// Width of a ray around the log.
+        ray_width_um: 5.0, 2000.0, 20.0, "[L] conifers 10 to 20; [E] beech 100, oak 300";
+        /// Absorption in a ray over that of the wood around.
+        ray_mu_a_ratio: 0.2, 5.0, 1.1, "[E]";
+    }
+}
+
+parameters! {
     /// The whole stem and where a board lies in it, for boards that are sawn from a stem.
     stem: StemParameters {
         /// Length of the stem.
@@ -401,6 +464,12 @@ pub struct Wood {
     pub marks: Marks,
     /// The whole stem, for a board that is sawn from one.
     pub stem: StemParameters,
+    /// How its face was made.
+    pub machining: Machining,
+    /// Its torn grain.
+    pub grain: Grain,
+    /// Its canals, vessels and rays.
+    pub anatomy: Anatomy,
 }
 
 impl Wood {
@@ -420,6 +489,9 @@ impl Wood {
             wane: Wane::from_values(value),
             marks: Marks::from_values(value),
             stem: StemParameters::from_values(value),
+            machining: Machining::from_values(value),
+            grain: Grain::from_values(value),
+            anatomy: Anatomy::from_values(value),
         }
     }
 
@@ -439,6 +511,9 @@ impl Wood {
             self.wane.values(),
             self.marks.values(),
             self.stem.values(),
+            self.machining.values(),
+            self.grain.values(),
+            self.anatomy.values(),
         ]
         .concat()
     }

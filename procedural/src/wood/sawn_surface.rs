@@ -4,13 +4,14 @@
 //! a turn that grows along it (twist). The band saw leaves a ripple sqrt2 rms a(y) sin(2 pi (y + q x) / pitch + p(y))
 //! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the log,
 //! side by side at random places and of random length (`Noise::fibres`).
-//! Sources: sizes in docs/wood.md. Limits: torn grain around knots, chip marks, wane and checks are not modelled.
+//! Sources: sizes in docs/wood.md. Marks of planers and other saws: `tool_marks`. Limits: chips pressed into the face are not modelled.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
 
 use glam::{Vec2, Vec3};
 
 use super::parameters::Wood;
+use super::tool_marks::ToolMarks;
 use crate::noise::Noise;
 use crate::{Mesh, Stream, Surface, normal};
 
@@ -58,6 +59,7 @@ pub(super) struct SawnSurface {
     strands: [Noise; 3],
     /// Cosine and sine of the log's turn [1].
     turn: Vec2,
+    marks: ToolMarks,
 }
 
 /// The upper surface along one profile.
@@ -93,6 +95,7 @@ impl SawnSurface {
             roughness: 1.0e-3 * board.roughness_um as f32,
             strands: ["fine", "middle", "coarse"].map(noise),
             turn: Vec2::new(cos as f32, sin as f32),
+            marks: ToolMarks::grow(stream.child("tool"), wood),
         }
     }
 
@@ -116,14 +119,15 @@ impl SawnSurface {
 
     /// Lowest and highest corner of the board with all its warp [mm].
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let rise = self.cup.abs() + (self.twist * self.half.x * self.half.y).abs() + 2.0 * self.ripple;
+        let rise =
+            self.cup.abs() + (self.twist * self.half.x * self.half.y).abs() + 2.0 * self.ripple + self.marks.relief();
         let (low, high) = (self.middle - self.half, self.middle + self.half);
         (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
     }
 
     /// How far ripple and roughness leave the warped face, but for the rarest strands [mm].
     pub fn relief(&self) -> f32 {
-        2.0 * self.ripple + 4.0 * self.roughness
+        2.0 * self.ripple + 4.0 * self.roughness + self.marks.relief()
     }
 
     /// A closed hull without the roughness, down to the conveyor.
@@ -220,17 +224,24 @@ impl SawnProfile<'_> {
             return None;
         }
         let (warp, ripple, roughness) = (self.warp(dx), self.ripple(dx), self.roughness(dx));
-        Some(Surface {
+        let mut face = Surface {
             z: self.sawn.thickness + warp.z + ripple.z + roughness.z,
             slope_x: warp.slope_x + ripple.slope_x + roughness.slope_x,
             slope_y: warp.slope_y + ripple.slope_y + roughness.slope_y,
-        })
+        };
+        if !self.sawn.marks.is_empty() {
+            let marks = self.sawn.marks.at(Vec2::new(dx, self.dy));
+            face.z += marks.z;
+            face.slope_x += marks.slope_x;
+            face.slope_y += marks.slope_y;
+        }
+        Some(face)
     }
 }
 
 /// Sine and cosine, good to 1e-5 [1]: the series of the half angle within a quarter turn, doubled.
 #[inline]
-fn sin_cos(angle: f32) -> (f32, f32) {
+pub(super) fn sin_cos(angle: f32) -> (f32, f32) {
     let turns = angle * (1.0 / TAU);
     let nearest = (turns + 0.5_f32.copysign(turns)) as i32 as f32;
     let half = 0.5 * (angle - TAU * nearest);

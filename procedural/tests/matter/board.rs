@@ -64,6 +64,17 @@ fn full() -> Wood {
     wood.marks.roller_um = 200.0;
     wood.marks.skip_count = 2.0;
     wood.marks.burn_count = 2.0;
+    wood.rot.loss_mm = 0.5;
+    wood.grain.torn_um = 80.0;
+    wood.grain.fuzzy_um = 30.0;
+    wood.anatomy.canals_per_mm2 = 5.0;
+    wood.anatomy.pores_per_mm2 = 20.0;
+    wood.anatomy.pore_ring = 0.5;
+    wood.anatomy.ray_share = 0.1;
+    wood.machining.planer_um = 5.0;
+    wood.machining.band_um = 30.0;
+    wood.machining.circular_um = 20.0;
+    wood.machining.circular_radius_mm = 400.0;
     wood
 }
 

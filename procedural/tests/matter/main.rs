@@ -5,6 +5,7 @@ mod blister_truth;
 mod board;
 mod boards;
 mod extremes;
+mod fine_structure;
 mod gran_1;
 mod knots;
 mod solid;

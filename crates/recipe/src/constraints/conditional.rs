@@ -157,7 +157,10 @@ const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kerne
 const ROT: ParameterNeeds = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
 const COMPRESSION: ParameterNeeds = Amount("compression.severity");
 const STAIN: ParameterNeeds = Amount("stain.severity");
-const RESIN: ParameterNeeds = Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count"]);
+const RESIN: ParameterNeeds =
+    Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count", "anatomy.canals_per_mm2"]);
+const PORES: ParameterNeeds = Amount("anatomy.pores_per_mm2");
+const RAYS: ParameterNeeds = Amount("anatomy.ray_share");
 const POCKETS: ParameterNeeds = Any(&["inclusions.resin_pocket_count", "inclusions.bark_pocket_count"]);
 const INCLUSIONS: ParameterNeeds =
     Any(&["inclusions.resin_pocket_count", "inclusions.resin_streak_count", "inclusions.bark_pocket_count"]);
@@ -224,6 +227,20 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("marks.skip_um", &[Amount("marks.skip_count")]),
     ("marks.burn_mm", &[Amount("marks.burn_count")]),
     ("marks.burn_coat", &[Amount("marks.burn_count")]),
+    ("rot.loss_mm", &[ROT]),
+    ("grain.torn_dive_deg", &[Any(&["grain.torn_um", "grain.fuzzy_um"])]),
+    ("anatomy.canal_um", &[Amount("anatomy.canals_per_mm2")]),
+    ("anatomy.pore_um", &[PORES]),
+    ("anatomy.pore_ring", &[PORES]),
+    ("anatomy.pore_dust", &[PORES]),
+    ("anatomy.ray_height_mm", &[RAYS]),
+    ("anatomy.ray_width_um", &[RAYS]),
+    ("anatomy.ray_mu_a_ratio", &[RAYS]),
+    ("machining.planer_pitch_mm", &[Amount("machining.planer_um")]),
+    ("machining.band_pitch_mm", &[Amount("machining.band_um")]),
+    ("machining.band_slant_deg", &[Amount("machining.band_um")]),
+    ("machining.circular_pitch_mm", &[Amount("machining.circular_um")]),
+    ("machining.circular_radius_mm", &[Amount("machining.circular_um")]),
     ("media.knot_mu_a_ratio", &[KNOTS]),
     ("media.dead_knot_mu_a_ratio", &[DEAD_KNOTS]),
     ("media.knot_sigma_i_ratio", &[KNOTS]),

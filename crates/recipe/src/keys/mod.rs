@@ -13,7 +13,8 @@ use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{
-    Board, Compression, Cracks, Holes, InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, StemParameters, Wane,
+    AnatomyParameters, Board, Compression, Cracks, Grain, Holes, InclusionParameters, Knots, Log, Machining, Marks,
+    Media, Rot, Stain, StemParameters, Wane,
 };
 
 use self::settings::{
@@ -79,7 +80,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 34] = [
+pub(super) const SECTIONS: [RecipeSection; 37] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
     drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
@@ -99,6 +100,9 @@ pub(super) const SECTIONS: [RecipeSection; 34] = [
     drawn!(Wane, &[Subject::Wood]),
     drawn!(Marks, &[Subject::Wood]),
     drawn!(StemParameters, &[Subject::Wood]),
+    drawn!(Machining, &[Subject::Wood]),
+    drawn!(Grain, &[Subject::Wood]),
+    drawn!(AnatomyParameters, &[Subject::Wood]),
     drawn!(Card, &[Subject::Blister]),
     drawn!(Pocket, &[Subject::Blister]),
     drawn!(Tablet, &[Subject::Blister]),

@@ -1,0 +1,204 @@
+//! Fine structure of faces: tool marks, torn grain, canals, vessels and rays appear where they should and as often as asked.
+
+use crate::boards::{grow, wood};
+use procedural::Stream;
+use procedural::wood::Plank;
+use procedural::wood::parameters::Wood;
+use rand::RngExt;
+
+/// A flat board without ripple and roughness, and a number source for its own numbers.
+fn plain(seed: u64) -> (Wood, impl FnMut(f64, f64) -> f64) {
+    let mut wood = wood(0.0, 0.0);
+    (wood.board.saw_ripple_um, wood.board.roughness_um) = (0.0, 0.0);
+    (wood.board.cup_mm, wood.board.twist_deg) = (0.0, 0.0);
+    let mut rng = Stream::root(seed).child("fine structure").rng();
+    (wood, move |low: f64, high: f64| low + (high - low) * rng.random::<f64>())
+}
+
+/// Height over the thickness along y at x [mm].
+fn heights(plank: &Plank, thickness: f64, x: f32, ys: impl Iterator<Item = f32>) -> Vec<f64> {
+    ys.map(|y| f64::from(plank.slice(y).surface(x).expect("inside").z) - thickness).collect()
+}
+
+/// Power at a wavelength of a series of step 0.05 mm.
+fn power(series: &[f64], wavelength: f64) -> f64 {
+    let turn = std::f64::consts::TAU * 0.05 / wavelength;
+    let (c, s) = series.iter().enumerate().fold((0.0, 0.0), |(c, s), (i, z)| {
+        let (sin, cos) = (turn * i as f64).sin_cos();
+        (c + z * cos, s + z * sin)
+    });
+    c * c + s * s
+}
+
+/// Marks have the asked height and pitch, and lie along the asked line.
+#[test]
+fn tool_marks_have_their_height_pitch_and_direction() {
+    for seed in 0..12 {
+        for tool in ["planer", "band", "circular"] {
+            let (mut wood, mut draw) = plain(seed);
+            let (um, pitch) = (draw(3.0, 60.0), draw(1.0, 4.0));
+            let asked = &mut wood.machining;
+            asked.band_slant_deg = draw(-20.0, 20.0);
+            match tool {
+                "planer" => (asked.planer_um, asked.planer_pitch_mm) = (um, pitch),
+                "band" => (asked.band_um, asked.band_pitch_mm) = (um, pitch),
+                _ => (asked.circular_um, asked.circular_pitch_mm) = (um, pitch),
+            }
+            let plank = grow(seed, &wood);
+            let series: Vec<f64> = (0..8)
+                .flat_map(|i| {
+                    heights(
+                        &plank,
+                        wood.board.thickness_mm,
+                        10.0 * i as f32 - 35.0,
+                        (0..400).map(|j| 25.0 + 0.5 * j as f32),
+                    )
+                })
+                .collect();
+            let rms = (series.iter().map(|z| z * z).sum::<f64>() / series.len() as f64).sqrt();
+            // Some 50 to 200 marks, whose depths vary by a half and stay alike over three: a tenth, three times that.
+            assert!((1.0e3 * rms / um - 1.0).abs() < 0.3, "{tool} of seed {seed}: {rms} mm for {um} um");
+            // Phase drift widens the line: power is gathered within a sixth of the pitch on either side.
+            let column = heights(&plank, wood.board.thickness_mm, 3.0, (0..3600).map(|j| 30.0 + 0.05 * j as f32));
+            let band =
+                |centre: f64| (-20..=20).map(|k| power(&column, centre * (1.0 + f64::from(k) / 120.0))).sum::<f64>();
+            let [here, longer, shorter] = [1.0, 1.9, 0.71].map(|factor| band(factor * pitch));
+            assert!(here > 1.5 * longer.max(shorter), "{tool} of seed {seed}: {here} at {pitch}, {longer}, {shorter}");
+        }
+    }
+}
+
+/// Slopes are those of the heights, in the mean of many places: kinks of cusps and of the grid are few.
+#[test]
+fn slopes_of_fine_structure_match_differences() {
+    let (mut misses, mut all) = (0, 0);
+    for seed in 0..6 {
+        let (mut base, mut draw) = plain(seed);
+        base.knots.sound_count = 2.0;
+        base.machining.planer_um = draw(0.0, 10.0);
+        base.machining.band_um = draw(0.0, 100.0);
+        base.machining.circular_um = draw(0.0, 100.0);
+        base.grain.torn_um = draw(0.0, 200.0);
+        base.grain.fuzzy_um = draw(0.0, 50.0);
+        base.anatomy.pores_per_mm2 = draw(0.0, 10.0);
+        let plank = grow(seed, &base);
+        for _ in 0..400 {
+            let (x, y) = (draw(-45.0, 45.0) as f32, draw(22.0, 225.0) as f32);
+            let at = |dx: f32, dy: f32| plank.slice(y + dy).surface(x + dx).expect("inside");
+            let here = at(0.0, 0.0);
+            let h = 0.01;
+            let [along_x, along_y] =
+                [(at(h, 0.0).z - at(-h, 0.0).z) / (2.0 * h), (at(0.0, h).z - at(0.0, -h).z) / (2.0 * h)];
+            all += 1;
+            let far = |a: f32, b: f32| (a - b).abs() > 0.02 + 0.1 * a.abs();
+            misses += i32::from(far(here.slope_x, along_x) || far(here.slope_y, along_y));
+        }
+    }
+    assert!(misses < all / 20, "{misses} of {all}");
+}
+
+/// Grain tears around knots, where it dives, on one side of each, and nowhere far from them.
+#[test]
+fn grain_tears_where_it_dives() {
+    let (mut near, mut far, mut torn) = (0, 0, 0);
+    for seed in 0..8 {
+        let (mut base, mut draw) = plain(seed);
+        base.knots.sound_count = 3.0;
+        let mut asked = base;
+        asked.grain.torn_um = draw(50.0, 200.0);
+        asked.grain.fuzzy_um = draw(10.0, 50.0);
+        let (without, with) = (grow(seed, &base), grow(seed, &asked));
+        for j in 0..400 {
+            let y = 22.0 + 0.51 * j as f32;
+            let (a, b) = (without.slice(y), with.slice(y));
+            for i in 0..180 {
+                let x = -45.0 + 0.5 * i as f32;
+                let (za, zb) = (a.surface(x).expect("inside").z, b.surface(x).expect("inside").z);
+                let m = a.matter(x, za);
+                let changed = (za - zb).abs() > 0.01;
+                torn += u32::from(changed);
+                if crate::boards::dive_deg(&m) > 6.0 {
+                    near += u32::from(changed)
+                }
+                if crate::boards::dive_deg(&m) < 2.0 && !crate::boards::is_knot(m.class) {
+                    far += u32::from(changed)
+                }
+            }
+        }
+    }
+    assert!(torn > 1000 && near > torn / 2 && far < torn / 20, "{torn}: {near} where it dives, {far} where not");
+}
+
+/// The share of the face that rays take is that of the volume at every angle, and flecks along the face are as long as the angle
+/// between it and the rays has them.
+#[test]
+fn rays_keep_their_share_and_flecks_grow_towards_quarter_sawn_faces() {
+    let mut chords = Vec::new();
+    for (seed, degrees) in [(1_u64, 0.0_f64), (2, 30.0), (3, 60.0), (4, 85.0)] {
+        let (mut total, mut rays, mut runs) = (0.0, 0.0, 0.0);
+        for board in 0..6 {
+            let (mut base, _) = plain(seed);
+            (base.board.width_mm, base.board.length_mm) = (30.0, 60.0);
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            (base.log.pith_depth_mm, base.log.pith_offset_mm) = (150.0 * cos + 11.0, 150.0 * sin);
+            (base.log.pith_tilt_deg, base.log.pith_wander_mm, base.log.spiral_deg) = (0.0, 0.0, 0.0);
+            let mut asked = base;
+            (asked.anatomy.ray_share, asked.anatomy.ray_height_mm, asked.anatomy.ray_width_um) = (0.15, 3.0, 400.0);
+            let (without, with) = (grow(10 * seed + board, &base), grow(10 * seed + board, &asked));
+            for j in 0..120 {
+                let y = 22.0 + 0.47 * j as f32;
+                let (a, b) = (without.slice(y), with.slice(y));
+                let mut inside = false;
+                for i in 0..280 {
+                    let x = -14.0 + 0.1 * i as f32;
+                    let ray = a.matter(x, 22.0).medium.fibre != b.matter(x, 22.0).medium.fibre;
+                    total += 1.0;
+                    rays += f64::from(u8::from(ray));
+                    runs += f64::from(u8::from(ray && !inside));
+                    inside = ray;
+                }
+            }
+        }
+        // A fleck of a quarter-sawn face takes a part of it: 60 of them stand on six boards.
+        let share = rays / total;
+        let error = if degrees > 80.0 { 0.07 } else { 0.03 };
+        assert!((share - 0.15_f64).abs() < error, "{share} at {degrees} deg");
+        chords.push(0.1 * rays / runs);
+    }
+    // The mean chord of an ellipse's width w is pi w / 4 over the cosine: 0.31, 0.36 and 0.63 mm, and far more at 85 degrees.
+    for (chord, expected) in chords.iter().zip([0.314, 0.363, 0.628]) {
+        assert!((chord / expected - 1.0_f64).abs() < 0.2, "{chords:?}");
+    }
+    assert!(chords[3] > 1.2, "{chords:?}");
+}
+
+/// Tubes take the share of the face that their number and diameter say; canals keep to latewood, vessels of ring-porous wood to earlywood.
+#[test]
+fn canals_and_vessels_are_as_many_as_asked() {
+    for seed in 0..4 {
+        let (base, mut draw) = plain(seed);
+        let (number, um) = (draw(0.5, 4.0), draw(100.0, 250.0));
+        let mut pores = base;
+        (pores.anatomy.pores_per_mm2, pores.anatomy.pore_um) = (number, um);
+        let mut canals = base;
+        (canals.anatomy.canals_per_mm2, canals.anatomy.canal_um) = (number, um);
+        let [base, pores, canals] = [base, pores, canals].map(|wood| grow(seed, &wood));
+        let (mut total, mut open, mut resin, mut late) = (0.0, 0.0, 0.0, 0.0);
+        for j in 0..500 {
+            let y = 22.0 + 0.41 * j as f32;
+            let [a, b, c] = [&base, &pores, &canals].map(|plank| plank.slice(y));
+            for i in 0..300 {
+                let x = -45.0 + 0.3 * i as f32;
+                let [a, b, c] = [&a, &b, &c].map(|slice| slice.matter(x, 22.0).medium);
+                total += 1.0;
+                open += f64::from(u8::from(b.coat < 1.0));
+                resin += f64::from(u8::from(c.n_eff > 1.3));
+                late += f64::from(u8::from(c.n_eff > 1.3 && a.mu_a > 0.13));
+            }
+        }
+        let share = number * std::f64::consts::FRAC_PI_4 * 1.0e-6 * um * um;
+        // Tubes of some millimetres on 190 cm2: thousands of them.
+        assert!((open / total / share - 1.0).abs() < 0.2, "seed {seed}: {} for {share}", open / total);
+        assert!(resin < 0.8 * open && resin > 0.1 * open && late > 0.4 * resin, "seed {seed}: {resin} {late} {open}");
+    }
+}
