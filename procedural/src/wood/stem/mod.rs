@@ -34,7 +34,7 @@ use super::parameters::StemParameters;
 use crate::Stream;
 
 /// A whole log.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Stem {
     pith: PithLine,
     outline: Outline,
