@@ -33,7 +33,7 @@ fn every_recipe_loads_and_is_embedded() {
         let classes = recipe.classes().iter().map(|class| class.name.as_str());
         match recipe.subject() {
             Subject::Wood if name.starts_with("wood-grading") => assert_eq!(classes.count(), 17),
-            Subject::Wood if name == "wood-stem" => {
+            Subject::Wood if ["wood-stem", "wood-measured"].contains(&name) => {
                 assert!(classes.eq(["flat_sawn", "quarter_sawn", "through_pith"]));
             }
             Subject::Wood => assert!(classes.eq(["clear", "dead_knot", "mixed", "rot", "sound_knot"])),
@@ -65,7 +65,7 @@ fn classes_hold_what_their_names_say() {
             Plan::Wood(wood) if recipe.name().starts_with("wood-grading") => {
                 graded_boards_are_called(&scene.class, wood)
             }
-            Plan::Wood(wood) if recipe.name() == "wood-stem" => {
+            Plan::Wood(wood) if ["wood-stem", "wood-measured"].contains(&recipe.name()) => {
                 assert_eq!(scene.class == "quarter_sawn", wood.stem.face_deg.abs() > 60.0);
                 assert_eq!(scene.class == "through_pith", wood.stem.board_radius_mm < 10.0);
             }

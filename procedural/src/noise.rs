@@ -42,7 +42,7 @@ const LANES: f32 = 2048.0 / 3003.0;
 const RATES: [f32; 2] = [0.7, 0.6];
 
 /// One random function; two with different seeds are independent.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     seed: u32,
 }

@@ -108,6 +108,8 @@ words! {
         Placed = "placed",
         /// A whole stem with its whorls, out of which the board is sawn.
         Stem = "stem",
+        /// A log that a scanner measured, out of which the board is sawn.
+        Measured = "measured",
     }
 }
 

@@ -54,7 +54,10 @@ pub fn body(scene: &Scene) -> Body {
             let stream = scene.stream.child("plank");
             Body::Plank(Box::new(match scene.log {
                 LogSource::Placed => Plank::grow(stream, wood),
-                LogSource::Stem => Plank::saw(stream, wood, &Stem::grow(stream.child("stem"), &wood.stem)),
+                LogSource::Stem | LogSource::Measured => match scene.measured.as_deref() {
+                    Some(measured) => Plank::saw(stream, wood, measured),
+                    None => Plank::saw(stream, wood, &Stem::grow(stream.child("stem"), &wood.stem)),
+                },
             }))
         }
         Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),

@@ -66,6 +66,7 @@ impl Recipe {
             plan,
             mesh: self.mesh.clone(),
             log: self.settings.log.source,
+            measured: self.measured.clone(),
             transport: self.settings.transport(),
             movement: self.settings.motion.kind,
             readout: self.settings.readout(),

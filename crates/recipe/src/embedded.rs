@@ -42,6 +42,7 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 17] = [
         "pieces of boards with every defect of wood, to train graders with: docs/baselines.md"
     ),
     built_in!("wood-stem", "boards sawn out of whole stems with whorls: docs/wood.md"),
+    built_in!("wood-measured", "boards sawn out of a scanned log: docs/wood.md"),
     built_in!("blister-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
     built_in!("sawtooth", "the calibration piece RCAL-300 at full size, of blasted metal"),
     built_in!("sawtooth-small", "a small one to try things with, of metal and of plastic"),

@@ -16,6 +16,7 @@ mod distribution;
 mod draw;
 mod embedded;
 mod keys;
+mod measured_log;
 mod reader;
 mod reference;
 mod sampling;
@@ -25,6 +26,7 @@ mod subject;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use procedural::wood::Stem;
 use procedural::{Mesh, Stream};
 
 use self::correlation::ScoreMixture;
@@ -65,6 +67,7 @@ pub struct Recipe {
     /// What correlations do in each class.
     mixtures: Vec<ScoreMixture>,
     mesh: Option<Arc<Mesh>>,
+    measured: Option<Arc<Stem>>,
     notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
@@ -96,6 +99,8 @@ pub struct Scene {
     pub mesh: Option<Arc<Mesh>>,
     /// Where the log of a board comes from.
     pub log: LogSource,
+    /// The log that was measured.
+    pub measured: Option<Arc<Stem>>,
     /// How light spreads below the surface.
     pub transport: Transport,
     /// How the object moves.
@@ -156,6 +161,7 @@ impl Recipe {
             sampling,
             mixtures,
             mesh,
+            measured,
             notes,
             ..
         } = resolved;
@@ -171,6 +177,7 @@ impl Recipe {
             sampling,
             mixtures,
             mesh,
+            measured,
             notes,
             text,
             canonical,
@@ -247,7 +254,8 @@ impl Recipe {
     /// Every file that it names, with the key, by key.
     pub fn files(&self) -> impl Iterator<Item = (&str, &Asset)> {
         let of_subject = keys::settings(Some(self.subject));
-        of_subject.filter_map(|setting| Some((setting.path, (setting.asset)(&self.settings)?)))
+        let used = of_subject.filter(|setting| setting.idle(&self.settings).is_none());
+        used.filter_map(|setting| Some((setting.path, (setting.asset)(&self.settings)?)))
     }
 
     /// The classes by name; their shares sum to 1.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use procedural::Mesh;
+use procedural::wood::Stem;
 
 use super::changes::{self, SET};
 use super::class::Class;
@@ -11,12 +12,13 @@ use super::constraints::{self, Object, conditional};
 use super::correlation::{self, CORRELATIONS, Correlation, ScoreMixture};
 use super::distribution::{self, Distribution};
 use super::keys::alternatives::{self, alternatives};
+use super::keys::setting_type::NamedFile;
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
 use crate::asset::AssetSource;
-use crate::mesh;
+use crate::{measured_log, mesh};
 use bench::settings::{TransportName, Words};
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
 
@@ -43,6 +45,8 @@ pub(super) struct Resolved {
     /// What these do in each class.
     pub mixtures: Vec<ScoreMixture>,
     pub mesh: Option<Arc<Mesh>>,
+    /// The log that was measured.
+    pub measured: Option<Arc<Stem>>,
     /// Keys that have no effect, with what to do.
     pub notes: Vec<String>,
 }
@@ -112,7 +116,10 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     top.close(yaml, &known, &|name| keys::home(subject, name));
 
     for setting in keys::settings(subject) {
-        (setting.load)(&mut settings, yaml, files);
+        // What has no effect names no file, though it may have a default.
+        if setting.idle(&settings).is_none() {
+            (setting.load)(&mut settings, yaml, files);
+        }
     }
     let classes = classes.unwrap_or_default();
     let mesh = settings.mesh.file.asset().and_then(|file| match mesh::read_mesh(file) {
@@ -122,6 +129,17 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
             None
         }
     });
+    let log = &settings.log;
+    let measured = match [&log.pith_file, &log.radii_file, &log.knots_file].map(NamedFile::asset) {
+        [Some(pith), Some(radii), Some(knots)] => match measured_log::read_log([pith, radii, knots]) {
+            Ok(stem) => Some(Arc::new(stem)),
+            Err((key, fault)) => {
+                yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
+                None
+            }
+        },
+        _ => None,
+    };
     let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
@@ -149,6 +167,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         correlations,
         mixtures,
         mesh,
+        measured,
         notes,
     })
 }

@@ -11,6 +11,8 @@
 //! Limits: the disturbances of several knots add up; a branch's collar has no swelling of its own; fibres that bend out of
 //! the stem into a living branch from below do so within its outline, at once.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use super::bulge::{Bulge, BulgePlace, REACH, SHORTEN, height};
@@ -18,6 +20,7 @@ use super::grain_flow::{Oval, SLOWEST};
 use super::knot::{Knot, KnotDistance, KnotSection};
 use super::parameters::Wood;
 use super::pith::LogPoint;
+use super::stem::Layers;
 use crate::Stream;
 use crate::noise::{Noise, smoothstep};
 
@@ -45,6 +48,7 @@ pub(super) struct Growth {
     waves: Noise,
     bulge: Bulge,
     oval: Oval,
+    layers: Option<Arc<Layers>>,
 }
 
 /// Wood at a point as it grew.
@@ -95,7 +99,13 @@ impl Growth {
             waves: Noise::new(stream.child("waves")),
             bulge: Bulge::new(),
             oval: Oval::new(wood.knots.flow_ratio as f32),
+            layers: None,
         }
+    }
+
+    /// The same in a log whose layers leave the pith's wander.
+    pub fn with_layers(self, layers: Option<&Arc<Layers>>) -> Self {
+        Self { layers: layers.cloned(), ..self }
     }
 
     /// Time of growth and fibre at a place among the knots that may be near.
@@ -110,10 +120,19 @@ impl Growth {
             WAVINESS * WAVES_PER_RAD * wave_slope.truncate().dot(around),
             WAVINESS * r * wave_slope.z / WAVE_MM,
         );
+        let (mut turned_phi, mut runs) = (place.phi, place.pith_slope);
+        if let Some(layers) = &self.layers {
+            let layer = layers.at(place);
+            t += layer.t - r;
+            let [out, aside, along] = layer.slope;
+            slope += Vec3::new(out - 1.0, aside, along);
+            turned_phi += layer.turn;
+            runs += layer.drift_slope;
+        }
         let spiral = (self.spiral[0] + self.spiral[1] * r).clamp(-SPIRAL_LIMIT, SPIRAL_LIMIT);
         let (sin, cos) = (spiral * (1.0 - spiral * spiral / 6.0), 1.0 - 0.5 * spiral * spiral);
         let mut stream = Vec2::X;
-        let mut bundle = r * place.phi * cos + place.l * sin;
+        let mut bundle = r * turned_phi * cos + place.l * sin;
         let mut disturbed = 0.0f32;
         let mut branch: Option<Branch<'a>> = None;
         let mut distance = None;
@@ -172,7 +191,7 @@ impl Growth {
         let normal = normal_across.extend(slope.z - place.pith_slope.dot(normal_across));
         let stream = Vec2::new(not_below(stream.x, SLOWEST), stream.y);
         let (along, aside) = (stream.x * cos + stream.y * sin, stream.y * cos - stream.x * sin);
-        let free = (along * place.pith_slope + aside * around).extend(along);
+        let free = (along * runs + aside * around).extend(along);
         let laid = free - normal * (free.dot(normal) / normal.length_squared());
         let mut fibre = laid.normalize_or(Vec3::Z);
         if let Some(branch) = &branch {

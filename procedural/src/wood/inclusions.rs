@@ -81,13 +81,14 @@ impl Inclusions {
                 let mut rng = own.rng();
                 let spot = face.spot([rng.random(), rng.random()]);
                 let place = trunk.place(spot.x, spot.y, face.height);
+                let ring = trunk.layer(&place);
                 let aside = rng.random::<f32>() - 0.5;
                 let mut about = |median: f64| 0.5 * median * libm::exp(LOG_SD * normal(&mut rng));
                 let half = [asked.thickness_mm, asked.width_mm, length].map(|size| about(size) as f32);
-                let t = place.r + aside * half[0];
+                let t = ring + aside * half[0];
                 // Where the wood tore lies the boundary of a ring, if one is so near that the face still cuts the pocket.
-                let torn = rings.boundary(place.r) + TORN * half[0];
-                let t = if class == Class::ResinPocket && (torn - place.r).abs() < 0.5 * half[0] { torn } else { t };
+                let torn = rings.boundary(ring) + TORN * half[0];
+                let t = if class == Class::ResinPocket && (torn - ring).abs() < 0.5 * half[0] { torn } else { t };
                 let id = instances.len() as u16 + 1;
                 let at = [f64::from(spot.x), f64::from(spot.y)];
                 instances.push(Instance::defect(id, class, at, 2.0 * f64::from(half[2].max(half[1])), f64::NAN));

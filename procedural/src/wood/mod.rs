@@ -135,7 +135,7 @@ impl Plank {
     /// depth, offset and wander in `wood.log` do not count.
     pub fn saw(stream: Stream, wood: &Wood, stem: &Stem) -> Self {
         let sawing = Sawing::new(wood, stem);
-        let growth = Growth::new(stream.child("growth"), wood);
+        let growth = Growth::new(stream.child("growth"), wood).with_layers(sawing.trunk.layers());
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = sawing.knots(stream.child("knot"), wood, stem, &growth, sawn.relief());
         let cut = Some(Box::new(sawing.cut(wood, stem)));

@@ -241,7 +241,7 @@ impl Openings {
                 let reach = if class == Class::Split { length } else { 0.5 * length };
                 let steps = (2.0 * reach / STEP_MM).ceil().clamp(4.0, MAX_STEPS);
                 let (wander, uneven) = (Noise::new(own.child("wander")), Noise::new(own.child("uneven")));
-                let ring = trunk.place(spot.x, spot.y, face.height).r;
+                let ring = trunk.layer(&trunk.place(spot.x, spot.y, face.height));
                 let mut line = across;
                 let step = 2.0 * reach / steps;
                 let table: Vec<[f32; 3]> = (0..=steps as usize)
@@ -290,7 +290,7 @@ impl Openings {
             let place = trunk.place(spot.x, spot.y, self.face.height);
             // Right above the pith rings lie flat on the face: a step no longer than a millimetre keeps to one line.
             let slope = place.outward.x;
-            across -= ((place.r - ring) * slope / (slope * slope + 0.01)).clamp(-1.0, 1.0);
+            across -= ((trunk.layer(&place) - ring) * slope / (slope * slope + 0.01)).clamp(-1.0, 1.0);
         }
         across
     }

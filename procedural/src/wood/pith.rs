@@ -7,9 +7,12 @@
 //! Source of the numbers: the scanned log of Larsson et al., whose pith tilts 2.8 deg over 10 mm and 0.6 deg over 1 m.
 //! Limits: the cut stays across the mean axis, so a pith tilted by a degree makes rings oval by 0.02 percent.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use super::parameters::Wood;
+use super::stem::Layers;
 use crate::noise::Noise;
 use crate::{Stream, atan2};
 
@@ -45,6 +48,8 @@ pub(super) struct Trunk {
     /// First place of the table [mm].
     start: f32,
     nodes: Vec<PithNode>,
+    /// How layers leave the pith's wander; `None` where all of them follow it.
+    layers: Option<Arc<Layers>>,
 }
 
 /// A point in the log's coordinates, with the directions that belong to it.
@@ -105,7 +110,23 @@ impl Trunk {
         let count = (2.0 * reach / STEP_MM).ceil() as usize + 2;
         let nodes = (0..count).map(|i| pith(i as f32 * STEP_MM - reach));
         let middle = Vec2::new(board.offset_mm as f32, (board.lead_in_mm + 0.5 * board.length_mm) as f32);
-        Self { middle, turn, zenith: zenith(wood, straight), start: -reach, nodes: nodes.collect() }
+        Self { middle, turn, zenith: zenith(wood, straight), start: -reach, nodes: nodes.collect(), layers: None }
+    }
+
+    /// The same with layers that leave the pith's wander.
+    pub fn with_layers(self, layers: Arc<Layers>) -> Self {
+        Self { layers: Some(layers), ..self }
+    }
+
+    /// How layers leave the pith's wander.
+    pub fn layers(&self) -> Option<&Arc<Layers>> {
+        self.layers.as_ref()
+    }
+
+    /// Which layer a place belongs to, without waviness and branches: its distance from the pith, or from what of the pith's wander is
+    /// left there [mm].
+    pub fn layer(&self, place: &LogPoint) -> f32 {
+        self.layers.as_ref().map_or(place.r, |layers| layers.at(place).t)
     }
 
     #[inline]

@@ -114,7 +114,7 @@ impl Zones {
         let at = [f64::from(face.middle.x), f64::from(face.middle.y)];
         let asked = &wood.compression;
         let crescent = (asked.severity > 0.0).then(|| {
-            let ring = f64::from(middle.r) + asked.offset_mm;
+            let ring = f64::from(trunk.layer(&middle)) + asked.offset_mm;
             Crescent {
                 severity: asked.severity as f32,
                 rings: [-0.5, 0.5].map(|side| (ring + side * asked.width_mm) as f32),

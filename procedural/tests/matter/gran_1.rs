@@ -14,7 +14,8 @@ const AZIMUTH_MM: f64 = 50.0;
 const WIDTH_MM: f64 = 100.0;
 
 fn table(text: &str) -> Vec<Vec<f64>> {
-    text.lines().map(|line| line.split(',').map(|v| v.parse().expect("a number")).collect()).collect()
+    let rows = text.lines().filter(|line| !line.starts_with('#'));
+    rows.map(|line| line.split(',').map(|v| v.parse().expect("a number")).collect()).collect()
 }
 
 /// Rows of the pith: x, y, height [mm].

@@ -42,7 +42,7 @@ enum ParameterNeeds {
     /// The same, or a whole stem, which has knots of all kinds.
     AnyKnots(&'static [&'static str]),
     /// Where the log comes from.
-    Log(LogSource),
+    Log(&'static [LogSource]),
     /// Room for a tablet that stands on its edge.
     RoomToStand,
     /// A tablet that is no ellipse or stadium as long as wide: of these both are a circle.
@@ -63,8 +63,9 @@ const TURNTABLE: ParameterNeeds = ParameterNeeds::Movement(Movement::Turntable);
 const GIVEN: ParameterNeeds = ParameterNeeds::Scheimpflug(Scheimpflug::Given);
 const BAND_PASS: ParameterNeeds = ParameterNeeds::Filter(Filter::BandPass);
 
-const PLACED: ParameterNeeds = ParameterNeeds::Log(LogSource::Placed);
-const STEM: ParameterNeeds = ParameterNeeds::Log(LogSource::Stem);
+const PLACED: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Placed]);
+const STEM: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem]);
+const SAWN: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem, LogSource::Measured]);
 
 /// Every conditional parameter by its path; of several needs the first that is not met is told.
 const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
@@ -142,16 +143,20 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("stem.death_share", &[STEM]),
     ("stem.death_log_sd", &[STEM]),
     ("stem.stub_length", &[STEM]),
-    ("stem.board_along_mm", &[STEM]),
-    ("stem.board_radius_mm", &[STEM]),
-    ("stem.board_azimuth_deg", &[STEM]),
-    ("stem.face_deg", &[STEM]),
+    ("stem.board_along_mm", &[SAWN]),
+    ("stem.board_radius_mm", &[SAWN]),
+    ("stem.board_azimuth_deg", &[SAWN]),
+    ("stem.face_deg", &[SAWN]),
 ];
 
 const KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
 const DEAD_KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.dead_count", "knots.hole_count"]);
-const BARK: ParameterNeeds =
-    Any(&["knots.dead_count", "knots.hole_count", "inclusions.bark_pocket_count", "wane.width_mm"]);
+const BARK: ParameterNeeds = ParameterNeeds::AnyKnots(&[
+    "knots.dead_count",
+    "knots.hole_count",
+    "inclusions.bark_pocket_count",
+    "wane.width_mm",
+]);
 /// Diffusion along fibres that all run alike is what the other models know.
 const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
 const ROT: ParameterNeeds = Any(&["rot.reach_mm", "rot.heart_mm", "rot.pocket_count"]);
@@ -340,8 +345,8 @@ impl ParameterNeeds {
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
             Self::Amount(path) => is_zero(scene, path)
                 .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
-            Self::AnyKnots(_) if settings.log.source == LogSource::Stem => None,
-            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, &[wanted], Wording::While),
+            Self::AnyKnots(_) if settings.log.source != LogSource::Placed => None,
+            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, wanted, Wording::While),
             Self::Any(paths) | Self::AnyKnots(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
                 let named = if paths.len() > 3 { &paths[..1] } else { paths };
                 let others = if named.len() < paths.len() { " and all others of their kind are 0" } else { " are 0" };

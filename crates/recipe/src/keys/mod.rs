@@ -5,7 +5,7 @@
 
 pub(super) mod alternatives;
 pub(super) mod idle;
-mod setting_type;
+pub(crate) mod setting_type;
 pub(super) mod settings;
 pub(super) mod texture;
 

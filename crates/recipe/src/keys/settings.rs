@@ -9,7 +9,7 @@ use super::idle::{Idle, Wording};
 use super::setting_type::{Auto, Channels, Count, File, Flag, NamedFile, Number, OneOf, SettingType, Stack, Word};
 use super::texture;
 use crate::asset::{Asset, AssetSource};
-use crate::mesh;
+use crate::{measured_log, mesh};
 use bench::settings::{
     Channel, Extraction, Fan, Filter, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics, Order, Output,
     PeakChoice, PeakMethod, PeakMethodName, Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode,
@@ -232,8 +232,22 @@ settings! {
     log: LogSettings at "log" {
         source: Word<LogSource>(&LogSource::ALL) = LogSource::Placed,
             "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says, or \
-             `stem`, a whole stem with whorls, out of which the board is sawn where `stem` says.",
+             `stem`, a whole stem with whorls, out of which the board is sawn where `stem` says, or `measured`, a log from files, \
+             sawn likewise.",
             "docs/wood.md";
+        pith_file: File(16, &measured_log::GRAN_1[0]) = NamedFile::new(measured_log::GRAN_1[0][0].0),
+            "For `measured`: pith, rows of x, y and height [mm], heights rising; CSV or JSON (an array of rows).",
+            "Larsson et al. 2022, MIT",
+            On source in [LogSource::Measured];
+        radii_file: File(16, &measured_log::GRAN_1[1]) = NamedFile::new(measured_log::GRAN_1[1][0].0),
+            "For `measured`: outline, a row of distances from the pith [mm] for each section, in equal steps along it, at \
+             azimuths that fall from 0 in equal steps of a turn.",
+            "Larsson et al. 2022, MIT",
+            On source in [LogSource::Measured];
+        knots_file: File(16, &measured_log::GRAN_1[2]) = NamedFile::new(measured_log::GRAN_1[2][0].0),
+            "For `measured`: branches, rows of A to I [mm, rad], see docs/wood.md.",
+            "Larsson et al. 2022, MIT",
+            On source in [LogSource::Measured];
     }
 
     mesh: MeshSettings at "mesh" {

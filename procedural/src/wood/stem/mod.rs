@@ -14,6 +14,7 @@
 //! of one Norway spruce.
 
 mod branch;
+mod layers;
 mod measured;
 mod outline;
 mod pith_line;
@@ -24,6 +25,7 @@ mod tests;
 
 use self::branch::BranchSite;
 pub use self::branch::StemBranch;
+pub(super) use self::layers::Layers;
 pub use self::measured::StemError;
 use self::outline::{GrownOutline, Outline};
 use self::pith_line::PithLine;
@@ -32,7 +34,7 @@ use super::parameters::StemParameters;
 use crate::Stream;
 
 /// A whole log.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Stem {
     pith: PithLine,
     outline: Outline,

@@ -33,7 +33,7 @@ const OVAL_TURN: f64 = 0.15;
 const LEAST: f64 = 0.3;
 
 /// The outline of a stem.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Outline {
     /// As a model says.
     Grown(Box<GrownOutline>),
@@ -47,7 +47,7 @@ pub(super) enum Outline {
 }
 
 /// The outline of a grown stem.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct GrownOutline {
     radius: f64,
     /// Loss of radius with height [1].

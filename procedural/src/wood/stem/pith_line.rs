@@ -19,7 +19,7 @@ const CELLS_MM: [f64; 3] = [300.0, 130.0, 45.0];
 const SHARES: [f64; 3] = [0.9, 0.41, 0.148];
 
 /// A pith line.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct PithLine {
     /// x, y and height, with rising heights [mm].
     points: Vec<[f64; 3]>,

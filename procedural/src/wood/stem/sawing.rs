@@ -9,10 +9,13 @@
 //! Sources: geometry. Limits: parts of an outline smaller than the grid may lie in the face without an instance; their label is
 //! clear wood. The dive against the board shears the sections, as in `pith`.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use super::Stem;
 use super::branch::StemBranch;
+use super::layers::Layers;
 use crate::wood::bulge::{ASPECT, REACH};
 use crate::wood::growth::Growth;
 use crate::wood::knot::{Knot, KnotDistance, KnotDraw};
@@ -109,6 +112,13 @@ impl Sawing {
             let away = into([place[0] - origin[0], place[1] - origin[1]]);
             PithNode { place: straight + away - Vec2::new(0.0, dive * l), slope: into(slope) - Vec2::new(0.0, dive) }
         });
+        let half = half_size(wood).length() + 10.0;
+        let reach = trunk.reach(half_size(wood), board.thickness_mm as f32);
+        let layers = Layers::new(half, reach, |l| {
+            let place = stem.pith_mm(along + f64::from(l));
+            into([place[0] - origin[0], place[1] - origin[1]])
+        });
+        let trunk = trunk.with_layers(Arc::new(layers));
         let zenith = zenith(wood, straight);
         Self { trunk, along, azimuth: normal + f64::from(libm::atan2f(zenith.x, zenith.y)) }
     }
