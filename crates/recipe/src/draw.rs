@@ -65,6 +65,7 @@ impl Recipe {
             line: self.line.clone(),
             plan,
             mesh: self.mesh.clone(),
+            picture: self.picture.clone(),
             log: self.settings.log.source,
             transport: self.settings.transport(),
             movement: self.settings.motion.kind,

@@ -16,6 +16,7 @@ mod distribution;
 mod draw;
 mod embedded;
 mod keys;
+mod picture;
 mod reader;
 mod reference;
 mod sampling;
@@ -45,6 +46,7 @@ pub use self::embedded::{BuiltInRecipe, RecipeError};
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
+pub use wood_picture::BoardPicture;
 pub use yaml::{YamlFault, YamlFaults};
 
 /// What a dataset is made from; every number in it is in range.
@@ -65,6 +67,7 @@ pub struct Recipe {
     /// What correlations do in each class.
     mixtures: Vec<ScoreMixture>,
     mesh: Option<Arc<Mesh>>,
+    picture: Option<Arc<BoardPicture>>,
     notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
@@ -94,6 +97,8 @@ pub struct Scene {
     pub plan: Plan,
     /// Triangles of a part, in units of its file.
     pub mesh: Option<Arc<Mesh>>,
+    /// The picture that a board is cut from.
+    pub picture: Option<Arc<BoardPicture>>,
     /// Where the log of a board comes from.
     pub log: LogSource,
     /// How light spreads below the surface.
@@ -156,6 +161,7 @@ impl Recipe {
             sampling,
             mixtures,
             mesh,
+            picture,
             notes,
             ..
         } = resolved;
@@ -171,6 +177,7 @@ impl Recipe {
             sampling,
             mixtures,
             mesh,
+            picture,
             notes,
             text,
             canonical,

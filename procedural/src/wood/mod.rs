@@ -1,6 +1,6 @@
 //! Solid wood: a board sawn from a log with annual rings, knots and the defects that graders look for.
 //!
-//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`.
+//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`, or `GivenWood --lay--> Plank`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
@@ -13,6 +13,7 @@ mod bulge;
 mod coats;
 mod coefficients;
 mod decay;
+mod given;
 mod grain_flow;
 mod growth;
 mod inclusions;
@@ -29,6 +30,8 @@ pub mod stem;
 mod tests;
 mod zones;
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 pub use self::around_knot::{KnotSurrounding, KnotSurroundings};
@@ -36,13 +39,14 @@ use self::coats::Coats;
 use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
 pub use self::decay::LEAST_SIGMA_I;
+pub use self::given::{GivenMatter, GivenWood};
 use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
 use self::knot_placement::PlacedKnot;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
-    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, Rot, Stain,
-    StemParameters, Wane, Wood,
+    Board, Compression, Cracks, Holes, Inclusions as InclusionParameters, Knots, Log, Marks, Media, PictureParameters,
+    Rot, Stain, StemParameters, Wane, Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
@@ -93,6 +97,8 @@ pub struct Plank {
     instances: Vec<Instance>,
     /// Outline of the stem that it was sawn from.
     cut: Option<Box<Cut>>,
+    /// Wood that something else knows, in the place of the log's.
+    given: Option<Arc<dyn GivenWood>>,
 }
 
 /// A board cut at one scan position.
@@ -108,6 +114,17 @@ pub struct PlankSlice<'a> {
     open: Vec<&'a Opening>,
 }
 
+/// Wood at a point before openings and coats.
+struct PointWood {
+    coefficients: Coefficients,
+    /// Unit vector along the fibre [1].
+    fibre: Vec3,
+    /// How much knots disturb the fibres' order [1].
+    disturbed: f32,
+    class: Class,
+    instance: u16,
+}
+
 impl Plank {
     /// Grows the log and saws the board; every part draws from its own child of `stream`.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
@@ -115,7 +132,22 @@ impl Plank {
         let growth = Growth::new(stream.child("growth"), wood);
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
-        Self::assemble(stream, wood, trunk, growth, sawn, knots)
+        Self::assemble(stream, wood, trunk, growth, sawn, knots, None)
+    }
+
+    /// A board of wood that is given: its shape, openings and coats are drawn as for any board, with strands and cracks along the
+    /// direction of most of its fibres and a pith as far from the face as `wood.log` says, on the side that is given. Of `wood`,
+    /// what stands inside the wood (rings, knots, rot, zones, inclusions) has to be off.
+    pub fn lay(stream: Stream, wood: &Wood, given: Arc<dyn GivenWood>) -> Self {
+        let mut wood = *wood;
+        wood.log.grain_angle_deg = f64::from(given.azimuth_deg());
+        if given.pith_is_above() {
+            wood.log.pith_depth_mm = -wood.log.pith_depth_mm;
+        }
+        let trunk = Trunk::grow(stream.child("pith"), &wood);
+        let growth = Growth::new(stream.child("growth"), &wood);
+        let sawn = SawnSurface::grow(stream.child("saw"), &wood);
+        Self::assemble(stream, &wood, trunk, growth, sawn, Vec::new(), Some(given))
     }
 
     /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings, waviness, bundles,
@@ -127,7 +159,7 @@ impl Plank {
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = sawing.knots(stream.child("knot"), wood, stem, &growth, sawn.relief());
         let cut = Some(Box::new(sawing.cut(wood, stem)));
-        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots) }
+        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots, None) }
     }
 
     fn assemble(
@@ -137,6 +169,7 @@ impl Plank {
         growth: Growth,
         sawn: SawnSurface,
         knots: Vec<PlacedKnot>,
+        given: Option<Arc<dyn GivenWood>>,
     ) -> Self {
         let board = &wood.board;
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
@@ -144,6 +177,12 @@ impl Plank {
         let kinds = WoodKinds::new(&wood.media);
         let rings = Rings::grow(stream.child("rings"), &wood.log, reach);
         let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
+        if let Some(given) = &given {
+            let corner = [board.offset_mm - 0.5 * board.width_mm, board.lead_in_mm];
+            let placed =
+                |known: Instance| Instance { x_mm: known.x_mm + corner[0], y_mm: known.y_mm + corner[1], ..known };
+            instances.extend(given.instances().into_iter().map(placed));
+        }
         let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
         let zones = Zones::grow(stream.child("zones"), wood, &trunk, &mut instances);
         let inclusions = Inclusions::grow(stream.child("inclusions"), wood, &trunk, &rings, &mut instances);
@@ -169,6 +208,7 @@ impl Plank {
             kinds,
             instances,
             cut: None,
+            given,
         }
     }
 
@@ -297,6 +337,27 @@ impl PlankSlice<'_> {
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
     pub fn matter(&self, x: f32, z: f32) -> Matter {
+        let wood = match &self.plank.given {
+            Some(given) => self.given(given.as_ref(), x, z),
+            None => self.grown(x, z),
+        };
+        self.on_face(x, wood)
+    }
+
+    /// Wood that is given.
+    fn given(&self, given: &dyn GivenWood, x: f32, z: f32) -> PointWood {
+        let plank = self.plank;
+        let (low, _) = plank.sawn.bounds();
+        let depth = plank.sawn.thickness() + self.cut.warp(x - self.middle).z - z;
+        let GivenMatter { mu_a, sigma_i, k, n_eff, fibre, disturbed, class, instance } =
+            given.at(Vec2::new(x - low.x, self.y - low.y), depth.max(0.0));
+        let coefficients = Coefficients { mu_a, sigma_i, k, n_eff };
+        PointWood { coefficients, fibre, disturbed, class, instance }
+    }
+
+    /// Wood of the log.
+    #[inline]
+    fn grown(&self, x: f32, z: f32) -> PointWood {
         let plank = self.plank;
         let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
         let near = self.near.iter().filter(|placed| placed.x[0] <= x && x <= placed.x[1]).map(|placed| &placed.knot);
@@ -315,6 +376,15 @@ impl PlankSlice<'_> {
                 (class, instance) = (branch.knot.class, branch.knot.id);
             }
         }
+        let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
+        PointWood { coefficients, fibre, disturbed: grown.disturbed, class, instance }
+    }
+
+    /// What openings and coats make of wood at the face.
+    #[inline]
+    fn on_face(&self, x: f32, wood: PointWood) -> Matter {
+        let plank = self.plank;
+        let PointWood { mut coefficients, fibre, disturbed, mut class, mut instance } = wood;
         let spot = Vec2::new(x, self.y);
         let mut coat = 1.0;
         if let Some(coated) = plank.coats.at(spot) {
@@ -338,8 +408,7 @@ impl PlankSlice<'_> {
         }
         let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;
         let [clear, knotted] = plank.dispersion_deg;
-        let dispersion_deg = clear + grown.disturbed * (knotted - clear);
-        let fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
+        let dispersion_deg = clear + disturbed * (knotted - clear);
         Matter {
             medium: Medium { mu_a, sigma_i, k, n_eff, fibre, dispersion_deg, gloss: Gloss::wood(plank.gloss), coat },
             film: None,

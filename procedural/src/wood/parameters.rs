@@ -372,6 +372,20 @@ parameters! {
     }
 }
 
+parameters! {
+    /// Where in a larger picture the board lies, for boards from pictures (`log.source: picture`).
+    picture: PictureParameters {
+        /// Place of the board along the picture: 0 at the near end, 1 at the far end of the room that it leaves.
+        along: 0.0, 1.0, 0.5, "free";
+        /// Place of the board across the picture: 0 at the left, 1 at the right of the room that it leaves.
+        across: 0.0, 1.0, 0.5, "free";
+        /// Whether the board is the mirror image of what the picture shows: 0 or 1.
+        mirrored: 0.0, 1.0, 0.0, "free", count;
+        /// Whether the board is turned end for end: 0 or 1.
+        turned: 0.0, 1.0, 0.0, "free", count;
+    }
+}
+
 /// Everything that makes a board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wood {
@@ -401,6 +415,8 @@ pub struct Wood {
     pub marks: Marks,
     /// The whole stem, for a board that is sawn from one.
     pub stem: StemParameters,
+    /// Where in a picture it lies, for a board from one.
+    pub picture: PictureParameters,
 }
 
 impl Wood {
@@ -420,6 +436,7 @@ impl Wood {
             wane: Wane::from_values(value),
             marks: Marks::from_values(value),
             stem: StemParameters::from_values(value),
+            picture: PictureParameters::from_values(value),
         }
     }
 
@@ -439,6 +456,7 @@ impl Wood {
             self.wane.values(),
             self.marks.values(),
             self.stem.values(),
+            self.picture.values(),
         ]
         .concat()
     }

@@ -41,8 +41,8 @@ enum ParameterNeeds {
     Any(&'static [&'static str]),
     /// The same, or a whole stem, which has knots of all kinds.
     AnyKnots(&'static [&'static str]),
-    /// Where the log comes from.
-    Log(LogSource),
+    /// Where the log comes from, of some.
+    Log(&'static [LogSource]),
     /// Room for a tablet that stands on its edge.
     RoomToStand,
     /// A tablet that is no ellipse or stadium as long as wide: of these both are a circle.
@@ -63,8 +63,10 @@ const TURNTABLE: ParameterNeeds = ParameterNeeds::Movement(Movement::Turntable);
 const GIVEN: ParameterNeeds = ParameterNeeds::Scheimpflug(Scheimpflug::Given);
 const BAND_PASS: ParameterNeeds = ParameterNeeds::Filter(Filter::BandPass);
 
-const PLACED: ParameterNeeds = ParameterNeeds::Log(LogSource::Placed);
-const STEM: ParameterNeeds = ParameterNeeds::Log(LogSource::Stem);
+const PLACED: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Placed]);
+const STEM: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem]);
+const GROWN: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Placed, LogSource::Stem]);
+const PICTURE: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Picture]);
 
 /// Every conditional parameter by its path; of several needs the first that is not met is told.
 const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
@@ -146,6 +148,32 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("stem.board_radius_mm", &[STEM]),
     ("stem.board_azimuth_deg", &[STEM]),
     ("stem.face_deg", &[STEM]),
+    ("log.pith_tilt_deg", &[GROWN]),
+    ("log.grain_angle_deg", &[GROWN]),
+    ("log.spiral_deg", &[GROWN]),
+    ("log.spiral_slope_deg_per_mm", &[GROWN]),
+    ("log.ring_width_mm", &[GROWN]),
+    ("log.ring_width_log_sd", &[GROWN]),
+    ("log.ring_width_correlation", &[GROWN]),
+    ("log.streak", &[GROWN]),
+    ("log.heartwood_mm", &[GROWN]),
+    ("log.pith_mm", &[GROWN]),
+    ("knots.flow_ratio", &[GROWN]),
+    ("knots.bark_mm", &[GROWN]),
+    ("rot.reach_mm", &[GROWN]),
+    ("rot.heart_mm", &[GROWN]),
+    ("rot.pocket_count", &[GROWN]),
+    ("compression.severity", &[GROWN]),
+    ("stain.severity", &[GROWN]),
+    ("inclusions.resin_pocket_count", &[GROWN]),
+    ("inclusions.resin_streak_count", &[GROWN]),
+    ("inclusions.bark_pocket_count", &[GROWN]),
+    ("media.knot_mu_a_ratio", &[GROWN]),
+    ("media.dead_knot_mu_a_ratio", &[GROWN]),
+    ("picture.along", &[PICTURE]),
+    ("picture.across", &[PICTURE]),
+    ("picture.mirrored", &[PICTURE]),
+    ("picture.turned", &[PICTURE]),
 ];
 
 const KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
@@ -323,8 +351,8 @@ impl ParameterNeeds {
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
             Self::Amount(path) => is_zero(scene, path)
                 .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
-            Self::AnyKnots(_) if settings.log.source == LogSource::Stem => None,
-            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, &[wanted], Wording::While),
+            Self::AnyKnots(_) if settings.log.source != LogSource::Placed => None,
+            Self::Log(wanted) => unmet(("log", "source"), settings.log.source, wanted, Wording::While),
             Self::Any(paths) | Self::AnyKnots(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
                 let named = if paths.len() > 3 { &paths[..1] } else { paths };
                 let others = if named.len() < paths.len() { " and all others of their kind are 0" } else { " are 0" };

@@ -13,13 +13,14 @@ use procedural::Parameter;
 use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{
-    Board, Compression, Cracks, Holes, InclusionParameters, Knots, Log, Marks, Media, Rot, Stain, StemParameters, Wane,
+    Board, Compression, Cracks, Holes, InclusionParameters, Knots, Log, Marks, Media, PictureParameters, Rot, Stain,
+    StemParameters, Wane,
 };
 
 use self::settings::{
     BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, LogSettings, MeshSettings,
-    MotionSettings, OutputSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings, SplitSettings,
-    TransportSettings,
+    MotionSettings, OutputSettings, PictureSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings,
+    SplitSettings, TransportSettings,
 };
 use super::subject::Subject;
 use bench::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
@@ -79,7 +80,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 34] = [
+pub(super) const SECTIONS: [RecipeSection; 35] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
     drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
@@ -99,6 +100,7 @@ pub(super) const SECTIONS: [RecipeSection; 34] = [
     drawn!(Wane, &[Subject::Wood]),
     drawn!(Marks, &[Subject::Wood]),
     drawn!(StemParameters, &[Subject::Wood]),
+    drawn!(PictureParameters, &[Subject::Wood], PictureSettings::SETTINGS),
     drawn!(Card, &[Subject::Blister]),
     drawn!(Pocket, &[Subject::Blister]),
     drawn!(Tablet, &[Subject::Blister]),
