@@ -214,7 +214,7 @@ fn colours(
     let directions: Vec<_> = pixels.iter().map(direction).collect();
     if directions.iter().all(Option::is_none) {
         let problem = format!("`{}` has no colour with a direction", file.name());
-        return Err(AssetFault::new(problem, "red and green are rising lines, blue and green falling ones"));
+        return Err(AssetFault::new(problem, "paint it: red and green are rising lines, blue and green falling ones"));
     }
     let alpha: Vec<f64> = pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).collect();
     let map = FibreMap::from_directions(&directions, &alpha, size, pixel_mm, least_knot_mm)
