@@ -15,7 +15,7 @@ const CRATES: [(&str, &[&str]); 15] = [
     ("crates/wood_picture", &["numerics", "procedural"]),
     ("crates/reference", &["numerics", "procedural", "transport"]),
     ("crates/scanner", &["bench", "numerics", "procedural", "transport"]),
-    ("crates/recipe", &["bench", "numerics", "procedural", "yaml"]),
+    ("crates/recipe", &["bench", "numerics", "procedural", "wood_picture", "yaml"]),
     ("crates/dataset", &["bench", "numerics", "output_schema", "procedural"]),
     ("crates/tools", &["bench", "dataset", "drawing", "output_schema", "procedural", "recipe", "yaml"]),
     ("crates/pipeline", &["bench", "dataset", "procedural", "recipe", "reference", "scanner", "transport"]),

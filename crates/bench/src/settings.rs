@@ -110,6 +110,50 @@ words! {
         Stem = "stem",
         /// A log that a scanner measured, out of which the board is sawn.
         Measured = "measured",
+        /// No log: a picture of a board's face.
+        Picture = "picture",
+    }
+}
+
+words! {
+    /// How the numbers of a picture go with light.
+    PictureEncoding {
+        /// The curve of ordinary files.
+        Srgb = "srgb",
+        /// In proportion to light.
+        Linear = "linear",
+        /// A power of light.
+        Gamma = "gamma",
+    }
+}
+
+words! {
+    /// Which end of the board the first row of a picture shows.
+    FirstRow {
+        /// The end that is scanned last: a photograph from above.
+        Far = "far",
+        /// The end that is scanned first: maps that this program writes.
+        Near = "near",
+    }
+}
+
+words! {
+    /// Which side of a board a picture shows.
+    PictureFace {
+        /// The pith lies below it.
+        Bark = "bark",
+        /// The pith lies above it.
+        Pith = "pith",
+    }
+}
+
+words! {
+    /// How far below the face its colour goes.
+    PictureDepth {
+        /// Each feature as deep as it is wide.
+        Feature = "feature",
+        /// Everything to one depth.
+        Even = "even",
     }
 }
 

@@ -8,6 +8,8 @@ mod exposed_rows;
 mod line_solver;
 mod range_scale;
 
+use std::sync::Arc;
+
 use std::ops::Range;
 
 use procedural::blister::Pack;
@@ -58,6 +60,11 @@ pub fn body(scene: &Scene) -> Body {
                     Some(measured) => Plank::saw(stream, wood, measured),
                     None => Plank::saw(stream, wood, &Stem::grow(stream.child("stem"), &wood.stem)),
                 },
+                LogSource::Picture => {
+                    // A recipe about boards from a picture has one.
+                    let picture = scene.picture.as_deref().expect("the recipe was refused without a picture");
+                    Plank::lay(stream, wood, Arc::new(picture.cut(wood)))
+                }
             }))
         }
         Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),

@@ -65,6 +65,7 @@ impl Recipe {
             line: self.line.clone(),
             plan,
             mesh: self.mesh.clone(),
+            picture: self.picture.clone(),
             log: self.settings.log.source,
             measured: self.measured.clone(),
             transport: self.settings.transport(),

@@ -43,6 +43,7 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 17] = [
     ),
     built_in!("wood-stem", "boards sawn out of whole stems with whorls: docs/wood.md"),
     built_in!("wood-measured", "boards sawn out of a scanned log: docs/wood.md"),
+    built_in!("wood-picture", "boards cut out of a photograph: docs/pictures.md"),
     built_in!("blister-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
     built_in!("sawtooth", "the calibration piece RCAL-300 at full size, of blasted metal"),
     built_in!("sawtooth-small", "a small one to try things with, of metal and of plastic"),

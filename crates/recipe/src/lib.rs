@@ -17,6 +17,7 @@ mod draw;
 mod embedded;
 mod keys;
 mod measured_log;
+mod picture;
 mod reader;
 mod reference;
 mod sampling;
@@ -47,6 +48,7 @@ pub use self::embedded::{BuiltInRecipe, RecipeError};
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
+pub use wood_picture::BoardPicture;
 pub use yaml::{YamlFault, YamlFaults};
 
 /// What a dataset is made from; every number in it is in range.
@@ -68,6 +70,7 @@ pub struct Recipe {
     mixtures: Vec<ScoreMixture>,
     mesh: Option<Arc<Mesh>>,
     measured: Option<Arc<Stem>>,
+    picture: Option<Arc<BoardPicture>>,
     notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
@@ -97,6 +100,8 @@ pub struct Scene {
     pub plan: Plan,
     /// Triangles of a part, in units of its file.
     pub mesh: Option<Arc<Mesh>>,
+    /// The picture that a board is cut from.
+    pub picture: Option<Arc<BoardPicture>>,
     /// Where the log of a board comes from.
     pub log: LogSource,
     /// The log that was measured.
@@ -162,6 +167,7 @@ impl Recipe {
             mixtures,
             mesh,
             measured,
+            picture,
             notes,
             ..
         } = resolved;
@@ -178,6 +184,7 @@ impl Recipe {
             mixtures,
             mesh,
             measured,
+            picture,
             notes,
             text,
             canonical,

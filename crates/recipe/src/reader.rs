@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use procedural::Mesh;
 use procedural::wood::Stem;
+use wood_picture::BoardPicture;
 
 use super::changes::{self, SET};
 use super::class::Class;
@@ -18,8 +19,8 @@ use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
 use crate::asset::AssetSource;
-use crate::{measured_log, mesh};
-use bench::settings::{TransportName, Words};
+use crate::{measured_log, mesh, picture};
+use bench::settings::{LogSource, TransportName, Words};
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
 
 /// Largest share of a class; shares are relative, so this is no limit in practice.
@@ -47,6 +48,7 @@ pub(super) struct Resolved {
     pub mesh: Option<Arc<Mesh>>,
     /// The log that was measured.
     pub measured: Option<Arc<Stem>>,
+    pub picture: Option<Arc<BoardPicture>>,
     /// Keys that have no effect, with what to do.
     pub notes: Vec<String>,
 }
@@ -140,7 +142,15 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         },
         _ => None,
     };
-    let object = Object { subject, settings: &settings, mesh: mesh.as_deref() };
+    let asked = subject == Some(Subject::Wood) && settings.log.source == LogSource::Picture;
+    let picture = asked.then(|| picture::read_picture(&settings.picture)).and_then(|read| match read {
+        Ok(picture) => picture.map(Arc::new),
+        Err((key, fault)) => {
+            yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
+            None
+        }
+    });
+    let object = Object { subject, settings: &settings, mesh: mesh.as_deref(), picture: picture.as_deref() };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
     let mut notes = conditional::notes(subject, &settings, &parameters, &classes);
@@ -168,6 +178,7 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         mixtures,
         mesh,
         measured,
+        picture,
         notes,
     })
 }

@@ -25,6 +25,8 @@ const ENTRIES: usize = 1024;
 const LEAST_MU_A: f32 = 0.005;
 /// Depths of the levels [mm]; light of 660 nm goes a millimetre or two deep.
 const DEPTHS_MM: [f32; 5] = [0.0, 0.5, 1.0, 2.0, 4.0];
+/// All of them.
+pub(crate) const LEVELS: usize = DEPTHS_MM.len();
 /// Standard deviation of the Gaussian over the depth [1].
 const FADING: f32 = 0.5;
 /// Fibres that dive less are flat [rad]: 3 degrees, which darken by under 1 %.
@@ -47,7 +49,7 @@ pub struct AbsorptionMap {
     pub light_per_reflectance: f32,
     /// Logarithm of clear wood's absorption at [`DEPTHS_MM`], over knots filled from beside them.
     levels: Vec<Vec<f32>>,
-    knots: Vec<crate::PictureKnot>,
+    pub(crate) knots: Vec<crate::PictureKnot>,
 }
 
 impl AbsorptionMap {
@@ -57,12 +59,8 @@ impl AbsorptionMap {
             let at = [place.y / self.pixel_mm[0] - 0.5, place.x / self.pixel_mm[1] - 0.5];
             around(self.size, at).iter().map(|&(i, weight)| weight * values[i]).sum()
         };
-        for knot in &self.knots {
-            let shear = knot.axis.truncate() / knot.axis.z.max(1.0e-3);
-            let foot = place + depth_mm * shear.clamp_length_max(STEEPEST_SHEAR);
-            if knot.within(foot) < 1.0 {
-                return read(&self.mu_a_per_mm, foot);
-            }
+        if let Some((_, foot)) = self.branch(place, depth_mm) {
+            return read(&self.mu_a_per_mm, foot);
         }
         // Right at the face knots' rims are as they are seen.
         if depth_mm <= 0.0 {
@@ -72,6 +70,24 @@ impl AbsorptionMap {
         let above = DEPTHS_MM.iter().rposition(|&level| level <= depth_mm).unwrap_or(0).min(last - 1);
         let share = ((depth_mm - DEPTHS_MM[above]) / (DEPTHS_MM[above + 1] - DEPTHS_MM[above])).clamp(0.0, 1.0);
         libm::expf((1.0 - share) * read(&self.levels[above], place) + share * read(&self.levels[above + 1], place))
+    }
+}
+
+impl AbsorptionMap {
+    /// The knot whose branch a place at a depth lies in, by its number, and where its axis through there meets the face [mm].
+    pub(crate) fn branch(&self, place: Vec2, depth_mm: f32) -> Option<(usize, Vec2)> {
+        self.knots.iter().enumerate().find_map(|(number, knot)| {
+            let shear = knot.axis.truncate() / knot.axis.z.max(1.0e-3);
+            let foot = place + depth_mm * shear.clamp_length_max(STEEPEST_SHEAR);
+            let is_near = foot.distance(knot.centre_mm) < knot.half_axes_mm[0];
+            (is_near && knot.within(foot) < 1.0).then_some((number, foot))
+        })
+    }
+
+    /// At the face alone [mm^-1].
+    pub(crate) fn on_face(&self, place: Vec2) -> f32 {
+        let at = [place.y / self.pixel_mm[0] - 0.5, place.x / self.pixel_mm[1] - 0.5];
+        around(self.size, at).iter().map(|&(i, weight)| weight * self.mu_a_per_mm[i]).sum()
     }
 }
 
@@ -112,38 +128,62 @@ pub fn absorption_map(
     settings: &Settings,
 ) -> Result<AbsorptionMap, PictureFault> {
     let light = picture::light(grey, fibres.size, fibres.pixel_mm, settings)?;
+    let mean_light = clear_light(&light, fibres);
+    let light: Vec<f32> = light.iter().map(|light| (f64::from(*light) / mean_light) as f32).collect();
+    let mut map = absorption_of(&light, fibres, media, latewood_share, LEVELS);
+    map.light_per_reflectance *= mean_light as f32;
+    Ok(map)
+}
+
+/// Mean light of clear wood [1].
+pub(crate) fn clear_light(light: &[f32], fibres: &FibreMap) -> f64 {
+    let inside = inside(fibres);
+    // Where fibres dive light is led down: only flat ones say how bright clear wood is.
+    let flat = |pixel: usize| !inside[pixel] && fibres.dive_rad[pixel].abs() < FLAT_RAD;
+    let mut clear_light: Vec<f32> = (0..light.len()).filter(|&pixel| flat(pixel)).map(|pixel| light[pixel]).collect();
+    if clear_light.is_empty() {
+        clear_light.extend_from_slice(light);
+    }
+    let [low, high] = [TRIM, 1.0 - TRIM].map(|part| quantile(&mut clear_light, part));
+    clear_light.iter().map(|light| f64::from(light.clamp(low, high))).sum::<f64>() / clear_light.len() as f64
+}
+
+/// Which pixels lie in knots.
+fn inside(fibres: &FibreMap) -> Vec<bool> {
+    let within = |pixel| fibres.knots.iter().any(|knot| knot.within(fibres.place_mm(pixel)) < 1.0);
+    (0..fibres.azimuth_rad.len()).map(within).collect()
+}
+
+/// The mean of clear wood, and knot wood, whose scattering pictures are held to.
+pub(crate) fn means(media: &Media, latewood_share: f64) -> [Medium; 2] {
     let mean = |ratio: f64| (1.0 - latewood_share) + latewood_share * ratio;
-    let sigma_i = media.earlywood_sigma_i_per_mm * mean(media.latewood_sigma_i_ratio);
-    let k = media.earlywood_k_per_mm * mean(media.latewood_k_ratio);
-    let medium = |mu_a: f64, sigma_i: f64, k: f64, n_eff: f64| Medium {
-        mu_a: mu_a as f32,
+    let medium = |sigma_i: f64, k: f64, n_eff: f64| Medium {
+        mu_a: (media.earlywood_mu_a_per_mm * mean(media.latewood_mu_a_ratio)) as f32,
         sigma_i: sigma_i as f32,
         k: k as f32,
         n_eff: n_eff as f32,
         ..Medium::CLEAR_WOOD
     };
-    let clear_mu_a = media.earlywood_mu_a_per_mm * mean(media.latewood_mu_a_ratio);
-    let clear = medium(clear_mu_a, sigma_i, k, media.clear_n_eff);
-    let knotted = medium(
-        clear_mu_a,
-        media.knot_sigma_i_ratio * media.earlywood_sigma_i_per_mm,
-        media.knot_k_ratio * media.earlywood_k_per_mm,
-        media.knot_n_eff,
-    );
-    let inside: Vec<bool> = (0..light.len())
-        .map(|pixel| fibres.knots.iter().any(|knot| knot.within(fibres.place_mm(pixel)) < 1.0))
-        .collect();
-    // Where fibres dive light is led down: only flat ones say how bright clear wood is.
-    let flat = |pixel: usize| !inside[pixel] && fibres.dive_rad[pixel].abs() < FLAT_RAD;
-    let mut clear_light: Vec<f32> = (0..light.len()).filter(|&pixel| flat(pixel)).map(|pixel| light[pixel]).collect();
-    if clear_light.is_empty() {
-        clear_light.clone_from(&light);
-    }
-    let [low, high] = [TRIM, 1.0 - TRIM].map(|part| quantile(&mut clear_light, part));
-    let mean_light =
-        clear_light.iter().map(|light| f64::from(light.clamp(low, high))).sum::<f64>() / clear_light.len() as f64;
+    let (sigma_i, k) = (media.earlywood_sigma_i_per_mm, media.earlywood_k_per_mm);
+    [
+        medium(sigma_i * mean(media.latewood_sigma_i_ratio), k * mean(media.latewood_k_ratio), media.clear_n_eff),
+        medium(sigma_i * media.knot_sigma_i_ratio, k * media.knot_k_ratio, media.knot_n_eff),
+    ]
+}
+
+/// Absorption from light over the mean of clear wood, with so many levels of depth.
+pub(crate) fn absorption_of(
+    light: &[f32],
+    fibres: &FibreMap,
+    media: &Media,
+    latewood_share: f64,
+    count: usize,
+) -> AbsorptionMap {
+    let [clear, knotted] = means(media, latewood_share);
+    let inside = inside(fibres);
     let kind = |mu_a: f64, sigma_i: f64, k: f64| {
-        HalfSpace::new(&medium(mu_a, sigma_i, k, media.clear_n_eff), 0.0).reflectance(mu_a)
+        let medium = Medium { sigma_i: sigma_i as f32, k: k as f32, ..clear };
+        HalfSpace::new(&medium, 0.0).reflectance(mu_a)
     };
     let early = (media.earlywood_mu_a_per_mm, media.earlywood_sigma_i_per_mm, media.earlywood_k_per_mm);
     let late = kind(
@@ -152,24 +192,23 @@ pub fn absorption_map(
         early.2 * media.latewood_k_ratio,
     );
     let mean_reflectance = (1.0 - latewood_share) * kind(early.0, early.1, early.2) + latewood_share * late;
-    let light_per_reflectance = (mean_light / mean_reflectance) as f32;
     let inverses = [&clear, &knotted].map(Inverse::new);
     let mu_a_per_mm: Vec<f32> = (0..light.len())
-        .map(|i| inverses[usize::from(inside[i])].at(light[i] / light_per_reflectance, fibres.dive_rad[i]))
+        .map(|i| inverses[usize::from(inside[i])].at(light[i] * mean_reflectance as f32, fibres.dive_rad[i]))
         .collect();
-    let levels = levels(&mu_a_per_mm, &inside, fibres);
-    Ok(AbsorptionMap {
+    let levels = levels(&mu_a_per_mm, &inside, fibres, count);
+    AbsorptionMap {
         size: fibres.size,
         pixel_mm: fibres.pixel_mm,
         mu_a_per_mm,
-        light_per_reflectance,
+        light_per_reflectance: (1.0 / mean_reflectance) as f32,
         levels,
         knots: fibres.knots.clone(),
-    })
+    }
 }
 
 /// Logarithm of clear wood's absorption under wider and wider Gaussians; knots are filled from beside them.
-fn levels(mu_a: &[f32], inside: &[bool], fibres: &FibreMap) -> Vec<Vec<f32>> {
+fn levels(mu_a: &[f32], inside: &[bool], fibres: &FibreMap, count: usize) -> Vec<Vec<f32>> {
     let weight: Vec<f32> = inside.iter().map(|&knot| f32::from(!knot)).collect();
     let logs: Vec<f32> = mu_a.iter().zip(&weight).map(|(mu, w)| w * libm::logf(*mu)).collect();
     let mean = logs.iter().sum::<f32>() / weight.iter().sum::<f32>().max(1.0);
@@ -179,5 +218,5 @@ fn levels(mu_a: &[f32], inside: &[bool], fibres: &FibreMap) -> Vec<Vec<f32>> {
         // A trace of the mean fills the middle of knots, where nothing clear is near.
         sums.iter().zip(weights).map(|(sum, w)| (sum + 1.0e-3 * mean) / (w + 1.0e-3)).collect()
     };
-    DEPTHS_MM.iter().map(|&depth| level(depth)).collect()
+    DEPTHS_MM[..count].iter().map(|&depth| level(depth)).collect()
 }

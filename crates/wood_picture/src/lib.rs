@@ -2,10 +2,14 @@
 //!
 //! `grey --fibre_map--> FibreMap --absorption_map--> AbsorptionMap`
 //!
+//! `BoardPicture --cut--> PicturedWood`, which a board is laid of (`procedural::wood::Plank::lay`).
+//!
 //! Plain arrays in and out; whoever calls reads files. docs/pictures.md has the method, its sources and the figures measured.
 //! Frame: x along a row, y down the rows, z out of the face; row 0 is at the smallest y. Units: mm, mm^-1, rad.
 
 mod absorption;
+mod board;
+mod components;
 mod fault;
 mod fibre;
 mod grain_scale;
@@ -19,6 +23,7 @@ mod ripple;
 mod texture;
 
 pub use absorption::{AbsorptionMap, absorption_map};
+pub use board::{BoardPicture, Depth, PicturedWood};
 pub use fault::PictureFault;
 pub use fibre::{FibreMap, fibre_map};
 pub use half_space::HalfSpace;

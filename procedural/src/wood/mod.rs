@@ -1,6 +1,6 @@
 //! Solid wood: a board sawn from a log with annual rings, knots and the defects that graders look for.
 //!
-//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`.
+//! `Wood --grow--> Plank --slice--> PlankSlice --> Surface, Matter`, or `Stem --saw--> Plank`, or `GivenWood --lay--> Plank`.
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
@@ -15,6 +15,7 @@ mod coats;
 mod coefficients;
 mod decay;
 mod face_grain;
+mod given;
 mod grain_flow;
 mod growth;
 mod inclusions;
@@ -33,6 +34,8 @@ mod tests;
 mod tool_marks;
 mod zones;
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use self::anatomy::Anatomy;
@@ -42,6 +45,7 @@ use self::coefficients::{Coefficients, WoodKinds};
 use self::decay::Decay;
 pub use self::decay::LEAST_SIGMA_I;
 use self::face_grain::FaceGrains;
+pub use self::given::{GivenMatter, GivenWood};
 use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
 pub use self::knot_names::{KnotNames, KnotPlace};
@@ -49,7 +53,7 @@ use self::knot_placement::PlacedKnot;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
     Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
-    Log, Machining, Marks, Media, Rot, Stain, StemParameters, Wane, Wood,
+    Log, Machining, Marks, Media, PictureParameters, Rot, Stain, StemParameters, Wane, Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
@@ -105,6 +109,8 @@ pub struct Plank {
     instances: Vec<Instance>,
     /// Outline of the stem that it was sawn from.
     cut: Option<Box<Cut>>,
+    /// Wood that something else knows, in the place of the log's.
+    given: Option<Arc<dyn GivenWood>>,
 }
 
 /// A board cut at one scan position.
@@ -120,6 +126,19 @@ pub struct PlankSlice<'a> {
     open: Vec<&'a Opening>,
 }
 
+/// Wood at a point before openings and coats.
+struct PointWood {
+    coefficients: Coefficients,
+    /// Unit vector along the fibre [1].
+    fibre: Vec3,
+    dispersion_deg: f32,
+    gloss: f32,
+    /// Share of the light that passes what lies on it [1].
+    coat: f32,
+    class: Class,
+    instance: u16,
+}
+
 impl Plank {
     /// Grows the log and saws the board; every part draws from its own child of `stream`.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
@@ -127,7 +146,22 @@ impl Plank {
         let growth = Growth::new(stream.child("growth"), wood);
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
-        Self::assemble(stream, wood, trunk, growth, sawn, knots)
+        Self::assemble(stream, wood, trunk, growth, sawn, knots, None)
+    }
+
+    /// A board of wood that is given: its shape, openings and coats are drawn as for any board, with strands and cracks along the
+    /// direction of most of its fibres and a pith as far from the face as `wood.log` says, on the side that is given. Of `wood`,
+    /// what stands inside the wood (rings, knots, rot, zones, inclusions) has to be off.
+    pub fn lay(stream: Stream, wood: &Wood, given: Arc<dyn GivenWood>) -> Self {
+        let mut wood = *wood;
+        wood.log.grain_angle_deg = f64::from(given.azimuth_deg());
+        if given.pith_is_above() {
+            wood.log.pith_depth_mm = -wood.log.pith_depth_mm;
+        }
+        let trunk = Trunk::grow(stream.child("pith"), &wood);
+        let growth = Growth::new(stream.child("growth"), &wood);
+        let sawn = SawnSurface::grow(stream.child("saw"), &wood);
+        Self::assemble(stream, &wood, trunk, growth, sawn, Vec::new(), Some(given))
     }
 
     /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings, waviness, bundles,
@@ -139,7 +173,7 @@ impl Plank {
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = sawing.knots(stream.child("knot"), wood, stem, &growth, sawn.relief());
         let cut = Some(Box::new(sawing.cut(wood, stem)));
-        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots) }
+        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots, None) }
     }
 
     fn assemble(
@@ -149,6 +183,7 @@ impl Plank {
         growth: Growth,
         sawn: SawnSurface,
         knots: Vec<PlacedKnot>,
+        given: Option<Arc<dyn GivenWood>>,
     ) -> Self {
         let board = &wood.board;
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
@@ -156,6 +191,12 @@ impl Plank {
         let kinds = WoodKinds::new(&wood.media);
         let rings = Rings::grow(stream.child("rings"), &wood.log, reach);
         let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
+        if let Some(given) = &given {
+            let corner = [board.offset_mm - 0.5 * board.width_mm, board.lead_in_mm];
+            let placed =
+                |known: Instance| Instance { x_mm: known.x_mm + corner[0], y_mm: known.y_mm + corner[1], ..known };
+            instances.extend(given.instances().into_iter().map(placed));
+        }
         knot_names::name(&mut instances, board);
         let decay = Decay::grow(stream.child("rot"), wood, &trunk, kinds.rot, &mut instances);
         let loss = wood.rot.loss_mm as f32;
@@ -191,6 +232,7 @@ impl Plank {
             kinds,
             instances,
             cut: None,
+            given,
         }
     }
 
@@ -239,6 +281,13 @@ impl Plank {
             STREAK_SHARES[i] * self.streaks[i].bundles(p)
         };
         self.streak * (layer(0, FINE_PER_MM) + layer(1, COARSE_PER_MM))
+    }
+
+    /// Dispersion of the fibres where knots disturb their order by `disturbed` [deg].
+    #[inline]
+    fn dispersion(&self, disturbed: f32) -> f32 {
+        let [clear, knotted] = self.dispersion_deg;
+        clear + disturbed * (knotted - clear)
     }
 
     /// Wood without defect.
@@ -342,6 +391,28 @@ impl PlankSlice<'_> {
 
     /// Medium and truth at (x, z) of the cut [mm]; beyond the board's sides the log goes on.
     pub fn matter(&self, x: f32, z: f32) -> Matter {
+        let wood = match &self.plank.given {
+            Some(given) => self.given(given.as_ref(), x, z),
+            None => self.grown(x, z),
+        };
+        self.on_face(x, wood)
+    }
+
+    /// Wood that is given.
+    fn given(&self, given: &dyn GivenWood, x: f32, z: f32) -> PointWood {
+        let plank = self.plank;
+        let (low, _) = plank.sawn.bounds();
+        let depth = plank.sawn.thickness() + self.cut.warp(x - self.middle).z - z;
+        let GivenMatter { mu_a, sigma_i, k, n_eff, fibre, disturbed, class, instance } =
+            given.at(Vec2::new(x - low.x, self.y - low.y), depth.max(0.0));
+        let coefficients = Coefficients { mu_a, sigma_i, k, n_eff };
+        let dispersion_deg = plank.dispersion(disturbed);
+        PointWood { coefficients, fibre, dispersion_deg, gloss: plank.gloss, coat: 1.0, class, instance }
+    }
+
+    /// Wood of the log.
+    #[inline]
+    fn grown(&self, x: f32, z: f32) -> PointWood {
         let plank = self.plank;
         let place = plank.trunk.place(x, self.y, z - self.cut.warp(x - self.middle).z);
         let near = self.near.iter().filter(|placed| placed.x[0] <= x && x <= placed.x[1]).map(|placed| &placed.knot);
@@ -360,10 +431,37 @@ impl PlankSlice<'_> {
                 (class, instance) = (branch.knot.class, branch.knot.id);
             }
         }
+        let mut dispersion_deg = plank.dispersion(grown.disturbed);
+        let mut fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
+        let (mut gloss, mut coat) = (plank.gloss, 1.0);
+        if let Some(grain) = &plank.grain {
+            let (grains, anatomy) = &**grain;
+            let here = grains.at(Vec2::new(x, self.y)).0;
+            (dispersion_deg, gloss) = grains.disorder(&here, dispersion_deg, gloss);
+            // Branches have none of the stem's tissues.
+            if grown.branch.as_ref().is_none_or(|branch| branch.x >= 1.0) {
+                let found = anatomy.at(&here, &place, plank.rings.at(here.t).latewood);
+                coat = found.through;
+                if let Some(ratio) = found.ray {
+                    coefficients = coefficients.scaled(ratio, 1.0);
+                    fibre = plank.trunk.vector(place.outward, 0.0);
+                }
+                if found.resin > 0.0 {
+                    coefficients = coefficients.mix(plank.kinds.resin, found.resin);
+                }
+            }
+        }
+        PointWood { coefficients, fibre, dispersion_deg, gloss, coat, class, instance }
+    }
+
+    /// What openings and coats make of wood at the face.
+    #[inline]
+    fn on_face(&self, x: f32, wood: PointWood) -> Matter {
+        let plank = self.plank;
+        let PointWood { mut coefficients, fibre, dispersion_deg, gloss, mut coat, mut class, mut instance } = wood;
         let spot = Vec2::new(x, self.y);
-        let mut coat = 1.0;
         if let Some(coated) = plank.coats.at(spot) {
-            coat = coated.through;
+            coat *= coated.through;
             if let Some(label) = coated.label {
                 (class, instance) = label;
             }
@@ -379,27 +477,6 @@ impl PlankSlice<'_> {
             }
             if opened.is_labelled {
                 (class, instance) = (opened.class, opened.id);
-            }
-        }
-        let [clear, knotted] = plank.dispersion_deg;
-        let mut dispersion_deg = clear + grown.disturbed * (knotted - clear);
-        let mut fibre = plank.trunk.vector(grown.fibre.truncate(), grown.fibre.z);
-        let mut gloss = plank.gloss;
-        if let Some(grain) = &plank.grain {
-            let (grains, anatomy) = &**grain;
-            let here = grains.at(spot).0;
-            (dispersion_deg, gloss) = grains.disorder(&here, dispersion_deg, gloss);
-            // Branches have none of the stem's tissues.
-            if grown.branch.as_ref().is_none_or(|branch| branch.x >= 1.0) {
-                let found = anatomy.at(&here, &place, plank.rings.at(here.t).latewood);
-                coat *= found.through;
-                if let Some(ratio) = found.ray {
-                    coefficients = coefficients.scaled(ratio, 1.0);
-                    fibre = plank.trunk.vector(place.outward, 0.0);
-                }
-                if found.resin > 0.0 {
-                    coefficients = coefficients.mix(plank.kinds.resin, found.resin);
-                }
             }
         }
         let Coefficients { mu_a, sigma_i, k, n_eff } = coefficients;

@@ -435,6 +435,20 @@ parameters! {
     }
 }
 
+parameters! {
+    /// Where in a larger picture the board lies, for boards from pictures (`log.source: picture`).
+    picture: PictureParameters {
+        /// Place of the board along the picture: 0 at the near end, 1 at the far end of the room that it leaves.
+        along: 0.0, 1.0, 0.5, "free";
+        /// Place of the board across the picture: 0 at the left, 1 at the right of the room that it leaves.
+        across: 0.0, 1.0, 0.5, "free";
+        /// Whether the board is the mirror image of what the picture shows: 0 or 1.
+        mirrored: 0.0, 1.0, 0.0, "free", count;
+        /// Whether the board is turned end for end: 0 or 1.
+        turned: 0.0, 1.0, 0.0, "free", count;
+    }
+}
+
 /// Everything that makes a board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wood {
@@ -470,6 +484,8 @@ pub struct Wood {
     pub grain: Grain,
     /// Its canals, vessels and rays.
     pub anatomy: Anatomy,
+    /// Where in a picture it lies, for a board from one.
+    pub picture: PictureParameters,
 }
 
 impl Wood {
@@ -492,6 +508,7 @@ impl Wood {
             machining: Machining::from_values(value),
             grain: Grain::from_values(value),
             anatomy: Anatomy::from_values(value),
+            picture: PictureParameters::from_values(value),
         }
     }
 
@@ -514,6 +531,7 @@ impl Wood {
             self.machining.values(),
             self.grain.values(),
             self.anatomy.values(),
+            self.picture.values(),
         ]
         .concat()
     }

@@ -125,6 +125,11 @@ impl SawnSurface {
         (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
     }
 
+    /// Height of the face before warp, ripple and roughness [mm].
+    pub fn thickness(&self) -> f32 {
+        self.thickness
+    }
+
     /// How far ripple and roughness leave the warped face, but for the rarest strands [mm].
     pub fn relief(&self) -> f32 {
         2.0 * self.ripple + 4.0 * self.roughness + self.marks.relief()

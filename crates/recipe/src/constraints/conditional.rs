@@ -41,7 +41,7 @@ enum ParameterNeeds {
     Any(&'static [&'static str]),
     /// The same, or a whole stem, which has knots of all kinds.
     AnyKnots(&'static [&'static str]),
-    /// Where the log comes from.
+    /// Where the log comes from, of some.
     Log(&'static [LogSource]),
     /// Room for a tablet that stands on its edge.
     RoomToStand,
@@ -66,6 +66,8 @@ const BAND_PASS: ParameterNeeds = ParameterNeeds::Filter(Filter::BandPass);
 const PLACED: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Placed]);
 const STEM: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem]);
 const SAWN: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem, LogSource::Measured]);
+const GROWN: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Placed, LogSource::Stem, LogSource::Measured]);
+const PICTURE: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Picture]);
 
 /// Every conditional parameter by its path; of several needs the first that is not met is told.
 const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
@@ -147,6 +149,32 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("stem.board_radius_mm", &[SAWN]),
     ("stem.board_azimuth_deg", &[SAWN]),
     ("stem.face_deg", &[SAWN]),
+    ("log.pith_tilt_deg", &[GROWN]),
+    ("log.grain_angle_deg", &[GROWN]),
+    ("log.spiral_deg", &[GROWN]),
+    ("log.spiral_slope_deg_per_mm", &[GROWN]),
+    ("log.ring_width_mm", &[GROWN]),
+    ("log.ring_width_log_sd", &[GROWN]),
+    ("log.ring_width_correlation", &[GROWN]),
+    ("log.streak", &[GROWN]),
+    ("log.heartwood_mm", &[GROWN]),
+    ("log.pith_mm", &[GROWN]),
+    ("knots.flow_ratio", &[GROWN]),
+    ("knots.bark_mm", &[GROWN]),
+    ("rot.reach_mm", &[GROWN]),
+    ("rot.heart_mm", &[GROWN]),
+    ("rot.pocket_count", &[GROWN]),
+    ("compression.severity", &[GROWN]),
+    ("stain.severity", &[GROWN]),
+    ("inclusions.resin_pocket_count", &[GROWN]),
+    ("inclusions.resin_streak_count", &[GROWN]),
+    ("inclusions.bark_pocket_count", &[GROWN]),
+    ("media.knot_mu_a_ratio", &[GROWN]),
+    ("media.dead_knot_mu_a_ratio", &[GROWN]),
+    ("picture.along", &[PICTURE]),
+    ("picture.across", &[PICTURE]),
+    ("picture.mirrored", &[PICTURE]),
+    ("picture.turned", &[PICTURE]),
 ];
 
 const KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);

@@ -6,6 +6,7 @@ pub(super) mod conditional;
 mod laser;
 mod motion;
 mod object;
+mod picture;
 mod postprocess;
 pub(super) mod transport;
 
@@ -39,6 +40,8 @@ pub(super) struct Object<'a> {
     pub settings: &'a Settings,
     /// The triangles of a part.
     pub mesh: Option<&'a procedural::Mesh>,
+    /// The picture that boards are cut from.
+    pub picture: Option<&'a wood_picture::BoardPicture>,
 }
 
 /// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
@@ -59,6 +62,7 @@ pub(super) fn check(
 /// The settings together.
 fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
     transport::check(yaml, subject, settings);
+    picture::settings(yaml, subject, settings);
     laser::settings(yaml, settings);
     motion::settings(yaml, subject, settings);
     camera::settings(yaml, settings);
@@ -165,7 +169,10 @@ fn scene(yaml: &mut YamlReader, object: Object, scene: &DrawBounds) {
     transport::media(yaml, object.subject, object.settings, scene);
 
     match object.subject {
-        Some(Subject::Wood) => object::wood(yaml, scene),
+        Some(Subject::Wood) => {
+            object::wood(yaml, scene);
+            picture::scene(yaml, object.picture, scene);
+        }
         Some(Subject::Blister) => object::blister(yaml, scene),
         Some(Subject::Sawtooth) => object::sawtooth(yaml, scene),
         Some(Subject::Mesh) => object::mesh(yaml, scene, object.mesh),

@@ -332,8 +332,17 @@ impl SettingType for Stack {
     }
 }
 
-/// A file of at most some MB, or one of those that are built in; `none` where nothing is built in.
-pub(crate) struct File(pub usize, pub &'static [BuiltIn]);
+/// A file of at most some MB, or one of those that are built in; `none` where a recipe can do without.
+pub(crate) struct File(pub usize, pub &'static [BuiltIn], pub Absence);
+
+/// Whether a recipe can do without a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Absence {
+    /// `none` is allowed.
+    Allowed,
+    /// There is always one.
+    Refused,
+}
 
 /// A file that a recipe names, and its content once it is read.
 #[derive(Debug, Clone, PartialEq)]
@@ -388,7 +397,9 @@ impl SettingType for File {
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<NamedFile> {
         match &node.value {
-            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.1.is_empty() => return Some(NamedFile::NONE),
+            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.2 == Absence::Allowed => {
+                return Some(NamedFile::NONE);
+            }
             YamlValue::Map(_) => {}
             _ => return self.name(yaml, node, path).map(|name| NamedFile::new(&name)),
         }
@@ -410,7 +421,7 @@ impl SettingType for File {
 
     fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &AssetSource) {
         let Some(name) = &value.name else { return };
-        let Self(max_mb, built_in) = *self;
+        let Self(max_mb, built_in, _) = *self;
         let wanted =
             AssetRequest { key: path, name, sha256: value.sha256.as_deref(), max_bytes: max_mb << 20, built_in };
         match files.find(&wanted) {

@@ -6,15 +6,17 @@
 use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
-use super::setting_type::{Auto, Channels, Count, File, Flag, NamedFile, Number, OneOf, SettingType, Stack, Word};
+use super::setting_type::{
+    Absence, Auto, Channels, Count, File, Flag, NamedFile, Number, OneOf, SettingType, Stack, Word,
+};
 use super::texture;
 use crate::asset::{Asset, AssetSource};
-use crate::{measured_log, mesh};
+use crate::{measured_log, mesh, picture};
 use bench::settings::{
-    Channel, Extraction, Fan, Filter, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics, Order, Output,
-    PeakChoice, PeakMethod, PeakMethodName, Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode,
-    Scheimpflug, Script, SearchDirection, SensorStack, Size, SpeckleLaw, SpecklePattern, Splits, ThesisMethod,
-    Transport, TransportName, Words,
+    Channel, Extraction, Fan, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics,
+    Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, PictureFace, Postprocess,
+    RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection, SensorStack,
+    Size, SpeckleLaw, SpecklePattern, Splits, ThesisMethod, Transport, TransportName, Words,
 };
 use yaml::{YamlNode, YamlReader};
 
@@ -181,7 +183,7 @@ settings! {
             "Light across the line: a `gaussian` beam; a `slit`, even with hard edges, as wide as its shadow is; \
              a `texture` thrown by a projector; or a `point`, a round spot stepped along the line.",
             "[T] slit and texture; [V]";
-        texture: File(64, &[]) = NamedFile::NONE,
+        texture: File(64, &[], Absence::Allowed) = NamedFile::NONE,
             "Grey PNG that a projector throws, 8 or 16 bits, proportional to light; rows across the line, columns \
              along it. `none` is the line of the thesis: three pixels wide of 61, blurred by a Gaussian of five.",
             "[T] 3.2.1";
@@ -231,9 +233,9 @@ settings! {
 
     log: LogSettings at "log" {
         source: Word<LogSource>(&LogSource::ALL) = LogSource::Placed,
-            "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says, or \
-             `stem`, a whole stem with whorls, out of which the board is sawn where `stem` says, or `measured`, a log from files, \
-             sawn likewise.",
+            "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says; `stem`, a whole \
+             stem with whorls, out of which the board is sawn where `stem` says; `measured`, a log from files, sawn \
+             likewise; or `picture`, a picture of a board's face.",
             "docs/wood.md";
         pith_file: File(16, &measured_log::GRAN_1[0]) = NamedFile::new(measured_log::GRAN_1[0][0].0),
             "For `measured`: pith, rows of x, y and height [mm], heights rising; CSV or JSON (an array of rows).",
@@ -250,8 +252,61 @@ settings! {
             On source in [LogSource::Measured];
     }
 
+    picture: PictureSettings at "picture" {
+        file: File(256, &picture::BUILT_IN, Absence::Allowed) = NamedFile::NONE,
+            "PNG of a board's face with 8 or 16 bits, the board's length down the rows; of a colour picture the red \
+             channel counts, which is nearest to the laser. `none` beside `fibres`: every pixel has the light of \
+             clear wood, or in the thesis' colours what alpha leaves of it.",
+            "docs/pictures.md";
+        pixel_mm: Number(0.01, 0.4, "mm") = 0.1,
+            "Size of a pixel down the rows.",
+            "free; 0.1 to 0.2 is best";
+        pixel_across_mm: Auto<Number>(Number(0.01, 0.4, "mm")) = None,
+            "Size of a pixel along the rows; `auto` is the same as down them.",
+            "free";
+        encoding: Word<PictureEncoding>(&PictureEncoding::ALL) = PictureEncoding::Srgb,
+            "How numbers go with light: `srgb` for ordinary files, `linear` for raw files and maps of scans, \
+             `gamma` for another power.",
+            "IEC 61966-2-1";
+        gamma: Number(0.3, 4.0, "") = 2.2,
+            "For `gamma`: light is the number to this power.",
+            "free",
+            Beside encoding in [PictureEncoding::Gamma];
+        dark: Number(0.0, 0.9, "") = 0.0,
+            "Number at no light, as a share of the end of the scale: the dark level of a scan.",
+            "free";
+        first_row: Word<FirstRow>(&FirstRow::ALL) = FirstRow::Far,
+            "Which end of the board the first row shows: `far` on a photograph from above, `near` on maps that this \
+             program writes.",
+            "free";
+        face: Word<PictureFace>(&PictureFace::ALL) = PictureFace::Bark,
+            "Which side it shows: the pith lies below the `bark` side, 70 mm deep, and as far above the `pith` side. \
+             Says whether fibres rise or sink towards knots.",
+            "docs/pictures.md";
+        least_knot_mm: Number(1.0, 80.0, "mm") = 4.0,
+            "Least width of a knot that is looked for.",
+            "docs/pictures.md";
+        depth: Word<PictureDepth>(&PictureDepth::ALL) = PictureDepth::Feature,
+            "How far below the face its colour goes: a `feature` as deep as it is wide, or all `even` to one depth \
+             and clear wood's mean below it. In knots colour follows the branch.",
+            "free: a picture does not say it";
+        depth_mm: Number(0.05, 200.0, "mm") = 3.0,
+            "For `even`: that depth.",
+            "free",
+            Beside depth in [PictureDepth::Even];
+        fibres: File(256, &[], Absence::Allowed) = NamedFile::NONE,
+            "Directions of the fibres, as large as the picture, in the place of those that are found in it: a PNG in \
+             the thesis' colours, red over green the slope of rising lines, blue over green that of falling ones, or \
+             an EXR with FibreCos2, FibreSin2 and FibreDive as `gen fibres` writes it.",
+            "[T] 3.2.3";
+        labels: File(64, &[], Absence::Allowed) = NamedFile::NONE,
+            "Grey PNG of 8 bits, as large as the picture, of the numbers of pixel classes, in the place of knots that \
+             are found as labels; 0 counts as clear wood.",
+            "free";
+    }
+
     mesh: MeshSettings at "mesh" {
-        file: File(64, &mesh::BUILT_IN) = NamedFile::new(mesh::BUILT_IN[0].0),
+        file: File(64, &mesh::BUILT_IN, Absence::Refused) = NamedFile::new(mesh::BUILT_IN[0].0),
             "Triangles of the part: OBJ, STL or PLY, by the name's ending.",
             "free";
     }

@@ -51,7 +51,15 @@ pub fn wood(stream: Stream, sound: f64, dead: f64) -> Wood {
 }
 
 pub fn picture(stream: Stream, wood: Wood, pixel_mm: f32) -> BoardPicture {
-    let plank = Plank::grow(stream.child("plank"), &wood);
+    let mut seen = look(Plank::grow(stream.child("plank"), &wood), wood, pixel_mm);
+    seen.light = blurred(&seen.light, seen.size, BLUR_MM / pixel_mm);
+    let mut rng = stream.child("noise").rng();
+    seen.light.iter_mut().for_each(|light| *light *= (1.0 + NOISE * normal(&mut rng)) as f32);
+    seen
+}
+
+/// The same of any board, sharp and without noise.
+pub fn look(plank: Plank, wood: Wood, pixel_mm: f32) -> BoardPicture {
     let size = [wood.board.length_mm, wood.board.width_mm].map(|mm| (mm as f32 / pixel_mm) as usize);
     let pixels = size[0] * size[1];
     let mut spaces: HashMap<[i32; 3], HalfSpace> = HashMap::new();
@@ -92,9 +100,6 @@ pub fn picture(stream: Stream, wood: Wood, pixel_mm: f32) -> BoardPicture {
             seen.instance.push(matter.instance);
         }
     }
-    seen.light = blurred(&seen.light, size, BLUR_MM / pixel_mm);
-    let mut rng = stream.child("noise").rng();
-    seen.light.iter_mut().for_each(|light| *light *= (1.0 + NOISE * normal(&mut rng)) as f32);
     seen
 }
 

@@ -2,6 +2,7 @@
 
 mod board;
 mod boards;
+mod cut;
 mod faults;
 mod textures;
 
