@@ -5,9 +5,11 @@ mod blooming;
 mod camera_motion;
 mod camera_optics;
 mod columns;
+mod defect_maps;
 mod effects;
 mod extraction;
 mod extraction_methods;
+
 mod field_edges;
 mod flat_target;
 mod holes;
