@@ -10,7 +10,7 @@
 //! that come near it (`sawing`).
 //! Sources: form of branches and all statistics from the scanned log "Gran_1" of Larsson et al. (2022).
 //! Limits: one log, not a stand: no crown, no age and no butt swell; branches do not bend the pith; whorls do not swell the
-//! outline; growth layers are cylinders about the pith and follow neither the outline nor its taper; the log's numbers are those
+//! outline; growth layers stand about the pith and what of its wander is left farther out (`layers`), and follow neither the outline nor its taper; the log's numbers are those
 //! of one Norway spruce.
 
 mod branch;
