@@ -22,7 +22,7 @@ use crate::{Stream, Surface};
 
 /// Distance of two nodes, where the board isn't so large that more than [`MOST_NODES`] would be needed [mm].
 const STEP_MM: f32 = 1.0;
-const MOST_NODES: f32 = 2.0e6;
+const MOST_NODES: f32 = 2.5e5;
 /// Strands that the knives tear out, and raised fibres: half width across and mean length along [mm].
 const TORN_MM: [Vec2; 2] = [Vec2::new(0.22, 2.4), Vec2::new(0.7, 6.0)];
 const FUZZY_MM: Vec2 = Vec2::new(0.12, 0.9);
@@ -92,11 +92,9 @@ impl FaceGrains {
         let patches = Noise::new(stream.child("patches"));
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
         let limit = libm::sin(grain.torn_dive_deg.to_radians()) as f32;
-        let node = |i: usize| {
-            let spot = low + step * Vec2::new((i % size[0]) as f32, (i / size[0]) as f32);
+        let node = |spot: Vec2, near: &[&super::PlacedKnot]| {
             let place = trunk.place(spot.x, spot.y, face.height);
-            let near =
-                knots.iter().filter(|k| k.y[0] <= spot.y && spot.y <= k.y[1] && k.x[0] <= spot.x && spot.x <= k.x[1]);
+            let near = near.iter().filter(|knot| knot.x[0] <= spot.x && spot.x <= knot.x[1]);
             let grown = growth.at(&place, near.map(|placed| &placed.knot));
             let fibre = trunk.vector(grown.fibre.truncate(), grown.fibre.z);
             // Upwards along the travel of the knives.
@@ -106,11 +104,16 @@ impl FaceGrains {
             let share = |dive: f32| uneven * smoothstep(DIVES[0] * limit, DIVES[1] * limit, dive);
             [grown.t, grown.bundle, share(dive), share(dive.abs()), sunk(spot.x, &place)]
         };
+        let row = |j: usize| {
+            let y = low.y + step * j as f32;
+            let near: Vec<_> = knots.iter().filter(|knot| knot.y[0] <= y && y <= knot.y[1]).collect();
+            (0..size[0]).map(|i| node(Vec2::new(low.x + step * i as f32, y), &near)).collect::<Vec<_>>()
+        };
         let above = trunk.place(face.middle.x, face.middle.y, face.height).outward;
         Some(Self {
             low,
             step,
-            nodes: (0..size[0] * size[1]).map(node).collect(),
+            nodes: (0..size[1]).flat_map(row).collect(),
             size,
             middle: face.middle,
             turn: Vec2::new(cos as f32, sin as f32),

@@ -25,6 +25,14 @@ fn asked(wood: &Wood) -> usize {
         as usize
 }
 
+/// The same without what needs a grid over the whole face, which takes most of the time on the largest boards.
+fn without_fine_structure(mut wood: Wood) -> Wood {
+    (wood.grain.torn_um, wood.grain.fuzzy_um, wood.rot.loss_mm) = (0.0, 0.0, 0.0);
+    let anatomy = &mut wood.anatomy;
+    (anatomy.canals_per_mm2, anatomy.pores_per_mm2, anatomy.ray_share) = (0.0, 0.0, 0.0);
+    wood
+}
+
 #[test]
 fn every_draw_gives_finite_matter_and_a_fitting_label() {
     for seed in 0..BOARDS {
@@ -36,6 +44,7 @@ fn every_draw_gives_finite_matter_and_a_fitting_label() {
             _ if p.integer => (p.min + (p.max - p.min) * rng.random::<f64>()).round(),
             _ => p.min + (p.max - p.min) * rng.random::<f64>(),
         });
+        let wood = if seed % 3 == 0 { wood } else { without_fine_structure(wood) };
         let plank = grow(seed, &wood);
         assert_eq!(plank.instances().len(), asked(&wood));
         let (low, high) = plank.bounds();
@@ -80,6 +89,7 @@ fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
                 _ => p.min + (max - p.min) * rng.random::<f64>(),
             }
         });
+        let wood = if seed % 3 == 0 { wood } else { without_fine_structure(wood) };
         let stem = Stem::grow(Stream::root(seed).child("stem"), &wood.stem);
         let [from, to] = stem.ends_mm();
         for i in 0..60 {
