@@ -28,7 +28,7 @@ macro_rules! built_in {
 }
 
 /// The recipes that are built in.
-pub(super) const EMBEDDED: [BuiltInRecipe; 17] = [
+pub(super) const EMBEDDED: [BuiltInRecipe; 19] = [
     built_in!("wood", "the thesis' scan of boards at full size"),
     built_in!("wood-small", "a small one to try things with"),
     built_in!("blister", "the thesis' scan of packs at full size: white tablets under coloured, half clear film"),

@@ -369,6 +369,8 @@ impl GivenWood for PicturedWood {
             dive_deg,
             death_radius_mm: f64::NAN,
             severity: f64::NAN,
+            depth_mm: f64::NAN,
+            knot: None,
         };
         match &self.labels {
             Labels::Knots => self

@@ -237,16 +237,16 @@ settings! {
              stem with whorls, out of which the board is sawn where `stem` says; `measured`, a log from files, sawn \
              likewise; or `picture`, a picture of a board's face.",
             "docs/wood.md";
-        pith_file: File(16, &measured_log::GRAN_1[0]) = NamedFile::new(measured_log::GRAN_1[0][0].0),
+        pith_file: File(16, &measured_log::GRAN_1[0], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[0][0].0),
             "For `measured`: pith, rows of x, y and height [mm], heights rising; CSV or JSON (an array of rows).",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
-        radii_file: File(16, &measured_log::GRAN_1[1]) = NamedFile::new(measured_log::GRAN_1[1][0].0),
+        radii_file: File(16, &measured_log::GRAN_1[1], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[1][0].0),
             "For `measured`: outline, a row of distances from the pith [mm] for each section, in equal steps along it, at \
              azimuths that fall from 0 in equal steps of a turn.",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];
-        knots_file: File(16, &measured_log::GRAN_1[2]) = NamedFile::new(measured_log::GRAN_1[2][0].0),
+        knots_file: File(16, &measured_log::GRAN_1[2], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[2][0].0),
             "For `measured`: branches, rows of A to I [mm, rad], see docs/wood.md.",
             "Larsson et al. 2022, MIT",
             On source in [LogSource::Measured];

@@ -142,7 +142,8 @@ impl SinglePatterns {
     fn pair(&self, number: usize) -> &[Arc<[f32]>; 2] {
         self.pairs[number].get_or_init(|| {
             let shifts = [0, 1].map(|i| (2 * number + i) * self.pupil.phase_rows() / STACK_PATTERNS);
-            gather(&self.pupil, shifts, self.law, self.fine).map(|pattern| [&pattern[..], &pattern[..TILE]].concat().into())
+            gather(&self.pupil, shifts, self.law, self.fine)
+                .map(|pattern| [&pattern[..], &pattern[..TILE]].concat().into())
         })
     }
 }
