@@ -53,6 +53,22 @@ fn every_recipe_loads_and_is_embedded() {
     }
 }
 
+/// Recipes of species are built in, say by their name what they are, and saw as their classes say.
+#[test]
+fn species_are_sawn_flat_and_along_the_radius() {
+    for name in ["pine", "beech", "oak"] {
+        let recipe = Recipe::load(&format!("species/{name}")).expect("embedded");
+        assert_eq!(recipe.name(), name);
+        for scene in (0..50).map(|index| recipe.draw(0, index)) {
+            let wood = scene.plan.wood().expect("a board");
+            let lean = wood.log.pith_offset_mm.abs() / wood.log.pith_depth_mm;
+            assert_eq!(scene.class, if lean > 1.0 { "quarter_sawn" } else { "flat_sawn" });
+            assert_eq!(wood.anatomy.canals_per_mm2 > 0.0, name == "pine");
+            assert_eq!(wood.anatomy.pores_per_mm2 > 0.0, name != "pine");
+        }
+    }
+}
+
 fn embedded() -> Vec<Recipe> {
     let names = Recipe::embedded().map(|recipe| recipe.name).filter(|name| !name.contains('/'));
     names.map(|name| Recipe::load(name).expect("embedded")).collect()

@@ -28,7 +28,7 @@ macro_rules! built_in {
 }
 
 /// The recipes that are built in.
-pub(super) const EMBEDDED: [BuiltInRecipe; 19] = [
+pub(super) const EMBEDDED: [BuiltInRecipe; 22] = [
     built_in!("wood", "the thesis' scan of boards at full size"),
     built_in!("wood-small", "a small one to try things with"),
     built_in!("blister", "the thesis' scan of packs at full size: white tablets under coloured, half clear film"),
@@ -48,6 +48,9 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 19] = [
     built_in!("sawtooth", "the calibration piece RCAL-300 at full size, of blasted metal"),
     built_in!("sawtooth-small", "a small one to try things with, of metal and of plastic"),
     built_in!("mesh-small", "a plate with a hole, an arch and a ball, from a file of triangles"),
+    built_in!("species/pine", "small pieces of pine, with resin canals; guesses: docs/wood.md"),
+    built_in!("species/beech", "small pieces of beech, with fine vessels and rays; guesses: docs/wood.md"),
+    built_in!("species/oak", "small pieces of oak, with rings of vessels and broad rays; guesses: docs/wood.md"),
     built_in!("thesis/sawtooth", "the thesis' simulation by its tables and scripts, slow"),
     built_in!("thesis/wood", "the thesis' simulation by its tables and scripts, slow"),
     built_in!("thesis/blister", "the thesis' simulation by its tables and scripts, slow"),

@@ -8,7 +8,8 @@
 //! Rays are sheets along the radius. The coordinates are the arc a = R phi at the fixed radius R of the face's middle, and l: each cell holds
 //! an ellipse of the asked height and width, at a place of its own. Where the face runs along the radius it runs within such a sheet and a
 //! fleck appears, w / sin of the angle long; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
-//! fibres run outwards, which makes flecks shine at one angle and darken at another.
+//! cells lie along the radius, but light leaves so thin a sheet after a free path or less: the direction that it meets is the fibres' turned
+//! towards the radius by w / (w + [`FREE_PATH_MM`]), a guess.
 //! Sources: docs/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
 //! ends, no radial canals, no multiples of vessels; details below a pixel are seen at points, not averaged.
 
@@ -30,6 +31,8 @@ const CANALS_EARLY: f32 = 0.15;
 const LATE_VESSELS: [f32; 2] = [0.35, 0.25];
 /// Most of its cell that a tube may fill [1].
 const FULL: f32 = 0.85;
+/// Path over which light averages directions [mm]: that of wood with sigma = 2 per mm.
+const FREE_PATH_MM: f32 = 0.5;
 /// Depth of a groove over its vessel's diameter [1].
 const GROOVE: f32 = 0.5;
 
@@ -50,7 +53,7 @@ struct Rays {
     half: Vec2,
     /// Radius at which the arc is counted [mm].
     radius: f32,
-    mu_a: f32,
+    tissue: RayTissue,
     noise: Noise,
 }
 
@@ -101,6 +104,15 @@ fn wave(at: f32) -> f32 {
     4.0 * u * (1.0 - u.abs())
 }
 
+/// What a ray changes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RayTissue {
+    /// Factor on absorption [1].
+    pub mu_a: f32,
+    /// Share of the radius in the direction that light meets [1].
+    pub radial: f32,
+}
+
 /// What the anatomy adds at a spot of the face.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
@@ -108,8 +120,8 @@ pub(super) struct Cut {
     pub resin: f32,
     /// Light that dust in a pore lets through [1].
     pub through: f32,
-    /// Whether it lies in a ray, with the ray's factor on absorption.
-    pub ray: Option<f32>,
+    /// The ray that it lies in.
+    pub ray: Option<RayTissue>,
 }
 
 impl Anatomy {
@@ -125,7 +137,10 @@ impl Anatomy {
                 cell: Vec2::new(wide, high),
                 half,
                 radius: middle.r.max(5.0),
-                mu_a: asked.ray_mu_a_ratio as f32,
+                tissue: RayTissue {
+                    mu_a: asked.ray_mu_a_ratio as f32,
+                    radial: 2.0 * half.x / (2.0 * half.x + FREE_PATH_MM),
+                },
                 noise: Noise::new(stream.child("rays")),
             }
         });
@@ -174,7 +189,7 @@ impl Anatomy {
         });
         let open = self.pore(place, latewood);
         let through = 1.0 - self.dust * smoothstep(0.0, 0.6, open);
-        let ray = self.rays.as_ref().and_then(|rays| rays.is_at(point).then_some(rays.mu_a));
+        let ray = self.rays.as_ref().and_then(|rays| rays.is_at(point).then_some(rays.tissue));
         Cut { resin, through, ray }
     }
 }

@@ -442,9 +442,12 @@ impl PlankSlice<'_> {
             if grown.branch.as_ref().is_none_or(|branch| branch.x >= 1.0) {
                 let found = anatomy.at(&here, &place, plank.rings.at(here.t).latewood);
                 coat = found.through;
-                if let Some(ratio) = found.ray {
-                    coefficients = coefficients.scaled(ratio, 1.0);
-                    fibre = plank.trunk.vector(place.outward, 0.0);
+                if let Some(ray) = found.ray {
+                    coefficients = coefficients.scaled(ray.mu_a, 1.0);
+                    // Fibres have no sense: turn towards the nearer end of the radius.
+                    let radius = plank.trunk.vector(place.outward, 0.0);
+                    let near = if fibre.dot(radius) < 0.0 { -radius } else { radius };
+                    fibre = fibre.lerp(near, ray.radial).normalize();
                 }
                 if found.resin > 0.0 {
                     coefficients = coefficients.mix(plank.kinds.resin, found.resin);
