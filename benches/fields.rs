@@ -70,7 +70,7 @@ fn fields(bencher: Bencher, name: &str) {
     let middle = 0.5 * (low.y + high.y);
     bencher.counter(ItemsCount::new(PROFILES)).bench(|| {
         for row in 0..PROFILES {
-            let slice = board.body.slice(middle + row as f32 * board.scene.bench.motion.step_mm);
+            let slice = board.body.slice(middle + (row as f64 * board.scene.bench.motion.step_mm) as f32);
             let columns = ((high.x - low.x) / COLUMN_MM) as usize;
             for x in (0..columns).map(|column| low.x + (column as f32 + 0.5) * COLUMN_MM) {
                 if let Some(surface) = slice.surface(x) {
