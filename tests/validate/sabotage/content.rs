@@ -43,7 +43,7 @@ fn masks() {
     };
     let place = format!("{}.exr", boards().samples[a].id);
     // The outlines of both boards lie within the two pixels at which pictures are held against labels.
-    with(swap, &[DrawDiffers, TruthDiffers, LabelDiffers], &place, "masks of two samples swapped");
+    with(swap, &[DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers], &place, "masks of two samples swapped");
     for (columns, rows) in [(3, 0), (0, 3), (SIZE.0 - 4, 0)] {
         let shift = |samples: &mut Vec<Encoded>| {
             let [label, instance] = labels(&samples[a]).map(|numbers| moved(&numbers, columns, rows, false));

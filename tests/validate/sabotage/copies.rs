@@ -79,7 +79,7 @@ fn copies_are_found() {
     let place = format!("samples {from} and {to}");
     with(
         |samples| copy(samples, from, to, &|_, _, n| n, false),
-        &[DrawDiffers, TruthDiffers, LabelDiffers, SampleRepeated],
+        &[DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers, SampleRepeated],
         &place,
         "a copy under another name",
     );
@@ -88,21 +88,21 @@ fn copies_are_found() {
     let jitter = |channel, i, n| if channel == Channel::Reflectance && n == 255 { n } else { jitter(channel, i, n) };
     with(
         |samples| copy(samples, from, to, &jitter, false),
-        &[DrawDiffers, TruthDiffers, LabelDiffers, SampleAlike],
+        &[DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers, SampleAlike],
         &place,
         "a copy with a little noise",
     );
     let darker = |channel, _, n: u16| if channel == Channel::Range { n } else { (n * 9).div_ceil(10) };
     with(
         |samples| copy(samples, from, to, &darker, false),
-        &[DrawDiffers, TruthDiffers, LabelDiffers, SampleAlike],
+        &[DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers, SampleAlike],
         &place,
         "a darker copy",
     );
     let mut samples = boards().samples.clone();
     copy(&mut samples, from, to, &|_, _, n| n, true);
     let report = inspect(write(samples).path());
-    assert_eq!(report.codes(), [DrawDiffers, TruthDiffers, LabelDiffers, SampleAlike], "{report}");
+    assert_eq!(report.codes(), [DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers, SampleAlike], "{report}");
     assert!(said(&report).contains("mirrored") && said(&report).contains("leaks"), "{report}");
     // Within a split nothing leaks.
     let split = boards().samples[from].split;
@@ -111,6 +111,6 @@ fn copies_are_found() {
     let mut samples = boards().samples.clone();
     copy(&mut samples, from, same, &|_, _, n| n, true);
     let report = inspect(write(samples).path());
-    assert_eq!(report.codes(), [DrawDiffers, TruthDiffers, LabelDiffers, SampleAlike], "{report}");
+    assert_eq!(report.codes(), [DrawDiffers, ObjectDiffers, TruthDiffers, LabelDiffers, SampleAlike], "{report}");
     assert!(!said(&report).contains("leaks"), "{report}");
 }
