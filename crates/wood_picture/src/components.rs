@@ -72,8 +72,8 @@ mod tests {
         let (o, k, d) = (Class::Clear, Class::SoundKnot, Class::DeadKnot);
         let classes = [o, k, k, o, k, o, k, d, d, o, o, k];
         let (numbers, found) = patches(&classes, [3, 4]);
-        assert_eq!(numbers, [0, 1, 1, 0, 2, 0, 1, 3, 3, 0, 0, 4]);
-        assert_eq!(found.iter().map(|patch| patch.class).collect::<Vec<_>>(), [k, k, d, k]);
+        assert_eq!(numbers, [0, 1, 1, 0, 2, 0, 1, 3, 4, 0, 0, 5]);
+        assert_eq!(found.iter().map(|patch| patch.class).collect::<Vec<_>>(), [k, k, d, d, k]);
         assert_eq!((found[0].rows, found[0].cols), ([0, 1], [1, 2]));
         let [row, col] = found[0].middle();
         assert!((row - 1.0 / 3.0).abs() < 1e-12 && (col - 5.0 / 3.0).abs() < 1e-12);
