@@ -55,7 +55,7 @@ built:
 check: prepare ## what CI runs: format, lints, docs, tests
 	$(MAKE) --no-print-directory test
 
-defect-maps: ## masks of defects against maps on 209 boards of all kinds, rendered with and without (minutes)
+defect-maps: ## masks of defects against maps on 220 boards of all kinds, rendered with and without (minutes)
 	DEFECT_BOARDS=11 cargo test --release --locked --test optics defect_maps -- --nocapture
 
 bench: ## profiles and photons a second, bytes and MB/s of writing

@@ -95,9 +95,11 @@ pub struct GenerateSummary {
 }
 
 impl GenerateSummary {
-    /// Classes of which defects show no pixel: how many there are, and how many show.
+    /// Classes of which defects show no pixel: how many there are, and how many show. The pith is none of them: every log has one,
+    /// and most boards are cut beside it.
     pub fn hidden_defects(&self) -> impl Iterator<Item = (Class, [u64; 2])> {
-        self.defects.iter().map(|(class, counts)| (*class, *counts)).filter(|(_, [all, shown])| shown < all)
+        let defects = self.defects.iter().filter(|(class, _)| **class != Class::Pith);
+        defects.map(|(class, counts)| (*class, *counts)).filter(|(_, [all, shown])| shown < all)
     }
 
     /// What samples fall short in, with how many of those rendered.

@@ -123,6 +123,7 @@ fn graded_boards_are_called(class: &str, wood: &Wood) {
         ("sound_knot", knots.sound_count > 0.0 && knots.hole_count == 0.0),
         ("dead_knot", knots.dead_count > 0.0),
         ("knot_hole", knots.hole_count > 0.0),
+        ("loose_knot", knots.loose_count > 0.0),
         ("edge_rot", rot.reach_mm > 0.0),
         ("heart_rot", rot.heart_mm > 0.0),
         ("pocket_rot", rot.pocket_count > 0.0),

@@ -4,7 +4,7 @@ pub use crate::calibration::CALIBRATION;
 use crate::column::{Column, ColumnKind};
 
 /// Names of the pixel classes; the position is the value in label images.
-pub const PIXEL_CLASSES: [&str; 45] = [
+pub const PIXEL_CLASSES: [&str; 46] = [
     "background",
     "clear",
     "sound_knot",
@@ -50,6 +50,7 @@ pub const PIXEL_CLASSES: [&str; 45] = [
     "roller_mark",
     "planer_skip",
     "burn",
+    "loose_knot",
 ];
 
 /// How much of a sample is of use, in the order of columns; rows have them from schema 1.4 on.

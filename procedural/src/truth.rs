@@ -97,11 +97,13 @@ pub enum Class {
     PlanerSkip = 43,
     /// A burn from the planer's knives.
     Burn = 44,
+    /// A dead knot that has dried out of its hole: a gap around it, its face sunk and tilted.
+    LooseKnot = 45,
 }
 
 impl Class {
     /// Every class in the order of its value.
-    pub const ALL: [Self; 45] = [
+    pub const ALL: [Self; 46] = [
         Self::Background,
         Self::Clear,
         Self::SoundKnot,
@@ -147,6 +149,7 @@ impl Class {
         Self::RollerMark,
         Self::PlanerSkip,
         Self::Burn,
+        Self::LooseKnot,
     ];
 
     /// Name in files: lower case, underscores.
@@ -197,6 +200,7 @@ impl Class {
             Self::RollerMark => "roller_mark",
             Self::PlanerSkip => "planer_skip",
             Self::Burn => "burn",
+            Self::LooseKnot => "loose_knot",
         }
     }
 }

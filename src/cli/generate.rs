@@ -57,9 +57,9 @@ pub(super) fn run(arguments: &GenerateArgs, console: &Console) -> CommandResult 
                 GenerateEstimate::measure(&recipe, &request, &|profiles| progress.add(profiles))
             };
             print(&if arguments.json {
-                format!("{:#}\n", estimate_json(&estimate, &request, &memory))
+                format!("{:#}\n", estimate_json(&recipe, &estimate, &request, &memory))
             } else {
-                describe_estimate(&estimate, &request, &memory)
+                describe_estimate(&recipe, &estimate, &request, &memory)
             })?;
             return Ok(if estimate.fits() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
         }
@@ -258,8 +258,16 @@ fn describe_memory(memory: &MemoryEstimate) -> String {
     format!("{} at most, {free}", describe_bytes(memory.needed))
 }
 
+/// Share of a distribution beyond its bounds from which on the estimate tells it in words [1].
+const TOLD_CUT: f64 = 0.01;
+
 /// The estimate in words.
-fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest, memory: &MemoryEstimate) -> String {
+fn describe_estimate(
+    recipe: &Recipe,
+    estimate: &GenerateEstimate,
+    request: &DatasetRequest,
+    memory: &MemoryEstimate,
+) -> String {
     let mut text = format!(
         "{} of {} samples to make in {}\n  time   {} at {:.2} s a sample with these threads, measured now\n  disk   {} at {} a sample, {}\n  memory {}\n",
         estimate.samples,
@@ -279,6 +287,12 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest, memo
             "  class  {class}: {all}, of these {train} to train, {validation} to validate, {test} to test\n"
         ));
     }
+    let cut_off = recipe.cut_off();
+    let mut cut: Vec<_> = cut_off.iter().filter(|(_, share)| **share >= TOLD_CUT).collect();
+    cut.sort_by(|a, b| b.1.total_cmp(a.1));
+    for (key, share) in cut {
+        text.push_str(&format!("  cut    {key}: {:.1} % of its distribution lies beyond its bounds\n", 100.0 * share));
+    }
     if !estimate.fits() {
         text.push_str(&format!("{}\n", refusal(estimate, request)));
     }
@@ -286,7 +300,12 @@ fn describe_estimate(estimate: &GenerateEstimate, request: &DatasetRequest, memo
 }
 
 /// The estimate as a document; free space that the system does not tell is null.
-fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest, memory: &MemoryEstimate) -> Value {
+fn estimate_json(
+    recipe: &Recipe,
+    estimate: &GenerateEstimate,
+    request: &DatasetRequest,
+    memory: &MemoryEstimate,
+) -> Value {
     let classes: Map<String, Value> =
         estimate.classes.iter().map(|(class, splits)| (class.clone(), splits.iter().sum::<u64>().into())).collect();
     let split = |place: usize| -> Map<String, Value> {
@@ -306,6 +325,7 @@ fn estimate_json(estimate: &GenerateEstimate, request: &DatasetRequest, memory: 
         "fits": estimate.fits(),
         "classes": classes,
         "splits": { "train": split(0), "validation": split(1), "test": split(2) },
+        "cut_off": recipe.cut_off(),
     })
 }
 

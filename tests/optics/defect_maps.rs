@@ -10,7 +10,7 @@
 //! and bends rings up to four of its half widths from its axis. Pixels within [`BORDER_MM`] of the board's outline are left out: a board
 //! with an opening hides itself by a grid of 0.1 mm, one without by its hull, which moves its ends by less than that.
 //!
-//! One board of a kind is asked by default; `DEFECT_BOARDS=11` asks for 209 boards, as `make defect-maps` does.
+//! One board of a kind is asked by default; `DEFECT_BOARDS=11` asks for 220 boards, as `make defect-maps` does.
 
 use std::collections::BTreeMap;
 
@@ -67,10 +67,11 @@ const fn kind(class: Class, ask: fn(&mut Wood), shows: Shows, margin: f64) -> Ki
     Kind { class, rest: NOTHING, ask, shows, margin, beyond: 0.002, inside: 0.5, change: LEAST_CHANGE }
 }
 
-const KINDS: [Kind; 19] = [
+const KINDS: [Kind; 20] = [
     kind(Class::SoundKnot, |w| w.knots.sound_count = 1.0, Shows::LessScatter, 8.0),
     kind(Class::DeadKnot, |w| w.knots.dead_count = 1.0, Shows::LessScatter, 8.0),
     kind(Class::KnotHole, |w| (w.knots.hole_count, w.knots.hole_depth_mm) = (1.0, 4.0), Shows::Lower, 8.0),
+    kind(Class::LooseKnot, |w| (w.knots.loose_count, w.knots.loose_sunk_mm) = (1.0, 0.5), Shows::Lower, 8.0),
     kind(Class::Rot, |w| w.rot.reach_mm = 5.0, Shows::LessScatter, SCATTERED_MM),
     Kind {
         // It fades into clear wood and is faint all over: a twentieth of its pixels differ by more than the bounds.

@@ -51,5 +51,6 @@ pub fn class_colour(class: u8) -> Rgb<u8> {
         Some(Class::RollerMark) => [0, 190, 190],
         Some(Class::PlanerSkip) => [170, 140, 220],
         Some(Class::Burn) => [150, 120, 10],
+        Some(Class::LooseKnot) => [170, 60, 20],
     })
 }

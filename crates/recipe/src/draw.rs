@@ -9,6 +9,8 @@
 //! within the bounds ([`super::Distribution::draw`]). Where it is correlated ([`super::correlation`]) or the recipe asks for low
 //! discrepancy ([`super::sampling`]): the quantile of its distribution at one number u of (0, 1).
 
+use std::collections::BTreeMap;
+
 use numerics::chance::{normal_below, normal_quantile};
 use procedural::{Parameter, Stream};
 use rand::Rng;
@@ -17,7 +19,7 @@ use uuid::Uuid;
 use super::balance::{self, ClassRotation};
 use super::distribution::Distribution;
 use super::sampling::{self, Sampling};
-use super::{Class, Plan, Recipe, Scene};
+use super::{Class, Plan, Recipe, Scene, keys};
 use bench::parameters::Bench;
 use bench::split::Split;
 
@@ -82,6 +84,21 @@ impl Recipe {
     /// samples in common.
     pub fn streams(&self, seed: u64) -> Stream {
         Stream::root(seed).child("family").child(&self.family)
+    }
+
+    /// What bounds cut off from distributions, by path: the share of a key's draws that lie beyond and are made again, or would be, over
+    /// all classes by their shares. Only keys of which some is cut off.
+    pub fn cut_off(&self) -> BTreeMap<String, f64> {
+        let share = |parameter: &'static Parameter| {
+            let path = parameter.path();
+            let cut = |class: &Class| {
+                let distribution = class.overrides.get(&path).or_else(|| self.parameters.get(&path))?;
+                Some(class.share * (1.0 - distribution.chance_inside(parameter)))
+            };
+            (path.clone(), self.classes.iter().filter_map(cut).sum::<f64>())
+        };
+        // Below this it is rounding, or what is cut off from any normal distribution.
+        keys::parameters(Some(self.subject)).map(share).filter(|(_, cut)| *cut > 1.0e-9).collect()
     }
 
     /// The class of sample `index`.

@@ -1,7 +1,7 @@
 //! The optical coefficients of the kinds of wood, and what lies between two kinds.
 //!
 //! Models: the kinds of wood as points in the space of coefficients, joined by straight lines.
-//! Source: the class table of docs/wood.md. Limits: one wavelength; no moisture; the same gloss everywhere.
+//! Source: the class table of docs/wood.md. Limits: one wavelength; the same gloss everywhere.
 
 use super::parameters::Media;
 use super::zones::ZoneShares;
@@ -29,7 +29,8 @@ impl Coefficients {
     pub fn mix(self, to: Self, share: f32) -> Self {
         let along = |a: f32, b: f32| a + share * (b - a);
         Self {
-            mu_a: along(self.mu_a, to.mu_a),
+            // Beside absorption that is 10^7 times as large, rounding would leave none.
+            mu_a: along(self.mu_a, to.mu_a).max(0.5 * self.mu_a.min(to.mu_a)),
             sigma_i: along(self.sigma_i, to.sigma_i),
             k: along(self.k, to.k),
             n_eff: along(self.n_eff, to.n_eff),

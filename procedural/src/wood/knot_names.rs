@@ -64,7 +64,8 @@ impl KnotNames {
 
 /// Names the knots among `instances` of a board.
 pub(super) fn name(instances: &mut [Instance], board: &Board) {
-    let is_knot = |one: &Instance| matches!(one.class, Class::SoundKnot | Class::DeadKnot | Class::KnotHole);
+    let is_knot =
+        |one: &Instance| matches!(one.class, Class::SoundKnot | Class::DeadKnot | Class::KnotHole | Class::LooseKnot);
     let mut order: Vec<usize> = (0..instances.len()).filter(|&i| is_knot(&instances[i])).collect();
     order.sort_by(|&a, &b| instances[a].y_mm.total_cmp(&instances[b].y_mm));
     let near = |pair: [usize; 2]| instances[pair[1]].y_mm - instances[pair[0]].y_mm <= CLUSTER_MM;

@@ -72,6 +72,7 @@ pub(super) fn place(stream: Stream, wood: &Wood, trunk: &Trunk) -> Vec<PlacedKno
         (Class::SoundKnot, "sound", wood.knots.sound_count),
         (Class::DeadKnot, "dead", wood.knots.dead_count),
         (Class::KnotHole, "hole", wood.knots.hole_count),
+        (Class::LooseKnot, "loose", wood.knots.loose_count),
     ] {
         for index in 0..count.round() as u64 {
             let own = stream.child(name).index(index);

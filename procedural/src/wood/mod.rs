@@ -4,7 +4,7 @@
 //!
 //! Models: the log as a field of growth times around a wandering pith (`pith`, `rings`, `growth`), branches in it
 //! (`knot`, `knot_placement`, `bulge`, `grain_flow`), or the branches of a whole stem (`stem`), zones of the stem (`zones`), decay (`decay`), resin and bark inside it
-//! (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane (`openings`), dirt and burns (`coats`), and what all of that means for
+//! (`inclusions`), the saw (`sawn_surface`), tools (`tool_marks`), torn grain and loss by decay (`face_grain`), canals, vessels and rays (`anatomy`), cracks, holes and wane (`openings`), dirt and burns (`coats`), wet places (`moisture`), and what all of that means for
 //! light (`coefficients`). What is inside was sawn flat and then warped with the board.
 //! Sources stand in each file; docs/wood.md says what is not modelled.
 
@@ -23,6 +23,7 @@ mod knot;
 mod knot_inside;
 mod knot_names;
 mod knot_placement;
+mod moisture;
 mod openings;
 pub mod parameters;
 mod pith;
@@ -50,10 +51,11 @@ use self::growth::{Branch, Grown, Growth};
 use self::inclusions::{Filling, Inclusions};
 pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
+use self::moisture::WetPlaces;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
 pub use self::parameters::{
     Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
-    Log, Machining, Marks, Media, PictureParameters, Rot, Stain, StemParameters, Wane, Wood,
+    Log, Machining, Marks, Media, Moisture, PictureParameters, Rot, Stain, StemParameters, Wane, Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
@@ -96,6 +98,7 @@ pub struct Plank {
     inclusions: Inclusions,
     openings: Openings,
     coats: Coats,
+    wet: WetPlaces,
     sawn: SawnSurface,
     /// Grain and anatomy at the face, where something asks for them.
     grain: Option<Box<(FaceGrains, Anatomy)>>,
@@ -229,6 +232,7 @@ impl Plank {
             inclusions,
             openings,
             coats,
+            wet: WetPlaces::grow(stream.child("moisture"), wood),
             kinds,
             instances,
             cut: None,
@@ -401,7 +405,7 @@ impl PlankSlice<'_> {
     /// Wood that is given.
     fn given(&self, given: &dyn GivenWood, x: f32, z: f32) -> PointWood {
         let plank = self.plank;
-        let (low, _) = plank.sawn.bounds();
+        let low = plank.sawn.corner();
         let depth = plank.sawn.thickness() + self.cut.warp(x - self.middle).z - z;
         let GivenMatter { mu_a, sigma_i, k, n_eff, fibre, disturbed, class, instance } =
             given.at(Vec2::new(x - low.x, self.y - low.y), depth.max(0.0));
@@ -463,6 +467,9 @@ impl PlankSlice<'_> {
         let plank = self.plank;
         let PointWood { mut coefficients, fibre, dispersion_deg, gloss, mut coat, mut class, mut instance } = wood;
         let spot = Vec2::new(x, self.y);
+        if let Some(filled) = plank.wet.at(spot) {
+            coefficients = moisture::wetted(coefficients, filled);
+        }
         if let Some(coated) = plank.coats.at(spot) {
             coat *= coated.through;
             if let Some(label) = coated.label {

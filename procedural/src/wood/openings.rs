@@ -3,19 +3,23 @@
 //! Models: each lowers the face. A crack is a wedge: at the distance c from its line the depth is d (1 - |c| / w), with half
 //! width w(s) and depth d(s) along it, both zero at closed ends. The line of a check runs along the grain and wanders; that
 //! of a shake follows a ring of the face; a split is a check that begins at an end of the board with its full width. A hole is
-//! round across its axis, with walls that fall by [`STEEPEST`]. The hole of a knot has the knot's own outline. Wane is the log's
+//! round across its axis, with walls that fall by [`STEEPEST`]. The hole of a knot has the knot's own outline. A loose knot has
+//! shrunk more than the wood around: it lies lower, tilted about a drawn axis, and rests against one side of its hole, so that the gap is
+//! g (1 + cos a) wide at the angle a from the other side, and wedge-shaped. Wane is the log's
 //! surface: a slope from a wandering line on the face down to the side, bent as the ring there is. Teeth of a roller leave dents at
-//! a pitch; where the planer missed, the sawn face lies lower and is rough.
+//! a pitch; where the planer missed, the sawn face lies lower and is rough. A chipped arris has lost a splinter: half an ellipse on the
+//! face with an uneven outline, whose floor falls from it to the side.
 //! Depths: a line on the sensor cannot be found deeper in a crack than some widths, since walls are lit and seen at grazing
 //! angles and light gets out by scattering alone; cracks end at [`DEEPEST_WIDTHS`] of their width.
 //! Sources: widths and depths in docs/wood.md. Limits: cracks stand upright to the face; light that falls between walls is
-//! thrown back once and does not light the other wall from the air; no crack passes into another; holes stand upright.
+//! thrown back once and does not light the other wall from the air; no crack passes into another; holes stand upright; loose knots sink
+//! and do not stand proud; chips have no label.
 
 use glam::Vec2;
 use rand::RngExt;
 
 use super::growth::wrap;
-use super::knot::{Knot, KnotDistance};
+use super::knot::{Knot, KnotDistance, KnotSection};
 use super::knot_placement::PlacedKnot;
 use super::parameters::Wood;
 use super::pith::Trunk;
@@ -53,6 +57,15 @@ const SKIP_OUTLINE: f32 = 0.15;
 /// Strands of the rough wood there, across and along [mm], and their height over the depth, root mean square [1].
 const SKIP_STRAND_MM: Vec2 = Vec2::new(0.5, 5.0);
 const SKIP_ROUGH: f32 = 0.15;
+/// Tilt of a loose knot: change of its depth over a half width, over the mean depth [1].
+const LOOSE_TILT: f32 = 0.7;
+/// Width across and depth of a chip over its length along the arris [1].
+const CHIP_SHAPE: [f32; 2] = [0.25, 0.2];
+/// Unevenness of a chip's outline and floor, root mean square [1], and its cells across and along [mm].
+const CHIP_UNEVEN: f32 = 0.2;
+const CHIP_CELL_MM: Vec2 = Vec2::new(1.2, 6.0);
+/// How far an edge that wanders can leave the board's nominal width [mm].
+const EDGE_ROOM_MM: f32 = 9.0;
 /// Light that the dark wall of a gallery lets through, each way; an estimate [1].
 pub(super) const GALLERY_COAT: f32 = 0.45;
 /// Step of the differences that give slopes [mm].
@@ -106,6 +119,17 @@ enum Form {
         knot: Box<Knot>,
         depth: f32,
     },
+    LooseKnot {
+        knot: Box<Knot>,
+        /// Mean width of the gap [mm], and its depth where it is widest [mm].
+        gap: f32,
+        depth: f32,
+        /// Mean depth of the knot's face [mm].
+        sunk: f32,
+        /// Directions on the outline where the gap is widest and where the face lies deepest.
+        wide: Vec2,
+        low: Vec2,
+    },
     Wane {
         /// -1 or 1.
         side: f32,
@@ -131,6 +155,13 @@ enum Form {
         depth: f32,
         outline: Noise,
         rough: Noise,
+    },
+    Chip {
+        /// Middle of the chip on the arris.
+        arris: Vec2,
+        half: Vec2,
+        depth: f32,
+        uneven: Noise,
     },
 }
 
@@ -168,10 +199,12 @@ impl Openings {
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
         let mut openings = Self { all: Vec::new(), face: Face::of(wood), turn: Vec2::new(cos as f32, sin as f32) };
         openings.knots(wood, knots, instances);
+        openings.loose_knots(stream.child("loose"), wood, knots, instances);
         openings.cracks(stream, wood, trunk, instances);
         openings.holes(stream.child("hole"), wood, instances);
         openings.wane(stream.child("wane"), wood, trunk, instances);
         openings.machining(stream, wood, instances);
+        openings.chips(stream.child("chip"), wood);
         openings
     }
 
@@ -212,6 +245,58 @@ impl Openings {
                 low,
                 high,
                 labelled: LABELLED_MM,
+                form,
+            });
+        }
+    }
+
+    fn loose_knots(&mut self, stream: Stream, wood: &Wood, knots: &[PlacedKnot], instances: &mut [Instance]) {
+        let room = self.face.height - FLOOR_MM;
+        let [gap, sunk] = [wood.knots.loose_gap_mm, wood.knots.loose_sunk_mm].map(|mm| mm as f32);
+        let loose = knots.iter().filter(|placed| placed.knot.class == Class::LooseKnot);
+        for (placed, index) in loose.zip(0..) {
+            let mut rng = stream.index(index).rng();
+            let mut direction = || {
+                let (sin, cos) = libm::sincosf(std::f32::consts::TAU * rng.random::<f32>());
+                Vec2::new(cos, sin)
+            };
+            let (wide, low) = (direction(), direction());
+            let depth = (DEEPEST_WIDTHS * 2.0 * gap).min(room).max(0.0);
+            let sunk = sunk.min(room / (1.0 + LOOSE_TILT)).max(0.0);
+            for instance in instances.iter_mut().filter(|instance| instance.id == placed.knot.id) {
+                instance.depth_mm = f64::from(depth);
+            }
+            let form = Form::LooseKnot { knot: Box::new(placed.knot.clone()), gap, depth, sunk, wide, low };
+            self.all.push(Opening {
+                class: Class::LooseKnot,
+                id: placed.knot.id,
+                low: Vec2::new(placed.x[0], placed.y[0]),
+                high: Vec2::new(placed.x[1], placed.y[1]),
+                labelled: LABELLED_MM,
+                form,
+            });
+        }
+    }
+
+    fn chips(&mut self, stream: Stream, wood: &Wood) {
+        let face = self.face;
+        for index in 0..wood.marks.chip_count.round() as u64 {
+            let own = stream.index(index);
+            let mut rng = own.rng();
+            let side = if rng.random::<bool>() { 1.0 } else { -1.0 };
+            let along = 2.0 * rng.random::<f32>() - 1.0;
+            let length = (wood.marks.chip_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let depth = (CHIP_SHAPE[1] * length).min(0.5 * face.height).min(face.height - FLOOR_MM).max(0.0);
+            let half = Vec2::new((CHIP_SHAPE[0] * length).min(0.5 * face.half.x), 0.5 * length);
+            let arris = face.middle + face.half * Vec2::new(side, along);
+            let room = (1.0 + 3.0 * CHIP_UNEVEN) * half + Vec2::new(EDGE_ROOM_MM, 0.0);
+            let form = Form::Chip { arris, half, depth, uneven: Noise::new(own.child("uneven")) };
+            self.all.push(Opening {
+                class: Class::Clear,
+                id: 0,
+                low: arris - room,
+                high: arris + room,
+                labelled: f32::INFINITY,
                 form,
             });
         }
@@ -412,7 +497,11 @@ impl Openings {
             let (depth, floor) = self.depth(one, spot, trunk);
             if depth > deepest.map_or(0.0, |other| other.depth) {
                 let is_labelled = depth > one.labelled;
-                deepest = Some(Opened { depth, class: one.class, id: one.id, is_labelled, floor });
+                deepest = Some(match deepest {
+                    // What has no label leaves that of what it cuts.
+                    Some(other) if one.labelled == f32::INFINITY => Opened { depth, floor, ..other },
+                    _ => Opened { depth, class: one.class, id: one.id, is_labelled, floor },
+                });
             }
         }
         deepest
@@ -443,12 +532,22 @@ impl Openings {
                 (depth, if *frass { Floor::Frass } else { Floor::Gallery })
             }
             Form::Knot { knot, depth } => {
-                let place = trunk.place(spot.x, spot.y, self.face.height);
-                let section = knot.section(&KnotDistance::new(place.r));
-                let offset = Vec2::new(place.r * wrap(place.phi - section.phi), place.l - section.l);
-                let x = knot.reach(Vec2::new(offset.x, offset.y * knot.cos_slope), section.half_width).0;
+                let (x, _, section) = self.in_knot(knot, spot, trunk);
                 let wall = (depth / STEEPEST / section.half_width).min(0.7);
                 (depth * (1.0 - smoothstep(1.0 - wall, 1.0, x)), Floor::Wood)
+            }
+            Form::LooseKnot { knot, gap, depth, sunk, wide, low } => {
+                let (x, direction, section) = self.in_knot(knot, spot, trunk);
+                if x >= 1.0 {
+                    return (0.0, Floor::Wood);
+                }
+                let width = gap * (1.0 + wide.dot(direction));
+                // From the middle of the gap, in halves of its width.
+                let aside = (2.0 * (1.0 - x) * section.half_width / width.max(1.0e-3) - 1.0).abs();
+                let open = depth * width / (2.0 * gap) * (1.0 - aside).max(0.0);
+                let wall = (sunk / STEEPEST / section.half_width).min(0.7);
+                let face = sunk * (1.0 + LOOSE_TILT * x * low.dot(direction)) * (1.0 - smoothstep(1.0 - wall, 1.0, x));
+                (open.max(face), Floor::Wood)
             }
             Form::Wane { side, width, slope, bend, bark, line, rough, patches } => {
                 let along = spot.y - self.face.middle.y;
@@ -484,7 +583,25 @@ impl Openings {
                 let torn = rough.fibres(Vec2::from_array(self.log_place(spot)) / SKIP_STRAND_MM).0;
                 ((depth * share * (1.0 + SKIP_ROUGH * torn)).max(0.0), Floor::Wood)
             }
+            Form::Chip { arris, half, depth, uneven } => {
+                let uneven = (1.0 + CHIP_UNEVEN * uneven.fibres((spot - arris) / CHIP_CELL_MM).0).max(0.2);
+                let q = (spot - arris) / Vec2::new(half.x * uneven, half.y);
+                // Inwards from the arris along a chord of the outline.
+                let chord = (1.0 - q.y * q.y).max(0.0).sqrt();
+                (depth * chord * (1.0 - q.x.abs() / chord.max(1.0e-3)).max(0.0), Floor::Wood)
+            }
         }
+    }
+
+    /// Distance of a spot from the axis of a knot in half widths of its outline [1], the direction on the outline (around, along),
+    /// and the knot there.
+    #[inline]
+    fn in_knot(&self, knot: &Knot, spot: Vec2, trunk: &Trunk) -> (f32, Vec2, KnotSection) {
+        let place = trunk.place(spot.x, spot.y, self.face.height);
+        let section = knot.section(&KnotDistance::new(place.r));
+        let offset = Vec2::new(place.r * wrap(place.phi - section.phi), place.l - section.l);
+        let offset = Vec2::new(offset.x, offset.y * knot.cos_slope);
+        (knot.reach(offset, section.half_width).0, offset.normalize_or(Vec2::X), section)
     }
 
     /// Lowers the face at a spot.

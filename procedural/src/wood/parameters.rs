@@ -29,6 +29,8 @@ parameters! {
         saw_pitch_mm: 0.5, 100.0, 12.0, "[L] 5 to 25";
         /// Roughness of torn fibres, root mean square.
         roughness_um: 0.0, 200.0, 12.0, "[L] 10 to 50";
+        /// How far the long edges leave straight lines, root mean square.
+        edge_wander_mm: 0.0, 3.0, 0.0, "[E] 0.05 to 0.3";
     }
 }
 
@@ -77,6 +79,12 @@ parameters! {
         hole_count: 0.0, 40.0, 0.0, "per board", count;
         /// Depth of such a hole.
         hole_depth_mm: 0.5, 200.0, 12.0, "[E]";
+        /// How many dead ones are loose.
+        loose_count: 0.0, 40.0, 0.0, "per board", count;
+        /// Width of the gap around a loose one, mean over its outline.
+        loose_gap_mm: 0.05, 3.0, 0.3, "[E] 0.1 to 1";
+        /// How far the face of a loose one has sunk, mean.
+        loose_sunk_mm: 0.0, 10.0, 0.4, "[E] 0 to 2";
         /// Median width at the upper surface.
         width_mm: 1.0, 80.0, 12.0, "[G] times 2 for fast-grown stock";
         /// Standard deviation of the logarithm of the width from knot to knot.
@@ -309,12 +317,28 @@ parameters! {
         skip_mm: 5.0, 1000.0, 60.0, "[E]";
         /// How far it lies below the face.
         skip_um: 20.0, 2000.0, 250.0, "[E]";
+        /// Places where an arris is chipped off.
+        chip_count: 0.0, 200.0, 0.0, "per board", count;
+        /// Median length of such a place along the arris.
+        chip_mm: 0.5, 200.0, 8.0, "[E] 3 to 30";
         /// Burns across the board, where the planer's knives stood still.
         burn_count: 0.0, 20.0, 0.0, "per board", count;
         /// Median width of a burn along the board.
         burn_mm: 0.5, 100.0, 6.0, "[E]";
         /// Light that the middle of a burn lets through, each way.
         burn_coat: 0.05, 0.99, 0.45, "[E]";
+    }
+}
+
+parameters! {
+    /// Wet places of the face.
+    moisture: Moisture {
+        /// How many.
+        patch_count: 0.0, 50.0, 0.0, "per board", count;
+        /// Median width of one across the grain; it is two to four times as long.
+        patch_mm: 2.0, 500.0, 25.0, "[E] 10 to 80";
+        /// Share of the lumina that is full of water in the middle of one.
+        filled: 0.0, 1.0, 0.4, "[E] 0.1 to 0.8";
     }
 }
 
@@ -486,6 +510,8 @@ pub struct Wood {
     pub anatomy: Anatomy,
     /// Where in a picture it lies, for a board from one.
     pub picture: PictureParameters,
+    /// Its wet places.
+    pub moisture: Moisture,
 }
 
 impl Wood {
@@ -509,6 +535,7 @@ impl Wood {
             grain: Grain::from_values(value),
             anatomy: Anatomy::from_values(value),
             picture: PictureParameters::from_values(value),
+            moisture: Moisture::from_values(value),
         }
     }
 
@@ -532,6 +559,7 @@ impl Wood {
             self.grain.values(),
             self.anatomy.values(),
             self.picture.values(),
+            self.moisture.values(),
         ]
         .concat()
     }

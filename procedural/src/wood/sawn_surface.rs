@@ -4,6 +4,7 @@
 //! a turn that grows along it (twist). The band saw leaves a ripple sqrt2 rms a(y) sin(2 pi (y + q x) / pitch + p(y))
 //! whose amplitude a and phase p drift. Torn fibres leave raised strands and furrows of three sizes that run along the log,
 //! side by side at random places and of random length (`Noise::fibres`).
+//! The long edges leave straight lines by noise of two scales.
 //! Sources: sizes in docs/wood.md. Marks of planers and other saws: `tool_marks`. Limits: chips pressed into the face are not modelled.
 
 use std::f32::consts::{PI, SQRT_2, TAU};
@@ -28,6 +29,11 @@ const RIPPLE_SLANT: f64 = 0.03;
 const STRANDS_MM: [Vec2; 3] = [Vec2::new(0.25, 2.2), Vec2::new(0.6, 5.0), Vec2::new(1.6, 11.0)];
 /// Their shares of the root mean square; squares sum to 1 [1].
 const STRAND_SHARES: [f32; 3] = [0.66, 0.57, 0.49];
+/// Cells of an edge's wander along it [mm], and their shares of its root mean square; squares sum to 1 [1].
+const EDGE_CELLS_MM: [f32; 2] = [45.0, 7.0];
+const EDGE_SHARES: [f32; 2] = [0.9, 0.44];
+/// An edge leaves its line by this at most [root mean squares].
+const EDGE_MOST: f32 = 3.0;
 /// Longest edge of the hull [mm].
 const HULL_EDGE_MM: f32 = 5.0;
 /// Most edges of the hull across and along: warp needs few, and a hull of millions would help nobody.
@@ -47,6 +53,9 @@ pub(super) struct SawnSurface {
     cup: f32,
     /// Slope across the board gained along it [mm^-1].
     twist: f32,
+    /// Wander of the left and the right edge, root mean square [mm].
+    edge_wander: f32,
+    edges: [Noise; 2],
     /// Amplitude of the ripple without drift [mm].
     ripple: f32,
     pitch: f32,
@@ -66,7 +75,8 @@ pub(super) struct SawnSurface {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SawnProfile<'a> {
     sawn: &'a SawnSurface,
-    inside: bool,
+    /// From the left to the right edge, from the board's middle [mm]; empty before and behind the board.
+    edges: [f32; 2],
     /// Distance of the profile from the board's middle [mm].
     dy: f32,
     /// Amplitude of the ripple [mm] and its slope along the scan [1].
@@ -90,6 +100,8 @@ impl SawnSurface {
             twist: (libm::tan(board.twist_deg.to_radians()) / board.length_mm) as f32,
             ripple: SQRT_2 * 1.0e-3 * board.saw_ripple_um as f32 / (1.0 + RIPPLE_DRIFT * RIPPLE_DRIFT).sqrt(),
             pitch: board.saw_pitch_mm as f32,
+            edge_wander: board.edge_wander_mm as f32,
+            edges: ["left edge", "right edge"].map(noise),
             slant: (RIPPLE_SLANT * slant) as f32,
             drift: [noise("amplitude"), noise("phase")],
             roughness: 1.0e-3 * board.roughness_um as f32,
@@ -110,18 +122,37 @@ impl SawnSurface {
         let phase = RIPPLE_PHASE * drift[1] + TAU / self.pitch * Vec2::new(dy, 1.0);
         SawnProfile {
             sawn: self,
-            inside: dy.abs() <= self.half.y,
+            edges: if dy.abs() <= self.half.y { self.edges(y) } else { [f32::INFINITY, f32::NEG_INFINITY] },
             dy,
             amplitude: self.ripple * (Vec2::X + RIPPLE_DRIFT * drift[0]),
             phase: Vec2::new(phase.x.rem_euclid(TAU) - PI, phase.y),
         }
     }
 
+    /// Left and right edge at a place along the scan, from the board's middle [mm].
+    fn edges(&self, y: f32) -> [f32; 2] {
+        if self.edge_wander == 0.0 {
+            return [-self.half.x, self.half.x];
+        }
+        let wander = self.edges.map(|noise| {
+            let scales = EDGE_CELLS_MM.into_iter().zip(EDGE_SHARES).enumerate();
+            let sum: f32 = scales.map(|(i, (cell, share))| share * noise.line(y / cell + 1000.0 * i as f32).0).sum();
+            self.edge_wander * sum.clamp(-EDGE_MOST, EDGE_MOST)
+        });
+        [-self.half.x + wander[0], self.half.x + wander[1]]
+    }
+
+    /// The nominal corner nearest to the start of scan and laser line [mm].
+    pub fn corner(&self) -> Vec2 {
+        self.middle - self.half
+    }
+
     /// Lowest and highest corner of the board with all its warp [mm].
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let rise =
             self.cup.abs() + (self.twist * self.half.x * self.half.y).abs() + 2.0 * self.ripple + self.marks.relief();
-        let (low, high) = (self.middle - self.half, self.middle + self.half);
+        let half = self.half + Vec2::new(EDGE_MOST * self.edge_wander, 0.0);
+        let (low, high) = (self.middle - half, self.middle + half);
         (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
     }
 
@@ -143,9 +174,10 @@ impl SawnSurface {
         let mut positions = Vec::new();
         for j in 0..=ny {
             let y = self.middle.y + self.half.y * (2.0 * j as f32 / ny as f32 - 1.0);
-            let cut = self.cut(y);
+            let (cut, [left, right]) = (self.cut(y), self.edges(y));
             for i in 0..=nx {
-                let dx = self.half.x * (2.0 * i as f32 / nx as f32 - 1.0);
+                let share = 2.0 * i as f32 / nx as f32 - 1.0;
+                let dx = 0.5 * (right + left) + 0.5 * (right - left) * share;
                 let z = self.thickness + cut.warp(dx).z + cut.ripple(dx).z;
                 positions.push(Vec3::new(self.middle.x + dx, y, z.max(HULL_LOWEST_MM)));
             }
@@ -225,7 +257,7 @@ impl SawnProfile<'_> {
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
         let dx = x - self.sawn.middle.x;
-        if !self.inside || dx.abs() > self.sawn.half.x {
+        if !(self.edges[0]..=self.edges[1]).contains(&dx) {
             return None;
         }
         let (warp, ripple, roughness) = (self.warp(dx), self.ripple(dx), self.roughness(dx));

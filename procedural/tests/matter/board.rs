@@ -44,6 +44,7 @@ fn full() -> Wood {
     wood.log.pith_depth_mm = 9.0;
     wood.log.pith_offset_mm = -38.0;
     wood.knots.hole_count = 2.0;
+    wood.knots.loose_count = 2.0;
     wood.rot.heart_mm = 8.0;
     wood.rot.pocket_count = 3.0;
     wood.rot.incipient_mm = 6.0;
@@ -64,6 +65,10 @@ fn full() -> Wood {
     wood.marks.roller_um = 200.0;
     wood.marks.skip_count = 2.0;
     wood.marks.burn_count = 2.0;
+    wood.marks.chip_count = 8.0;
+    wood.marks.chip_mm = 20.0;
+    wood.moisture.patch_count = 3.0;
+    wood.board.edge_wander_mm = 0.5;
     wood.rot.loss_mm = 0.5;
     wood.grain.torn_um = 80.0;
     wood.grain.fuzzy_um = 30.0;

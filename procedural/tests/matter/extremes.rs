@@ -21,8 +21,16 @@ fn asked(wood: &Wood) -> usize {
     let openings = cracks.check_count + cracks.shake_count + cracks.split_count + wood.holes.count;
     let edges = one(wood.wane.width_mm > 0.0) + one(marks.roller_um > 0.0) + marks.skip_count;
     let coats = marks.dirt_count + marks.burn_count;
-    (knots.sound_count + knots.dead_count + knots.hole_count + decay + zones + inside + openings + edges + coats)
-        as usize
+    (knots.sound_count
+        + knots.dead_count
+        + knots.hole_count
+        + knots.loose_count
+        + decay
+        + zones
+        + inside
+        + openings
+        + edges
+        + coats) as usize
 }
 
 /// The same without what needs a grid over the whole face, which takes most of the time on the largest boards.

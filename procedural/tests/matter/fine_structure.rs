@@ -203,3 +203,150 @@ fn canals_and_vessels_are_as_many_as_asked() {
         assert!(resin < 0.8 * open && resin > 0.1 * open && late > 0.4 * resin, "seed {seed}: {resin} {late} {open}");
     }
 }
+
+/// Long edges leave their lines by the asked root mean square, and the board's bounds hold them.
+#[test]
+fn edges_wander_as_asked() {
+    for seed in 0..10 {
+        let (mut asked, mut draw) = plain(seed);
+        asked.board.length_mm = 4000.0;
+        asked.board.edge_wander_mm = draw(0.02, 2.0);
+        let plank = grow(seed, &asked);
+        let (low, high) = plank.bounds();
+        let half = 0.5 * asked.board.width_mm;
+        let mut squares = [0.0; 2];
+        const PLACES: u32 = 800;
+        for i in 0..PLACES {
+            let y = low.y + (high.y - low.y) * (i as f32 + 0.5) / PLACES as f32;
+            let slice = plank.slice(y);
+            for (square, side) in squares.iter_mut().zip([-1.0, 1.0]) {
+                // The border by halving: there is board in the middle, and none beyond the bounds.
+                let (mut inside, mut outside) = (0.0, side * (high.x - low.x));
+                for _ in 0..30 {
+                    let middle: f32 = 0.5 * (inside + outside);
+                    let is_board = slice.surface(asked.board.offset_mm as f32 + middle).is_some();
+                    *if is_board { &mut inside } else { &mut outside } = middle;
+                }
+                let x = asked.board.offset_mm as f32 + inside;
+                assert!(low.x <= x && x <= high.x, "seed {seed}: an edge at {x} mm leaves the bounds");
+                *square += (f64::from(inside.abs()) - half).powi(2) / f64::from(PLACES);
+            }
+        }
+        for square in squares {
+            // Some 90 cells of 45 mm: the estimate is good to a tenth.
+            let found = square.sqrt() / asked.board.edge_wander_mm;
+            assert!((found - 1.0).abs() < 0.3, "seed {seed}: {found} of the asked wander");
+        }
+    }
+}
+
+/// Chips lower the face beside the arrises, by as much as their length says, and leave labels alone.
+#[test]
+fn arrises_chip_where_they_are() {
+    let (mut changed, mut deepest) = (0, 0.0f32);
+    for seed in 0..8 {
+        let (mut base, mut draw) = plain(seed);
+        base.wane.width_mm = if seed % 2 == 0 { 0.0 } else { 6.0 };
+        let mut asked = base;
+        asked.marks.chip_count = 6.0;
+        asked.marks.chip_mm = draw(4.0, 15.0);
+        let (with, without) = (grow(seed, &asked), grow(seed, &base));
+        let half = 0.5 * base.board.width_mm as f32;
+        for _ in 0..20_000 {
+            let (from_edge, y) = (draw(0.0, 25.0) as f32, draw(21.0, 229.0) as f32);
+            let x = (half - from_edge) * if draw(-1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
+            let look = |plank: &Plank| {
+                let slice = plank.slice(y);
+                let z = slice.surface(x).expect("inside").z;
+                (z, slice.matter(x, z).class)
+            };
+            let ((z, class), (z0, class0)) = (look(&with), look(&without));
+            assert_eq!(class, class0, "seed {seed}: a chip changes the label");
+            assert!(z <= z0 + 1.0e-4, "seed {seed}: a chip raises the face");
+            if z < z0 - 0.01 {
+                changed += 1;
+                deepest = deepest.max(z0 - z);
+                // The widest of six lognormal chips, with the unevenness of its outline.
+                assert!(f64::from(from_edge) < 0.25 * asked.marks.chip_mm * 3.5 * 1.8, "{from_edge} mm from the edge");
+            }
+        }
+    }
+    assert!(changed > 500 && deepest > 0.5, "{changed} points, the deepest by {deepest} mm");
+}
+
+/// Water takes scattering away and raises the index, in patches that cover about their own area, and colours nothing.
+#[test]
+fn wet_places_scatter_less() {
+    let (mut covered, mut expected) = (0.0, 0.0);
+    for seed in 0..12 {
+        let (base, mut draw) = plain(seed);
+        let mut asked = base;
+        asked.moisture.patch_count = 3.0;
+        asked.moisture.patch_mm = draw(8.0, 25.0);
+        asked.moisture.filled = draw(0.1, 1.0);
+        let (with, without) = (grow(seed, &asked), grow(seed, &base));
+        let mut wet = 0;
+        const POINTS: i32 = 3000;
+        for _ in 0..POINTS {
+            let (x, y) = (draw(-46.0, 46.0) as f32, draw(21.0, 229.0) as f32);
+            let matter = |plank: &Plank| plank.slice(y).matter(x, 21.0);
+            let (a, b) = (matter(&with), matter(&without));
+            let (m, n) = (a.medium, b.medium);
+            assert!(a.class == b.class && m.mu_a == n.mu_a && m.fibre == n.fibre);
+            // All three follow from one share of full lumina.
+            let filled = (1.0 - f64::from(m.k / n.k)) / 0.84;
+            assert!(-1.0e-6 <= filled && filled <= asked.moisture.filled + 1.0e-5, "{filled}");
+            assert!((f64::from(m.sigma_i / n.sigma_i) - (1.0 - 0.42 * filled)).abs() < 1.0e-5);
+            let index = (f64::from(n.n_eff) + 0.72 * 0.33 * filled).min(1.55);
+            assert!((f64::from(m.n_eff) - index).abs() < 1.0e-5);
+            wet += i32::from(filled > 0.0);
+        }
+        covered += f64::from(wet) / f64::from(POINTS);
+        // Ellipses three times as long as wide; some of each lies beside the board, and some overlap.
+        let size: f64 = asked.moisture.patch_mm;
+        expected += 3.0 * 0.25 * std::f64::consts::PI * 3.0 * size * size * 1.17 / (94.0 * 210.0);
+    }
+    assert!((0.4..1.2).contains(&(covered / expected)), "{covered} of {expected}");
+}
+
+/// A loose knot is a dead one with a gap as wide as asked and a face as low as asked.
+#[test]
+fn loose_knots_have_a_gap_and_have_sunk() {
+    let mut ratios = [Vec::new(), Vec::new()];
+    for seed in 0..10 {
+        let (mut base, mut draw) = plain(seed);
+        (base.knots.width_mm, base.knots.width_log_sd, base.knots.slope_deg) = (16.0, 0.0, 0.0);
+        base.knots.slope_sd_deg = 0.0;
+        base.knots.loose_count = 1.0;
+        (base.knots.loose_gap_mm, base.knots.loose_sunk_mm) = (draw(0.2, 1.0), draw(0.2, 1.0));
+        let plank = grow(seed, &base);
+        let knot = plank.instances()[0];
+        assert_eq!(knot.class, procedural::Class::LooseKnot);
+        assert!(knot.death_radius_mm.is_finite() && knot.knot.is_some());
+        let thickness = base.board.thickness_mm as f32;
+        let sunk = base.knots.loose_sunk_mm as f32;
+        let (mut open, mut all, mut inner) = (0.0, 0.0, Vec::new());
+        for _ in 0..40_000 {
+            let (dx, dy) = (draw(-12.0, 12.0) as f32, draw(-12.0, 12.0) as f32);
+            let (x, y) = (knot.x_mm as f32 + dx, knot.y_mm as f32 + dy);
+            let slice = plank.slice(y);
+            let Some(face) = slice.surface(x) else { continue };
+            let labelled = slice.matter(x, face.z).class == procedural::Class::LooseKnot;
+            let depth = thickness - face.z;
+            assert!(labelled || depth.abs() < 0.031, "seed {seed}: {depth} mm deep beside the knot");
+            all += f64::from(u8::from(labelled));
+            open += f64::from(u8::from(depth > 1.8 * sunk));
+            if dx.hypot(dy) < 3.0 {
+                inner.push(f64::from(depth));
+            }
+        }
+        // A ring of width g in an ellipse of mean radius R takes 2 g / R of its area, less where its walls are not yet deep.
+        let radius = 0.5 * knot.diameter_mm;
+        ratios[0].push(open / all / (2.0 * base.knots.loose_gap_mm / radius));
+        ratios[1].push(inner.iter().sum::<f64>() / inner.len() as f64 / f64::from(sunk));
+    }
+    for (name, found) in ["gap", "sunk"].into_iter().zip(&ratios) {
+        let mean = found.iter().sum::<f64>() / found.len() as f64;
+        assert!((0.75..1.15).contains(&mean), "{name}: {mean} of what was asked, {found:?}");
+    }
+}

@@ -22,8 +22,9 @@ struct Kind {
     beside: f64,
 }
 
-const KINDS: [Kind; 18] = [
+const KINDS: [Kind; 19] = [
     Kind { class: Class::KnotHole, ask: |w| w.knots.hole_count = 2.0, inside: 0.3, beside: f64::INFINITY },
+    Kind { class: Class::LooseKnot, ask: |w| w.knots.loose_count = 2.0, inside: 0.3, beside: f64::INFINITY },
     Kind { class: Class::Rot, ask: |w| w.rot.pocket_count = 4.0, inside: 0.5, beside: 1.5 },
     Kind { class: Class::Rot, ask: |w| (w.rot.heart_mm, w.log.pith_depth_mm) = (25.0, 5.0), inside: 0.5, beside: 1.5 },
     Kind {

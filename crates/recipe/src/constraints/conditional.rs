@@ -116,6 +116,9 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("knots.dead_count", &[PLACED]),
     ("knots.hole_count", &[PLACED]),
     ("knots.hole_depth_mm", &[PLACED]),
+    ("knots.loose_count", &[PLACED]),
+    ("knots.loose_gap_mm", &[PLACED]),
+    ("knots.loose_sunk_mm", &[PLACED]),
     ("knots.width_mm", &[PLACED]),
     ("knots.width_log_sd", &[PLACED]),
     ("knots.slope_deg", &[PLACED]),
@@ -182,11 +185,14 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("picture.turned", &[PICTURE]),
 ];
 
-const KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count"]);
-const DEAD_KNOTS: ParameterNeeds = ParameterNeeds::AnyKnots(&["knots.dead_count", "knots.hole_count"]);
+const KNOTS: ParameterNeeds =
+    ParameterNeeds::AnyKnots(&["knots.sound_count", "knots.dead_count", "knots.hole_count", "knots.loose_count"]);
+const DEAD_KNOTS: ParameterNeeds =
+    ParameterNeeds::AnyKnots(&["knots.dead_count", "knots.hole_count", "knots.loose_count"]);
 const BARK: ParameterNeeds = ParameterNeeds::AnyKnots(&[
     "knots.dead_count",
     "knots.hole_count",
+    "knots.loose_count",
     "inclusions.bark_pocket_count",
     "wane.width_mm",
 ]);
@@ -218,6 +224,11 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("knots.death_share", &[DEAD_KNOTS]),
     ("knots.bark_mm", &[DEAD_KNOTS]),
     ("knots.hole_depth_mm", &[Amount("knots.hole_count")]),
+    ("knots.loose_gap_mm", &[Amount("knots.loose_count")]),
+    ("knots.loose_sunk_mm", &[Amount("knots.loose_count")]),
+    ("marks.chip_mm", &[Amount("marks.chip_count")]),
+    ("moisture.patch_mm", &[Amount("moisture.patch_count")]),
+    ("moisture.filled", &[Amount("moisture.patch_count")]),
     ("rot.edge", &[Amount("rot.reach_mm")]),
     ("rot.pocket_length_mm", &[Amount("rot.pocket_count")]),
     ("rot.incipient_mm", &[ROT]),

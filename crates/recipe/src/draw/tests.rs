@@ -286,3 +286,20 @@ fn recipes_without_them_keep_hash_and_draws() {
         assert_ne!(recipe.hash(), plain.hash());
     }
 }
+
+/// What bounds cut off is what the normal distribution has beyond them, weighted by the classes' shares.
+#[test]
+fn bounds_cut_off_what_lies_beyond() {
+    let recipe = parse(&BASE.replace("b: {share: 1,", "b: {share: 1, knots: {dead_count: 1},"));
+    let expected = [
+        ("knots.dead_count", 0.75 * normal_below(-1.0)),
+        ("laser.power_mw", normal_below(f64::ln(30.0 / 50.0) / 0.5)),
+        ("laser.wavelength_nm", normal_below(-2.0 / 3.0) + normal_below(-5.0)),
+    ];
+    let found = recipe.cut_off();
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (key, share) in expected {
+        assert!((found[key] - share).abs() < 1.0e-6, "{key}: {} and not {share}", found[key]);
+    }
+    assert_eq!(parse(&(BASE.to_string() + LOW)).cut_off().len(), 3);
+}

@@ -14,7 +14,7 @@ use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{
     AnatomyParameters, Board, Compression, Cracks, Grain, Holes, InclusionParameters, Knots, Log, Machining, Marks,
-    Media, PictureParameters, Rot, Stain, StemParameters, Wane,
+    Media, Moisture, PictureParameters, Rot, Stain, StemParameters, Wane,
 };
 
 use self::settings::{
@@ -80,7 +80,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 38] = [
+pub(super) const SECTIONS: [RecipeSection; 39] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
     drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
@@ -104,6 +104,7 @@ pub(super) const SECTIONS: [RecipeSection; 38] = [
     drawn!(Grain, &[Subject::Wood]),
     drawn!(AnatomyParameters, &[Subject::Wood]),
     drawn!(PictureParameters, &[Subject::Wood], PictureSettings::SETTINGS),
+    drawn!(Moisture, &[Subject::Wood]),
     drawn!(Card, &[Subject::Blister]),
     drawn!(Pocket, &[Subject::Blister]),
     drawn!(Tablet, &[Subject::Blister]),

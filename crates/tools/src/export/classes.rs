@@ -6,7 +6,7 @@ use dataset::Fault;
 
 /// Pixel classes that have objects, with what they are a kind of.
 const SUPERCATEGORIES: [(&str, &[&str]); 14] = [
-    ("knot", &["sound_knot", "dead_knot", "knot_hole"]),
+    ("knot", &["sound_knot", "dead_knot", "loose_knot", "knot_hole"]),
     ("decay", &["rot", "incipient_decay"]),
     ("discolouration", &["blue_stain"]),
     ("structure", &["pith", "compression_wood"]),

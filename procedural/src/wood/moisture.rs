@@ -1,0 +1,98 @@
+//! Wet places of the face: lumina that are full of water.
+//!
+//! Model: a patch is an ellipse along the grain with a wandering outline, fullest in its middle. A share s of the lumina is full.
+//! Cylinder scattering is that of the lumina: what light is turned by at a wall goes with the square of the step in index (a small
+//! angle at each wall), and the step from wood's substance (1.55) to water (1.33) is 0.22 where that to air is 0.55:
+//!   k(s) = k (1 - s (1 - (0.22 / 0.55)^2)) = k (1 - 0.84 s).
+//! Scattering between the fibres is half that of pores, half that of walls (a guess): sigma_i(s) = sigma_i (1 - 0.42 s).
+//! The effective index grows by that of water over air times the share of the volume that lumina take, 0.72 at 420 kg/m3:
+//!   n_eff(s) = n_eff + 0.72 * 0.33 s, up to 1.55.
+//! Absorption stays: that of water is 0.0003 /mm at 660 nm (Pope and Fry 1997, *Appl. Opt.* 36, 8710).
+//! Sources: that scattering at dry pores dominates in wood and moisture takes it away is Konagaya et al. 2016, *Opt. Express* 24, 9561; the
+//! laws above are estimates from indices and have not been measured.
+//! Limits: no gloss of wet wood, no swelling; a patch is as deep as the board; one law for all wood.
+
+use glam::Vec2;
+use rand::RngExt;
+
+use super::coefficients::Coefficients;
+use super::decay::LEAST_SIGMA_I;
+use super::parameters::Wood;
+use super::zones::Face;
+use crate::noise::{Noise, smoothstep};
+use crate::{Stream, normal};
+
+/// What full lumina take from scattering by cylinders and between them [1].
+const LOSS: [f32; 2] = [0.84, 0.42];
+/// What they add to the effective index [1], and its largest value [1].
+const INDEX_GAIN: f32 = 0.72 * 0.33;
+const LARGEST_INDEX: f32 = 1.55;
+/// Spread of the logarithm of a patch's size [1].
+const LOG_SD: f64 = 0.4;
+/// Wander of the outline over its size, root mean square [1], and cells of it in a half size [1].
+const OUTLINE: [f32; 2] = [0.25, 1.7];
+/// Where a patch begins to dry, over its size [1].
+const FULL: f32 = 0.3;
+
+#[derive(Debug, Clone, Copy)]
+struct Patch {
+    centre: Vec2,
+    /// Half its size across and along the grain [mm].
+    half: Vec2,
+    outline: Noise,
+}
+
+/// All wet places of a board.
+#[derive(Debug, Clone)]
+pub(super) struct WetPlaces {
+    patches: Vec<Patch>,
+    /// Share of the lumina that is full in the middle of a patch [1].
+    filled: f32,
+    /// Cosine and sine of the log's turn [1].
+    turn: Vec2,
+}
+
+impl WetPlaces {
+    /// The wet places that the numbers ask for.
+    pub fn grow(stream: Stream, wood: &Wood) -> Self {
+        let (asked, face) = (&wood.moisture, Face::of(wood));
+        let count = if asked.filled > 0.0 { asked.patch_count.round() as u64 } else { 0 };
+        let patches = (0..count).map(|index| {
+            let own = stream.index(index);
+            let mut rng = own.rng();
+            let centre =
+                face.middle + face.half * Vec2::new(2.0 * rng.random::<f32>() - 1.0, 2.0 * rng.random::<f32>() - 1.0);
+            let long = 2.0 + 2.0 * rng.random::<f32>();
+            let across = (asked.patch_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            Patch { centre, half: 0.5 * across * Vec2::new(1.0, long), outline: Noise::new(own.child("outline")) }
+        });
+        let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
+        Self { patches: patches.collect(), filled: asked.filled as f32, turn: Vec2::new(cos as f32, sin as f32) }
+    }
+
+    /// Share of the lumina that is full at a spot of the face [1]; `None` where it is dry.
+    #[inline]
+    pub fn at(&self, spot: Vec2) -> Option<f32> {
+        let mut most = 0.0f32;
+        for patch in &self.patches {
+            let (d, turn) = (spot - patch.centre, self.turn);
+            let q = Vec2::new(d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x) / patch.half;
+            if q.length_squared() < 9.0 {
+                let edge = (1.0 + OUTLINE[0] * patch.outline.plane(OUTLINE[1] * q).0).max(0.3);
+                most = most.max(1.0 - smoothstep(FULL, 1.0, q.length() / edge));
+            }
+        }
+        (most > 0.0).then_some(self.filled * most)
+    }
+}
+
+/// Wood with a share of its lumina full of water.
+#[inline]
+pub(super) fn wetted(dry: Coefficients, filled: f32) -> Coefficients {
+    Coefficients {
+        mu_a: dry.mu_a,
+        sigma_i: (dry.sigma_i * (1.0 - LOSS[1] * filled)).max(LEAST_SIGMA_I),
+        k: dry.k * (1.0 - LOSS[0] * filled),
+        n_eff: (dry.n_eff + INDEX_GAIN * filled).min(LARGEST_INDEX).max(dry.n_eff),
+    }
+}
