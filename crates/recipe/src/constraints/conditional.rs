@@ -156,6 +156,10 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("log.ring_width_mm", &[GROWN]),
     ("log.ring_width_log_sd", &[GROWN]),
     ("log.ring_width_correlation", &[GROWN]),
+    ("log.ring_width_pith_ratio", &[GROWN]),
+    ("log.ring_width_trend_rings", &[GROWN]),
+    ("log.juvenile_rings", &[GROWN]),
+    ("log.juvenile_latewood_ratio", &[GROWN]),
     ("log.streak", &[GROWN]),
     ("log.heartwood_mm", &[GROWN]),
     ("log.pith_mm", &[GROWN]),
@@ -210,6 +214,7 @@ const DEFECTS: ParameterNeeds = Any(&DEFECT_COUNTS);
 const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("board.saw_pitch_mm", &[Amount("board.saw_ripple_um")]),
     ("log.ring_width_correlation", &[Amount("log.ring_width_log_sd")]),
+    ("log.juvenile_latewood_ratio", &[Amount("log.juvenile_rings")]),
     ("knots.width_mm", &[KNOTS]),
     ("knots.width_log_sd", &[KNOTS]),
     ("knots.slope_deg", &[KNOTS]),

@@ -71,9 +71,9 @@ pub(in crate::wood) struct Sawing {
     /// The log of the board.
     pub trunk: Trunk,
     /// Height of the board's middle [mm].
-    along: f64,
+    pub(super) along: f64,
     /// Azimuth in the stem of the log's azimuth 0 [rad].
-    azimuth: f64,
+    pub(super) azimuth: f64,
 }
 
 /// A point of a branch's axis in the board's frame.
