@@ -62,11 +62,8 @@ pub(super) fn lay(plan: &mut Plan, measured: Option<&Stem>, board: u64) {
 }
 
 fn measured_room(stem: &Stem) -> LogRoom {
-    const AZIMUTHS: usize = 32;
     let [low, high] = stem.ends_mm();
-    let radius = |i: usize| stem.radius_mm(std::f64::consts::TAU * i as f64 / AZIMUTHS as f64, 0.5 * (low + high));
-    let mean = (0..AZIMUTHS).map(radius).sum::<f64>() / AZIMUTHS as f64;
-    LogRoom { length_mm: high - low, radius_mm: mean }
+    LogRoom { length_mm: high - low, radius_mm: stem.mean_radius_mm() }
 }
 
 /// Notes a fault where a log may have no room for its boards.

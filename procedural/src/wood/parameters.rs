@@ -432,6 +432,8 @@ parameters! {
         death_log_sd: 0.0, 1.5, 0.48, "[G]";
         /// Median length of a dead stub over its width; a stub that ends inside the stem is grown over.
         stub_length: 0.0, 1000.0, 22.0, "[G]";
+        /// How far growth layers follow the outline: 0 round about the pith, 1 oval and off-centre so that the last ring is the outline.
+        rings_follow_outline: 0.0, 1.0, 0.0, "geometry; trees have 1 under the bark";
         /// Where the middle of the board lies along the stem; moved so that the board ends within the stem if it can.
         board_along_mm: 0.0, 20000.0, 2000.0, "free";
         /// Distance of the middle of the upper face from the pith.

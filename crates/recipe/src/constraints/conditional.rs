@@ -145,6 +145,7 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("stem.death_share", &[STEM]),
     ("stem.death_log_sd", &[STEM]),
     ("stem.stub_length", &[STEM]),
+    ("stem.rings_follow_outline", &[SAWN]),
     ("stem.board_along_mm", &[SAWN]),
     ("stem.board_radius_mm", &[SAWN]),
     ("stem.board_azimuth_deg", &[SAWN]),

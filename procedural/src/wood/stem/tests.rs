@@ -29,6 +29,11 @@ fn board(seed: u64) -> (Wood, Stem, Plank) {
     wood.stem.board_radius_mm = draw(10.0, 110.0);
     wood.stem.face_deg = draw(-180.0, 180.0);
     wood.log.grain_angle_deg = draw(-4.0, 4.0);
+    // Every second stem has rings that follow a shape that is far from round.
+    if seed % 8 >= 4 {
+        (wood.stem.rings_follow_outline, wood.stem.oval) = (draw(0.1, 1.0), draw(1.0, 1.4));
+        (wood.stem.eccentricity, wood.stem.lobes) = (draw(0.0, 0.3), draw(0.0, 0.04));
+    }
     match LIES[seed as usize % 4] {
         "quarter" => wood.stem.face_deg = 90.0,
         "flat" => wood.stem.face_deg = 0.0,
@@ -513,4 +518,28 @@ fn a_branch_that_reaches_two_boards_is_in_both() {
         }
     }
     assert!(both > 20, "{both} branches reach two boards");
+}
+
+/// The last layer is the outline where layers follow it fully, and the round one elsewhere.
+#[test]
+fn the_outermost_ring_is_the_outline() {
+    for seed in 0..12 {
+        let (mut wood, stem, _) = board(8 * seed + 4);
+        wood.stem.rings_follow_outline = 1.0;
+        let plank = Plank::saw(Stream::root(seed), &wood, &stem);
+        wood.stem.rings_follow_outline = 0.0;
+        let round = Plank::saw(Stream::root(seed), &wood, &stem);
+        let mean = stem.mean_radius_mm() as f32;
+        let mut uneven = 0.0f32;
+        for p in places(&plank, 300) {
+            let place = plank.trunk.place(p.x, p.y, p.z);
+            let r = plank.outline_mm(place.phi, place.l).expect("a stem has an outline");
+            let at_bark = LogPoint { r, ..place };
+            // The spline smooths lobes between azimuths and sections.
+            let last = plank.trunk.layer(&at_bark);
+            assert!((last / mean - 1.0).abs() < 2.0e-3, "seed {seed}: {last} mm, of a stem of {mean}");
+            uneven = uneven.max((round.trunk.layer(&at_bark) / mean - 1.0).abs());
+        }
+        assert!(uneven > 0.02, "seed {seed}: the stem is round, {uneven}");
+    }
 }
