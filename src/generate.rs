@@ -212,7 +212,7 @@ pub fn dataset_head(recipe: &Recipe, request: &DatasetRequest, warnings: Vec<Rig
         splits: SplitShares { train: splits.train, validation: splits.validation, test: splits.test },
         images: dataset::images(&recipe.output(), &recipe.size(), recipe.extraction().range),
         parameters: parameters.into_iter().map(|(parameter, _)| number_column(parameter)).collect(),
-        physics: effective::declared(subject).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
+        physics: effective::declared(recipe).iter().map(|(name, doc)| NumberColumn::new("", name, doc)).collect(),
         warnings,
     }
 }

@@ -129,7 +129,8 @@ pub fn declared(recipe: &Recipe, seed: u64) -> DeclaredLaws {
             })
         });
         let law_of_class = law_of_class.collect();
-        ParameterLaws { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class }
+        let by_group = recipe.is_drawn_by_log(&path);
+        ParameterLaws { laws: distinct.iter().map(|own| own.law(parameter)).collect(), path, law_of_class, by_group }
     };
     let own = recipe.clone();
     let class_of = move |index: u64| {
@@ -143,6 +144,7 @@ pub fn declared(recipe: &Recipe, seed: u64) -> DeclaredLaws {
         classes: classes.iter().map(|class| (class.name.clone(), class.share)).collect(),
         class_of: Box::new(class_of),
         split_of: Box::new(split_of),
+        group: recipe.boards_per_log(),
         splits: Split::ALL
             .iter()
             .map(|split| split.name().to_owned())

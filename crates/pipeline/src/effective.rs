@@ -5,7 +5,7 @@ use procedural::wood::Media;
 use procedural::{Gloss, Medium};
 
 use bench::settings::ScatterDark;
-use recipe::{Plan, Scene, Subject};
+use recipe::{LogBoard, Plan, Recipe, Scene, Subject};
 use scanner::extract;
 use scanner::frame::Rig;
 use scanner::optics::Sensor;
@@ -118,6 +118,20 @@ const WOOD: [EffectiveNumber<Medium>; 3] = [
     },
 ];
 
+/// Numbers of a board of a log that has several.
+const LOG_BOARD: [EffectiveNumber<LogBoard>; 2] = [
+    EffectiveNumber {
+        name: "log_number",
+        doc: "Number of the log: boards with the same number were sawn from one log, and are in one split.",
+        of: |board| board.log as f64,
+    },
+    EffectiveNumber {
+        name: "log_board",
+        doc: "Number of the board in its log, from 0, in the order of the sawing pattern.",
+        of: |board| board.board as f64,
+    },
+];
+
 /// Numbers of a pack.
 const BLISTER: [EffectiveNumber<Blister>; 5] = [
     EffectiveNumber {
@@ -166,13 +180,13 @@ const MATERIAL: [EffectiveNumber<Medium>; 3] = [
     },
 ];
 
-/// Name (ending in its unit) and meaning of each effective number of a subject, in the order of [`effective`].
-pub fn declared(subject: Subject) -> Vec<(&'static str, &'static str)> {
+/// Name (ending in its unit) and meaning of each effective number of a recipe, in the order of [`effective`].
+pub fn declared(recipe: &Recipe) -> Vec<(&'static str, &'static str)> {
     fn of<T>(table: &[EffectiveNumber<T>]) -> Vec<(&'static str, &'static str)> {
         table.iter().map(|number| (number.name, number.doc)).collect()
     }
-    let own = match subject {
-        Subject::Wood => of(&WOOD),
+    let own = match recipe.subject() {
+        Subject::Wood => [of(&WOOD), if recipe.boards_per_log() > 1 { of(&LOG_BOARD) } else { Vec::new() }].concat(),
         Subject::Blister => of(&BLISTER),
         Subject::Sawtooth | Subject::Mesh => of(&MATERIAL),
     };
@@ -186,7 +200,10 @@ pub fn effective(scene: &Scene, sensor: &Sensor, top: f64) -> Vec<(&'static str,
     }
     let set_up = SetUpScene { scene, sensor, sight: sensor.camera().sight(0.0, top as f32, 0.0) };
     let own = match &scene.plan {
-        Plan::Wood(wood) => of(&WOOD, &earlywood(&wood.media)),
+        Plan::Wood(wood) => {
+            let log_board = scene.log_board.map_or_else(Vec::new, |board| of(&LOG_BOARD, &board));
+            [of(&WOOD, &earlywood(&wood.media)), log_board].concat()
+        }
         Plan::Blister(blister) => of(&BLISTER, blister),
         Plan::Sawtooth(_, material) | Plan::Mesh(_, material) => of(&MATERIAL, &material.medium()),
     };

@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use procedural::blister::Pack;
 use procedural::solid::{self, Sawtooth};
-use procedural::wood::{Plank, Stem};
+use procedural::wood::{BoardStreams, Plank, Stem};
 use procedural::{Body, Class, Mesh};
 use rayon::prelude::*;
 
@@ -54,11 +54,12 @@ pub fn body(scene: &Scene) -> Body {
     match &scene.plan {
         Plan::Wood(wood) => {
             let stream = scene.stream.child("plank");
+            let streams = BoardStreams { board: stream, log: scene.log_stream.child("plank") };
             Body::Plank(Box::new(match scene.log {
                 LogSource::Placed => Plank::grow(stream, wood),
                 LogSource::Stem | LogSource::Measured => match scene.measured.as_deref() {
-                    Some(measured) => Plank::saw(stream, wood, measured),
-                    None => Plank::saw(stream, wood, &Stem::grow(stream.child("stem"), &wood.stem)),
+                    Some(measured) => Plank::saw_of_log(streams, wood, measured),
+                    None => Plank::saw_of_log(streams, wood, &Stem::grow(streams.log.child("stem"), &wood.stem)),
                 },
                 LogSource::Picture => {
                     // A recipe about boards from a picture has one.

@@ -12,9 +12,8 @@
 //! A rank is counted without walking over the samples before: points of a rotation below a bound are a difference of two sums
 //! of floor((a j + b) / m), which fold like Euclid's algorithm (Graham, Knuth and Patashnik, *Concrete Mathematics*, 3.5).
 //!
-//! **Groups.** Samples that must stay on one side of the splits, because they show one object, would be one unit here: the rank to
-//! give to [`split`] is then that of the group, counted where now [`ClassRotation::rank`] counts samples. Each sample is a group of
-//! its own today.
+//! **Groups.** Samples that must stay on one side of the splits, because they show one log ([`super::log_group`]), are one unit here:
+//! what is said of samples and indices then holds for logs and their numbers.
 
 use bench::settings::Splits;
 use bench::split::Split;

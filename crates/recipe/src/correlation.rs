@@ -244,6 +244,19 @@ fn meant(subject: Option<Subject>, name: &str) -> String {
     )
 }
 
+/// Notes a fault of each pair of which one key belongs to the log, as `is_of_log` says, and the other to each of its boards: the log's is
+/// drawn before any board is there.
+pub(super) fn refuse_across(yaml: &mut YamlReader, pairs: &[WrittenPair], why: &str, is_of_log: &dyn Fn(&str) -> bool) {
+    for WrittenPair { place, pair } in pairs {
+        let [a, b] = &pair.keys;
+        if is_of_log(a) != is_of_log(b) {
+            let (log, board) = if is_of_log(a) { (a, b) } else { (b, a) };
+            let problem = format!("`{log}` is drawn once for a log and `{board}` for each of its boards");
+            yaml.fault(*place, CORRELATIONS, problem, format!("correlate keys of one of both, or give `{why}: 1`"));
+        }
+    }
+}
+
 /// Mixtures of the scores for each of `classes`; pairs without an effect and pairs that cannot be together are noted as faults.
 pub(super) fn mixtures(
     yaml: &mut YamlReader,

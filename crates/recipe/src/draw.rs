@@ -5,6 +5,8 @@
 //! unless both say that they are one family. The split follows from seed, index and classes and not from the id, which changes with the recipe: no
 //! sample changes sides when a recipe is edited, but where its classes are.
 //!
+//! Boards of one log ([`super::log_group`]) have class, split and what belongs to the log in common.
+//!
 //! A key is drawn in one of two ways. By itself and independently of other samples: numbers from its stream, again until one lies
 //! within the bounds ([`super::Distribution::draw`]). Where it is correlated ([`super::correlation`]) or the recipe asks for low
 //! discrepancy ([`super::sampling`]): the quantile of its distribution at one number u of (0, 1).
@@ -18,6 +20,7 @@ use uuid::Uuid;
 
 use super::balance::{self, ClassRotation};
 use super::distribution::Distribution;
+use super::log_group::{self, LogBoard};
 use super::sampling::{self, Sampling};
 use super::{Class, Plan, Recipe, Scene, keys};
 use bench::parameters::Bench;
@@ -32,13 +35,24 @@ impl Recipe {
         let root = self.streams(seed);
         let stream = root.child("sample").index(index);
         let rotation = self.rotation(seed);
-        let number = rotation.class(index);
+        let boards = self.boards_per_log();
+        let (log, board) = (index / boards, index % boards);
+        let log_stream = if boards > 1 { root.child("log").index(log) } else { stream };
+        let number = rotation.class(log);
         let (class, mixture) = (&self.classes[number], &self.mixtures[number]);
         let sequences = root.child("sequence").child(&class.name);
-        let rank = rotation.rank(number, index);
-        let unit = |path: &str| match self.sampling {
-            Sampling::Independent => sampling::open_unit(stream.child(path).rng().next_u64()),
-            Sampling::LowDiscrepancy => sampling::point(sequences.child(path), rank),
+        let log_rank = rotation.rank(number, log);
+        // Stream and rank of what a key is drawn for: the log or the board.
+        let drawn_for = |path: &str| match boards > 1 && log_group::is_of_log(path) {
+            true => (log_stream, log_rank),
+            false => (stream, log_rank * boards + board),
+        };
+        let unit = |path: &str| {
+            let (stream, rank) = drawn_for(path);
+            match self.sampling {
+                Sampling::Independent => sampling::open_unit(stream.child(path).rng().next_u64()),
+                Sampling::LowDiscrepancy => sampling::point(sequences.child(path), rank),
+            }
         };
         let mut value = |parameter: &'static Parameter| {
             let path = parameter.path();
@@ -51,17 +65,22 @@ impl Recipe {
                 (None, Sampling::LowDiscrepancy) if !matches!(distribution, Distribution::Fixed(_)) => {
                     distribution.quantile(parameter, unit(&path))
                 }
-                (None, _) => distribution.draw(parameter, stream.child(&path)),
+                (None, _) => distribution.draw(parameter, drawn_for(&path).0.child(&path)),
             }
         };
         let bench = Bench::from_values(&mut value, self.settings.optics());
-        let plan = Plan::from_values(self.subject, &mut value);
+        let mut plan = Plan::from_values(self.subject, &mut value);
+        if boards > 1 {
+            log_group::lay(&mut plan, self.measured.as_deref(), board);
+        }
         Scene {
             index,
             id: Uuid::new_v5(&NAMESPACE, format!("{}/{seed}/{index}", self.hash).as_bytes()).to_string(),
             split: self.split_at(seed, &rotation, index),
             class: class.name.clone(),
             stream,
+            log_stream,
+            log_board: (boards > 1).then_some(LogBoard { log, board }),
             size: self.settings.size(),
             bench,
             line: self.line.clone(),
@@ -103,7 +122,7 @@ impl Recipe {
 
     /// The class of sample `index`.
     pub fn class_of(&self, seed: u64, index: u64) -> &Class {
-        &self.classes[self.rotation(seed).class(index)]
+        &self.classes[self.rotation(seed).class(index / self.boards_per_log())]
     }
 
     /// The split of sample `index`.
@@ -112,9 +131,10 @@ impl Recipe {
     }
 
     fn split_at(&self, seed: u64, rotation: &ClassRotation, index: u64) -> Split {
-        let class = rotation.class(index);
+        let log = index / self.boards_per_log();
+        let class = rotation.class(log);
         let stream = self.streams(seed).child("split");
-        balance::split(self.settings.splits(), stream, class, rotation.rank(class, index))
+        balance::split(self.settings.splits(), stream, class, rotation.rank(class, log))
     }
 
     fn rotation(&self, seed: u64) -> ClassRotation {

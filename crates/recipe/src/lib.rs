@@ -16,6 +16,7 @@ mod distribution;
 mod draw;
 mod embedded;
 mod keys;
+mod log_group;
 mod measured_log;
 mod picture;
 mod reader;
@@ -45,6 +46,7 @@ pub use self::changes::Change;
 pub use self::class::Class;
 pub use self::distribution::Distribution;
 pub use self::embedded::{BuiltInRecipe, RecipeError};
+pub use self::log_group::LogBoard;
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
@@ -90,6 +92,10 @@ pub struct Scene {
     pub class: String,
     /// Root of every stream of this sample.
     pub stream: Stream,
+    /// Root of the streams of what belongs to a board's log: that of the sample, but for boards of one log.
+    pub log_stream: Stream,
+    /// Which board of which log it is, where logs have several.
+    pub log_board: Option<LogBoard>,
     /// Sizes.
     pub size: Size,
     /// Bench.
@@ -226,6 +232,16 @@ impl Recipe {
     /// Triangles of the part that the recipe names.
     pub fn mesh(&self) -> Option<&Mesh> {
         self.mesh.as_deref()
+    }
+
+    /// Samples in a row that are boards of one log; 1 where each sample is alone.
+    pub fn boards_per_log(&self) -> u64 {
+        log_group::boards_per_log(&self.settings)
+    }
+
+    /// Whether the parameter at `path` is drawn once for all boards of a log, where these are several.
+    pub fn is_drawn_by_log(&self, path: &str) -> bool {
+        self.boards_per_log() > 1 && log_group::is_of_log(path)
     }
 
     /// Sizes of the scan.

@@ -16,6 +16,7 @@ use super::keys::alternatives::{self, alternatives};
 use super::keys::setting_type::NamedFile;
 use super::keys::settings::{Settings, TransportSettings};
 use super::keys::{self, SECTIONS, TRANSPORT, sections};
+use super::log_group::{self, BOARDS_PER_LOG};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
 use crate::asset::AssetSource;
@@ -150,13 +151,22 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
             None
         }
     });
-    let object = Object { subject, settings: &settings, mesh: mesh.as_deref(), picture: picture.as_deref() };
+    let object = Object {
+        subject,
+        settings: &settings,
+        mesh: mesh.as_deref(),
+        measured: measured.as_deref(),
+        picture: picture.as_deref(),
+    };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
     let mut notes = conditional::notes(subject, &settings, &parameters, &classes);
     let every = classes.iter().flat_map(|class| class.overrides.values()).chain(parameters.values());
     if sampling == Some(Sampling::LowDiscrepancy) && every.clone().all(|own| matches!(own, Distribution::Fixed(_))) {
         notes.push(format!("{SAMPLING} has no effect: no key is drawn; give one a distribution, or remove it"));
+    }
+    if log_group::boards_per_log(&settings) > 1 {
+        correlation::refuse_across(yaml, &pairs, BOARDS_PER_LOG, &log_group::is_of_log);
     }
     let mixtures = correlation::mixtures(yaml, &pairs, subject, &parameters, &classes);
     let correlations = correlation::sorted(&pairs);

@@ -61,7 +61,7 @@ use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
 use self::sawn_surface::{SawnProfile, SawnSurface};
 use self::stem::{Cut, Sawing};
-pub use self::stem::{Stem, StemBranch, StemError};
+pub use self::stem::{LogRoom, Stem, StemBranch, StemError, least_pieces, sawn_at};
 use self::zones::Zones;
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
@@ -116,6 +116,22 @@ pub struct Plank {
     given: Option<Arc<dyn GivenWood>>,
 }
 
+/// Where a board draws from.
+#[derive(Debug, Clone, Copy)]
+pub struct BoardStreams {
+    /// What is its own.
+    pub board: Stream,
+    /// What it has in common with the other boards of its log.
+    pub log: Stream,
+}
+
+impl BoardStreams {
+    /// Of a board that is the only one of its log.
+    pub fn alone(stream: Stream) -> Self {
+        Self { board: stream, log: stream }
+    }
+}
+
 /// A board cut at one scan position.
 #[derive(Debug, Clone)]
 pub struct PlankSlice<'a> {
@@ -149,7 +165,7 @@ impl Plank {
         let growth = Growth::new(stream.child("growth"), wood);
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = knot_placement::place(stream.child("knot"), wood, &trunk);
-        Self::assemble(stream, wood, trunk, growth, sawn, knots, None)
+        Self::assemble(BoardStreams::alone(stream), wood, trunk, growth, sawn, knots, None)
     }
 
     /// A board of wood that is given: its shape, openings and coats are drawn as for any board, with strands and cracks along the
@@ -164,23 +180,29 @@ impl Plank {
         let trunk = Trunk::grow(stream.child("pith"), &wood);
         let growth = Growth::new(stream.child("growth"), &wood);
         let sawn = SawnSurface::grow(stream.child("saw"), &wood);
-        Self::assemble(stream, &wood, trunk, growth, sawn, Vec::new(), Some(given))
+        Self::assemble(BoardStreams::alone(stream), &wood, trunk, growth, sawn, Vec::new(), Some(given))
     }
 
     /// Saws the board that `wood.stem` asks for out of a stem, whose pith, outline and branches it takes; rings, waviness, bundles,
     /// rot and the saw draw from children of `stream`. The knots' counts, widths, slopes and deaths in `wood.knots` and the pith's
     /// depth, offset and wander in `wood.log` do not count.
     pub fn saw(stream: Stream, wood: &Wood, stem: &Stem) -> Self {
+        Self::saw_of_log(BoardStreams::alone(stream), wood, stem)
+    }
+
+    /// The same for one of several boards of a log: rings and outlines of branches draw from children of the log's stream.
+    pub fn saw_of_log(streams: BoardStreams, wood: &Wood, stem: &Stem) -> Self {
+        let stream = streams.board;
         let sawing = Sawing::new(wood, stem);
         let growth = Growth::new(stream.child("growth"), wood).with_layers(sawing.trunk.layers());
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
-        let knots = sawing.knots(stream.child("knot"), wood, stem, &growth, sawn.relief());
+        let knots = sawing.knots(streams.log.child("knot"), wood, stem, &growth, sawn.relief());
         let cut = Some(Box::new(sawing.cut(wood, stem)));
-        Self { cut, ..Self::assemble(stream, wood, sawing.trunk, growth, sawn, knots, None) }
+        Self { cut, ..Self::assemble(streams, wood, sawing.trunk, growth, sawn, knots, None) }
     }
 
     fn assemble(
-        stream: Stream,
+        streams: BoardStreams,
         wood: &Wood,
         trunk: Trunk,
         growth: Growth,
@@ -188,11 +210,12 @@ impl Plank {
         knots: Vec<PlacedKnot>,
         given: Option<Arc<dyn GivenWood>>,
     ) -> Self {
+        let stream = streams.board;
         let board = &wood.board;
         let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);
-        let rings = Rings::grow(stream.child("rings"), &wood.log, reach);
+        let rings = Rings::grow(streams.log.child("rings"), &wood.log, reach);
         let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
         if let Some(given) = &given {
             let corner = [board.offset_mm - 0.5 * board.width_mm, board.lead_in_mm];

@@ -57,6 +57,14 @@ parameters! {
         ring_width_log_sd: 0.0, 1.0, 0.35, "[L]";
         /// Correlation of one ring's width with the next.
         ring_width_correlation: 0.0, 0.99, 0.6, "[L]";
+        /// Width of the rings at the pith over that of rings far out, whose mean is `ring_width_mm`; 1 for no trend.
+        ring_width_pith_ratio: 0.3, 5.0, 1.0, "[E] 1.5 to 3 in open stands";
+        /// Rings from the pith over which that trend falls to 1/e.
+        ring_width_trend_rings: 1.0, 200.0, 12.0, "[E]";
+        /// Rings of the juvenile core about the pith; 0 for none.
+        juvenile_rings: 0.0, 60.0, 0.0, "[L] 5 to 20";
+        /// Share of latewood at the pith over that outside of the juvenile core.
+        juvenile_latewood_ratio: 0.05, 1.0, 0.4, "[E]";
         /// Share of latewood in a ring.
         latewood_share: 0.02, 0.8, 0.2, "[L] 0.1 to 0.4";
         /// Relative variation of the coefficients from fibre bundle to fibre bundle.
@@ -448,6 +456,8 @@ parameters! {
         death_log_sd: 0.0, 1.5, 0.48, "[G]";
         /// Median length of a dead stub over its width; a stub that ends inside the stem is grown over.
         stub_length: 0.0, 1000.0, 22.0, "[G]";
+        /// How far growth layers follow the outline: 0 round about the pith, 1 oval and off-centre so that the last ring is the outline.
+        rings_follow_outline: 0.0, 1.0, 0.0, "geometry; trees have 1 under the bark";
         /// Where the middle of the board lies along the stem; moved so that the board ends within the stem if it can.
         board_along_mm: 0.0, 20000.0, 2000.0, "free";
         /// Distance of the middle of the upper face from the pith.

@@ -4,7 +4,11 @@
 //! every width is lognormal with the asked mean and the logarithms follow a first-order autoregression. Within a ring
 //! earlywood passes gradually into latewood, which ends abruptly at the boundary (conifers). The latewood keeps about
 //! its width, so that wide rings have a smaller share of it.
-//! Sources: forestry practice for the numbers (docs/wood.md). Limits: no age trend, no false rings, no growth stress.
+//! Age: ring number n from the pith is wider than that by 1 + (p - 1) exp(-n / N), with p the ratio at the pith and N the rings of
+//! the trend; in the juvenile core of J rings the share of latewood is smaller by q + (1 - q) n / J. Both are 1 by default.
+//! Sources: forestry practice for the numbers (docs/wood.md); that rings fall in width outwards and that the core has less
+//! latewood is common knowledge, the forms and the numbers of both are guesses.
+//! Limits: no false rings, no growth stress; the core's fibres have the angles and the dispersion of those outside of it.
 
 use super::parameters::Log;
 use crate::noise::smoothstep;
@@ -54,6 +58,19 @@ pub(super) struct RingPhase {
     pub gain: f32,
 }
 
+/// Width of a ring over what it would be far out, by the rings inside of it [1].
+fn width_trend(log: &Log, age: f64) -> f64 {
+    1.0 + (log.ring_width_pith_ratio - 1.0) * libm::exp(-age / log.ring_width_trend_rings)
+}
+
+/// Share of latewood in a ring over what it would be outside of the juvenile core, by the rings inside of it [1].
+fn juvenile_share(log: &Log, age: f64) -> f64 {
+    if age >= log.juvenile_rings {
+        return 1.0;
+    }
+    log.juvenile_latewood_ratio + (1.0 - log.juvenile_latewood_ratio) * age / log.juvenile_rings
+}
+
 impl Rings {
     /// Rings out to `reach` [mm].
     pub fn grow(stream: Stream, log: &Log, reach: f32) -> Self {
@@ -64,8 +81,11 @@ impl Rings {
         let mut start = 0.0_f64;
         let mut rings = Vec::new();
         while start <= f64::from(reach) {
-            let width = libm::exp(log_mean + sd * state).max(THINNEST_MM);
+            let age = rings.len() as f64;
+            let drawn = libm::exp(log_mean + sd * state);
+            let width = (drawn * width_trend(log, age)).max(THINNEST_MM);
             let share = log.latewood_share * (log.ring_width_mm / width).clamp(1.0 / SHARE_FACTOR, SHARE_FACTOR);
+            let share = share * juvenile_share(log, age);
             let share = share.min(0.9);
             let half = (RAMP_PER_SHARE * share).min(RAMP_LIMIT).min(1.0 - share);
             let gain = 1.0 + (GAIN_SD * normal(&mut gains)).clamp(-GAIN_LIMIT, GAIN_LIMIT);
@@ -113,6 +133,8 @@ impl Rings {
 
 #[cfg(test)]
 mod tests {
+    use rand::RngExt;
+
     use super::*;
     use crate::wood::parameters::Wood;
 
@@ -141,6 +163,39 @@ mod tests {
         assert!((variance / (sd * sd) - 1.0).abs() < z * 2.0_f64.sqrt() * doubled / n.sqrt(), "variance {variance}");
         let r1 = lagged / variance;
         assert!((r1 - rho).abs() < z * ((1.0 - rho * rho) / n).sqrt(), "correlation {r1}");
+    }
+
+    /// With every trend, each ring has its drawn width times the trend, and the share of latewood that goes with the width and the core.
+    #[test]
+    fn rings_fall_in_width_outwards_and_the_core_has_less_latewood() {
+        for case in 0..12 {
+            let mut draws = Stream::root(case).child("age").rng();
+            let mut draw = |low: f64, high: f64| low + (high - low) * draws.random::<f64>();
+            let mut log = Wood::from_values(&mut |p| p.default).log;
+            let grow = |log: &Log| Rings::grow(Stream::root(case).child("rings"), log, 150.0).rings;
+            let plain = grow(&log);
+            (log.ring_width_pith_ratio, log.ring_width_trend_rings) = (draw(0.3, 5.0), draw(1.0, 60.0));
+            (log.juvenile_rings, log.juvenile_latewood_ratio) = (draw(0.0, 40.0).round(), draw(0.05, 1.0));
+            let aged = grow(&log);
+            let (mut drawn, mut grown) = (0.0, 0.0);
+            for (n, (ring, before)) in aged.iter().zip(&plain).enumerate() {
+                let age = n as f64;
+                let trend = 1.0 + (log.ring_width_pith_ratio - 1.0) * (-age / log.ring_width_trend_rings).exp();
+                let width = 1.0 / f64::from(ring.per_width);
+                assert!((width * f64::from(before.per_width) / trend - 1.0).abs() < 1e-5, "ring {n}: {width}");
+                (drawn, grown) = (drawn + trend / f64::from(before.per_width), grown + width);
+                let core = if age < log.juvenile_rings {
+                    let q = log.juvenile_latewood_ratio;
+                    q + (1.0 - q) * age / log.juvenile_rings
+                } else {
+                    1.0
+                };
+                let share = core * log.latewood_share * (log.ring_width_mm / width).clamp(0.5, 2.0);
+                let held = 1.0 - 0.5 * f64::from(ring.ramp[0] + ring.ramp[1]);
+                assert!((held - share).abs() < 1e-5, "ring {n}: {held} against {share}");
+            }
+            assert!((grown / drawn - 1.0).abs() < 0.02, "{grown} mm of rings, {drawn} drawn");
+        }
     }
 
     #[test]

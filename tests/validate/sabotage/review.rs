@@ -151,10 +151,12 @@ fn a_range_of_few_floats_is_not_tested_for_its_spread() {
         class_of: Box::new(|_| 0),
         splits: vec![("train".into(), 1.0)],
         split_of: Box::new(|_| 0),
+        group: 1,
         parameters: vec![ParameterLaws {
             path: "laser.power_mw".into(),
             laws: vec![DrawLaw::Continuous { min, max, cdf: below }],
             law_of_class: vec![0],
+            by_group: false,
         }],
     };
     let row =

@@ -8,6 +8,9 @@
 //! | numbers of a discrete law | each sample by itself | exact binomial for two, likelihood-ratio chi-square for more |
 //! | numbers that never vary | | equal |
 //!
+//! Where samples in a row are one group (boards of one log), classes and splits are those of groups, with the bounds of as many
+//! samples for each; of a number that is drawn for a group the first sample counts.
+//!
 //! Classes that draw a number alike are tested together. All chances are adjusted by Holm's rule, so that [`ALPHA`] bounds
 //! the chance that a dataset drawn as declared has any fault of these kinds.
 
@@ -97,9 +100,13 @@ pub struct BalanceStatistics {
 pub(super) fn judge(tally: &SampleCounts, samples: u64) -> (BalanceStatistics, Vec<Finding>) {
     let declared = tally.declared;
     let mut faults = Vec::new();
-    let class_bound = (tally.samples == samples && samples > 0).then(|| discrepancy(samples));
+    // Groups follow the bounds of samples, and the samples of the last one may be missing.
+    let group = declared.group as f64;
+    let of_samples = |of_groups: f64| group * of_groups + group - 1.0;
+    let class_bound =
+        (tally.samples == samples && samples > 0).then(|| of_samples(discrepancy(samples.div_ceil(declared.group))));
     let classes = classes(tally, class_bound, &mut faults);
-    let split_bound = class_bound.map(|_| SPLIT_BOUND);
+    let split_bound = class_bound.map(|_| of_samples(SPLIT_BOUND));
     let splits = splits(tally, split_bound, &mut faults);
     let (mut tests, mut firsts) = (Vec::new(), Vec::new());
     for (parameter, tallies) in declared.parameters.iter().zip(&tally.parameters) {

@@ -8,6 +8,8 @@ pub struct DeclaredLaws {
     pub classes: Vec<(String, f64)>,
     /// The class of a sample by its index.
     pub class_of: Box<dyn Fn(u64) -> usize + Send + Sync>,
+    /// Samples in a row that are one unit of classes and splits.
+    pub group: u64,
     /// Names and shares of the splits; the shares sum to 1.
     pub splits: Vec<(String, f64)>,
     /// The split of a sample by its index, as a place in `splits`.
@@ -24,6 +26,8 @@ pub struct ParameterLaws {
     pub laws: Vec<DrawLaw>,
     /// For each class, which of the laws it follows.
     pub law_of_class: Vec<usize>,
+    /// Whether it is drawn once for each group of samples: then that of the group's first sample counts.
+    pub by_group: bool,
 }
 
 /// What one row says: some hundreds of bytes, whatever the size of the images.
@@ -104,6 +108,9 @@ impl<'a> SampleCounts<'a> {
             counts[1] += 1;
         }
         for ((parameter, tallies), &value) in declared.parameters.iter().zip(&mut self.parameters).zip(&row.numbers) {
+            if parameter.by_group && row.index % declared.group != 0 {
+                continue;
+            }
             let law = parameter.law_of_class[row.class];
             tallies[law].add(&parameter.laws[law], row.index, value);
         }

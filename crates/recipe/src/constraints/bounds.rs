@@ -7,7 +7,7 @@ use crate::keys;
 use yaml::YamlReader;
 
 /// The parameters of a class, or of the top level where `prefix` is empty.
-pub(super) struct DrawBounds<'a> {
+pub(crate) struct DrawBounds<'a> {
     /// Path of the class and a dot.
     pub prefix: &'a str,
     /// The top level's distributions.

@@ -1,6 +1,6 @@
 //! Constraints: what keys must mean together, once each is in its own range.
 
-mod bounds;
+pub(super) mod bounds;
 mod camera;
 pub(super) mod conditional;
 mod laser;
@@ -16,6 +16,7 @@ use self::bounds::DrawBounds;
 use super::class::Class;
 use super::distribution::Distribution;
 use super::keys::settings::Settings;
+use super::log_group;
 use super::subject::Subject;
 use bench::settings::{ScatterMode, SensorStack};
 use yaml::{YamlReader, number_text};
@@ -40,6 +41,8 @@ pub(super) struct Object<'a> {
     pub settings: &'a Settings,
     /// The triangles of a part.
     pub mesh: Option<&'a procedural::Mesh>,
+    /// The log that was measured.
+    pub measured: Option<&'a procedural::wood::Stem>,
     /// The picture that boards are cut from.
     pub picture: Option<&'a wood_picture::BoardPicture>,
 }
@@ -171,6 +174,7 @@ fn scene(yaml: &mut YamlReader, object: Object, scene: &DrawBounds) {
     match object.subject {
         Some(Subject::Wood) => {
             object::wood(yaml, scene);
+            log_group::fits(yaml, object.settings, object.measured, scene);
             picture::scene(yaml, object.picture, scene);
         }
         Some(Subject::Blister) => object::blister(yaml, scene),

@@ -83,6 +83,37 @@ impl SettingType for Count {
     }
 }
 
+/// A whole number from 1 to a most, of what is treated as one; 1 leaves all as it is without it, and is left out of the canonical form.
+pub(crate) struct GroupSize(pub usize);
+
+impl SettingType for GroupSize {
+    type Value = usize;
+
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<usize> {
+        Count(1, self.0, "").read(yaml, node, path)
+    }
+
+    fn json(&self, value: &usize) -> Json {
+        (*value).into()
+    }
+
+    fn canonical(&self, value: &usize) -> Option<Json> {
+        (*value > 1).then(|| self.json(value))
+    }
+
+    fn allowed(&self) -> String {
+        Count(1, self.0, "").allowed()
+    }
+
+    fn unit_and_range(&self) -> Option<(&'static str, String)> {
+        Count(1, self.0, "").unit_and_range()
+    }
+
+    fn schema(&self) -> Json {
+        Count(1, self.0, "").schema()
+    }
+}
+
 /// A number from the first to the second of a unit, empty for none.
 pub(crate) struct Number(pub f64, pub f64, pub &'static str);
 

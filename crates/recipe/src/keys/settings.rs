@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
 use super::setting_type::{
-    Absence, Auto, Channels, Count, File, Flag, NamedFile, Number, OneOf, SettingType, Stack, Word,
+    Absence, Auto, Channels, Count, File, Flag, GroupSize, NamedFile, Number, OneOf, SettingType, Stack, Word,
 };
 use super::texture;
 use crate::asset::{Asset, AssetSource};
@@ -26,6 +26,8 @@ const MIN_COLUMNS: usize = 8;
 const MAX_COLUMNS: usize = 16384;
 /// Most profiles: what the buffers of the real camera hold.
 const MAX_PROFILES: usize = 16383;
+/// Most boards of one log.
+const MAX_BOARDS_PER_LOG: usize = 1000;
 /// Farthest from the optical axis that the middle of the sensor's region stands [px].
 const MAX_OFFSET_PX: f64 = 8192.0;
 
@@ -237,6 +239,11 @@ settings! {
              stem with whorls, out of which the board is sawn where `stem` says; `measured`, a log from files, sawn \
              likewise; or `picture`, a picture of a board's face.",
             "docs/wood.md";
+        boards_per_log: GroupSize(MAX_BOARDS_PER_LOG) = 1,
+            "Samples in a row that are boards of one log, which lie in it by a sawing pattern from where `stem` says, and \
+             have class, split, size and all that belongs to the log in common.",
+            "docs/wood.md",
+            On source in [LogSource::Stem, LogSource::Measured];
         pith_file: File(16, &measured_log::GRAN_1[0], Absence::Refused) = NamedFile::new(measured_log::GRAN_1[0][0].0),
             "For `measured`: pith, rows of x, y and height [mm], heights rising; CSV or JSON (an array of rows).",
             "Larsson et al. 2022, MIT",

@@ -10,10 +10,11 @@
 //! Source: the scanned log of Larsson et al. (2022), whose outline, 123 mm from the pith, has a middle that in one direction goes best with
 //! the pith over 100 mm (correlation of the slopes 0.63, of the bare pith 0.39) and in the other with the bare pith. kappa = 0.8
 //! is therefore a guess.
-//! Limits: boards of stems alone; layers do not become the outline far out; branches keep their distances from the pith itself.
+//! Limits: boards of stems alone; that they follow the outline is for `oval` to say; branches keep their distances from the pith itself.
 
 use glam::Vec2;
 
+use super::oval::Oval;
 use crate::wood::pith::LogPoint;
 
 /// Length of the smoothing over the distance from the pith [1], a guess.
@@ -33,6 +34,8 @@ pub(in crate::wood) struct Layers {
     levels: usize,
     /// q [mm], [place, level].
     nodes: Vec<Vec2>,
+    /// How they follow the outline, if they do.
+    oval: Option<Oval>,
 }
 
 /// Where a layer is at a place.
@@ -93,7 +96,12 @@ impl Layers {
             let part = STEEPEST / steepest;
             nodes.iter_mut().for_each(|q| *q *= part);
         }
-        Self { start: -half, levels, nodes }
+        Self { start: -half, levels, nodes, oval: None }
+    }
+
+    /// The same layers as they follow an outline.
+    pub fn following(self, oval: Oval) -> Self {
+        Self { oval: Some(oval), ..self }
     }
 
     /// q, and its slopes outwards and along.
@@ -130,11 +138,15 @@ impl Layers {
         let t = offset.length().max(1.0e-3);
         let n = offset / t;
         let (ahead, aside) = (offset.dot(place.outward), offset.dot(around));
-        Layer {
+        let layer = Layer {
             t,
             slope: [n.dot(place.outward - q_out), n.dot(around), -n.dot(q_along)],
             turn: crate::atan2(aside, ahead),
             drift_slope: q_along,
+        };
+        match &self.oval {
+            None => layer,
+            Some(oval) => oval.follow(layer, place.r, place.phi, place.l),
         }
     }
 }

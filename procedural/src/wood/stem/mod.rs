@@ -10,13 +10,15 @@
 //! that come near it (`sawing`).
 //! Sources: form of branches and all statistics from the scanned log "Gran_1" of Larsson et al. (2022).
 //! Limits: one log, not a stand: no crown, no age and no butt swell; branches do not bend the pith; whorls do not swell the
-//! outline; growth layers stand about the pith and what of its wander is left farther out (`layers`), and follow neither the outline nor its taper; the log's numbers are those
+//! outline; growth layers stand about the pith and what of its wander is left farther out (`layers`), and follow the outline only where they are asked to (`oval`); the log's numbers are those
 //! of one Norway spruce.
 
 mod branch;
 mod layers;
 mod measured;
 mod outline;
+mod oval;
+mod pattern;
 mod pith_line;
 mod sawing;
 mod shoots;
@@ -28,6 +30,7 @@ pub use self::branch::StemBranch;
 pub(super) use self::layers::Layers;
 pub use self::measured::StemError;
 use self::outline::{GrownOutline, Outline};
+pub use self::pattern::{LogRoom, least_pieces, sawn_at};
 use self::pith_line::PithLine;
 pub(super) use self::sawing::{Cut, Sawing};
 use super::parameters::StemParameters;
@@ -80,6 +83,14 @@ impl Stem {
     /// Distance from the pith to the outline at an azimuth [rad] and a height [mm], in mm.
     pub fn radius_mm(&self, azimuth: f64, height: f64) -> f64 {
         self.outline.radius(azimuth, height, self.pith.at(height).0)
+    }
+
+    /// Mean distance from the pith to the outline halfway between its ends [mm].
+    pub fn mean_radius_mm(&self) -> f64 {
+        const AZIMUTHS: usize = 32;
+        let height = 0.5 * (self.ends[0] + self.ends[1]);
+        let radius = |i: usize| self.radius_mm(std::f64::consts::TAU * i as f64 / AZIMUTHS as f64, height);
+        (0..AZIMUTHS).map(radius).sum::<f64>() / AZIMUTHS as f64
     }
 
     /// Its branches, upwards along the stem if it was grown, in the order of the rows if it was measured.

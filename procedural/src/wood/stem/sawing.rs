@@ -16,12 +16,13 @@ use glam::{Vec2, Vec3};
 use super::Stem;
 use super::branch::StemBranch;
 use super::layers::Layers;
+use super::oval::Oval;
 use crate::wood::bulge::{ASPECT, REACH};
 use crate::wood::growth::Growth;
 use crate::wood::knot::{Knot, KnotDistance, KnotDraw};
 use crate::wood::knot_placement::PlacedKnot;
 use crate::wood::parameters::Wood;
-use crate::wood::pith::{PithNode, Trunk, zenith};
+use crate::wood::pith::{LogPoint, PithNode, Trunk, zenith};
 use crate::{Class, Instance, Stream};
 
 /// The pith is known this far beyond the board [mm], more than branches lean on their way to it.
@@ -35,9 +36,9 @@ const GRID: [f32; 3] = [0.15, 0.2, 1.0];
 /// Most points of the grid across and along.
 const GRID_POINTS: f32 = 200.0;
 /// Azimuths of the outline's table: 120 mm from the pith its chords leave an arc by 0.01 mm.
-const AZIMUTHS: usize = 256;
+pub(super) const AZIMUTHS: usize = 256;
 /// Distance of the table's sections [mm].
-const SECTION_MM: f32 = 10.0;
+pub(super) const SECTION_MM: f32 = 10.0;
 
 /// The outline of the stem about a board.
 #[derive(Debug, Clone)]
@@ -49,6 +50,16 @@ pub(in crate::wood) struct Cut {
 }
 
 impl Cut {
+    /// Place of the first section along the log [mm].
+    pub(super) fn start(&self) -> f32 {
+        self.start
+    }
+
+    /// Place of each section along the log [mm], and its distances from the pith [mm].
+    pub(super) fn sections(&self) -> impl Iterator<Item = (f32, &[f32; AZIMUTHS])> {
+        self.radii.iter().enumerate().map(|(row, radii)| (self.start + row as f32 * SECTION_MM, radii))
+    }
+
     /// Distance from the pith to the outline at an azimuth [rad] and a place along the log [mm], in mm.
     #[inline]
     pub fn radius(&self, phi: f32, l: f32) -> f32 {
@@ -71,9 +82,9 @@ pub(in crate::wood) struct Sawing {
     /// The log of the board.
     pub trunk: Trunk,
     /// Height of the board's middle [mm].
-    along: f64,
+    pub(super) along: f64,
     /// Azimuth in the stem of the log's azimuth 0 [rad].
-    azimuth: f64,
+    pub(super) azimuth: f64,
 }
 
 /// A point of a branch's axis in the board's frame.
@@ -118,9 +129,20 @@ impl Sawing {
             let place = stem.pith_mm(along + f64::from(l));
             into([place[0] - origin[0], place[1] - origin[1]])
         });
-        let trunk = trunk.with_layers(Arc::new(layers));
         let zenith = zenith(wood, straight);
-        Self { trunk, along, azimuth: normal + f64::from(libm::atan2f(zenith.x, zenith.y)) }
+        let azimuth = normal + f64::from(libm::atan2f(zenith.x, zenith.y));
+        let share = lies.rings_follow_outline as f32;
+        if share == 0.0 {
+            return Self { trunk: trunk.with_layers(Arc::new(layers)), along, azimuth };
+        }
+        let sawing = Self { trunk, along, azimuth };
+        let aside = Vec2::new(zenith.y, -zenith.x);
+        let oval = Oval::new(&sawing.cut(wood, stem), share, stem.mean_radius_mm() as f32, |r, phi, l| {
+            let (sin, cos) = libm::sincosf(phi);
+            layers.at(&LogPoint { r, phi, l, outward: cos * zenith + sin * aside, pith_slope: Vec2::ZERO }).t
+        });
+        let trunk = sawing.trunk.with_layers(Arc::new(layers.following(oval)));
+        Self { trunk, along, azimuth }
     }
 
     /// The stem's outline around the board.

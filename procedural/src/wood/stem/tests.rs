@@ -5,9 +5,9 @@ use rand::RngExt;
 
 use super::*;
 use crate::wood::growth::Grown;
-use crate::wood::knot::KnotDistance;
+use crate::wood::knot::{Knot, KnotDistance};
 use crate::wood::parameters::Wood;
-use crate::wood::{LogPoint, Plank};
+use crate::wood::{BoardStreams, LogPoint, Plank};
 
 /// How boards lie in their stems: anywhere between flat- and quarter-sawn, quarter-sawn, flat-sawn, and through the pith.
 const LIES: [&str; 4] = ["anywhere", "quarter", "flat", "through the pith"];
@@ -29,6 +29,11 @@ fn board(seed: u64) -> (Wood, Stem, Plank) {
     wood.stem.board_radius_mm = draw(10.0, 110.0);
     wood.stem.face_deg = draw(-180.0, 180.0);
     wood.log.grain_angle_deg = draw(-4.0, 4.0);
+    // Every second stem has rings that follow a shape that is far from round.
+    if seed % 8 >= 4 {
+        (wood.stem.rings_follow_outline, wood.stem.oval) = (draw(0.1, 1.0), draw(1.0, 1.4));
+        (wood.stem.eccentricity, wood.stem.lobes) = (draw(0.0, 0.3), draw(0.0, 0.04));
+    }
     match LIES[seed as usize % 4] {
         "quarter" => wood.stem.face_deg = 90.0,
         "flat" => wood.stem.face_deg = 0.0,
@@ -413,5 +418,128 @@ fn a_damaged_stem_is_refused_with_its_row() {
     for (text, damage) in faults {
         let said = fault(damage).expect_err(text).to_string();
         assert!(said.starts_with(text) && said.contains(';'), "{said:?} for {text:?}");
+    }
+}
+
+/// A log's boards, drawn at random: the first, the room, and how many pieces are sure.
+fn pattern(seed: u64) -> (Wood, LogRoom, u64) {
+    let mut rng = Stream::root(seed).child("pattern").rng();
+    let mut draw = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
+    let mut wood = wood();
+    (wood.board.width_mm, wood.board.length_mm) = (draw(10.0, 200.0), draw(20.0, 900.0));
+    wood.board.thickness_mm = draw(4.0, 60.0);
+    (wood.stem.length_mm, wood.stem.radius_mm) = (draw(1000.0, 9000.0), draw(60.0, 300.0));
+    wood.stem.board_along_mm = draw(0.0, 9000.0);
+    wood.stem.board_azimuth_deg = draw(-180.0, 180.0);
+    wood.stem.board_radius_mm = draw(0.0, 250.0);
+    wood.stem.face_deg = draw(-180.0, 180.0);
+    wood.log.grain_angle_deg = if seed % 2 == 0 { draw(-5.0, 5.0) } else { draw(-90.0, 90.0) };
+    let room = LogRoom { length_mm: wood.stem.length_mm, radius_mm: wood.stem.radius_mm };
+    let turn = wood.log.grain_angle_deg;
+    (wood, room, least_pieces(room.length_mm, wood.board.length_mm, wood.board.width_mm, turn))
+}
+
+/// Middle of the upper face in the stem and azimuth of its normal: x, y, height [mm]; [rad].
+fn lies(wood: &Wood) -> ([f64; 3], f64) {
+    let half = 0.5 * wood.board.length_mm;
+    let along = wood.stem.board_along_mm.clamp(half, (wood.stem.length_mm - half).max(half));
+    let azimuth = wood.stem.board_azimuth_deg.to_radians();
+    let r = wood.stem.board_radius_mm;
+    ([r * azimuth.cos(), r * azimuth.sin(), along], azimuth + wood.stem.face_deg.to_radians())
+}
+
+#[test]
+fn boards_of_a_log_do_not_overlap() {
+    let (mut pairs, mut stacked) = (0, 0);
+    for seed in 0..400 {
+        let (wood, room, sure) = pattern(seed);
+        let boards: Vec<Wood> = (0..sure.min(30)).map(|number| sawn_at(&wood, room, number)).collect();
+        assert_eq!(boards[0], wood, "seed {seed}: the first board lies where it was asked");
+        let (sin, cos) = wood.log.grain_angle_deg.to_radians().sin_cos();
+        for (i, a) in boards.iter().enumerate() {
+            let (place, normal) = lies(a);
+            assert!(a.stem.board_radius_mm <= room.radius_mm.max(wood.stem.board_radius_mm) + 1e-9);
+            for b in &boards[..i] {
+                let (other, same) = lies(b);
+                let off = [0, 1, 2].map(|k| place[k] - other[k]);
+                assert!((normal - same).sin().abs() < 1e-9, "seed {seed}: boards are parallel");
+                // In the board's own directions: through it, across it and along it.
+                let through = off[0] * normal.cos() + off[1] * normal.sin();
+                let aside = off[1] * normal.cos() - off[0] * normal.sin();
+                let (across, along) = (aside * cos - off[2] * sin, aside * sin + off[2] * cos);
+                let board = &wood.board;
+                assert!(
+                    through.abs() >= board.thickness_mm + 3.9
+                        || across.abs() >= board.width_mm + 3.9
+                        || along.abs() >= board.length_mm + 3.9,
+                    "seed {seed}, board {i}: {through} {across} {along}"
+                );
+                (pairs, stacked) = (pairs + 1, stacked + u32::from(through.abs() > 1.0));
+            }
+        }
+    }
+    assert!(pairs > 5000 && stacked > 1000, "{stacked} of {pairs} pairs lie above each other");
+}
+
+/// Boards of one log have its rings, and what one branch is in one of them it is in the other: the same outline about the pith.
+#[test]
+fn a_branch_that_reaches_two_boards_is_in_both() {
+    let mut both = 0;
+    for seed in 0..12 {
+        let (mut wood, _, _) = board(4 * seed + 2);
+        wood.stem.board_radius_mm = 60.0;
+        wood.log.grain_angle_deg = 0.0;
+        let log = Stream::root(seed).child("log");
+        let room = LogRoom { length_mm: wood.stem.length_mm, radius_mm: wood.stem.radius_mm };
+        let stem = Stem::grow(log.child("stem"), &wood.stem);
+        let saw = |number: u64| {
+            let streams = BoardStreams { board: Stream::root(seed).index(number), log };
+            let wood = sawn_at(&wood, room, number);
+            (Plank::saw_of_log(streams, &wood, &stem), Sawing::new(&wood, &stem))
+        };
+        let ((upper, above), (lower, below)) = (saw(0), saw(1));
+        assert_eq!(above.along, below.along);
+        for t in 0..600 {
+            let t = 0.1 * t as f32;
+            assert_eq!(upper.rings.at(t), lower.rings.at(t), "rings at {t}");
+        }
+        for knot in &upper.knots {
+            let knot = &knot.knot;
+            let turn = |sawing: &Sawing, phi: f32| f64::from(phi) + sawing.azimuth;
+            let at = |knot: &Knot| knot.section(&KnotDistance::new(40.0));
+            let twin = lower.knots.iter().map(|other| &other.knot).find(|other| {
+                let apart = turn(&above, at(knot).phi) - turn(&below, at(other).phi);
+                (at(knot).l - at(other).l).abs() < 1e-3 && libm::remainder(apart, std::f64::consts::TAU).abs() < 1e-4
+            });
+            if let Some(twin) = twin {
+                assert_eq!((at(knot).half_width, knot.end, knot.death), (at(twin).half_width, twin.end, twin.death));
+                both += 1;
+            }
+        }
+    }
+    assert!(both > 20, "{both} branches reach two boards");
+}
+
+/// The last layer is the outline where layers follow it fully, and the round one elsewhere.
+#[test]
+fn the_outermost_ring_is_the_outline() {
+    for seed in 0..12 {
+        let (mut wood, stem, _) = board(8 * seed + 4);
+        wood.stem.rings_follow_outline = 1.0;
+        let plank = Plank::saw(Stream::root(seed), &wood, &stem);
+        wood.stem.rings_follow_outline = 0.0;
+        let round = Plank::saw(Stream::root(seed), &wood, &stem);
+        let mean = stem.mean_radius_mm() as f32;
+        let mut uneven = 0.0f32;
+        for p in places(&plank, 300) {
+            let place = plank.trunk.place(p.x, p.y, p.z);
+            let r = plank.outline_mm(place.phi, place.l).expect("a stem has an outline");
+            let at_bark = LogPoint { r, ..place };
+            // The spline smooths lobes between azimuths and sections.
+            let last = plank.trunk.layer(&at_bark);
+            assert!((last / mean - 1.0).abs() < 2.0e-3, "seed {seed}: {last} mm, of a stem of {mean}");
+            uneven = uneven.max((round.trunk.layer(&at_bark) / mean - 1.0).abs());
+        }
+        assert!(uneven > 0.02, "seed {seed}: the stem is round, {uneven}");
     }
 }
