@@ -66,6 +66,31 @@ fn no_recipe_alarms() {
 }
 
 #[test]
+fn boards_of_one_log_do_not_alarm() {
+    // Numbers that five boards have in common are one draw, not five, and their log is one unit of classes and splits.
+    let text =
+        include_str!("../../recipes/wood-stem.yaml").replace("source: stem", "source: stem\n  boards_per_log: 5");
+    let recipe = Recipe::parse("logs", &text).expect("a recipe");
+    assert_eq!(recipe.boards_per_log(), 5);
+    for seed in 0..6 {
+        let samples = 400 + 417 * seed;
+        let all = rows(&recipe, seed, samples);
+        let (_, faults) = statistics(&declared(&recipe, seed), all.iter().cloned(), samples);
+        assert!(faults.is_empty(), "seed {seed}: {faults:?}");
+        // A board in another split than the others of its log is told.
+        let strayed = all.into_iter().map(|row| match row.index {
+            7 => RowNumbers { split: if row.split == "train" { "test" } else { "train" }.into(), ..row },
+            _ => row,
+        });
+        let (_, faults) = statistics(&declared(&recipe, seed), strayed, samples);
+        assert!(
+            faults.iter().all(|fault| fault.code == Code::SplitBalance) && faults.len() == 2,
+            "seed {seed}: {faults:?}"
+        );
+    }
+}
+
+#[test]
 fn chances_are_never_too_small() {
     // 400 small datasets of other seeds: for each number by itself, a chance below alpha comes in a share alpha of them at
     // most, within 9 standard errors of independent tests, and for continuous ones in about that share. Tests of one set
