@@ -125,12 +125,12 @@ baselines: check-onnx ## train all of docs/baselines.md anew, controls and ablat
 	$(ABLATE) --task presence --train out/train/packs --fresh out/fresh/packs --seeds 1 --shuffles 10
 	$(ABLATE) --task grading --train out/train/grading --fresh out/fresh/grading --patches 3000 --shuffles 5
 
-gallery: build venv ## 36 boards, every defect and four kinds of wood, with their labels, as docs/gallery.md shows them: a minute
+gallery: build venv ## 40 boards, every defect and six kinds of wood, with their labels, as docs/gallery.md shows them: a minute
 	$(GEN) --recipe recipes/wood-grading-train.yaml --n 51 --seed 4 --out out/gallery/grading
-	for wood in pine beech oak; do $(GEN) --recipe recipes/species/$$wood.yaml --n 2 --seed 4 --out out/gallery/$$wood || exit 1; done
+	for wood in pine larch beech birch oak; do $(GEN) --recipe recipes/species/$$wood.yaml --n 2 --seed 4 --out out/gallery/$$wood || exit 1; done
 	$(VENV)/bin/python python/gallery.py out/gallery/grading --boards 15 --out docs/pictures/gallery-1.jpg
 	$(VENV)/bin/python python/gallery.py out/gallery/grading --boards 15 --skip 15 --out docs/pictures/gallery-2.jpg
-	$(VENV)/bin/python python/gallery.py out/gallery/pine out/gallery/beech out/gallery/oak --boards 6 --out docs/pictures/gallery-3.jpg
+	$(VENV)/bin/python python/gallery.py $(addprefix out/gallery/,pine larch beech birch oak) --boards 10 --out docs/pictures/gallery-3.jpg
 
 schema: build ## JSON Schemas of recipes and datasets in out/
 	mkdir -p out

@@ -34,7 +34,7 @@ fn every_recipe_loads_and_is_embedded() {
         match recipe.subject() {
             Subject::Wood if name.starts_with("wood-grading") => {
                 assert_eq!(classes.count(), if name == "wood-grading" { 18 } else { 17 });
-            },
+            }
             Subject::Wood if ["wood-stem", "wood-measured"].contains(&name) => {
                 assert!(classes.eq(["flat_sawn", "quarter_sawn", "through_pith"]));
             }
@@ -58,15 +58,16 @@ fn every_recipe_loads_and_is_embedded() {
 /// Recipes of species are built in, say by their name what they are, and saw as their classes say.
 #[test]
 fn species_are_sawn_flat_and_along_the_radius() {
-    for name in ["pine", "beech", "oak"] {
+    for name in ["pine", "larch", "beech", "birch", "oak"] {
         let recipe = Recipe::load(&format!("species/{name}")).expect("embedded");
         assert_eq!(recipe.name(), name);
         for scene in (0..50).map(|index| recipe.draw(0, index)) {
             let wood = scene.plan.wood().expect("a board");
             let lean = wood.log.pith_offset_mm.abs() / wood.log.pith_depth_mm;
             assert_eq!(scene.class, if lean > 1.0 { "quarter_sawn" } else { "flat_sawn" });
-            assert_eq!(wood.anatomy.canals_per_mm2 > 0.0, name == "pine");
-            assert_eq!(wood.anatomy.pores_per_mm2 > 0.0, name != "pine");
+            let is_conifer = ["pine", "larch"].contains(&name);
+            assert_eq!(wood.anatomy.canals_per_mm2 > 0.0, is_conifer);
+            assert_eq!(wood.anatomy.pores_per_mm2 > 0.0, !is_conifer);
         }
     }
 }

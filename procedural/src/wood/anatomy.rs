@@ -1,7 +1,7 @@
 //! Resin canals, vessels (pores) and rays that the face cuts.
 //!
 //! Models: canals and vessels are tubes along the grain. The plane across it, bundle by time of growth, is divided into cells,
-//! turned against both; a cell holds one tube at a place of its own that wanders along the grain, so that tubes enter and
+//! turned against both and bent by noise over some cells, so that no rows of them cross a face; a cell holds one tube at a place of its own that wanders along the grain, so that tubes enter and
 //! leave the face and show as short lines where it cuts them. n tubes of diameter d per mm2 leave a face parallel to them n d of open tube per mm.
 //! Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in its middle, whose wall may hold
 //! dust. In ring-porous wood vessels are few and narrow outside the earlywood.
@@ -23,6 +23,10 @@ use crate::noise::{Noise, smoothstep};
 
 /// Turn of the cells of tubes [1], of cosine and sine.
 const TURN: Vec2 = Vec2::new(0.838_67, 0.544_64);
+/// Bending of the rows of cells, root mean square, and the cell of the noise that bends them [cells].
+const BEND: [f32; 2] = [1.2, 8.0];
+/// Where the noise for the second direction is read, away from that for the first [cells of the noise].
+const SECOND: Vec2 = Vec2::new(531.3, 217.7);
 /// Wander of a tube across the grain over its free room, root mean square [1], and its cell along the grain [mm].
 const WANDER: [f32; 2] = [0.3, 9.0];
 /// Share of canals that stand in earlywood over that in latewood [1].
@@ -78,6 +82,8 @@ impl Tubes {
     #[inline]
     fn at(&self, place: Vec3) -> (f32, f32) {
         let q = TURN.rotate(place.truncate()) / self.cell;
+        let bend = |from: Vec2| self.noise.plane(q / BEND[1] + from).0;
+        let q = q + BEND[0] * Vec2::new(bend(Vec2::ZERO), bend(SECOND));
         let (i, j) = (q.x.floor(), q.y.floor());
         // One draw for a cell, and a tube that wanders from it.
         let key = self.noise.cell(i as i32, j as i32);

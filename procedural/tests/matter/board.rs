@@ -69,6 +69,8 @@ fn full() -> Wood {
     wood.marks.chip_mm = 20.0;
     wood.moisture.patch_count = 3.0;
     wood.board.edge_wander_mm = 0.5;
+    wood.log.ring_width_pith_ratio = 1.5;
+    wood.log.juvenile_rings = 40.0;
     wood.rot.loss_mm = 0.5;
     wood.grain.torn_um = 80.0;
     wood.grain.fuzzy_um = 30.0;
