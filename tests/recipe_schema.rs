@@ -38,6 +38,7 @@ fn every_recipe_loads_and_is_embedded() {
             Subject::Wood if ["wood-stem", "wood-measured"].contains(&name) => {
                 assert!(classes.eq(["flat_sawn", "quarter_sawn", "through_pith"]));
             }
+            Subject::Wood if name == "wood-log" => assert!(classes.eq(["sawn_through"])),
             Subject::Wood if name == "wood-picture" => assert!(classes.eq(["checked", "plain"])),
             Subject::Wood => assert!(classes.eq(["clear", "dead_knot", "mixed", "rot", "sound_knot"])),
             Subject::Sawtooth if name == "sawtooth" => assert!(classes.eq(["piece"])),
@@ -89,6 +90,7 @@ fn classes_hold_what_their_names_say() {
                 assert_eq!(scene.class == "quarter_sawn", wood.stem.face_deg.abs() > 60.0);
                 assert_eq!(scene.class == "through_pith", wood.stem.board_radius_mm < 10.0);
             }
+            Plan::Wood(_) if recipe.name() == "wood-log" => assert!(scene.log_board.is_some()),
             Plan::Wood(wood) if recipe.name() == "wood-picture" => {
                 assert_eq!(scene.class == "checked", wood.cracks.check_count > 0.0);
             }

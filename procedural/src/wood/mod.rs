@@ -25,6 +25,7 @@ mod knot_names;
 mod knot_placement;
 mod moisture;
 mod openings;
+mod outline_wane;
 pub mod parameters;
 mod pith;
 mod rings;
@@ -53,6 +54,7 @@ pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
 use self::moisture::WetPlaces;
 use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
+use self::outline_wane::OutlineWane;
 pub use self::parameters::{
     Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
     Log, Machining, Marks, Media, Moisture, PictureParameters, Rot, Stain, StemParameters, Wane, Wood,
@@ -197,8 +199,14 @@ impl Plank {
         let growth = Growth::new(stream.child("growth"), wood).with_layers(sawing.trunk.layers());
         let sawn = SawnSurface::grow(stream.child("saw"), wood);
         let knots = sawing.knots(streams.log.child("knot"), wood, stem, &growth, sawn.relief());
-        let cut = Some(Box::new(sawing.cut(wood, stem)));
-        Self { cut, ..Self::assemble(streams, wood, sawing.trunk, growth, sawn, knots, None) }
+        let cut = Box::new(sawing.cut(wood, stem));
+        let mut plank = Self::assemble(streams, wood, sawing.trunk, growth, sawn, knots, None);
+        if wood.stem.outline_wane >= 0.5 {
+            let wane = OutlineWane::new(stream.child("outline wane"), wood, &cut);
+            plank.openings.leave_outline(&wane, &plank.trunk, &mut plank.instances);
+        }
+        plank.cut = Some(cut);
+        plank
     }
 
     fn assemble(

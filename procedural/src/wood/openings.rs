@@ -6,7 +6,8 @@
 //! round across its axis, with walls that fall by [`STEEPEST`]. The hole of a knot has the knot's own outline. A loose knot has
 //! shrunk more than the wood around: it lies lower, tilted about a drawn axis, and rests against one side of its hole, so that the gap is
 //! g (1 + cos a) wide at the angle a from the other side, and wedge-shaped. Wane is the log's
-//! surface: a slope from a wandering line on the face down to the side, bent as the ring there is. Teeth of a roller leave dents at
+//! surface: a slope from a wandering line on the face down to the side, bent as the ring there is, or the outline of the stem
+//! (`outline_wane`). Teeth of a roller leave dents at
 //! a pitch; where the planer missed, the sawn face lies lower and is rough. A chipped arris has lost a splinter: half an ellipse on the
 //! face with an uneven outline, whose floor falls from it to the side.
 //! Depths: a line on the sensor cannot be found deeper in a crack than some widths, since walls are lit and seen at grazing
@@ -21,6 +22,7 @@ use rand::RngExt;
 use super::growth::wrap;
 use super::knot::{Knot, KnotDistance, KnotSection};
 use super::knot_placement::PlacedKnot;
+use super::outline_wane::OutlineWane;
 use super::parameters::Wood;
 use super::pith::Trunk;
 use super::zones::Face;
@@ -32,7 +34,7 @@ const STEEPEST: f32 = 20.0;
 /// Deepest place of a crack that can be found, over its width [1].
 const DEEPEST_WIDTHS: f32 = 25.0;
 /// Wood that every opening leaves above the conveyor [mm].
-const FLOOR_MM: f32 = 0.3;
+pub(super) const FLOOR_MM: f32 = 0.3;
 /// Step of the tables of cracks along them [mm].
 const STEP_MM: f32 = 0.5;
 /// Most entries of such a table.
@@ -46,10 +48,10 @@ const UNEVEN: [f32; 2] = [0.3, 5.0];
 /// Wander of the wane's line over its width, root mean square [1], and its cell along the board [mm].
 const WANE_WANDER: [f32; 2] = [0.3, 70.0];
 /// Roughness of bark and of the surface below it [mm], and its cell [mm].
-const BARK_ROUGH_MM: [f32; 2] = [0.5, 0.03];
-const BARK_CELL_MM: f32 = 3.5;
+pub(super) const BARK_ROUGH_MM: [f32; 2] = [0.5, 0.03];
+pub(super) const BARK_CELL_MM: f32 = 3.5;
 /// Cell of the patches of bark [mm].
-const BARK_PATCH_MM: f32 = 30.0;
+pub(super) const BARK_PATCH_MM: f32 = 30.0;
 /// Depth from which on a place has the opening's label [mm].
 const LABELLED_MM: f32 = 0.03;
 /// Wander of the outline of a place that the planer missed, over its size, root mean square [1].
@@ -142,6 +144,7 @@ enum Form {
         rough: Noise,
         patches: Noise,
     },
+    Outline(Box<OutlineWane>),
     Roller {
         /// Middle of the band across the board [mm].
         x: f32,
@@ -445,6 +448,16 @@ impl Openings {
         });
     }
 
+    /// Wane where the outline of the stem leaves the face.
+    pub fn leave_outline(&mut self, wane: &OutlineWane, trunk: &Trunk, instances: &mut Vec<Instance>) {
+        for edge in wane.edges(self.face, trunk) {
+            let severity = f64::from((edge.width / (2.0 * self.face.half.x)).min(1.0));
+            let id = Self::note(instances, Class::Wane, edge.spot, edge.width, severity, edge.depth);
+            let (low, high, form) = (edge.low, edge.high, Form::Outline(Box::new(wane.clone())));
+            self.all.push(Opening { class: Class::Wane, id, low, high, labelled: LABELLED_MM, form });
+        }
+    }
+
     fn machining(&mut self, stream: Stream, wood: &Wood, instances: &mut Vec<Instance>) {
         let (asked, face) = (&wood.marks, self.face);
         if asked.roller_um > 0.0 {
@@ -565,6 +578,7 @@ impl Openings {
                 let depth = slope * down + bend * down * down + rough;
                 (depth.clamp(0.0, self.face.height - FLOOR_MM), if barked { Floor::Bark } else { Floor::Wood })
             }
+            Form::Outline(wane) => wane.depth(spot, trunk),
             Form::Roller { x, half_width, pitch, depth } => {
                 let aside = (spot.x - x) / half_width;
                 // Teeth stand in two staggered rows.
@@ -618,4 +632,4 @@ impl Openings {
 }
 
 /// Bounds of value noise in the plane that hold all of it: bark is everywhere or nowhere beyond them [1].
-const NORMAL_TO_SHARE: f32 = 2.3;
+pub(super) const NORMAL_TO_SHARE: f32 = 2.3;

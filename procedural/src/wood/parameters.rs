@@ -458,6 +458,8 @@ parameters! {
         stub_length: 0.0, 1000.0, 22.0, "[G]";
         /// How far growth layers follow the outline: 0 round about the pith, 1 oval and off-centre so that the last ring is the outline.
         rings_follow_outline: 0.0, 1.0, 0.0, "geometry; trees have 1 under the bark";
+        /// 1 for wane wherever the outline leaves the upper face, with bark as `wane.bark` says; 0 for boards with full edges.
+        outline_wane: 0.0, 1.0, 0.0, "free", count;
         /// Where the middle of the board lies along the stem; moved so that the board ends within the stem if it can.
         board_along_mm: 0.0, 20000.0, 2000.0, "free";
         /// Distance of the middle of the upper face from the pith.

@@ -149,6 +149,7 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("stem.death_log_sd", &[STEM]),
     ("stem.stub_length", &[STEM]),
     ("stem.rings_follow_outline", &[SAWN]),
+    ("stem.outline_wane", &[SAWN]),
     ("stem.board_along_mm", &[SAWN]),
     ("stem.board_radius_mm", &[SAWN]),
     ("stem.board_azimuth_deg", &[SAWN]),
@@ -200,6 +201,7 @@ const BARK: ParameterNeeds = ParameterNeeds::AnyKnots(&[
     "knots.loose_count",
     "inclusions.bark_pocket_count",
     "wane.width_mm",
+    "stem.outline_wane",
 ]);
 /// Diffusion along fibres that all run alike is what the other models know.
 const TANGLED: ParameterNeeds = ParameterNeeds::Transport(&[TransportName::Kernel, TransportName::Path]);
@@ -273,7 +275,7 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("holes.frass", &[Amount("holes.count")]),
     ("wane.edge", &[Amount("wane.width_mm")]),
     ("wane.angle_deg", &[Amount("wane.width_mm")]),
-    ("wane.bark", &[Amount("wane.width_mm")]),
+    ("wane.bark", &[Any(&["wane.width_mm", "stem.outline_wane"])]),
     ("marks.dirt_mm", &[Amount("marks.dirt_count")]),
     ("marks.dirt_coat", &[Amount("marks.dirt_count")]),
     ("marks.roller_pitch_mm", &[Amount("marks.roller_um")]),

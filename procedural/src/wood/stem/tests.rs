@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 use rand::RngExt;
 
 use super::*;
+use crate::Class;
 use crate::wood::growth::Grown;
 use crate::wood::knot::{Knot, KnotDistance};
 use crate::wood::parameters::Wood;
@@ -542,4 +543,45 @@ fn the_outermost_ring_is_the_outline() {
         }
         assert!(uneven > 0.02, "seed {seed}: the stem is round, {uneven}");
     }
+}
+
+/// With wane by the outline, nothing of the upper face lies beyond the outline but for bark's roughness, the rest of it is where it
+/// was, and all that is lower has the label.
+#[test]
+fn wane_is_where_the_outline_leaves_the_board() {
+    let (mut waned, mut full) = (0, 0);
+    for seed in 0..16 {
+        let (mut wood, stem, _) = board(4 * seed + 2);
+        wood.stem.board_radius_mm = 85.0 + 2.0 * seed as f64;
+        (wood.board.saw_ripple_um, wood.board.roughness_um) = (0.0, 0.0);
+        let edged = Plank::saw(Stream::root(seed), &wood, &stem);
+        wood.stem.outline_wane = 1.0;
+        let plank = Plank::saw(Stream::root(seed), &wood, &stem);
+        assert!(!edged.is_open() && edged.instances().iter().all(|found| found.class != Class::Wane));
+        let (low, high) = plank.bounds();
+        for i in 0..40 {
+            let y = low.y + (high.y - low.y) * (0.5 + i as f32) / 40.0;
+            let (slice, before) = (plank.slice(y), edged.slice(y));
+            for k in 0..60 {
+                let x = low.x + (high.x - low.x) * (0.5 + k as f32) / 60.0;
+                let (Some(face), Some(whole)) = (slice.surface(x), before.surface(x)) else { continue };
+                let was = before.below_outline_mm(x, whole.z).expect("a stem");
+                let label = slice.matter(x, face.z).class;
+                if was > 0.01 {
+                    assert_eq!(face.z, whole.z, "seed {seed}: ({x}, {y}) is {was} mm inside");
+                    assert!(label != Class::Wane);
+                    full += 1;
+                } else if was < -0.5 {
+                    assert!(face.z < whole.z && label == Class::Wane, "seed {seed}: ({x}, {y}) is {was} mm outside");
+                    let is = slice.below_outline_mm(x, face.z).expect("a stem");
+                    let is_sheet = face.z < whole.z - wood.board.thickness_mm as f32 + 0.5;
+                    assert!(is_sheet || is.abs() < 2.5, "seed {seed}: ({x}, {y}) is {is} mm inside");
+                    waned += 1;
+                }
+            }
+        }
+        let width: f64 = plank.instances().iter().filter(|f| f.class == Class::Wane).map(|f| f.diameter_mm).sum();
+        assert!(width < wood.board.width_mm);
+    }
+    assert!(waned > 1000 && full > 8000, "{waned} spots of wane, {full} of the face");
 }

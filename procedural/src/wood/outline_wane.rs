@@ -1,0 +1,149 @@
+//! Wane where the outline of the stem leaves the board.
+//!
+//! Models: where the upper face lies beyond the outline (`stem`), the surface is the outline: the highest point z of the column with
+//!   r(x, y, z) <= rho(phi, l),
+//! found between the face and the point of the column that is nearest to the pith. It is rough, and bark or the bare surface below it,
+//! as the wane that is drawn. Where the whole column lies beyond the outline, a thin sheet is left.
+//! Sources: geometry; roughness and patches as in `openings`.
+//! Limits: bark has no thickness of its own; the narrow sides and the lower face keep their straight edges; knots that would lie
+//! beyond the outline keep their instances.
+
+use glam::Vec2;
+
+use super::openings::{BARK_CELL_MM, BARK_PATCH_MM, BARK_ROUGH_MM, FLOOR_MM, Floor, NORMAL_TO_SHARE};
+use super::parameters::Wood;
+use super::pith::Trunk;
+use super::stem::Cut;
+use super::zones::Face;
+use crate::Stream;
+use crate::noise::Noise;
+
+/// Steps in which the face is looked at, across and along [mm].
+const GRID_MM: Vec2 = Vec2::new(1.0, 8.0);
+/// Most of them each way.
+const GRID_MOST: f32 = 400.0;
+/// Steps to the root, and how near is near enough [mm].
+const ROOT_STEPS: usize = 24;
+const ROOT_MM: f32 = 4.0e-6;
+
+/// The outline beyond a board, and what its surface is like.
+#[derive(Debug, Clone)]
+pub(super) struct OutlineWane {
+    cut: Cut,
+    height: f32,
+    bark: f32,
+    rough: Noise,
+    patches: Noise,
+}
+
+/// Wane along one long edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct WaneEdge {
+    /// Box on the face [mm].
+    pub low: Vec2,
+    pub high: Vec2,
+    /// Its middle [mm].
+    pub spot: Vec2,
+    /// Mean width along the board [mm].
+    pub width: f32,
+    /// Greatest depth [mm].
+    pub depth: f32,
+}
+
+impl OutlineWane {
+    /// Of a board.
+    pub fn new(stream: Stream, wood: &Wood, cut: &Cut) -> Self {
+        Self {
+            cut: cut.clone(),
+            height: wood.board.thickness_mm as f32,
+            bark: wood.wane.bark as f32,
+            rough: Noise::new(stream.child("rough")),
+            patches: Noise::new(stream.child("patches")),
+        }
+    }
+
+    /// How far the outline lies below the face [mm]; 0 where the face is inside of it.
+    pub fn below_face(&self, spot: Vec2, trunk: &Trunk) -> f32 {
+        let beyond = |z: f32| {
+            let place = trunk.place(spot.x, spot.y, z);
+            place.r - self.cut.radius(place.phi, place.l)
+        };
+        let mut outside = (self.height, beyond(self.height));
+        if outside.1 <= 0.0 {
+            return 0.0;
+        }
+        let place = trunk.place(spot.x, spot.y, self.height);
+        let nearest = (self.height - place.r * place.outward.y).clamp(FLOOR_MM.min(self.height), self.height);
+        let mut inside = (nearest, beyond(nearest));
+        if inside.1 > 0.0 {
+            return (self.height - FLOOR_MM).max(0.0);
+        }
+        // Regula falsi; an end that stays twice counts half (Illinois).
+        let mut kept = 0;
+        for _ in 0..ROOT_STEPS {
+            let z = (outside.0 * inside.1 - inside.0 * outside.1) / (inside.1 - outside.1);
+            let at = (z, beyond(z));
+            if at.1.abs() < ROOT_MM || inside.0 == outside.0 {
+                return self.height - z;
+            }
+            if at.1 > 0.0 {
+                outside = at;
+                inside.1 *= if kept == 1 { 0.5 } else { 1.0 };
+                kept = 1;
+            } else {
+                inside = at;
+                outside.1 *= if kept == -1 { 0.5 } else { 1.0 };
+                kept = -1;
+            }
+        }
+        self.height - 0.5 * (inside.0 + outside.0)
+    }
+
+    /// How far the surface lies below the face [mm], and what it is.
+    pub fn depth(&self, spot: Vec2, trunk: &Trunk) -> (f32, Floor) {
+        let down = self.below_face(spot, trunk);
+        if down <= 0.0 {
+            return (0.0, Floor::Wood);
+        }
+        let barked = self.patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0
+            < NORMAL_TO_SHARE * (2.0 * self.bark - 1.0);
+        let rough = BARK_ROUGH_MM[usize::from(!barked)]
+            * self.rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0
+            * (down / 2.0).min(1.0);
+        let depth = (down + rough).clamp(0.0, (self.height - FLOOR_MM).max(0.0));
+        (depth, if barked { Floor::Bark } else { Floor::Wood })
+    }
+
+    /// The wane of each half of the face that has some.
+    pub fn edges(&self, face: Face, trunk: &Trunk) -> impl Iterator<Item = WaneEdge> {
+        let size = 2.0 * face.half;
+        let count = (size / GRID_MM).ceil().clamp(Vec2::ONE, Vec2::splat(GRID_MOST));
+        let step = size / count;
+        let mut halves: [Vec<(Vec2, f32)>; 2] = [Vec::new(), Vec::new()];
+        for j in 0..count.y as usize {
+            for i in 0..count.x as usize {
+                let spot = face.middle - face.half + step * Vec2::new(i as f32 + 0.5, j as f32 + 0.5);
+                let down = self.below_face(spot, trunk);
+                if down > 0.0 {
+                    halves[usize::from(spot.x > face.middle.x)].push((spot, down));
+                }
+            }
+        }
+        halves.into_iter().enumerate().filter(|(_, found)| !found.is_empty()).map(move |(side, found)| {
+            let (mut low, mut high, mut spot, mut depth) = (Vec2::INFINITY, Vec2::NEG_INFINITY, Vec2::ZERO, 0.0f32);
+            for (at, down) in &found {
+                (low, high) = (low.min(*at - step), high.max(*at + step));
+                spot += *at / found.len() as f32;
+                depth = depth.max(*down);
+            }
+            // Each spot of the face is of one half alone.
+            if side == 0 {
+                high.x = high.x.min(face.middle.x)
+            } else {
+                low.x = low.x.max(face.middle.x)
+            }
+            let width = found.len() as f32 * step.x * step.y / size.y;
+            WaneEdge { low, high, spot, width, depth }
+        })
+    }
+}
