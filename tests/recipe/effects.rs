@@ -48,6 +48,7 @@ fn every_key_of_an_object_has_an_effect_or_is_told() {
                 "edge" => -value,
                 // The board shows no ring within 48 mm.
                 "heartwood_mm" => 80.0,
+                "juvenile_rings" => 60.0,
                 _ if parameter.integer => {
                     if value + 1.0 > parameter.max {
                         value - 1.0
@@ -90,6 +91,6 @@ fn notes_name_the_class() {
     let recipe = Recipe::parse("a.yaml", text).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(recipe.notes().len(), 1, "{:?}", recipe.notes());
     assert!(recipe.notes()[0].starts_with(
-        "classes.clear.knots.bark_mm has no effect while `knots.dead_count` and `knots.hole_count` are 0; "
+        "classes.clear.knots.bark_mm has no effect while `knots.dead_count` and `knots.hole_count` and `knots.loose_count` are 0; "
     ));
 }

@@ -37,6 +37,8 @@ enum ParameterNeeds {
     Fibres,
     /// Another parameter that can be other than 0, by its path.
     Amount(&'static str),
+    /// A factor that can be other than 1, by its path.
+    Factor(&'static str),
     /// One of several such parameters.
     Any(&'static [&'static str]),
     /// The same, or a whole stem, which has knots of all kinds.
@@ -224,6 +226,7 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("board.saw_pitch_mm", &[Amount("board.saw_ripple_um")]),
     ("log.ring_width_correlation", &[Amount("log.ring_width_log_sd")]),
     ("log.juvenile_latewood_ratio", &[Amount("log.juvenile_rings")]),
+    ("log.ring_width_trend_rings", &[ParameterNeeds::Factor("log.ring_width_pith_ratio")]),
     ("knots.width_mm", &[KNOTS]),
     ("knots.width_log_sd", &[KNOTS]),
     ("knots.slope_deg", &[KNOTS]),
@@ -397,6 +400,8 @@ impl ParameterNeeds {
             Self::Fibres => no_fibres(subject?, scene).map(no_matter),
             Self::Amount(path) => is_zero(scene, path)
                 .then(|| (format!("has no effect while `{path}` is 0"), format!("give `{path}` too, or remove it"))),
+            Self::Factor(path) => (scene.ends(path) == [1.0, 1.0])
+                .then(|| (format!("has no effect while `{path}` is 1"), format!("give `{path}` too, or remove it"))),
             Self::AnyKnots(_) if settings.log.source != LogSource::Placed => None,
             Self::Log(wanted) => unmet(("log", "source"), settings.log.source, wanted, Wording::While),
             Self::Any(paths) | Self::AnyKnots(paths) => paths.iter().all(|path| is_zero(scene, path)).then(|| {
@@ -485,7 +490,10 @@ mod tests {
         for (path, needs) in CONDITIONAL.iter().chain(NOTED) {
             assert!(declared(path), "{path}");
             for need in *needs {
-                assert!(!matches!(need, Amount(amount) if !declared(amount)), "{path} needs {need:?}");
+                assert!(
+                    !matches!(need, Amount(other) | ParameterNeeds::Factor(other) if !declared(other)),
+                    "{path} needs {need:?}"
+                );
                 assert!(
                     !matches!(need, Any(amounts) | ParameterNeeds::AnyKnots(amounts) if !amounts.iter().all(|amount| declared(amount))),
                     "{path}"
