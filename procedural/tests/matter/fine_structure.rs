@@ -246,7 +246,7 @@ fn arrises_chip_where_they_are() {
     let (mut changed, mut deepest) = (0, 0.0f32);
     for seed in 0..8 {
         let (mut base, mut draw) = plain(seed);
-        base.wane.width_mm = if seed % 2 == 0 { 0.0 } else { 6.0 };
+        base.wane.width_mm = if seed.is_multiple_of(2) { 0.0 } else { 6.0 };
         let mut asked = base;
         asked.marks.chip_count = 6.0;
         asked.marks.chip_mm = draw(4.0, 15.0);

@@ -108,7 +108,7 @@ impl<'a> SampleCounts<'a> {
             counts[1] += 1;
         }
         for ((parameter, tallies), &value) in declared.parameters.iter().zip(&mut self.parameters).zip(&row.numbers) {
-            if parameter.by_group && row.index % declared.group != 0 {
+            if parameter.by_group && !row.index.is_multiple_of(declared.group) {
                 continue;
             }
             let law = parameter.law_of_class[row.class];

@@ -434,7 +434,7 @@ fn pattern(seed: u64) -> (Wood, LogRoom, u64) {
     wood.stem.board_azimuth_deg = draw(-180.0, 180.0);
     wood.stem.board_radius_mm = draw(0.0, 250.0);
     wood.stem.face_deg = draw(-180.0, 180.0);
-    wood.log.grain_angle_deg = if seed % 2 == 0 { draw(-5.0, 5.0) } else { draw(-90.0, 90.0) };
+    wood.log.grain_angle_deg = if seed.is_multiple_of(2) { draw(-5.0, 5.0) } else { draw(-90.0, 90.0) };
     let room = LogRoom { length_mm: wood.stem.length_mm, radius_mm: wood.stem.radius_mm };
     let turn = wood.log.grain_angle_deg;
     (wood, room, least_pieces(room.length_mm, wood.board.length_mm, wood.board.width_mm, turn))
