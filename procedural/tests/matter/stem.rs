@@ -292,6 +292,7 @@ fn answers(wood: &Wood) -> Vec<u32> {
             let x = -45.0 + 3.1 * i as f32;
             let m = slice.matter(x, 21.7);
             words.extend([m.medium.mu_a, m.medium.fibre.x, m.medium.fibre.z].map(f32::to_bits));
+            words.push(slice.surface(x).map_or(0, |surface| surface.z.to_bits()));
             words.push(slice.below_outline_mm(x, 21.7).expect("sawn").to_bits());
         }
     }
@@ -302,11 +303,12 @@ fn answers(wood: &Wood) -> Vec<u32> {
 fn every_number_of_the_stem_has_an_effect() {
     let mut base = Wood::from_values(&mut |p| p.default);
     base.board.length_mm = 800.0;
-    base.stem.board_radius_mm = 95.0;
+    // Its arrises lie beyond the outline.
+    base.stem.board_radius_mm = 130.0;
     let before = answers(&base);
     for (parameter, value) in base.stem.values() {
         let end = if parameter.max - value > value - parameter.min { parameter.max } else { parameter.min };
-        let other = value + 0.1 * (end - value);
+        let other = if parameter.integer { end } else { value + 0.1 * (end - value) };
         let mut values = base.stem.values().into_iter();
         let mut changed = base;
         changed.stem = procedural::wood::StemParameters::from_values(&mut |p| {
