@@ -24,6 +24,7 @@ pub use arctangent::atan2;
 pub use body::Body;
 pub use medium::{Film, Gloss, KERNEL_INDICES, KERNEL_LEAST_SHARE, Medium, WOOD_DISPERSION_DEG};
 pub use mesh::Mesh;
+pub(crate) use normal::lognormal;
 pub use normal::normal;
 pub use parameter::Parameter;
 pub use stream::Stream;

@@ -24,6 +24,10 @@ const UNIT: f32 = 1.732_050_8 / 2_147_483_648.0;
 /// Odd multipliers that spread lattice coordinates over the words before mixing: 2^32 over the golden ratio, and the
 /// first two words of the fractional part of pi made odd.
 const SPREAD: [u32; 3] = [0x9e37_79b1, 0x243f_6a89, 0x85a3_08d3];
+/// No value of `plane` is larger than sqrt 3 over what the quintic keeps [1].
+pub(crate) const PLANE_MOST: f32 = 2.211;
+/// No value of `fibres` is larger [1]: of three lanes the profiles sum to 2 at most, each with sqrt 3 over the root of what the quintic keeps.
+pub(crate) const FIBRES_MOST: f32 = 4.74;
 /// Each octave of the fractal sum has this many times the frequency of the one before; not 2, so that lattices part [1].
 const LACUNARITY: f32 = 2.03;
 /// Amplitude of an octave over the one before [1].

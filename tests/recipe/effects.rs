@@ -94,3 +94,22 @@ fn notes_name_the_class() {
         "classes.clear.knots.bark_mm has no effect while `knots.dead_count` and `knots.hole_count` and `knots.loose_count` are 0; "
     ));
 }
+
+/// What is asked and cannot show is told: wet places that are dry, a core like all other wood, tubes that have no room.
+#[test]
+fn what_cannot_show_is_told() {
+    let recipe = |keys: &str| {
+        let text = format!("name: a\nsubject: wood\nclasses: {{one: {{share: 1}}}}\n{keys}\n");
+        Recipe::parse("a.yaml", &text).unwrap_or_else(|error| panic!("{error}"))
+    };
+    for (keys, note) in [
+        ("moisture: {patch_count: 2, filled: 0}", "moisture.patch_count has no effect while `moisture.filled` is 0"),
+        ("log: {juvenile_rings: 9, juvenile_latewood_ratio: 1}", "log.juvenile_rings has no effect while"),
+        ("anatomy: {canals_per_mm2: 20, canal_um: 500}", "anatomy.canal_um can be 500, and where 20 canals stand"),
+        ("anatomy: {pores_per_mm2: {uniform: [1, 100]}}", "at most 85 um wide"),
+    ] {
+        let notes = recipe(keys).notes().to_vec();
+        assert!(notes.len() == 1 && notes[0].contains(note), "{keys}: {notes:?}");
+    }
+    assert!(recipe("anatomy: {pores_per_mm2: 72}").notes().is_empty());
+}

@@ -292,3 +292,11 @@ fn no_mutation_of_a_recipe_panics() {
     // Comments and harmless digits leave some recipes right; if all or none were, the test would see nothing.
     assert!((100..3900).contains(&accepted), "{accepted} of 4000 accepted");
 }
+
+/// Edges of a board that wander stay apart.
+#[test]
+fn edges_stay_apart() {
+    let words = &["an edge can lie 9 mm beside its line", "10 mm wide", "at most 0.41 mm"];
+    only("board: {width_mm: 10, edge_wander_mm: 3}", (1, 23), "board.edge_wander_mm", words);
+    assert!(Recipe::parse("a.yaml", &format!("{GOOD}board: {{width_mm: 10, edge_wander_mm: 0.41}}\n")).is_ok());
+}

@@ -8,6 +8,7 @@
 
 use std::io::Cursor;
 
+use exr::meta::MetaData;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use procedural::Class;
@@ -25,6 +26,8 @@ pub(crate) const BUILT_IN: [BuiltIn; 1] =
 const MAX_SIDE: u32 = 16_384;
 /// Most pixels: a board of 2.4 m by 0.25 m at 0.14 mm [px].
 const MAX_PIXELS: usize = 32 << 20;
+/// Most channels of an EXR.
+const MAX_CHANNELS: usize = 16;
 /// Share of light below which a patch of a drawn map is looked at as a knot: 0.5 in the thesis.
 const LEAST_SHARE: f32 = 0.02;
 
@@ -87,7 +90,7 @@ pub(crate) fn read_picture(own: &PictureSettings) -> Result<Option<BoardPicture>
     };
     let Some(file) = own.labels.asset() else { return Ok(Some(picture)) };
     let classes = labels(file, picture.fibres().size, &lens).map_err(|fault| (LABELS, fault))?;
-    Ok(Some(picture.labelled(classes)))
+    Ok(Some(picture.labelled(classes).map_err(told(LABELS, file))?))
 }
 
 /// Order of a file's rows.
@@ -165,7 +168,11 @@ fn labels(file: &Asset, wanted: [usize; 2], rows: &Rows) -> Result<Vec<Class>, A
             let (row, col) = (pixel / size[1], pixel % size[1]);
             AssetFault::new(
                 format!("`{}` has the number {number} in row {row}, column {col}, which is no class of wood", file.name()),
-                "give numbers of pixel classes: 1 clear, 2 sound_knot, 3 dead_knot, 4 rot, 28 to 44 as labels have them",
+                format!(
+                    "give numbers of pixel classes: 1 clear, 2 sound_knot, 3 dead_knot, 4 rot, {} to {} as labels have them",
+                    Class::KnotHole as u8,
+                    Class::ALL.map(|class| class as u8).into_iter().max().unwrap_or_default()
+                ),
             )
         })
     };
@@ -227,6 +234,15 @@ fn exr(file: &Asset, pixel_mm: [f32; 2], rows: &Rows) -> Result<(FibreMap, Vec<f
     let remedy = "give an EXR with FibreCos2, FibreSin2 and FibreDive [deg] as `gen fibres` writes it";
     let wrong = |problem: String| AssetFault::new(format!("`{}`: {problem}", file.name()), remedy);
     let reader = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    // Headers first: channels that are small in the file and large in memory, or many, are not decoded.
+    let headers =
+        MetaData::read_from_buffered(Cursor::new(file.bytes()), false).map_err(|e| wrong(e.to_string()))?.headers;
+    for header in &headers {
+        check_size(file, header.layer_size.width(), header.layer_size.height())?;
+        if header.channels.list.len() > MAX_CHANNELS {
+            return Err(wrong(format!("it has {} channels, more than {MAX_CHANNELS}", header.channels.list.len())));
+        }
+    }
     // Not in parallel: what is small is read as fast by one thread.
     let image = reader.non_parallel().from_buffered(Cursor::new(file.bytes())).map_err(|e| wrong(e.to_string()))?;
     let layer = image.layer_data;

@@ -150,8 +150,22 @@ pub(crate) fn clear_light(light: &[f32], fibres: &FibreMap) -> f64 {
 
 /// Which pixels lie in knots.
 fn inside(fibres: &FibreMap) -> Vec<bool> {
-    let within = |pixel| fibres.knots.iter().any(|knot| knot.within(fibres.place_mm(pixel)) < 1.0);
-    (0..fibres.azimuth_rad.len()).map(within).collect()
+    let [rows, cols] = fibres.size;
+    let mut inside = vec![false; rows * cols];
+    for knot in &fibres.knots {
+        // The pixels of the box about its outline, and one more on each side.
+        let span = |middle: f32, pixel: f32, count: usize| {
+            let [low, high] = [-1.0, 1.0].map(|side| (middle + side * knot.half_axes_mm[0]) / pixel);
+            ((low - 1.0).max(0.0) as usize).min(count)..((high + 2.0).max(0.0) as usize).min(count)
+        };
+        let across = span(knot.centre_mm.x, fibres.pixel_mm[1], cols);
+        for row in span(knot.centre_mm.y, fibres.pixel_mm[0], rows) {
+            for pixel in across.clone().map(|col| row * cols + col) {
+                inside[pixel] |= knot.within(fibres.place_mm(pixel)) < 1.0;
+            }
+        }
+    }
+    inside
 }
 
 /// The mean of clear wood, and knot wood, whose scattering pictures are held to.
@@ -219,4 +233,41 @@ fn levels(mu_a: &[f32], inside: &[bool], fibres: &FibreMap, count: usize) -> Vec
         sums.iter().zip(weights).map(|(sum, w)| (sum + 1.0e-3 * mean) / (w + 1.0e-3)).collect()
     };
     DEPTHS_MM[..count].iter().map(|&depth| level(depth)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Vec2, Vec3};
+
+    use super::*;
+    use crate::PictureKnot;
+
+    /// The boxes about the knots are only a shortcut.
+    #[test]
+    fn pixels_in_knots_are_those_within_their_outlines() {
+        let size = [240, 160];
+        let turn = |i: usize, by: f32| (0.5 + i as f32 * by).fract();
+        let knot = |i: usize| PictureKnot {
+            centre_mm: Vec2::new(28.0 * turn(i, 0.8192) - 2.0, 40.0 * turn(i, 0.671) - 2.0),
+            half_axes_mm: [0.1 + 5.0 * turn(i, 0.5497), 0.1 + 0.1 * turn(i, 0.5497)]
+                .map(|mm| mm * (1.0 + turn(i, 0.3))),
+            azimuth_rad: 6.0 * turn(i, 0.45),
+            axis: Vec3::Z,
+            end_confidence: 0.0,
+            brightness: 0.5,
+            dead: false,
+        };
+        let count = size[0] * size[1];
+        let fibres = FibreMap {
+            size,
+            pixel_mm: [0.16, 0.15],
+            azimuth_rad: vec![0.0; count],
+            dive_rad: vec![0.0; count],
+            confidence: vec![1.0; count],
+            knots: (0..60).map(knot).collect(),
+        };
+        let within = |pixel| fibres.knots.iter().any(|knot| knot.within(fibres.place_mm(pixel)) < 1.0);
+        let every: Vec<bool> = (0..count).map(within).collect();
+        assert!(inside(&fibres) == every && every.iter().filter(|inside| **inside).count() > 1000);
+    }
 }

@@ -24,6 +24,10 @@ use crate::{AbsorptionMap, Face, FibreMap, PictureFault, PictureKnot, Settings, 
 /// Fibres are disturbed as far as this from a knot's outline [half axes]: as `media.knot_fibre_dispersion_deg` says.
 const DISTURBED: f32 = 4.0;
 
+/// Most patches of a picture of classes: instances have numbers of 16 bits, a board's border may part a patch, and the board's own
+/// defects have numbers too.
+const MOST_PATCHES: usize = 30_000;
+
 /// How far below the face its colour goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Depth {
@@ -95,13 +99,19 @@ impl BoardPicture {
 
     /// With a class for every pixel, in the place of the knots that were found as labels.
     ///
+    /// # Errors
+    /// More patches than instances can be told apart.
+    ///
     /// # Panics
     /// Where there are not as many as pixels.
-    #[must_use]
-    pub fn labelled(mut self, classes: Vec<Class>) -> Self {
+    pub fn labelled(mut self, classes: Vec<Class>) -> Result<Self, PictureFault> {
         assert_eq!(classes.len(), self.light.len(), "a class for each pixel");
+        let patches = patches(&classes, self.fibres.size).1.len();
+        if patches > MOST_PATCHES {
+            return Err(PictureFault::Patches { patches, most: MOST_PATCHES });
+        }
         self.classes = Some(classes);
-        self
+        Ok(self)
     }
 
     /// Its fibres and knots.

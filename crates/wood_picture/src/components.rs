@@ -24,11 +24,26 @@ impl Patch {
     }
 }
 
+/// Pixels that are reached from the first over sides that they share; `take` says whether a pixel belongs to them and is new, and notes
+/// it; the first is the caller's to note.
+pub(crate) fn flood(first: usize, [rows, cols]: [usize; 2], mut take: impl FnMut(usize) -> bool) -> Vec<usize> {
+    let (mut reached, mut next) = (vec![first], 0);
+    while next < reached.len() {
+        let (row, col) = (reached[next] / cols, reached[next] % cols);
+        next += 1;
+        for (r, c) in [(row.wrapping_sub(1), col), (row + 1, col), (row, col.wrapping_sub(1)), (row, col + 1)] {
+            if r < rows && c < cols && take(r * cols + c) {
+                reached.push(r * cols + c);
+            }
+        }
+    }
+    reached
+}
+
 /// Number of the patch of every pixel, 0 in clear wood, and the patches from number 1 on.
 pub(crate) fn patches(classes: &[Class], [rows, cols]: [usize; 2]) -> (Vec<u32>, Vec<Patch>) {
     let mut numbers = vec![0_u32; rows * cols];
     let mut found: Vec<Patch> = Vec::new();
-    let mut open = Vec::new();
     for first in 0..rows * cols {
         let class = classes[first];
         if class == Class::Clear || numbers[first] > 0 {
@@ -37,26 +52,18 @@ pub(crate) fn patches(classes: &[Class], [rows, cols]: [usize; 2]) -> (Vec<u32>,
         let number = found.len() as u32 + 1;
         let mut patch = Patch { class, sums: [0.0; 2], rows: [rows, 0], cols: [cols, 0], count: 0.0 };
         numbers[first] = number;
-        open.push(first);
-        while let Some(pixel) = open.pop() {
+        let pixels = flood(first, [rows, cols], |next| {
+            let is_new = numbers[next] == 0 && classes[next] == class;
+            numbers[next] = if is_new { number } else { numbers[next] };
+            is_new
+        });
+        for pixel in pixels {
             let (row, col) = (pixel / cols, pixel % cols);
             patch.sums[0] += row as f64;
             patch.sums[1] += col as f64;
             patch.count += 1.0;
             patch.rows = [patch.rows[0].min(row), patch.rows[1].max(row)];
             patch.cols = [patch.cols[0].min(col), patch.cols[1].max(col)];
-            let beside = [
-                (row > 0).then(|| pixel - cols),
-                (row + 1 < rows).then(|| pixel + cols),
-                (col > 0).then(|| pixel - 1),
-                (col + 1 < cols).then(|| pixel + 1),
-            ];
-            for next in beside.into_iter().flatten() {
-                if numbers[next] == 0 && classes[next] == class {
-                    numbers[next] = number;
-                    open.push(next);
-                }
-            }
         }
         found.push(patch);
     }

@@ -45,6 +45,16 @@ pub enum PictureFault {
         /// The board: length and width [mm].
         board_mm: [f32; 2],
     },
+    /// More patches of classes than instances can be told apart.
+    #[error(
+        "the classes make {patches} patches, more than {most}; smooth the picture of classes, or leave out patches of a few pixels"
+    )]
+    Patches {
+        /// Patches of one class that share no side.
+        patches: usize,
+        /// The most.
+        most: usize,
+    },
     /// A brightness that is no number, or below 0.
     #[error("row {row}, column {col} has the brightness {value}; every pixel needs a number from 0 on")]
     Value {

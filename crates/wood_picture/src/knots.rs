@@ -15,6 +15,7 @@ use std::f32::consts::PI;
 
 use glam::{Mat2, Vec2, Vec3};
 
+use crate::components::flood;
 use crate::raster::{Beyond, around, quantile, smooth};
 use crate::texture::Cells;
 
@@ -169,19 +170,15 @@ fn patches(ground: &Ground, level: f32, least_mm: f32) -> Vec<Patch> {
         if seen[start] || ground.light[start] >= level {
             continue;
         }
-        let (mut patch, mut next) = (vec![start], 0);
         seen[start] = true;
+        let patch = flood(start, [rows, cols], |cell| {
+            let is_new = !seen[cell] && ground.light[cell] < level;
+            seen[cell] |= is_new;
+            is_new
+        });
         let (mut low, mut high) = ([rows, cols], [0, 0]);
-        while next < patch.len() {
-            let (row, col) = (patch[next] / cols, patch[next] % cols);
-            next += 1;
+        for (row, col) in patch.iter().map(|cell| (cell / cols, cell % cols)) {
             (low, high) = ([low[0].min(row), low[1].min(col)], [high[0].max(row), high[1].max(col)]);
-            for (r, c) in [(row.wrapping_sub(1), col), (row + 1, col), (row, col.wrapping_sub(1)), (row, col + 1)] {
-                if r < rows && c < cols && !seen[r * cols + c] && ground.light[r * cols + c] < level {
-                    seen[r * cols + c] = true;
-                    patch.push(r * cols + c);
-                }
-            }
         }
         let cut = low[0] == 0 || low[1] == 0 || high[0] + 1 == rows || high[1] + 1 == cols;
         if !cut && patch.len() as f32 * ground.cells.side_mm.powi(2) >= least_area {
@@ -200,19 +197,9 @@ fn filled(patch: &[usize], cols: usize, low: [usize; 2], high: [usize; 2]) -> Ve
     for &cell in patch {
         taken[(cell / cols - low[0] + 1) * wide + cell % cols - low[1] + 1] = true;
     }
-    let (mut outside, mut next) = (vec![0], 0);
     let mut reached = taken.clone();
     reached[0] = true;
-    while next < outside.len() {
-        let (row, col) = (outside[next] / wide, outside[next] % wide);
-        next += 1;
-        for (r, c) in [(row.wrapping_sub(1), col), (row + 1, col), (row, col.wrapping_sub(1)), (row, col + 1)] {
-            if r < tall && c < wide && !reached[r * wide + c] {
-                reached[r * wide + c] = true;
-                outside.push(r * wide + c);
-            }
-        }
-    }
+    flood(0, [tall, wide], |cell| !std::mem::replace(&mut reached[cell], true));
     let in_it = |&i: &usize| taken[i] || !reached[i];
     (0..tall * wide).filter(in_it).map(|i| (i / wide + low[0] - 1) * cols + i % wide + low[1] - 1).collect()
 }

@@ -10,6 +10,7 @@
 //! fleck appears, w / sin of the angle long; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
 //! cells lie along the radius, but light leaves so thin a sheet after a free path or less: the direction that it meets is the fibres' turned
 //! towards the radius by w / (w + [`FREE_PATH_MM`]), a guess.
+//! Tubes that would fill more than [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`).
 //! Sources: docs/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
 //! ends, no radial canals, no multiples of vessels; details below a pixel are seen at points, not averaged.
 
@@ -69,6 +70,11 @@ pub(super) struct Anatomy {
     ring_porous: f32,
     dust: f32,
     rays: Option<Rays>,
+}
+
+/// The widest tubes that have room where so many stand across the grain [um]; wider ones are narrowed to it.
+pub fn widest_tube_um(per_mm2: f64) -> f64 {
+    1000.0 * f64::from(FULL) / per_mm2.sqrt()
 }
 
 impl Tubes {

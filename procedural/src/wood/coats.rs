@@ -12,7 +12,7 @@ use rand::RngExt;
 use super::parameters::Wood;
 use super::zones::Face;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, normal};
+use crate::{Class, Instance, Stream, lognormal};
 
 /// Spread of the logarithm of sizes [1].
 const LOG_SD: f64 = 0.5;
@@ -61,7 +61,7 @@ impl Coats {
                 let mut rng = own.rng();
                 let spot = face.spot([rng.random(), rng.random()]);
                 let long = 1.0 + rng.random::<f32>();
-                let size = (size * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+                let size = lognormal(&mut rng, size, LOG_SD) as f32;
                 let (centre, half) = match class {
                     // Across the whole board.
                     Class::Burn => (Vec2::new(face.middle.x, spot.y), Vec2::new(f32::INFINITY, 0.5 * size)),

@@ -19,7 +19,7 @@ use super::pith::{LogPoint, Trunk};
 use super::zones::Face;
 use crate::medium::KERNEL_INDICES;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, normal};
+use crate::{Class, Instance, Stream, lognormal};
 
 /// Cell of the front's noise across the fibre [mm].
 const CELL_MM: f32 = 12.0;
@@ -131,7 +131,7 @@ impl Decay {
         let pockets = (0..pockets).map(|index| {
             let mut rng = stream.child("pocket").index(index).rng();
             let spot = face.spot([rng.random(), rng.random()]);
-            let length = asked.pocket_length_mm * libm::exp(POCKET_LOG_SD * normal(&mut rng));
+            let length = lognormal(&mut rng, asked.pocket_length_mm, POCKET_LOG_SD);
             let place = trunk.place(spot.x, spot.y, face.height);
             let half = 0.5 * length as f32;
             let id = note(Class::Rot, f64::from(spot.x), f64::from(spot.y), length);

@@ -1,14 +1,15 @@
 //! The grain that the upper face cuts, on a grid: what torn fibres, canals, pores and rays need at every pixel.
 //!
 //! Models: at the nodes of a grid of [`STEP_MM`] the face is asked for the time of growth t, for the bundle that lies there, for
-//! the fibre's dive and for decay; between nodes all of them are joined by straight lines. Torn and fuzzy grain: knives that
+//! the fibre's dive and for decay; between nodes all of them are joined by straight lines, bundles the shorter way about the pith, since
+//! their numbers begin anew opposite of the board's middle. Torn and fuzzy grain: knives that
 //! travel along the board lift fibres that dive against their travel and tear them out; strands of noise along the grain, deep where they
 //! are low and raised where they are high, z = s h n - s h max(0, n - 1), with the share s of the dive. Fibres that are only bent up (fuzz) are finer,
 //! stand where fibres dive to either side, and point in all directions.
 //! Decayed wood shrinks and is worn: the face sinks by the asked depth times severity times the share of the front that has passed.
 //! Strands follow the grain around knots because they are counted by bundles.
 //! Sources: engineering estimates. Limits: details below the grid's step; what lies below the face is as at the face; knots
-//! themselves stay whole; torn places neither shade nor hide.
+//! themselves stay whole and sound; torn places neither shade nor hide unless decay sinks the face or it has openings.
 
 use glam::{Vec2, Vec3};
 use rand::RngExt;
@@ -17,7 +18,7 @@ use super::growth::Growth;
 use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
 use super::zones::Face;
-use crate::noise::{Noise, smoothstep};
+use crate::noise::{FIBRES_MOST, Noise, PLANE_MOST, smoothstep};
 use crate::{Stream, Surface};
 
 /// Distance of two nodes, where the board isn't so large that more than [`MOST_NODES`] would be needed [mm].
@@ -26,6 +27,8 @@ const MOST_NODES: f32 = 2.5e5;
 /// Strands that the knives tear out, and raised fibres: half width across and mean length along [mm].
 const TORN_MM: [Vec2; 2] = [Vec2::new(0.22, 2.4), Vec2::new(0.7, 6.0)];
 const FUZZY_MM: Vec2 = Vec2::new(0.12, 0.9);
+/// Height of either size of torn strands over what is asked [1]: of both the root mean square is that.
+const TORN_PART: f32 = 0.7;
 /// Tears begin and are complete at these parts of the dive that is asked [1].
 const DIVES: [f32; 2] = [0.5, 1.5];
 /// Cell of the patches in which grain tears [mm], and how much they vary it [1].
@@ -57,8 +60,8 @@ pub(super) struct FaceGrains {
     low: Vec2,
     step: f32,
     size: [usize; 2],
-    /// t, bundle, torn, fuzzy, sunk.
-    nodes: Vec<[f32; 5]>,
+    /// t, bundle, torn, fuzzy, sunk, change of the bundle over a turn about the pith.
+    nodes: Vec<[f32; 6]>,
     middle: Vec2,
     turn: Vec2,
     /// Parts of bundle and t in the coordinate across the strands [1].
@@ -85,9 +88,10 @@ impl FaceGrains {
             return None;
         }
         let face = Face::of(wood);
-        let step = STEP_MM.max((4.0 * face.half.x * face.half.y / MOST_NODES).sqrt());
-        let size = [face.half.x, face.half.y].map(|half| (2.0 * half / step).ceil() as usize + 2);
-        let low = face.middle - face.half - 0.5 * step;
+        let half = face.half + Vec2::new(face.edge_room, 0.0);
+        let step = STEP_MM.max((4.0 * half.x * half.y / MOST_NODES).sqrt());
+        let size = [half.x, half.y].map(|half| (2.0 * half / step).ceil() as usize + 2);
+        let low = face.middle - half - 0.5 * step;
         let feed = if stream.child("feed").rng().random::<f32>() < 0.5 { -1.0 } else { 1.0 };
         let patches = Noise::new(stream.child("patches"));
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());
@@ -102,7 +106,9 @@ impl FaceGrains {
             let outside = grown.branch.as_ref().map_or(1.0, |branch| smoothstep(0.95, 1.05, branch.x));
             let uneven = (1.0 + PATCHES * patches.plane(spot / PATCH_MM).0).max(0.0) * outside;
             let share = |dive: f32| uneven * smoothstep(DIVES[0] * limit, DIVES[1] * limit, dive);
-            [grown.t, grown.bundle, share(dive), share(dive.abs()), sunk(spot.x, &place)]
+            // Decay keeps out of knots, which stand in the sunk face.
+            let sunk = sunk(spot.x, &place) * outside;
+            [grown.t, grown.bundle, share(dive), share(dive.abs()), sunk, growth.bundles_around(place.r)]
         };
         let row = |j: usize| {
             let y = low.y + step * j as f32;
@@ -132,6 +138,14 @@ impl FaceGrains {
         let (u, v) = ((q.x - i as f32).clamp(0.0, 1.0), (q.y - j as f32).clamp(0.0, 1.0));
         let at = j * self.size[0] + i;
         let [a, b, c, d] = [at, at + 1, at + self.size[0], at + self.size[0] + 1].map(|n| &self.nodes[n]);
+        // Of numbers of bundles that are a turn apart the ones near to that of the nearest node.
+        let main = [a, b, c, d][usize::from(u > 0.5) + 2 * usize::from(v > 0.5)][1];
+        let near = |node: &[f32; 6]| {
+            let (off, turn) = (main - node[1], node[5]);
+            let bundle = if off.abs() > 0.5 * turn { node[1] + (off / turn).round() * turn } else { node[1] };
+            [node[0], bundle, node[2], node[3], node[4]]
+        };
+        let [a, b, c, d] = [a, b, c, d].map(near);
         let value = |n: usize| (a[n] + u * (b[n] - a[n])) * (1.0 - v) + (c[n] + u * (d[n] - c[n])) * v;
         let along_x = |n: usize| ((b[n] - a[n]) * (1.0 - v) + (d[n] - c[n]) * v) / self.step;
         let along_y = |n: usize| ((c[n] - a[n]) * (1.0 - u) + (d[n] - b[n]) * u) / self.step;
@@ -148,9 +162,15 @@ impl FaceGrains {
         (grain(&value, l), [grain(&along_x, self.turn.y), grain(&along_y, self.turn.x)])
     }
 
-    /// How far the face is raised at most, but for the rarest fibres [mm].
+    /// How far the face is raised at most [mm]: both sizes of torn strands at the height where they are cut, and the highest fibres, in
+    /// the patch that varies them most.
     pub fn relief(&self) -> f32 {
-        self.torn + 4.0 * self.fuzzy
+        (1.0 + PATCHES * PLANE_MOST) * (2.0 * TORN_PART * self.torn + FIBRES_MOST * self.fuzzy)
+    }
+
+    /// Whether decay has sunk the face somewhere.
+    pub fn is_sunk(&self) -> bool {
+        self.nodes.iter().any(|node| node[4] > 0.0)
     }
 
     /// The face with what is torn out of it, raised and sunk.
@@ -176,8 +196,8 @@ impl FaceGrains {
             face.slope_y += height * (share * along(&by[1]) + change[1] * n);
         };
         let torn = [by[0].torn, by[1].torn];
-        add(self.strands[0], TORN_MM[0], 0.7 * self.torn, here.torn, torn, true);
-        add(self.strands[1], TORN_MM[1], 0.7 * self.torn, here.torn, torn, true);
+        add(self.strands[0], TORN_MM[0], TORN_PART * self.torn, here.torn, torn, true);
+        add(self.strands[1], TORN_MM[1], TORN_PART * self.torn, here.torn, torn, true);
         add(self.strands[2], FUZZY_MM, self.fuzzy, here.fuzzy, [by[0].fuzzy, by[1].fuzzy], false);
         face
     }

@@ -108,6 +108,18 @@ impl Growth {
         Self { layers: layers.cloned(), ..self }
     }
 
+    /// Spiral grain at a distance from the pith, sine and cosine [1].
+    #[inline]
+    fn spiral(&self, r: f32) -> (f32, f32) {
+        let spiral = (self.spiral[0] + self.spiral[1] * r).clamp(-SPIRAL_LIMIT, SPIRAL_LIMIT);
+        (spiral * (1.0 - spiral * spiral / 6.0), 1.0 - 0.5 * spiral * spiral)
+    }
+
+    /// By how much the number of the bundle changes over a whole turn about the pith [mm].
+    pub fn bundles_around(&self, r: f32) -> f32 {
+        std::f32::consts::TAU * r * self.spiral(r).1
+    }
+
     /// Time of growth and fibre at a place among the knots that may be near.
     #[inline]
     pub fn at<'a>(&self, place: &LogPoint, knots: impl Iterator<Item = &'a Knot>) -> Grown<'a> {
@@ -129,8 +141,7 @@ impl Growth {
             turned_phi += layer.turn;
             runs += layer.drift_slope;
         }
-        let spiral = (self.spiral[0] + self.spiral[1] * r).clamp(-SPIRAL_LIMIT, SPIRAL_LIMIT);
-        let (sin, cos) = (spiral * (1.0 - spiral * spiral / 6.0), 1.0 - 0.5 * spiral * spiral);
+        let (sin, cos) = self.spiral(r);
         let mut stream = Vec2::X;
         let mut bundle = r * turned_phi * cos + place.l * sin;
         let mut disturbed = 0.0f32;

@@ -16,7 +16,7 @@ use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
 use super::zones::Face;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, normal};
+use crate::{Class, Instance, Stream, lognormal};
 
 /// Spread of the logarithm of each size [1].
 const LOG_SD: f64 = 0.3;
@@ -83,7 +83,7 @@ impl Inclusions {
                 let place = trunk.place(spot.x, spot.y, face.height);
                 let ring = trunk.layer(&place);
                 let aside = rng.random::<f32>() - 0.5;
-                let mut about = |median: f64| 0.5 * median * libm::exp(LOG_SD * normal(&mut rng));
+                let mut about = |median: f64| lognormal(&mut rng, 0.5 * median, LOG_SD);
                 let half = [asked.thickness_mm, asked.width_mm, length].map(|size| about(size) as f32);
                 let t = ring + aside * half[0];
                 // Where the wood tore lies the boundary of a ring, if one is so near that the face still cuts the pocket.

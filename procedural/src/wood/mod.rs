@@ -41,6 +41,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use self::anatomy::Anatomy;
+pub use self::anatomy::widest_tube_um;
 pub use self::around_knot::{KnotSurrounding, KnotSurroundings};
 use self::coats::Coats;
 use self::coefficients::{Coefficients, WoodKinds};
@@ -53,7 +54,7 @@ use self::inclusions::{Filling, Inclusions};
 pub use self::knot_names::{KnotNames, KnotPlace};
 use self::knot_placement::PlacedKnot;
 use self::moisture::WetPlaces;
-use self::openings::{Floor, GALLERY_COAT, Opening, Openings};
+use self::openings::{FLOOR_MM, Floor, GALLERY_COAT, Opening, Openings};
 use self::outline_wane::OutlineWane;
 pub use self::parameters::{
     Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
@@ -61,6 +62,7 @@ pub use self::parameters::{
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;
+pub use self::sawn_surface::EDGE_MOST;
 use self::sawn_surface::{SawnProfile, SawnSurface};
 use self::stem::{Cut, Sawing};
 pub use self::stem::{LogRoom, Stem, StemBranch, StemError, least_pieces, sawn_at};
@@ -68,7 +70,7 @@ use self::zones::Zones;
 use crate::noise::Noise;
 use crate::{Class, Gloss, Instance, Matter, Medium, Mesh, Stream, Surface};
 
-/// Rings are grown this far beyond the farthest corner [mm].
+/// Rings are grown this far beyond the layer of the farthest corner [mm]: layers wave, and dents behind dead branches reach outwards.
 const RING_MARGIN_MM: f32 = 10.0;
 /// One over the cells of fine bundles: around and outwards, along [mm^-1]; three or four tracheids, a fibre's length.
 const FINE_PER_MM: [f32; 2] = [1.0 / 0.12, 1.0 / 3.5];
@@ -203,7 +205,8 @@ impl Plank {
         let mut plank = Self::assemble(streams, wood, sawing.trunk, growth, sawn, knots, None);
         if wood.stem.outline_wane >= 0.5 {
             let wane = OutlineWane::new(stream.child("outline wane"), wood, &cut);
-            plank.openings.leave_outline(&wane, &plank.trunk, &mut plank.instances);
+            let Self { openings, trunk, sawn, instances, .. } = &mut plank;
+            openings.leave_outline(&wane, trunk, |y| sawn.edges(y), instances);
         }
         plank.cut = Some(cut);
         plank
@@ -220,8 +223,9 @@ impl Plank {
     ) -> Self {
         let stream = streams.board;
         let board = &wood.board;
-        let half = 0.5 * Vec2::new(board.width_mm as f32, board.length_mm as f32);
-        let reach = trunk.reach(half, board.thickness_mm as f32) + RING_MARGIN_MM;
+        let face = zones::Face::of(wood);
+        let widest = face.half + Vec2::new(face.edge_room, 0.0);
+        let reach = trunk.youngest(trunk.reach(widest, face.height)) + RING_MARGIN_MM;
         let kinds = WoodKinds::new(&wood.media);
         let rings = Rings::grow(streams.log.child("rings"), &wood.log, reach);
         let mut instances: Vec<Instance> = knots.iter().filter_map(|placed| placed.instance).collect();
@@ -237,7 +241,6 @@ impl Plank {
         let sunk = |x: f32, place: &LogPoint| decay.as_ref().map_or(0.0, |decay| decay.sunk(x, place, loss));
         let grains = FaceGrains::grow(stream.child("grain"), wood, &trunk, &growth, &knots, sunk);
         let grain = grains.map(|grains| {
-            let face = zones::Face::of(wood);
             let middle = trunk.place(face.middle.x, face.middle.y, face.height);
             Box::new((grains, Anatomy::grow(stream.child("anatomy"), wood, &middle)))
         });
@@ -279,9 +282,9 @@ impl Plank {
         PlankSlice { plank: self, y, middle: 0.5 * (low.x + high.x), cut: self.sawn.cut(y), near, open }
     }
 
-    /// Whether its upper face has openings that may hide or shade a part of it.
+    /// Whether its upper face has openings or sunk decay, whose walls may hide or shade a part of it.
     pub fn is_open(&self) -> bool {
-        !self.openings.is_empty()
+        !self.openings.is_empty() || self.grain.as_ref().is_some_and(|grain| grain.0.is_sunk())
     }
 
     /// A closed coarse hull, warped and rippled like the board but smooth [mm].
@@ -386,15 +389,20 @@ impl PlankSlice<'_> {
     /// Upper surface above `x` [mm]; `None` beside the board.
     #[inline]
     pub fn surface(&self, x: f32) -> Option<Surface> {
-        let mut face = self.cut.surface(x)?;
-        if let Some(grain) = &self.plank.grain {
-            face = self.carved(grain, face, Vec2::new(x, self.y));
+        let sawn = self.cut.surface(x)?;
+        let (plank, spot, mut face) = (self.plank, Vec2::new(x, self.y), sawn);
+        if let Some(grain) = &plank.grain {
+            face = self.carved(grain, face, spot);
         }
-        if self.open.is_empty() {
+        if !self.open.is_empty() {
+            face = plank.openings.lower(&self.open, spot, &plank.trunk, face);
+        }
+        if face.z >= FLOOR_MM || face.z >= sawn.z {
             return Some(face);
         }
-        let plank = self.plank;
-        Some(plank.openings.lower(&self.open, Vec2::new(x, self.y), &plank.trunk, face))
+        // Whatever takes wood away leaves a sheet of it above the conveyor, or what a board that warps below it has there.
+        let left = Surface { z: FLOOR_MM, slope_x: 0.0, slope_y: 0.0 };
+        Some(if sawn.z < FLOOR_MM { sawn } else { left })
     }
 
     /// The face with torn grain, grooves of vessels and what decay took.

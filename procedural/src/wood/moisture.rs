@@ -20,7 +20,7 @@ use super::decay::LEAST_SIGMA_I;
 use super::parameters::Wood;
 use super::zones::Face;
 use crate::noise::{Noise, smoothstep};
-use crate::{Stream, normal};
+use crate::{Stream, lognormal};
 
 /// What full lumina take from scattering by cylinders and between them [1].
 const LOSS: [f32; 2] = [0.84, 0.42];
@@ -63,7 +63,7 @@ impl WetPlaces {
             let centre =
                 face.middle + face.half * Vec2::new(2.0 * rng.random::<f32>() - 1.0, 2.0 * rng.random::<f32>() - 1.0);
             let long = 2.0 + 2.0 * rng.random::<f32>();
-            let across = (asked.patch_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let across = lognormal(&mut rng, asked.patch_mm, LOG_SD) as f32;
             Patch { centre, half: 0.5 * across * Vec2::new(1.0, long), outline: Noise::new(own.child("outline")) }
         });
         let (sin, cos) = libm::sincos(wood.log.grain_angle_deg.to_radians());

@@ -22,12 +22,12 @@ use rand::RngExt;
 use super::growth::wrap;
 use super::knot::{Knot, KnotDistance, KnotSection};
 use super::knot_placement::PlacedKnot;
-use super::outline_wane::OutlineWane;
+use super::outline_wane::{OutlineWane, WaneEdge};
 use super::parameters::Wood;
 use super::pith::Trunk;
 use super::zones::Face;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, Surface, normal};
+use crate::{Class, Instance, Stream, Surface, lognormal};
 
 /// Steepest wall of a hole [1].
 const STEEPEST: f32 = 20.0;
@@ -48,10 +48,10 @@ const UNEVEN: [f32; 2] = [0.3, 5.0];
 /// Wander of the wane's line over its width, root mean square [1], and its cell along the board [mm].
 const WANE_WANDER: [f32; 2] = [0.3, 70.0];
 /// Roughness of bark and of the surface below it [mm], and its cell [mm].
-pub(super) const BARK_ROUGH_MM: [f32; 2] = [0.5, 0.03];
-pub(super) const BARK_CELL_MM: f32 = 3.5;
+const BARK_ROUGH_MM: [f32; 2] = [0.5, 0.03];
+const BARK_CELL_MM: f32 = 3.5;
 /// Cell of the patches of bark [mm].
-pub(super) const BARK_PATCH_MM: f32 = 30.0;
+const BARK_PATCH_MM: f32 = 30.0;
 /// Depth from which on a place has the opening's label [mm].
 const LABELLED_MM: f32 = 0.03;
 /// Wander of the outline of a place that the planer missed, over its size, root mean square [1].
@@ -65,9 +65,11 @@ const LOOSE_TILT: f32 = 0.7;
 const CHIP_SHAPE: [f32; 2] = [0.25, 0.2];
 /// Unevenness of a chip's outline and floor, root mean square [1], and its cells across and along [mm].
 const CHIP_UNEVEN: f32 = 0.2;
+/// Most of that unevenness [root mean squares].
+const CHIP_MOST: f32 = 5.0;
 const CHIP_CELL_MM: Vec2 = Vec2::new(1.2, 6.0);
-/// How far an edge that wanders can leave the board's nominal width [mm].
-const EDGE_ROOM_MM: f32 = 9.0;
+/// Bounds of value noise in the plane that hold all of it: bark is everywhere or nowhere beyond them [1].
+const NORMAL_TO_SHARE: f32 = 2.3;
 /// Light that the dark wall of a gallery lets through, each way; an estimate [1].
 pub(super) const GALLERY_COAT: f32 = 0.45;
 /// Step of the differences that give slopes [mm].
@@ -98,6 +100,15 @@ pub(super) enum Floor {
     Frass,
     /// Bark.
     Bark,
+}
+
+/// Bark and the bare surface below it, in patches.
+#[derive(Debug, Clone)]
+pub(super) struct BarkCover {
+    /// Share of bark [1].
+    share: f32,
+    rough: Noise,
+    patches: Noise,
 }
 
 #[derive(Debug, Clone)]
@@ -139,10 +150,8 @@ enum Form {
         slope: f32,
         /// One over twice the radius of the log [mm^-1].
         bend: f32,
-        bark: f32,
         line: Noise,
-        rough: Noise,
-        patches: Noise,
+        bark: BarkCover,
     },
     Outline(Box<OutlineWane>),
     Roller {
@@ -162,6 +171,8 @@ enum Form {
     Chip {
         /// Middle of the chip on the arris.
         arris: Vec2,
+        /// -1 or 1.
+        side: f32,
         half: Vec2,
         depth: f32,
         uneven: Noise,
@@ -267,7 +278,10 @@ impl Openings {
             let depth = (DEEPEST_WIDTHS * 2.0 * gap).min(room).max(0.0);
             let sunk = sunk.min(room / (1.0 + LOOSE_TILT)).max(0.0);
             for instance in instances.iter_mut().filter(|instance| instance.id == placed.knot.id) {
-                instance.depth_mm = f64::from(depth);
+                let half_width = 0.5 * instance.diameter_mm as f32;
+                // A gap that is wider than the knot has no room for its deepest place.
+                let open = depth * (half_width / gap.max(1.0e-3)).min(1.0);
+                instance.depth_mm = f64::from(open.max(deepest_of_face(sunk, half_width)));
             }
             let form = Form::LooseKnot { knot: Box::new(placed.knot.clone()), gap, depth, sunk, wide, low };
             self.all.push(Opening {
@@ -288,12 +302,12 @@ impl Openings {
             let mut rng = own.rng();
             let side = if rng.random::<bool>() { 1.0 } else { -1.0 };
             let along = 2.0 * rng.random::<f32>() - 1.0;
-            let length = (wood.marks.chip_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let length = lognormal(&mut rng, wood.marks.chip_mm, LOG_SD) as f32;
             let depth = (CHIP_SHAPE[1] * length).min(0.5 * face.height).min(face.height - FLOOR_MM).max(0.0);
             let half = Vec2::new((CHIP_SHAPE[0] * length).min(0.5 * face.half.x), 0.5 * length);
             let arris = face.middle + face.half * Vec2::new(side, along);
-            let room = (1.0 + 3.0 * CHIP_UNEVEN) * half + Vec2::new(EDGE_ROOM_MM, 0.0);
-            let form = Form::Chip { arris, half, depth, uneven: Noise::new(own.child("uneven")) };
+            let room = (1.0 + CHIP_MOST * CHIP_UNEVEN) * half + Vec2::new(face.edge_room, 0.0);
+            let form = Form::Chip { arris, side, half, depth, uneven: Noise::new(own.child("uneven")) };
             self.all.push(Opening {
                 class: Class::Clear,
                 id: 0,
@@ -317,7 +331,7 @@ impl Openings {
                 let mut rng = own.rng();
                 let mut spot = face.spot([rng.random(), rng.random()]);
                 let (end, towards) = (rng.random::<f32>() < 0.5, [1.0, -1.0]);
-                let mut about = |median: f64| (median * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+                let mut about = |median: f64| lognormal(&mut rng, median, LOG_SD) as f32;
                 let (length, width, depth) = (about(asked.length_mm), about(asked.width_mm), about(asked.depth_mm));
                 let side = towards[usize::from(end)];
                 if class == Class::Split {
@@ -390,7 +404,7 @@ impl Openings {
             let spot = self.face.spot([rng.random(), rng.random()]);
             let lean = 1.0 + rng.random::<f32>();
             let frass = rng.random::<f64>() < asked.frass;
-            let diameter = (asked.diameter_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let diameter = lognormal(&mut rng, asked.diameter_mm, LOG_SD) as f32;
             let half = 0.5 * diameter * Vec2::new(1.0, lean);
             let full = if frass { 0.15 } else { 1.0 };
             let depth = (asked.depth_mm as f32 * full).min(self.face.height - FLOOR_MM).max(0.0);
@@ -429,14 +443,12 @@ impl Openings {
             width,
             slope,
             bend,
-            bark: asked.bark as f32,
             line: Noise::new(stream.child("line")),
-            rough: Noise::new(stream.child("rough")),
-            patches: Noise::new(stream.child("patches")),
+            bark: BarkCover::new(stream, asked.bark),
         };
         let reach = width * (1.0 + 4.0 * WANE_WANDER[0]);
-        let (low, high) =
-            (corner.min(corner - Vec2::new(side * reach, 0.0)), corner.max(corner - Vec2::new(side * reach, 0.0)));
+        let (inner, outer) = (Vec2::new(side * reach, 0.0), Vec2::new(side * face.edge_room, 0.0));
+        let (low, high) = ((corner - inner).min(corner + outer), (corner - inner).max(corner + outer));
         let long = Vec2::new(0.0, face.half.y);
         self.all.push(Opening {
             class: Class::Wane,
@@ -448,14 +460,26 @@ impl Openings {
         });
     }
 
-    /// Wane where the outline of the stem leaves the face.
-    pub fn leave_outline(&mut self, wane: &OutlineWane, trunk: &Trunk, instances: &mut Vec<Instance>) {
-        for edge in wane.edges(self.face, trunk) {
-            let severity = f64::from((edge.width / (2.0 * self.face.half.x)).min(1.0));
+    /// Wane where the outline of the stem leaves the face, whose edges at a place along the scan `edges` says, from the board's
+    /// middle [mm].
+    pub fn leave_outline(
+        &mut self,
+        wane: &OutlineWane,
+        trunk: &Trunk,
+        edges: impl Fn(f32) -> [f32; 2],
+        instances: &mut Vec<Instance>,
+    ) {
+        let half_width = self.face.half.x;
+        let opening = |edge: WaneEdge| {
+            let severity = f64::from((edge.width / (2.0 * half_width)).min(1.0));
             let id = Self::note(instances, Class::Wane, edge.spot, edge.width, severity, edge.depth);
             let (low, high, form) = (edge.low, edge.high, Form::Outline(Box::new(wane.clone())));
-            self.all.push(Opening { class: Class::Wane, id, low, high, labelled: LABELLED_MM, form });
-        }
+            Opening { class: Class::Wane, id, low, high, labelled: LABELLED_MM, form }
+        };
+        let waned: Vec<Opening> = wane.edges(self.face, trunk, edges).map(opening).collect();
+        // Chips come last: they leave the label of what they cut.
+        let chips = self.all.partition_point(|one| !matches!(one.form, Form::Chip { .. }));
+        self.all.splice(chips..chips, waned);
     }
 
     fn machining(&mut self, stream: Stream, wood: &Wood, instances: &mut Vec<Instance>) {
@@ -474,7 +498,7 @@ impl Openings {
             let own = stream.child("skip").index(index);
             let mut rng = own.rng();
             let centre = face.spot([rng.random(), rng.random()]);
-            let length = (asked.skip_mm * libm::exp(LOG_SD * normal(&mut rng))) as f32;
+            let length = lognormal(&mut rng, asked.skip_mm, LOG_SD) as f32;
             let depth = 1.0e-3 * asked.skip_um as f32;
             let half = 0.5 * length * Vec2::new(1.0 / 3.0, 1.0);
             let id = Self::note(instances, Class::PlanerSkip, centre, length, self.part(depth), depth);
@@ -558,11 +582,9 @@ impl Openings {
                 // From the middle of the gap, in halves of its width.
                 let aside = (2.0 * (1.0 - x) * section.half_width / width.max(1.0e-3) - 1.0).abs();
                 let open = depth * width / (2.0 * gap) * (1.0 - aside).max(0.0);
-                let wall = (sunk / STEEPEST / section.half_width).min(0.7);
-                let face = sunk * (1.0 + LOOSE_TILT * x * low.dot(direction)) * (1.0 - smoothstep(1.0 - wall, 1.0, x));
-                (open.max(face), Floor::Wood)
+                (open.max(loose_face(*sunk, section.half_width, x, low.dot(direction))), Floor::Wood)
             }
-            Form::Wane { side, width, slope, bend, bark, line, rough, patches } => {
+            Form::Wane { side, width, slope, bend, line, bark } => {
                 let along = spot.y - self.face.middle.y;
                 let inwards = self.face.half.x - side * (spot.x - self.face.middle.x);
                 let edge = width * (1.0 + WANE_WANDER[0] * line.line(along / WANE_WANDER[1]).0).max(0.0);
@@ -570,13 +592,9 @@ impl Openings {
                 if down <= 0.0 {
                     return (0.0, Floor::Wood);
                 }
-                let barked = patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0
-                    < NORMAL_TO_SHARE * (2.0 * bark - 1.0);
-                let rough_mm = BARK_ROUGH_MM[usize::from(!barked)];
-                let rough =
-                    rough_mm * rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0 * (down / 2.0).min(1.0);
+                let (rough, floor) = bark.at(spot, down);
                 let depth = slope * down + bend * down * down + rough;
-                (depth.clamp(0.0, self.face.height - FLOOR_MM), if barked { Floor::Bark } else { Floor::Wood })
+                (depth.clamp(0.0, (self.face.height - FLOOR_MM).max(0.0)), floor)
             }
             Form::Outline(wane) => wane.depth(spot, trunk),
             Form::Roller { x, half_width, pitch, depth } => {
@@ -597,12 +615,12 @@ impl Openings {
                 let torn = rough.fibres(Vec2::from_array(self.log_place(spot)) / SKIP_STRAND_MM).0;
                 ((depth * share * (1.0 + SKIP_ROUGH * torn)).max(0.0), Floor::Wood)
             }
-            Form::Chip { arris, half, depth, uneven } => {
+            Form::Chip { arris, side, half, depth, uneven } => {
                 let uneven = (1.0 + CHIP_UNEVEN * uneven.fibres((spot - arris) / CHIP_CELL_MM).0).max(0.2);
                 let q = (spot - arris) / Vec2::new(half.x * uneven, half.y);
-                // Inwards from the arris along a chord of the outline.
-                let chord = (1.0 - q.y * q.y).max(0.0).sqrt();
-                (depth * chord * (1.0 - q.x.abs() / chord.max(1.0e-3)).max(0.0), Floor::Wood)
+                // Inwards from the arris along a chord of the outline; where the edge wanders outwards nothing is left beside it.
+                let (chord, inwards) = ((1.0 - q.y * q.y).max(0.0).sqrt(), (-side * q.x).max(0.0));
+                (depth * chord * (1.0 - inwards / chord.max(1.0e-3)).max(0.0), Floor::Wood)
             }
         }
     }
@@ -631,5 +649,35 @@ impl Openings {
     }
 }
 
-/// Bounds of value noise in the plane that hold all of it: bark is everywhere or nowhere beyond them [1].
-pub(super) const NORMAL_TO_SHARE: f32 = 2.3;
+/// How far the face of a loose knot lies below the board's [mm]: `x` half widths from its axis, where the cosine of the angle from the
+/// direction of its lowest place is `towards`; it has sunk by `sunk` [mm].
+#[inline]
+fn loose_face(sunk: f32, half_width: f32, x: f32, towards: f32) -> f32 {
+    let wall = (sunk / STEEPEST / half_width).min(0.7);
+    sunk * (1.0 + LOOSE_TILT * x * towards) * (1.0 - smoothstep(1.0 - wall, 1.0, x))
+}
+
+/// The deepest place of such a face [mm].
+fn deepest_of_face(sunk: f32, half_width: f32) -> f32 {
+    const PLACES: u16 = 100;
+    (0..=PLACES).map(|i| loose_face(sunk, half_width, f32::from(i) / f32::from(PLACES), 1.0)).fold(0.0, f32::max)
+}
+
+impl BarkCover {
+    /// The cover of a share of the surface [1].
+    pub fn new(stream: Stream, share: f64) -> Self {
+        let [rough, patches] = ["rough", "patches"].map(|name| Noise::new(stream.child(name)));
+        Self { share: share as f32, rough, patches }
+    }
+
+    /// How much deeper than smooth the surface lies where it goes down by `down` from its upper border [mm], and what is there.
+    #[inline]
+    pub fn at(&self, spot: Vec2, down: f32) -> (f32, Floor) {
+        let barked = self.patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0
+            < NORMAL_TO_SHARE * (2.0 * self.share - 1.0);
+        let rough = BARK_ROUGH_MM[usize::from(!barked)]
+            * self.rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0
+            * (down / 2.0).min(1.0);
+        (rough, if barked { Floor::Bark } else { Floor::Wood })
+    }
+}

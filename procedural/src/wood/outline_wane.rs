@@ -10,13 +10,12 @@
 
 use glam::Vec2;
 
-use super::openings::{BARK_CELL_MM, BARK_PATCH_MM, BARK_ROUGH_MM, FLOOR_MM, Floor, NORMAL_TO_SHARE};
+use super::openings::{BarkCover, FLOOR_MM, Floor};
 use super::parameters::Wood;
 use super::pith::Trunk;
 use super::stem::Cut;
 use super::zones::Face;
 use crate::Stream;
-use crate::noise::Noise;
 
 /// Steps in which the face is looked at, across and along [mm].
 const GRID_MM: Vec2 = Vec2::new(1.0, 8.0);
@@ -31,9 +30,7 @@ const ROOT_MM: f32 = 4.0e-6;
 pub(super) struct OutlineWane {
     cut: Cut,
     height: f32,
-    bark: f32,
-    rough: Noise,
-    patches: Noise,
+    bark: BarkCover,
 }
 
 /// Wane along one long edge.
@@ -53,13 +50,7 @@ pub(super) struct WaneEdge {
 impl OutlineWane {
     /// Of a board.
     pub fn new(stream: Stream, wood: &Wood, cut: &Cut) -> Self {
-        Self {
-            cut: cut.clone(),
-            height: wood.board.thickness_mm as f32,
-            bark: wood.wane.bark as f32,
-            rough: Noise::new(stream.child("rough")),
-            patches: Noise::new(stream.child("patches")),
-        }
+        Self { cut: cut.clone(), height: wood.board.thickness_mm as f32, bark: BarkCover::new(stream, wood.wane.bark) }
     }
 
     /// How far the outline lies below the face [mm]; 0 where the face is inside of it.
@@ -105,24 +96,25 @@ impl OutlineWane {
         if down <= 0.0 {
             return (0.0, Floor::Wood);
         }
-        let barked = self.patches.plane(Vec2::new(spot.x, 0.4 * spot.y) / BARK_PATCH_MM).0
-            < NORMAL_TO_SHARE * (2.0 * self.bark - 1.0);
-        let rough = BARK_ROUGH_MM[usize::from(!barked)]
-            * self.rough.plane(Vec2::new(spot.x, 0.3 * spot.y) / BARK_CELL_MM).0
-            * (down / 2.0).min(1.0);
-        let depth = (down + rough).clamp(0.0, (self.height - FLOOR_MM).max(0.0));
-        (depth, if barked { Floor::Bark } else { Floor::Wood })
+        let (rough, floor) = self.bark.at(spot, down);
+        ((down + rough).clamp(0.0, (self.height - FLOOR_MM).max(0.0)), floor)
     }
 
-    /// The wane of each half of the face that has some.
-    pub fn edges(&self, face: Face, trunk: &Trunk) -> impl Iterator<Item = WaneEdge> {
-        let size = 2.0 * face.half;
+    /// The wane of each half of the face that has some; `edges` says where the board's edges lie at a place along the scan, from its
+    /// middle [mm].
+    pub fn edges(&self, face: Face, trunk: &Trunk, edges: impl Fn(f32) -> [f32; 2]) -> impl Iterator<Item = WaneEdge> {
+        let half = face.half + Vec2::new(face.edge_room, 0.0);
+        let size = 2.0 * half;
         let count = (size / GRID_MM).ceil().clamp(Vec2::ONE, Vec2::splat(GRID_MOST));
         let step = size / count;
         let mut halves: [Vec<(Vec2, f32)>; 2] = [Vec::new(), Vec::new()];
         for j in 0..count.y as usize {
+            let [left, right] = edges(face.middle.y - half.y + step.y * (j as f32 + 0.5));
             for i in 0..count.x as usize {
-                let spot = face.middle - face.half + step * Vec2::new(i as f32 + 0.5, j as f32 + 0.5);
+                let spot = face.middle - half + step * Vec2::new(i as f32 + 0.5, j as f32 + 0.5);
+                if !(left..=right).contains(&(spot.x - face.middle.x)) {
+                    continue;
+                }
                 let down = self.below_face(spot, trunk);
                 if down > 0.0 {
                     halves[usize::from(spot.x > face.middle.x)].push((spot, down));
@@ -136,11 +128,11 @@ impl OutlineWane {
                 spot += *at / found.len() as f32;
                 depth = depth.max(*down);
             }
-            // Each spot of the face is of one half alone.
+            // Each spot of the face is of one half alone, and the edge can lie anywhere in its room.
             if side == 0 {
-                high.x = high.x.min(face.middle.x)
+                (low.x, high.x) = (low.x.min(face.middle.x - half.x), high.x.min(face.middle.x))
             } else {
-                low.x = low.x.max(face.middle.x)
+                (low.x, high.x) = (low.x.max(face.middle.x), high.x.max(face.middle.x + half.x))
             }
             let width = found.len() as f32 * step.x * step.y / size.y;
             WaneEdge { low, high, spot, width, depth }

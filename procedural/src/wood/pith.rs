@@ -129,6 +129,11 @@ impl Trunk {
         self.layers.as_ref().map_or(place.r, |layers| layers.at(place).t)
     }
 
+    /// The youngest layer within the distance `r` of the pith, without waviness and branches [mm].
+    pub fn youngest(&self, r: f32) -> f32 {
+        self.layers.as_ref().map_or(r, |layers| layers.most(r))
+    }
+
     #[inline]
     fn pith(&self, l: f32) -> PithNode {
         let at = ((l - self.start) / STEP_MM).clamp(0.0, (self.nodes.len() - 2) as f32);

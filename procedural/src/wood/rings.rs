@@ -104,6 +104,12 @@ impl Rings {
         Self { index: index.collect(), rings, per_mean }
     }
 
+    /// Outer boundary of the last ring [mm].
+    #[cfg(test)]
+    pub fn end(&self) -> f32 {
+        self.rings.last().map_or(0.0, |ring| ring.start + 1.0 / ring.per_width)
+    }
+
     /// The ring that grew when the trunk had the radius `t` [mm], which is not negative.
     #[inline]
     fn ring(&self, t: f32) -> &Ring {

@@ -33,7 +33,7 @@ const STRAND_SHARES: [f32; 3] = [0.66, 0.57, 0.49];
 const EDGE_CELLS_MM: [f32; 2] = [45.0, 7.0];
 const EDGE_SHARES: [f32; 2] = [0.9, 0.44];
 /// An edge leaves its line by this at most [root mean squares].
-const EDGE_MOST: f32 = 3.0;
+pub const EDGE_MOST: f32 = 3.0;
 /// Longest edge of the hull [mm].
 const HULL_EDGE_MM: f32 = 5.0;
 /// Most edges of the hull across and along: warp needs few, and a hull of millions would help nobody.
@@ -130,7 +130,7 @@ impl SawnSurface {
     }
 
     /// Left and right edge at a place along the scan, from the board's middle [mm].
-    fn edges(&self, y: f32) -> [f32; 2] {
+    pub fn edges(&self, y: f32) -> [f32; 2] {
         if self.edge_wander == 0.0 {
             return [-self.half.x, self.half.x];
         }
@@ -149,9 +149,12 @@ impl SawnSurface {
 
     /// Lowest and highest corner of the board with all its warp [mm].
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let rise =
-            self.cup.abs() + (self.twist * self.half.x * self.half.y).abs() + 2.0 * self.ripple + self.marks.relief();
         let half = self.half + Vec2::new(EDGE_MOST * self.edge_wander, 0.0);
+        let warp = self.cup.abs() + (self.twist * self.half.x * self.half.y).abs();
+        // Beyond the nominal width, where edges wander, parabola and turn go on.
+        let cup = (self.cup / 3.0).max(self.cup * (1.0 / 3.0 - (half.x / self.half.x).powi(2)));
+        let warp = warp.max(cup + (self.twist * half.x * half.y).abs());
+        let rise = warp + 2.0 * self.ripple + self.marks.relief();
         let (low, high) = (self.middle - half, self.middle + half);
         (low.extend(0.0), high.extend(self.thickness + rise + 4.0 * self.roughness))
     }

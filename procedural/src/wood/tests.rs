@@ -188,3 +188,57 @@ fn streaks_have_the_asked_size_and_follow_the_fibre() {
     assert!((rms / wood.log.streak - 1.0).abs() < 3.3 * 0.03, "streaks of {rms}");
     assert!(along / square > 0.7 && across / square < 0.15, "a millimetre along {along}, across {across}, of {square}");
 }
+
+/// Wood of a stem's oval layers has rings out to the bark: the table reaches every layer of the board.
+#[test]
+fn rings_reach_every_layer_of_the_board() {
+    let mut farthest = 0.0_f32;
+    for seed in 0..12 {
+        let mut wood = Wood::from_values(&mut |p| p.default);
+        (wood.board.width_mm, wood.board.length_mm) = (40.0, 40.0);
+        (wood.stem.rings_follow_outline, wood.stem.eccentricity, wood.stem.board_radius_mm) = (1.0, 0.3, 80.0);
+        wood.stem.board_azimuth_deg = 30.0 * seed as f64;
+        let stem = Stem::grow(Stream::root(seed).child("stem"), &wood.stem);
+        let plank = Plank::saw(Stream::root(seed), &wood, &stem);
+        let (low, high) = plank.bounds();
+        for i in 0..=10 {
+            for j in 0..=10 {
+                let share = Vec3::new(i as f32, j as f32, 10.0) / 10.0;
+                let p = (low + share * (high - low)).with_z(22.0);
+                let place = plank.trunk.place(p.x, p.y, p.z);
+                let t = grown(&plank, p).t;
+                assert!(t < plank.rings.end(), "seed {seed}: layer {t} of rings out to {}", plank.rings.end());
+                farthest = farthest.max(t - place.r);
+            }
+        }
+    }
+    assert!(farthest > 2.0 * RING_MARGIN_MM, "layers lie {farthest} mm farther out than their places");
+}
+
+/// The grid over the face has the bundles of the wood itself, all around a pith inside the board.
+#[test]
+fn the_grid_of_the_face_has_the_bundles_of_the_wood_about_a_pith() {
+    for seed in 0..6 {
+        let mut wood = Wood::from_values(&mut |p| p.default);
+        (wood.log.pith_depth_mm, wood.log.pith_offset_mm, wood.log.pith_wander_mm) = (5.0, 0.0, 0.5);
+        wood.grain.torn_um = 20.0;
+        let plank = Plank::grow(Stream::root(seed), &wood);
+        let (grains, _) = &**plank.grain.as_ref().expect("torn grain has a grid");
+        let mut above = 0;
+        for i in 0..4000 {
+            let spot = Vec2::new(-12.0 + 0.006 * i as f32, 22.0 + 0.05 * i as f32);
+            let p = spot.extend(22.0);
+            let place = plank.trunk.place(p.x, p.y, p.z);
+            let (here, by) = grains.at(spot);
+            let turn = plank.growth.bundles_around(place.r);
+            let off = here.bundle - grown(&plank, p).bundle;
+            let off = off - (off / turn).round() * turn;
+            // Between nodes the arc bends away from its chord by step^2 / 8 r.
+            assert!(off.abs() < 0.15, "seed {seed} at {spot}: {off} mm");
+            // A bundle is r phi: its slope is 1 along the arc and phi outwards.
+            assert!(by.iter().all(|slope| slope.bundle.abs() < 4.5), "seed {seed} at {spot}: {by:?}");
+            above += u32::from(place.phi.abs() > 3.0);
+        }
+        assert!(above > 20, "seed {seed}: {above} places opposite of the board's middle");
+    }
+}

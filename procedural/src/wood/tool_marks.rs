@@ -2,7 +2,7 @@
 //!
 //! Models: marks follow each other at a pitch; u counts them. Of a planer u = (y + q x) / pitch, and the face between two cusps is
 //! the arc of the knives' circle, a parabola z = h m (3 v^2 - 1) sqrt(5)/2, v from -1 to 1 within a mark, of root mean square h; the
-//! depth factor m of a mark drifts from mark to mark, since no two knives run alike. Of a band or frame saw u = (y + x tan slant) / pitch and of a
+//! depth factor m of a mark drifts from mark to mark, since no two knives run alike, over the root mean square of all factors. Of a band or frame saw u = (y + x tan slant) / pitch and of a
 //! circular saw u = (y - sqrt(R^2 - (x - x0)^2)) / pitch, arcs whose centre x0 lies 0.3 to 0.8 R beside the board's middle. Both
 //! leave z = h (0.8 sqrt(2) sin(2 pi u + p(u)) m(u, s) + 0.6 f(u, s)), where s runs along the marks, m is a depth that wanders
 //! along and across them, p a phase that drifts and f are scores of single teeth (`Noise::fibres`).
@@ -15,7 +15,7 @@ use glam::Vec2;
 use rand::RngExt;
 
 use super::parameters::Wood;
-use super::sawn_surface::sin_cos;
+use super::sawn_surface::{EDGE_MOST, sin_cos};
 use crate::noise::Noise;
 use crate::{Stream, Surface, normal};
 
@@ -67,7 +67,8 @@ impl ToolMarks {
     /// The marks that the numbers ask for; none where all heights are 0.
     pub fn grow(stream: Stream, wood: &Wood) -> Self {
         let asked = &wood.machining;
-        let half = 0.5 * wood.board.width_mm as f32;
+        // Edges that wander lie beyond the nominal half width.
+        let half = 0.5 * wood.board.width_mm as f32 + EDGE_MOST * wood.board.edge_wander_mm as f32;
         let marks = |name: &str, um: f64, pitch: f64, is_sawn: bool, path: &dyn Fn(Stream) -> Path| {
             let own = stream.child(name);
             (um > 0.0).then(|| Marks {
@@ -150,8 +151,10 @@ impl Marks {
         let (depth, depth_slope) = self.depth.line(u / 2.3);
         let m = (1.0 + KNIVES * depth).max(0.2);
         let m_slope = if m > 0.2 { KNIVES * depth_slope / 2.3 } else { 0.0 };
-        let shape = 1.118_034 * (3.0 * v * v - 1.0);
-        (m * shape, m * 1.118_034 * 12.0 * v + m_slope * shape, 0.0)
+        // Uneven depths have more root mean square than even ones.
+        let scale = 1.118_034 / (1.0 + KNIVES * KNIVES).sqrt();
+        let shape = scale * (3.0 * v * v - 1.0);
+        (m * shape, m * scale * 12.0 * v + m_slope * shape, 0.0)
     }
 
     /// Waves and scores of a saw over their root mean square, with slopes by mark and along the marks.

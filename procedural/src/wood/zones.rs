@@ -16,8 +16,9 @@ use super::growth::wrap;
 use super::parameters::Wood;
 use super::pith::{LogPoint, Trunk};
 use super::rings::Rings;
+use super::sawn_surface::EDGE_MOST;
 use crate::noise::{Noise, smoothstep};
-use crate::{Class, Instance, Stream, normal};
+use crate::{Class, Instance, Stream, lognormal};
 
 /// Wander of the heartwood's radius over the radius, root mean square [1].
 const BORDER_WANDER: f32 = 0.05;
@@ -131,7 +132,7 @@ impl Zones {
             let mut rng = own.rng();
             let spot = face.spot([rng.random(), rng.random()]);
             let place = trunk.place(spot.x, spot.y, face.height);
-            let mut about = |median: f64| median * libm::exp(WEDGE_LOG_SD * normal(&mut rng));
+            let mut about = |median: f64| lognormal(&mut rng, median, WEDGE_LOG_SD);
             let (angle, length) = (about(asked.wedge_deg), about(asked.length_mm));
             Wedge {
                 azimuth: place.phi,
@@ -246,6 +247,8 @@ pub(super) struct Face {
     pub half: glam::Vec2,
     /// Its height over the conveyor [mm].
     pub height: f32,
+    /// How far beyond its half width an edge that wanders can lie [mm].
+    pub edge_room: f32,
 }
 
 impl Face {
@@ -254,7 +257,8 @@ impl Face {
         let board = &wood.board;
         let half = 0.5 * glam::Vec2::new(board.width_mm as f32, board.length_mm as f32);
         let middle = glam::Vec2::new(board.offset_mm as f32, board.lead_in_mm as f32 + half.y);
-        Self { middle, half, height: board.thickness_mm as f32 }
+        let edge_room = EDGE_MOST * board.edge_wander_mm as f32;
+        Self { middle, half, height: board.thickness_mm as f32, edge_room }
     }
 
     /// The spot at these shares of width and length, a tenth of either away from the edges [mm].

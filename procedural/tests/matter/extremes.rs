@@ -131,3 +131,42 @@ fn every_draw_of_a_stem_gives_finite_matter_and_a_fitting_label() {
         }
     }
 }
+
+/// Nothing of the upper face stands out of the box of the board.
+#[test]
+fn every_face_lies_within_its_bounds() {
+    let mut torn = 0.0_f32;
+    for seed in 0..40 {
+        let mut rng = Stream::root(seed).child("bounds").rng();
+        let mut draw = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
+        let mut wood = crate::boards::wood(2.0, 1.0);
+        (wood.board.width_mm, wood.board.length_mm) = (draw(20.0, 120.0), draw(40.0, 120.0));
+        wood.board.edge_wander_mm = draw(0.0, 1.0) * wood.board.width_mm / 24.0;
+        (wood.board.cup_mm, wood.board.twist_deg) = (draw(-3.0, 3.0), draw(-1.0, 1.0));
+        (wood.board.saw_ripple_um, wood.board.roughness_um) = (draw(0.0, 100.0), draw(0.0, 30.0));
+        // On every other board torn grain is all that there is.
+        if seed.is_multiple_of(2) {
+            (wood.board.cup_mm, wood.board.twist_deg) = (0.0, 0.0);
+            (wood.board.saw_ripple_um, wood.board.roughness_um) = (0.0, 0.0);
+        }
+        wood.machining.planer_um = draw(0.0, 10.0);
+        (wood.grain.torn_um, wood.grain.fuzzy_um) = (draw(50.0, 300.0), draw(0.0, 30.0));
+        (wood.grain.torn_dive_deg, wood.log.pith_tilt_deg) = (1.0, 4.0);
+        (wood.anatomy.pores_per_mm2, wood.rot.reach_mm, wood.rot.loss_mm) = (1.0, 10.0, draw(0.0, 2.0));
+        (wood.knots.hole_count, wood.wane.width_mm, wood.marks.chip_count) = (1.0, 5.0, 2.0);
+        let plank = grow(seed, &wood);
+        let (low, high) = plank.bounds();
+        for j in 0..300 {
+            let slice = plank.slice(low.y + (high.y - low.y) * (j as f32 + 0.5) / 300.0);
+            for i in 0..300 {
+                let x = low.x + (high.x - low.x) * (i as f32 + 0.5) / 300.0;
+                let Some(face) = slice.surface(x) else { continue };
+                assert!(low.z < face.z && face.z < high.z, "seed {seed}: {} mm of {} to {} mm", face.z, low.z, high.z);
+                if seed.is_multiple_of(2) {
+                    torn = torn.max((face.z - 22.0) / (1.0e-3 * wood.grain.torn_um as f32));
+                }
+            }
+        }
+    }
+    assert!(torn > 1.5, "torn grain rises by {torn} of what is asked");
+}

@@ -350,3 +350,139 @@ fn loose_knots_have_a_gap_and_have_sunk() {
         assert!((0.75..1.15).contains(&mean), "{name}: {mean} of what was asked, {found:?}");
     }
 }
+
+/// Knife marks have the asked root mean square, uneven as they are.
+#[test]
+fn planed_faces_have_the_asked_height() {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for seed in 0..24 {
+        let (mut wood, mut draw) = plain(seed);
+        wood.board.length_mm = 1000.0;
+        (wood.machining.planer_um, wood.machining.planer_pitch_mm) = (draw(2.0, 50.0), draw(0.8, 2.0));
+        let plank = grow(seed, &wood);
+        let column = heights(&plank, wood.board.thickness_mm, 3.0, (0..4000).map(|j| 25.0 + 0.247 * j as f32));
+        squares += column.iter().map(|z| (1.0e3 * z / wood.machining.planer_um).powi(2)).sum::<f64>();
+        count += column.len() as f64;
+    }
+    // Some 18 000 marks whose depths are alike over three, of squares with a spread of 0.75: 0.5 %.
+    let rms = (squares / count).sqrt();
+    assert!((rms - 1.0).abs() < 0.02, "{rms} of what was asked");
+}
+
+/// A saw is large enough for the board with its edges wherever they wander: slopes are those of the heights there too.
+#[test]
+fn circular_marks_have_their_slopes_along_edges_that_wander() {
+    let mut beyond = 0;
+    for seed in 0..24 {
+        let (mut wood, mut draw) = plain(seed);
+        (wood.board.width_mm, wood.board.edge_wander_mm) = (100.0, 3.0);
+        (wood.machining.circular_um, wood.machining.circular_pitch_mm) = (100.0, 40.0);
+        wood.machining.circular_radius_mm = 40.0;
+        let plank = grow(seed, &wood);
+        for _ in 0..2000 {
+            let x = draw(50.5, 59.0) as f32 * if draw(-1.0, 1.0) < 0.0 { -1.0 } else { 1.0 };
+            let slice = plank.slice(draw(25.0, 245.0) as f32);
+            let h = 0.005;
+            let at = |dx: f32| slice.surface(x + dx);
+            let (Some(here), Some(left), Some(right)) = (at(0.0), at(-h), at(h)) else { continue };
+            let numeric = (right.z - left.z) / (2.0 * h);
+            // f32 has heights of 22 mm to 2e-6 mm.
+            let off = (here.slope_x - numeric).abs();
+            assert!(off < 3.0e-3 + 0.05 * numeric.abs(), "seed {seed} at {x}: {here:?}, and {numeric} by differences");
+            beyond += 1;
+        }
+    }
+    assert!(beyond > 1000, "{beyond} places");
+}
+
+/// Wane goes on over all that stands outside of it: no strip of full height is left where an edge wanders outwards.
+#[test]
+fn wane_goes_on_to_an_edge_that_wanders() {
+    let mut beyond = 0;
+    for seed in 0..12 {
+        let (mut wood, mut draw) = plain(seed);
+        (wood.board.edge_wander_mm, wood.wane.width_mm) = (1.0, 15.0);
+        wood.wane.edge = if seed.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let plank = grow(seed, &wood);
+        let half = 0.5 * wood.board.width_mm;
+        for _ in 0..4000 {
+            let (x, y) = ((wood.wane.edge * draw(half, half + 3.0)) as f32, draw(21.0, 229.0) as f32);
+            let slice = plank.slice(y);
+            let Some(face) = slice.surface(x) else { continue };
+            let inner = slice.surface((wood.wane.edge * (half - 0.5)) as f32).expect("inside");
+            // The line of the wane is wide enough at all but a few places.
+            let class = slice.matter(x, face.z).class;
+            let is_waned = inner.z < wood.board.thickness_mm as f32 - 0.5;
+            assert!(
+                !is_waned || (class == procedural::Class::Wane && face.z < inner.z + 0.8),
+                "seed {seed}: ({x}, {y})"
+            );
+            beyond += u32::from(is_waned);
+        }
+    }
+    assert!(beyond > 5000, "{beyond} places beyond the nominal width");
+}
+
+/// What takes wood away leaves a sheet above the conveyor, however much is asked together; sound knots stand in sunk decay, whose walls
+/// count where rays are hidden.
+#[test]
+fn sunk_decay_stays_above_the_conveyor_and_knots_stay() {
+    let (mut lowest, mut in_knots) = (f32::INFINITY, 0);
+    for seed in 0..8 {
+        let (mut wood, mut draw) = plain(seed);
+        (wood.rot.reach_mm, wood.rot.severity) = (60.0, 1.0);
+        let holed = seed.is_multiple_of(2);
+        if holed {
+            (wood.knots.hole_count, wood.knots.hole_depth_mm) = (3.0, 50.0);
+        } else {
+            (wood.board.thickness_mm, wood.knots.sound_count) = (5.0, 3.0);
+        }
+        let whole = grow(seed, &wood);
+        wood.rot.loss_mm = if holed { 4.0 } else { 8.0 };
+        let plank = grow(seed, &wood);
+        assert!(plank.is_open() && whole.is_open() == holed);
+        let half = 0.5 * wood.board.width_mm;
+        for _ in 0..20_000 {
+            let (x, y) = (draw(-half, half) as f32, draw(21.0, 229.0) as f32);
+            let (slice, before) = (plank.slice(y), whole.slice(y));
+            let (face, was) = (slice.surface(x).expect("inside"), before.surface(x).expect("inside"));
+            assert!(face.z > 0.299, "seed {seed}: ({x}, {y}) lies at {} mm", face.z);
+            lowest = lowest.min(face.z);
+            let inside = plank.instances().iter().any(|knot| {
+                knot.class == procedural::Class::SoundKnot
+                    && (f64::from(x) - knot.x_mm).hypot(f64::from(y) - knot.y_mm) < 0.4 * knot.diameter_mm - 1.5
+            });
+            if inside {
+                assert!((face.z - was.z).abs() < 1.0e-3, "seed {seed}: a sound knot sinks by {}", was.z - face.z);
+                in_knots += 1;
+            }
+        }
+    }
+    assert!(lowest < 0.31 && in_knots > 50, "{lowest} mm is the lowest, {in_knots} places in knots");
+}
+
+/// The depth of a loose knot is that of its deepest place, in the gap or on its face.
+#[test]
+fn the_depth_of_a_loose_knot_is_its_greatest() {
+    // Gap and sinking: the gap is deepest, the face is, and a gap wider than the knot.
+    for (seed, (gap, sunk)) in [(0.3, 0.2), (0.05, 2.0), (3.0, 0.0)].into_iter().enumerate() {
+        for more in 0..3 {
+            let seed = 10 * seed as u64 + more;
+            let (mut wood, _) = plain(seed);
+            (wood.knots.loose_count, wood.knots.loose_gap_mm, wood.knots.loose_sunk_mm) = (1.0, gap, sunk);
+            (wood.knots.width_mm, wood.knots.width_log_sd) = (if gap > 1.0 { 4.0 } else { 16.0 }, 0.0);
+            let plank = grow(seed, &wood);
+            let knot = plank.instances()[0];
+            let mut deepest = 0.0f64;
+            for j in -600..600 {
+                let slice = plank.slice(knot.y_mm as f32 + 0.02 * j as f32);
+                for i in -600..600 {
+                    let Some(face) = slice.surface(knot.x_mm as f32 + 0.02 * i as f32) else { continue };
+                    deepest = deepest.max(wood.board.thickness_mm - f64::from(face.z));
+                }
+            }
+            let told = knot.depth_mm;
+            assert!((deepest / told - 1.0).abs() < 0.06, "seed {seed}: {deepest} mm deep, {told} told");
+        }
+    }
+}

@@ -14,6 +14,7 @@ use crate::keys::settings::Settings;
 use crate::subject::Subject;
 use bench::settings::{Fan, Filter, LineShape, LogSource, Movement, Scheimpflug, TransportName, Words};
 use procedural::blister::parameters::DEFECT_COUNTS;
+use procedural::wood::widest_tube_um;
 use yaml::YamlReader;
 
 /// What a parameter needs to have an effect.
@@ -225,6 +226,7 @@ const DEFECTS: ParameterNeeds = Any(&DEFECT_COUNTS);
 const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("board.saw_pitch_mm", &[Amount("board.saw_ripple_um")]),
     ("log.ring_width_correlation", &[Amount("log.ring_width_log_sd")]),
+    ("log.juvenile_rings", &[ParameterNeeds::Factor("log.juvenile_latewood_ratio")]),
     ("log.juvenile_latewood_ratio", &[Amount("log.juvenile_rings")]),
     ("log.ring_width_trend_rings", &[ParameterNeeds::Factor("log.ring_width_pith_ratio")]),
     ("knots.width_mm", &[KNOTS]),
@@ -238,6 +240,7 @@ const NOTED: &[(&str, &[ParameterNeeds])] = &[
     ("knots.loose_gap_mm", &[Amount("knots.loose_count")]),
     ("knots.loose_sunk_mm", &[Amount("knots.loose_count")]),
     ("marks.chip_mm", &[Amount("marks.chip_count")]),
+    ("moisture.patch_count", &[Amount("moisture.filled")]),
     ("moisture.patch_mm", &[Amount("moisture.patch_count")]),
     ("moisture.filled", &[Amount("moisture.patch_count")]),
     ("rot.edge", &[Amount("rot.reach_mm")]),
@@ -348,7 +351,35 @@ pub(crate) fn notes(
     idle(NOTED, (subject, settings, base, classes), &mut |key, problem, remedy| {
         notes.push(format!("{key} {problem}; {remedy}"));
     });
+    if subject == Some(Subject::Wood) {
+        narrowed(base, classes, &mut notes);
+    }
     notes
+}
+
+/// Notes tubes of wood that can be drawn wider than so many have room for.
+fn narrowed(base: &BTreeMap<String, Distribution>, classes: &[Class], notes: &mut Vec<String>) {
+    for (count, width, tubes) in [
+        ("anatomy.canals_per_mm2", "anatomy.canal_um", "canals"),
+        ("anatomy.pores_per_mm2", "anatomy.pore_um", "vessels"),
+    ] {
+        for class in classes {
+            let own = [count, width].iter().any(|path| class.overrides.contains_key(*path));
+            let prefix = if own { format!("classes.{}.", class.name) } else { String::new() };
+            let scene = DrawBounds { prefix: &prefix, base, overrides: &class.overrides };
+            let (most, widest) = (scene.most(count), scene.most(width));
+            let room = widest_tube_um(most);
+            if most > 0.0 && widest > room {
+                let note = format!(
+                    "{prefix}{width} can be {widest:.0}, and where {most} {tubes} stand on a mm2 they are at most {room:.0} um wide: \
+                     wider ones are narrowed; give less, or fewer {tubes}"
+                );
+                if !notes.contains(&note) {
+                    notes.push(note);
+                }
+            }
+        }
+    }
 }
 
 /// The keys of a table that have no effect, at the top level and in each class, with the reason and the remedy.

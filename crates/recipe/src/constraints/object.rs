@@ -2,6 +2,7 @@
 
 use procedural::blister::{Blister, Card, Pocket, RIM_MM, Tablet, Web, extent};
 use procedural::solid::Placing;
+use procedural::wood::EDGE_MOST;
 use procedural::{Mesh, Parameter};
 
 use super::bounds::DrawBounds;
@@ -12,6 +13,8 @@ use yaml::{YamlReader, number_text};
 const STANDS: [&str; 3] = ["laser.fan_height_mm", "camera.distance_mm", "camera.tilt_deg"];
 /// Smallest size of a part that is no mistake of units [mm].
 const MIN_SIZE_MM: f64 = 0.01;
+/// Part of the half width that an edge of a board may wander away [1].
+const EDGE_SHARE: f64 = 0.25;
 
 /// Laser and camera stand above an object that can be `height` high, which follows from `keys` [mm].
 fn below_the_bench(scene: &DrawBounds, yaml: &mut YamlReader, height: f64, keys: &[&str], noun: &str) {
@@ -35,12 +38,28 @@ pub(super) fn wood(yaml: &mut YamlReader, scene: &DrawBounds) {
     let thickness = scene.most("board.thickness_mm");
     below_the_bench(scene, yaml, thickness, &["board.thickness_mm"], "board");
 
+    edges_stay_apart(yaml, scene);
+
     for key in ["rot.edge", "wane.edge"] {
         let one = |values: Vec<f64>| values.iter().all(|edge| edge.abs() == 1.0);
         if !scene.distribution(key).and_then(Distribution::values).is_some_and(one) {
             let remedy = "give -1, 1 or {choice: {values: [-1, 1]}}";
             scene.fault(yaml, &[key], "can be something other than -1 and 1".to_owned(), remedy);
         }
+    }
+}
+
+/// An edge that wanders takes at most a quarter of the half width: beyond it the edges of a narrow board come near to each other,
+/// and its warp, which goes by the nominal half width, grows with the square.
+fn edges_stay_apart(yaml: &mut YamlReader, scene: &DrawBounds) {
+    let keys = ["board.edge_wander_mm", "board.width_mm"];
+    let (away, width) = (f64::from(EDGE_MOST) * scene.most(keys[0]), scene.least(keys[1]));
+    let room = EDGE_SHARE * 0.5 * width;
+    if away > room {
+        let [away, width] = [away, width].map(|mm| number_text(rounded(mm)));
+        let problem = format!("an edge can lie {away} mm beside its line, and the board can be {width} mm wide");
+        let most = number_text((100.0 * room / f64::from(EDGE_MOST)).floor() / 100.0);
+        scene.fault(yaml, &keys, problem, &format!("give at most {most} mm of wander for that width, or wider boards"));
     }
 }
 

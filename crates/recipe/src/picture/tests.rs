@@ -117,3 +117,47 @@ fn drawn_maps_are_fibres() {
         assert!(right.mu_a > 2.0 * left.mu_a, "half of the light: {} and {}", right.mu_a, left.mu_a);
     }
 }
+
+/// What is small in a file and large in memory is told by its headers, and patches are no more than instances can be.
+#[test]
+fn maps_that_are_too_much_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let map = RgbaImage::from_pixel(320, 220, image::Rgba([255, 255, 0, 255]));
+    std::fs::write(path.join("map.png"), png(&map.into())).expect("written");
+    let spots = image::GrayImage::from_fn(320, 220, |x, y| image::Luma([1 + ((x + y) % 2) as u8]));
+    std::fs::write(path.join("spots.png"), png(&spots.into())).expect("written");
+    let told = parsed(path, "fibres: map.png, pixel_mm: 0.15, labels: spots.png").expect_err("too many patches");
+    assert!(told.contains("picture.labels") && told.contains("35200 patches, more than 30000"), "{told}");
+    let write = |name: &str, names: &[String], size: i32| {
+        let channel =
+            |name: &String| exr::prelude::AnyChannel::new(name.as_str(), exr::prelude::FlatSamples::F32(vec![1.0; 4]));
+        let channels = exr::prelude::AnyChannels::sort(names.iter().map(channel).collect());
+        let mut bytes = Cursor::new(Vec::new());
+        use exr::prelude::WritableImage;
+        exr::prelude::Image::from_channels((2, 2), channels)
+            .write()
+            .non_parallel()
+            .to_buffered(&mut bytes)
+            .expect("written");
+        let mut bytes = bytes.into_inner();
+        let mark = b"dataWindow\0box2i\0";
+        let at = bytes.windows(mark.len()).position(|part| part == mark).expect("a window") + mark.len() + 4 + 8;
+        for side in 0..2 {
+            bytes[at + 4 * side..at + 4 * side + 4].copy_from_slice(&(size - 1).to_le_bytes());
+        }
+        std::fs::write(path.join(name), bytes).expect("written");
+    };
+    let own = ["FibreCos2", "FibreSin2", "FibreDive"].map(str::to_owned);
+    write("own.exr", &own, 2);
+    write("large.exr", &own, 16_000);
+    write("many.exr", &(0..40).map(|i| format!("c{i}")).collect::<Vec<_>>(), 2);
+    for (file, problem) in [
+        ("own", "board.length_mm"),
+        ("large", "16000 x 16000 pixels, more than"),
+        ("many", "40 channels, more than 16"),
+    ] {
+        let told = parsed(path, &format!("fibres: {file}.exr, pixel_mm: 0.15")).expect_err(file);
+        assert!(told.contains(problem), "{file}: {told}");
+    }
+}

@@ -139,7 +139,7 @@ fn labels_that_are_given_are_the_labels() {
         classes[row * seen.size[1] + 30..row * seen.size[1] + 50].fill(Class::ResinPocket);
         classes[row * seen.size[1] + 100..row * seen.size[1] + 110].fill(Class::DeadKnot);
     }
-    let cut = analysed(&seen, Depth::Feature).labelled(classes).cut(&seen.wood);
+    let cut = analysed(&seen, Depth::Feature).labelled(classes).expect("few patches").cut(&seen.wood);
     let told: Vec<_> = cut.instances().iter().map(|one| (one.id, one.class)).collect();
     assert_eq!(told, [(1, Class::ResinPocket), (2, Class::DeadKnot)]);
     for one in cut.instances() {

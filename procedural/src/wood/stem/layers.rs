@@ -14,7 +14,7 @@
 
 use glam::Vec2;
 
-use super::oval::Oval;
+use super::oval::{Oval, spline};
 use crate::wood::pith::LogPoint;
 
 /// Length of the smoothing over the distance from the pith [1], a guess.
@@ -104,14 +104,19 @@ impl Layers {
         Self { oval: Some(oval), ..self }
     }
 
+    /// The latest time of growth within the distance `r` of the pith [mm]: |r e - q| G is no more than (r + most of |q|) times most of G.
+    pub fn most(&self, r: f32) -> f32 {
+        let drift = self.nodes.iter().map(|q| q.length()).fold(0.0, f32::max);
+        (r + drift) * self.oval.as_ref().map_or(1.0, Oval::most)
+    }
+
     /// q, and its slopes outwards and along.
     #[inline]
     fn drift(&self, r: f32, l: f32) -> [Vec2; 3] {
         let root = r.sqrt().min((self.levels - 2) as f32);
         let level = (root + 0.5) as usize;
         let u = root + 0.5 - level as f32;
-        let weights = [0.5 * (1.0 - u) * (1.0 - u), 0.5 + u * (1.0 - u), 0.5 * u * u];
-        let slopes = [u - 1.0, 1.0 - 2.0 * u, u];
+        let [weights, slopes] = spline(u);
         let rows = self.nodes.len() / self.levels;
         let at = ((l - self.start) / STEP_MM).clamp(0.0, (rows - 2) as f32);
         let (row, w) = (at as usize, at - at.floor());

@@ -8,6 +8,8 @@ use std::fmt;
 
 /// Fewest azimuths of a section.
 const LEAST_AZIMUTHS: usize = 8;
+/// Most knots: the scanned log has 108 over 4 m, and each is looked at for every board.
+const MOST_KNOTS: usize = 10_000;
 /// Radii of stems [mm].
 const RADII_MM: [f64; 2] = [1.0, 2000.0];
 /// Largest A [rad]: wider than its distance from the pith no branch is.
@@ -32,6 +34,15 @@ pub enum StemError {
         rows: usize,
         /// Rows that it needs.
         least: usize,
+    },
+    /// A table has more rows than a stem can have.
+    TooManyRows {
+        /// Which table.
+        table: &'static str,
+        /// Rows that it has.
+        rows: usize,
+        /// The most.
+        most: usize,
     },
     /// There are more sections of radii than points of the pith.
     TooManySections {
@@ -93,6 +104,9 @@ impl fmt::Display for StemError {
                 };
                 write!(f, "{table}: {rows} rows, but at least {least} are needed; give {what}")
             }
+            Self::TooManyRows { table, rows, most } => {
+                write!(f, "{table}: {rows} rows, but at most {most} can be; leave out rows, or give a part of the stem")
+            }
             Self::TooManySections { sections, points } => write!(
                 f,
                 "radii: {sections} sections for {points} points of the pith; give as many as the pith has points, or fewer in \
@@ -143,6 +157,9 @@ pub(super) fn check(pith: &[[f64; 3]], radii: &[Vec<f64>], knots: &[[f64; 9]]) -
         if rows < least {
             return Err(StemError::TooFewRows { table, rows, least });
         }
+    }
+    if knots.len() > MOST_KNOTS {
+        return Err(StemError::TooManyRows { table: "knots", rows: knots.len(), most: MOST_KNOTS });
     }
     if radii.len() > pith.len() {
         return Err(StemError::TooManySections { sections: radii.len(), points: pith.len() });

@@ -25,8 +25,9 @@ pub(in crate::wood) struct Oval {
     nodes: Vec<[f32; AZIMUTHS]>,
 }
 
-/// Weights and slopes of a quadratic B-spline at u of its middle interval.
-fn spline(u: f32) -> [[f32; 3]; 2] {
+/// Weights, of which none is below 0 and the sum is 1, and slopes of a quadratic B-spline at u of its middle interval.
+#[inline]
+pub(super) fn spline(u: f32) -> [[f32; 3]; 2] {
     [[0.5 * (1.0 - u) * (1.0 - u), 0.5 + u * (1.0 - u), 0.5 * u * u], [u - 1.0, 1.0 - 2.0 * u, u]]
 }
 
@@ -40,6 +41,11 @@ impl Oval {
             })
         });
         Self { start: cut.start(), nodes: rows.collect() }
+    }
+
+    /// The most that G can be [1]: a spline stays within its nodes.
+    pub fn most(&self) -> f32 {
+        self.nodes.iter().flatten().copied().fold(0.0, f32::max)
     }
 
     /// G and its slopes over azimuth [1/rad] and place [1/mm].

@@ -398,10 +398,11 @@ fn fault(damage: impl Fn(&mut Vec<[f64; 3]>, &mut Vec<Vec<f64>>, &mut Vec<[f64; 
 fn a_damaged_stem_is_refused_with_its_row() {
     assert!(fault(|_, _, _| {}).is_ok());
     type Damage = fn(&mut Vec<[f64; 3]>, &mut Vec<Vec<f64>>, &mut Vec<[f64; 9]>);
-    let faults: [(&str, Damage); 16] = [
+    let faults: [(&str, Damage); 17] = [
         ("pith: 1 rows, but at least 2", |p, _, _| p.truncate(1)),
         ("radii: 0 rows, but at least 2", |_, r, _| r.clear()),
         ("knots: 0 rows, but at least 1", |_, _, k| k.clear()),
+        ("knots: 10001 rows, but at most 10000", |_, _, k| k.resize(10_001, k[0])),
         ("radii: 4 sections for 3 points", |_, r, _| r.push(vec![80.0; 12])),
         ("radii, row 2: 11 radii where 12", |_, r, _| r[1].truncate(11)),
         ("radii, row 1: 5 radii where 8", |_, r, _| r.iter_mut().for_each(|row| row.truncate(5))),
@@ -546,27 +547,40 @@ fn the_outermost_ring_is_the_outline() {
 }
 
 /// With wane by the outline, nothing of the upper face lies beyond the outline but for bark's roughness, the rest of it is where it
-/// was, and all that is lower has the label.
+/// was, and all that is lower has the label, chipped or not.
 #[test]
 fn wane_is_where_the_outline_leaves_the_board() {
-    let (mut waned, mut full) = (0, 0);
+    let (mut waned, mut full, mut chips, mut outer) = (0, 0, 0, 0);
     for seed in 0..16 {
         let (mut wood, stem, _) = board(4 * seed + 2);
         wood.stem.board_radius_mm = 85.0 + 2.0 * seed as f64;
         (wood.board.saw_ripple_um, wood.board.roughness_um) = (0.0, 0.0);
+        // Every other board has edges that wander, beyond its nominal width too.
+        wood.board.edge_wander_mm = if seed.is_multiple_of(2) { 0.0 } else { 1.5 };
         let edged = Plank::saw(Stream::root(seed), &wood, &stem);
         wood.stem.outline_wane = 1.0;
         let plank = Plank::saw(Stream::root(seed), &wood, &stem);
+        (wood.marks.chip_count, wood.marks.chip_mm) = (30.0, 20.0);
+        let chipped = Plank::saw(Stream::root(seed), &wood, &stem);
         assert!(!edged.is_open() && edged.instances().iter().all(|found| found.class != Class::Wane));
         let (low, high) = plank.bounds();
         for i in 0..40 {
             let y = low.y + (high.y - low.y) * (0.5 + i as f32) / 40.0;
-            let (slice, before) = (plank.slice(y), edged.slice(y));
+            let (slice, before, after) = (plank.slice(y), edged.slice(y), chipped.slice(y));
             for k in 0..60 {
                 let x = low.x + (high.x - low.x) * (0.5 + k as f32) / 60.0;
                 let (Some(face), Some(whole)) = (slice.surface(x), before.surface(x)) else { continue };
                 let was = before.below_outline_mm(x, whole.z).expect("a stem");
                 let label = slice.matter(x, face.z).class;
+                let under = after.surface(x).expect("as wide as before").z;
+                chips += u32::from(label == Class::Wane && under < face.z - 0.05);
+                assert!(
+                    label != Class::Wane || after.matter(x, under).class == label,
+                    "seed {seed}: a chip takes a label"
+                );
+                outer += u32::from(
+                    label == Class::Wane && (x - 0.5 * (low.x + high.x)).abs() > 0.5 * wood.board.width_mm as f32,
+                );
                 if was > 0.01 {
                     assert_eq!(face.z, whole.z, "seed {seed}: ({x}, {y}) is {was} mm inside");
                     assert!(label != Class::Wane);
@@ -574,7 +588,7 @@ fn wane_is_where_the_outline_leaves_the_board() {
                 } else if was < -0.5 {
                     assert!(face.z < whole.z && label == Class::Wane, "seed {seed}: ({x}, {y}) is {was} mm outside");
                     let is = slice.below_outline_mm(x, face.z).expect("a stem");
-                    let is_sheet = face.z < whole.z - wood.board.thickness_mm as f32 + 0.5;
+                    let is_sheet = face.z < (whole.z - wood.board.thickness_mm as f32 + 0.5).max(0.31);
                     assert!(is_sheet || is.abs() < 2.5, "seed {seed}: ({x}, {y}) is {is} mm inside");
                     waned += 1;
                 }
@@ -584,4 +598,5 @@ fn wane_is_where_the_outline_leaves_the_board() {
         assert!(width < wood.board.width_mm);
     }
     assert!(waned > 1000 && full > 8000, "{waned} spots of wane, {full} of the face");
+    assert!(chips > 20 && outer > 20, "{chips} spots of chips in wane, {outer} of wane beyond the nominal width");
 }
