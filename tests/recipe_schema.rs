@@ -39,7 +39,9 @@ fn every_recipe_loads_and_is_embedded() {
                 assert!(classes.eq(["flat_sawn", "quarter_sawn", "through_pith"]));
             }
             Subject::Wood if name == "wood-log" => assert!(classes.eq(["sawn_through"])),
-            Subject::Wood if name == "wood-picture" => assert!(classes.eq(["checked", "plain"])),
+            Subject::Wood if ["wood-picture", "wood-slices"].contains(&name) => {
+                assert!(classes.eq(["checked", "plain"]))
+            }
             Subject::Wood => assert!(classes.eq(["clear", "dead_knot", "mixed", "rot", "sound_knot"])),
             Subject::Sawtooth if name == "sawtooth" => assert!(classes.eq(["piece"])),
             Subject::Sawtooth => assert!(classes.eq(["even", "plastic", "turned", "upright"])),
@@ -91,7 +93,7 @@ fn classes_hold_what_their_names_say() {
                 assert_eq!(scene.class == "through_pith", wood.stem.board_radius_mm < 10.0);
             }
             Plan::Wood(_) if recipe.name() == "wood-log" => assert!(scene.log_board.is_some()),
-            Plan::Wood(wood) if recipe.name() == "wood-picture" => {
+            Plan::Wood(wood) if ["wood-picture", "wood-slices"].contains(&recipe.name()) => {
                 assert_eq!(scene.class == "checked", wood.cracks.check_count > 0.0);
             }
             Plan::Wood(wood) => boards_are_called(&scene.class, wood),

@@ -112,6 +112,20 @@ words! {
         Measured = "measured",
         /// No log: a picture of a board's face.
         Picture = "picture",
+        /// No log: a stack of slices of a microscope or a tomograph.
+        Slices = "slices",
+    }
+}
+
+words! {
+    /// How the fibres run in a stack of slices.
+    FibreAxis {
+        /// From slice to slice: each shows a cross-section.
+        Through = "through",
+        /// Down the rows of each slice.
+        Down = "down",
+        /// Along the rows of each slice.
+        Across = "across",
     }
 }
 

@@ -7,7 +7,7 @@ use output_schema::{DatasetHead, SampleType};
 /// `dataset.json`, the card and `croissant.json` [bytes]: a recipe has 1 MiB at most.
 pub(crate) const DOCUMENT_BYTES: u64 = 16 << 20;
 /// A copy of a file that a recipe names, as recipes allow [bytes].
-pub(crate) const ASSET_BYTES: u64 = 64 << 20;
+pub(crate) const ASSET_BYTES: u64 = 256 << 20;
 /// Most samples that any shard has, as recipes and the command line allow.
 const MAX_SAMPLES_PER_SHARD: u64 = 100_000;
 /// What a manifest says of a sample and of its file [bytes]: two sums, an id, a path, keys and blanks; a class has 64 bytes.

@@ -66,6 +66,10 @@ pub fn body(scene: &Scene) -> Body {
                     let picture = scene.picture.as_deref().expect("the recipe was refused without a picture");
                     Plank::lay(stream, wood, Arc::new(picture.cut(wood)))
                 }
+                LogSource::Slices => {
+                    let slices = scene.slices.as_ref().expect("the recipe was refused without slices");
+                    Plank::lay(stream, wood, Arc::new(slices.cut(wood)))
+                }
             }))
         }
         Plan::Blister(blister) => Body::Pack(Box::new(Pack::form(scene.stream.child("pack"), blister))),

@@ -1,5 +1,6 @@
 //! Assets, the files that a recipe names: where they are found, read once, known by their content.
 //!
+//! A folder of pictures is one asset too, where a key allows it ([`crate::slice_tar`]).
 //! A name is relative to the recipe's own file; a file that exists wins over one that is built in. A dataset keeps a
 //! copy of each, so that its samples can be made again from the folder alone.
 
@@ -9,6 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
+
+use crate::slice_tar;
 
 /// Longest name that a copy keeps [bytes].
 const MAX_NAME_BYTES: usize = 64;
@@ -111,6 +114,17 @@ pub(crate) struct AssetRequest<'a> {
     pub max_bytes: usize,
     /// What could be meant beside files.
     pub built_in: &'a [BuiltIn],
+    /// What a folder of that name is.
+    pub folders: AssetFolders,
+}
+
+/// What the name of a folder stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AssetFolders {
+    /// Nothing: a file is wanted.
+    Refused,
+    /// A tar of its PNG files.
+    AsTar,
 }
 
 impl AssetSource {
@@ -148,7 +162,10 @@ impl AssetSource {
             },
         };
         if let Some(path) = path.as_ref().filter(|path| path.exists()) {
-            return read_file(path, name, wanted.max_bytes);
+            return match wanted.folders {
+                AssetFolders::AsTar if path.is_dir() => slice_tar::of_folder(path, name, wanted.max_bytes),
+                AssetFolders::AsTar | AssetFolders::Refused => read_file(path, name, wanted.max_bytes),
+            };
         }
         let own = |(known, _): &&BuiltIn| *known == name || (wanted.sha256.is_some() && file_name(known) == name);
         if let Some((name, bytes)) = wanted.built_in.iter().find(own) {
@@ -195,7 +212,7 @@ fn file_name(name: &str) -> &str {
 }
 
 /// A text short enough for a message, without control characters.
-fn printable(text: &str) -> String {
+pub(crate) fn printable(text: &str) -> String {
     text.chars().take(200).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
@@ -220,7 +237,8 @@ mod tests {
     fn files_are_known_by_content() {
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         let built_in: &[BuiltIn] = &[("parts/abc.txt", b"abc")];
-        let wanted = |name, sha256| AssetRequest { key: "mesh.file", name, sha256, max_bytes: 10, built_in };
+        let folders = AssetFolders::Refused;
+        let wanted = |name, sha256| AssetRequest { key: "mesh.file", name, sha256, max_bytes: 10, built_in, folders };
         let found = AssetSource::BuiltIn.find(&wanted("parts/abc.txt", None)).expect("built in");
         assert_eq!((found.name(), found.sha256(), found.bytes()), ("abc.txt", sum, &b"abc"[..]));
         assert_eq!(AssetSource::BuiltIn.find(&wanted("abc.txt", Some(sum))), Ok(found));

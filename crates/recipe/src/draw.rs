@@ -87,6 +87,7 @@ impl Recipe {
             plan,
             mesh: self.mesh.clone(),
             picture: self.picture.clone(),
+            slices: self.slices.clone(),
             log: self.settings.log.source,
             measured: self.measured.clone(),
             transport: self.settings.transport(),

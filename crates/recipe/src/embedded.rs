@@ -28,7 +28,7 @@ macro_rules! built_in {
 }
 
 /// The recipes that are built in.
-pub(super) const EMBEDDED: [BuiltInRecipe; 25] = [
+pub(super) const EMBEDDED: [BuiltInRecipe; 26] = [
     built_in!("wood", "the thesis' scan of boards at full size"),
     built_in!("wood-small", "a small one to try things with"),
     built_in!("blister", "the thesis' scan of packs at full size: white tablets under coloured, half clear film"),
@@ -45,6 +45,7 @@ pub(super) const EMBEDDED: [BuiltInRecipe; 25] = [
     built_in!("wood-log", "all boards of a log, sawn through and through, with wane: docs/wood.md"),
     built_in!("wood-measured", "boards sawn out of a scanned log: docs/wood.md"),
     built_in!("wood-picture", "boards cut out of a photograph: docs/pictures.md"),
+    built_in!("wood-slices", "boards cut out of a stack of slices: docs/pictures.md"),
     built_in!("blister-train", "many small samples, to train and to test classifiers with: docs/baselines.md"),
     built_in!("sawtooth", "the calibration piece RCAL-300 at full size, of blasted metal"),
     built_in!("sawtooth-small", "a small one to try things with, of metal and of plastic"),

@@ -23,6 +23,8 @@ mod reader;
 mod reference;
 mod sampling;
 mod schema;
+mod slice_tar;
+mod slices;
 mod subject;
 
 use std::collections::BTreeMap;
@@ -50,7 +52,7 @@ pub use self::log_group::LogBoard;
 pub use self::reference::reference_markdown;
 pub use self::schema::schema;
 pub use self::subject::{Plan, Subject};
-pub use wood_picture::BoardPicture;
+pub use wood_picture::{BoardPicture, WoodVolume};
 pub use yaml::{YamlFault, YamlFaults};
 
 /// What a dataset is made from; every number in it is in range.
@@ -73,6 +75,7 @@ pub struct Recipe {
     mesh: Option<Arc<Mesh>>,
     measured: Option<Arc<Stem>>,
     picture: Option<Arc<BoardPicture>>,
+    slices: Option<Arc<WoodVolume>>,
     notes: Vec<String>,
     text: String,
     canonical: serde_json::Value,
@@ -108,6 +111,8 @@ pub struct Scene {
     pub mesh: Option<Arc<Mesh>>,
     /// The picture that a board is cut from.
     pub picture: Option<Arc<BoardPicture>>,
+    /// The stack of slices that a board is cut from.
+    pub slices: Option<Arc<WoodVolume>>,
     /// Where the log of a board comes from.
     pub log: LogSource,
     /// The log that was measured.
@@ -174,6 +179,7 @@ impl Recipe {
             mesh,
             measured,
             picture,
+            slices,
             notes,
             ..
         } = resolved;
@@ -191,6 +197,7 @@ impl Recipe {
             mesh,
             measured,
             picture,
+            slices,
             notes,
             text,
             canonical,

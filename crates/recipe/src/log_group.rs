@@ -36,7 +36,7 @@ pub struct LogBoard {
 pub(super) fn boards_per_log(settings: &Settings) -> u64 {
     match settings.log.source {
         LogSource::Stem | LogSource::Measured => settings.log.boards_per_log as u64,
-        LogSource::Placed | LogSource::Picture => 1,
+        LogSource::Placed | LogSource::Picture | LogSource::Slices => 1,
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use procedural::Mesh;
 use procedural::wood::Stem;
-use wood_picture::BoardPicture;
+use wood_picture::{BoardPicture, WoodVolume};
 
 use super::changes::{self, SET};
 use super::class::Class;
@@ -19,8 +19,8 @@ use super::keys::{self, SECTIONS, TRANSPORT, sections};
 use super::log_group::{self, BOARDS_PER_LOG};
 use super::sampling::{SAMPLING, Sampling};
 use super::subject::Subject;
-use crate::asset::AssetSource;
-use crate::{measured_log, mesh, picture};
+use crate::asset::{AssetFault, AssetSource};
+use crate::{measured_log, mesh, picture, slices};
 use bench::settings::{LogSource, TransportName, Words};
 use yaml::{Mapping, NumberRange, YamlFaults, YamlNode, YamlReader, YamlValue, clipped_text, number_text, parse_yaml};
 
@@ -50,6 +50,7 @@ pub(super) struct Resolved {
     /// The log that was measured.
     pub measured: Option<Arc<Stem>>,
     pub picture: Option<Arc<BoardPicture>>,
+    pub slices: Option<Arc<WoodVolume>>,
     /// Keys that have no effect, with what to do.
     pub notes: Vec<String>,
 }
@@ -143,20 +144,18 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         },
         _ => None,
     };
-    let asked = subject == Some(Subject::Wood) && settings.log.source == LogSource::Picture;
-    let picture = asked.then(|| picture::read_picture(&settings.picture)).and_then(|read| match read {
-        Ok(picture) => picture.map(Arc::new),
-        Err((key, fault)) => {
-            yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
-            None
-        }
-    });
+    let asked = |source| subject == Some(Subject::Wood) && settings.log.source == source;
+    let picture = asked(LogSource::Picture).then(|| picture::read_picture(&settings.picture));
+    let picture = picture.and_then(|read| whole(yaml, read));
+    let slices = asked(LogSource::Slices).then(|| slices::read_slices(&settings.slices));
+    let slices = slices.and_then(|read| whole(yaml, read));
     let object = Object {
         subject,
         settings: &settings,
         mesh: mesh.as_deref(),
         measured: measured.as_deref(),
         picture: picture.as_deref(),
+        slices: slices.as_deref(),
     };
     constraints::check(yaml, object, &parameters, &classes);
     conditional::refuse(yaml, subject, &settings, &parameters, &classes);
@@ -189,8 +188,20 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
         mesh,
         measured,
         picture,
+        slices,
         notes,
     })
+}
+
+/// What was read of the files that a recipe names, for all samples; a fault is noted at its key.
+fn whole<T>(yaml: &mut YamlReader, read: Result<Option<T>, (&'static str, AssetFault)>) -> Option<Arc<T>> {
+    match read {
+        Ok(found) => found.map(Arc::new),
+        Err((key, fault)) => {
+            yaml.joint_fault(&[key.to_owned()], fault.problem, fault.remedy);
+            None
+        }
+    }
 }
 
 /// Where the keys of a section go; classes have no settings.

@@ -1,4 +1,4 @@
-//! What a picture of a board can have against it.
+//! What a picture of a board, or a stack of slices of one, can have against it.
 
 /// Why a picture gives no map, and what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -107,5 +107,54 @@ pub enum PictureFault {
         found_mm: f32,
         /// Scales of wood [mm].
         range_mm: [f32; 2],
+    },
+}
+
+/// Why a stack of slices gives no wood, and what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VolumeFault {
+    /// Too little wood.
+    #[error("the stack shows {:.2} by {:.2} by {:.2} mm (through the slices, down, across); give more slices or larger ones, at least {least_mm} mm on each side, or correct the size of a voxel", extent_mm[0], extent_mm[1], extent_mm[2])]
+    TooSmall {
+        /// What it shows, through the slices, down and across [mm].
+        extent_mm: [f32; 3],
+        /// The least [mm].
+        least_mm: f32,
+    },
+    /// More voxels than are kept.
+    #[error(
+        "the stack has {voxels} voxels where those below 0.05 mm are put together, and at most {most} are kept; crop it, or average voxels to 0.1 mm"
+    )]
+    Large {
+        /// Voxels.
+        voxels: usize,
+        /// The most.
+        most: usize,
+    },
+    /// No mean density of wood.
+    #[error(
+        "the mean density is {mean:.0} kg/m3, and wood has {least} to {most}; correct the densities of black and white, or crop the slices to wood"
+    )]
+    Mean {
+        /// Mean density [kg/m^3].
+        mean: f32,
+        /// The least that wood has [kg/m^3].
+        least: f32,
+        /// The most [kg/m^3].
+        most: f32,
+    },
+    /// Too much air.
+    #[error("{:.0} % of it have less than {density} kg/m3, which is air and no wood; crop the slices to wood, or correct the densities of black and white", 100.0 * share)]
+    Air {
+        /// Share of the voxels [1].
+        share: f32,
+        /// Density below which they are air [kg/m^3].
+        density: f32,
+    },
+    /// One density all over.
+    #[error("the density is the same all over: its middle 90 % spread by {:.2} % of the median; give slices that show rings or fibres, or densities of black and white that lie further apart", 100.0 * spread)]
+    Even {
+        /// Spread over the median [1].
+        spread: f32,
     },
 }

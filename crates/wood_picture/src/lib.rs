@@ -1,8 +1,11 @@
-//! Boards from pictures: fibres and absorption of the wood that a photograph or a Reflectance map shows.
+//! Boards from pictures: fibres and absorption of the wood that a photograph or a Reflectance map shows, and coefficients of the wood
+//! in a stack of slices.
 //!
 //! `grey --fibre_map--> FibreMap --absorption_map--> AbsorptionMap`
 //!
 //! `BoardPicture --cut--> PicturedWood`, which a board is laid of (`procedural::wood::Plank::lay`).
+//!
+//! `densities --DensityStack--> WoodVolume --cut--> SlicedWood`, likewise.
 //!
 //! Plain arrays in and out; whoever calls reads files. docs/pictures.md has the method, its sources and the figures measured.
 //! Frame: x along a row, y down the rows, z out of the face; row 0 is at the smallest y. Units: mm, mm^-1, rad.
@@ -10,6 +13,7 @@
 mod absorption;
 mod board;
 mod components;
+mod density_law;
 mod fault;
 mod fibre;
 mod grain_scale;
@@ -21,14 +25,17 @@ mod raster;
 mod rings;
 mod ripple;
 mod texture;
+mod volume;
 
 pub use absorption::{AbsorptionMap, absorption_map};
 pub use board::{BoardPicture, Depth, PicturedWood};
-pub use fault::PictureFault;
+pub use density_law::{DensityLaw, KindDensities};
+pub use fault::{PictureFault, VolumeFault};
 pub use fibre::{FibreMap, fibre_map};
 pub use half_space::HalfSpace;
 pub use knots::PictureKnot;
 pub use picture::{Encoding, red_channel};
+pub use volume::{DensityStack, FibreAxis, SlicedWood, WoodVolume};
 
 /// Which side of the board the picture shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -58,7 +58,8 @@ use self::openings::{FLOOR_MM, Floor, GALLERY_COAT, Opening, Openings};
 use self::outline_wane::OutlineWane;
 pub use self::parameters::{
     Anatomy as AnatomyParameters, Board, Compression, Cracks, Grain, Holes, Inclusions as InclusionParameters, Knots,
-    Log, Machining, Marks, Media, Moisture, PictureParameters, Rot, Stain, StemParameters, Wane, Wood,
+    Log, Machining, Marks, Media, Moisture, PictureParameters, Rot, SlicesParameters, Stain, StemParameters, Wane,
+    Wood,
 };
 use self::pith::{LogPoint, Trunk};
 use self::rings::Rings;

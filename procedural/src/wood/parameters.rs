@@ -485,6 +485,24 @@ parameters! {
     }
 }
 
+parameters! {
+    /// Where in a stack of slices the board lies, for boards from one (`log.source: slices`).
+    slices: SlicesParameters {
+        /// Place of the board along the fibres: 0 at the near end, 1 at the far end of the room that the stack leaves.
+        along: 0.0, 1.0, 0.5, "free";
+        /// Place of the board across them: 0 at the left, 1 at the right of the room that the stack leaves.
+        across: 0.0, 1.0, 0.5, "free";
+        /// Depth of its face below the side of the stack that lies up: 0 at that side, 1 as deep as the room goes.
+        depth: 0.0, 1.0, 0.0, "free";
+        /// Quarter turns of the stack about the fibres: which of its four sides lies up.
+        quarter_turns: 0.0, 3.0, 0.0, "free", count;
+        /// Whether the board is the mirror image of the wood in the stack, left for right: 0 or 1.
+        mirrored: 0.0, 1.0, 0.0, "free", count;
+        /// Whether the board is turned end for end: 0 or 1.
+        turned: 0.0, 1.0, 0.0, "free", count;
+    }
+}
+
 /// Everything that makes a board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wood {
@@ -522,6 +540,8 @@ pub struct Wood {
     pub anatomy: Anatomy,
     /// Where in a picture it lies, for a board from one.
     pub picture: PictureParameters,
+    /// Where in a stack of slices it lies, for a board from one.
+    pub slices: SlicesParameters,
     /// Its wet places.
     pub moisture: Moisture,
 }
@@ -547,6 +567,7 @@ impl Wood {
             grain: Grain::from_values(value),
             anatomy: Anatomy::from_values(value),
             picture: PictureParameters::from_values(value),
+            slices: SlicesParameters::from_values(value),
             moisture: Moisture::from_values(value),
         }
     }
@@ -571,6 +592,7 @@ impl Wood {
             self.grain.values(),
             self.anatomy.values(),
             self.picture.values(),
+            self.slices.values(),
             self.moisture.values(),
         ]
         .concat()

@@ -71,6 +71,10 @@ const STEM: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem]);
 const SAWN: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Stem, LogSource::Measured]);
 const GROWN: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Placed, LogSource::Stem, LogSource::Measured]);
 const PICTURE: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Picture]);
+const SLICES: ParameterNeeds = ParameterNeeds::Log(&[LogSource::Slices]);
+/// What a picture can show and a log has, and densities do not tell.
+const SEEN: ParameterNeeds =
+    ParameterNeeds::Log(&[LogSource::Placed, LogSource::Stem, LogSource::Measured, LogSource::Picture]);
 
 /// Every conditional parameter by its path; of several needs the first that is not met is told.
 const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
@@ -188,10 +192,21 @@ const CONDITIONAL: &[(&str, &[ParameterNeeds])] = &[
     ("inclusions.bark_pocket_count", &[GROWN]),
     ("media.knot_mu_a_ratio", &[GROWN]),
     ("media.dead_knot_mu_a_ratio", &[GROWN]),
+    ("log.latewood_share", &[SEEN]),
+    ("media.knot_sigma_i_ratio", &[SEEN]),
+    ("media.knot_k_ratio", &[SEEN]),
+    ("media.knot_n_eff", &[SEEN]),
+    ("media.knot_fibre_dispersion_deg", &[SEEN]),
     ("picture.along", &[PICTURE]),
     ("picture.across", &[PICTURE]),
     ("picture.mirrored", &[PICTURE]),
     ("picture.turned", &[PICTURE]),
+    ("slices.along", &[SLICES]),
+    ("slices.across", &[SLICES]),
+    ("slices.depth", &[SLICES]),
+    ("slices.quarter_turns", &[SLICES]),
+    ("slices.mirrored", &[SLICES]),
+    ("slices.turned", &[SLICES]),
 ];
 
 const KNOTS: ParameterNeeds =

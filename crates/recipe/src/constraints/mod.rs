@@ -8,6 +8,7 @@ mod motion;
 mod object;
 mod picture;
 mod postprocess;
+mod slices;
 pub(super) mod transport;
 
 use std::collections::BTreeMap;
@@ -45,6 +46,8 @@ pub(super) struct Object<'a> {
     pub measured: Option<&'a procedural::wood::Stem>,
     /// The picture that boards are cut from.
     pub picture: Option<&'a wood_picture::BoardPicture>,
+    /// The stack of slices that they are cut from.
+    pub slices: Option<&'a wood_picture::WoodVolume>,
 }
 
 /// Notes whatever the keys of a recipe cannot mean together: the settings, the top level and each class.
@@ -66,6 +69,7 @@ pub(super) fn check(
 fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings: &Settings) {
     transport::check(yaml, subject, settings);
     picture::settings(yaml, subject, settings);
+    slices::settings(yaml, subject, settings);
     laser::settings(yaml, settings);
     motion::settings(yaml, subject, settings);
     camera::settings(yaml, settings);
@@ -176,6 +180,7 @@ fn scene(yaml: &mut YamlReader, object: Object, scene: &DrawBounds) {
             object::wood(yaml, scene);
             log_group::fits(yaml, object.settings, object.measured, scene);
             picture::scene(yaml, object.picture, scene);
+            slices::scene(yaml, object.slices, scene);
         }
         Some(Subject::Blister) => object::blister(yaml, scene),
         Some(Subject::Sawtooth) => object::sawtooth(yaml, scene),

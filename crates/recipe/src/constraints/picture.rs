@@ -1,7 +1,7 @@
 //! Constraints between a board and the picture that it is cut from.
 
 use super::bounds::DrawBounds;
-use crate::keys::settings::{PictureSettings, Settings};
+use crate::keys::settings::{PictureSettings, Setting, Settings};
 use crate::subject::Subject;
 use bench::settings::LogSource;
 use wood_picture::BoardPicture;
@@ -12,22 +12,30 @@ pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings
     if subject != Some(Subject::Wood) {
         return;
     }
-    let source = settings.log.source;
-    if source == LogSource::Picture {
+    if settings.log.source == LogSource::Picture {
         // A file that is named and cannot be read is a fault of its own.
-        let named = ["picture.file", "picture.fibres"].iter().any(|key| yaml.has(key));
-        if settings.picture.file.asset().is_none() && settings.picture.fibres.asset().is_none() && !named {
+        let told = ["picture.file", "picture.fibres"].iter().any(|key| yaml.has_fault_of(key));
+        if settings.picture.file.asset().is_none() && settings.picture.fibres.asset().is_none() && !told {
             let remedy = "give `picture: {file: ..., pixel_mm: ...}`, or `fibres` there";
             yaml.joint_fault(&["log.source".to_owned()], "is `picture`, and no picture is named", remedy);
         }
         return;
     }
+    refuse_elsewhere(yaml, settings, PictureSettings::SETTINGS, LogSource::Picture);
+}
+
+/// Notes settings that differ from their defaults although boards come from elsewhere than `home`.
+pub(super) fn refuse_elsewhere(yaml: &mut YamlReader, settings: &Settings, own: &[Setting], home: LogSource) {
     let usual = Settings::default();
-    for setting in PictureSettings::SETTINGS {
+    for setting in own {
         let is_named = yaml.has(setting.path) && (setting.asset)(settings).is_some();
         if is_named || (setting.canonical)(settings) != (setting.canonical)(&usual) {
-            let problem = format!("has no effect while `log.source` is `{}`", source.name());
-            yaml.joint_fault(&[setting.path.to_owned()], problem, "give `picture` there, or remove it");
+            let problem = format!("has no effect while `log.source` is `{}`", settings.log.source.name());
+            yaml.joint_fault(
+                &[setting.path.to_owned()],
+                problem,
+                format!("give `{}` there, or remove it", home.name()),
+            );
         }
     }
 }

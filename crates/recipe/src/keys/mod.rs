@@ -14,13 +14,13 @@ use procedural::blister::{Card, Defects, Foil, Pocket, Tablet, Web};
 use procedural::solid::{Material, Piece, Placing};
 use procedural::wood::{
     AnatomyParameters, Board, Compression, Cracks, Grain, Holes, InclusionParameters, Knots, Log, Machining, Marks,
-    Media, Moisture, PictureParameters, Rot, Stain, StemParameters, Wane,
+    Media, Moisture, PictureParameters, Rot, SlicesParameters, Stain, StemParameters, Wane,
 };
 
 use self::settings::{
     BinSettings, CameraSettings, ExposureSettings, ExtractionSettings, LaserSettings, LogSettings, MeshSettings,
-    MotionSettings, OutputSettings, PictureSettings, PostprocessSettings, ScanSettings, Setting, SpeckleSettings,
-    SplitSettings, TransportSettings,
+    MotionSettings, OutputSettings, PictureSettings, PostprocessSettings, ScanSettings, Setting, SlicesSettings,
+    SpeckleSettings, SplitSettings, TransportSettings,
 };
 use super::subject::Subject;
 use bench::parameters::{CameraParameters, ExposureParameters, LaserParameters, MotionParameters, SpeckleParameters};
@@ -80,7 +80,7 @@ the others are the orders of the thesis' scripts, each on noise-free frames with
 has no effect on is a fault.";
 
 /// Every section, in the order of the light: scan, bench, object, transport, reading, writing.
-pub(super) const SECTIONS: [RecipeSection; 39] = [
+pub(super) const SECTIONS: [RecipeSection; 40] = [
     fixed("scan", "Sizes of the scan.", ScanSettings::SETTINGS),
     drawn!(MotionParameters, &[], MotionSettings::SETTINGS),
     drawn!(LaserParameters, &[], LaserSettings::SETTINGS),
@@ -104,6 +104,7 @@ pub(super) const SECTIONS: [RecipeSection; 39] = [
     drawn!(Grain, &[Subject::Wood]),
     drawn!(AnatomyParameters, &[Subject::Wood]),
     drawn!(PictureParameters, &[Subject::Wood], PictureSettings::SETTINGS),
+    drawn!(SlicesParameters, &[Subject::Wood], SlicesSettings::SETTINGS),
     drawn!(Moisture, &[Subject::Wood]),
     drawn!(Card, &[Subject::Blister]),
     drawn!(Pocket, &[Subject::Blister]),

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::asset::{Asset, AssetRequest, AssetSource, BuiltIn};
+use crate::asset::{Asset, AssetFolders, AssetRequest, AssetSource, BuiltIn};
 use bench::settings::{Channel, SensorStack, Words};
 use yaml::{NumberRange, YamlNode, YamlReader, YamlValue, nearest_spelling, number_text};
 
@@ -402,14 +402,65 @@ impl NamedFile {
 }
 
 impl File {
-    fn name(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<String> {
-        let name = yaml.text(node, path, &self.allowed())?;
-        if name.is_empty() {
-            yaml.fault(node.place, path, "is empty", format!("give {}", self.allowed()));
-            return None;
+    /// Reads what a file or a folder is called, and which content it must have; `allowed` is what may be there, in words.
+    fn named(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str, allowed: &str) -> Option<NamedFile> {
+        match &node.value {
+            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.2 == Absence::Allowed => {
+                return Some(NamedFile::NONE);
+            }
+            YamlValue::Map(_) => {}
+            _ => return file_name(yaml, node, path, allowed).map(|name| NamedFile::new(&name)),
         }
-        Some(name.to_owned())
+        let mut map = yaml.mapping(node, path);
+        let (name, sum) = (map.take(yaml, "name"), map.take(yaml, "sha256"));
+        let (name_path, sum_path) = (map.path_of("name"), map.path_of("sha256"));
+        map.close(yaml, &["name", "sha256"], &|_| None);
+        let Some(name) = name else {
+            yaml.fault(node.place, &name_path, "is missing", format!("give {allowed}"));
+            return None;
+        };
+        let name = file_name(yaml, name, &name_path, allowed)?;
+        let sha256 = match sum {
+            Some(node) => Some(sha256(yaml, node, &sum_path)?),
+            None => None,
+        };
+        Some(NamedFile { name: Some(name), sha256, asset: None })
     }
+
+    /// Reads the content of what is named; a folder counts where `folders` says so.
+    fn content(
+        &self,
+        value: &mut NamedFile,
+        yaml: &mut YamlReader,
+        path: &str,
+        files: &AssetSource,
+        folders: AssetFolders,
+    ) {
+        let Some(name) = &value.name else { return };
+        let Self(max_mb, built_in, _) = *self;
+        let sha256 = value.sha256.as_deref();
+        let wanted = AssetRequest { key: path, name, sha256, max_bytes: max_mb << 20, built_in, folders };
+        match files.find(&wanted) {
+            Ok(asset) => value.asset = Some(asset),
+            Err(fault) => yaml.joint_fault(&[path.to_owned()], fault.problem, fault.remedy),
+        }
+    }
+
+    /// What is built in, in words, behind what else is allowed.
+    fn or_built_in(&self) -> String {
+        let names: Vec<_> = self.1.iter().map(|(name, _)| *name).collect();
+        if names.is_empty() { String::new() } else { format!(", or the built-in {}", names.join(" or ")) }
+    }
+}
+
+/// The name of a file.
+fn file_name(yaml: &mut YamlReader, node: &YamlNode, path: &str, allowed: &str) -> Option<String> {
+    let name = yaml.text(node, path, allowed)?;
+    if name.is_empty() {
+        yaml.fault(node.place, path, "is empty", format!("give {allowed}"));
+        return None;
+    }
+    Some(name.to_owned())
 }
 
 /// A SHA-256 in hexadecimal.
@@ -427,38 +478,11 @@ impl SettingType for File {
     type Value = NamedFile;
 
     fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<NamedFile> {
-        match &node.value {
-            YamlValue::Text(text) if text == NamedFile::NONE_NAME && self.2 == Absence::Allowed => {
-                return Some(NamedFile::NONE);
-            }
-            YamlValue::Map(_) => {}
-            _ => return self.name(yaml, node, path).map(|name| NamedFile::new(&name)),
-        }
-        let mut map = yaml.mapping(node, path);
-        let (name, sum) = (map.take(yaml, "name"), map.take(yaml, "sha256"));
-        let (name_path, sum_path) = (map.path_of("name"), map.path_of("sha256"));
-        map.close(yaml, &["name", "sha256"], &|_| None);
-        let Some(name) = name else {
-            yaml.fault(node.place, &name_path, "is missing", format!("give {}", self.allowed()));
-            return None;
-        };
-        let name = self.name(yaml, name, &name_path)?;
-        let sha256 = match sum {
-            Some(node) => Some(sha256(yaml, node, &sum_path)?),
-            None => None,
-        };
-        Some(NamedFile { name: Some(name), sha256, asset: None })
+        self.named(yaml, node, path, &self.allowed())
     }
 
     fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &AssetSource) {
-        let Some(name) = &value.name else { return };
-        let Self(max_mb, built_in, _) = *self;
-        let wanted =
-            AssetRequest { key: path, name, sha256: value.sha256.as_deref(), max_bytes: max_mb << 20, built_in };
-        match files.find(&wanted) {
-            Ok(asset) => value.asset = Some(asset),
-            Err(fault) => yaml.joint_fault(&[path.to_owned()], fault.problem, fault.remedy),
-        }
+        self.content(value, yaml, path, files, AssetFolders::Refused);
     }
 
     fn json(&self, value: &NamedFile) -> Json {
@@ -474,15 +498,51 @@ impl SettingType for File {
     }
 
     fn allowed(&self) -> String {
-        let names: Vec<_> = self.1.iter().map(|(name, _)| *name).collect();
-        let built_in =
-            if names.is_empty() { String::new() } else { format!(", or the built-in {}", names.join(" or ")) };
-        format!("the name of a file of at most {} MB{built_in}", self.0)
+        format!("the name of a file of at most {} MB{}", self.0, self.or_built_in())
     }
 
     fn schema(&self) -> Json {
         let name = json!({ "type": "string", "minLength": 1 });
         let sha256 = json!({ "type": "string", "pattern": "^[0-9a-f]{64}$" });
         json!({ "oneOf": [name, object(&json!({ "name": name, "sha256": sha256 }), "name")] })
+    }
+}
+
+/// The same, or a folder of PNG files, which counts as a tar of them.
+pub(crate) struct FolderOrFile(pub File);
+
+impl SettingType for FolderOrFile {
+    type Value = NamedFile;
+
+    fn read(&self, yaml: &mut YamlReader, node: &YamlNode, path: &str) -> Option<NamedFile> {
+        self.0.named(yaml, node, path, &self.allowed())
+    }
+
+    fn load(&self, value: &mut NamedFile, yaml: &mut YamlReader, path: &str, files: &AssetSource) {
+        self.0.content(value, yaml, path, files, AssetFolders::AsTar);
+    }
+
+    fn json(&self, value: &NamedFile) -> Json {
+        self.0.json(value)
+    }
+
+    fn canonical(&self, value: &NamedFile) -> Option<Json> {
+        self.0.canonical(value)
+    }
+
+    fn asset<'v>(&self, value: &'v NamedFile) -> Option<&'v Asset> {
+        value.asset()
+    }
+
+    fn allowed(&self) -> String {
+        format!(
+            "the name of a folder of PNG files, or of a tar of them, of at most {} MB{}",
+            self.0.0,
+            self.0.or_built_in()
+        )
+    }
+
+    fn schema(&self) -> Json {
+        self.0.schema()
     }
 }

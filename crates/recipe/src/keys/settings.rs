@@ -7,16 +7,17 @@ use serde_json::Value as Json;
 
 use super::idle::{Idle, Wording};
 use super::setting_type::{
-    Absence, Auto, Channels, Count, File, Flag, GroupSize, NamedFile, Number, OneOf, SettingType, Stack, Word,
+    Absence, Auto, Channels, Count, File, Flag, FolderOrFile, GroupSize, NamedFile, Number, OneOf, SettingType, Stack,
+    Word,
 };
 use super::texture;
 use crate::asset::{Asset, AssetSource};
-use crate::{measured_log, mesh, picture};
+use crate::{measured_log, mesh, picture, slices};
 use bench::settings::{
-    Channel, Extraction, Fan, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement, Optics,
-    Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, PictureFace, Postprocess,
-    RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection, SensorStack,
-    Size, SpeckleLaw, SpecklePattern, Splits, ThesisMethod, Transport, TransportName, Words,
+    Channel, Extraction, Fan, FibreAxis, Filter, FirstRow, Hdr, LaserLine, LensModel, LineShape, LogSource, Movement,
+    Optics, Order, Output, PeakChoice, PeakMethod, PeakMethodName, PictureDepth, PictureEncoding, PictureFace,
+    Postprocess, RangeForm, RangeFormName, Readout, ScatterDark, ScatterMode, Scheimpflug, Script, SearchDirection,
+    SensorStack, Size, SpeckleLaw, SpecklePattern, Splits, ThesisMethod, Transport, TransportName, Words,
 };
 use yaml::{YamlNode, YamlReader};
 
@@ -237,7 +238,7 @@ settings! {
         source: Word<LogSource>(&LogSource::ALL) = LogSource::Placed,
             "Where the log and its knots come from: `placed`, with as many knots on the face as `knots` says; `stem`, a whole \
              stem with whorls, out of which the board is sawn where `stem` says; `measured`, a log from files, sawn \
-             likewise; or `picture`, a picture of a board's face.",
+             likewise; `picture`, a picture of a board's face; or `slices`, a stack of slices of a microscope or a tomograph.",
             "docs/wood.md";
         boards_per_log: GroupSize(MAX_BOARDS_PER_LOG) = 1,
             "Samples in a row that are boards of one log, which lie in it by a sawing pattern from where `stem` says, and \
@@ -310,6 +311,39 @@ settings! {
             "Grey PNG of 8 bits, as large as the picture, of the numbers of pixel classes, in the place of knots that \
              are found as labels; 0 counts as clear wood.",
             "free";
+    }
+
+    slices: SlicesSettings at "slices" {
+        stack: FolderOrFile(File(256, &slices::BUILT_IN, Absence::Allowed)) = NamedFile::NONE,
+            "Folder of grey PNGs with 8 or 16 bits, one for each slice, in the order of their names (numbers in them by \
+             value); or a tar of them, which is what datasets keep.",
+            "docs/pictures.md";
+        pixel_mm: Number(0.0001, 2.0, "mm") = 0.1,
+            "Size of a pixel down the rows of a slice. Voxels below 0.05 mm are put together.",
+            "free";
+        pixel_across_mm: Auto<Number>(Number(0.0001, 2.0, "mm")) = None,
+            "Size of a pixel along the rows; `auto` is the same as down them.",
+            "free";
+        slice_mm: Auto<Number>(Number(0.0001, 20.0, "mm")) = None,
+            "Distance from slice to slice; `auto` is the size of a pixel down the rows.",
+            "free";
+        fibres: Word<FibreAxis>(&FibreAxis::ALL) = FibreAxis::Through,
+            "Which way the fibres run in the stack: `through`, from slice to slice, so that slices are cross-sections; \
+             `down` the rows of each slice, the last row at the near end; or `across`, along the rows. The first row \
+             lies up, or the first slice where fibres run in the slices.",
+            "free";
+        black_kg_per_m3: Number(-20_000.0, 20_000.0, "kg/m3") = 0.0,
+            "Density at grey 0, by the calibration of the tomograph.",
+            "free";
+        white_kg_per_m3: Number(-100_000.0, 100_000.0, "kg/m3") = 1500.0,
+            "Density at the end of the scale of 8 or 16 bits; below that of black where dense wood is dark.",
+            "free; 1500 is the cell wall";
+        earlywood_kg_per_m3: Number(60.0, 1500.0, "kg/m3") = 320.0,
+            "Density of the earlywood whose coefficients `media` gives.",
+            "docs/wood.md";
+        latewood_kg_per_m3: Number(60.0, 1500.0, "kg/m3") = 800.0,
+            "Density of the latewood whose coefficients `media` gives.",
+            "docs/wood.md";
     }
 
     mesh: MeshSettings at "mesh" {

@@ -52,6 +52,7 @@ fn wrong_pictures_are_told_with_key_and_remedy() {
     save("map.exr", b"no map");
     for (keys, key, problem) in [
         ("pixel_mm: 0.1", "log.source", "no picture is named"),
+        ("file: none", "log.source", "no picture is named"),
         ("file: none.png", "picture.file", "there is no file"),
         ("file: text.png", "picture.file", "is no picture that can be read"),
         ("file: cut.png", "picture.file", "is no picture that can be read"),
