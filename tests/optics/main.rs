@@ -23,6 +23,7 @@ mod range_forms;
 mod real_frames;
 mod scatter_ratios;
 mod sensor_chain;
+mod sliced_wood;
 mod solid_pieces;
 mod speckle;
 mod turntable;

@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use test_support::program::{Place, assert_same, mesh_recipe};
+use image::{GrayImage, Luma};
+use test_support::program::{Place, assert_same, mesh_recipe, slices_recipe};
 
 const BOX: &str = "v 0 0 0\nv 9 0 0\nv 9 8 0\nv 0 8 0\nv 0 0 3\nv 9 0 3\nv 9 8 3\nv 0 8 3\n\
                    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
@@ -83,4 +84,35 @@ fn faults_of_a_file_name_line_key_and_remedy() {
     let large = mesh_recipe(&[["  unit_mm: 1 ", "  unit_mm: 1000 "]]);
     place.write("tiny.yaml", large);
     place.run("preview --recipe tiny.yaml").refused(&["must be above the part"]);
+}
+
+/// A folder of slices is one file of a dataset: kept as a tar, checked, continued, and refused with other slices.
+#[test]
+fn a_dataset_keeps_its_slices() {
+    let place = Place::new();
+    place.write("tiny.yaml", slices_recipe(&[["stack: slices/spruce.tar", "stack: scan"]]));
+    fs::create_dir(place.path("scan")).expect("a folder");
+    let save = |number: u32, by: u32| {
+        let slice = GrayImage::from_fn(160, 40, |x, y| Luma([(60 + (7 * x + 5 * y + by) % 70) as u8]));
+        slice.save(place.path(&format!("scan/s{number}.png"))).expect("written");
+    };
+    (0..60).for_each(|number| save(number, number));
+    place.make("set", "--n 2 --samples-per-shard 2");
+    let head = place.json("set/dataset.json");
+    let asset = &head["assets"][0];
+    let path = asset["path"].as_str().expect("a path");
+    assert!(path.ends_with("-scan.tar") && asset["key"] == "slices.stack", "{asset}");
+    assert_eq!(head["recipe"]["canonical"]["slices"]["stack"]["sha256"], asset["sha256"]);
+    place.make("set", "--n 4 --samples-per-shard 2");
+    save(7, 3);
+    place.run("--recipe tiny.yaml --out set --n 6 --samples-per-shard 2").refused(&["recipe.slices.stack.sha256"]);
+    // Without the slices: rendered again, and continued.
+    fs::remove_dir_all(place.path("scan")).expect("removed");
+    let clean = place.done("validate set --rerender 2");
+    assert!(clean.out.contains("2 rendered again") && clean.out.contains("0 faults"), "{}", clean.out);
+    place.done("--recipe set --out set --n 6");
+    let tar = place.path("set").join(path);
+    fs::write(&tar, &fs::read(&tar).expect("a copy")[512..]).expect("written");
+    let run = place.run("validate set");
+    assert!(run.code == 1 && run.out.contains(path), "{}", run.out);
 }

@@ -191,7 +191,7 @@ impl WoodVolume {
     pub fn cut(self: &Arc<Self>, wood: &Wood) -> SlicedWood {
         let (board, place) = (&wood.board, &wood.slices);
         let [length, mut width, mut depth] = self.extent_mm();
-        let quarter_turns = place.quarter_turns as u8;
+        let quarter_turns = place.quarter_turns.round() as u8;
         if quarter_turns % 2 == 1 {
             (width, depth) = (depth, width);
         }

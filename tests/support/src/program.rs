@@ -40,6 +40,12 @@ pub fn mesh_recipe(changes: &[[&str; 2]]) -> String {
     changed(include_str!("../../../recipes/mesh-small.yaml"), &size, changes)
 }
 
+/// The same of wood-slices.yaml: the near end of a board.
+pub fn slices_recipe(changes: &[[&str; 2]]) -> String {
+    let size = [["\n  columns: 256 ", "\n  columns: 64 "], ["\n  profiles: 440 ", "\n  profiles: 60 "]];
+    changed(include_str!("../../../recipes/wood-slices.yaml"), &size, changes)
+}
+
 fn changed(text: &str, size: &[[&str; 2]], changes: &[[&str; 2]]) -> String {
     let speckle = "speckle:\n  strength: 1\n  surface_patterns: 1\n  volume_patterns: 2\n";
     let mut text = if text.contains(speckle) { text.replacen(speckle, "", 1) } else { text.to_owned() };

@@ -2,11 +2,15 @@
 
 use super::bounds::DrawBounds;
 use super::picture::refuse_elsewhere;
+use crate::distribution::Distribution;
 use crate::keys::settings::{Settings, SlicesSettings};
 use crate::subject::Subject;
 use bench::settings::LogSource;
 use wood_picture::WoodVolume;
 use yaml::{YamlReader, number_text};
+
+/// The parameter that says which side of the stack lies up.
+const TURNS: &str = "slices.quarter_turns";
 
 /// A board from slices has some, their grey is a density and latewood the denser wood; what is said of slices has an effect on
 /// such boards alone.
@@ -40,13 +44,15 @@ pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings
 pub(super) fn scene(yaml: &mut YamlReader, slices: Option<&WoodVolume>, scene: &DrawBounds) {
     let Some(slices) = slices else { return };
     let [length, width, depth] = slices.extent_mm().map(f64::from);
-    let turns = |is_odd: bool| {
-        let [least, most] = [scene.least("slices.quarter_turns"), scene.most("slices.quarter_turns")];
-        (0..4).any(|turn| (turn % 2 == 1) == is_odd && (least..=most).contains(&f64::from(turn)))
+    let few = scene.distribution(TURNS).and_then(Distribution::values);
+    let drawn = |turn: &f64| match &few {
+        Some(values) => values.iter().any(|value| value.round() == *turn),
+        None => (scene.least(TURNS)..=scene.most(TURNS)).contains(turn),
     };
+    let turns = |sides: [f64; 2]| sides.iter().any(drawn);
     // Of two ways to lie the narrower one counts.
     let across = |straight: f64, turned: f64| {
-        let ways = [(turns(false), straight), (turns(true), turned)];
+        let ways = [(turns([0.0, 2.0]), straight), (turns([1.0, 3.0]), turned)];
         ways.into_iter().filter(|(lies, _)| *lies).map(|(_, mm)| mm).fold(f64::INFINITY, f64::min)
     };
     for (key, way, shown) in [
@@ -58,7 +64,7 @@ pub(super) fn scene(yaml: &mut YamlReader, slices: Option<&WoodVolume>, scene: &
             let [most, shown] = [scene.most(key), shown].map(|mm| number_text((mm * 100.0 + 0.1).floor() / 100.0));
             let problem = format!("the board can be {most} mm {way}, and its slices cover {shown} mm there");
             let remedy = format!("give at most {shown} mm, more slices, or the right size of a voxel");
-            scene.fault(yaml, &[key, "slices.quarter_turns"], problem, &remedy);
+            scene.fault(yaml, &[key, TURNS], problem, &remedy);
         }
     }
 }

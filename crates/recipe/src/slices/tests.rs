@@ -171,7 +171,11 @@ fn wrong_stacks_are_told_with_key_and_remedy() {
             assert!(told.contains(part), "{keys}: {told} has no `{part}`");
         }
     }
-    assert!(parsed(path, "stack: good, pixel_mm: 0.2", "").is_ok());
+    // 12 x 8 mm are wide enough on either side, 12 x 4 mm on one.
+    assert!(parsed(path, "stack: good, pixel_mm: 0.2, quarter_turns: {uniform: [0, 3]}", "").is_ok());
+    let flat = "stack: good, pixel_mm: 0.1, pixel_across_mm: 0.2, slice_mm: 0.2";
+    assert!(parsed(path, &format!("{flat}, quarter_turns: {{choice: {{values: [0, 2]}}}}"), "").is_ok());
+    assert!(parsed(path, &format!("{flat}, quarter_turns: {{choice: {{values: [0, 3]}}}}"), "").is_err());
 }
 
 /// The sum of a chunk of a PNG (ISO 3309).

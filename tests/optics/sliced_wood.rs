@@ -1,0 +1,89 @@
+//! Boards out of stacks of slices, rendered: what is dense is dark where it lies.
+
+use std::sync::Arc;
+
+use dataset::record::Record;
+use procedural::Class;
+use recipe::{Plan, Recipe, Scene, WoodVolume};
+use test_support::target::{nominal, tiles};
+use wood_picture::{DensityStack, FibreAxis, KindDensities};
+
+/// Side of a voxel [mm].
+const VOXEL_MM: f32 = 0.2;
+/// The dense part, from the board's left side and from its near end [mm].
+const SLAB_MM: [f32; 2] = [6.0, 9.0];
+
+/// 12 x 12 x 4 mm of wood of 400 kg/m3 with a slab of 800, across or along the fibres by `axis` of the voxel.
+fn wood(axis: usize) -> Arc<WoodVolume> {
+    let size = [60, 20, 60];
+    let mut stack = DensityStack::new(size, [VOXEL_MM; 3], FibreAxis::Through).expect("room");
+    for slice in 0..60 {
+        let voxel = |i: usize| [slice, i / 60, i % 60][axis] as f32 * VOXEL_MM;
+        let density = |i| if (SLAB_MM[0]..SLAB_MM[1] - 0.01).contains(&voxel(i)) { 800.0 } else { 400.0 };
+        stack.push(&(0..20 * 60).map(density).collect::<Vec<f32>>());
+    }
+    Arc::new(stack.finish(KindDensities { earlywood: 320.0, latewood: 800.0 }).expect("wood"))
+}
+
+/// A board as large as the wood, in a quiet scan without gloss.
+fn scene(axis: usize) -> Scene {
+    let mut scene = Recipe::load("wood-slices.yaml").expect("the embedded recipe loads").draw(0, 0);
+    let mut numbers = *scene.plan.wood().expect("a board");
+    let board = &mut numbers.board;
+    (board.width_mm, board.length_mm, board.thickness_mm, board.lead_in_mm) = (12.0, 12.0, 4.0, 4.0);
+    (board.cup_mm, board.twist_deg, board.saw_ripple_um, board.roughness_um) = (0.0, 0.0, 0.0, 0.0);
+    numbers.cracks.check_count = 0.0;
+    numbers.media.gloss = 0.0;
+    numbers.media.earlywood_mu_a_per_mm = 0.08;
+    let place = &mut numbers.slices;
+    (place.quarter_turns, place.mirrored, place.turned) = (0.0, 0.0, 0.0);
+    let step_mm = scene.bench.motion.step_mm;
+    scene.bench = nominal();
+    scene.bench.motion.step_mm = step_mm;
+    scene.bench.speckle.strength = 0.0;
+    scene.size.profiles = 200;
+    scene.slices = Some(wood(axis));
+    scene.plan = Plan::Wood(numbers);
+    scene
+}
+
+/// Mean of Scatter over the board's inner half along one axis of the image, by place along the other, with where the board begins and ends
+/// there [pixel].
+fn means(record: &Record, down: bool) -> (Vec<f64>, [usize; 2]) {
+    let [rows, cols] = [record.rows, record.cols];
+    let pixel = |i: usize, j: usize| if down { i * cols + j } else { j * cols + i };
+    let [count, others] = if down { [rows, cols] } else { [cols, rows] };
+    let is_wood = |i: usize, j: usize| record.labels.class[pixel(i, j)] == Class::Clear as u8;
+    let ends = |count: usize, is: &dyn Fn(usize) -> bool| {
+        let first = (0..count).find(|i| is(*i)).expect("a board");
+        [first, (0..count).rfind(|i| is(*i)).expect("a board") + 1]
+    };
+    let own = ends(count, &|i| is_wood(i, others / 2));
+    let [near, far] = ends(others, &|j| is_wood((own[0] + own[1]) / 2, j));
+    let inner = near + (far - near) / 4..far - (far - near) / 4;
+    let mean =
+        |i: usize| inner.clone().map(|j| f64::from(record.maps.scatter[pixel(i, j)])).sum::<f64>() / inner.len() as f64;
+    ((0..count).map(mean).collect(), own)
+}
+
+/// A slab of twice the density absorbs twice as much: a darker band, whose sides (half of the way from bright to dark) are the slab's within a
+/// quarter of a millimetre, across the fibres and along them.
+#[test]
+fn a_dense_slab_is_a_dark_band_where_it_lies() {
+    for (axis, down) in [(2, false), (0, true)] {
+        let scene = scene(axis);
+        let record = pipeline::render(&scene, tiles(), &|_| ());
+        let (means, [first, last]) = means(&record, down);
+        let at = |mm: f32| first + (mm / 12.0 * (last - first) as f32) as usize;
+        let level = |range: std::ops::Range<usize>| means[range.clone()].iter().sum::<f64>() / range.len() as f64;
+        let (bright, dark) = (level(at(2.0)..at(4.0)), level(at(7.0)..at(8.0)));
+        let half = 0.5 * (bright + dark);
+        let inner = at(2.0)..at(11.0);
+        let begins = inner.clone().find(|i| means[*i] < half).expect("a band");
+        let ends = inner.clone().rfind(|i| means[*i] < half).expect("a band") + 1;
+        let place = |i: usize| 12.0 * (i - first) as f32 / (last - first) as f32;
+        println!("down {down}: {bright:.1} and {dark:.1} DN, from {:.2} to {:.2} mm", place(begins), place(ends));
+        assert!(dark < 0.9 * bright, "{dark} and {bright}");
+        assert!((place(begins) - SLAB_MM[0]).abs() < 0.25 && (place(ends) - SLAB_MM[1]).abs() < 0.25);
+    }
+}
