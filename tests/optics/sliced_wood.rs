@@ -116,7 +116,7 @@ fn a_dense_slab_is_a_dark_band_where_it_lies() {
 fn what_lies_below_the_face_counts_with_path() {
     let light = |transport, deep: f32| {
         // It varies a little, as wood must.
-        let face = |voxel: [usize; 3]| if voxel[2] % 2 == 0 { 321.0 } else { 329.0 };
+        let face = |voxel: [usize; 3]| if voxel[2].is_multiple_of(2) { 321.0 } else { 329.0 };
         let mut scene = scene(wood(|voxel| face(voxel) + if voxel[1] < 2 { 0.0 } else { deep }));
         let mut numbers = *scene.plan.wood().expect("a board");
         let media = &mut numbers.media;

@@ -1,6 +1,6 @@
 //! Assets, the files that a recipe names: where they are found, read once, known by their content.
 //!
-//! A folder of pictures is one asset too, where a key allows it ([`crate::slice_tar`]).
+//! A folder of pictures is one asset too, where a key allows it (`slice_tar`).
 //! A name is relative to the recipe's own file; a file that exists wins over one that is built in. A dataset keeps a
 //! copy of each, so that its samples can be made again from the folder alone.
 
