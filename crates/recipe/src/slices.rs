@@ -8,7 +8,7 @@
 use std::io::Cursor;
 
 use image::codecs::png::PngDecoder;
-use image::{ColorType, DynamicImage, ImageDecoder};
+use image::{ColorType, DynamicImage, ImageDecoder, Limits};
 use wood_picture::{DensityStack, FibreAxis, KindDensities, VolumeFault, WoodVolume};
 
 use crate::asset::{Asset, AssetFault, BuiltIn};
@@ -117,7 +117,7 @@ impl Head {
 }
 
 fn decoder<'s>(file: &Asset, (name, bytes): &(String, &'s [u8])) -> Result<PngDecoder<Cursor<&'s [u8]>>, AssetFault> {
-    PngDecoder::new(Cursor::new(*bytes)).map_err(|error| unreadable(file, name, &error))
+    PngDecoder::with_limits(Cursor::new(*bytes), Limits::default()).map_err(|error| unreadable(file, name, &error))
 }
 
 /// The picture of a slice.

@@ -27,7 +27,7 @@ const FINEST_MM: f32 = 0.05;
 /// Least side of what a stack shows [mm]: the thinnest board.
 const LEAST_MM: f32 = 1.0;
 /// Most voxels that are kept, 256 MiB.
-pub(crate) const MOST_VOXELS: usize = 64 << 20;
+const MOST_VOXELS: usize = 64 << 20;
 /// Mean densities of wood, balsa to lignum vitae [kg/m^3].
 const MEANS_KG_PER_M3: [f32; 2] = [100.0, 1300.0];
 /// Least spread of the middle 90 % of the densities over their median [1]: earlywood and latewood differ by a factor of 2.
