@@ -39,8 +39,10 @@ use self::range_scale::{RangeScale, grid, range_scale};
 const BAND_BYTES: usize = 256 << 20;
 /// Fewest profiles of a band.
 const MIN_BAND_PROFILES: usize = 32;
-/// Most profiles of a band.
-const MAX_BAND_PROFILES: usize = 512;
+/// Most profiles of a band: about as many rows as its windows reach before and behind it, which the next band uses again.
+const MAX_BAND_PROFILES: usize = 64;
+/// Runs of neighbouring bands that a thread has of a scan, to share the work evenly; a run makes the rows about its bands once.
+const RUNS_PER_THREAD: usize = 2;
 
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
@@ -154,9 +156,13 @@ impl Scan {
     fn expose(&mut self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
         // A slow model takes so long for a line that work and progress go profile by profile.
-        let length = match scene.transport {
-            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles),
-            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => 1,
+        let (length, run) = match scene.transport {
+            Transport::Kernel => {
+                let length = band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles);
+                let runs = RUNS_PER_THREAD * rayon::current_num_threads();
+                (length, profiles.div_ceil(length).div_ceil(runs))
+            }
+            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => (1, 1),
         };
         let calibration = sensor.calibration();
         let grid = grid(scene, &calibration.rig);
@@ -165,6 +171,7 @@ impl Scan {
         let stacks: Vec<Vec<StackFrame>> = self
             .parts(length * columns)
             .into_par_iter()
+            .with_min_len(run)
             .enumerate()
             .map_init(Band::default, |band, (number, part)| {
                 let start = number * length;
