@@ -21,6 +21,7 @@ mod pack_optics;
 mod pack_windows;
 mod range_forms;
 mod real_frames;
+mod rows_left_out;
 mod scatter_ratios;
 mod sensor_chain;
 mod solid_pieces;

@@ -23,11 +23,11 @@ use crate::labels::Binning;
 use bench::settings::{LogSource, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use recipe::{Plan, Scene, Subject};
-use scanner::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
+use scanner::extract::{MeasuredProfile, PeakSummary, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame};
 use scanner::optics::encoder::turn;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
+use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
 use scanner::specimen::{Hit, Specimen};
 use transport::kernel::BASIS;
 
@@ -348,9 +348,15 @@ impl BandMaps<'_> {
             let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
             for tile in 0..columns.div_ceil(TILE) {
                 for (place, profile) in profiles.clone().enumerate() {
-                    sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                    let part = TileOfProfile { band, profile, tile, offsets: &offsets[place] };
+                    let left_out = sensor.expose_to_read(&part, &scene.extraction, &mut scratch, &mut frames);
                     let from = place * columns + frames[0].first_col;
-                    self.read(&frames, from..from + frames[0].cols, measurement);
+                    let line = from..from + frames[0].cols;
+                    let peaks = self.read(&frames, line.clone(), measurement);
+                    if left_out.is_some_and(|greatest| !peaks.outshine(greatest, &scene.extraction)) {
+                        sensor.expose(&part, &mut scratch, &mut frames);
+                        self.read(&frames, line, measurement);
+                    }
                 }
             }
         }
@@ -364,13 +370,13 @@ impl BandMaps<'_> {
     }
 
     /// Reads frames into the pixels `line`.
-    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) {
+    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) -> PeakSummary {
         let mut out = MeasuredProfile {
             range: &mut self.range[line.clone()],
             reflectance: &mut self.reflectance[line.clone()],
             scatter: &mut self.scatter[line],
         };
-        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out);
+        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out)
     }
 }
 

@@ -96,11 +96,16 @@ fn nearer(hit: &Hit, left: &Hit, right: &Hit) -> bool {
     apart(left) <= apart(right)
 }
 
+/// The mixed columns of a tile.
+pub(crate) fn of_tile(mixed: &[MixedColumn], tile: usize) -> &[MixedColumn] {
+    let first = tile * TILE;
+    &mixed[mixed.partition_point(|m| m.column < first)..mixed.partition_point(|m| m.column < first + TILE)]
+}
+
 /// Gives the mixed columns of a tile the light of both sides.
 pub(crate) fn mix(mixed: &[MixedColumn], tile: usize, window: &mut Window) {
     let first = tile * TILE;
-    let inside = mixed.partition_point(|m| m.column < first)..mixed.partition_point(|m| m.column < first + TILE);
-    let mixed = &mixed[inside];
+    let mixed = of_tile(mixed, tile);
     let within = |m: &&MixedColumn| (first..first + TILE).contains(&m.beside);
     // Both sides as they are before any is mixed.
     let others: Vec<[[f32; ROWS]; 2]> = mixed
