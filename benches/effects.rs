@@ -7,7 +7,7 @@ use divan::{Bencher, black_box};
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, Scratch, Sensor, TILE};
+use scanner::optics::{Band, Scratch, Sensor, TILE, TileOfProfile};
 use scanner::specimen::Specimen;
 
 /// Profiles of one band.
@@ -125,7 +125,11 @@ fn expose(bencher: Bencher, name: &str) {
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..board.scene.size.columns / TILE {
             for (place, profile) in band.profiles.clone().enumerate() {
-                board.sensor.expose(&band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                board.sensor.expose(
+                    &TileOfProfile { band: &band, profile, tile, offsets: &offsets[place] },
+                    &mut scratch,
+                    &mut frames,
+                );
                 black_box(&frames);
             }
         }

@@ -10,7 +10,7 @@ use recipe::{Recipe, Scene};
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::{Calibration, Frame};
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, Scratch, Sensor, TILE};
+use scanner::optics::{Band, Scratch, Sensor, TILE, TileOfProfile};
 use scanner::specimen::Specimen;
 
 /// Profiles of one band.
@@ -51,7 +51,11 @@ impl BoardUnderBench {
         }
         for tile in 0..columns / TILE {
             for (place, profile) in band.profiles.clone().enumerate() {
-                self.sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                self.sensor.expose(
+                    &TileOfProfile { band, profile, tile, offsets: &offsets[place] },
+                    &mut scratch,
+                    &mut frames,
+                );
                 if read {
                     let mut out =
                         MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
@@ -122,7 +126,11 @@ fn read(bencher: Bencher, name: &str) {
     for tile in 0..bench.scene.size.columns / TILE {
         let mut pair = <[Frame; 2]>::default();
         bench.sensor.row_offsets(bench.start, &mut offsets);
-        bench.sensor.expose(&band, bench.start, tile, &offsets, &mut scratch, &mut pair);
+        bench.sensor.expose(
+            &TileOfProfile { band: &band, profile: bench.start, tile, offsets: &offsets },
+            &mut scratch,
+            &mut pair,
+        );
         frames.push(pair);
     }
     let (mut range, mut reflectance, mut scatter) = ([0.0; TILE], [0.0; TILE], [0.0; TILE]);

@@ -9,7 +9,7 @@ use recipe::{Recipe, Scene};
 use scanner::extract::{MeasuredProfile, extract};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, Scratch, Sensor, TILE};
+use scanner::optics::{Band, Scratch, Sensor, TILE, TileOfProfile};
 use scanner::specimen::Specimen;
 
 /// Profiles of one band.
@@ -96,7 +96,11 @@ fn render(bencher: Bencher, name: &str) {
         }
         for tile in 0..board.scene.size.columns / TILE {
             for (place, profile) in band.profiles.clone().enumerate() {
-                board.sensor.expose(&band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                board.sensor.expose(
+                    &TileOfProfile { band: &band, profile, tile, offsets: &offsets[place] },
+                    &mut scratch,
+                    &mut frames,
+                );
                 let mut out =
                     MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
                 extract(&frames, &calibration, &board.scene.extraction, &mut out);

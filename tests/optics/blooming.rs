@@ -4,7 +4,7 @@ use procedural::flat::Flat;
 use procedural::{Body, Gloss, Medium};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile, expose};
 use test_support::target::{scene, tiles};
 
 /// First profile that looks at the middle of the plate.
@@ -44,7 +44,11 @@ fn frame(scene: &Scene) -> Frame {
     let (sensor, band) = sensor(scene);
     let (mut scratch, mut frames, mut offsets) = (Scratch::default(), <[Frame; 2]>::default(), Vec::new());
     sensor.row_offsets(PROFILE, &mut offsets);
-    sensor.expose(&band, PROFILE, 0, &offsets, &mut scratch, &mut frames);
+    sensor.expose(
+        &TileOfProfile { band: &band, profile: PROFILE, tile: 0, offsets: &offsets },
+        &mut scratch,
+        &mut frames,
+    );
     std::mem::take(&mut frames[0])
 }
 

@@ -3,7 +3,7 @@
 use bench::settings::LineShape;
 use procedural::{Body, Gloss, Medium};
 use recipe::{Plan, Scene};
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile, expose};
 use test_support::target::{ceramic, expose, moments, plate, render, scene};
 
 /// A surface that throws all light back evenly.
@@ -152,7 +152,11 @@ fn speckle_makes_hairs_of_a_skirt() {
         let (mut offsets, mut dn) = (Vec::new(), Vec::new());
         sensor.row_offsets(0, &mut offsets);
         for tile in 0..20 {
-            sensor.expose(&band, 0, tile, &offsets, &mut Scratch::default(), &mut frames);
+            sensor.expose(
+                &TileOfProfile { band: &band, profile: 0, tile, offsets: &offsets },
+                &mut Scratch::default(),
+                &mut frames,
+            );
             // Eight rows beside the line.
             let row = (scanner::optics::CENTRE + 8) * frames[0].cols;
             dn.extend(frames[0].dn[row..row + TILE].iter().map(|&dn| f64::from(dn) - 12.0));

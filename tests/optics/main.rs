@@ -1,5 +1,6 @@
 //! What camera, laser and sensor make of known bodies, and what extraction reads from it, against closed forms.
 
+mod bands;
 mod blister_presence;
 mod blooming;
 mod camera_motion;
@@ -12,7 +13,6 @@ mod extraction_methods;
 
 mod field_edges;
 mod flat_target;
-mod holes;
 mod laser_keys;
 mod laser_light;
 mod laser_places;
@@ -21,6 +21,7 @@ mod pack_optics;
 mod pack_windows;
 mod range_forms;
 mod real_frames;
+mod rows_left_out;
 mod scatter_ratios;
 mod sensor_chain;
 mod sliced_wood;

@@ -7,7 +7,7 @@ use recipe::Scene;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex64;
 use scanner::frame::Frame;
-use scanner::optics::{Band, ROWS, Scratch, Sensor};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TileOfProfile};
 use test_support::target::{moments, scene, tiles};
 
 /// First profile that sees nothing but the conveyor.
@@ -38,7 +38,7 @@ fn in_time(scene: &Scene) -> Vec<[f64; 2]> {
     let mut sums = Vec::new();
     for profile in band.profiles.clone() {
         sensor.row_offsets(profile, &mut offsets);
-        sensor.expose(&band, profile, 0, &offsets, &mut scratch, &mut frames);
+        sensor.expose(&TileOfProfile { band: &band, profile, tile: 0, offsets: &offsets }, &mut scratch, &mut frames);
         sums.resize(frames[0].dn.len(), [0.0f64; 2]);
         for (sum, &dn) in sums.iter_mut().zip(&frames[0].dn) {
             let dn = f64::from(dn);

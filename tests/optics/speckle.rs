@@ -7,8 +7,8 @@ use procedural::solid::{Material, Part, Placing};
 use procedural::{Body, Gloss, Medium, Mesh};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::Scratch;
 use scanner::optics::coherence::{coherence_per_mm, path_contrast};
+use scanner::optics::{Scratch, TileOfProfile};
 use test_support::target::{self, expose, moments, plate, render, scene};
 use transport::kernel::{SurfacePoint, path_laws};
 
@@ -141,7 +141,11 @@ fn a_ridge_leaves_the_speckle_beside_it() {
         let frame = |profile: usize| {
             let mut frames = <[Frame; 2]>::default();
             sensor.row_offsets(profile, &mut offsets);
-            sensor.expose(&band, profile, 0, &offsets, &mut scratch, &mut frames);
+            sensor.expose(
+                &TileOfProfile { band: &band, profile, tile: 0, offsets: &offsets },
+                &mut scratch,
+                &mut frames,
+            );
             let [frame, _] = frames;
             frame.dn.chunks_exact(frame.cols).flat_map(|row| row[12..36].to_vec()).collect()
         };
@@ -173,7 +177,11 @@ fn row_contrast(medium: Medium, rows: usize, brighter: f64) -> f64 {
             let mut frames = <[Frame; 2]>::default();
             sensor.row_offsets(profile, &mut offsets);
             for tile in 0..2 {
-                sensor.expose(&band, profile, tile, &offsets, &mut scratch, &mut frames);
+                sensor.expose(
+                    &TileOfProfile { band: &band, profile, tile, offsets: &offsets },
+                    &mut scratch,
+                    &mut frames,
+                );
                 let frame = &frames[0];
                 found.extend(frame.dn[(22 + rows) * frame.cols..][..frame.cols].iter().map(|dn| f64::from(*dn) - dark));
             }

@@ -8,7 +8,7 @@ use procedural::solid::{Material, Part, Piece, Placing, Sawtooth};
 use procedural::{Body, Gloss, Medium, Mesh};
 use recipe::Scene;
 use scanner::frame::Frame;
-use scanner::optics::{Band, Scratch};
+use scanner::optics::{Band, Scratch, TileOfProfile};
 use scanner::specimen::Hit;
 use test_support::target::{ceramic, moments, plate, render, scene, tiles};
 
@@ -167,7 +167,7 @@ fn speckle_moves_as_fast_as_the_table_does() {
     let mut frame = |profile: usize, tile: usize| -> Frame {
         let mut frames = <[Frame; 2]>::default();
         sensor.row_offsets(profile, &mut offsets);
-        sensor.expose(&band, profile, tile, &offsets, &mut scratch, &mut frames);
+        sensor.expose(&TileOfProfile { band: &band, profile, tile, offsets: &offsets }, &mut scratch, &mut frames);
         let [frame, _] = frames;
         frame
     };

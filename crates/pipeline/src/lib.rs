@@ -23,11 +23,11 @@ use crate::labels::Binning;
 use bench::settings::{LogSource, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use recipe::{Plan, Scene, Subject};
-use scanner::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
+use scanner::extract::{MeasuredProfile, PeakSummary, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame};
 use scanner::optics::encoder::turn;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE};
+use scanner::optics::{Band, Scratch, Sensor, SensorSetup, TILE, TileOfProfile};
 use scanner::specimen::{Hit, Specimen};
 use transport::kernel::BASIS;
 
@@ -39,8 +39,10 @@ use self::range_scale::{RangeScale, grid, range_scale};
 const BAND_BYTES: usize = 256 << 20;
 /// Fewest profiles of a band.
 const MIN_BAND_PROFILES: usize = 32;
-/// Most profiles of a band.
-const MAX_BAND_PROFILES: usize = 512;
+/// Most profiles of a band: about as many rows as its windows reach before and behind it, which the next band uses again.
+const MAX_BAND_PROFILES: usize = 64;
+/// Runs of neighbouring bands that a thread has of a scan, to share the work evenly; a run makes the rows about its bands once.
+const RUNS_PER_THREAD: usize = 2;
 
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
@@ -158,9 +160,13 @@ impl Scan {
     fn expose(&mut self, scene: &Scene, sensor: &Sensor, specimen: &Specimen, progress: &(dyn Fn(u64) + Sync)) {
         let (columns, profiles) = (scene.size.columns, scene.size.profiles);
         // A slow model takes so long for a line that work and progress go profile by profile.
-        let length = match scene.transport {
-            Transport::Kernel => band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles),
-            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => 1,
+        let (length, run) = match scene.transport {
+            Transport::Kernel => {
+                let length = band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles);
+                let runs = RUNS_PER_THREAD * rayon::current_num_threads();
+                (length, profiles.div_ceil(length).div_ceil(runs))
+            }
+            Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => (1, 1),
         };
         let calibration = sensor.calibration();
         let grid = grid(scene, &calibration.rig);
@@ -169,6 +175,7 @@ impl Scan {
         let stacks: Vec<Vec<StackFrame>> = self
             .parts(length * columns)
             .into_par_iter()
+            .with_min_len(run)
             .enumerate()
             .map_init(Band::default, |band, (number, part)| {
                 let start = number * length;
@@ -345,9 +352,15 @@ impl BandMaps<'_> {
             let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
             for tile in 0..columns.div_ceil(TILE) {
                 for (place, profile) in profiles.clone().enumerate() {
-                    sensor.expose(band, profile, tile, &offsets[place], &mut scratch, &mut frames);
+                    let part = TileOfProfile { band, profile, tile, offsets: &offsets[place] };
+                    let left_out = sensor.expose_to_read(&part, &scene.extraction, &mut scratch, &mut frames);
                     let from = place * columns + frames[0].first_col;
-                    self.read(&frames, from..from + frames[0].cols, measurement);
+                    let line = from..from + frames[0].cols;
+                    let peaks = self.read(&frames, line.clone(), measurement);
+                    if left_out.is_some_and(|greatest| !peaks.outshine(greatest, &scene.extraction)) {
+                        sensor.expose(&part, &mut scratch, &mut frames);
+                        self.read(&frames, line, measurement);
+                    }
                 }
             }
         }
@@ -361,13 +374,13 @@ impl BandMaps<'_> {
     }
 
     /// Reads frames into the pixels `line`.
-    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) {
+    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) -> PeakSummary {
         let mut out = MeasuredProfile {
             range: &mut self.range[line.clone()],
             reflectance: &mut self.reflectance[line.clone()],
             scatter: &mut self.scatter[line],
         };
-        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out);
+        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out)
     }
 }
 

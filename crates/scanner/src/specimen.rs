@@ -45,6 +45,14 @@ pub struct Hit {
     pub seen: bool,
 }
 
+impl Hit {
+    /// Whether it is the conveyor.
+    #[inline]
+    pub fn is_bare(&self) -> bool {
+        self.matter.class == Class::Background
+    }
+}
+
 /// Where light reflected by a body lands on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ReflectedHit {

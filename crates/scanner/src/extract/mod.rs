@@ -19,7 +19,7 @@ use multiversion::multiversion;
 
 use self::block::LANES;
 use crate::frame::{Calibration, Frame};
-use bench::settings::{Extraction, PeakMethod, RangeForm};
+use bench::settings::{Extraction, PeakChoice, PeakMethod, RangeForm};
 
 pub use self::block::MeasuredProfile;
 pub use self::rectify::{RectifiedGrid, rectify};
@@ -34,23 +34,77 @@ pub fn margin(settings: &Extraction) -> usize {
     position.max(settings.scatter_offset_rows + settings.scatter_width_rows - 1)
 }
 
+/// Rows that a measurement looks at on each side of its peak, beyond its [`margin`] too [px].
+pub fn reach(settings: &Extraction) -> usize {
+    let position = match settings.method {
+        PeakMethod::Parabola | PeakMethod::Gaussian => 1,
+        PeakMethod::CentreOfGravity => settings.window_rows,
+        // The slope one row behind the window, and the rows that it is made from.
+        PeakMethod::BlaisRioux { order } => settings.window_rows + 1 + order / 2,
+        PeakMethod::Fir { length } => settings.window_rows + 2 + length / 2,
+    };
+    position.max(margin(settings))
+}
+
+/// What the peaks of some columns tell of rows that were not read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakSummary {
+    /// Whether a peak lies nearer to an end of its window than a measurement looks.
+    pub at_an_end: bool,
+    /// Level of the faintest peak [DN]; the greatest number where there is none.
+    pub faintest: u16,
+    /// Whether some column has no peak.
+    pub some_missing: bool,
+}
+
+impl PeakSummary {
+    /// Of no columns.
+    const NONE: Self = Self { at_an_end: false, faintest: u16::MAX, some_missing: false };
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            at_an_end: self.at_an_end || other.at_an_end,
+            faintest: self.faintest.min(other.faintest),
+            some_missing: self.some_missing || other.some_missing,
+        }
+    }
+
+    /// Whether the columns would be read as they were if there were further rows, with numbers up to `greatest` [DN].
+    pub fn outshine(&self, greatest: f32, settings: &Extraction) -> bool {
+        let no_other_peak = settings.threshold_dn > f64::from(greatest);
+        !self.at_an_end
+            && (no_other_peak
+                || (!self.some_missing
+                    && settings.peak == PeakChoice::Strongest
+                    && f32::from(self.faintest) > greatest))
+    }
+}
+
 /// Reads every column of the windows in `frames`; the second has no rows where one is enough.
 ///
 /// Rectified scans are read as uncalibrated ones first: `rectify` needs a whole profile.
-pub fn extract(frames: &[Frame; 2], calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
+pub fn extract(
+    frames: &[Frame; 2],
+    calibration: &Calibration,
+    settings: &Extraction,
+    out: &mut MeasuredProfile<'_>,
+) -> PeakSummary {
     if frames[1].rows == 0 {
         return read_window(&frames[0], calibration, settings, out);
     }
     let dark = calibration.dark_level.round() as u16;
-    read_window(&peak::merge_windows(frames, dark, settings), calibration, settings, out);
+    read_window(&peak::merge_windows(frames, dark, settings), calibration, settings, out)
 }
 
 /// Reads every column of one window.
-fn read_window(frame: &Frame, calibration: &Calibration, settings: &Extraction, out: &mut MeasuredProfile<'_>) {
-    for start in (0..frame.cols).step_by(LANES) {
-        let columns = start..(start + LANES).min(frame.cols);
-        read_columns(frame, columns, calibration, settings, out);
-    }
+fn read_window(
+    frame: &Frame,
+    calibration: &Calibration,
+    settings: &Extraction,
+    out: &mut MeasuredProfile<'_>,
+) -> PeakSummary {
+    let blocks = (0..frame.cols).step_by(LANES).map(|start| start..(start + LANES).min(frame.cols));
+    blocks.fold(PeakSummary::NONE, |all, columns| all.and(read_columns(frame, columns, calibration, settings, out)))
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
@@ -60,7 +114,7 @@ fn read_columns(
     calibration: &Calibration,
     settings: &Extraction,
     out: &mut MeasuredProfile<'_>,
-) {
+) -> PeakSummary {
     let n = columns.len();
     let dark = calibration.dark_level;
     let (best, at) = peak::peaks(frame, &columns, settings);
@@ -71,14 +125,19 @@ fn read_columns(
             (shift, scatter::scatter_sums(frame, &columns, &at, settings))
         }
     };
-    let margin = margin(settings) as i32;
+    let (margin, reach) = (margin(settings) as i32, reach(settings) as i32);
+    let mut summary = PeakSummary::NONE;
     let steps = settings.subpixel_steps as f32;
     let dark_sum = scatter_dark(settings, dark);
     let range = &mut out.range[columns.clone()];
     for c in 0..n {
         let peak = i32::from(at[c]);
         let row = frame.first_row[columns.start + c] + peak;
-        let found = f64::from(best[c]) >= settings.threshold_dn
+        let bright = f64::from(best[c]) >= settings.threshold_dn;
+        summary.at_an_end |= bright && (peak < reach || peak + reach >= frame.rows as i32);
+        summary.faintest = summary.faintest.min(if bright { best[c] } else { u16::MAX });
+        summary.some_missing |= !bright;
+        let found = bright
             && peak >= margin
             && peak + margin < frame.rows as i32
             && row >= margin
@@ -96,4 +155,5 @@ fn read_columns(
     if settings.range == RangeForm::Calibrated {
         calibration.locator.heights(frame.first_col + columns.start, range);
     }
+    summary
 }

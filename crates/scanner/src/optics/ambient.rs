@@ -8,8 +8,6 @@
 
 use std::ops::Range;
 
-use procedural::Class;
-
 use super::band::Band;
 use super::camera::Camera;
 use super::row::Row;
@@ -25,7 +23,7 @@ pub fn row(own: Range<usize>, camera: &Camera, spread: &SpreadRow, albedo: &mut 
     if !camera.has_ambient() {
         return;
     }
-    for column in own.filter(|&column| row.hits[column].matter.class != Class::Background) {
+    for column in own.filter(|&column| !row.bare[column]) {
         albedo[column] += (0..BASIS).map(|j| spread.enter[j][column] * spread.exit[j][column]).sum::<f32>();
     }
     let light = |(hit, albedo): (&Hit, &f32)| albedo * camera.ambient(hit.x, hit.surface.z);

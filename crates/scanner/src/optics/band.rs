@@ -32,12 +32,18 @@ impl Band {
         self.neighbour(profile, 0)
     }
 
-    /// Empties a band for `profiles`, with `before` rows before the first and `behind` behind the last, under a number of
-    /// its own; keeps the rows' memory.
-    pub(super) fn restart(&mut self, profiles: std::ops::Range<usize>, [before, behind]: [usize; 2]) {
+    /// Makes a band of `profiles`, with `before` rows before the first and `behind` behind the last, under a number of its
+    /// own. Rows that it holds already move to its beginning: their number; the others keep their memory alone.
+    pub(super) fn restart(&mut self, profiles: std::ops::Range<usize>, [before, behind]: [usize; 2]) -> usize {
         self.number = NUMBERS_GIVEN.fetch_add(1, Ordering::Relaxed);
+        let forward = profiles.start.checked_sub(self.profiles.start).filter(|_| before == self.halo);
+        let kept = forward.map_or(0, |passed| self.rows.len().saturating_sub(passed));
+        let passed = self.rows.len() - kept;
+        self.rows.rotate_left(passed);
         (self.halo, self.profiles) = (before, profiles);
-        self.rows.resize_with(self.profiles.len() + before + behind, Row::default);
+        let rows = self.profiles.len() + before + behind;
+        self.rows.resize_with(rows, Row::default);
+        kept.min(rows)
     }
 
     /// Electrons from below in `profile`; `None` where the kernel answers.

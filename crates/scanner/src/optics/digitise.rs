@@ -62,16 +62,19 @@ impl Digitiser<'_> {
     ) {
         let TileExposure { profile, tile, columns, place, way, offsets } = *exposure;
         frame.cols = columns;
-        frame.rows = ROWS;
+        let drawn = window.drawn.clone();
+        frame.rows = drawn.len();
         frame.first_col = tile * TILE;
         frame.first_row.clear();
-        frame.first_row.extend_from_slice(&window.first_row[..columns]);
-        frame.dn.resize(ROWS * columns, 0);
+        frame.first_row.extend(window.first_row[..columns].iter().map(|row| row + drawn.start as i32));
+        frame.dn.resize(drawn.len() * columns, 0);
         let level = window.first_row[..columns].iter().all(|&row| row == window.first_row[0]);
         let keys = self.chain.keys(NOISE_STREAMS[number], profile);
         // Another part of the pattern for the second window, which lies elsewhere.
         let view = self.speckle.tile(tile, place, way, number * ROWS);
         let counter = tile as u32 * TILE as u32;
+        // Rows are drawn in pairs, whose pixels share their noise's numbers.
+        let pairs = drawn.start / 2..drawn.end.div_ceil(2);
         let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
         let [glint, grain] = self.speckle.scale();
         let pair_of = |pair: usize| {
@@ -91,16 +94,16 @@ impl Digitiser<'_> {
         };
         let chain = self.chain;
         let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
-            for (row, numbers) in dn[2 * pair * columns..].chunks_exact_mut(columns).zip(numbers) {
+            for (row, numbers) in dn[(2 * pair - drawn.start) * columns..].chunks_exact_mut(columns).zip(numbers) {
                 row.copy_from_slice(&numbers[..columns]);
             }
         };
         if chain.is_plain() {
-            (0..ROWS / 2).for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), chain)));
+            pairs.for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), chain)));
             return;
         }
         let runs = WindowRuns::new(&window.first_row);
-        for pair in 0..ROWS / 2 {
+        for pair in pairs.clone() {
             let own = pair_of(pair);
             let codes = rows_of(pair)
                 .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
@@ -116,7 +119,7 @@ impl Digitiser<'_> {
         }
         if chain.blooming > 0.0 {
             signal.bloom(chain.full, chain.blooming);
-            for pair in 0..ROWS / 2 {
+            for pair in pairs {
                 let own = PairOfRows { shades: rows_of(pair).map(|k| signal.offset[k]), ..pair_of(pair) };
                 let [level, noisy] = [&signal.level, &signal.noisy].map(|field| rows_of(pair).map(|k| field[k]));
                 out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));

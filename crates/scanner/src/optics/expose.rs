@@ -1,31 +1,87 @@
 //! Exposure of one tile of columns: light gathers in windows of sensor rows, then becomes numbers.
 
+use std::ops::Range;
+
 use super::band::Band;
 use super::digitise::{Digitiser, TileExposure};
 use super::line_image::{LineShape, draw, surface_line};
 use super::motion_blur::{self, MotionBlur};
-use super::row::Row;
+use super::row::{Row, WindowNeed};
 use super::second_line::LitProfile;
 use super::sensor::Sensor;
 use super::speckle::TILE;
-use super::window::{ExposureKey, ROWS, Scratch, load};
+use super::window::{CENTRE, ExposureKey, ROWS, Scratch, load};
 use super::{ambient, compositing, mixed_columns, streak};
+use crate::extract::reach;
 use crate::frame::Frame;
 use crate::specimen::Hit;
+use bench::settings::Extraction;
+
+/// Rows by which a peak may lie beside the row of the line's centre and still be read from the rows about it [px].
+const MAX_PEAK_SHIFT: usize = 2;
+
+/// A tile of a profile, to be exposed.
+#[derive(Debug, Clone, Copy)]
+pub struct TileOfProfile<'a> {
+    /// Rows of the specimen about the profile.
+    pub band: &'a Band,
+    /// Which profile.
+    pub profile: usize,
+    /// Which tile: the sensor's columns `tile * TILE ..`.
+    pub tile: usize,
+    /// Offsets of the sensor's rows in this exposure, from [`Sensor::row_offsets`] [DN].
+    pub offsets: &'a [f32],
+}
 
 impl Sensor {
-    /// Exposes columns `tile * TILE ..` of `profile`; `offsets` come from [`Self::row_offsets`]. The second frame has no
-    /// rows where one window holds all light.
-    pub fn expose(
+    /// Exposes the windows of a tile. The second frame has no rows where one window holds all light.
+    pub fn expose(&self, part: &TileOfProfile<'_>, scratch: &mut Scratch, frames: &mut [Frame; 2]) {
+        window(self, part.band, part.profile, part.tile, scratch);
+        self.digitise(part, scratch, frames);
+    }
+
+    /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where they tell what
+    /// the others can hold. Returns the digital number that no pixel of these exceeds, but for one in 10^12; `None` where all
+    /// rows are there.
+    ///
+    /// Beside the line light fades, so where it is alone, rows beyond the last that are drawn are no brighter than they are.
+    pub fn expose_to_read(
         &self,
-        band: &Band,
-        profile: usize,
-        tile: usize,
-        offsets: &[f32],
+        part: &TileOfProfile<'_>,
+        settings: &Extraction,
         scratch: &mut Scratch,
         frames: &mut [Frame; 2],
-    ) {
-        window(self, band, profile, tile, scratch);
+    ) -> Option<f32> {
+        let rows = reading_rows(settings);
+        if rows.len() == ROWS || !self.is_line_alone(part) {
+            self.expose(part, scratch, frames);
+            return None;
+        }
+        still(self, part.band, part.profile, part.tile, rows, scratch);
+        scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
+        self.digitise(part, scratch, frames);
+        let [surface, volume] = self.speckle.contrast();
+        let brightest = scratch.windows[0].edge_light() * brightest_speckle(surface.max(volume));
+        Some(self.chain.greatest_dn(brightest))
+    }
+
+    /// Whether a tile shows nothing but the line and what spreads from it, on pixels that don't depend on each other.
+    fn is_line_alone(&self, part: &TileOfProfile<'_>) -> bool {
+        let TileOfProfile { band, profile, tile, .. } = *part;
+        let row = band.row(profile);
+        self.chain.rows_are_alone()
+            && self.geometry.exposed_share == 0.0
+            && !self.camera.has_ambient()
+            && self.second.is_none()
+            && band.volume(profile).is_none()
+            && row.secondary.as_ref().is_none_or(|secondary| secondary.needs[tile] == WindowNeed::Line)
+            && mixed_columns::of_tile(&row.mixed, tile).is_empty()
+            && streak::near_tile(&row.streaks, tile).is_empty()
+    }
+
+    /// Makes numbers of the light in `scratch`.
+    fn digitise(&self, part: &TileOfProfile<'_>, scratch: &mut Scratch, frames: &mut [Frame; 2]) {
+        let TileOfProfile { band, profile, tile, offsets } = *part;
         let row = band.row(profile);
         let hits = &row.hits[tile * TILE..][..scratch.columns];
         let place = [hits[scratch.columns / 2].x, median_height(hits)].map(f64::from);
@@ -46,20 +102,36 @@ pub fn window(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch
     if sensor.geometry.exposed_share > 0.0 {
         let blur = MotionBlur { share: 0.5 * sensor.geometry.exposed_share, faint: sensor.faint };
         let key = ExposureKey { band: band.number, profile, tile };
-        motion_blur::window(blur, key, scratch, |profile, scratch| still(sensor, band, profile, tile, scratch));
+        motion_blur::window(blur, key, scratch, |profile, scratch| {
+            still(sensor, band, profile, tile, 0..ROWS, scratch)
+        });
     } else {
-        still(sensor, band, profile, tile, scratch);
+        still(sensor, band, profile, tile, 0..ROWS, scratch);
     }
     ambient::add(&sensor.camera, &sensor.geometry, band, profile, tile, scratch);
 }
 
-/// The same of an object that stands still under the laser alone.
-fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, scratch: &mut Scratch) {
+/// Rows of a window that are enough to read a line in its middle.
+fn reading_rows(settings: &Extraction) -> Range<usize> {
+    let reach = reach(settings) + MAX_PEAK_SHIFT;
+    // Whole pairs of rows; the line's centre lies between two rows of the window.
+    let (first, end) = (CENTRE.saturating_sub(reach), (CENTRE + 1 + reach + 1).min(ROWS));
+    first / 2 * 2..end.next_multiple_of(2)
+}
+
+/// Factor on light that speckle of this contrast exceeds once in 10^12: gamma laws of shapes 1, 4 and 16 have 28, 9.8 and 4.5.
+fn brightest_speckle(contrast: f32) -> f32 {
+    1.0 + 13.0 * contrast + 14.0 * contrast * contrast
+}
+
+/// Light of an object that stands still under the laser alone, in these rows of the first window.
+fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<usize>, scratch: &mut Scratch) {
     let start = tile * TILE;
     let own = band.row(profile);
     scratch.columns = (own.hits.len() - start).min(TILE);
     scratch.used = 1;
     let first = &mut scratch.windows[0];
+    first.drawn = rows;
     let line = LineShape { centre: load(&own.centre, start), blur: 0.0, profile: sensor.camera.laser.line_profile() };
     match band.volume(profile) {
         Some(volume) => {

@@ -147,8 +147,10 @@ impl TransmissionScratch {
         let columns = self.below.len();
         let padded = columns.next_multiple_of(TILE);
         let old = line.columns.clone();
+        // Columns without a line are alike whatever was there before: their numbers too decide how far a tile's are drawn.
         for field in [&mut line.centre, &mut line.rows_per_mm, &mut line.variance] {
             field.resize(padded, 1.0);
+            field[old.clone()].fill(1.0);
         }
         for source in &mut line.source {
             source.resize(padded, 0.0);

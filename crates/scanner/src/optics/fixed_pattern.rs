@@ -119,6 +119,11 @@ impl PixelLaw {
 }
 
 impl FixedPattern {
+    /// Whether some pixels are dead or always full.
+    pub fn has_defects(&self) -> bool {
+        self.law.half > 0
+    }
+
     /// The pixels of a sensor of `size` whose numbers are `scale` times those of 8 bits; `None` where all are alike.
     pub fn new(exposure: &ExposureParameters, scale: f64, size: &Size, stream: Stream) -> Option<Self> {
         let offset = (exposure.dsnu_dn.powi(2) + exposure.column_pattern_dn.powi(2)).sqrt();

@@ -1,6 +1,7 @@
 //! Full frames of the sensor: those that recipes keep, and those that the thesis' scripts work on.
 
 use super::band::Band;
+use super::expose::TileOfProfile;
 use super::postprocess::FrameLight;
 use super::sensor::Sensor;
 use super::speckle::TILE;
@@ -63,7 +64,7 @@ impl Sensor {
             .collect();
         let (mut scratch, mut frames) = (Scratch::default(), <[Frame; 2]>::default());
         for tile in 0..columns.div_ceil(TILE) {
-            self.expose(band, profile, tile, &offsets, &mut scratch, &mut frames);
+            self.expose(&TileOfProfile { band, profile, tile, offsets: &offsets }, &mut scratch, &mut frames);
             for (k, frame) in frames.iter().flat_map(|frame| (0..frame.rows).map(move |k| (k, frame))) {
                 for column in 0..frame.cols {
                     let row = frame.first_row[column] + k as i32;

@@ -11,6 +11,8 @@
 //! lies. What is more than one Gaussian across the line is drawn component by component ([`LineProfile`]). Neglected:
 //! that a pixel gathers over its box, where a Gaussian has the box's variance alone.
 
+use std::ops::Range;
+
 use super::circle_of_confusion;
 use super::laser::{GaussianMixture, LineProfile};
 use super::row::Row;
@@ -22,6 +24,8 @@ use numerics::lanes::{cos_sin_turns, exp};
 const REACH_SIGMAS: f32 = 6.5;
 /// Variance over which a Gaussian on whole rows sums to 1 within 1e-4 [px^2].
 const NARROW_VARIANCE: f32 = 0.5;
+/// Columns that are stepped together, so that their Gaussians stay in registers.
+const BLOCK: usize = 32;
 /// Exponent at which a Gaussian is too faint to be stepped from there.
 const MAX_EXPONENT: f32 = 60.0;
 
@@ -47,6 +51,7 @@ impl CompositeLine<'_> {
         variance: &[f32; TILE],
         source: &[f32; TILE],
         exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+        rows: &Range<usize>,
         out: &mut [[f32; TILE]; ROWS],
     ) {
         let unit = load(&self.own.profile_unit, self.start);
@@ -64,8 +69,8 @@ impl CompositeLine<'_> {
                 }
             }
             match self.own.defocus_radius_of(self.start) {
-                None => add_placed(&place, &wide, &light, exit, out),
-                Some(disc) => add_defocused(disc, &place, &wide, &light, exit, out),
+                None => add_placed(&place, &wide, &light, exit, rows, out),
+                Some(disc) => add_defocused(disc, &place, &wide, &light, exit, rows, out),
             }
         }
     }
@@ -79,11 +84,12 @@ pub(crate) fn add_line<'a>(
     source: &[f32; TILE],
     exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
     disc: Option<&[f32; TILE]>,
+    rows: &Range<usize>,
     out: &mut [[f32; TILE]; ROWS],
 ) {
     match disc {
-        None => GaussianStepper::new(phase, variance).add(source, exit, out),
-        Some(disc) => add_defocused(disc, phase, variance, source, exit, out),
+        None => GaussianStepper::new(phase, variance).add(source, exit, rows, out),
+        Some(disc) => add_defocused(disc, phase, variance, source, exit, rows, out),
     }
 }
 
@@ -94,11 +100,12 @@ fn add_defocused<'a>(
     variance: &[f32; TILE],
     source: &[f32; TILE],
     exit: impl Fn(usize) -> &'a [f32; TILE] + Copy,
+    rows: &Range<usize>,
     out: &mut [[f32; TILE]; ROWS],
 ) {
     let components = circle_of_confusion::components(disc, variance);
     if components.is_empty() {
-        return add_placed(phase, variance, source, exit, out);
+        return add_placed(phase, variance, source, exit, rows, out);
     }
     for [node, weight] in components {
         let (mut place, mut rest, mut light) = (*phase, *variance, *source);
@@ -107,7 +114,7 @@ fn add_defocused<'a>(
             rest[c] -= 0.25 * disc[c] * disc[c];
             light[c] *= weight;
         }
-        add_placed(&place, &rest, &light, exit, out);
+        add_placed(&place, &rest, &light, exit, rows, out);
     }
 }
 
@@ -118,11 +125,12 @@ fn add_placed<'a>(
     variance: &[f32; TILE],
     source: &[f32; TILE],
     exit: impl Fn(usize) -> &'a [f32; TILE],
+    rows: &Range<usize>,
     out: &mut [[f32; TILE]; ROWS],
 ) {
     match GaussianStepper::about(phase, variance) {
-        Some(stepper) => stepper.add(source, exit, out),
-        None => add_by_rows(phase, variance, source, exit, out),
+        Some(stepper) => stepper.add(source, exit, rows, out),
+        None => add_by_rows(phase, variance, source, exit, rows, out),
     }
 }
 
@@ -132,10 +140,11 @@ fn add_by_rows<'a>(
     variance: &[f32; TILE],
     source: &[f32; TILE],
     exit: impl Fn(usize) -> &'a [f32; TILE],
+    rows: &Range<usize>,
     out: &mut [[f32; TILE]; ROWS],
 ) {
-    for (k, row) in out.iter_mut().enumerate() {
-        let exit = exit(k);
+    for k in rows.clone() {
+        let (exit, row) = (exit(k), &mut out[k]);
         for c in 0..TILE {
             let d = phase[c] + k as f32 - CENTRE as f32;
             let v = variance[c].max(MIN_VARIANCE);
@@ -213,36 +222,62 @@ impl GaussianStepper {
         Some(stepper)
     }
 
-    /// Adds source x Gaussian x exit to every row of the window in reach.
+    /// Adds source x Gaussian x exit to the `rows` of the window that are in reach.
     #[inline(always)]
     pub fn add<'a>(
         &self,
         source: &[f32; TILE],
         exit: impl Fn(usize) -> &'a [f32; TILE],
+        rows: &Range<usize>,
         out: &mut [[f32; TILE]; ROWS],
     ) {
-        let (middle, row) = (exit(self.from), &mut out[self.from]);
-        let mut start = [0.0f32; TILE];
-        for c in 0..TILE {
-            start[c] = source[c] * self.middle[c];
-            row[c] += start[c] * middle[c];
+        let last = (self.from + self.reach + 1).min(rows.end);
+        let first = self.from.saturating_sub(self.reach).max(rows.start);
+        let mut exits = [&UNIT_EXIT; ROWS];
+        for k in first..last {
+            exits[k] = exit(k);
         }
-        let step = |g: &mut [f32; TILE], q: &mut [f32; TILE], exit: &[f32; TILE], row: &mut [f32; TILE]| {
-            for c in 0..TILE {
-                g[c] *= q[c];
-                q[c] *= self.ratio[c];
-                row[c] += g[c] * exit[c];
+        for block in (0..TILE).step_by(BLOCK) {
+            let mut start = [0.0f32; BLOCK];
+            let (source, middle) = (block_of(source, block), block_of(&self.middle, block));
+            for c in 0..BLOCK {
+                start[c] = source[c] * middle[c];
             }
-        };
-        let (mut g, mut q) = (start, self.up);
-        for k in self.from + 1..(self.from + self.reach + 1).min(ROWS) {
-            step(&mut g, &mut q, exit(k), &mut out[k]);
-        }
-        let (mut g, mut q) = (start, self.down);
-        for k in (self.from.saturating_sub(self.reach)..self.from).rev() {
-            step(&mut g, &mut q, exit(k), &mut out[k]);
+            let ratio = block_of(&self.ratio, block);
+            let mut deposit = |k: usize, g: &[f32; BLOCK]| {
+                if (first..last).contains(&k) {
+                    let row: &mut [f32; BLOCK] = out[k][block..].first_chunk_mut().expect("blocks fill a tile");
+                    let exit = block_of(exits[k], block);
+                    for c in 0..BLOCK {
+                        row[c] += g[c] * exit[c];
+                    }
+                }
+            };
+            deposit(self.from, &start);
+            let step = |g: &mut [f32; BLOCK], q: &mut [f32; BLOCK]| {
+                for c in 0..BLOCK {
+                    g[c] *= q[c];
+                    q[c] *= ratio[c];
+                }
+            };
+            let (mut g, mut q) = (start, *block_of(&self.up, block));
+            for k in self.from + 1..last {
+                step(&mut g, &mut q);
+                deposit(k, &g);
+            }
+            let (mut g, mut q) = (start, *block_of(&self.down, block));
+            for k in (first..self.from).rev() {
+                step(&mut g, &mut q);
+                deposit(k, &g);
+            }
         }
     }
+}
+
+/// Columns `from..` of a tile that are stepped together.
+#[inline(always)]
+fn block_of(values: &[f32; TILE], from: usize) -> &[f32; BLOCK] {
+    values[from..].first_chunk().expect("blocks fill a tile")
 }
 
 /// Sum over whole rows of a Gaussian of variance `v` that lies `d` beside one of them [1].

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use procedural::{Class, Medium, Stream};
+use procedural::{Medium, Stream};
 
 use super::laser::segment_process::{Segment, SegmentProcess};
 use super::row::Row;
@@ -96,7 +96,7 @@ impl Highlights {
             for (side, part) in streak::columns(-off, view.camera.lens_variance()) {
                 let there = column.wrapping_add_signed(side);
                 if let Some(hit) = row.hits.get(there)
-                    && hit.matter.class != Class::Background
+                    && !hit.is_bare()
                 {
                     scratch.glints.push(Glint { column: there, electrons: part * light });
                 }
@@ -115,7 +115,7 @@ impl Highlights {
         for segment in &scratch.segments {
             let (column, hit) = at(&row.hits, segment.x);
             let Some(lean) = lean(&hit.matter.medium) else { continue };
-            if hit.matter.class == Class::Background || !hit.seen {
+            if hit.is_bare() || !hit.seen {
                 continue;
             }
             let x = segment.x - segment.start * lean;

@@ -35,12 +35,12 @@ pub(crate) fn surface_line(
 ) -> [f32; TILE] {
     let phase = place(line.centre, window);
     let source = load(&own.surface_light, start);
-    let exit = |_| &UNIT_EXIT;
+    let (exit, rows) = (|_| &UNIT_EXIT, window.drawn.clone());
     match line.profile {
-        None => add_line(&phase, variance, source, exit, own.defocus_radius_of(start), &mut window.surface),
+        None => add_line(&phase, variance, source, exit, own.defocus_radius_of(start), &rows, &mut window.surface),
         Some(profile) => {
             let composite = CompositeLine { own, start, profile, mixture: profile.mixture(None) };
-            composite.add(&phase, variance, source, exit, &mut window.surface);
+            composite.add(&phase, variance, source, exit, &rows, &mut window.surface);
         }
     }
     phase
@@ -68,6 +68,7 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         variance[c] += line.blur;
     }
     let phase = surface_line(own, start, line, &variance, window);
+    let rows = window.drawn.clone();
     for j in 0..BASIS {
         let source = load(&own.source[j], start);
         if source.iter().all(|&s| s == 0.0) {
@@ -82,10 +83,10 @@ pub fn draw(own: &Row, neighbours: &[&Row; ROWS], start: usize, line: &LineShape
         }
         let exit = |k: usize| neighbours[k].leaves(j, start, k > CENTRE);
         match line.profile {
-            None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &mut window.volume),
+            None => add_line(&place, &wide, source, exit, own.defocus_radius_of(start), &rows, &mut window.volume),
             Some(profile) => {
                 let composite = CompositeLine { own, start, profile, mixture: profile.mixture(Some(j)) };
-                composite.add(&place, &wide, source, exit, &mut window.volume);
+                composite.add(&place, &wide, source, exit, &rows, &mut window.volume);
             }
         }
     }
@@ -106,6 +107,6 @@ pub(crate) fn draw_transmitted(transmitted: &TransmittedLine, start: usize, wind
             let sigma = SPREAD_MM[j] * rows_per_mm[c];
             wide[c] += sigma * sigma;
         }
-        GaussianStepper::new(&phase, &wide).add(source, |_| &UNIT_EXIT, &mut window.volume);
+        GaussianStepper::new(&phase, &wide).add(source, |_| &UNIT_EXIT, &(0..ROWS), &mut window.volume);
     }
 }

@@ -9,7 +9,7 @@
 //! Heights, classes and truth of a column stay those of its middle. Neglected: edges exactly between two tiles; texture of matter finer than
 //! a column, which is not mixed either; self-shadows of bodies that cannot occlude themselves.
 
-use procedural::{Class, Medium};
+use procedural::Medium;
 
 use super::speckle::TILE;
 use super::window::{ROWS, Window};
@@ -77,19 +77,18 @@ impl EdgeSearch {
 
 /// Whether both see the same surface: no jump, and laser and lens reach both or neither.
 fn alike(a: &Hit, b: &Hit) -> bool {
-    let bare = |hit: &Hit| hit.matter.class == Class::Background;
-    if bare(a) != bare(b) || (a.lit && a.seen) != (b.lit && b.seen) {
+    if a.is_bare() != b.is_bare() || (a.lit && a.seen) != (b.lit && b.seen) {
         return false;
     }
     let expected = 0.5 * (a.surface.slope_x + b.surface.slope_x) * (b.x - a.x);
     let bend = 0.5 * ((b.surface.slope_x - a.surface.slope_x) * (b.x - a.x)).abs();
-    bare(a) || (b.surface.z - a.surface.z - expected).abs() < EDGE_MM + bend
+    a.is_bare() || (b.surface.z - a.surface.z - expected).abs() < EDGE_MM + bend
 }
 
 /// Whether `hit` is on the side of `left` and not of `right`.
 fn nearer(hit: &Hit, left: &Hit, right: &Hit) -> bool {
     let apart = |other: &Hit| {
-        let bare = (hit.matter.class == Class::Background) != (other.matter.class == Class::Background);
+        let bare = hit.is_bare() != other.is_bare();
         let reached = (hit.lit && hit.seen) != (other.lit && other.seen);
         let height = (hit.surface.z - other.surface.z - other.surface.slope_x * (hit.x - other.x)).abs();
         1e3 * f32::from(u8::from(bare)) + 1e2 * f32::from(u8::from(reached)) + height
@@ -97,11 +96,16 @@ fn nearer(hit: &Hit, left: &Hit, right: &Hit) -> bool {
     apart(left) <= apart(right)
 }
 
+/// The mixed columns of a tile.
+pub(crate) fn of_tile(mixed: &[MixedColumn], tile: usize) -> &[MixedColumn] {
+    let first = tile * TILE;
+    &mixed[mixed.partition_point(|m| m.column < first)..mixed.partition_point(|m| m.column < first + TILE)]
+}
+
 /// Gives the mixed columns of a tile the light of both sides.
 pub(crate) fn mix(mixed: &[MixedColumn], tile: usize, window: &mut Window) {
     let first = tile * TILE;
-    let inside = mixed.partition_point(|m| m.column < first)..mixed.partition_point(|m| m.column < first + TILE);
-    let mixed = &mixed[inside];
+    let mixed = of_tile(mixed, tile);
     let within = |m: &&MixedColumn| (first..first + TILE).contains(&m.beside);
     // Both sides as they are before any is mixed.
     let others: Vec<[[f32; ROWS]; 2]> = mixed

@@ -45,6 +45,7 @@ mod vignetting;
 mod window;
 
 pub use self::band::Band;
+pub use self::expose::TileOfProfile;
 pub use self::per_line::LineSolver;
 pub use self::sensor::{Sensor, SensorSetup};
 pub use self::speckle::TILE;

@@ -16,6 +16,8 @@ use transport::kernel::{BASIS, SPREAD_MM};
 pub struct Row {
     /// What each column sees; noise-free truth.
     pub hits: Vec<Hit>,
+    /// Whether each column sees the bare conveyor; not padded.
+    pub bare: Vec<bool>,
     /// Sensor row of the line's centre [px].
     pub centre: Vec<f32>,
     /// Rows per mm along the motion [px/mm].
@@ -39,9 +41,9 @@ pub struct Row {
     pub shift: [Vec<f32>; BASIS],
     /// Factor by which each width leaves here towards the lens, `[BASIS][columns]` [sqrt(1)].
     pub exit: [Vec<f32>; BASIS],
-    /// The same for light of rows behind this one, which leaves through a front face where this row is bare; `None` where
-    /// that makes no difference.
-    pub front_exit: Option<Box<[Vec<f32>; BASIS]>>,
+    /// The same for light of rows behind this one, which leaves through a front face where this row is bare: of the tiles in
+    /// which that makes a difference.
+    pub front: Vec<FrontTile>,
     /// Contrasts of speckle in light from below beside the line, of that of the patterns, for every [`CONTRAST_COLUMNS`] columns [1].
     pub(crate) contrasts: Vec<RowContrasts>,
     /// Ambient light in a pixel that looks here; empty where there is none [e-].
@@ -75,8 +77,10 @@ impl Row {
     /// or from before it [sqrt(1)].
     #[inline(always)]
     pub fn leaves(&self, j: usize, start: usize, behind: bool) -> &[f32; TILE] {
-        let exit = self.front_exit.as_deref().filter(|_| behind).unwrap_or(&self.exit);
-        load(&exit[j], start)
+        match self.front.iter().find(|tile| behind && tile.start == start) {
+            Some(tile) => &tile.exit[j],
+            None => load(&self.exit[j], start),
+        }
     }
 
     /// Light in the brightest row of a column's line [e-].
@@ -86,6 +90,15 @@ impl Row {
             self.source[j][column] * self.exit[j][column]
         })
     }
+}
+
+/// Factors by which light of rows behind leaves a row, in one tile.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrontTile {
+    /// First column of the tile.
+    pub start: usize,
+    /// Factors of each width [sqrt(1)].
+    pub exit: [[f32; TILE]; BASIS],
 }
 
 /// What a row sends to the camera besides its line, and where its windows of sensor rows stand for that.

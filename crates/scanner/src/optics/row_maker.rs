@@ -11,7 +11,7 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use procedural::{Class, Film, Gloss, Medium};
+use procedural::{Film, Gloss, Medium};
 
 use super::ambient;
 use super::box_filter::{blur, blur_varying};
@@ -121,6 +121,8 @@ impl RowMaker {
     /// Makes the row of what `view` looks at.
     pub fn make(&self, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
         self.look(view.specimen, view.y, &mut row.hits);
+        row.bare.clear();
+        row.bare.extend(row.hits.iter().map(Hit::is_bare));
         scratch.edges.find(view.specimen, view.y, &self.columns, self.conveyor, &row.hits, &mut row.mixed);
         prepare(view, scratch, row);
         let own = self.light(view, scratch, row);
@@ -140,7 +142,7 @@ impl RowMaker {
             let sight = self.sight(column, hit, view, scratch, row);
             // Electrons of a white Lambertian surface, before its slope.
             let reach = if hit.lit && hit.seen { sight.electrons } else { 0.0 };
-            if is_bare(hit) {
+            if hit.is_bare() {
                 self.conveyor(column, reach * sight.view.z, scratch, row);
                 continue;
             }
@@ -161,7 +163,7 @@ impl RowMaker {
     /// Where and how sharp laser and lens draw the line in a column.
     #[inline]
     fn sight(&self, column: usize, hit: &Hit, view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) -> Sight {
-        let sight = if is_bare(hit) {
+        let sight = if hit.is_bare() {
             view.share(self.conveyor_sights[column], hit.x, 0.0)
         } else {
             view.sight(hit.x, &hit.surface)
@@ -195,7 +197,7 @@ impl RowMaker {
         row.contrasts.clear();
         for first in (0..padded).step_by(CONTRAST_COLUMNS) {
             let columns = first..(first + CONTRAST_COLUMNS).min(row.hits.len());
-            let contrasts = match columns.into_iter().find(|&column| !is_bare(&row.hits[column])) {
+            let contrasts = match columns.into_iter().find(|&column| !row.bare[column]) {
                 None => [1.0; CONTRAST_ROWS.len()],
                 Some(column) => {
                     let (point, rows_per_mm) = (&scratch.points[column], row.rows_per_mm[column].abs().max(1e-3));
@@ -225,7 +227,7 @@ impl RowMaker {
             for column in first..last {
                 // Beside the body's own columns (a gap seen through it, say) and out of sight nothing leaves.
                 let hit = &row.hits[column];
-                let inside = if is_bare(hit) || !hit.seen { 0.0 } else { 1.0 };
+                let inside = if row.bare[column] || !hit.seen { 0.0 } else { 1.0 };
                 row.exit[j][column] = scratch.spread.exit[j][column] * inside;
                 row.source[j][column] = scratch.spread.enter[j][column] * scratch.white[column] * inside;
                 row.shift[j][column] = -scratch.spread.shift[j][column] * row.rows_per_mm[column];
@@ -271,7 +273,6 @@ fn prepare(view: RowView<'_>, scratch: &mut RowScratch, row: &mut Row) {
     let RowView { specimen, camera, .. } = view;
     let columns = scratch.white.len();
     let padded = columns.next_multiple_of(TILE);
-    row.front_exit = None;
     for field in
         [&mut row.centre, &mut row.rows_per_mm, &mut row.variance, &mut row.surface_light, &mut row.entered_light]
     {
@@ -299,12 +300,6 @@ fn darken_outside(own: &Range<usize>, columns: usize, row: &mut Row) {
             field[own.end..].fill(0.0);
         }
     }
-}
-
-/// Whether a column sees the bare conveyor.
-#[inline]
-fn is_bare(hit: &Hit) -> bool {
-    hit.matter.class == Class::Background
 }
 
 /// A column that sees the body.

@@ -171,16 +171,19 @@ impl Sensor {
         self.geometry.exposed_px()
     }
 
-    /// Works out the light at every position that `profiles` look at, in the memory of a band that is no longer needed.
-    /// The band belongs to this sensor.
+    /// Works out the light at every position that `profiles` look at. `band` is empty, or one of this sensor and specimen
+    /// that is no longer needed: its memory is used again, and so are the rows that both hold.
     pub fn band(&self, specimen: &Specimen, profiles: std::ops::Range<usize>, mut band: Band) -> Band {
-        band.restart(profiles, self.halo());
+        let kept = band.restart(profiles, self.halo());
         let mut scratch = RowScratch::new(self.size.columns);
-        for (place, row) in band.rows.iter_mut().enumerate() {
+        for (place, row) in band.rows.iter_mut().enumerate().skip(kept) {
             let profile = (band.profiles.start + place) as isize - band.halo as isize;
             let y = self.geometry.position(profile) as f32;
             let view = RowView { specimen, camera: &self.camera, y, profile, faint: self.faint };
             self.maker.make(view, &mut scratch, row);
+        }
+        if let Some(last) = band.rows.last_mut() {
+            last.front.clear();
         }
         for place in (1..band.rows.len()).rev() {
             let (before, from) = band.rows.split_at_mut(place);

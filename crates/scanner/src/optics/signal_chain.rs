@@ -35,6 +35,9 @@ use numerics::lanes;
 /// The barrier over the full well [1].
 const BARRIER_SHARE: f64 = 0.5;
 
+/// Standard deviations that a normal number exceeds once in 10^12.
+const RARE_SIGMAS: f32 = 7.0;
+
 /// The chain of one sensor.
 #[derive(Debug, Clone)]
 pub(crate) struct SignalChain {
@@ -52,6 +55,10 @@ pub(crate) struct SignalChain {
     pub slopes: Slopes,
     /// Signal at which a pixel is full [DN over dark].
     pub full: f32,
+    /// Variance of all offsets of a pixel, fixed and of its row [DN^2].
+    offset_variance: f32,
+    /// Standard deviation of the pixels' response [1].
+    prnu: f32,
     /// Share of the charge above that which flows on [1].
     pub blooming: f32,
     /// Greatest digital number [DN].
@@ -99,11 +106,11 @@ impl SignalChain {
         let scale = readout.scale();
         let full = (255.0 - exposure.dark_level_dn) * scale;
         let gain = full / exposure.full_well_e;
-        let own = exposure.dark_noise_dn.powi(2)
-            - exposure.row_noise_dn.powi(2)
-            - exposure.row_pattern_dn.powi(2)
-            - exposure.column_pattern_dn.powi(2)
-            - exposure.dsnu_dn.powi(2);
+        let offsets = exposure.row_noise_dn.powi(2)
+            + exposure.row_pattern_dn.powi(2)
+            + exposure.column_pattern_dn.powi(2)
+            + exposure.dsnu_dn.powi(2);
+        let own = exposure.dark_noise_dn.powi(2) - offsets;
         let gathered = exposure.dark_current_e_per_s * exposure.time_us * 1e-6;
         let read = (own * scale * scale - 1.0 / 12.0).max(0.0);
         let mut rng = stream.child("row_pattern").rng();
@@ -116,6 +123,8 @@ impl SignalChain {
             pixels: FixedPattern::new(exposure, scale, size, stream.child("pixel")),
             slopes: Slopes::new(readout.hdr, full),
             full: full as f32,
+            offset_variance: (offsets * scale * scale) as f32,
+            prnu: exposure.prnu as f32,
             blooming: exposure.blooming as f32,
             max_dn: f32::from(readout.most()),
             pattern: (0..size.rows).map(|_| row(&mut rng)).collect(),
@@ -127,6 +136,18 @@ impl SignalChain {
     /// Whether nothing but gain and noise stands between charge and number.
     pub(crate) fn is_plain(&self) -> bool {
         self.pixels.is_none() && self.blooming == 0.0 && self.slopes.knee == f32::INFINITY
+    }
+
+    /// Digital number that a pixel without defect exceeds once in 10^12, where no more than `light` falls on it [DN].
+    pub fn greatest_dn(&self, light: f32) -> f32 {
+        let (level, noisy) = self.slopes.respond(self.gain * light * (1.0 + RARE_SIGMAS * self.prnu));
+        let sigma = (self.read_variance + self.offset_variance + self.shot * noisy).sqrt();
+        self.dark_level + level + RARE_SIGMAS * sigma + 0.5
+    }
+
+    /// Whether charge stays where light falls and no pixel is defective, so that a row of pixels tells nothing of others.
+    pub fn rows_are_alone(&self) -> bool {
+        self.blooming == 0.0 && self.pixels.as_ref().is_none_or(|pixels| !pixels.has_defects())
     }
 
     /// What pixels' codes mean.

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use procedural::Class;
-
 use crate::specimen::Hit;
 
 /// Step between neighbouring columns that counts as an upright wall [mm].
@@ -15,9 +13,8 @@ pub fn spans(hits: &[Hit], first: usize, relief: bool, spans: &mut Vec<Range<usi
     spans.clear();
     let mut start = 0;
     for i in 1..=hits.len() {
-        let bare = |hit: &Hit| hit.matter.class == Class::Background;
         let wall = |pair: &[Hit]| (pair[0].surface.z - pair[1].surface.z).abs() > WALL_MM;
-        let ends = |pair: &[Hit]| bare(&pair[0]) != bare(&pair[1]) || (!relief && wall(pair));
+        let ends = |pair: &[Hit]| pair[0].is_bare() != pair[1].is_bare() || (!relief && wall(pair));
         if i == hits.len() || ends(&hits[i - 1..=i]) {
             spans.push(first + start..first + i);
             start = i;

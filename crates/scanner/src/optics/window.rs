@@ -3,6 +3,8 @@
 //! A tile is [`TILE`] neighbouring columns; a window is [`ROWS`] rows of each, and starts where that column's line is, so
 //! windows follow the line. Steps draw light into a window [e-]; digitising turns it into numbers.
 
+use std::ops::Range;
+
 use super::speckle::TILE;
 
 /// Rows of a window around the line.
@@ -25,12 +27,14 @@ pub struct Window {
     pub ambient: Vec<[f32; TILE]>,
     /// Sensor row of the window's first row, a column [px].
     pub first_row: [i32; TILE],
+    /// The rows that light is drawn into; what stands in others means nothing.
+    pub drawn: Range<usize>,
 }
 
 impl Default for Window {
     fn default() -> Self {
         let rows = || Box::new([[0.0; TILE]; ROWS]);
-        Self { volume: rows(), surface: rows(), ambient: Vec::new(), first_row: [0; TILE] }
+        Self { volume: rows(), surface: rows(), ambient: Vec::new(), first_row: [0; TILE], drawn: 0..ROWS }
     }
 }
 
@@ -38,10 +42,17 @@ impl Window {
     /// Takes all light of the laser away.
     #[inline(always)]
     pub(crate) fn darken(&mut self) {
-        for k in 0..ROWS {
+        for k in self.drawn.clone() {
             self.volume[k] = [0.0; TILE];
             self.surface[k] = [0.0; TILE];
         }
+    }
+
+    /// Light of the laser in the brightest pixel of the first and the last row that are drawn [e-].
+    pub(crate) fn edge_light(&self) -> f32 {
+        let edges = [self.drawn.start, self.drawn.end - 1];
+        let light = |k: usize| self.volume[k].iter().zip(&self.surface[k]).map(|(volume, surface)| volume + surface);
+        edges.into_iter().flat_map(light).fold(0.0, f32::max)
     }
 }
 

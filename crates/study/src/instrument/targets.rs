@@ -9,7 +9,7 @@ use pipeline;
 use recipe::{Recipe, Scene};
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
-use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, expose};
+use scanner::optics::{Band, ROWS, Scratch, Sensor, TILE, TileOfProfile, expose};
 
 /// First profile that looks at nothing but the conveyor where the target is [`bare`].
 pub(super) const BARE_PROFILE: usize = 64;
@@ -116,7 +116,11 @@ impl TargetView {
             dn: vec![0; ROWS * self.columns],
         };
         for number in 0..self.columns.div_ceil(TILE) {
-            self.sensor.expose(&self.band, profile, number, &offsets, &mut scratch, &mut tiles);
+            self.sensor.expose(
+                &TileOfProfile { band: &self.band, profile, tile: number, offsets: &offsets },
+                &mut scratch,
+                &mut tiles,
+            );
             // Targets are no packs: one window holds all light.
             let tile = &tiles[0];
             let first = tile.first_col;

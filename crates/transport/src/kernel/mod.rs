@@ -42,6 +42,8 @@ pub const SPREAD_ACROSS_OVER_ALONG: f32 = 0.6;
 const MAX_FACTOR: f32 = 12.2;
 /// Weight of a bin that is left out [1].
 const MIN_BIN_WEIGHT: f32 = 2e-6;
+/// Points whose answers are dealt out together.
+const POINTS_TOGETHER: usize = 32;
 /// Relative variance of the paths in a bin: ln(1.8225)^2 / 12 [1].
 const BIN_VARIANCE: f32 = 0.03;
 
@@ -150,12 +152,21 @@ impl SpreadRow {
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn line_spread(texels: &[SurfacePoint], first: usize, shares: &WidthShares, spread: &mut SpreadRow) {
     let table = HalfSpaceTable::get();
-    for (i, texel) in texels.iter().enumerate() {
-        let answer = surface_point_spread(texel, table, shares);
-        for j in 0..BASIS {
-            spread.enter[j][first + i] = answer[0][j];
-            spread.exit[j][first + i] = answer[1][j];
-            spread.shift[j][first + i] = answer[2][j];
+    // Answers of some points are gathered, each in one piece, and dealt out together: the sums over the widths are then vector
+    // code, and every array is written in runs.
+    let mut answers = [[[0.0f32; BASIS]; 3]; POINTS_TOGETHER];
+    for (group, texels) in texels.chunks(POINTS_TOGETHER).enumerate() {
+        for (answer, texel) in answers.iter_mut().zip(texels) {
+            *answer = surface_point_spread(texel, table, shares);
+        }
+        let start = first + group * POINTS_TOGETHER;
+        let SpreadRow { enter, exit, shift } = spread;
+        for (number, arrays) in [enter, exit, shift].into_iter().enumerate() {
+            for (j, array) in arrays.iter_mut().enumerate() {
+                for (value, answer) in array[start..].iter_mut().zip(&answers[..texels.len()]) {
+                    *value = answer[number][j];
+                }
+            }
         }
     }
 }
@@ -183,14 +194,12 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
         let variance = f2 * (all - narrowed[l]).max(LEAST_VARIANCE * all);
         // Beyond the widest: the height at the centre goes with one over the width.
         let shrink = (widest / variance.max(widest)).sqrt();
-        w[l] = texel.enter * weight[l] * left * shrink;
+        let all = texel.enter * weight[l] * left * shrink;
+        w[l] = if all < MIN_BIN_WEIGHT { 0.0 } else { all };
         place[l] = shares.place(ln(variance.clamp(0.0, widest) + widths::line_mm2()));
     }
     let (mut all, mut seen, mut moment) = ([0.0f32; BASIS], [0.0f32; BASIS], [0.0f32; BASIS]);
     for l in 0..PATH_BINS {
-        if w[l] < MIN_BIN_WEIGHT {
-            continue;
-        }
         let group = if l < CONE_BINS { view_group(true, l) } else { view_group(false, l - CONE_BINS) };
         let light = w[l] * towards.factor[group];
         let displaced = light * (texel.cos_azimuth * along[l] + towards.shift[group]);
@@ -203,12 +212,14 @@ fn surface_point_spread(texel: &SurfacePoint, table: &HalfSpaceTable, shares: &W
     }
     let mut out = [[0.0f32; BASIS]; 3];
     for j in 0..BASIS {
-        // Shares of single widths may be a little negative: what a width lacks, the lens does not see.
-        let (all, seen) = (all[j].max(0.0), seen[j].clamp(0.0, MAX_FACTOR * all[j].max(0.0)));
+        // Shares of single widths may be a little negative: what a width lacks, the lens does not see. No `clamp`, whose check
+        // of its bounds would keep this from being vector code.
+        let all = all[j].max(0.0);
+        let seen = seen[j].max(0.0).min(MAX_FACTOR * all);
         out[0][j] = all.sqrt();
         out[1][j] = seen / out[0][j].max(1e-12);
         let reach = SPREAD_MM[j] + free;
-        out[2][j] = (free * moment[j] / seen.max(1e-9)).clamp(-reach, reach);
+        out[2][j] = (free * moment[j] / seen.max(1e-9)).max(-reach).min(reach);
     }
     out
 }
