@@ -243,34 +243,43 @@ impl GaussianStepper {
             for c in 0..BLOCK {
                 start[c] = source[c] * middle[c];
             }
+            if (first..last).contains(&self.from) {
+                deposit(&start, exits[self.from], block, &mut out[self.from]);
+            }
             let ratio = block_of(&self.ratio, block);
-            let mut deposit = |k: usize, g: &[f32; BLOCK]| {
-                if (first..last).contains(&k) {
-                    let row: &mut [f32; BLOCK] = out[k][block..].first_chunk_mut().expect("blocks fill a tile");
-                    let exit = block_of(exits[k], block);
-                    for c in 0..BLOCK {
-                        row[c] += g[c] * exit[c];
-                    }
-                }
-            };
-            deposit(self.from, &start);
-            let step = |g: &mut [f32; BLOCK], q: &mut [f32; BLOCK]| {
-                for c in 0..BLOCK {
-                    g[c] *= q[c];
-                    q[c] *= ratio[c];
-                }
-            };
             let (mut g, mut q) = (start, *block_of(&self.up, block));
             for k in self.from + 1..last {
-                step(&mut g, &mut q);
-                deposit(k, &g);
+                step(&mut g, &mut q, ratio);
+                if k >= first {
+                    deposit(&g, exits[k], block, &mut out[k]);
+                }
             }
             let (mut g, mut q) = (start, *block_of(&self.down, block));
             for k in (first..self.from).rev() {
-                step(&mut g, &mut q);
-                deposit(k, &g);
+                step(&mut g, &mut q, ratio);
+                if k < last {
+                    deposit(&g, exits[k], block, &mut out[k]);
+                }
             }
         }
+    }
+}
+
+/// One row on.
+#[inline(always)]
+fn step(g: &mut [f32; BLOCK], q: &mut [f32; BLOCK], ratio: &[f32; BLOCK]) {
+    for c in 0..BLOCK {
+        g[c] *= q[c];
+        q[c] *= ratio[c];
+    }
+}
+
+/// Adds what of `g` leaves by `exit` to the columns `from..` of a row.
+#[inline(always)]
+fn deposit(g: &[f32; BLOCK], exit: &[f32; TILE], from: usize, row: &mut [f32; TILE]) {
+    let (exit, row) = (block_of(exit, from), row[from..].first_chunk_mut::<BLOCK>().expect("blocks fill a tile"));
+    for c in 0..BLOCK {
+        row[c] += g[c] * exit[c];
     }
 }
 
