@@ -181,7 +181,7 @@ impl GaussianStepper {
             from: CENTRE,
             reach: 0,
         };
-        let (mut widest, mut narrowest) = (0.0f32, NARROW_VARIANCE);
+        let (widest, narrowest) = extremes(variance);
         for c in 0..TILE {
             let v = variance[c].max(MIN_VARIANCE);
             let half = 0.5 / v;
@@ -191,7 +191,6 @@ impl GaussianStepper {
             stepper.up[c] = exp(-(2.0 * d + 1.0) * half);
             stepper.down[c] = exp((2.0 * d - 1.0) * half);
             stepper.ratio[c] = exp(-2.0 * half);
-            (widest, narrowest) = (widest.max(v), narrowest.min(v));
         }
         if narrowest < NARROW_VARIANCE {
             for c in 0..TILE {
@@ -205,11 +204,11 @@ impl GaussianStepper {
     /// The same for lines whose centres lie add_placed; `None` where they lie too far apart.
     #[inline(always)]
     fn about(phase: &[f32; TILE], variance: &[f32; TILE]) -> Option<Self> {
-        let (mut least, mut most, mut narrowest) = (f32::MAX, f32::MIN, f32::MAX);
-        for c in 0..TILE {
-            (least, most) = (least.min(phase[c]), most.max(phase[c]));
-            narrowest = narrowest.min(variance[c].max(MIN_VARIANCE));
+        let (mut least, mut most) = (f32::MAX, f32::MIN);
+        for &phase in phase {
+            (least, most) = (least.min(phase), most.max(phase));
         }
+        let (_, narrowest) = extremes(variance);
         let from = (CENTRE as f32 - (0.5 * (least + most)).round()).clamp(0.0, ROWS as f32 - 1.0);
         let moved = from - CENTRE as f32;
         let far = (least + moved).abs().max((most + moved).abs());
@@ -263,6 +262,18 @@ impl GaussianStepper {
             }
         }
     }
+}
+
+/// The greatest and the least of the variances that are drawn [px^2].
+#[inline(always)]
+fn extremes(variance: &[f32; TILE]) -> (f32, f32) {
+    // As whole numbers, whose order is that of positive floats: extremes of floats are not vector code.
+    let (mut widest, mut narrowest) = (0, u32::MAX);
+    for v in variance {
+        let bits = v.max(MIN_VARIANCE).to_bits();
+        (widest, narrowest) = (widest.max(bits), narrowest.min(bits));
+    }
+    (f32::from_bits(widest), f32::from_bits(narrowest))
 }
 
 /// One row on.
