@@ -25,16 +25,21 @@ const BIN_LOGARITHM: f32 = 0.600_21;
 /// Least part of light's heights that counts as light [1].
 const DARK: f32 = 1e-30;
 
-/// The paths of light that is seen `away_mm` from the line on either side; the line and the lens blur it by `blur_mm2`. Where no light
-/// comes so far they are those of the place before.
+/// Places that are worked out together, each in a lane of its own.
+const PLACES: usize = 8;
+
+/// The paths of light that is seen `away_mm` from the line on either side, in up to [`PLACES`] places; the line and the lens blur it by
+/// `blur_mm2`. Where no light comes so far they are those of the place before.
 pub fn path_laws<const N: usize>(point: &SurfacePoint, blur_mm2: f32, away_mm: [f32; N]) -> [PathLaw; N] {
-    let mut laws = [PathLaw { crowding: 0.0, deviation: 0.0 }; N];
-    fill(point, blur_mm2, &away_mm, &mut laws);
-    laws
+    const { assert!(N <= PLACES) };
+    let mut away = [0.0; PLACES];
+    away[..N].copy_from_slice(&away_mm);
+    let laws = laws(point, blur_mm2, &away);
+    std::array::from_fn(|place| laws[place])
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn fill(point: &SurfacePoint, blur_mm2: f32, away_mm: &[f32], laws: &mut [PathLaw]) {
+fn laws(point: &SurfacePoint, blur_mm2: f32, away: &[f32; PLACES]) -> [PathLaw; PLACES] {
     let free = 1.0 / (point.sigma_i + point.k);
     let node = HalfSpaceTable::get().between(point.n, point.sigma_i * free, point.sin_dive, point.dispersion_deg);
     let towards = point.view.towards(node.views(), point.cos_azimuth, point.view_motion);
@@ -50,34 +55,38 @@ fn fill(point: &SurfacePoint, blur_mm2: f32, away_mm: &[f32], laws: &mut [PathLa
         middle[l] = free * (point.cos_azimuth * node.along()[l] + towards.shift[group]);
         logarithm[l] = ln(node.path()[l].max(f32::MIN_POSITIVE) * free);
     }
-    let mut before = PathLaw { crowding: 1.0 / free, deviation: 1.0 };
-    for (&away, law) in away_mm.iter().zip(laws) {
-        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
-        // Bins of cone light are the first of the rest's.
-        let (mut bins, mut paths) = ([0.0f32; PATH_BINS - CONE_BINS], [0.0f32; PATH_BINS - CONE_BINS]);
-        let mut parts = [0.0f32; LANES];
-        for l in 0..LANES {
-            let (ahead, behind) = (away - middle[l], away + middle[l]);
+    let (mut sum, mut first, mut second) = ([0.0f32; PLACES], [0.0f32; PLACES], [0.0f32; PLACES]);
+    // Bins of cone light are the first of the rest's.
+    let (mut bins, mut paths) = ([[0.0f32; PLACES]; PATH_BINS - CONE_BINS], [[0.0f32; PLACES]; PATH_BINS - CONE_BINS]);
+    for l in 0..PATH_BINS {
+        let bin = if l < CONE_BINS { l } else { l - CONE_BINS };
+        let (bins, paths) = (&mut bins[bin], &mut paths[bin]);
+        for n in 0..PLACES {
+            let (ahead, behind) = (away[n] - middle[l], away[n] + middle[l]);
             let height = |off: f32| exp((-0.5 * off * off / variance[l]).max(-80.0));
-            parts[l] = light[l] * (height(ahead) + height(behind));
+            let part = light[l] * (height(ahead) + height(behind));
+            bins[n] += part;
+            paths[n] += part * free * node.path()[l];
+            sum[n] += part;
+            first[n] += part * logarithm[l];
+            second[n] += part * logarithm[l] * logarithm[l];
         }
-        for l in 0..PATH_BINS {
-            let part = parts[l];
-            let bin = if l < CONE_BINS { l } else { l - CONE_BINS };
-            bins[bin] += part;
-            paths[bin] += part * free * node.path()[l];
-            sum += part;
-            first += part * logarithm[l];
-            second += part * logarithm[l] * logarithm[l];
+    }
+    let mut cubes = [0.0f32; PLACES];
+    for (parts, paths) in bins.iter().zip(&paths) {
+        for n in 0..PLACES {
+            cubes[n] += if parts[n] > 0.0 { parts[n] * parts[n] * parts[n] / paths[n] } else { 0.0 };
         }
-        if sum > DARK {
-            let mean = first / sum;
-            let cubes = |(part, path): (&f32, &f32)| if *part > 0.0 { part * part * part / path } else { 0.0 };
-            let crowding = bins.iter().zip(&paths).map(cubes).sum::<f32>() / (sum * sum * BIN_LOGARITHM);
+    }
+    let mut before = PathLaw { crowding: 1.0 / free, deviation: 1.0 };
+    std::array::from_fn(|n| {
+        if sum[n] > DARK {
+            let mean = first[n] / sum[n];
+            let crowding = cubes[n] / (sum[n] * sum[n] * BIN_LOGARITHM);
             // A bin's own width counts too.
-            let deviation = (second / sum - mean * mean + BIN_VARIANCE).max(BIN_VARIANCE).sqrt();
+            let deviation = (second[n] / sum[n] - mean * mean + BIN_VARIANCE).max(BIN_VARIANCE).sqrt();
             before = PathLaw { crowding, deviation };
         }
-        *law = before;
-    }
+        before
+    })
 }
