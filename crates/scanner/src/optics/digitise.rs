@@ -77,38 +77,57 @@ impl Digitiser<'_> {
         let pairs = drawn.start / 2..drawn.end.div_ceil(2);
         let rows_of = |pair: usize| [2 * pair, 2 * pair + 1];
         let [glint, grain] = self.speckle.scale();
-        let pair_of = |pair: usize| {
+        let shade = |pair: usize, shades: &mut RowPair<f32>| {
+            for (k, shades) in rows_of(pair).into_iter().zip(shades) {
+                row_offsets(offsets, &window.first_row, k, level, shades);
+            }
+        };
+        // What a second window shows has crossed a film, or was mirrored.
+        let coarsen = |pair: usize, grains: &mut RowPair<f32>| match number {
+            0 => {
+                rows_of(pair).into_iter().zip(grains).for_each(|(k, row)| row_contrasts(self.contrasts, k, grain, row))
+            }
+            _ => *grains = [[grain; TILE]; 2],
+        };
+        let light_of = |pair: usize| {
             let rows = rows_of(pair);
-            let patterns = rows.map(|k| view.row(k as i64 - CENTRE as i64));
-            PairOfRows {
+            PairLight {
                 electrons: rows.map(|k| [&window.surface[k], &window.volume[k]]),
-                patterns,
+                patterns: rows.map(|k| view.row(k as i64 - CENTRE as i64)),
                 ambient: rows.map(|k| window.ambient.get(k).unwrap_or(&DARK)),
-                shades: rows.map(|k| row_offsets(offsets, &window.first_row, k, level)),
                 glint,
-                // What a second window shows has crossed a film, or was mirrored.
-                grain: rows.map(|k| if number == 0 { row_contrasts(self.contrasts, k, grain) } else { [grain; TILE] }),
-                counter: pair as u32 * MAX_COLUMNS + counter,
-                keys,
+                noise: PairNoise { counter: pair as u32 * MAX_COLUMNS + counter, keys },
             }
         };
         let chain = self.chain;
-        let out = |dn: &mut Vec<u16>, pair: usize, numbers: [[u16; TILE]; 2]| {
+        // Filled in place for each pair of rows: half of the time of this step was the copying of rows.
+        let (mut shades, mut grains, mut numbers) = ([[0.0; TILE]; 2], [[0.0; TILE]; 2], [[0u16; TILE]; 2]);
+        let out = |dn: &mut Vec<u16>, pair: usize, numbers: &RowPair<u16>| {
             for (row, numbers) in dn[(2 * pair - drawn.start) * columns..].chunks_exact_mut(columns).zip(numbers) {
                 row.copy_from_slice(&numbers[..columns]);
             }
         };
         if chain.is_plain() {
-            pairs.for_each(|pair| out(&mut frame.dn, pair, plain(&pair_of(pair), chain)));
+            for pair in pairs {
+                shade(pair, &mut shades);
+                coarsen(pair, &mut grains);
+                plain(&PairOfRows { light: light_of(pair), shades: &shades, grains: &grains }, chain, &mut numbers);
+                out(&mut frame.dn, pair, &numbers);
+            }
             return;
         }
         let runs = WindowRuns::new(&window.first_row);
+        let mut codes = [UNIFORM_CODES; 2];
         for pair in pairs.clone() {
-            let own = pair_of(pair);
-            let codes = rows_of(pair)
-                .map(|k| chain.pixels.as_ref().map_or(UNIFORM_CODES, |pixels| pixels.window_row(tile, &runs, k)));
+            shade(pair, &mut shades);
+            coarsen(pair, &mut grains);
+            let own = PairOfRows { light: light_of(pair), shades: &shades, grains: &grains };
+            if let Some(pixels) = &chain.pixels {
+                rows_of(pair).into_iter().zip(&mut codes).for_each(|(k, row)| pixels.window_row(tile, &runs, k, row));
+            }
             if chain.blooming == 0.0 {
-                out(&mut frame.dn, pair, unlike(&own, &codes, chain));
+                unlike(&own, &codes, chain, &mut numbers);
+                out(&mut frame.dn, pair, &numbers);
                 continue;
             }
             let developed = develop(&own, &codes, chain);
@@ -120,9 +139,10 @@ impl Digitiser<'_> {
         if chain.blooming > 0.0 {
             signal.bloom(chain.full, chain.blooming);
             for pair in pairs {
-                let own = PairOfRows { shades: rows_of(pair).map(|k| signal.offset[k]), ..pair_of(pair) };
-                let [level, noisy] = [&signal.level, &signal.noisy].map(|field| rows_of(pair).map(|k| field[k]));
-                out(&mut frame.dn, pair, read(&own, [&level, &noisy], chain));
+                let [level, noisy, offset] =
+                    [&signal.level, &signal.noisy, &signal.offset].map(|field| rows_of(pair).map(|k| &field[k]));
+                read(light_of(pair).noise, [level, noisy, offset], chain, &mut numbers);
+                out(&mut frame.dn, pair, &numbers);
             }
         }
     }
@@ -130,55 +150,84 @@ impl Digitiser<'_> {
 
 /// Factor on the pattern of light from below in a window row, a column: `grain` times what paths leave of it there.
 #[inline(always)]
-fn row_contrasts(contrasts: &[RowContrasts], k: usize, grain: f32) -> [f32; TILE] {
+fn row_contrasts(contrasts: &[RowContrasts], k: usize, grain: f32, out: &mut [f32; TILE]) {
     let rows = k.abs_diff(CENTRE) as f32;
     let last = CONTRAST_ROWS.len() - 1;
     let next = CONTRAST_ROWS.iter().position(|&at| at >= rows).unwrap_or(last).max(1);
     let (from, to) = (CONTRAST_ROWS[next - 1], CONTRAST_ROWS[next]);
     let part = ((rows - from) / (to - from)).min(1.0);
-    let mut out = [0.0; TILE];
     for (columns, at) in out.chunks_exact_mut(CONTRAST_COLUMNS).zip(contrasts) {
         columns.fill(grain * (at[next - 1] + part * (at[next] - at[next - 1])));
     }
-    out
 }
 
 /// Row offsets of a window row, a column; sensor rows beyond the edge take the edge's.
 #[inline(always)]
-fn row_offsets(offsets: &[f32], first_row: &[i32; TILE], k: usize, level: bool) -> [f32; TILE] {
+fn row_offsets(offsets: &[f32], first_row: &[i32; TILE], k: usize, level: bool, out: &mut [f32; TILE]) {
     let last = offsets.len() as i32 - 1;
     let at = |row: i32| offsets[(row + k as i32).clamp(0, last) as usize];
-    if level { [at(first_row[0]); TILE] } else { std::array::from_fn(|c| at(first_row[c])) }
+    if level {
+        out.fill(at(first_row[0]));
+    } else {
+        out.iter_mut().zip(first_row).for_each(|(out, &row)| *out = at(row));
+    }
 }
 
-struct PairOfRows<'a> {
+/// Two rows of a tile.
+type RowPair<T> = [[T; TILE]; 2];
+
+/// Where the noise of two rows comes from.
+#[derive(Clone, Copy)]
+struct PairNoise {
+    counter: u32,
+    keys: [u32; 2],
+}
+
+/// Light of two rows.
+struct PairLight<'a> {
     /// Surface and volume electrons of both rows [e-].
     electrons: [[&'a [f32; TILE]; 2]; 2],
     /// Surface and volume patterns of both rows.
     patterns: [[&'a [f32; TILE]; 2]; 2],
     /// Light without speckle of both rows [e-].
     ambient: [&'a [f32; TILE]; 2],
-    /// Offsets of both rows, a column [DN].
-    shades: RowPair<f32>,
     /// Factor on the surface patterns [1].
     glint: f32,
-    /// Factor on the volume patterns of both rows, a column [1].
-    grain: RowPair<f32>,
-    counter: u32,
-    keys: [u32; 2],
+    noise: PairNoise,
 }
 
-/// Two rows of a tile.
-type RowPair<T> = [[T; TILE]; 2];
+/// Light of two rows, and what their pixels make of it.
+struct PairOfRows<'a> {
+    light: PairLight<'a>,
+    /// Offsets of both rows, a column [DN].
+    shades: &'a RowPair<f32>,
+    /// Factor on the volume patterns of both rows, a column [1].
+    grains: &'a RowPair<f32>,
+}
+
+impl PairNoise {
+    /// Digital numbers of level, noisy part and offset.
+    #[inline(always)]
+    fn numbers(self, chain: &SignalChain, developed: impl Fn(usize, usize) -> [f32; 3], out: &mut RowPair<u16>) {
+        for c in 0..TILE {
+            let (first, second) = normals(self.counter + c as u32, self.keys);
+            for (row, normal) in [first, second].into_iter().enumerate() {
+                let [level, noisy, offset] = developed(row, c);
+                out[row][c] = chain.digitise(level, noisy, normal, offset);
+            }
+        }
+    }
+}
 
 impl PairOfRows<'_> {
     /// Light of a pixel with its speckle [e-].
     #[inline(always)]
     fn light(&self, row: usize, c: usize) -> f32 {
-        let [surface, volume] = self.electrons[row];
-        let [bright, soft] = self.patterns[row];
-        let (glint, grain) = (self.glint, self.grain[row][c]);
-        surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + self.ambient[row][c]
+        let PairLight { electrons, patterns, ambient, glint, .. } = &self.light;
+        let [surface, volume] = electrons[row];
+        let [bright, soft] = patterns[row];
+        let grain = self.grains[row][c];
+        surface[c] * (1.0 + glint * bright[c]) + volume[c] * (1.0 + grain * soft[c]) + ambient[row][c]
     }
 
     /// Level, the part of it that makes photon noise, and offset of a pixel [DN over dark, DN, DN].
@@ -196,36 +245,23 @@ impl PairOfRows<'_> {
         let (level, noisy) = chain.slopes.respond((chain.gain * response * light).max(0.0));
         [level, noisy, self.shades[row][c] + shift]
     }
-
-    /// Digital numbers of level, noisy part and offset.
-    #[inline(always)]
-    fn numbers(&self, chain: &SignalChain, developed: impl Fn(usize, usize) -> [f32; 3]) -> RowPair<u16> {
-        let mut out = [[0u16; TILE]; 2];
-        for c in 0..TILE {
-            let (first, second) = normals(self.counter + c as u32, self.keys);
-            for (row, normal) in [first, second].into_iter().enumerate() {
-                let [level, noisy, offset] = developed(row, c);
-                out[row][c] = chain.digitise(level, noisy, normal, offset);
-            }
-        }
-        out
-    }
 }
 
 /// Gain and noise alone.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain) -> RowPair<u16> {
-    pixels.numbers(chain, |row, c| {
+fn plain(pixels: &PairOfRows<'_>, chain: &SignalChain, out: &mut RowPair<u16>) {
+    let developed = |row: usize, c: usize| {
         let signal = (chain.gain * pixels.light(row, c)).max(0.0);
         [signal, signal, pixels.shades[row][c]]
-    })
+    };
+    pixels.light.noise.numbers(chain, developed, out);
 }
 
 /// Pixels with a response and an offset of their own, and slopes.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain) -> RowPair<u16> {
+fn unlike(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain, out: &mut RowPair<u16>) {
     let steps = chain.steps();
-    pixels.numbers(chain, |row, c| pixels.developed(codes, steps, chain, row, c))
+    pixels.light.noise.numbers(chain, |row, c| pixels.developed(codes, steps, chain, row, c), out);
 }
 
 /// The same without noise, for charge to overflow.
@@ -240,8 +276,8 @@ fn develop(pixels: &PairOfRows<'_>, codes: &[PixelCodes; 2], chain: &SignalChain
     out
 }
 
-/// The noise of what has overflown.
+/// The noise of what has overflown: of level, noisy part and offset of both rows.
 #[multiversion(targets("x86_64+avx512f+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn read(pixels: &PairOfRows<'_>, [level, noisy]: [&RowPair<f32>; 2], chain: &SignalChain) -> RowPair<u16> {
-    pixels.numbers(chain, |row, c| [level[row][c], noisy[row][c], pixels.shades[row][c]])
+fn read(noise: PairNoise, signal: [[&[f32; TILE]; 2]; 3], chain: &SignalChain, out: &mut RowPair<u16>) {
+    noise.numbers(chain, |row, c| signal.map(|field| field[row][c]), out);
 }

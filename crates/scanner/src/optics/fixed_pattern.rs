@@ -159,9 +159,8 @@ impl FixedPattern {
         self.codes[tile * self.rows + row as usize].get_or_init(|| self.law.row(tile, row as u32))
     }
 
-    /// Row `k` of windows in a tile.
-    pub(crate) fn window_row(&self, tile: usize, runs: &WindowRuns, k: usize) -> PixelCodes {
-        let mut line = UNIFORM_CODES;
+    /// Fills `line` with row `k` of windows in a tile.
+    pub(crate) fn window_row(&self, tile: usize, runs: &WindowRuns, k: usize, line: &mut PixelCodes) {
         let starts = &runs.starts[..=runs.count];
         for (&(start, first_row), &(end, _)) in starts.iter().zip(&starts[1..]) {
             let [responses, offsets] = self.row(tile, first_row + k as i32);
@@ -172,7 +171,6 @@ impl FixedPattern {
                 (start..end).for_each(|c| (line[0][c], line[1][c]) = (responses[c], offsets[c]));
             }
         }
-        line
     }
 
     /// Response [1] and offset [DN] of the pixel in a row and column of the sensor.
@@ -231,7 +229,8 @@ mod tests {
     fn windows_lie_on_the_sensor() {
         let pixels = pixels(|e| (e.prnu, e.dsnu_dn, e.column_pattern_dn) = (0.01, 0.25, 0.1)).expect("pixels differ");
         let line = |tile: usize, first: &[i32; TILE], k: usize| {
-            let codes = pixels.window_row(tile, &WindowRuns::new(first), k);
+            let mut codes = UNIFORM_CODES;
+            pixels.window_row(tile, &WindowRuns::new(first), k, &mut codes);
             std::array::from_fn::<_, TILE, _>(|c| pixels.steps.decode(&codes, c))
         };
         // A slope, a step, and a level line.
