@@ -6,10 +6,10 @@
 //! Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in its middle, whose wall may hold
 //! dust. In ring-porous wood vessels are few and narrow outside the earlywood.
 //! Rays are sheets along the radius. The coordinates are the arc a = R phi at the fixed radius R of the face's middle, and l: each cell holds
-//! an ellipse of the asked height and width, at a place of its own. Where the face runs along the radius it runs within such a sheet and a
-//! fleck appears, w / sin of the angle long; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
-//! cells lie along the radius, but light leaves so thin a sheet after a free path or less: the direction that it meets is the fibres' turned
-//! towards the radius by w / (w + [`FREE_PATH_MM`]), a guess.
+//! an ellipse of the asked height and width, at a place of its own, bent by noise outwards and along. Where the face runs along the radius it runs within such a sheet and a
+//! fleck appears, w / sin of the angle long, the bends' included; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
+//! cells lie along the radius. Light that enters a ray thicker than a free path ([`FREE_PATH_MM`]) meets these; one that is thinner it has left before
+//! they turn it, and its fibres are those of the wood around. A mean of both directions would not do: two axes at right angles have none.
 //! Tubes that would fill more than [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`).
 //! Sources: docs/wood.md. Limits: what lies below the face is as at the face; no tyloses, no perforated
 //! ends, no radial canals, no multiples of vessels; details below a pixel are seen at points, not averaged.
@@ -34,10 +34,12 @@ const WANDER: [f32; 2] = [0.3, 9.0];
 const CANALS_EARLY: f32 = 0.15;
 /// Share and size of vessels in the latewood of fully ring-porous wood [1].
 const LATE_VESSELS: [f32; 2] = [0.35, 0.25];
+/// Bending of rays around the log, root mean square, and the cells of the noise that bends them, outwards and along the log [mm].
+const RAY_BEND: [f32; 3] = [0.5, 12.0, 17.0];
 /// Most of its cell that a tube may fill [1].
 const FULL: f32 = 0.85;
-/// Path over which light averages directions [mm]: that of wood with sigma = 2 per mm.
-const FREE_PATH_MM: f32 = 0.5;
+/// Path of light across the fibres before it is turned [mm]: that of wood with sigma_i + k = 12 per mm.
+const FREE_PATH_MM: f32 = 0.08;
 /// Depth of a groove over its vessel's diameter [1].
 const GROOVE: f32 = 0.5;
 
@@ -121,8 +123,8 @@ fn wave(at: f32) -> f32 {
 pub(super) struct RayTissue {
     /// Factor on absorption [1].
     pub mu_a: f32,
-    /// Share of the radius in the direction that light meets [1].
-    pub radial: f32,
+    /// Whether light meets cells along the radius.
+    pub is_broad: bool,
 }
 
 /// What the anatomy adds at a spot of the face.
@@ -149,10 +151,7 @@ impl Anatomy {
                 cell: Vec2::new(wide, high),
                 half,
                 radius: middle.r.max(5.0),
-                tissue: RayTissue {
-                    mu_a: asked.ray_mu_a_ratio as f32,
-                    radial: 2.0 * half.x / (2.0 * half.x + FREE_PATH_MM),
-                },
+                tissue: RayTissue { mu_a: asked.ray_mu_a_ratio as f32, is_broad: 2.0 * half.x > FREE_PATH_MM },
                 noise: Noise::new(stream.child("rays")),
             }
         });
@@ -209,7 +208,8 @@ impl Anatomy {
 impl Rays {
     #[inline]
     fn is_at(&self, point: &LogPoint) -> bool {
-        let a = self.radius * point.phi / self.cell.x;
+        let bend = self.noise.plane(Vec2::new(point.r / RAY_BEND[1], point.l / RAY_BEND[2])).0;
+        let a = (self.radius * point.phi + RAY_BEND[0] * bend) / self.cell.x;
         let column = a.floor();
         // Each column of cells begins at a place of its own.
         let shift = self.noise.cell(column as i32, 0)[0];

@@ -488,10 +488,9 @@ impl PlankSlice<'_> {
                 coat = found.through;
                 if let Some(ray) = found.ray {
                     coefficients = coefficients.scaled(ray.mu_a, 1.0);
-                    // Fibres have no sense: turn towards the nearer end of the radius.
-                    let radius = plank.trunk.vector(place.outward, 0.0);
-                    let near = if fibre.dot(radius) < 0.0 { -radius } else { radius };
-                    fibre = fibre.lerp(near, ray.radial).normalize();
+                    if ray.is_broad {
+                        fibre = plank.trunk.vector(place.outward, 0.0);
+                    }
                 }
                 if found.resin > 0.0 {
                     coefficients = coefficients.mix(plank.kinds.resin, found.resin);

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::row::Row;
+use super::scan_geometry::ScanGeometry;
 use super::window::ROWS;
 
 /// Numbers given to bands so far. They only tell bands apart while light is kept from one exposure to the next; nothing
@@ -49,6 +50,11 @@ impl Band {
     /// Electrons from below in `profile`; `None` where the kernel answers.
     pub(super) fn volume(&self, profile: usize) -> Option<&[f32]> {
         self.volumes.get(profile - self.profiles.start).map(Vec::as_slice)
+    }
+
+    /// Offsets of the rows that each row of a profile's window looks at [profiles].
+    pub(super) fn neighbours<'a>(&'a self, profile: usize, geometry: &'a ScanGeometry) -> &'a [isize; ROWS] {
+        self.offsets.get(profile - self.profiles.start).unwrap_or(&geometry.neighbours)
     }
 
     pub(super) fn neighbour(&self, profile: usize, offset: isize) -> &Row {

@@ -16,6 +16,7 @@ use crate::extract::reach;
 use crate::frame::Frame;
 use crate::specimen::Hit;
 use bench::settings::Extraction;
+use transport::kernel::BASIS;
 
 /// Rows by which a peak may lie beside the row of the line's centre and still be read from the rows about it [px].
 const MAX_PEAK_SHIFT: usize = 2;
@@ -43,8 +44,6 @@ impl Sensor {
     /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where they tell what
     /// the others can hold. Returns the digital number that no pixel of these exceeds, but for one in 10^12; `None` where all
     /// rows are there.
-    ///
-    /// Beside the line light fades, so where it is alone, rows beyond the last that are drawn are no brighter than they are.
     pub fn expose_to_read(
         &self,
         part: &TileOfProfile<'_>,
@@ -53,30 +52,51 @@ impl Sensor {
         frames: &mut [Frame; 2],
     ) -> Option<f32> {
         let rows = reading_rows(settings);
-        if rows.len() == ROWS || !self.is_line_alone(part) {
+        let beyond = (rows.len() < ROWS && self.is_line_alone(part)).then(|| self.light_beyond(part, &rows)).flatten();
+        let Some(beyond) = beyond else {
             self.expose(part, scratch, frames);
             return None;
-        }
+        };
         still(self, part.band, part.profile, part.tile, rows, scratch);
         scratch.windows.iter_mut().for_each(|window| window.ambient.clear());
         self.digitise(part, scratch, frames);
         let [surface, volume] = self.speckle.contrast();
-        let brightest = scratch.windows[0].edge_light() * brightest_speckle(surface.max(volume));
-        Some(self.chain.greatest_dn(brightest))
+        Some(self.chain.greatest_dn(beyond * brightest_speckle(surface.max(volume))))
     }
 
-    /// Whether a tile shows nothing but the line and what spreads from it, on pixels that don't depend on each other.
+    /// Whether a tile shows nothing but a line that is one Gaussian and what spreads from it, on pixels that don't depend on
+    /// each other.
     fn is_line_alone(&self, part: &TileOfProfile<'_>) -> bool {
         let TileOfProfile { band, profile, tile, .. } = *part;
         let row = band.row(profile);
         self.chain.rows_are_alone()
             && self.geometry.exposed_share == 0.0
+            && self.camera.laser.line_profile().is_none()
             && !self.camera.has_ambient()
             && self.second.is_none()
             && band.volume(profile).is_none()
+            && row.defocus_radius.is_empty()
             && row.secondary.as_ref().is_none_or(|secondary| secondary.needs[tile] == WindowNeed::Line)
             && mixed_columns::of_tile(&row.mixed, tile).is_empty()
             && streak::near_tile(&row.streaks, tile).is_empty()
+    }
+
+    /// A bound on the light of the line in the rows of a tile's window that are not among `rows` [e-]; `None` where front faces
+    /// let some of it out.
+    fn light_beyond(&self, part: &TileOfProfile<'_>, rows: &Range<usize>) -> Option<f32> {
+        let TileOfProfile { band, profile, tile, .. } = *part;
+        let offsets = band.neighbours(profile, &self.geometry);
+        let mut exits = [0.0; BASIS];
+        for k in (0..rows.start).chain(rows.end..ROWS) {
+            let row = band.neighbour(profile, offsets[k]);
+            if row.has_front(tile * TILE) {
+                return None;
+            }
+            row.extremes[tile].raise(&mut exits);
+        }
+        // The line's centre lies up to a row behind the window's middle row.
+        let away = (CENTRE + 1 - rows.start).min(rows.end - CENTRE - 1);
+        Some(band.row(profile).extremes[tile].light_beyond(away as f32, &exits))
     }
 
     /// Makes numbers of the light in `scratch`.
@@ -142,7 +162,7 @@ fn still(sensor: &Sensor, band: &Band, profile: usize, tile: usize, rows: Range<
             }
         }
         None => {
-            let offsets = band.offsets.get(profile - band.profiles.start).unwrap_or(&sensor.geometry.neighbours);
+            let offsets = band.neighbours(profile, &sensor.geometry);
             let neighbours: [&Row; ROWS] = std::array::from_fn(|k| band.neighbour(profile, offsets[k]));
             draw(own, &neighbours, start, &line, first);
             if let Some(secondary) = &own.secondary {

@@ -41,6 +41,7 @@ mod spans;
 pub mod speckle;
 pub mod streak;
 mod surface_point;
+mod tile_extremes;
 mod vignetting;
 mod window;
 

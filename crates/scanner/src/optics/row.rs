@@ -7,6 +7,7 @@ use super::coherence::{CONTRAST_COLUMNS, RowContrasts};
 use super::mixed_columns::MixedColumn;
 use super::speckle::TILE;
 use super::streak::Streak;
+use super::tile_extremes::TileExtremes;
 use super::window::load;
 use crate::specimen::Hit;
 use transport::kernel::{BASIS, SPREAD_MM};
@@ -44,6 +45,8 @@ pub struct Row {
     /// The same for light of rows behind this one, which leaves through a front face where this row is bare: of the tiles in
     /// which that makes a difference.
     pub front: Vec<FrontTile>,
+    /// Greatest numbers of each tile of columns, but for the front faces.
+    pub extremes: Vec<TileExtremes>,
     /// Contrasts of speckle in light from below beside the line, of that of the patterns, for every [`CONTRAST_COLUMNS`] columns [1].
     pub(crate) contrasts: Vec<RowContrasts>,
     /// Ambient light in a pixel that looks here; empty where there is none [e-].
@@ -81,6 +84,11 @@ impl Row {
             Some(tile) => &tile.exit[j],
             None => load(&self.exit[j], start),
         }
+    }
+
+    /// Whether light of rows behind leaves through a front face in the tile that begins at column `start`.
+    pub(crate) fn has_front(&self, start: usize) -> bool {
+        self.front.iter().any(|tile| tile.start == start)
     }
 
     /// Light in the brightest row of a column's line [e-].

@@ -13,7 +13,6 @@ use std::ops::Range;
 use glam::Vec3;
 use procedural::{Film, Gloss, Medium};
 
-use super::ambient;
 use super::box_filter::{blur, blur_varying};
 use super::camera::{Camera, Sight};
 use super::coherence::{CONTRAST_COLUMNS, CONTRAST_ROWS, Coherence};
@@ -27,6 +26,7 @@ use super::secondary_light::SecondaryScratch;
 use super::spans::spans;
 use super::speckle::TILE;
 use super::surface_point::surface_point;
+use super::{ambient, tile_extremes};
 use crate::frame::Sightlines;
 use crate::specimen::{Hit, Specimen};
 use transport::fresnel;
@@ -132,6 +132,9 @@ impl RowMaker {
             self.spread(own.clone(), view, scratch, row);
         }
         self.add_extras(view, own, scratch, row);
+        let mut extremes = std::mem::take(&mut row.extremes);
+        tile_extremes::find(row, &mut extremes);
+        row.extremes = extremes;
     }
 
     /// Sight and matter of all columns; the columns from the body's first to its last, 0..0 where there is none.

@@ -140,7 +140,10 @@ impl SignalChain {
 
     /// Digital number that a pixel without defect exceeds once in 10^12, where no more than `light` falls on it [DN].
     pub fn greatest_dn(&self, light: f32) -> f32 {
-        let (level, noisy) = self.slopes.respond(self.gain * light * (1.0 + RARE_SIGMAS * self.prnu));
+        let signal = self.gain * light * (1.0 + RARE_SIGMAS * self.prnu);
+        let (level, noisy) = self.slopes.respond(signal);
+        // Above the knee there is less noise than right below it.
+        let noisy = noisy.max(signal.min(self.slopes.knee));
         let sigma = (self.read_variance + self.offset_variance + self.shot * noisy).sqrt();
         self.dark_level + level + RARE_SIGMAS * sigma + 0.5
     }

@@ -47,13 +47,6 @@ impl Window {
             self.surface[k] = [0.0; TILE];
         }
     }
-
-    /// Light of the laser in the brightest pixel of the first and the last row that are drawn [e-].
-    pub(crate) fn edge_light(&self) -> f32 {
-        let edges = [self.drawn.start, self.drawn.end - 1];
-        let light = |k: usize| self.volume[k].iter().zip(&self.surface[k]).map(|(volume, surface)| volume + surface);
-        edges.into_iter().flat_map(light).fold(0.0, f32::max)
-    }
 }
 
 /// Signals of one window: what is read, and the part of it that makes photon noise [DN over dark].
