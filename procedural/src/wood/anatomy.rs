@@ -6,8 +6,8 @@
 //! Canals are full of resin and stand mostly in latewood. Vessels are open: the face is a groove, d/2 deep in its middle, whose wall may hold
 //! dust. In ring-porous wood vessels are few and narrow outside the earlywood.
 //! Rays are sheets along the radius. The coordinates are the arc a = R phi at the fixed radius R of the face's middle, and l: each cell holds
-//! an ellipse of the asked height and width, at a place of its own, bent by noise outwards and along. Where the face runs along the radius it runs within such a sheet and a
-//! fleck appears, w / sin of the angle long, the bends' included; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
+//! an ellipse of the asked height and width, at a place of its own that wanders outwards. Where the face runs along the radius it runs within such a sheet and a
+//! fleck appears, w / sin of the angle long, wander included; across it the same ray is a short line. The share of the face is that of the volume at every angle. In a ray
 //! cells lie along the radius. Light that enters a ray thicker than a free path ([`FREE_PATH_MM`]) meets these; one that is thinner it has left before
 //! they turn it, and its fibres are those of the wood around. A mean of both directions would not do: two axes at right angles have none.
 //! Tubes that would fill more than [`FULL`] of their cell's width are narrowed to that (`widest_tube_um`).
@@ -34,8 +34,8 @@ const WANDER: [f32; 2] = [0.3, 9.0];
 const CANALS_EARLY: f32 = 0.15;
 /// Share and size of vessels in the latewood of fully ring-porous wood [1].
 const LATE_VESSELS: [f32; 2] = [0.35, 0.25];
-/// Bending of rays around the log, root mean square, and the cells of the noise that bends them, outwards and along the log [mm].
-const RAY_BEND: [f32; 3] = [0.5, 12.0, 17.0];
+/// How far a ray wanders around the log to either side, and half a period of that outwards [mm].
+const RAY_WANDER: [f32; 2] = [0.2, 6.0];
 /// Most of its cell that a tube may fill [1].
 const FULL: f32 = 0.85;
 /// Path of light across the fibres before it is turned [mm]: that of wood with sigma_i + k = 12 per mm.
@@ -208,8 +208,7 @@ impl Anatomy {
 impl Rays {
     #[inline]
     fn is_at(&self, point: &LogPoint) -> bool {
-        let bend = self.noise.plane(Vec2::new(point.r / RAY_BEND[1], point.l / RAY_BEND[2])).0;
-        let a = (self.radius * point.phi + RAY_BEND[0] * bend) / self.cell.x;
+        let a = self.radius * point.phi / self.cell.x;
         let column = a.floor();
         // Each column of cells begins at a place of its own.
         let shift = self.noise.cell(column as i32, 0)[0];
@@ -217,7 +216,11 @@ impl Rays {
         let row = b.floor();
         let key = self.noise.cell(column as i32, row as i32 + 1);
         let room = (1.0 - 2.0 * self.half / self.cell).max(Vec2::ZERO);
-        let centre = 0.5 * (1.0 - room) + room * Vec2::new(key[0], key[1]);
+        let wander = (RAY_WANDER[0] / self.cell.x).min(0.5 * room.x);
+        let at = point.r / RAY_WANDER[1] + 17.0 * key[2];
+        let swing = wander * (0.7 * wave(at) + 0.3 * wave(2.3 * at + key[3]));
+        let x = 0.5 + (room.x - 2.0 * wander) * (key[0] - 0.5) + swing;
+        let centre = Vec2::new(x, 0.5 + room.y * (key[1] - 0.5));
         let d = (Vec2::new(a - column, b - row) - centre) * self.cell / self.half;
         d.length_squared() < 1.0
     }
