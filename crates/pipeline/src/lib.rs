@@ -43,6 +43,8 @@ const MIN_BAND_PROFILES: usize = 32;
 const MAX_BAND_PROFILES: usize = 64;
 /// Runs of neighbouring bands that a thread has of a scan, to share the work evenly; a run makes the rows about its bands once.
 const RUNS_PER_THREAD: usize = 2;
+/// Fewest profiles of a run, in rows that its windows reach before and behind it: small samples are left whole to one thread.
+const MIN_RUN_HALOS: usize = 4;
 
 /// Renders one sample. `progress` is told the number of profiles whenever some are finished.
 ///
@@ -163,8 +165,9 @@ impl Scan {
         let (length, run) = match scene.transport {
             Transport::Kernel => {
                 let length = band_profiles(columns, sensor.halo(), specimen.can_mirror_itself()).min(profiles);
-                let runs = RUNS_PER_THREAD * rayon::current_num_threads();
-                (length, profiles.div_ceil(length).div_ceil(runs))
+                let even = profiles.div_ceil(RUNS_PER_THREAD * rayon::current_num_threads());
+                let run = even.max(MIN_RUN_HALOS * sensor.halo().iter().sum::<usize>());
+                (length, run.div_ceil(length))
             }
             Transport::Path { .. } | Transport::Diffusion { .. } | Transport::Thesis { .. } => (1, 1),
         };
