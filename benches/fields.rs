@@ -6,7 +6,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use procedural::Body;
 use recipe::{Recipe, Scene};
-use scanner::extract::{MeasuredProfile, extract};
+use scanner::extract::MeasuredProfile;
 use scanner::frame::Frame;
 use scanner::optics::speckle::PatternCache;
 use scanner::optics::{Band, Scratch, Sensor, TILE, TileOfProfile};
@@ -102,12 +102,7 @@ fn render(bencher: Bencher, name: &str) {
                 let part = TileOfProfile { band: &band, profile, tile, offsets: &offsets[place] };
                 let mut out =
                     MeasuredProfile { range: &mut range, reflectance: &mut reflectance, scatter: &mut scatter };
-                let left_out = board.sensor.expose_to_read(&part, extraction, &mut scratch, &mut frames);
-                let peaks = extract(&frames, &calibration, extraction, &mut out);
-                if left_out.is_some_and(|greatest| !peaks.outshine(greatest, extraction)) {
-                    board.sensor.expose(&part, &mut scratch, &mut frames);
-                    extract(&frames, &calibration, extraction, &mut out);
-                }
+                board.sensor.measure(&part, &calibration, extraction, (&mut scratch, &mut frames), &mut out);
                 black_box((&range, &reflectance, &scatter));
             }
         }

@@ -23,7 +23,7 @@ use crate::labels::Binning;
 use bench::settings::{LogSource, SensorStack, Transport};
 use dataset::record::{Below, Labels, Maps, Record, StackFrame, TruthMaps};
 use recipe::{Plan, Scene, Subject};
-use scanner::extract::{MeasuredProfile, PeakSummary, RectifiedGrid, extract, rectify};
+use scanner::extract::{MeasuredProfile, RectifiedGrid, extract, rectify};
 use scanner::frame::{Calibration, Frame};
 use scanner::optics::encoder::turn;
 use scanner::optics::speckle::PatternCache;
@@ -346,7 +346,7 @@ impl BandMaps<'_> {
                 if keeps(profile) {
                     stack.push(StackFrame { profile: profile as u32, dn: frame.dn.clone() });
                 }
-                self.read(&[frame, Frame::default()], line, measurement);
+                extract(&[frame, Frame::default()], calibration, &scene.extraction, &mut self.pixels(line));
             } else if keeps(profile) {
                 stack.push(StackFrame { profile: profile as u32, dn: sensor.full_frame(band, profile) });
             }
@@ -356,14 +356,9 @@ impl BandMaps<'_> {
             for tile in 0..columns.div_ceil(TILE) {
                 for (place, profile) in profiles.clone().enumerate() {
                     let part = TileOfProfile { band, profile, tile, offsets: &offsets[place] };
-                    let left_out = sensor.expose_to_read(&part, &scene.extraction, &mut scratch, &mut frames);
-                    let from = place * columns + frames[0].first_col;
-                    let line = from..from + frames[0].cols;
-                    let peaks = self.read(&frames, line.clone(), measurement);
-                    if left_out.is_some_and(|greatest| !peaks.outshine(greatest, &scene.extraction)) {
-                        sensor.expose(&part, &mut scratch, &mut frames);
-                        self.read(&frames, line, measurement);
-                    }
+                    let line = place * columns + tile * TILE..place * columns + ((tile + 1) * TILE).min(columns);
+                    let buffers = (&mut scratch, &mut frames);
+                    sensor.measure(&part, calibration, &scene.extraction, buffers, &mut self.pixels(line));
                 }
             }
         }
@@ -376,14 +371,13 @@ impl BandMaps<'_> {
         stack
     }
 
-    /// Reads frames into the pixels `line`.
-    fn read(&mut self, frames: &[Frame; 2], line: Range<usize>, measurement: &Measurement<'_>) -> PeakSummary {
-        let mut out = MeasuredProfile {
+    /// Where the numbers of the pixels `line` go.
+    fn pixels(&mut self, line: Range<usize>) -> MeasuredProfile<'_> {
+        MeasuredProfile {
             range: &mut self.range[line.clone()],
             reflectance: &mut self.reflectance[line.clone()],
             scatter: &mut self.scatter[line],
-        };
-        extract(frames, measurement.calibration, &measurement.scene.extraction, &mut out)
+        }
     }
 }
 

@@ -12,8 +12,8 @@ use super::sensor::Sensor;
 use super::speckle::TILE;
 use super::window::{CENTRE, ExposureKey, ROWS, Scratch, load};
 use super::{ambient, compositing, mixed_columns, streak};
-use crate::extract::reach;
-use crate::frame::Frame;
+use crate::extract::{MeasuredProfile, extract, reach};
+use crate::frame::{Calibration, Frame};
 use crate::specimen::Hit;
 use bench::settings::Extraction;
 use transport::kernel::BASIS;
@@ -39,6 +39,23 @@ impl Sensor {
     pub fn expose(&self, part: &TileOfProfile<'_>, scratch: &mut Scratch, frames: &mut [Frame; 2]) {
         window(self, part.band, part.profile, part.tile, scratch);
         self.digitise(part, scratch, frames);
+    }
+
+    /// Exposes a tile and reads its columns into `out`, as from whole windows; `scratch` and `frames` are buffers.
+    pub fn measure(
+        &self,
+        part: &TileOfProfile<'_>,
+        calibration: &Calibration,
+        settings: &Extraction,
+        (scratch, frames): (&mut Scratch, &mut [Frame; 2]),
+        out: &mut MeasuredProfile<'_>,
+    ) {
+        let left_out = self.expose_to_read(part, settings, scratch, frames);
+        let peaks = extract(frames, calibration, settings, out);
+        if left_out.is_some_and(|greatest| !peaks.outshine(greatest, settings)) {
+            self.expose(part, scratch, frames);
+            extract(frames, calibration, settings, out);
+        }
     }
 
     /// [`Self::expose`], but only the rows that `settings` read about the line, the same to the bit, where they tell what
