@@ -147,7 +147,9 @@ fn recipe(yaml: &mut YamlReader, root: &YamlNode, files: &AssetSource) -> Option
     let asked = |source| subject == Some(Subject::Wood) && settings.log.source == source;
     let picture = asked(LogSource::Picture).then(|| picture::read_picture(&settings.picture));
     let picture = picture.and_then(|read| whole(yaml, read));
-    let slices = asked(LogSource::Slices).then(|| slices::read_slices(&settings.slices));
+    // What follows from a default in the place of a setting at fault is no fault of its own.
+    let slices = asked(LogSource::Slices) && !yaml.has_fault_of("slices");
+    let slices = slices.then(|| slices::read_slices(&settings.slices));
     let slices = slices.and_then(|read| whole(yaml, read));
     let object = Object {
         subject,

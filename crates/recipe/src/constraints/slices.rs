@@ -28,6 +28,10 @@ pub(super) fn settings(yaml: &mut YamlReader, subject: Option<Subject>, settings
         let remedy = "give `slices: {stack: ..., pixel_mm: ..., white_kg_per_m3: ...}`";
         yaml.joint_fault(&["log.source".to_owned()], "is `slices`, and no stack of slices is named", remedy);
     }
+    // Nor does one default beside a setting at fault say what was meant.
+    if yaml.has_fault_of("slices") {
+        return;
+    }
     if own.black_kg_per_m3 == own.white_kg_per_m3 {
         let keys = ["slices.white_kg_per_m3", "slices.black_kg_per_m3"].map(str::to_owned);
         let problem = format!("black and white are both {} kg/m3", number_text(own.white_kg_per_m3));
