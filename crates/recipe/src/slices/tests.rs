@@ -272,6 +272,50 @@ fn keys_for_what_slices_do_not_have_are_noted() {
     assert!(!stem.contains("bark_mu_a"), "{stem}");
 }
 
+/// A margin of air is told with where the wood begins and what to set, and what is told to set serves.
+#[test]
+fn air_around_the_wood_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("airy")).expect("made");
+    // 1.2 of 8 mm above the wood, 1 of 10 mm before its near end.
+    for number in 0..50 {
+        let airy = GrayImage::from_fn(SIZE[0], SIZE[1], |x, y| {
+            Luma([if y < 6 || number < 5 { 2 } else { grey(number, x, y) }])
+        });
+        std::fs::write(folder.path().join(format!("airy/s{number}.png")), png(&airy.into())).expect("written");
+    }
+    let airy = "stack: airy, pixel_mm: 0.2";
+    let told = parsed(folder.path(), &format!("{airy}, depth: 0"), "").expect_err("air");
+    println!("{told}");
+    for part in ["slices.depth: 100 %", "wood lies 1.2 to 8 mm below", "give `slices.depth` from 0.24 to 1, or crop"] {
+        assert!(told.contains(part), "{told} has no `{part}`");
+    }
+    assert!(parsed(folder.path(), &format!("{airy}, depth: {{uniform: [0, 1]}}"), "").is_err());
+    let deep = parsed(folder.path(), &format!("{airy}, depth: {{uniform: [0.24, 1]}}"), "").expect("wood");
+    assert_eq!(deep.notes(), &[] as &[String]);
+    let near =
+        parsed(folder.path(), &format!("{airy}, depth: 0.5, along: 0"), "").expect("mostly wood").notes().join("; ");
+    for part in ["slices.along: 12 % of a board's face can be air", "1 to 10 mm from its near end", "from 0.5 to 1"] {
+        assert!(near.contains(part), "{near} has no `{part}`");
+    }
+    // Turned by one quarter, what lay above lies on the right.
+    let turned = parsed(folder.path(), &format!("{airy}, quarter_turns: 1, across: 1"), "")
+        .expect("mostly wood")
+        .notes()
+        .join("; ");
+    for part in ["slices.across: 20 % of", "0 to 6.8 mm from its left", "`slices.across` from 0 to 0.6"] {
+        assert!(turned.contains(part), "{turned} has no `{part}`");
+    }
+    // A class has its own place.
+    let text = format!(
+        "name: p\nsubject: wood\nlog: {{source: slices}}\nboard: {{width_mm: 5, length_mm: 8, thickness_mm: 3}}\n\
+         slices: {{{airy}, depth: 0.5}}\nclasses: {{deep: {{share: 1}}, high: {{share: 1, slices: {{depth: 0.1}}}}}}\n"
+    );
+    let files = AssetSource::Beside(folder.path().to_owned());
+    let told = Recipe::parse_with("p.yaml", &text, &files).expect_err("air").to_string();
+    assert!(told.contains("classes.high.slices.depth"), "{told}");
+}
+
 /// Beside a setting out of its range nothing is told that follows from its default.
 #[test]
 fn a_setting_at_fault_has_one_fault() {
