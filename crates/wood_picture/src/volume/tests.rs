@@ -219,7 +219,7 @@ fn what_is_no_wood_is_told() {
     assert!(matches!(fault(side, 0.04, &wood), VolumeFault::TooSmall { .. }));
     assert!(matches!(fault([1 << 12, 1 << 9, 1 << 9], 0.1, &wood), VolumeFault::Large { voxels: 1_073_741_824, .. }));
     assert!(matches!(fault(side, 0.2, &|_| 430.0), VolumeFault::Even { .. }));
-    let faint = |voxel: [usize; 3]| if voxel[0] % 2 == 0 { 429.0 } else { 431.0 };
+    let faint = |voxel: [usize; 3]| if voxel[0].is_multiple_of(2) { 429.0 } else { 431.0 };
     assert!(fault(side, 0.2, &faint).to_string().contains("0.23 % of the mean"));
     assert!(matches!(fault(side, 0.2, &|voxel| 0.1 * wood(voxel)), VolumeFault::Mean { .. }));
     assert!(matches!(fault(side, 0.2, &|voxel| 4.0 * wood(voxel)), VolumeFault::Mean { .. }));
