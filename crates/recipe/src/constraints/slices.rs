@@ -83,9 +83,9 @@ pub(super) fn scene(yaml: &mut YamlReader, slices: Option<&WoodVolume>, scene: &
 
 /// What is said of boards whose face can be air in part.
 pub(super) fn note(slices: Option<&WoodVolume>, scene: &DrawBounds) -> Option<String> {
-    let Air { share, keys, problem, remedy } = air(slices?, scene)?;
+    let Air { keys, problem, remedy, .. } = air(slices?, scene)?;
     let key = keys.first().copied().unwrap_or("slices.stack");
-    (share > AIR[0]).then(|| format!("{}{key}: {problem}; {remedy}", scene.prefix))
+    Some(format!("{}{key}: {problem}; {remedy}", scene.prefix))
 }
 
 /// Whether a board can lie with so many quarter turns.
@@ -106,7 +106,7 @@ struct Air {
     remedy: String,
 }
 
-/// Looks at the largest board at the ends of what is drawn; `None` where this class changes nothing of it.
+/// Looks at the largest board at the ends of what is drawn; `None` where hardly any is found or this class changes nothing of it.
 fn air(slices: &WoodVolume, scene: &DrawBounds) -> Option<Air> {
     if !scene.concerned(PLACES.into_iter().chain(SIZES).chain([TURNS])) {
         return None;
@@ -121,6 +121,9 @@ fn air(slices: &WoodVolume, scene: &DrawBounds) -> Option<Air> {
     });
     let looked = places.map(|place| (slices.air_on_face(&place), place));
     let (share, place) = looked.reduce(|most, one| if one.0 > most.0 { one } else { most })?;
+    if share <= AIR[0] {
+        return None;
+    }
     let extent = slices.turned_extent_mm(place.quarter_turns).map(f64::from);
     let wood = slices.wood_mm(place.quarter_turns).map(|ends| ends.map(f64::from));
     let (mut keys, mut mended) = (Vec::new(), Vec::new());
@@ -129,17 +132,17 @@ fn air(slices: &WoodVolume, scene: &DrawBounds) -> Option<Air> {
         let [least, most] = [first, last - board_mm[axis]];
         if most < least - 1.0e-3 {
             keys.push(SIZES[axis]);
-            mended.push(format!("`{}` of at most {}", SIZES[axis], rounded(last - first, f64::floor)));
+            mended.push(format!("`{}` of at most {}", SIZES[axis], rounded(last - first, 100.0, f64::floor)));
         } else if room * ends[axis][0] < least - 1.0e-3 || room * ends[axis][1] > most + 1.0e-3 {
             keys.push(PLACES[axis]);
             let [least, most] = [
-                rounded((least / room - 1.0e-6).max(0.0), f64::ceil),
-                rounded((most / room + 1.0e-6).min(1.0), f64::floor),
+                rounded((least / room - 1.0e-6).max(0.0), 1000.0, f64::ceil),
+                rounded((most / room + 1.0e-6).min(1.0), 1000.0, f64::floor),
             ];
             mended.push(format!("`{}` from {least} to {most}", PLACES[axis]));
         }
     }
-    let [along, across, depth] = wood.map(|ends| ends.map(|mm| rounded(mm, f64::round)));
+    let [along, across, depth] = wood.map(|ends| ends.map(|mm| rounded(mm, 100.0, f64::round)));
     let problem = format!(
         "{:.0} % of a board's face can be air, which lies around the wood: with `quarter_turns: {}` wood lies {} to {} mm below the \
          upper side of the stack, {} to {} mm from its left and {} to {} mm from its near end",
@@ -159,7 +162,7 @@ fn air(slices: &WoodVolume, scene: &DrawBounds) -> Option<Air> {
     Some(Air { share, keys, problem, remedy })
 }
 
-/// A number of two decimals.
-fn rounded(number: f64, way: fn(f64) -> f64) -> String {
-    number_text(way(number * 100.0) / 100.0)
+/// A number in steps of one part of so many.
+fn rounded(number: f64, parts: f64, way: fn(f64) -> f64) -> String {
+    number_text(way(number * parts) / parts)
 }
